@@ -1,0 +1,26 @@
+from pathlib import Path
+from xml.etree import ElementTree
+
+from setuptools import find_packages, setup
+
+here = Path(__file__).resolve().parent
+manifest = ElementTree.parse(here / 'package.xml').getroot()
+name = manifest.findtext('name')
+
+setup(
+    name=name,
+    version=manifest.findtext('version'),
+    description=manifest.findtext('description'),
+    license=manifest.findtext('license'),
+    packages=find_packages(include=[name, f'{name}.*']),
+    package_data={name: ['config/*']},
+    data_files=[
+        ('share/ament_index/resource_index/packages', [f'resource/{name}']),
+        (f'share/{name}', ['package.xml']),
+    ],
+    python_requires='>=3.10',
+    zip_safe=False,
+    entry_points={
+        'console_scripts': [],
+    },
+)

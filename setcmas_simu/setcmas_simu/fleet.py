@@ -1,0 +1,106 @@
+"""The fleet tb3_1 .. tb3_N: which robots there are, their start poses and their colours."""
+
+from __future__ import annotations
+
+import math
+import re
+
+import numpy as np
+from numpy.typing import NDArray
+
+from setcmas_simu.errors import SetcmasError
+
+Colour = tuple[float, float, float]
+
+_START_POSES_OF_8 = (
+    (5.0, 5.0),
+    (5.0, -5.0),
+    (-5.0, -5.0),
+    (-5.0, 5.0),
+    (0.0, 5.0),
+    (5.0, 0.0),
+    (0.0, -5.0),
+    (-5.0, 0.0),
+)
+_FIRST_RING_RADIUS = 8.5  # m: more than 1 m outside the corners of the square of the first 8
+_RING_SPACING = 1.25  # m, between rings and at least between neighbours on a ring
+
+_COLOURS: tuple[Colour, ...] = (
+    (1.0, 0.0, 0.0),  # red
+    (0.0, 1.0, 0.0),  # green
+    (0.0, 0.0, 1.0),  # blue
+    (1.0, 0.91, 0.31),  # yellow
+    (1.0, 1.0, 1.0),  # white
+    (0.96, 0.18, 0.92),  # magenta
+    (1.0, 0.49, 0.37),  # salmon
+    (0.0, 0.0, 0.0),  # black
+)
+_GREY: Colour = (0.5, 0.5, 0.5)
+_LIGHT_GREY: Colour = (0.78, 0.78, 0.78)
+_WHITE_ROBOT = 5
+
+
+def start_poses(nb_robots: int) -> NDArray[np.float64]:
+    """Return the default start poses of a fleet.
+
+    One robot starts at the origin, several on the border of a 10 m square as in ROS 1, further
+    ones on rings around it that keep 1 m between robots.
+
+    Args:
+        nb_robots: Number of robots in the fleet, at least 1.
+
+    Returns:
+        Rows x, y in m and theta in rad (all 0), shape (3, nb_robots).
+    """
+    poses = np.zeros((3, nb_robots))
+    if nb_robots == 1:
+        return poses
+    places = list(_START_POSES_OF_8)
+    radius = _FIRST_RING_RADIUS
+    while len(places) < nb_robots:
+        # The chord between neighbours is a little shorter than the arc, hence the spacing > 1 m.
+        nb_on_ring = int(2 * math.pi * radius / _RING_SPACING)
+        angles = 2 * math.pi * np.arange(nb_on_ring) / nb_on_ring
+        places.extend(zip(radius * np.cos(angles), radius * np.sin(angles), strict=True))
+        radius += _RING_SPACING
+    poses[:2] = np.array(places[:nb_robots]).T
+    return poses
+
+
+def colour(robot: int) -> Colour:
+    """Return the colour of a robot as (red, green, blue), each in [0, 1], from its number."""
+    return _COLOURS[robot - 1] if robot <= len(_COLOURS) else _GREY
+
+
+def plot_colour(robot: int) -> Colour:
+    """Return the colour of a robot on white paper: as `colour`, the white robot in light grey."""
+    return _LIGHT_GREY if robot == _WHITE_ROBOT else colour(robot)
+
+
+def parse_robots(text: str) -> list[int]:
+    """Return the robot numbers that a text such as '1-4' or '2,5-7' names, sorted.
+
+    Raises:
+        SetcmasError: The text has another form, or a number below 1.
+    """
+    robots: set[int] = set()
+    for part in text.split(','):
+        found = re.fullmatch(r'\s*([1-9][0-9]{0,3})\s*(?:-\s*([1-9][0-9]{0,3}))?\s*', part)
+        if not found or int(found[2] or found[1]) < int(found[1]):
+            raise SetcmasError(
+                f"robots '{text}' are not understood; accepted are numbers from 1 and ranges, "
+                "such as '1-4' or '2,5-7'"
+            )
+        robots.update(range(int(found[1]), int(found[2] or found[1]) + 1))
+    return sorted(robots)
+
+
+def format_robots(robots: list[int]) -> str:
+    """Return the shortest text that `parse_robots` turns into these sorted robot numbers."""
+    runs: list[list[int]] = []
+    for robot in robots:
+        if runs and robot == runs[-1][-1] + 1:
+            runs[-1].append(robot)
+        else:
+            runs.append([robot])
+    return ','.join(f'{run[0]}-{run[-1]}' if len(run) > 1 else f'{run[0]}' for run in runs)

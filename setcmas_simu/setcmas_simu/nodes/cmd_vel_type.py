@@ -1,0 +1,20 @@
+"""The two message types of cmd_vel: a TurtleBot3 on Jazzy takes one, on Humble the other."""
+
+from __future__ import annotations
+
+from geometry_msgs.msg import Twist, TwistStamped
+
+TYPES = {'twist_stamped': TwistStamped, 'twist': Twist}
+"""Message classes by the name that options give them."""
+
+ROS_NAMES = {
+    'geometry_msgs/msg/TwistStamped': 'twist_stamped',
+    'geometry_msgs/msg/Twist': 'twist',
+}
+"""Names in options by the type's name on the ROS graph."""
+
+
+def velocities(message: Twist | TwistStamped) -> tuple[float, float]:
+    """Return forward speed (m/s) and turn rate (rad/s) of a command of either type."""
+    twist = message.twist if isinstance(message, TwistStamped) else message
+    return twist.linear.x, twist.angular.z

@@ -1,0 +1,28 @@
+"""Quality of service of the fleet's topics, and the switch for event callbacks."""
+
+from __future__ import annotations
+
+from rclpy.event_handler import PublisherEventCallbacks, SubscriptionEventCallbacks
+from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
+
+STATE = QoSProfile(depth=1)
+"""Robots' states: reliable, only the newest matters."""
+
+COMMAND = QoSProfile(depth=1, reliability=ReliabilityPolicy.RELIABLE)
+"""Velocities: reliable because a TurtleBot3 asks for it; an older command is never of use."""
+
+EVENT = QoSProfile(depth=10)
+"""Wishes of people, such as reset and pause: none of them may be lost."""
+
+LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+"""Kept for those who subscribe late."""
+
+
+def no_publisher_events() -> PublisherEventCallbacks:
+    """Return callbacks for `create_publisher` that add no waitable to the executor's wait set."""
+    return PublisherEventCallbacks(use_default_callbacks=False)
+
+
+def no_subscription_events() -> SubscriptionEventCallbacks:
+    """Return callbacks for `create_subscription` that add no waitable to the wait set."""
+    return SubscriptionEventCallbacks(use_default_callbacks=False)

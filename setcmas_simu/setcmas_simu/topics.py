@@ -1,0 +1,42 @@
+"""Names of robots, nodes and topics: the one place that spells them."""
+
+from __future__ import annotations
+
+import re
+
+WORLD_FRAME = 'world'
+
+# Relative to a robot's namespace.
+ODOM = 'odom'
+POSE = 'pose'
+MARKER = 'marker'
+CMD_CART_VEL = 'cmd_cart_vel'
+CMD_VEL = 'cmd_vel'
+RESET = 'reset'
+PAUSE = 'pause'
+
+# Of the whole fleet.
+FLEET_RESET = '/reset'
+FLEET_PAUSE = '/pause'
+TF = '/tf'
+
+VIRTUAL_ROBOT_NODE = 'virtual_robot'
+
+ROBOT_PATTERN = re.compile(r'/tb3_([1-9][0-9]*)/')
+"""Finds the robot's number in a topic's full name."""
+
+
+def robot_name(robot: int) -> str:
+    """Return the name of a robot, which is also its namespace and its frame, from its number."""
+    return f'tb3_{robot}'
+
+
+def robot_topic(robot: int, topic: str) -> str:
+    """Return the full name of a robot's topic, such as `/tb3_2/odom`."""
+    return f'/{robot_name(robot)}/{topic}'
+
+
+def robot_of(topic: str) -> int | None:
+    """Return the number of the robot that a full topic name belongs to; None if to none."""
+    found = ROBOT_PATTERN.search(topic)
+    return int(found.group(1)) if found else None

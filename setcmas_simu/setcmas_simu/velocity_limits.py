@@ -1,0 +1,67 @@
+"""How fast a robot can go: saturation of its forward speed and turn rate."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from setcmas_simu.errors import SetcmasError
+
+Velocities = tuple[NDArray[np.float64], NDArray[np.float64]]
+
+
+@dataclass(frozen=True)
+class VelocityLimits:
+    """The limits of one model of differential-drive robot.
+
+    Attributes:
+        V_max: Largest forward or backward speed, in m/s.
+        omega_max: Largest turn rate, in rad/s.
+        wheel_speed_max: Largest speed of a wheel's rim, in m/s.
+        wheel_separation: Distance between the wheels, in m.
+    """
+
+    V_max: float
+    omega_max: float
+    wheel_speed_max: float
+    wheel_separation: float
+
+    def saturate(self, V: ArrayLike, omega: ArrayLike) -> Velocities:
+        """Clamp forward speed and turn rate apart, then each wheel, as OpenCR firmware does.
+
+        Args:
+            V: Forward speeds in m/s, shape (N,).
+            omega: Turn rates in rad/s, shape (N,).
+
+        Returns:
+            Forward speeds (m/s) and turn rates (rad/s) that the robot reaches, shapes (N,).
+        """
+        forward = np.clip(np.asarray(V, dtype=float), -self.V_max, self.V_max)
+        turn = np.clip(np.asarray(omega, dtype=float), -self.omega_max, self.omega_max)
+        if math.isinf(self.wheel_speed_max):
+            return forward, turn
+        half = 0.5 * self.wheel_separation * turn
+        left = np.clip(forward - half, -self.wheel_speed_max, self.wheel_speed_max)
+        right = np.clip(forward + half, -self.wheel_speed_max, self.wheel_speed_max)
+        return 0.5 * (left + right), (right - left) / self.wheel_separation
+
+
+MODELS = {
+    'ideal': VelocityLimits(math.inf, math.inf, math.inf, 0.160),
+    'burger': VelocityLimits(0.2108, 2.635, 0.2667, 0.160),
+}
+"""Limits by name: `ideal` has none, as in ROS 1; `burger` are a TurtleBot3 Burger's."""
+
+
+def limits_named(name: str) -> VelocityLimits:
+    """Return the limits of a model.
+
+    Raises:
+        SetcmasError: There is no model of that name.
+    """
+    if name not in MODELS:
+        raise SetcmasError(f"limits '{name}' are unknown; known are: {', '.join(MODELS)}")
+    return MODELS[name]
