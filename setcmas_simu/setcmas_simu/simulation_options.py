@@ -56,15 +56,15 @@ def count(text: str) -> int:
     return int(text)
 
 
-def add_start_pose_arguments(parser: argparse._ArgumentGroup) -> None:
+def add_start_pose_arguments(group: argparse._ArgumentGroup) -> None:
     """Add --poses and --pose."""
-    parser.add_argument(
+    group.add_argument(
         '--poses',
         type=Path,
         metavar='FILE',
         help='start poses in a YAML file: a list [x, y, theta]',
     )
-    parser.add_argument(
+    group.add_argument(
         '--pose',
         action='append',
         default=[],
@@ -73,20 +73,31 @@ def add_start_pose_arguments(parser: argparse._ArgumentGroup) -> None:
     )
 
 
-def add_robot_model_arguments(parser: argparse._ArgumentGroup) -> None:
+def add_robot_model_arguments(group: argparse._ArgumentGroup) -> None:
     """Add the options that say how robots move: --limits and --cmd-timeout."""
-    parser.add_argument(
+    group.add_argument(
         '--limits',
         choices=list(MODELS),
         default='ideal',
         help='saturation of the robots: none, or as a TurtleBot3 Burger (default: %(default)s)',
     )
-    parser.add_argument(
+    group.add_argument(
         '--cmd-timeout',
         type=positive,
         default=math.inf,
         metavar='S',
         help='stop a robot whose last command is older than this, in s (default: never)',
+    )
+
+
+def add_robot_rate_argument(group: argparse._ArgumentGroup) -> None:
+    """Add --robot-rate."""
+    group.add_argument(
+        '--robot-rate',
+        type=rate,
+        default=RATE_HZ,
+        metavar='HZ',
+        help='rate of integration and odometry (default: %(default)g)',
     )
 
 
@@ -101,13 +112,7 @@ def add_simulation_arguments(parser: argparse.ArgumentParser) -> None:
     )
     add_start_pose_arguments(group)
     add_robot_model_arguments(group)
-    group.add_argument(
-        '--robot-rate',
-        type=rate,
-        default=RATE_HZ,
-        metavar='HZ',
-        help='rate of integration and odometry (default: %(default)g)',
-    )
+    add_robot_rate_argument(group)
     group.add_argument(
         '--cmd-vel-type',
         choices=CMD_VEL_TYPES,

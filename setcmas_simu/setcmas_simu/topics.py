@@ -21,6 +21,9 @@ FLEET_PAUSE = '/pause'
 TF = '/tf'
 
 VIRTUAL_ROBOT_NODE = 'virtual_robot'
+RECORDER_NODE = 'recorder'
+RECORDER_NODES = (RECORDER_NODE, 'rosbag2_recorder')
+"""Nodes that listen to everything without being a robot."""
 
 ROBOT_PATTERN = re.compile(r'/tb3_([1-9][0-9]*)/')
 """Finds the robot's number in a topic's full name."""

@@ -5,6 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from setcmas_simu.planar_pose import wrap_angle
+
 RATE_HZ = 10.0
 """Default rate at which robots are integrated, in Hz."""
 
@@ -29,3 +31,25 @@ def step(poses: ArrayLike, V: ArrayLike, omega: ArrayLike, Ts: float) -> NDArray
     travel = Ts * np.asarray(V, dtype=float)
     heading = theta + Ts * np.asarray(omega, dtype=float)
     return np.stack((x + travel * np.cos(heading), y + travel * np.sin(heading), heading))
+
+
+def velocities_between(
+    before: ArrayLike, after: ArrayLike, Ts: float
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return the velocities that lead from poses to later ones: backward differences.
+
+    The forward speed is the displacement along the later heading, as `step` would have made it;
+    any sideways displacement is left out.
+
+    Args:
+        before: Rows x, y in m and theta in rad, shape (3,) or (3, N).
+        after: The poses Ts later, the same shape.
+        Ts: Time between them in s, above 0.
+
+    Returns:
+        Forward speeds in m/s and turn rates in rad/s.
+    """
+    x0, y0, theta0 = np.asarray(before, dtype=float)
+    x1, y1, theta1 = np.asarray(after, dtype=float)
+    V = ((x1 - x0) * np.cos(theta1) + (y1 - y0) * np.sin(theta1)) / Ts
+    return V, wrap_angle(theta1 - theta0) / Ts

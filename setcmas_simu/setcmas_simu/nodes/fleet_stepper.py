@@ -76,6 +76,7 @@ class FleetStepper:
         self._node.get_logger().info(
             f'simulating robots {robots} at {1 / self._period:g} Hz; Ctrl-C stops'
         )
+        self._step()
 
     def _step(self) -> None:
         now = time.monotonic()

@@ -8,6 +8,9 @@ from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 STATE = QoSProfile(depth=1)
 """Robots' states: reliable, only the newest matters."""
 
+SENSOR = QoSProfile(depth=5, reliability=ReliabilityPolicy.BEST_EFFORT)
+"""Measurements of drivers: matches publishers of any reliability."""
+
 COMMAND = QoSProfile(depth=1, reliability=ReliabilityPolicy.RELIABLE)
 """Velocities: reliable because a TurtleBot3 asks for it; an older command is never of use."""
 

@@ -28,6 +28,7 @@ class SimulatorGuard:
         self._node = node
         self._robots = robots
         self._started = time.monotonic()
+        self._suspects: set[int] = set()
         self._warned: set[int] = set()
 
     def others(self, robot: int) -> list[str]:
@@ -59,9 +60,12 @@ class SimulatorGuard:
             )
 
     def warn_of_latecomers(self) -> None:
-        """Say once for each robot when another publisher of its odometry has appeared."""
-        for robot in self._robots:
-            if robot not in self._warned and (names := self.others(robot)):
+        """Say once for each robot when another publisher of its odometry has come and stayed."""
+        seen = {robot: names for robot in self._robots if (names := self.others(robot))}
+        # A second simulator is visible for a moment while it finds out that it must not start.
+        staying, self._suspects = self._suspects & set(seen), set(seen)
+        for robot, names in seen.items():
+            if robot in staying - self._warned:
                 self._warned.add(robot)
                 self._node.get_logger().warning(
                     f'{names[0]} publishes the odometry of {topics.robot_name(robot)} too: '

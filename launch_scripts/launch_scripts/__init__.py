@@ -1,0 +1,1 @@
+"""The setcmas command."""

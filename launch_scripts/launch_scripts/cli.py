@@ -1,0 +1,138 @@
+"""The setcmas command: parser and dispatch."""
+
+# PYTHON_ARGCOMPLETE_OK
+from __future__ import annotations
+
+import argparse
+import difflib
+import importlib
+import os
+import sys
+from typing import NoReturn
+
+from setcmas_simu.errors import SetcmasError
+
+from setcmas_simu import __version__
+
+VERBS = {
+    'run': 'simulate, control, record, convert and plot with one command',
+    'simu': 'simulate robots',
+    'ctrl': 'run a control law on the robots',
+    'record': 'record all topics into a bag',
+    'bag_to_csv': 'convert a bag to CSV files',
+    'csv_to_plot': 'plot the CSV files of a run',
+    'list': 'list the control laws that --algo accepts',
+}
+"""The verbs and what each does; the module of the same name in `commands` does it."""
+
+_DESCRIPTION = """\
+Simulation and experiments for teaching the control of multi-agent systems.
+
+Write the maths of a control law in one Python function, run it on simulated robots, then on
+real ones. Start with:
+
+    setcmas run --algo consensus --nb-robots 8 --duration 40 --output out
+"""
+
+
+def _help_formatter(prog: str) -> argparse.HelpFormatter:
+    return argparse.RawDescriptionHelpFormatter(prog, max_help_position=28)
+
+
+class Parser(argparse.ArgumentParser):
+    """A parser whose errors are one line, and that shows help texts as they are written."""
+
+    def __init__(self, **kwargs: object) -> None:
+        """Create the parser; arguments as for ArgumentParser."""
+        defaults: dict[str, object] = {
+            'formatter_class': _help_formatter,
+            'allow_abbrev': False,
+        }
+        super().__init__(**(defaults | kwargs))  # type: ignore[arg-type]
+
+    def error(self, message: str) -> NoReturn:
+        """Print one line and exit with status 2."""
+        self.exit(2, f'{self.prog}: {message} ({self.prog} --help tells more)\n')
+
+
+def spelled(arguments: list[str]) -> list[str]:
+    """Return arguments with - in option names and _ in the verb, however they were typed."""
+    result = []
+    for argument in arguments:
+        if argument.startswith('--'):
+            name, equals, value = argument.partition('=')
+            argument = f'--{name[2:].replace("_", "-")}{equals}{value}'
+        result.append(argument)
+    for index, argument in enumerate(result):
+        if not argument.startswith('-'):
+            result[index] = argument.replace('-', '_') if index == 0 else argument
+            break
+    return result
+
+
+def build_parser(wanted: str | None) -> Parser:
+    """Return the parser; only the wanted verb's options are loaded, None loads all."""
+    parser = Parser(prog='setcmas', description=_DESCRIPTION)
+    parser.add_argument('--version', action='version', version=f'setcmas {__version__}')
+    verbs = parser.add_subparsers(dest='verb', metavar='VERB', title='verbs')
+    for verb, purpose in VERBS.items():
+        if wanted is None or verb == wanted:
+            command = importlib.import_module(f'launch_scripts.commands.{verb}')
+            description = command.__doc__ or ''
+            subparser = verbs.add_parser(verb, help=purpose, description=description)
+            command.add_arguments(subparser)
+            subparser.set_defaults(main=command.main, parser=subparser)
+        else:
+            verbs.add_parser(verb, help=purpose)
+    return parser
+
+
+def _check_verb(parser: Parser, verb: str) -> None:
+    if verb not in VERBS:
+        near = difflib.get_close_matches(verb, VERBS, n=1)
+        hint = f'; did you mean {near[0]}?' if near else ''
+        parser.error(f"there is no verb '{verb}'; verbs are {', '.join(VERBS)}{hint}")
+
+
+def _refuse(parser: argparse.ArgumentParser, argument: str) -> NoReturn:
+    known = [option for action in parser._actions for option in action.option_strings]
+    near = difflib.get_close_matches(argument.partition('=')[0], known, n=1)
+    hint = f'; did you mean {near[0]}?' if near else ''
+    parser.error(f"argument '{argument}' is not accepted{hint}")
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Run the command line; returns the exit status."""
+    arguments = spelled(sys.argv[1:] if arguments is None else arguments)
+    completing = '_ARGCOMPLETE' in os.environ
+    wanted = next((argument for argument in arguments if not argument.startswith('-')), '')
+    parser = build_parser(None if completing else wanted)
+    if completing:
+        import argcomplete
+
+        argcomplete.autocomplete(parser)
+    if wanted:
+        _check_verb(parser, wanted)
+    args, unknown = parser.parse_known_args(arguments)
+    if unknown:
+        _refuse(args.parser if args.verb else parser, unknown[0])
+    if not args.verb:
+        parser.print_help()
+        return 0
+    try:
+        return int(args.main(args))
+    except SetcmasError as error:
+        print(f'setcmas {args.verb}: {error}', file=sys.stderr)
+        return 2
+    except KeyboardInterrupt:
+        return 130
+
+
+def bag_to_csv() -> int:
+    """Run `bag_to_csv` as a command of its own."""
+    return main(['bag_to_csv', *sys.argv[1:]])
+
+
+def csv_to_plot() -> int:
+    """Run `csv_to_plot` as a command of its own."""
+    return main(['csv_to_plot', *sys.argv[1:]])

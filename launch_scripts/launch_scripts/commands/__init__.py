@@ -1,0 +1,1 @@
+"""The verbs of the setcmas command, one a file."""

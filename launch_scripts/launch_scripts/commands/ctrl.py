@@ -1,0 +1,37 @@
+"""Run a control law on every robot of a running fleet until Ctrl-C.
+
+Examples:
+  setcmas ctrl --algo consensus
+  setcmas ctrl --algo my_law.py --vnom 0.2       a script of your own
+  setcmas ctrl --algo nav_wp --nb-robots 8 --robots 5-8
+"""
+
+from __future__ import annotations
+
+import argparse
+
+from setcmas_ctrl.algorithm_loader import compile_script, find_script
+from setcmas_ctrl.control_options import add_fleet_arguments, add_law_arguments
+from setcmas_simu.fleet import parse_robots
+
+from launch_scripts.environment import node_command, require_ros
+from launch_scripts.foreground import run_in_foreground
+from launch_scripts.node_arguments import node_arguments
+
+MODULE = 'setcmas_ctrl.nodes.controller'
+OPTIONS = ('algo', 'vnom', 'komega', 'rate', 'nb_robots', 'robots', 'cmd_vel_type')
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add the options of the verb."""
+    add_law_arguments(parser)
+    add_fleet_arguments(parser)
+
+
+def main(args: argparse.Namespace) -> int:
+    """Control until Ctrl-C; returns the exit status."""
+    compile_script(find_script(args.algo))  # mistakes are told before anything starts
+    if args.robots:
+        parse_robots(args.robots)
+    require_ros('ctrl')
+    return run_in_foreground('ctrl', node_command(MODULE, node_arguments(args, OPTIONS)))

@@ -1,0 +1,48 @@
+"""Record topics into a rosbag2 bag until Ctrl-C.
+
+Every topic is recorded, new ones as they appear. What was recorded is readable up to the last
+second even if the power fails.
+
+Examples:
+  setcmas record                                 into bag_<date and time>
+  setcmas record -o out/bag
+  setcmas record --topics /tb3_1/odom /tb3_1/cmd_vel
+"""
+
+from __future__ import annotations
+
+import argparse
+import time
+from pathlib import Path
+
+from setcmas_simu.errors import SetcmasError
+
+from launch_scripts.environment import node_command, require_ros
+from launch_scripts.foreground import run_in_foreground
+
+MODULE = 'setcmas_tools.nodes.recorder'
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add the options of the verb."""
+    parser.add_argument(
+        '-o', '--output', type=Path, metavar='DIR', help='folder of the bag, to be created'
+    )
+    parser.add_argument(
+        '--topics', nargs='+', metavar='TOPIC', help='record only these (default: all)'
+    )
+
+
+def recorder_command(output: Path, topics: list[str] | None = None) -> list[str]:
+    """Return the command line that records into a folder."""
+    chosen = ['--topics', *topics] if topics else []
+    return node_command(MODULE, ['-o', str(output), *chosen])
+
+
+def main(args: argparse.Namespace) -> int:
+    """Record until Ctrl-C; returns the exit status."""
+    output = args.output or Path(time.strftime('bag_%Y%m%d-%H%M%S'))
+    if output.exists():
+        raise SetcmasError(f"output '{output}' exists already; name a folder that does not")
+    require_ros('record')
+    return run_in_foreground('record', recorder_command(output, args.topics))

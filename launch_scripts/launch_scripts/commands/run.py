@@ -1,0 +1,179 @@
+"""Simulate robots under a control law, record the run, and write its CSV files and plots.
+
+Examples:
+  setcmas run --algo consensus --nb-robots 8 --duration 40 --output out
+  setcmas run --algo nav_wp --pose 1:5,5,0 --duration 60
+  setcmas run --algo my_law.py --nb-robots 4 --limits burger --format pdf
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+import time
+from pathlib import Path
+from typing import IO
+
+from setcmas_ctrl.algorithm_loader import compile_script, find_script
+from setcmas_ctrl.control_options import CONTROL_STARTED, add_law_arguments
+from setcmas_simu.simulation_options import (
+    add_robot_model_arguments,
+    add_robot_rate_argument,
+    add_start_pose_arguments,
+    count,
+    positive,
+    simulated_robots,
+)
+from setcmas_tools.plot_formats import FORMATS
+from tqdm import tqdm
+
+from launch_scripts.commands import ctrl, simu
+from launch_scripts.commands.record import recorder_command
+from launch_scripts.environment import local_environment, node_command, require_ros
+from launch_scripts.node_arguments import node_arguments
+from launch_scripts.output_lines import warn, write_line
+from launch_scripts.run_folder import RunFolder
+from launch_scripts.supervisor import Child, ChildDiedError, StoppedError, Supervisor
+
+_START_TIMEOUT_S = 20.0
+_SIMU_OPTIONS = tuple(name for name in simu.OPTIONS if name not in ('robots', 'cmd_vel_type'))
+_CTRL_OPTIONS = tuple(name for name in ctrl.OPTIONS if name not in ('robots', 'cmd_vel_type'))
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add the options of the verb."""
+    parser.add_argument(
+        '--duration',
+        type=positive,
+        default=40.0,
+        metavar='S',
+        help='length of the run in s, from the first command (default: %(default)g)',
+    )
+    parser.add_argument(
+        '-o',
+        '--output',
+        type=Path,
+        metavar='DIR',
+        help='folder for bag, CSV files and plots (default: run_<algo>_<date and time>)',
+    )
+    parser.add_argument(
+        '--overwrite', action='store_true', help='replace an earlier run in that folder'
+    )
+    parser.add_argument(
+        '--format',
+        nargs='+',
+        choices=FORMATS,
+        default=['png'],
+        help='formats of the plots (default: png)',
+    )
+    add_law_arguments(parser)
+    group = parser.add_argument_group('simulated robots')
+    group.add_argument(
+        '--nb-robots', type=count, default=1, metavar='N', help='size of the fleet (default: 1)'
+    )
+    add_start_pose_arguments(group)
+    add_robot_model_arguments(group)
+    add_robot_rate_argument(group)
+
+
+def main(args: argparse.Namespace) -> int:
+    """Do the whole job; returns the exit status."""
+    script = find_script(args.algo)
+    compile_script(script)  # mistakes are told before anything starts
+    args.robots = None
+    simulated_robots(args)
+    default = time.strftime(f'run_{script.stem}_%Y%m%d-%H%M%S')
+    folder = RunFolder(args.output or Path(default))
+    folder.check(args.overwrite)
+    require_ros('run')
+    folder.create()
+    started = time.time()
+    status, outcome = _robots_run(args, folder)
+    folder.write_record(_parameters(args, script), outcome, started)
+    if status == 2 or not folder.bag.exists():
+        return status or 1
+    return _evaluate(args, folder) or status
+
+
+def _robots_run(args: argparse.Namespace, folder: RunFolder) -> tuple[int, str]:
+    """Let the robots run; returns the exit status so far and how it ended."""
+    with Supervisor(local_environment(), prefix=True) as supervisor:
+        started = False
+
+        def write(line: str, stream: IO[str]) -> None:
+            nonlocal started
+            started = started or CONTROL_STARTED in line
+            with tqdm.external_write_mode(file=stream):
+                write_line(line, stream)
+
+        supervisor.write = write
+        robots = _start(supervisor, args, folder)
+        try:
+            deadline = time.monotonic() + _START_TIMEOUT_S
+            supervisor.run(until=lambda: started or time.monotonic() > deadline)
+            if not started:
+                warn(f'setcmas run: the robots did not start within {_START_TIMEOUT_S:g} s')
+                return 1, 'the robots did not start'
+            _show_progress(supervisor, args.duration)
+            return 0, 'complete'
+        except StoppedError:
+            return 130, 'stopped by the user'
+        except ChildDiedError as death:
+            if death.exit_status != 2:
+                warn(f'setcmas run: {death}; the others are stopped')
+            return death.exit_status, str(death) or 'a process found a mistake'
+        finally:
+            # Controllers first: their last command, zero, is to be in the bag.
+            supervisor.stop(*robots)
+
+
+def _start(supervisor: Supervisor, args: argparse.Namespace, folder: RunFolder) -> list[Child]:
+    """Start recorder, simulator and controllers; returns them in the order to stop them."""
+    recorder = supervisor.start('record', recorder_command(folder.bag))
+    robots = node_command(simu.MODULE, node_arguments(args, _SIMU_OPTIONS))
+    simulator = supervisor.start('simu', robots)
+    laws = node_command(ctrl.MODULE, node_arguments(args, _CTRL_OPTIONS))
+    return [supervisor.start('ctrl', laws), recorder, simulator]
+
+
+def _show_progress(supervisor: Supervisor, duration: float) -> None:
+    begin = time.monotonic()
+    form = '{desc}: {percentage:3.0f}%|{bar}| {n:.0f}/{total:.0f} s'
+    with tqdm(total=duration, desc='running', bar_format=form, disable=None) as bar:
+
+        def advance() -> None:
+            bar.update(min(duration, time.monotonic() - begin) - bar.n)
+
+        supervisor.run(until=lambda: time.monotonic() - begin >= duration, on_tick=advance)
+        bar.update(duration - bar.n)
+
+
+def _evaluate(args: argparse.Namespace, folder: RunFolder) -> int:
+    """Write CSV files and plots, and print the summary; returns the exit status."""
+    # Imported late: a fresh start of the robots does not wait for matplotlib.
+    from setcmas_tools.bag_to_csv import convert
+    from setcmas_tools.csv_to_plot import plot
+    from setcmas_tools.fleet_table import read_csv
+
+    from launch_scripts.run_summary import summary_lines
+
+    convert(folder.bag, folder.csv)
+    fleet = folder.csv / 'fleet.csv'
+    if not fleet.exists():
+        warn('setcmas run: no odometry was recorded, so there is nothing to plot')
+        return 1
+    figures = plot(folder.path, formats=tuple(args.format))
+    for line in summary_lines(read_csv(fleet)):
+        print(line)
+    print(f'bag: {folder.bag}   CSV: {folder.csv}   {len(figures)} plots: {folder.plots}')
+    sys.stdout.flush()
+    return 0
+
+
+def _parameters(args: argparse.Namespace, script: Path) -> dict[str, object]:
+    names = ('nb_robots', 'duration', 'pose', 'limits', 'robot_rate', 'vnom', 'komega', 'rate')
+    values: dict[str, object] = {'algo': args.algo, 'script': str(script)}
+    values |= {name: getattr(args, name) for name in names}
+    values['poses'] = str(args.poses) if args.poses else None
+    values['cmd_timeout'] = args.cmd_timeout if args.cmd_timeout < float('inf') else None
+    return values

@@ -1,0 +1,43 @@
+"""Simulate a fleet of robots on ROS 2 topics of this machine until Ctrl-C.
+
+Examples:
+  setcmas simu --nb-robots 8
+  setcmas simu --nb-robots 3 --pose 1:1.0,2.0,1.57 --limits burger
+  setcmas simu --nb-robots 8 --robots 1-4        half of a fleet; the rest runs elsewhere
+"""
+
+from __future__ import annotations
+
+import argparse
+
+from setcmas_simu.simulation_options import add_simulation_arguments, simulated_robots
+
+from launch_scripts.environment import node_command, require_ros
+from launch_scripts.foreground import run_in_foreground
+from launch_scripts.node_arguments import node_arguments
+
+MODULE = 'setcmas_simu.nodes.virtual_robot'
+OPTIONS = (
+    'nb_robots',
+    'robots',
+    'poses',
+    'pose',
+    'limits',
+    'cmd_timeout',
+    'robot_rate',
+    'cmd_vel_type',
+)
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add the options of the verb."""
+    add_simulation_arguments(parser)
+
+
+def main(args: argparse.Namespace) -> int:
+    """Simulate until Ctrl-C; returns the exit status."""
+    if args.nb_robots is None and args.robots is None:
+        args.nb_robots = 1
+    simulated_robots(args)  # mistakes are told before anything starts
+    require_ros('simu')
+    return run_in_foreground('simu', node_command(MODULE, node_arguments(args, OPTIONS)))

@@ -1,0 +1,53 @@
+"""The environment of the processes that a command starts."""
+
+from __future__ import annotations
+
+import importlib.util
+import os
+import sys
+from collections.abc import Sequence
+
+from setcmas_simu.errors import SetcmasError
+
+from launch_scripts.output_lines import LOG_FORMAT
+
+ROS_WHEELS = "pip install 'ros-jazzy-rclpy[fastrtps]' ros-jazzy-common-interfaces"
+"""Installs what the nodes need, on Linux x86_64 with Python 3.10 to 3.13."""
+
+_ROS_PACKAGES = ('rclpy', 'geometry_msgs', 'nav_msgs', 'std_msgs', 'visualization_msgs')
+_DISCOVERY_RANGE = 'ROS_AUTOMATIC_DISCOVERY_RANGE'
+
+
+def require_ros(verb: str) -> None:
+    """See that ROS 2's Python packages are there.
+
+    Raises:
+        SetcmasError: They are not; the message says how to install them.
+    """
+    missing = [name for name in _ROS_PACKAGES if importlib.util.find_spec(name) is None]
+    if missing:
+        raise SetcmasError(
+            f'setcmas {verb} needs ROS 2 Jazzy ({missing[0]} is missing): '
+            f'{ROS_WHEELS}   (Linux), or source the setup.bash of an installed ROS 2 Jazzy'
+        )
+
+
+def local_environment() -> dict[str, str]:
+    """Return the environment of processes whose topics stay on this machine.
+
+    In a classroom every student's robots are their own; whoever sets
+    ROS_AUTOMATIC_DISCOVERY_RANGE decides otherwise.
+    """
+    environment = dict(os.environ)
+    environment.setdefault(_DISCOVERY_RANGE, 'LOCALHOST')
+    environment.setdefault('RCUTILS_CONSOLE_OUTPUT_FORMAT', LOG_FORMAT)
+    environment.setdefault('RCUTILS_COLORIZED_OUTPUT', '0')
+    environment['PYTHONUNBUFFERED'] = '1'
+    return environment
+
+
+def node_command(module: str, arguments: Sequence[str] = ()) -> list[str]:
+    """Return the command line that runs a module of nodes."""
+    # Without -P a file such as random.py in a student's folder would hide Python's own.
+    safe_path = ['-P'] if sys.version_info >= (3, 11) else []
+    return [sys.executable, *safe_path, '-m', module, *arguments]

@@ -1,0 +1,35 @@
+"""Runs one process of nodes in the foreground, until it ends or the user ends it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from launch_scripts.environment import local_environment
+from launch_scripts.output_lines import warn
+from launch_scripts.supervisor import ChildDiedError, StoppedError, Supervisor
+
+
+def run_in_foreground(name: str, command: Sequence[str]) -> int:
+    """Run a process until Ctrl-C; returns the exit status, 0 if it ended well.
+
+    Args:
+        name: What the user calls the process.
+        command: Program and arguments.
+    """
+    with Supervisor(local_environment()) as supervisor:
+        child = supervisor.start(name, command)
+        try:
+            supervisor.run()
+        except StoppedError:
+            supervisor.stop(child)
+            return exit_status_after_stop(child.process.returncode)
+        except ChildDiedError as death:
+            if death.exit_status != 2:
+                warn(f'setcmas: {death}')
+            return death.exit_status
+    return 0
+
+
+def exit_status_after_stop(returncode: int) -> int:
+    """Return the exit status for a process that was asked to stop: 0 unless it failed then."""
+    return returncode if returncode > 0 else 0 if returncode == 0 else 128 - returncode

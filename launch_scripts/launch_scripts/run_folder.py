@@ -1,0 +1,107 @@
+"""The folder that a run leaves behind: bag/, csv/, plots/ and run.yaml."""
+
+from __future__ import annotations
+
+import platform
+import shutil
+import sys
+import time
+from importlib import metadata
+from pathlib import Path
+from typing import Any
+
+import yaml
+from setcmas_simu.errors import SetcmasError
+
+from setcmas_simu import __version__
+
+_PARTS = ('bag', 'csv', 'plots', 'run.yaml')
+_PACKAGES = ('numpy', 'rclpy', 'rosbags', 'matplotlib')
+
+
+class RunFolder:
+    """Where the parts of a run go.
+
+    Attributes:
+        path: The folder.
+    """
+
+    def __init__(self, path: Path) -> None:
+        """Name the folder; nothing is created yet."""
+        self.path = path
+
+    @property
+    def bag(self) -> Path:
+        """The folder of the rosbag2 bag."""
+        return self.path / 'bag'
+
+    @property
+    def csv(self) -> Path:
+        """The folder of the CSV files."""
+        return self.path / 'csv'
+
+    @property
+    def plots(self) -> Path:
+        """The folder of the plots."""
+        return self.path / 'plots'
+
+    def check(self, overwrite: bool) -> None:
+        """See that no earlier run would be lost.
+
+        Raises:
+            SetcmasError: The folder holds a run and must not be overwritten, or is no folder.
+        """
+        if self.path.exists() and not self.path.is_dir():
+            raise SetcmasError(f"output '{self.path}' is not a folder")
+        if not overwrite and any((self.path / part).exists() for part in _PARTS):
+            raise SetcmasError(
+                f"output '{self.path}' holds an earlier run; "
+                'name another folder, or add --overwrite to replace that run'
+            )
+
+    def create(self) -> None:
+        """Create the folder, without the parts of an earlier run.
+
+        Raises:
+            SetcmasError: The folder cannot be created or emptied.
+        """
+        try:
+            self.path.mkdir(parents=True, exist_ok=True)
+            for part in _PARTS:
+                target = self.path / part
+                if target.is_dir():
+                    shutil.rmtree(target)
+                else:
+                    target.unlink(missing_ok=True)
+        except OSError as error:
+            raise SetcmasError(
+                f"output '{self.path}' cannot be written: {error.strerror}"
+            ) from error
+
+    def write_record(self, parameters: dict[str, Any], outcome: str, started: float) -> None:
+        """Write run.yaml.
+
+        Args:
+            parameters: The options of the run.
+            outcome: How it ended.
+            started: When it started, in s since 1970.
+        """
+        record = {
+            'command': ['setcmas', *sys.argv[1:]],
+            'outcome': outcome,
+            'started': time.strftime('%Y-%m-%dT%H:%M:%S%z', time.localtime(started)),
+            'parameters': parameters,
+            'seed': None,
+            'versions': {'setcmas': __version__, 'python': platform.python_version()}
+            | {name: version for name in _PACKAGES if (version := _version(name))},
+            'host': {'name': platform.node(), 'system': platform.platform()},
+        }
+        text = yaml.safe_dump(record, sort_keys=False, allow_unicode=True)
+        (self.path / 'run.yaml').write_text(text, encoding='utf-8')
+
+
+def _version(package: str) -> str | None:
+    try:
+        return metadata.version(package)
+    except metadata.PackageNotFoundError:
+        return None

@@ -1,0 +1,204 @@
+"""Starts, watches and stops the processes of a command."""
+
+from __future__ import annotations
+
+import ctypes
+import os
+import selectors
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Sequence
+from contextlib import suppress
+from types import FrameType
+from typing import IO, Any
+
+from launch_scripts.output_lines import LineBuffer, write_line
+
+STOP_SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
+_ESCALATION = ((signal.SIGINT, 5.0), (signal.SIGTERM, 3.0), (signal.SIGKILL, 5.0))
+_TICK_S = 0.1
+_PR_SET_PDEATHSIG = 1
+
+
+class ChildDiedError(Exception):
+    """A process ended that nobody had asked to end.
+
+    Attributes:
+        exit_status: What the command should exit with.
+    """
+
+    def __init__(self, message: str, exit_status: int) -> None:
+        """Store the message and the exit status."""
+        super().__init__(message)
+        self.exit_status = exit_status
+
+
+class StoppedError(Exception):
+    """The user asked the command to end (Ctrl-C, SIGTERM, closed terminal)."""
+
+
+class Child:
+    """A running process in a process group of its own."""
+
+    def __init__(self, name: str, command: Sequence[str], environment: dict[str, str]) -> None:
+        """Start the process; `name` is what the user calls it."""
+        self.name = name
+        self.process = subprocess.Popen(
+            command,
+            stdin=subprocess.DEVNULL,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            env=environment,
+            preexec_fn=_prepare_child(),
+        )
+
+    def running(self) -> bool:
+        """Return whether the process has not ended yet."""
+        return self.process.poll() is None
+
+    def signal_group(self, signum: int) -> None:
+        """Send a signal to the process and whatever it started."""
+        with suppress(ProcessLookupError, PermissionError):
+            os.killpg(self.process.pid, signum)
+
+    def obituary(self) -> ChildDiedError:
+        """Return why the process ended, as an exception."""
+        status = self.process.returncode
+        if status == 2:  # it has told the user about a mistake, in its own words
+            return ChildDiedError('', 2)
+        if status < 0:
+            reason = f'was killed by {signal.Signals(-status).name}'
+            reason += ' (out of memory?)' if -status == signal.SIGKILL else ''
+        else:
+            reason = f'ended by itself with exit status {status}'
+        return ChildDiedError(f'{self.name} (process {self.process.pid}) {reason}', status or 1)
+
+
+class Supervisor:
+    """Runs processes side by side, shows their output, and leaves none behind.
+
+    Use as a context manager: leaving it stops what still runs.
+    """
+
+    def __init__(self, environment: dict[str, str], prefix: bool = False) -> None:
+        """Prepare.
+
+        Args:
+            environment: The environment of all processes.
+            prefix: Whether lines of output begin with the name of their process.
+        """
+        self.children: list[Child] = []
+        self.write: Callable[[str, IO[str]], None] = write_line
+        self._environment = environment
+        self._prefix = prefix
+        self._selector = selectors.DefaultSelector()
+        self._stop_signals = 0
+        self._previous_handlers: dict[signal.Signals, Any] = {}
+
+    def __enter__(self) -> Supervisor:
+        """Take over the signals that ask to stop."""
+        for signum in STOP_SIGNALS:
+            self._previous_handlers[signum] = signal.signal(signum, self._on_signal)
+        return self
+
+    def __exit__(self, *exc_info: object) -> None:
+        """Stop all processes."""
+        self.stop(*reversed(self.children))
+        self._selector.close()
+        for signum, handler in self._previous_handlers.items():
+            signal.signal(signum, handler)
+
+    def start(self, name: str, command: Sequence[str]) -> Child:
+        """Start a process and show its output from now on."""
+        child = Child(name, command, self._environment)
+        self.children.append(child)
+        prefix = f'[{name}] ' if self._prefix else ''
+        for pipe, stream in (
+            (child.process.stdout, sys.stdout),
+            (child.process.stderr, sys.stderr),
+        ):
+            assert pipe is not None
+            os.set_blocking(pipe.fileno(), False)
+            self._selector.register(pipe, selectors.EVENT_READ, LineBuffer(prefix, stream))
+        return child
+
+    def run(
+        self,
+        until: Callable[[], bool] = lambda: False,
+        on_tick: Callable[[], None] = lambda: None,
+    ) -> None:
+        """Show output until a condition holds.
+
+        Raises:
+            ChildDiedError: A process ended by itself.
+            StoppedError: The user asked the command to end.
+        """
+        while not until():
+            self._show_output(_TICK_S)
+            on_tick()
+            if self._stop_signals:
+                raise StoppedError
+            for child in self.children:
+                if not child.running():
+                    self._show_output(0)
+                    raise child.obituary()
+
+    def stop(self, *children: Child) -> None:
+        """Stop processes one after the other, gently at first."""
+        for child in children:
+            for signum, wait_s in _ESCALATION:
+                if not child.running():
+                    break
+                child.signal_group(signum)
+                deadline = time.monotonic() + wait_s
+                signals = self._stop_signals  # an impatient user may press Ctrl-C again
+                while (
+                    child.running()
+                    and time.monotonic() < deadline
+                    and self._stop_signals == signals
+                ):
+                    self._show_output(0.02)
+            child.signal_group(signal.SIGKILL)  # what the process itself left behind
+            child.process.wait()
+            self._show_output(0)
+            if child in self.children:
+                self.children.remove(child)
+
+    def _show_output(self, timeout_s: float) -> None:
+        for key, _ in self._selector.select(timeout_s):
+            pipe, lines = key.fileobj, key.data
+            try:
+                data = os.read(key.fd, 65536)
+            except BlockingIOError:
+                continue
+            for line in lines.feed(data):
+                self._write(line, lines.stream)
+            if not data:
+                self._selector.unregister(pipe)
+                pipe.close()  # type: ignore[union-attr]
+
+    def _write(self, line: str, stream: IO[str]) -> None:
+        try:
+            self.write(line, stream)
+        except OSError:  # the terminal or the reader of our output is gone
+            self._stop_signals += 1
+
+    def _on_signal(self, _signum: int, _frame: FrameType | None) -> None:
+        self._stop_signals += 1
+
+
+def _prepare_child() -> Callable[[], None]:
+    """Return what a child does first: its own process group, and an end with its parent."""
+    parent = os.getpid()
+    libc = ctypes.CDLL(None) if sys.platform == 'linux' else None
+
+    def prepare() -> None:
+        os.setpgid(0, 0)
+        if libc is not None:
+            libc.prctl(_PR_SET_PDEATHSIG, signal.SIGTERM)
+            if os.getppid() != parent:
+                os._exit(1)
+
+    return prepare

@@ -1,0 +1,1 @@
+"""Distributed control laws for fleets of unicycles, and how they run."""

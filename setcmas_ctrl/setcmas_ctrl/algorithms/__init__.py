@@ -1,0 +1,1 @@
+"""Built-in control laws: what `setcmas ctrl --algo NAME` runs."""

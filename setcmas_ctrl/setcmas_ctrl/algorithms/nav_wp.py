@@ -1,0 +1,36 @@
+"""Waypoint navigation: each robot visits the same list of waypoints, over and over.
+
+Proportional control of a single integrator p' = v towards the current waypoint w:
+
+    v = KP (w - p)
+
+The next waypoint is taken once the robot is within 0.10 m of the current one.
+Source: S. Bertrand, SETCMAS, European Control Conference 2024; proportional regulation of a
+single integrator as in Mesbahi and Egerstedt, Graph Theoretic Methods in Multiagent Networks,
+2010, chapter 3.
+"""
+
+import numpy as np
+import rviz_marker
+
+from setcmas_ctrl.saturation import dead_band
+
+WPL = [[2, 2], [-2, 2], [-2, -2], [2, -2], [2, 2]]  # waypoints (m)
+KP = 0.8  # gain (1/s)
+REACHED = 0.10  # a waypoint counts as reached at this distance (m)
+
+current = 0  # index of the current waypoint
+
+
+def control(robotNo, nbRobots, poses, t):
+    """Return the velocity (vx, vy) in m/s that leads the robot to its current waypoint."""
+    global current
+    waypoint = WPL[current]
+    rviz_marker.publish_marker(
+        waypoint[0], waypoint[1], 0, robotNo, [1, 1, 0], 0.3, 'wp_ref', alpha=0.5
+    )
+    to_waypoint = waypoint - poses[:2, robotNo - 1]
+    if np.linalg.norm(to_waypoint) < REACHED:
+        current = (current + 1) % len(WPL)  # from the next call on
+    vx, vy = KP * to_waypoint
+    return dead_band(vx, vy)

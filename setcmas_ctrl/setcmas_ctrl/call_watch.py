@@ -1,0 +1,105 @@
+"""Watches calls of control scripts: tells of slow ones, and where one is stuck that hangs."""
+
+from __future__ import annotations
+
+import contextlib
+import sys
+import threading
+import time
+import traceback
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+from setcmas_simu.topics import robot_name
+
+from setcmas_ctrl.script_messages import quoted_line
+
+STUCK_S = 2.0
+"""Duration in s from which a call counts as stuck."""
+
+_SLOW_REPORT_EVERY_S = 5.0
+
+
+class CallWatch:
+    """Times each call on the thread that makes it, from a thread of its own."""
+
+    def __init__(
+        self, path: Path, period: float, say: Callable[[str], None], stuck_s: float = STUCK_S
+    ) -> None:
+        """Start to watch.
+
+        Args:
+            path: The script.
+            period: Control period in s; a longer call is slow.
+            say: Shows a message to the user; called from either thread.
+            stuck_s: Duration in s from which a call is stuck.
+        """
+        self._path = path
+        self._period = period
+        self._say = say
+        self._stuck_s = stuck_s
+        self._call: tuple[int, float] | None = None
+        self._stuck: tuple[int, float] | None = None
+        self._slow_calls = 0
+        self._next_slow_report = 0.0
+        self._caller = threading.get_ident()
+        self._closed = threading.Event()
+        self._thread = threading.Thread(target=self._watch, name='call watch', daemon=True)
+        self._thread.start()
+
+    @contextlib.contextmanager
+    def call(self, robot: int) -> Iterator[None]:
+        """Watch what runs inside as a call for a robot."""
+        started = time.monotonic()
+        self._call = (robot, started)
+        try:
+            yield
+        finally:
+            self._call = None
+            duration = time.monotonic() - started
+            if duration > self._period:
+                self._report_slow(robot, duration)
+
+    @property
+    def running_s(self) -> float:
+        """For how long the present call has been running, in s; 0 between calls."""
+        call = self._call
+        return time.monotonic() - call[1] if call else 0.0
+
+    def close(self) -> None:
+        """Stop to watch."""
+        self._closed.set()
+        self._thread.join()
+
+    def _report_slow(self, robot: int, duration: float) -> None:
+        self._slow_calls += 1
+        now = time.monotonic()
+        if now >= self._next_slow_report:
+            self._next_slow_report = now + _SLOW_REPORT_EVERY_S
+            self._say(
+                f'{robot_name(robot)}: {self._path.name} took {duration:.2f} s for one call, '
+                f'longer than the control period of {self._period:.2f} s '
+                f'(slow calls so far: {self._slow_calls})'
+            )
+
+    def _watch(self) -> None:
+        while not self._closed.wait(min(0.25, self._stuck_s / 4)):
+            call = self._call
+            if call and call != self._stuck and time.monotonic() - call[1] > self._stuck_s:
+                self._stuck = call
+                self._say(self._describe(call[0]))
+
+    def _describe(self, robot: int) -> str:
+        frame = sys._current_frames().get(self._caller)
+        lines = [
+            entry.lineno
+            for entry in traceback.extract_stack(frame)
+            if entry.filename == str(self._path)
+        ]
+        line = lines[-1] if lines else None
+        where = f'{self._path.name}, line {line}' if line else self._path.name
+        return (
+            f'{robot_name(robot)}: control has not returned for {self._stuck_s:g} s; '
+            f'it is at {where}{quoted_line(self._path, line)}\n'
+            '    no robot of this process is commanded until it returns; Ctrl-C stops'
+        )

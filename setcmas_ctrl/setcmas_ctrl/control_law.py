@@ -1,0 +1,110 @@
+"""One robot's control law: calls the student's function and checks what comes back."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from setcmas_ctrl.algorithm_loader import load_control
+from setcmas_ctrl.script_messages import describe_failure, quoted_line, script_line
+
+Velocity = tuple[float, float]
+_EXPECTED = 'expected are two finite numbers: return vx, vy'
+
+
+class ControlError(Exception):
+    """A call of `control` failed.
+
+    Attributes:
+        key: The same for errors that a student would call the same.
+    """
+
+    def __init__(self, message: str, key: object) -> None:
+        """Store the message and what identifies the error."""
+        super().__init__(message)
+        self.key = key
+
+
+class ControlLaw:
+    """The control law of one robot, with its own state."""
+
+    def __init__(self, path: Path, robot: int, nb_robots: int) -> None:
+        """Load the script for a robot.
+
+        Raises:
+            SetcmasError: The script cannot be loaded.
+        """
+        self.path = path
+        self.robot = robot
+        self._nb_robots = nb_robots
+        self._control: Callable[..., Any] = load_control(path, robot)
+
+    def __call__(self, poses: NDArray[np.float64], t: float) -> Velocity:
+        """Return the velocity (vx, vy) in m/s that the script asks for.
+
+        Args:
+            poses: Rows x, y in m and theta in rad, shape (3, N); the script gets a copy.
+            t: Time since the run started, in s.
+
+        Raises:
+            ControlError: The script raised, or returned anything but two finite numbers.
+        """
+        try:
+            result = self._control(self.robot, self._nb_robots, poses.copy(), t)
+        except (Exception, SystemExit, GeneratorExit) as error:
+            raise self._failure(error) from error
+        try:
+            return checked_velocity(result)
+        except ValueError as error:
+            message = f'{self.path.name}: {error}; {_EXPECTED}{self._definition()}'
+            raise ControlError(message, ('result', str(error).partition(':')[0])) from error
+
+    def _definition(self) -> str:
+        code = getattr(self._control, '__code__', None)
+        return quoted_line(self.path, code.co_firstlineno if code else None)
+
+    def _failure(self, error: BaseException) -> ControlError:
+        key = (type(error).__name__, script_line(error, self.path))
+        return ControlError(describe_failure(error, self.path), key)
+
+
+def checked_velocity(result: Any) -> Velocity:
+    """Return what `control` returned as two floats.
+
+    Tuples, lists, arrays, numpy scalars and integers will do.
+
+    Raises:
+        ValueError: It is not two finite numbers; the message says what it is.
+    """
+    if result is None:
+        raise ValueError('control returned None: is a return missing?')
+    if type(result) is tuple and len(result) == 2:
+        vx, vy = result
+        if isinstance(vx, float) and isinstance(vy, float):  # the usual case, np.float64 too
+            return _finite(float(vx), float(vy), result)
+    try:
+        array = np.asarray(result)
+    except ValueError:
+        raise ValueError(f'control returned values of unlike shapes: {_short(result)}') from None
+    if array.dtype.kind not in 'iufb':
+        raise ValueError(f'control returned {_short(result)} of type {type(result).__name__}')
+    if array.size != 2:
+        raise ValueError(f'control returned {array.size} values: {_short(result)}')
+    vx, vy = array.ravel().tolist()
+    return _finite(float(vx), float(vy), result)
+
+
+def _finite(vx: float, vy: float, result: Any) -> Velocity:
+    if not (math.isfinite(vx) and math.isfinite(vy)):
+        raise ValueError(f'control returned a value that is not finite: {_short(result)}')
+    return vx, vy
+
+
+def _short(value: Any) -> str:
+    text = ' '.join(repr(value).split())
+    return text if len(text) <= 60 else f'{text[:57]}...'

@@ -1,0 +1,70 @@
+"""Options of a controller, the same for `setcmas ctrl` and for the node's own command line."""
+
+from __future__ import annotations
+
+import argparse
+
+from setcmas_simu.simulation_options import CMD_VEL_TYPES, count, positive, rate
+
+from setcmas_ctrl.saturation import VNOM
+from setcmas_ctrl.si_to_uni import KOMEGA
+
+RATE_HZ = 5.0
+"""Default rate of control, in Hz."""
+
+AUTO = 'auto'
+
+CONTROL_STARTED = 'controlling robots'
+"""What a controller process says when it calls its control laws for the first time."""
+
+
+def add_law_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add the options that choose a control law and its gains."""
+    group = parser.add_argument_group('control law')
+    group.add_argument(
+        '--algo',
+        required=True,
+        metavar='NAME',
+        help='control script: a path, NAME.py in this folder, or a built-in (see setcmas list)',
+    )
+    group.add_argument(
+        '--vnom',
+        type=positive,
+        default=VNOM,
+        metavar='M/S',
+        help='largest speed of a robot (default: %(default)g m/s)',
+    )
+    group.add_argument(
+        '--komega',
+        type=positive,
+        default=KOMEGA,
+        metavar='GAIN',
+        help='gain on the heading error (default: %(default)g 1/s)',
+    )
+    group.add_argument(
+        '--rate',
+        type=rate,
+        default=RATE_HZ,
+        metavar='HZ',
+        help='rate of control (default: %(default)g)',
+    )
+
+
+def add_fleet_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add the options that say which robots are controlled, and how they listen."""
+    group = parser.add_argument_group('fleet')
+    group.add_argument(
+        '--nb-robots',
+        type=count,
+        metavar='N',
+        help='size of the fleet (default: found by its odometry)',
+    )
+    group.add_argument(
+        '--robots', metavar='LIST', help="control only these robots of it, such as '1-4'"
+    )
+    group.add_argument(
+        '--cmd-vel-type',
+        choices=(AUTO, *CMD_VEL_TYPES),
+        default=AUTO,
+        help='message type of cmd_vel (default: %(default)s, what each robot listens to)',
+    )

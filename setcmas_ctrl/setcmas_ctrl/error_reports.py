@@ -1,0 +1,52 @@
+"""Tells of failing scripts once for each distinct error, counts the rest, says when it ends."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Callable
+
+from setcmas_simu.topics import robot_name
+
+from setcmas_ctrl.control_law import ControlError
+
+
+class ErrorReports:
+    """Turns the errors of a fleet's scripts into messages that are not repeated."""
+
+    def __init__(self, say: Callable[[str], None]) -> None:
+        """Report through a function that shows a message to the user."""
+        self._say = say
+        self._counts: Counter[tuple[int, object]] = Counter()
+        self._failing: Counter[int] = Counter()
+
+    def failed(self, robot: int, t: float, error: ControlError) -> None:
+        """Note that a robot's script failed at time t (s)."""
+        self._failing[robot] += 1
+        self._counts[robot, error.key] += 1
+        if self._counts[robot, error.key] == 1:
+            self._say(
+                f'{robot_name(robot)} at t = {t:.1f} s: {error}\n'
+                f'    {robot_name(robot)} is commanded zero; the other robots go on'
+            )
+
+    def succeeded(self, robot: int, t: float) -> None:
+        """Note that a robot's script returned a velocity at time t (s)."""
+        if robot in self._failing:
+            count = self._failing.pop(robot)
+            calls = 'call' if count == 1 else 'calls'
+            self._say(f'{robot_name(robot)} at t = {t:.1f} s: works again after {count} {calls}')
+
+    def summary(self) -> list[str]:
+        """Return a line for each error that occurred more than once."""
+        return [
+            f'{robot_name(robot)}: {_name(key)} occurred {count} times'
+            for (robot, key), count in self._counts.items()
+            if count > 1
+        ]
+
+
+def _name(key: object) -> str:
+    if isinstance(key, tuple) and key[0] != 'result':
+        kind, line = key
+        return f'{kind} in line {line}' if line else str(kind)
+    return 'a result that is not a velocity'

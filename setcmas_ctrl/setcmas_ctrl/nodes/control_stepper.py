@@ -1,0 +1,153 @@
+"""The one timer of a controller process: it evaluates the control laws of all its robots."""
+
+from __future__ import annotations
+
+import time
+from typing import TYPE_CHECKING
+
+from rclpy.clock import Clock, ClockType
+from rclpy.node import Node
+from setcmas_simu.fleet import format_robots
+from setcmas_simu.nodes.ros_process import RosProcess
+from setcmas_simu.topics import robot_name
+
+from setcmas_ctrl.call_watch import CallWatch
+from setcmas_ctrl.control_law import ControlError
+from setcmas_ctrl.control_options import CONTROL_STARTED
+from setcmas_ctrl.error_reports import ErrorReports
+from setcmas_ctrl.nodes.fleet_odometry import FleetOdometry
+from setcmas_ctrl.nodes.si_to_uni import SiToUni
+from setcmas_ctrl.saturation import saturate
+
+if TYPE_CHECKING:
+    from setcmas_ctrl.nodes.controller import Controller
+
+POSE_TIMEOUT_S = 1.0
+"""Age in s from which a robot's own pose is too old to command it."""
+
+_REMIND_EVERY_S = 2.0
+_GRAPH_CHECK_EVERY_S = 1.0
+
+
+class ControlStepper:
+    """Calls the control laws at a fixed rate, all with the same poses and the same time."""
+
+    def __init__(
+        self,
+        node: Node,
+        odometry: FleetOdometry,
+        controllers: list[Controller],
+        followers: list[SiToUni],
+        rate: float,
+        vnom: float,
+    ) -> None:
+        """Prepare; nothing is called before `start`.
+
+        Args:
+            node: The node that owns the timer and the messages to the user.
+            odometry: The poses of the fleet.
+            controllers: The controllers of this process.
+            followers: Their si_to_uni nodes, in the same order.
+            rate: Rate of control in Hz.
+            vnom: Largest speed of a robot in m/s.
+        """
+        self._node = node
+        self._odometry = odometry
+        self._controllers = controllers
+        self._followers = followers
+        self._period = 1.0 / rate
+        self._vnom = vnom
+        self._say = node.get_logger().warning
+        self._reports = ErrorReports(self._say)
+        self.watch = CallWatch(controllers[0].law.path, self._period, self._say)
+        self._started = 0.0
+        self._next_graph_check = 0.0
+        self._unheard: set[int] = set()
+        self._unheard_since = 0.0
+        self._unheard_told = False
+        self._contested: set[int] = set()
+        self._lost: set[int] = set()
+
+    def start(self, process: RosProcess) -> None:
+        """Wait until all poses are known and the robots listen, then call the control laws."""
+        while (missing := self._odometry.missing()) and not process.stopping:
+            complete = process.spin_until(lambda: not self._odometry.missing(), _REMIND_EVERY_S)
+            if not complete and not process.stopping:
+                self._say(
+                    f'waiting for the odometry of robots {format_robots(missing)} '
+                    f'(/{robot_name(missing[0])}/odom); is their simulator running?'
+                )
+        process.spin_until(lambda: not self._unheard_robots(), _REMIND_EVERY_S)
+        if process.stopping:
+            return
+        # A steady clock: setting the system's time must not freeze the controllers.
+        steady = Clock(clock_type=ClockType.STEADY_TIME)
+        self._node.create_timer(self._period, self._step, clock=steady)
+        robots = format_robots([controller.robot for controller in self._controllers])
+        self._node.get_logger().info(
+            f'{CONTROL_STARTED} {robots} with {self._controllers[0].law.path.stem} '
+            f'at {1 / self._period:g} Hz; Ctrl-C stops'
+        )
+        self._started = time.monotonic()
+        self._step()
+
+    def stop(self) -> None:
+        """Command zero to every robot, and say what was counted meanwhile."""
+        for follower in self._followers:
+            follower.stop()
+        for follower in self._followers:
+            follower.wait_until_sent()
+        for line in self._reports.summary():
+            self._say(line)
+
+    def _step(self) -> None:
+        now = time.monotonic()
+        self._control(now - self._started)
+        if now >= self._next_graph_check:
+            self._next_graph_check = now + _GRAPH_CHECK_EVERY_S
+            self._check_graph(now)
+
+    def _control(self, t: float) -> None:
+        poses = self._odometry.poses.copy()
+        for controller in self._controllers:
+            velocity = (0.0, 0.0)
+            if self._sees(controller.robot):
+                try:
+                    with self.watch.call(controller.robot):
+                        velocity = controller.law(poses, t)
+                    self._reports.succeeded(controller.robot, t)
+                except ControlError as error:
+                    self._reports.failed(controller.robot, t, error)
+            controller.publish(*saturate(velocity, self._vnom).tolist())
+
+    def _sees(self, robot: int) -> bool:
+        age = self._odometry.age(robot)
+        if age > POSE_TIMEOUT_S and robot not in self._lost:
+            self._lost.add(robot)
+            self._say(f'{robot_name(robot)}: no odometry for {age:.1f} s; it is commanded zero')
+        elif age <= POSE_TIMEOUT_S and robot in self._lost:
+            self._lost.remove(robot)
+            self._say(f'{robot_name(robot)}: odometry is back')
+        return robot not in self._lost
+
+    def _unheard_robots(self) -> set[int]:
+        return {f.robot for f in self._followers if not f.follow_listeners()}
+
+    def _check_graph(self, now: float) -> None:
+        unheard = self._unheard_robots()
+        if unheard != self._unheard:
+            self._unheard, self._unheard_since = unheard, now
+            self._unheard_told = False
+        elif unheard and not self._unheard_told and now - self._unheard_since > _REMIND_EVERY_S:
+            self._unheard_told = True
+            self._say(
+                f'nothing listens to cmd_vel of robots {format_robots(sorted(unheard))} with a '
+                'type that is published: they will not move'
+            )
+        for follower in self._followers:
+            if follower.robot not in self._contested and (names := follower.other_commanders()):
+                self._contested.add(follower.robot)
+                self._say(
+                    f'{names[0]} commands {robot_name(follower.robot)} too: '
+                    'two controllers fight over it; stop one of them'
+                )

@@ -1,0 +1,144 @@
+"""The controller: poses of the fleet in, the velocity that a control script wants out.
+
+A process holds a controller and a si_to_uni node for each of its robots. Run as
+`ros2 run setcmas_ctrl controller --algo consensus`.
+"""
+
+from __future__ import annotations
+
+import argparse
+import contextlib
+import os
+import sys
+
+from geometry_msgs.msg import Point32
+from setcmas_simu.errors import SetcmasError
+from setcmas_simu.fleet import parse_robots
+from setcmas_simu.nodes import qos
+from setcmas_simu.nodes.ros_process import (
+    FleetNode,
+    RosProcess,
+    ros_process,
+    split_ros_arguments,
+)
+from std_msgs.msg import Bool
+
+from setcmas_ctrl import drawing
+from setcmas_ctrl.algorithm_loader import compile_script, find_script
+from setcmas_ctrl.control_law import ControlLaw
+from setcmas_ctrl.control_options import add_fleet_arguments, add_law_arguments
+from setcmas_ctrl.nodes.control_stepper import ControlStepper
+from setcmas_ctrl.nodes.fleet_discovery import wait_for_fleet
+from setcmas_ctrl.nodes.fleet_odometry import FleetOdometry
+from setcmas_ctrl.nodes.marker_canvas import MarkerCanvas
+from setcmas_ctrl.nodes.si_to_uni import SiToUni
+from setcmas_simu import topics
+
+
+class Controller(FleetNode):
+    """Publishes the velocity that one robot's control law wants."""
+
+    def __init__(self, law: ControlLaw) -> None:
+        """Create the node in the robot's namespace."""
+        super().__init__('controller', namespace=topics.robot_name(law.robot))
+        self.law = law
+        self.robot = law.robot
+        self._publisher = self.create_publisher(
+            Point32, topics.CMD_CART_VEL, qos.COMMAND, event_callbacks=qos.no_publisher_events()
+        )
+        self._message = Point32()
+
+    def publish(self, vx: float, vy: float) -> None:
+        """Publish a velocity (m/s) in the world frame."""
+        self._message.x, self._message.y = vx, vy
+        self._publisher.publish(self._message)
+
+
+def controlled_robots(args: argparse.Namespace, nb_robots: int) -> list[int]:
+    """Return the robots that this process controls, of a fleet of nb_robots.
+
+    Raises:
+        SetcmasError: --robots names a robot that is not in the fleet.
+    """
+    robots = parse_robots(args.robots) if args.robots else list(range(1, nb_robots + 1))
+    if robots[-1] > nb_robots:
+        raise SetcmasError(
+            f"--robots '{args.robots}' names robot {robots[-1]}; "
+            f'the fleet has robots 1 to {nb_robots}'
+        )
+    return robots
+
+
+def build(args: argparse.Namespace, process: RosProcess, node: FleetNode) -> ControlStepper | None:
+    """Create the nodes of a controller process; None if it was asked to stop meanwhile.
+
+    Raises:
+        SetcmasError: The script cannot be loaded, or options contradict each other.
+    """
+    path = find_script(args.algo)
+    compile_script(path)
+    process.add(node)
+    nb_robots = args.nb_robots or wait_for_fleet(process, node)
+    if not nb_robots:
+        return None
+    robots = controlled_robots(args, nb_robots)
+    drawing.canvas = MarkerCanvas(node)
+    controllers = [Controller(ControlLaw(path, robot, nb_robots)) for robot in robots]
+    odometry = FleetOdometry(node, nb_robots)
+    followers = [SiToUni(robot, odometry, args.komega, args.cmd_vel_type) for robot in robots]
+    process.add(*controllers, *followers)
+    node.create_subscription(
+        Bool,
+        topics.FLEET_PAUSE,
+        lambda message: [follower.pause(message.data) for follower in followers],
+        qos.EVENT,
+        event_callbacks=qos.no_subscription_events(),
+    )
+    return ControlStepper(node, odometry, controllers, followers, args.rate, args.vnom)
+
+
+def end_stuck_script(process: RosProcess, stepper: ControlStepper) -> None:
+    """Let a stop signal end a call of a control script, even one that swallows exceptions."""
+    signals = 0
+
+    def on_stop_signal() -> None:
+        nonlocal signals
+        signals += 1
+        if stepper.watch.running_s == 0:
+            return
+        if signals > 1:
+            stepper.stop()
+            os._exit(1)
+        raise KeyboardInterrupt
+
+    process.on_stop_signal = on_stop_signal
+
+
+def main(argv: list[str] | None = None) -> int:
+    """Control robots until a signal arrives; returns the exit status."""
+    argv, ros_arguments = split_ros_arguments(sys.argv[1:] if argv is None else argv)
+    parser = argparse.ArgumentParser(prog='controller', description=__doc__)
+    add_law_arguments(parser)
+    add_fleet_arguments(parser)
+    args = parser.parse_args(argv)
+    with ros_process(ros_arguments) as process:
+        try:
+            stepper = build(args, process, FleetNode('controllers'))
+        except SetcmasError as error:
+            print(f'error: {error}', file=sys.stderr)
+            return 2
+        if stepper is None:
+            return 0
+        end_stuck_script(process, stepper)
+        try:
+            with contextlib.suppress(KeyboardInterrupt):
+                stepper.start(process)
+                process.spin()
+        finally:
+            stepper.stop()
+            stepper.watch.close()
+    return 0
+
+
+if __name__ == '__main__':
+    sys.exit(main())

@@ -1,0 +1,36 @@
+"""Drawing for control scripts: one marker, kept up to date on /tb3_i/<marker_name>."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from setcmas_ctrl import drawing
+
+
+def publish_marker(
+    x: float,
+    y: float,
+    z: float,
+    robotNo: int,
+    color: Sequence[float] = (0.25, 0.25, 0.25),
+    scale: float = 0.2,
+    marker_name: str = 'ref',
+    alpha: float = 0.5,
+) -> None:
+    """Show a sphere; the next call with the same robot and name moves it.
+
+    Without ROS (offline runs) nothing is drawn.
+
+    Args:
+        x: Position of the centre in the world frame, in m.
+        y: As x.
+        z: As x.
+        robotNo: Number of the robot that the marker belongs to.
+        color: Red, green and blue, each in [0, 1].
+        scale: Diameter in m.
+        marker_name: Last part of the topic's name, such as 'wp_ref'.
+        alpha: Opacity in [0, 1].
+    """
+    canvas = drawing.canvas
+    if canvas is not None:
+        canvas.show(robotNo, marker_name, drawing.Sphere(x, y, z, scale, tuple(color), alpha))

@@ -1,0 +1,27 @@
+"""Drawing for control scripts: a trail of markers on /tb3_i/<marker_name>."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from setcmas_ctrl import drawing
+
+
+def publish_marker(
+    x: float,
+    y: float,
+    z: float,
+    robotNo: int,
+    color: Sequence[float] = (0.25, 0.25, 0.25),
+    scale: float = 0.2,
+    marker_name: str = 'ref',
+    alpha: float = 0.5,
+) -> None:
+    """Add a sphere to a trail; the trail keeps its last 500 spheres.
+
+    Arguments as for `rviz_marker.publish_marker`. Without ROS (offline runs) nothing is drawn.
+    """
+    canvas = drawing.canvas
+    if canvas is not None:
+        sphere = drawing.Sphere(x, y, z, scale, tuple(color), alpha)
+        canvas.extend_trail(robotNo, marker_name, sphere)

@@ -1,0 +1,33 @@
+"""Bounds on the velocity that a control law asks for."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+VNOM = 0.5
+"""Default largest speed of a robot, in m/s."""
+
+SLOW = 0.01
+"""Speed below which a robot counts as standing, in m/s; a TurtleBot3 cannot go slower."""
+
+
+def saturate(velocities: ArrayLike, vnom: float = VNOM) -> NDArray[np.float64]:
+    """Scale velocities down to a largest speed, keeping their directions.
+
+    Args:
+        velocities: Rows vx, vy in m/s, shape (2,) or (2, N).
+        vnom: Largest speed in m/s.
+
+    Returns:
+        The saturated velocities, same shape.
+    """
+    wanted: NDArray[np.float64] = np.asarray(velocities, dtype=float)
+    speeds = np.hypot(wanted[0], wanted[1])
+    scaled: NDArray[np.float64] = wanted * (vnom / np.maximum(speeds, vnom))
+    return scaled
+
+
+def dead_band(vx: float, vy: float, slow: float = SLOW) -> tuple[float, float]:
+    """Return the velocity (m/s), or (0, 0) where its norm is below `slow` m/s."""
+    return (0.0, 0.0) if vx * vx + vy * vy < slow * slow else (vx, vy)

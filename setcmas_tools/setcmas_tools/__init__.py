@@ -1,0 +1,1 @@
+"""Recording, CSV files and plots of runs of a fleet."""

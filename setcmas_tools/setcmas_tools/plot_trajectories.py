@@ -1,0 +1,71 @@
+"""The trajectories of a fleet in the plane."""
+
+from __future__ import annotations
+
+import math
+
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.markers import MarkerStyle
+from matplotlib.path import Path as Outline
+from matplotlib.transforms import Affine2D
+
+from setcmas_simu import fleet
+from setcmas_tools.fleet_table import FleetTable
+from setcmas_tools.plot_lines import finite_rows, with_gaps
+from setcmas_tools.plot_style import legend, line_look, robot_handles
+
+_DART = Outline([(1.0, 0.0), (-0.8, 0.7), (-0.4, 0.0), (-0.8, -0.7), (1.0, 0.0)], closed=True)
+"""Points to where the robot heads; along the x axis at heading 0."""
+_SMALLEST_SPAN_M = 1.0
+
+
+def draw_trajectories(figure: Figure, table: FleetTable) -> None:
+    """Draw each robot's path with its start (ring) and its end (dart along its heading)."""
+    figure.set_size_inches(8.0, 6.4)
+    axes = figure.add_subplot()
+    robots = table.robots
+    size = 9.0 if len(robots) < 12 else 6.5
+    for robot in robots:
+        _draw_path(axes, table.of(robot), robot, len(robots), size)
+    axes.set(title='Trajectories', xlabel='x (m)', ylabel='y (m)')
+    axes.margins(0.06)
+    _widen(axes)
+    axes.set_aspect('equal', adjustable='datalim')
+    legend(axes, [*robot_handles(robots), *_end_handles()])
+
+
+def _draw_path(axes: Axes, path: FleetTable, robot: int, nb_robots: int, size: float) -> None:
+    path = finite_rows(path, 'x', 'y', 'theta')
+    if not len(path.t):
+        return
+    _, x, y = with_gaps(path.t, path.x, path.y)
+    axes.plot(x, y, **line_look(robot, nb_robots))
+    colour = fleet.plot_colour(robot)
+    edge = {'markeredgecolor': '0.15', 'markeredgewidth': 0.8, 'linestyle': ''}
+    axes.plot(
+        path.x[:1], path.y[:1], marker='o', markersize=size * 0.8, markerfacecolor='white',
+        markeredgecolor=colour, markeredgewidth=1.8, linestyle='', zorder=3,
+    )  # fmt: skip
+    dart = MarkerStyle(_DART, transform=Affine2D().rotate(math.fmod(path.theta[-1], math.tau)))
+    axes.plot(
+        path.x[-1:], path.y[-1:], marker=dart, markersize=size, markerfacecolor=colour, zorder=4,
+        **edge,
+    )  # fmt: skip
+
+
+def _widen(axes: Axes) -> None:
+    """Keep a robot that hardly moves from filling the plot with its noise."""
+    middle = (axes.dataLim.p0 + axes.dataLim.p1) / 2
+    corners = [middle - _SMALLEST_SPAN_M / 2, middle + _SMALLEST_SPAN_M / 2]
+    axes.update_datalim(corners)
+    axes.autoscale_view()
+
+
+def _end_handles() -> list[Line2D]:
+    look = {'linestyle': '', 'markersize': 8, 'markeredgecolor': '0.15'}
+    return [
+        Line2D([], [], label='start', marker='o', markerfacecolor='white', **look),
+        Line2D([], [], label='end, heading', marker=MarkerStyle(_DART), color='0.6', **look),
+    ]

@@ -1,0 +1,102 @@
+import numpy as np
+import pytest
+from setcmas_ctrl.control_law import ControlError, ControlLaw, checked_velocity
+from setcmas_ctrl.error_reports import ErrorReports
+
+POSES = np.zeros((3, 2))
+
+
+def law(tmp_path, body):
+    path = tmp_path / 'law.py'
+    path.write_text(f'import numpy as np\ndef control(i, n, poses, t):\n    {body}\n')
+    return ControlLaw(path, 2, 2)
+
+
+@pytest.mark.parametrize(
+    'result',
+    [
+        (1, 2),
+        [1.0, 2.0],
+        np.array([1, 2]),
+        np.array([[1.0], [2.0]]),
+        (np.float64(1), np.int32(2)),
+        (np.array([1.0]), np.array([2.0])),
+        (np.float32(1), 2),
+    ],
+)
+def test_two_numbers_in_any_form_will_do(result):
+    velocity = checked_velocity(result)
+
+    assert velocity == (1.0, 2.0)
+    assert [type(v) for v in velocity] == [float, float]
+
+
+@pytest.mark.parametrize(
+    ('result', 'message'),
+    [
+        (None, 'returned None: is a return missing'),
+        ((1, 2, 3), r'returned 3 values: \(1, 2, 3\)'),
+        (5, 'returned 1 values'),
+        ((float('nan'), 0.0), 'not finite'),
+        ((0, float('inf')), 'not finite'),
+        ('ab', "returned 'ab' of type str"),
+        (('1', '2'), 'type tuple'),
+        ((1j, 0), 'type tuple'),
+        ((None, 1), 'type tuple'),
+        ({}, 'type dict'),
+        ((1, [2, 3]), 'unlike shapes'),
+        (np.zeros((3, 2)), 'returned 6 values'),
+    ],
+)
+def test_anything_else_is_refused_with_what_it_was(result, message):
+    with pytest.raises(ValueError, match=message):
+        checked_velocity(result)
+
+
+def test_the_script_gets_its_number_the_fleet_and_the_time(tmp_path):
+    assert law(tmp_path, 'return i + n, t')(POSES, 1.5) == (4.0, 1.5)
+
+
+def test_the_script_cannot_change_the_poses_of_others(tmp_path):
+    poses = np.zeros((3, 2))
+
+    law(tmp_path, 'poses[:] = 9; return 0, 0')(poses, 0.0)
+
+    assert (poses == 0).all()
+
+
+@pytest.mark.parametrize(
+    ('body', 'message'),
+    [
+        ('return 1 / 0', r'law\.py, line 3: ZeroDivisionError.*\n    3 \| return 1 / 0'),
+        ('raise SystemExit', 'line 3: SystemExit'),
+        ('return poses[7]', 'line 3: IndexError'),
+        ('return None', r'returned None.*expected are two finite numbers.*\n    2 \| def control'),
+        ('return control(i, n, poses, t)', 'line 3: RecursionError'),
+    ],
+)
+def test_failures_name_script_and_line_and_quote_it(tmp_path, body, message):
+    with pytest.raises(ControlError, match=message):
+        law(tmp_path, body)(POSES, 0.0)
+
+
+def test_each_distinct_error_is_reported_once_and_counted(tmp_path):
+    said = []
+    reports = ErrorReports(said.append)
+    failing = law(tmp_path, 'return (1 / 0, 0) if t < 1 else poses[9] if t < 2 else (0, 0)')
+    for t in (0.0, 0.2, 0.4, 1.0, 1.2, 2.0, 2.2):
+        try:
+            failing(POSES, t)
+            reports.succeeded(2, t)
+        except ControlError as error:
+            reports.failed(2, t, error)
+
+    assert len(said) == 3
+    assert said[0].startswith('tb3_2 at t = 0.0 s: law.py, line 3: ZeroDivisionError')
+    assert 'tb3_2 is commanded zero' in said[0]
+    assert 'IndexError' in said[1]
+    assert said[2] == 'tb3_2 at t = 2.0 s: works again after 5 calls'
+    assert reports.summary() == [
+        'tb3_2: ZeroDivisionError in line 3 occurred 3 times',
+        'tb3_2: IndexError in line 3 occurred 2 times',
+    ]
