@@ -11,8 +11,9 @@ from rosbags.rosbag1 import Reader as Ros1Reader
 from rosbags.rosbag2 import Reader as Ros2Reader
 from setcmas_simu.errors import SetcmasError
 
-from setcmas_tools.bag_source import BagSource, IndexedSource
+from setcmas_tools.bag_source import BagSource, IndexedSource, one_line
 from setcmas_tools.mcap_salvage import McapSalvage
+from setcmas_tools.ros1_salvage import Ros1Salvage
 from setcmas_tools.sqlite_salvage import SqliteSalvage
 
 _ACCEPTED = 'a rosbag2 folder, an .mcap or a .db3 file, or a ROS 1 .bag file'
@@ -82,6 +83,7 @@ def _open_file(file: Path) -> BagSource:
         '.mcap': _open_mcap,
         '.db3': _open_db3,
         '.bag': _open_ros1,
+        '.active': _open_ros1,  # x.bag.active, of a rosbag that was killed
     }
     if file.suffix not in openers:
         raise SetcmasError(f"'{file}' is not a bag; accepted are {_ACCEPTED}")
@@ -109,16 +111,13 @@ def _open_db3(file: Path) -> BagSource:
 def _open_ros1(file: Path) -> BagSource:
     try:
         return IndexedSource(file, Ros1Reader(file))
-    except OSError:
-        raise
-    except Exception as error:
-        raise SetcmasError(
-            f"ROS 1 bag '{file}' cannot be read ({error}); 'rosbag reindex' may mend it"
-        ) from error
+    except Exception:  # without an index, or damaged
+        return Ros1Salvage(file)
 
 
 def _open_folder(folder: Path) -> BagSource:
     try:
         return IndexedSource(folder, Ros2Reader(folder))
     except Exception as error:
-        raise SetcmasError(f"compressed bag '{folder}' cannot be read: {error}") from error
+        reason = one_line(error)
+        raise SetcmasError(f"compressed bag '{folder}' cannot be read: {reason}") from error

@@ -49,13 +49,14 @@ class Bag:
         """
         full = [source for source in sources if source.extent.count]
         if not full:
-            reasons = [f': {notice}' for source in sources for notice in source.notices]
-            raise SetcmasError(f"bag '{path}' holds no messages{''.join(reasons[:1])}")
+            losses = [notice for source in sources for notice in source.notices]
+            raise SetcmasError(losses[0] if losses else f"bag '{path}' holds no messages")
         self._sources = sorted(full, key=lambda source: source.extent.start_ns)
         self._left_out: list[str] = []
         self._topics = self._resolve()
         if not self._topics:
-            raise SetcmasError(f"bag '{path}' cannot be read: {self._left_out[0]}")
+            reason = (self._left_out or ['its messages belong to no topic'])[0]
+            raise SetcmasError(f"bag '{path}' cannot be read: {reason}")
         self.topics = [self._topics[key] for key in sorted(self._topics)]
         self.count = sum(topic.count for topic in self.topics)
         self.start_ns = min(source.extent.start_ns for source in full)

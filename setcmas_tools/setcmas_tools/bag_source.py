@@ -7,12 +7,27 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Protocol
 
-from rosbags.interfaces import Connection
+from rosbags.interfaces import Connection, MessageDefinition, MessageDefinitionFormat
 from rosbags.rosbag1 import Reader as Ros1Reader
 from rosbags.rosbag2 import Reader as Ros2Reader
 
 Entry = tuple[Connection, int, bytes]
 """Connection, receive time in ns, and the serialised message."""
+
+
+_LONGEST_REASON = 120
+_FORMATS = {'ros2msg': MessageDefinitionFormat.MSG, 'ros2idl': MessageDefinitionFormat.IDL}
+
+
+def message_definition(encoding: str, text: str) -> MessageDefinition:
+    """Return a definition as a bag stores it; one without content if the encoding is unknown."""
+    return MessageDefinition(_FORMATS.get(encoding, MessageDefinitionFormat.NONE), text)
+
+
+def one_line(error: Exception) -> str:
+    """Return the message of a library's error in one line that fits a terminal."""
+    text = ' '.join(str(error).split()) or 'inconsistent content'
+    return text if len(text) <= _LONGEST_REASON else f'{text[:_LONGEST_REASON]} ...'
 
 
 @dataclass
@@ -31,6 +46,8 @@ class Extent:
 
     def __str__(self) -> str:
         """Return text such as '3,412 messages up to 12.3 s'."""
+        if not self.count:
+            return 'no messages'
         return f'{self.count:,} messages up to {(self.end_ns - self.start_ns) / 1e9:.1f} s'
 
 
@@ -75,13 +92,16 @@ class IndexedSource:
     def messages(self) -> Iterator[Entry]:
         """Yield all messages up to the first damage, which gets a notice."""
         read = Extent()
+        reason = 'some are missing'
         try:
             for entry in self._reader.messages():
                 read.add(entry[1])
                 yield entry
         except Exception as error:  # a damaged file makes any of several libraries fail
+            reason = one_line(error)
+        if read.count < self.extent.count:
             self.notices.append(
-                f"'{self._path}' is damaged ({error}): {read} of {self.extent.count:,} were read"
+                f"'{self._path}' is damaged ({reason}): {read} of {self.extent.count:,} were read"
             )
 
     def close(self) -> None:

@@ -17,6 +17,8 @@ from rosbags.typesys import (
 )
 from rosbags.typesys.store import Typestore
 
+from setcmas_tools.bag_source import one_line
+
 _IDL_SEPARATOR = '=' * 80 + '\n'
 
 
@@ -105,7 +107,7 @@ def _parse(connection: Connection) -> dict[str, Any]:
             if idl.strip():
                 definitions.update(get_types_from_idl(idl))
     except (TypesysError, ValueError) as error:
-        raise UnresolvedTypeError(f'its definition is damaged ({error})') from error
+        raise UnresolvedTypeError(f'its definition is damaged ({one_line(error)})') from error
     return definitions
 
 
@@ -120,6 +122,6 @@ def _decoder(store: Typestore, msgtype: str, is_ros1: bool) -> Callable[[bytes],
         try:
             return deserialise(data, msgtype)
         except SerdeError as error:
-            raise UndecodableError(str(error)) from error
+            raise UndecodableError(one_line(error)) from error
 
     return decode

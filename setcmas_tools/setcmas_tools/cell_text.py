@@ -9,8 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-LONGEST_ARRAY = 10_000
-"""Longer arrays, such as images, get one column with their length instead of one an element."""
+from setcmas_tools.column_shape import LONGEST_ARRAY
 
 _NANO = 1_000_000_000
 
@@ -46,6 +45,13 @@ def cells_of_strings(strings: list[str]) -> str:
     if len(strings) > LONGEST_ARRAY:
         return f',{len(strings)}'
     return ''.join([f',{quoted(text)}' for text in strings])
+
+
+def cells_of_messages(messages: list[Any], cells: Callable[[Any], str]) -> str:
+    """Return the cells of an array of messages, given what makes those of one message."""
+    if len(messages) > LONGEST_ARRAY:
+        return f',{len(messages)}'
+    return ''.join([cells(message) for message in messages])
 
 
 def array_writer() -> Callable[[NDArray[Any]], str]:

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from itertools import chain, islice, repeat, zip_longest
 from typing import Any, TypeAlias
+
+LONGEST_ARRAY = 10_000
+"""Longer arrays, such as images, get one column with their length instead of one an element."""
 
 Shape: TypeAlias = tuple[Any, ...]
 """The lengths of the arrays of a message, one entry for each `Repeated` and each `Nested`.
@@ -42,6 +45,21 @@ class Nested:
 Item: TypeAlias = Fixed | Repeated | Nested
 
 
+def count_entry(array: Sequence[Any]) -> tuple[int, bool]:
+    """Return the entry of a `Repeated` in a shape."""
+    length = len(array)
+    return (0, True) if length > LONGEST_ARRAY else (length, False)
+
+
+def shapes_entry(
+    messages: Sequence[Any], shape: Callable[[Any], Shape]
+) -> tuple[tuple[Shape, ...], bool]:
+    """Return the entry of a `Nested` in a shape, given what makes the shape of one message."""
+    if len(messages) > LONGEST_ARRAY:
+        return (), True
+    return tuple([shape(message) for message in messages]), False
+
+
 def column_names(items: Sequence[Item], shape: Shape, prefix: str = '') -> Iterator[str]:
     """Yield the names of the columns of messages of a shape."""
     entries = iter(shape)
@@ -71,9 +89,7 @@ def union(a: Shape, b: Shape) -> Shape:
 def _union_of_contents(a: Any, b: Any) -> Any:
     if isinstance(a, int):
         return max(a, b)
-    return tuple(
-        y if x is None else x if y is None else union(x, y) for x, y in zip_longest(a, b)
-    )
+    return tuple(y if x is None else x if y is None else union(x, y) for x, y in zip_longest(a, b))
 
 
 def fill_up(

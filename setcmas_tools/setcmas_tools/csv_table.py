@@ -11,7 +11,7 @@ from typing import Any
 
 from setcmas_tools.cell_text import seconds_text
 from setcmas_tools.column_shape import Shape, fill_up, union
-from setcmas_tools.message_flattening import Flattener
+from setcmas_tools.flattening_code import Flattener
 
 _ROWS_IN_MEMORY = 2_000
 _LONGEST_CELL = 2**31 - 1

@@ -15,7 +15,7 @@ Floats = NDArray[np.float64]
 
 FILE_NAME = 'fleet.csv'
 COLUMNS = ('t', 'robot', 'x', 'y', 'theta', 'v', 'omega')
-_FORM = f"the columns {','.join(COLUMNS)}"
+_FORM = f'the columns {",".join(COLUMNS)}'
 
 
 @dataclass(frozen=True)

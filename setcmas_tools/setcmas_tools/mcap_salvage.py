@@ -10,17 +10,13 @@ from typing import Any
 from mcap.exceptions import InvalidMagic
 from mcap.records import Channel, Chunk, DataEnd, Message, Schema
 from mcap.stream_reader import StreamReader, breakup_chunk
-from rosbags.interfaces import (
-    Connection,
-    ConnectionExtRosbag2,
-    MessageDefinition,
-    MessageDefinitionFormat,
-)
+from rosbags.interfaces import Connection, ConnectionExtRosbag2
 from setcmas_simu.errors import SetcmasError
 
-from setcmas_tools.bag_source import Entry, Extent
+from setcmas_tools.bag_source import Entry, Extent, message_definition
 
-_FORMATS = {'ros2msg': MessageDefinitionFormat.MSG, 'ros2idl': MessageDefinitionFormat.IDL}
+_LARGEST_CHUNK = 2**26
+"""Bytes by which a cut record may be longer than its file; what claims more is garbage."""
 
 
 class McapSalvage:
@@ -45,6 +41,7 @@ class McapSalvage:
         self._data_ended = False
         self._damaged_chunks = 0
         self._failed = False
+        self._was_cut = False
         self.extent = Extent()
         counts: Counter[int] = Counter()
         for message in self._scan():
@@ -66,7 +63,7 @@ class McapSalvage:
         size = self._path.stat().st_size
         self._damaged_chunks = 0
         with self._path.open('rb') as stream:
-            reader = StreamReader(stream, emit_chunks=True, record_size_limit=size)
+            reader = StreamReader(stream, emit_chunks=True, record_size_limit=size + _LARGEST_CHUNK)
             try:
                 for record in reader.records:
                     yield from self._messages_in(record)
@@ -77,6 +74,7 @@ class McapSalvage:
                 self._failed = True
             except Exception:  # whatever garbage in place of records provokes
                 self._failed = True
+                self._was_cut = stream.tell() == size
 
     def _messages_in(self, record: Any) -> Iterator[Message]:
         if isinstance(record, Chunk):
@@ -99,15 +97,12 @@ class McapSalvage:
     def _connection(self, channel: Channel, count: int) -> Connection:
         schema = self._schemas.get(channel.schema_id)
         encoding = schema.encoding if schema else ''
-        definition = MessageDefinition(
-            _FORMATS.get(encoding, MessageDefinitionFormat.NONE),
-            schema.data.decode(errors='replace') if schema else '',
-        )
+        text = schema.data.decode(errors='replace') if schema else ''
         return Connection(
             channel.id,
             channel.topic,
             schema.name if schema else '',
-            definition,
+            message_definition(encoding, text),
             '',
             count,
             ConnectionExtRosbag2(channel.message_encoding, []),
@@ -124,8 +119,9 @@ class McapSalvage:
                 f'all its {self.extent.count:,} messages were read'
             )
         elif self._failed:
-            rest = f'the last {missing:,} bytes are incomplete' if missing else 'nothing follows'
-            yield f"'{self._path}' was cut short: {self.extent} were read, {rest}"
+            what, rest = ('cut short', 'incomplete') if self._was_cut else ('damaged', 'lost')
+            rest = f'the last {missing:,} bytes are {rest}' if missing else 'nothing follows'
+            yield f"'{self._path}' was {what}: {self.extent} were read, {rest}"
 
 
 def _log_time(record: Any) -> int:

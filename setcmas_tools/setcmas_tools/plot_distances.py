@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import warnings
 from itertools import combinations
+from typing import Any
 
 import numpy as np
 from matplotlib.artist import Artist
@@ -53,7 +54,7 @@ def _draw_pairs(axes: Axes, grid: FleetGrid) -> list[Artist]:
     handles: list[Artist] = []
     for i, j in combinations(range(len(grid.robots)), 2):
         first, second = grid.robots[i], grid.robots[j]
-        look = {
+        look: dict[str, Any] = {
             'color': fleet.plot_colour(first),
             'gapcolor': fleet.plot_colour(second),
             'linestyle': (0, (5, 5)),
@@ -73,7 +74,7 @@ def _draw_range(axes: Axes, grid: FleetGrid) -> list[Artist]:
     (low,) = axes.plot(grid.t, smallest, color='0.2', linestyle=':', label='smallest')
     (middle,) = axes.plot(grid.t, mean, color='0.2', label='mean')
     (high,) = axes.plot(grid.t, largest, color='0.2', linestyle='--', label='largest')
-    axes.set_ylabel('of all pairs (m)')
+    axes.set_ylabel('distance of pairs (m)')
     return [high, middle, low]
 
 
@@ -102,5 +103,5 @@ def _draw_to_centre(axes: Axes, grid: FleetGrid) -> list[Artist]:
     for robot, x, y in zip(grid.robots, grid.x, grid.y, strict=True):
         distance = np.hypot(x - centre[0], y - centre[1])
         axes.plot(grid.t, distance, **line_look(robot, len(grid.robots)))
-    axes.set_ylabel('from the centre (m)')
+    axes.set_ylabel('distance to centre (m)')
     return robot_handles(grid.robots)

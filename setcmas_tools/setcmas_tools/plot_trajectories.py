@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import Any
 
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
@@ -43,7 +44,7 @@ def _draw_path(axes: Axes, path: FleetTable, robot: int, nb_robots: int, size: f
     _, x, y = with_gaps(path.t, path.x, path.y)
     axes.plot(x, y, **line_look(robot, nb_robots))
     colour = fleet.plot_colour(robot)
-    edge = {'markeredgecolor': '0.15', 'markeredgewidth': 0.8, 'linestyle': ''}
+    edge: dict[str, Any] = {'markeredgecolor': '0.15', 'markeredgewidth': 0.8, 'linestyle': ''}
     axes.plot(
         path.x[:1], path.y[:1], marker='o', markersize=size * 0.8, markerfacecolor='white',
         markeredgecolor=colour, markeredgewidth=1.8, linestyle='', zorder=3,
@@ -64,7 +65,7 @@ def _widen(axes: Axes) -> None:
 
 
 def _end_handles() -> list[Line2D]:
-    look = {'linestyle': '', 'markersize': 8, 'markeredgecolor': '0.15'}
+    look: dict[str, Any] = {'linestyle': '', 'markersize': 8, 'markeredgecolor': '0.15'}
     return [
         Line2D([], [], label='start', marker='o', markerfacecolor='white', **look),
         Line2D([], [], label='end, heading', marker=MarkerStyle(_DART), color='0.6', **look),

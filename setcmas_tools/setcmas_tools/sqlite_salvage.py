@@ -8,17 +8,10 @@ from collections import Counter
 from collections.abc import Iterator
 from pathlib import Path
 
-from rosbags.interfaces import (
-    Connection,
-    ConnectionExtRosbag2,
-    MessageDefinition,
-    MessageDefinitionFormat,
-)
+from rosbags.interfaces import Connection, ConnectionExtRosbag2, MessageDefinition
 from setcmas_simu.errors import SetcmasError
 
-from setcmas_tools.bag_source import Entry, Extent
-
-_FORMATS = {'ros2msg': MessageDefinitionFormat.MSG, 'ros2idl': MessageDefinitionFormat.IDL}
+from setcmas_tools.bag_source import Entry, Extent, message_definition, one_line
 
 
 class SqliteSalvage:
@@ -38,39 +31,19 @@ class SqliteSalvage:
         """
         self._path = path
         self._failure = ''
-        self.extent = Extent()
         self._database = _open(path)
         try:
-            topics = self._database.execute(
-                'SELECT id, name, type, serialization_format FROM topics'
-            ).fetchall()
+            topics = self._topics()
         except sqlite3.Error as error:
             self.close()
-            raise SetcmasError(f"'{path}' cannot be read as a bag: {error}") from error
+            raise SetcmasError(f"'{path}' cannot be read as a bag: {one_line(error)}") from error
+        self.extent = Extent()
         counts: Counter[int] = Counter()
         for topic_id, time_ns, _ in self._rows():
             counts[topic_id] += 1
             self.extent.add(time_ns)
-        definitions = self._definitions()
-        none = MessageDefinition(MessageDefinitionFormat.NONE, '')
-        self.connections = [
-            Connection(
-                topic_id,
-                name,
-                msgtype,
-                definitions.get(msgtype, none),
-                '',
-                counts[topic_id],
-                ConnectionExtRosbag2(serialisation, []),
-                self,
-            )
-            for topic_id, name, msgtype, serialisation in topics
-        ]
-        self.notices = (
-            [f"'{path}' is damaged ({self._failure}): {self.extent} were read, the rest is lost"]
-            if self._failure
-            else []
-        )
+        self.connections = [c._replace(msgcount=counts[c.id], owner=self) for c in topics]
+        self.notices = list(self._losses())
 
     def messages(self) -> Iterator[Entry]:
         """Yield all messages before the damage."""
@@ -83,11 +56,30 @@ class SqliteSalvage:
         """Release the file."""
         self._database.close()
 
+    def _topics(self) -> list[Connection]:
+        rows = self._database.execute('SELECT id, name, type, serialization_format FROM topics')
+        definitions = self._definitions()
+        none = message_definition('', '')
+        return [
+            Connection(
+                topic_id,
+                name,
+                msgtype,
+                definitions.get(msgtype, none),
+                digest='',
+                msgcount=0,
+                ext=ConnectionExtRosbag2(serialisation, []),
+                owner=None,
+            )
+            for topic_id, name, msgtype, serialisation in rows
+        ]
+
     def _rows(self) -> Iterator[tuple[int, int, bytes]]:
         # By id, which follows the table itself: the index on the time may be what is damaged.
         try:
             yield from self._database.execute(
-                'SELECT topic_id, timestamp, data FROM messages ORDER BY id'
+                'SELECT topic_id, timestamp, data FROM messages '
+                "WHERE typeof(timestamp) = 'integer' AND typeof(data) = 'blob' ORDER BY id"
             )
         except sqlite3.Error as error:
             self._failure = str(error)
@@ -96,14 +88,20 @@ class SqliteSalvage:
         # Bags from before Iron have no such table.
         with contextlib.suppress(sqlite3.Error):
             return {
-                msgtype: MessageDefinition(_FORMATS[encoding], text)
+                msgtype: message_definition(encoding, text)
                 for msgtype, encoding, text in self._database.execute(
                     'SELECT topic_type, encoding, encoded_message_definition '
                     'FROM message_definitions'
                 )
-                if encoding in _FORMATS
             }
         return {}
+
+    def _losses(self) -> Iterator[str]:
+        if self._failure:
+            yield (
+                f"'{self._path}' is damaged ({self._failure}): {self.extent} were read, "
+                'the rest is lost'
+            )
 
 
 def _open(path: Path) -> sqlite3.Connection:

@@ -47,14 +47,13 @@ def compare(
     Raises:
         ValueError: The trajectories do not overlap in time for any shift.
     """
-    arrays = [np.asarray(a, dtype=float) for a in (t, positions, other_t, other_positions)]
+    first = np.asarray(t, dtype=float), np.asarray(positions, dtype=float)
+    second = np.asarray(other_t, dtype=float), np.asarray(other_positions, dtype=float)
     best, half_width = 0.0, max_shift
     for _ in range(_REFINEMENTS):
-        shifts = best + half_width * np.arange(-_SHIFTS_PER_SIDE, _SHIFTS_PER_SIDE + 1) / (
-            _SHIFTS_PER_SIDE
-        )
+        shifts = best + np.linspace(-half_width, half_width, 2 * _SHIFTS_PER_SIDE + 1)
         shifts = np.clip(shifts, -max_shift, max_shift)
-        distances = np.array([_rms(*arrays, shift) for shift in shifts])
+        distances = np.array([_rms(first, second, shift) for shift in shifts])
         if np.all(np.isnan(distances)):
             raise ValueError('the trajectories do not overlap in time')
         best = float(shifts[np.nanargmin(distances)])
@@ -62,9 +61,8 @@ def compare(
     return Comparison(float(np.nanmin(distances)), best)
 
 
-def _rms(
-    t: Floats, positions: Floats, other_t: Floats, other_positions: Floats, shift: float
-) -> float:
+def _rms(first: tuple[Floats, Floats], second: tuple[Floats, Floats], shift: float) -> float:
+    (t, positions), (other_t, other_positions) = first, second
     moved_t = other_t + shift
     covered = (t >= moved_t[0]) & (t <= moved_t[-1])
     if not covered.any():

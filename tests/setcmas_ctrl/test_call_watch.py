@@ -52,8 +52,12 @@ def test_quick_calls_are_not_worth_a_word(watched):
 def test_a_slow_call_is_reported_even_when_it_raises(watched):
     watch, said, _ = watched
 
-    with pytest.raises(ZeroDivisionError), watch.call(1):
-        threading.Event().wait(0.06)
-        raise ZeroDivisionError
+    def fail_slowly():
+        with watch.call(1):
+            threading.Event().wait(0.06)
+            raise ZeroDivisionError
+
+    with pytest.raises(ZeroDivisionError):
+        fail_slowly()
 
     assert len(said) == 1

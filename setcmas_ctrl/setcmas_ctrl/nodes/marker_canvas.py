@@ -46,9 +46,14 @@ class MarkerCanvas:
     def _publisher(self, robot: int, name: str, kind: type) -> Publisher:
         key = (robot, name, kind)
         if key not in self._publishers:
+            other = Marker if kind is MarkerArray else MarkerArray
+            # A topic has one type; scripts may use one name for a marker and for a trail.
+            suffix = (
+                f'_{kind.__name__.lower()}' if (robot, name, other) in self._publishers else ''
+            )
             self._publishers[key] = self._node.create_publisher(
                 kind,
-                topics.robot_topic(robot, name),
+                topics.robot_topic(robot, name + suffix),
                 _TRAIL if kind is MarkerArray else qos.LATCHED,
                 event_callbacks=qos.no_publisher_events(),
             )

@@ -16,7 +16,7 @@ from setcmas_ctrl.si_to_uni import si_to_uni
 from setcmas_simu import topics
 
 NODE_NAME = 'si_to_uni'
-_DEFAULT_TYPE = 'twist_stamped'  # what a TurtleBot3 on Jazzy listens to
+_PREFERRED_TYPE = 'twist_stamped'  # what a TurtleBot3 on Jazzy listens to
 _LAST_WORDS_S = 0.3
 
 
@@ -40,8 +40,8 @@ class SiToUni(FleetNode):
         self._odometry = odometry
         self._komega = komega
         self._auto = cmd_vel_type == AUTO
-        self._cmd_vel: dict[str, Publisher] = {}
-        self._use_types({_DEFAULT_TYPE if self._auto else cmd_vel_type})
+        self._type = _PREFERRED_TYPE if self._auto else cmd_vel_type
+        self._cmd_vel = self._create_publisher()
         silent = {'event_callbacks': qos.no_subscription_events()}
         self.create_subscription(
             Point32, topics.CMD_CART_VEL, self._on_wanted_velocity, qos.COMMAND, **silent
@@ -58,15 +58,14 @@ class SiToUni(FleetNode):
 
     def command(self, V: float, omega: float) -> None:
         """Publish a forward speed (m/s) and a turn rate (rad/s)."""
-        for publisher in self._cmd_vel.values():
-            message = publisher.msg_type()
-            twist = message
-            if isinstance(message, TwistStamped):
-                message.header.stamp = self.get_clock().now().to_msg()
-                message.header.frame_id = topics.robot_name(self.robot)
-                twist = message.twist
-            twist.linear.x, twist.angular.z = V, omega
-            publisher.publish(message)
+        message = TYPES[self._type]()
+        twist = message
+        if isinstance(message, TwistStamped):
+            message.header.stamp = self.get_clock().now().to_msg()
+            message.header.frame_id = topics.robot_name(self.robot)
+            twist = message.twist
+        twist.linear.x, twist.angular.z = V, omega
+        self._cmd_vel.publish(message)
 
     def stop(self) -> None:
         """Command zero; called while the process ends."""
@@ -74,8 +73,7 @@ class SiToUni(FleetNode):
 
     def wait_until_sent(self) -> None:
         """Wait, but not for long, until the last command has arrived."""
-        for publisher in self._cmd_vel.values():
-            publisher.wait_for_all_acked(Duration(seconds=_LAST_WORDS_S))
+        self._cmd_vel.wait_for_all_acked(Duration(seconds=_LAST_WORDS_S))
 
     def follow_listeners(self) -> bool:
         """Match the type of cmd_vel to what the robot listens to; False if nothing listens."""
@@ -85,9 +83,13 @@ class SiToUni(FleetNode):
             for info in self.get_subscriptions_info_by_topic(topic)
             if info.node_name not in topics.RECORDER_NODES and info.topic_type in ROS_NAMES
         }
-        if self._auto and listeners:
-            self._use_types(listeners)
-        return bool(listeners & set(self._cmd_vel))
+        if self._auto and listeners and self._type not in listeners:
+            self._type = _PREFERRED_TYPE if _PREFERRED_TYPE in listeners else listeners.pop()
+            # One type at a time: DDS knows only one type of a topic within a process.
+            self.destroy_publisher(self._cmd_vel)
+            self._cmd_vel = self._create_publisher()
+            return True
+        return self._type in listeners
 
     def other_commanders(self) -> list[str]:
         """Return the full names of other nodes that publish the robot's cmd_vel."""
@@ -97,18 +99,17 @@ class SiToUni(FleetNode):
             f'{info.node_namespace.rstrip("/")}/{info.node_name}'
             for info in self.get_publishers_info_by_topic(topic)
         ]
-        for _ in self._cmd_vel:
-            if own in names:
-                names.remove(own)
+        if own in names:
+            names.remove(own)
         return names
 
-    def _use_types(self, types: set[str]) -> None:
-        for name in types - set(self._cmd_vel):
-            self._cmd_vel[name] = self.create_publisher(
-                TYPES[name], topics.CMD_VEL, qos.COMMAND, event_callbacks=qos.no_publisher_events()
-            )
-        for name in set(self._cmd_vel) - types:
-            self.destroy_publisher(self._cmd_vel.pop(name))
+    def _create_publisher(self) -> Publisher:
+        return self.create_publisher(
+            TYPES[self._type],
+            topics.CMD_VEL,
+            qos.COMMAND,
+            event_callbacks=qos.no_publisher_events(),
+        )
 
     def _on_wanted_velocity(self, message: Point32) -> None:
         if self.paused:

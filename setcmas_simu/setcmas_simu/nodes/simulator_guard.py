@@ -10,6 +10,7 @@ from rclpy.node import Node
 from setcmas_simu import topics
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet import format_robots
+from setcmas_simu.robot_locks import RobotLocks
 
 _DISCOVERY_S = {'LOCALHOST': 0.4}
 _NETWORK_DISCOVERY_S = 1.0
@@ -19,12 +20,17 @@ class SimulatorGuard:
     """Watches the graph for others that publish the odometry of this process's robots."""
 
     def __init__(self, node: Node, robots: list[int]) -> None:
-        """Start to listen for others.
+        """Lock the robots on this host, and start to listen for others elsewhere.
 
         Args:
             node: The node through which the graph is seen; discovery starts with it.
             robots: Numbers of the robots that this process simulates.
+
+        Raises:
+            SetcmasError: Another process on this host simulates one of the robots.
         """
+        self._domain = os.environ.get('ROS_DOMAIN_ID', '0')
+        self._locks = RobotLocks(robots, self._domain)
         self._node = node
         self._robots = robots
         self._started = time.monotonic()
@@ -52,11 +58,10 @@ class SimulatorGuard:
         seen = {robot: names for robot in self._robots if (names := self.others(robot))}
         if seen:
             example = next(iter(seen.values()))[0]
-            domain = os.environ.get('ROS_DOMAIN_ID', '0')
             raise SetcmasError(
-                f'robots {format_robots(list(seen))} are already there in ROS domain {domain} '
-                f'(node {example} publishes odometry): stop the other simulator, '
-                'or set another ROS_DOMAIN_ID'
+                f'robots {format_robots(list(seen))} are already there in ROS domain '
+                f'{self._domain} (node {example} publishes odometry): '
+                'stop the other simulator, or set another ROS_DOMAIN_ID'
             )
 
     def warn_of_latecomers(self) -> None:

@@ -126,7 +126,7 @@ def _fill(message: Pose, pose: tuple[float, float, float]) -> None:
 def robot_of_parameters() -> int:
     """Return the robot number that `--ros-args -p robot_no:=N` gives; 1 without it."""
     probe = FleetNode('virtual_robot', automatically_declare_parameters_from_overrides=True)
-    robot = probe.get_parameter_or('robot_no').value or 1
+    robot = probe.get_parameter('robot_no').value if probe.has_parameter('robot_no') else 1
     probe.destroy_node()
     if not isinstance(robot, int) or robot < 1:
         raise SetcmasError(f'parameter robot_no is {robot!r}; accepted is a number from 1')

@@ -1,0 +1,77 @@
+"""Processes under test: started for real, their output kept, waited for by condition."""
+
+import contextlib
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+SETCMAS = [
+    sys.executable,
+    '-c',
+    'import sys; from launch_scripts.cli import main; sys.exit(main())',
+]
+SIMU = [sys.executable, '-m', 'setcmas_simu.nodes.virtual_robot']
+CTRL = [sys.executable, '-m', 'setcmas_ctrl.nodes.controller']
+
+
+class Process:
+    """A command that runs in a session of its own and writes to a log."""
+
+    def __init__(self, command, log: Path, cwd, env) -> None:
+        self.log = log
+        with log.open('wb') as file:
+            self.popen = subprocess.Popen(
+                command,
+                cwd=cwd,
+                env={**env, 'PYTHONUNBUFFERED': '1'},
+                stdin=subprocess.DEVNULL,
+                stdout=file,
+                stderr=subprocess.STDOUT,
+                start_new_session=True,
+            )
+
+    @property
+    def pid(self) -> int:
+        return self.popen.pid
+
+    def output(self) -> str:
+        return self.log.read_text(errors='replace')
+
+    def wait_for_output(self, text: str, timeout: float = 30) -> str:
+        """Wait until the process has written a text; fails if it ends or stays silent."""
+        deadline = time.monotonic() + timeout
+        while text not in self.output():
+            ended = self.popen.poll() is not None
+            if (ended and text not in self.output()) or time.monotonic() > deadline:
+                raise AssertionError(f'{text!r} is not in the output:\n{self.output()}')
+            time.sleep(0.02)
+        return self.output()
+
+    def end(self, signum: int = signal.SIGINT, timeout: float = 30) -> int:
+        """Send a signal and return the exit status."""
+        self.popen.send_signal(signum)
+        return self.wait(timeout)
+
+    def wait(self, timeout: float = 60) -> int:
+        return self.popen.wait(timeout)
+
+    def kill_group(self) -> None:
+        with contextlib.suppress(ProcessLookupError):
+            os.killpg(self.popen.pid, signal.SIGKILL)
+        self.popen.wait()
+
+
+def run_setcmas(*arguments: str, cwd=None, timeout: float = 60, **env: str):
+    """Run the setcmas command to its end."""
+    return subprocess.run(
+        [*SETCMAS, *arguments],
+        cwd=cwd,
+        env={**os.environ, **env},
+        capture_output=True,
+        text=True,
+        timeout=timeout,
+        check=False,
+    )

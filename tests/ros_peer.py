@@ -1,0 +1,88 @@
+"""A node of the tests' own, which talks to the nodes under test over DDS."""
+
+import time
+from collections import defaultdict
+
+import rclpy
+from geometry_msgs.msg import Point32, Twist, TwistStamped
+from nav_msgs.msg import Odometry
+from rclpy.executors import SingleThreadedExecutor
+from rclpy.node import Node
+from setcmas_simu.nodes.ros_process import use_fast_discovery
+
+
+class Peer:
+    """Publishes, subscribes, and waits for conditions."""
+
+    def __init__(self, domain: int) -> None:
+        use_fast_discovery()
+        self.context = rclpy.Context()
+        rclpy.init(context=self.context, domain_id=domain)
+        self.node = Node('peer', context=self.context)
+        self.executor = SingleThreadedExecutor(context=self.context)
+        self.executor.add_node(self.node)
+        self.messages = defaultdict(list)
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        self.executor.shutdown()
+        self.node.destroy_node()
+        rclpy.try_shutdown(context=self.context)
+
+    def listen(self, kind, topic: str, qos=50) -> list:
+        """Return the list that messages of a topic are appended to from now on."""
+        kept = self.messages[topic]
+        self.node.create_subscription(kind, topic, kept.append, qos)
+        return kept
+
+    def odometry(self, robot: int) -> list:
+        return self.listen(Odometry, f'/tb3_{robot}/odom')
+
+    def cmd_vel(self, robot: int, kind=TwistStamped) -> list:
+        return self.listen(kind, f'/tb3_{robot}/cmd_vel')
+
+    def cmd_cart_vel(self, robot: int) -> list:
+        return self.listen(Point32, f'/tb3_{robot}/cmd_cart_vel')
+
+    def publisher(self, kind, topic: str, listeners: int = 1, qos=10):
+        """Return a publisher that has been matched by listeners."""
+        publisher = self.node.create_publisher(kind, topic, qos)
+        self.wait_for(lambda: publisher.get_subscription_count() >= listeners)
+        return publisher
+
+    def wait_for(self, condition, timeout: float = 30) -> None:
+        """Serve callbacks until a condition holds; fails if it never does."""
+        deadline = time.monotonic() + timeout
+        while not condition():
+            assert time.monotonic() < deadline, 'the condition did not come true in time'
+            self.executor.spin_once(timeout_sec=0.05)
+
+    def wait_for_new(self, messages: list, count: int = 1, timeout: float = 30) -> list:
+        """Wait for further messages and return them."""
+        seen = len(messages)
+        self.wait_for(lambda: len(messages) >= seen + count, timeout)
+        return messages[seen:]
+
+    def spin(self, seconds: float) -> None:
+        """Serve callbacks for a while, to see that something does not happen."""
+        end = time.monotonic() + seconds
+        while time.monotonic() < end:
+            self.executor.spin_once(timeout_sec=0.05)
+
+
+def position(odometry) -> tuple[float, float]:
+    return odometry.pose.pose.position.x, odometry.pose.pose.position.y
+
+
+def twist_stamped(V: float, omega: float) -> TwistStamped:
+    message = TwistStamped()
+    message.twist.linear.x, message.twist.angular.z = V, omega
+    return message
+
+
+def twist(V: float, omega: float) -> Twist:
+    message = Twist()
+    message.linear.x, message.angular.z = V, omega
+    return message
