@@ -8,11 +8,7 @@ import sys
 import time
 from pathlib import Path
 
-SETCMAS = [
-    sys.executable,
-    '-c',
-    'import sys; from launch_scripts.cli import main; sys.exit(main())',
-]
+SETCMAS = [str(Path(sys.executable).parent / 'setcmas')]
 SIMU = [sys.executable, '-m', 'setcmas_simu.nodes.virtual_robot']
 CTRL = [sys.executable, '-m', 'setcmas_ctrl.nodes.controller']
 

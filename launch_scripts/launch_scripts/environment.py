@@ -15,6 +15,10 @@ ROS_WHEELS = "pip install 'ros-jazzy-rclpy[fastrtps]' ros-jazzy-common-interface
 """Installs what the nodes need, on Linux x86_64 with Python 3.10 to 3.13."""
 
 _ROS_PACKAGES = ('rclpy', 'geometry_msgs', 'nav_msgs', 'std_msgs', 'visualization_msgs')
+_RUN_MODULE = (
+    'import runpy, sys; del sys.path[0]; '
+    "runpy.run_module(sys.argv.pop(1), run_name='__main__', alter_sys=True)"
+)
 _DISCOVERY_RANGE = 'ROS_AUTOMATIC_DISCOVERY_RANGE'
 
 
@@ -48,6 +52,7 @@ def local_environment() -> dict[str, str]:
 
 def node_command(module: str, arguments: Sequence[str] = ()) -> list[str]:
     """Return the command line that runs a module of nodes."""
-    # Without -P a file such as random.py in a student's folder would hide Python's own.
-    safe_path = ['-P'] if sys.version_info >= (3, 11) else []
-    return [sys.executable, *safe_path, '-m', module, *arguments]
+    # The current folder stays out of the search path, or else a file such as random.py in a
+    # student's folder would hide Python's own. Python 3.10 has no option for it.
+    run_module = ['-P', '-m'] if sys.version_info >= (3, 11) else ['-c', _RUN_MODULE]
+    return [sys.executable, *run_module, module, *arguments]

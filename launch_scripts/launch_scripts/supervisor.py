@@ -71,6 +71,7 @@ class Child:
         if status < 0:
             reason = f'was killed by {signal.Signals(-status).name}'
             reason += ' (out of memory?)' if -status == signal.SIGKILL else ''
+            status = 128 - status  # as shells tell it
         else:
             reason = f'ended by itself with exit status {status}'
         return ChildDiedError(f'{self.name} (process {self.process.pid}) {reason}', status or 1)

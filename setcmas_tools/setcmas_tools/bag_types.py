@@ -76,16 +76,17 @@ class BagTypes:
         if connection.msgdef.format == MessageDefinitionFormat.NONE:
             return _store_of_ros(connection.msgtype)
         definitions = _parse(connection)
-        for store in self._stores:
+        fresh = get_typestore(Stores.EMPTY)
+        for store in (*self._stores, fresh):
             try:
                 store.register(definitions)
-            except TypesysError:
+            except (TypesysError, SyntaxError) as error:  # the latter from a damaged name
+                reason = one_line(error)
                 continue
+            if store is fresh:
+                self._stores.append(fresh)
             return store
-        store = get_typestore(Stores.EMPTY)
-        store.register(definitions)
-        self._stores.append(store)
-        return store
+        raise UnresolvedTypeError(f'its definition is damaged ({reason})')
 
 
 def _store_of_ros(msgtype: str) -> Typestore:

@@ -68,7 +68,9 @@ def _poses_at(t: Floats, robot: FleetTable) -> Floats:
         return np.full((3, len(t)), np.nan)
     columns = (robot.x, robot.y, np.unwrap(robot.theta))
     poses = np.array([np.interp(t, robot.t, c, left=np.nan, right=np.nan) for c in columns])
-    following = np.clip(np.searchsorted(robot.t, t), 1, max(1, len(robot.t) - 1))
     if len(robot.t) > 1:
-        poses[:, robot.t[following] - robot.t[following - 1] > LONGEST_GAP_S] = np.nan
+        following = np.clip(np.searchsorted(robot.t, t), 1, len(robot.t) - 1)
+        before, after = robot.t[following - 1], robot.t[following]
+        in_gap = (after - before > LONGEST_GAP_S) & (before < t) & (t < after)
+        poses[:, in_gap] = np.nan
     return poses

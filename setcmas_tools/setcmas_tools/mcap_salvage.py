@@ -2,18 +2,22 @@
 
 from __future__ import annotations
 
+import struct
 from collections import Counter
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-from mcap.exceptions import InvalidMagic
+from mcap.exceptions import InvalidMagic, McapError
 from mcap.records import Channel, Chunk, DataEnd, Message, Schema
 from mcap.stream_reader import StreamReader, breakup_chunk
 from rosbags.interfaces import Connection, ConnectionExtRosbag2
 from setcmas_simu.errors import SetcmasError
 
 from setcmas_tools.bag_source import Entry, Extent, message_definition
+
+_GARBAGE = (McapError, MemoryError, OverflowError, ValueError, struct.error)
+"""What reading provokes where records should be."""
 
 _LARGEST_CHUNK = 2**26
 """Bytes by which a cut record may be longer than its file; what claims more is garbage."""
@@ -61,9 +65,10 @@ class McapSalvage:
 
     def _scan(self) -> Iterator[Message]:
         size = self._path.stat().st_size
+        limit = size + _LARGEST_CHUNK
         self._damaged_chunks = 0
         with self._path.open('rb') as stream:
-            reader = StreamReader(stream, emit_chunks=True, record_size_limit=size + _LARGEST_CHUNK)
+            reader = StreamReader(stream, emit_chunks=True, record_size_limit=limit)
             try:
                 for record in reader.records:
                     yield from self._messages_in(record)
@@ -72,7 +77,7 @@ class McapSalvage:
                 if not self._good_end:
                     raise SetcmasError(f"'{self._path}' is not a bag: it is not mcap") from error
                 self._failed = True
-            except Exception:  # whatever garbage in place of records provokes
+            except _GARBAGE:
                 self._failed = True
                 self._was_cut = stream.tell() == size
 
@@ -111,7 +116,8 @@ class McapSalvage:
 
     def _losses(self) -> Iterator[str]:
         if self._damaged_chunks:
-            yield f"'{self._path}': {self._damaged_chunks} damaged chunks were left out"
+            chunks = 'chunk was' if self._damaged_chunks == 1 else 'chunks were'
+            yield f"'{self._path}': {self._damaged_chunks} damaged {chunks} left out"
         missing = self._path.stat().st_size - self._good_end
         if self._data_ended and self._failed:
             yield (
@@ -120,7 +126,7 @@ class McapSalvage:
             )
         elif self._failed:
             what, rest = ('cut short', 'incomplete') if self._was_cut else ('damaged', 'lost')
-            rest = f'the last {missing:,} bytes are {rest}' if missing else 'nothing follows'
+            rest = f'the last {missing:,} bytes are {rest}' if missing else 'all that it holds'
             yield f"'{self._path}' was {what}: {self.extent} were read, {rest}"
 
 

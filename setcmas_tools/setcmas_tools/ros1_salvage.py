@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import BinaryIO
 
 from rosbags.interfaces import Connection, ConnectionExtRosbag1
+from rosbags.rosbag1.reader import decompressors
 from rosbags.typesys.msg import normalize_msgtype
 from setcmas_simu.errors import SetcmasError
 
@@ -21,6 +22,8 @@ from setcmas_tools.bag_source import Entry, Extent, message_definition
 
 _MAGIC = b'#ROSBAG V2.0\n'
 _MESSAGE, _CHUNK, _CONNECTION = b'\x02', b'\x05', b'\x07'
+_GARBAGE = (EOFError, KeyError, MemoryError, OSError, RuntimeError, ValueError, struct.error)
+"""What reading and decompressing provoke where records should be."""
 
 Header = dict[bytes, bytes]
 
@@ -50,7 +53,7 @@ class Ros1Salvage:
             self.extent.add(time_ns)
         self.connections = [c._replace(msgcount=counts[c.id]) for c in self._found.values()]
         missing = path.stat().st_size - self._good_end
-        rest = f'the last {missing:,} bytes are incomplete' if missing else 'nothing follows'
+        rest = f'the last {missing:,} bytes are incomplete' if missing else 'all that it holds'
         self.notices = [f"'{path}' was not closed properly: {self.extent} were read, {rest}"]
 
     def messages(self) -> Iterator[Entry]:
@@ -70,7 +73,7 @@ class Ros1Salvage:
                 for header, data in _records(stream):
                     yield from self._messages_in(header, data)
                     self._good_end = stream.tell()
-            except Exception:  # whatever garbage in place of records provokes
+            except _GARBAGE:
                 return
 
     def _messages_in(self, header: Header, data: bytes) -> Iterator[tuple[int, int, bytes]]:

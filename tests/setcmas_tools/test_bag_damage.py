@@ -1,5 +1,6 @@
 """Whatever happens to a file, a bag is read as far as it goes, or refused in one line."""
 
+import contextlib
 import random
 
 import pytest
@@ -53,10 +54,8 @@ def read_all(path, expected):
         with open_bag(path) as bag:
             for topic, _, data in bag.messages():
                 count += 1
-                try:
+                with contextlib.suppress(UndecodableError):
                     topic.type.decode(data)
-                except UndecodableError:
-                    pass
             assert count >= expected or bag.notices
             return bag.notices
     except SetcmasError as error:

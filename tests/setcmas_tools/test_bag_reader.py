@@ -119,7 +119,8 @@ def test_mcap_cut_anywhere_gives_all_complete_chunks(tmp_path, write_bag, points
             x, notices = [], [str(error)]
         assert x == list(range(len(x)))
         assert len(notices) == 1
-        assert len(x) == 200 or f'the last {size - complete_size(whole, size):,} b' in notices[0]
+        lost = size - complete_size(whole, size)
+        assert len(x) == 200 or not lost or f'the last {lost:,} bytes are inc' in notices[0]
         counts.append(len(x))
 
     assert counts == sorted(counts)
@@ -144,27 +145,34 @@ def test_what_a_cut_mcap_tells(tmp_path, write_bag, points):
 
     x, (notice,) = read(path)
 
-    assert len(x) == 80
-    assert f"'{path}' was cut short: 80 messages up to 2.0 s were read, the last " in notice
+    assert len(x) == 120
+    assert f"'{path}' was cut short: 120 messages up to 3.0 s were read, the last " in notice
     path.write_bytes(whole[:-20])
     assert read(path)[1] == [
         f"'{path}' was not closed properly, its index is missing: all its 200 messages were read"
     ]
 
 
-def test_damaged_chunk_costs_only_itself(tmp_path, write_bag, points):
-    path = only_file(write_bag(tmp_path / 'bag', points), '*.mcap')
-    whole = bytearray(path.read_bytes()[:-20])  # without an index, so that all is scanned
-    name = b'\x06'  # a chunk record
-    second_chunk = whole.index(name, whole.index(name, 40) + 3000)
-    compression = whole.index(bytes(4), second_chunk + 9 + 24)
-    whole[compression + 4 : compression + 8] = (4).to_bytes(4, 'little')
-    path.write_bytes(whole)
+def test_damaged_chunk_costs_only_itself(tmp_path, store, points):
+    writer = Writer(tmp_path / 'bag', version=9, storage_plugin=StoragePlugin.MCAP)
+    writer.set_compression(CompressionMode.STORAGE, CompressionFormat.ZSTD)
+    with writer:
+        connection = writer.add_connection('/points', POINT, typestore=store)
+        for i, (_, _, message) in enumerate(points):
+            writer.write(connection, i + 1, store.serialize_cdr(message, POINT))
+            if i in (49, 99):
+                writer.storage.close_chunk()
+    path = only_file(tmp_path / 'bag', '*.mcap')
+    content = bytearray(path.read_bytes()[:-20])  # without its index, so that all is scanned
+    zstd_magic = b'\x28\xb5\x2f\xfd'
+    second_chunk = content.index(zstd_magic, content.index(zstd_magic) + 1)
+    content[second_chunk] ^= 0xFF
+    path.write_bytes(content)
 
     x, notices = read(path)
 
-    assert 0 < len(x) < 200
-    assert len(notices) >= 1
+    assert x == [*range(50), *range(100, 200)]
+    assert notices[0] == f"'{path}': 1 damaged chunk was left out"
 
 
 def test_cut_database_gives_the_rows_before_the_cut(tmp_path, write_bag, make):
@@ -317,5 +325,5 @@ def test_folder_that_is_not_a_bag(tmp_path):
 def test_bag_without_messages(tmp_path, write_bag, plugin):
     bag = write_bag(tmp_path / 'bag', [], plugin)
 
-    with pytest.raises(SetcmasError, match="bag '.*' holds no messages"), open_bag(bag):
+    with pytest.raises(SetcmasError, match='holds no messages'), open_bag(bag):
         pass

@@ -16,6 +16,7 @@ from typing import IO
 
 from setcmas_ctrl.algorithm_loader import compile_script, find_script
 from setcmas_ctrl.control_options import CONTROL_STARTED, add_law_arguments
+from setcmas_simu.errors import SetcmasError
 from setcmas_simu.simulation_options import (
     add_robot_model_arguments,
     add_robot_rate_argument,
@@ -92,7 +93,13 @@ def main(args: argparse.Namespace) -> int:
     folder.write_record(_parameters(args, script), outcome, started)
     if status == 2 or not folder.bag.exists():
         return status or 1
-    return _evaluate(args, folder) or status
+    try:
+        return _evaluate(args, folder) or status
+    except SetcmasError as error:
+        if not status:
+            raise
+        warn(f'setcmas run: {error}')  # what ended the run matters more
+        return status
 
 
 def _robots_run(args: argparse.Namespace, folder: RunFolder) -> tuple[int, str]:

@@ -71,7 +71,8 @@ def _record(process: RosProcess, recorder: GraphRecorder, writer: BagWriter) -> 
             # Wait for a look that finds no more: topics of a node appear one after another.
             if not announced and 0 < nb_topics == len(recorder.recorded):
                 announced = True
-                print(f'recording {nb_topics} topics to {writer.path}', flush=True)
+                topics_text = 'topic' if nb_topics == 1 else 'topics'
+                print(f'recording {nb_topics} {topics_text} to {writer.path}', flush=True)
             nb_topics = len(recorder.recorded)
         recorder.drain()
         if now >= next_flush:

@@ -1,0 +1,138 @@
+import os
+import re
+import subprocess
+import sys
+
+import pytest
+from launch_scripts.cli import VERBS, spelled
+from processes import run_setcmas
+
+from setcmas_simu import __version__
+
+
+def test_options_and_verbs_may_be_spelled_with_either_dash():
+    typed = ['bag-to-csv', 'my_bag', '--nb_robots=8', '--cmd_timeout', '0_5', '-o', 'a_b']
+
+    assert spelled(typed) == [
+        'bag_to_csv',
+        'my_bag',
+        '--nb-robots=8',
+        '--cmd-timeout',
+        '0_5',
+        '-o',
+        'a_b',
+    ]
+
+
+def test_without_a_verb_the_help_is_shown():
+    result = run_setcmas()
+
+    assert result.returncode == 0
+    for verb in VERBS:
+        assert verb in result.stdout
+
+
+def test_version():
+    assert run_setcmas('--version').stdout == f'setcmas {__version__}\n'
+
+
+@pytest.mark.parametrize('verb', sorted(VERBS))
+def test_every_verb_explains_itself_with_an_example(verb):
+    result = run_setcmas(verb, '--help')
+
+    assert result.returncode == 0
+    assert verb in result.stdout
+    assert 'examples:' in result.stdout.lower()
+
+
+def test_help_imports_neither_ros_nor_matplotlib_nor_numpy():
+    code = (
+        'import sys\nfrom launch_scripts.cli import main\n'
+        'try:\n    main(["--help"])\nexcept SystemExit:\n    pass\n'
+        'print([m for m in ("rclpy", "matplotlib", "numpy", "rosbags") if m in sys.modules])'
+    )
+    result = subprocess.run([sys.executable, '-c', code], capture_output=True, text=True)
+
+    assert result.stdout.endswith('[]\n')
+
+
+@pytest.mark.parametrize(
+    ('arguments', 'message'),
+    [
+        (('simi',), "there is no verb 'simi'.*did you mean simu"),
+        (('simu', '--limit', 'burger'), "'--limit' is not accepted; did you mean --limits"),
+        (('simu', '--nb-robots', 'x'), "'x' is not a number of robots"),
+        (('simu', '--nb-robots', '0'), "'0' is not a number of robots"),
+        (('simu', '--robot-rate', '-1'), "'-1' is not a number above 0"),
+        (('simu', '--robot-rate', 'nan'), "'nan' is not a number above 0"),
+        (('simu', '--robot-rate', '1e6'), 'above 200 Hz'),
+        (('simu', '--limits', 'segway'), "invalid choice: 'segway'"),
+        (('simu', '--robots', '3-1'), "robots '3-1' are not understood"),
+        (('simu', '--nb-robots', '2', '--robots', '3'), 'robots 1 to 2'),
+        (('simu', '--pose', '1;2'), "--pose '1;2' is not understood"),
+        (('simu', '--nb-robots', '2', '--pose', '3:1,2'), 'is for robot 3'),
+        (('simu', '--poses', 'none.yaml'), "'none.yaml' cannot be read"),
+        (('ctrl',), 'required: --algo'),
+        (('ctrl', '--algo', 'consensu'), 'did you mean consensus'),
+        (('ctrl', '--algo', 'consensus', '--vnom', '0'), "'0' is not a number above 0"),
+        (('run', '--algo', 'nothing_like_it'), "'nothing_like_it' was not found"),
+        (('run', '--algo', 'consensus', '--duration', 'inf'), "'inf' is not a number above 0"),
+        (('bag_to_csv', 'no_bag'), 'no_bag'),
+        (('csv_to_plot', 'no_run'), 'no_run'),
+    ],
+)
+def test_mistakes_are_told_in_one_line_with_status_2(arguments, message, tmp_path):
+    result = run_setcmas(*arguments, cwd=tmp_path)
+
+    assert result.returncode == 2
+    assert len(result.stderr.strip().splitlines()) == 1
+    assert re.search(message, result.stderr)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_record_refuses_a_folder_that_exists(tmp_path):
+    (tmp_path / 'bag').mkdir()
+
+    result = run_setcmas('record', '-o', 'bag', cwd=tmp_path)
+
+    assert result.returncode == 2
+    assert "output 'bag' exists already" in result.stderr
+
+
+def test_list_shows_built_in_laws_and_those_of_the_folder(tmp_path):
+    (tmp_path / 'mine.py').write_text(
+        '"""Turns round.\n\nMore."""\ndef control(a, b, c, d): ...\n'
+    )
+    (tmp_path / 'helper.py').write_text('x = 1\n')
+    (tmp_path / 'broken.py').write_text('def control(:\n')
+
+    lines = run_setcmas('list', cwd=tmp_path).stdout.splitlines()
+
+    assert any('nav_wp' in line and 'wp_nav' in line for line in lines)
+    assert any(line.split() == ['mine', 'Turns', 'round.'] for line in lines)
+    assert any('broken' in line and 'cannot be read' in line for line in lines)
+    assert not any('helper' in line for line in lines)
+
+
+def test_completion_of_verbs_and_options():
+    def complete(line):
+        command = f"{sys.executable} -c 'from launch_scripts.cli import main; main()' 8>&1 9>&2"
+        result = subprocess.run(
+            ['bash', '-c', command],
+            env={
+                **os.environ,
+                '_ARGCOMPLETE': '1',
+                '_ARGCOMPLETE_IFS': '\n',
+                'COMP_LINE': line,
+                'COMP_POINT': str(len(line)),
+                'COMP_TYPE': '9',
+            },
+            capture_output=True,
+            text=True,
+            check=False,
+        )
+        return [word.strip() for word in result.stdout.splitlines()]
+
+    assert complete('setcmas bag') == ['bag_to_csv']
+    assert '--nb-robots' in complete('setcmas simu --nb')
+    assert complete('setcmas simu --limits ') == ['ideal', 'burger']

@@ -1,0 +1,125 @@
+"""The five ROS packages: same version everywhere, dependencies one way, ROS only in nodes."""
+
+import ast
+import os
+import shutil
+import signal
+import subprocess
+import sys
+from pathlib import Path
+from xml.etree import ElementTree
+
+import pytest
+
+from setcmas_simu import __version__
+
+ROOT = Path(__file__).parents[2]
+PACKAGES = ('setcmas_simu', 'setcmas_ctrl', 'setcmas_expe', 'setcmas_tools', 'launch_scripts')
+ROS = ('rclpy', 'rcl_interfaces', 'builtin_interfaces', 'tf2_ros')
+MAY_DRAW = ('rviz_marker.py', 'rviz_marker_array.py')
+
+
+def imports(path):
+    """Return the top-level packages that a module imports, anywhere in it."""
+    names = set()
+    for node in ast.walk(ast.parse(path.read_text())):
+        if isinstance(node, ast.Import):
+            names |= {alias.name.partition('.')[0] for alias in node.names}
+        elif isinstance(node, ast.ImportFrom) and not node.level:
+            names.add((node.module or '').partition('.')[0])
+    return names
+
+
+def modules(package):
+    return sorted((ROOT / package / package).rglob('*.py'))
+
+
+@pytest.mark.parametrize('package', PACKAGES)
+def test_manifest(package):
+    manifest = ElementTree.parse(ROOT / package / 'package.xml').getroot()
+
+    assert manifest.findtext('name') == package
+    assert manifest.findtext('version') == __version__
+    assert manifest.findtext('license') == 'MIT'
+    assert manifest.findtext('export/build_type') == 'ament_python'
+    assert (ROOT / package / 'resource' / package).is_file()
+
+
+@pytest.mark.parametrize('package', PACKAGES)
+def test_dependencies_point_one_way(package):
+    allowed = set(PACKAGES[: PACKAGES.index(package) + 1])
+    for path in modules(package):
+        assert imports(path) & set(PACKAGES) <= allowed, path
+
+
+@pytest.mark.parametrize('package', PACKAGES)
+def test_only_nodes_import_ros(package):
+    for path in modules(package):
+        if 'nodes' not in path.parts and path.name not in MAY_DRAW:
+            ros = {name for name in imports(path) if name in ROS or name.endswith('_msgs')}
+            assert not ros, path
+
+
+@pytest.mark.parametrize('package', PACKAGES[:-1])
+def test_every_executable_exists(package):
+    setup = (ROOT / package / 'setup.py').read_text()
+    nodes = ROOT / package / package / 'nodes'
+    for path in nodes.glob('*.py'):
+        is_executable = 'def main(argv' in path.read_text()
+        entry = f"'{path.stem} = {package}.nodes.{path.stem}:main'"
+        assert (entry in setup) == is_executable, path
+
+
+def test_nothing_at_the_root_makes_colcon_take_it_for_a_package():
+    for name in ('setup.py', 'setup.cfg', 'package.xml', 'CMakeLists.txt'):
+        assert not (ROOT / name).exists()
+
+
+@pytest.mark.parametrize('option', [(), ('--symlink-install',)], ids=['plain', 'symlink'])
+def test_colcon_builds_the_five_packages(start, domain, tmp_path, option):
+    pytest.importorskip('rclpy')
+    pytest.importorskip('colcon_ros', reason='colcon is not installed')
+    source = tmp_path / 'src' / 'setcmas'
+    skipped = shutil.ignore_patterns('.*', '__pycache__', '*.egg-info', 'build', 'install', 'log')
+    for package in PACKAGES:
+        shutil.copytree(ROOT / package, source / package, ignore=skipped)
+    shutil.copy(ROOT / 'pyproject.toml', source)
+    binaries = Path(sys.executable).parent
+    # A workspace finds its packages by itself, not through an editable install beside it.
+    environment = {**os.environ, 'PATH': f'{binaries}:{os.environ["PATH"]}'}
+    built = subprocess.run(
+        [sys.executable, '-m', 'colcon', '--log-base', 'log', 'build', *option],
+        cwd=tmp_path,
+        env=environment,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert built.returncode == 0, built.stdout + built.stderr
+    assert 'Summary: 5 packages finished' in built.stdout + built.stderr
+
+    sourced = subprocess.run(
+        ['bash', '-c', 'source install/setup.bash && command -v setcmas && setcmas --help'],
+        cwd=tmp_path,
+        env=environment,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert sourced.stdout.startswith(str(tmp_path / 'install' / 'launch_scripts'))
+    assert 'simulate robots' in sourced.stdout
+
+    executable = tmp_path / 'install' / 'setcmas_simu' / 'lib' / 'setcmas_simu' / 'virtual_robot'
+    command = f'source install/setup.bash && exec {executable} --nb-robots 2'
+    node = start('bash', '-c', command, cwd=tmp_path, env=environment)
+    node.wait_for_output('simulating robots 1-2')
+    publishes(domain)
+    assert node.end(signal.SIGTERM) == 0
+
+
+def publishes(domain):
+    from ros_peer import Peer
+
+    with Peer(domain) as peer:
+        odometry = peer.odometry(2)
+        peer.wait_for(lambda: odometry)

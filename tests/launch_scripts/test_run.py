@@ -1,0 +1,190 @@
+import csv
+import os
+import signal
+import time
+from pathlib import Path
+
+import numpy as np
+import psutil
+import pytest
+import yaml
+from processes import SETCMAS, run_setcmas
+
+pytest.importorskip('rclpy')
+
+REFERENCE = Path(__file__).parents[3] / 'shared' / 'reference' / 'ros1' / 'wp_nav_1.csv'
+
+
+def table(path):
+    with path.open() as file:
+        return [{k: float(v) for k, v in row.items()} for row in csv.DictReader(file)]
+
+
+def nodes_of(process):
+    return [child.pid for child in psutil.Process(process.pid).children(recursive=True)]
+
+
+def all_gone(pids):
+    return (
+        psutil.wait_procs([psutil.Process(p) for p in pids if psutil.pid_exists(p)], 30)[1] == []
+    )
+
+
+def test_the_whole_job(start, tmp_path):
+    process = start(
+        *SETCMAS, 'run', '--algo', 'consensus', '--nb-robots', '3', '--duration', '12',
+        '--pose', '1:1,0', '--pose', '2:0,1', '--pose', '3:-1,-1', '--output', 'out',
+        '--format', 'png', 'svg', cwd=tmp_path,
+    )  # fmt: skip
+    process.wait_for_output('[ctrl] controlling robots 1-3')
+    nodes = nodes_of(process)
+
+    assert process.wait() == 0, process.output()
+    assert len(nodes) == 3
+    assert all_gone(nodes)
+    out = tmp_path / 'out'
+    assert (out / 'bag' / 'metadata.yaml').is_file()
+    assert {path.suffix for path in (out / 'plots').iterdir()} == {'.png', '.svg'}
+    fleet = table(out / 'csv' / 'fleet.csv')
+    assert list(fleet[0]) == ['t', 'robot', 'x', 'y', 'theta', 'v', 'omega']
+    assert fleet[-1]['t'] == pytest.approx(12, abs=1.5)
+    last = np.array([[row['x'], row['y']] for row in fleet[-3:]])
+    assert np.ptp(last, axis=0).max() < 0.3
+    assert {row['robot'] for row in fleet[-3:]} == {1, 2, 3}
+    commands = table_of_text(out / 'csv' / 'tb3_2_cmd_vel.csv')
+    assert float(commands[-1]['twist.linear.x']) == 0.0
+    record = yaml.safe_load((out / 'run.yaml').read_text())
+    assert record['outcome'] == 'complete'
+    assert record['parameters']['nb_robots'] == 3
+    assert 'largest distance between two robots at the end' in process.output()
+
+
+def table_of_text(path):
+    with path.open() as file:
+        return list(csv.DictReader(file))
+
+
+def test_an_interrupted_run_keeps_what_it_has(start, tmp_path):
+    process = start(*SETCMAS, 'run', '--algo', 'nav_wp', '--output', 'out', cwd=tmp_path)
+    process.wait_for_output('[ctrl] controlling')
+    nodes = nodes_of(process)
+    bag = tmp_path / 'out' / 'bag' / 'bag.mcap'
+    wait_for_growth(bag)
+
+    assert process.end(signal.SIGINT) == 130
+    assert all_gone(nodes)
+    assert table(tmp_path / 'out' / 'csv' / 'fleet.csv')
+    record = yaml.safe_load((tmp_path / 'out' / 'run.yaml').read_text())
+    assert record['outcome'] == 'stopped by the user'
+
+
+def wait_for_growth(path):
+    deadline = time.monotonic() + 30
+    while not path.exists() or path.stat().st_size < 4096:
+        assert time.monotonic() < deadline
+        time.sleep(0.05)
+
+
+@pytest.mark.parametrize('victim', ['virtual_robot', 'controller', 'recorder'])
+def test_when_a_process_dies_the_launcher_says_so_and_stops_the_rest(start, tmp_path, victim):
+    process = start(
+        *SETCMAS, 'run', '--algo', 'consensus', '--nb-robots', '2', '--output', 'out', cwd=tmp_path
+    )
+    process.wait_for_output('[ctrl] controlling')
+    nodes = nodes_of(process)
+    dying = [pid for pid in nodes if victim in ' '.join(psutil.Process(pid).cmdline())]
+    os.kill(dying[0], signal.SIGKILL)
+
+    assert process.wait() not in (0, 2)
+    assert all_gone(nodes)
+    assert f'(process {dying[0]}) was killed by SIGKILL' in process.output()
+    record = yaml.safe_load((tmp_path / 'out' / 'run.yaml').read_text())
+    assert 'SIGKILL' in record['outcome']
+    assert 'Traceback' not in process.output()
+
+
+def test_nothing_is_left_when_the_launcher_is_killed(start, tmp_path):
+    process = start(*SETCMAS, 'run', '--algo', 'nav_wp', '--output', 'out', cwd=tmp_path)
+    process.wait_for_output('[ctrl] controlling')
+    nodes = nodes_of(process)
+
+    process.end(signal.SIGKILL)
+
+    assert len(nodes) == 3
+    assert all_gone(nodes)
+
+
+def test_a_script_with_a_mistake_starts_nothing(domain, tmp_path):
+    (tmp_path / 'law.py').write_text('def control(a, b, c, d):\n    return 1,, 2\n')
+
+    result = run_setcmas('run', '--algo', 'law', '--output', 'out', cwd=tmp_path)
+
+    assert result.returncode == 2
+    assert 'law.py, line 2: SyntaxError' in result.stderr
+    assert 'return 1,, 2' in result.stderr
+    assert not (tmp_path / 'out').exists()
+
+
+def test_a_script_that_fails_while_loading_ends_the_run_with_status_2(start, tmp_path):
+    (tmp_path / 'law.py').write_text('import no_such\ndef control(a, b, c, d):\n    return 1, 2\n')
+
+    process = start(*SETCMAS, 'run', '--algo', 'law', '--output', 'out', cwd=tmp_path)
+
+    assert process.wait() == 2
+    assert "No module named 'no_such'" in process.output()
+    assert 'Traceback' not in process.output()
+
+
+def test_an_earlier_run_is_kept(domain, tmp_path):
+    (tmp_path / 'out' / 'bag').mkdir(parents=True)
+
+    result = run_setcmas('run', '--algo', 'consensus', '--output', 'out', cwd=tmp_path)
+
+    assert result.returncode == 2
+    assert 'holds an earlier run' in result.stderr
+
+
+def test_files_of_the_user_do_not_hide_those_of_python(start, tmp_path):
+    for name in ('random', 'numpy', 'queue', 'rclpy'):
+        (tmp_path / f'{name}.py').write_text('raise RuntimeError("hidden")\n')
+
+    process = start(*SETCMAS, 'simu', '--nb-robots', '1', cwd=tmp_path)
+
+    process.wait_for_output('simulating robots 1')
+
+
+def test_three_terminals(start, tmp_path):
+    simu = start(*SETCMAS, 'simu', '--nb-robots', '2', cwd=tmp_path)
+    simu.wait_for_output('simulating robots 1-2')
+    record = start(*SETCMAS, 'record', '-o', 'bag', cwd=tmp_path)
+    record.wait_for_output('recording')
+    ctrl = start(*SETCMAS, 'ctrl', '--algo', 'consensus', cwd=tmp_path)
+    ctrl.wait_for_output('controlling robots 1-2')
+    wait_for_growth(tmp_path / 'bag' / 'bag.mcap')
+    for process in (ctrl, record, simu):
+        assert process.end(signal.SIGINT) == 0, process.output()
+        assert 'Traceback' not in process.output()
+
+    assert run_setcmas('bag_to_csv', 'bag', cwd=tmp_path).returncode == 0
+    plots = run_setcmas('csv_to_plot', 'csv', cwd=tmp_path)
+
+    assert plots.returncode == 0, plots.stderr
+    assert table(tmp_path / 'csv' / 'fleet.csv')
+    assert all(Path(tmp_path, line).is_file() for line in plots.stdout.splitlines())
+
+
+@pytest.mark.skipif(not REFERENCE.is_file(), reason='the recordings of the ROS 1 stack are absent')
+def test_nav_wp_over_ros_follows_the_recording_of_the_ros_1_stack(domain, tmp_path):
+    from setcmas_tools.fleet_table import read_csv
+    from setcmas_tools.trajectory_comparison import compare
+
+    arguments = ['--algo', 'nav_wp', '--nb-robots', '1', '--pose', '1:5,5,0', '--duration', '60']
+    result = run_setcmas('run', *arguments, '--output', 'out', cwd=tmp_path, timeout=120)
+
+    assert result.returncode == 0, result.stderr
+    ours, theirs = read_csv(tmp_path / 'out' / 'csv' / 'fleet.csv'), read_csv(REFERENCE)
+    moving = ours.t >= 0
+    comparison = compare(
+        ours.t[moving], (ours.x[moving], ours.y[moving]), theirs.t, (theirs.x, theirs.y)
+    )
+    assert comparison.rms < 0.1

@@ -1,0 +1,50 @@
+import pytest
+import yaml
+from launch_scripts.run_folder import RunFolder
+from setcmas_simu.errors import SetcmasError
+
+
+def test_an_earlier_run_is_not_lost_by_mistake(tmp_path):
+    folder = RunFolder(tmp_path / 'out')
+    folder.check(overwrite=False)
+    folder.create()
+    folder.bag.mkdir()
+
+    with pytest.raises(SetcmasError, match=r'holds an earlier run.*--overwrite'):
+        folder.check(overwrite=False)
+    folder.check(overwrite=True)
+
+
+def test_overwriting_removes_the_earlier_run_and_nothing_else(tmp_path):
+    for name in ('bag', 'csv', 'plots', 'mine'):
+        (tmp_path / name).mkdir()
+    (tmp_path / 'run.yaml').touch()
+
+    RunFolder(tmp_path).create()
+
+    assert [path.name for path in tmp_path.iterdir()] == ['mine']
+
+
+def test_a_file_is_no_folder(tmp_path):
+    (tmp_path / 'out').touch()
+
+    with pytest.raises(SetcmasError, match='is not a folder'):
+        RunFolder(tmp_path / 'out').check(overwrite=True)
+
+
+def test_a_folder_that_cannot_be_created_is_told(tmp_path):
+    (tmp_path / 'file').touch()
+
+    with pytest.raises(SetcmasError, match='cannot be written'):
+        RunFolder(tmp_path / 'file' / 'out').create()
+
+
+def test_the_record_of_a_run(tmp_path):
+    RunFolder(tmp_path).write_record({'nb_robots': 8}, 'complete', 1.7e9)
+
+    record = yaml.safe_load((tmp_path / 'run.yaml').read_text())
+    assert record['outcome'] == 'complete'
+    assert record['parameters'] == {'nb_robots': 8}
+    assert record['versions']['setcmas']
+    assert record['host']['name']
+    assert record['started'].startswith('2023-11-14')
