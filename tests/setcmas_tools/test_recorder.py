@@ -28,7 +28,7 @@ def bag(tmp_path):
 
 @pytest.fixture
 def record(start, peer, bag):
-    """A function that starts a recorder and waits until it records the peer's /rosout."""
+    """A function that starts a recorder and waits until its bag exists."""
 
     def record(*arguments, **options):
         recorder = start(*RECORDER, '-o', str(bag), *arguments, **options)

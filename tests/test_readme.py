@@ -1,0 +1,56 @@
+"""What README tells is true: its commands are accepted, its test command is the one of CI."""
+
+import re
+import shlex
+from pathlib import Path
+
+import pytest
+from launch_scripts.cli import VERBS, build_parser
+from setcmas_ctrl.algorithm_loader import builtin_folder, load_control, scripts_in
+
+ROOT = Path(__file__).parents[1]
+README = (ROOT / 'README.md').read_text()
+
+
+def code(language):
+    return re.findall(rf'```{language}\n(.*?)```', README, re.DOTALL)
+
+
+def setcmas_commands():
+    for block in code('sh'):
+        for line in block.splitlines():
+            words = shlex.split(line, comments=True)
+            if words[0] == 'setcmas':
+                yield words[1:]
+            elif words[0] in ('bag_to_csv', 'csv_to_plot'):
+                yield words
+
+
+@pytest.mark.parametrize('words', list(setcmas_commands()), ids=' '.join)
+def test_every_command_is_accepted(words):
+    args, unknown = build_parser(words[0]).parse_known_args(words)
+
+    assert args.verb == words[0]
+    assert not unknown
+
+
+def test_every_verb_and_every_built_in_law_is_told():
+    for name in [*VERBS, *[path.stem for path in scripts_in(builtin_folder())]]:
+        assert name in README
+
+
+def test_the_test_command_is_the_one_of_ci():
+    install, run = code('sh')[-1].strip().split(' && ')
+    ci = (ROOT / '.ci' / 'run').read_text()
+
+    assert install.replace('pip install', 'pip install -q') in ci
+    assert re.search(rf'^SETCMAS_REQUIRE_ROS=1 {run}$', ci, re.MULTILINE)
+
+
+def test_the_control_law_works(tmp_path):
+    import numpy as np
+
+    path = tmp_path / 'my_law.py'
+    path.write_text(code('python')[0])
+
+    assert load_control(path, 1)(1, 2, np.array([[0.0, 2.0], [0.0, 4.0], [0, 0]]), 0.0) == (0.5, 1)
