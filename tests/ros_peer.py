@@ -8,6 +8,7 @@ from geometry_msgs.msg import Point32, Twist, TwistStamped
 from nav_msgs.msg import Odometry
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
+
 from setcmas_simu.nodes.ros_process import use_fast_discovery
 
 

@@ -5,6 +5,7 @@ import shlex
 from pathlib import Path
 
 import pytest
+
 from launch_scripts.cli import VERBS, build_parser
 from setcmas_ctrl.algorithm_loader import builtin_folder, load_control, scripts_in
 

@@ -10,9 +10,8 @@ import os
 import sys
 from typing import NoReturn
 
-from setcmas_simu.errors import SetcmasError
-
 from setcmas_simu import __version__
+from setcmas_simu.errors import SetcmasError
 
 VERBS = {
     'run': 'simulate, control, record, convert and plot with one command',

@@ -7,9 +7,8 @@ import os
 import sys
 from collections.abc import Sequence
 
-from setcmas_simu.errors import SetcmasError
-
 from launch_scripts.output_lines import LOG_FORMAT
+from setcmas_simu.errors import SetcmasError
 
 ROS_WHEELS = "pip install 'ros-jazzy-rclpy[fastrtps]' ros-jazzy-common-interfaces"
 """Installs what the nodes need, on Linux x86_64 with Python 3.10 to 3.13."""

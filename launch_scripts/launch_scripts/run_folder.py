@@ -11,9 +11,9 @@ from pathlib import Path
 from typing import Any
 
 import yaml
-from setcmas_simu.errors import SetcmasError
 
 from setcmas_simu import __version__
+from setcmas_simu.errors import SetcmasError
 
 _PARTS = ('bag', 'csv', 'plots', 'run.yaml')
 _PACKAGES = ('numpy', 'rclpy', 'rosbags', 'matplotlib')

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+
 from setcmas_simu.topics import robot_name
 from setcmas_tools.fleet_table import FleetTable
 

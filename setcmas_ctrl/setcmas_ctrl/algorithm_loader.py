@@ -14,10 +14,9 @@ from importlib import resources
 from pathlib import Path
 from typing import Any
 
-from setcmas_simu.errors import SetcmasError
-
 from setcmas_ctrl import rviz_marker, rviz_marker_array
 from setcmas_ctrl.script_messages import describe_failure
+from setcmas_simu.errors import SetcmasError
 
 Control = Callable[..., Any]
 
@@ -113,7 +112,7 @@ def load_control(path: Path, robot: int) -> Control:
         if folder not in sys.path:
             sys.path.append(folder)  # for imports inside functions, behind everything else
         _forget_helpers(path.parent, known)
-    return _checked(module.__dict__.get('control'), path)
+    return checked_control(module.__dict__.get('control'), path)
 
 
 def _forget_helpers(folder: Path, known: set[str]) -> None:
@@ -123,7 +122,12 @@ def _forget_helpers(folder: Path, known: set[str]) -> None:
             del sys.modules[name]
 
 
-def _checked(control: Any, path: Path) -> Control:
+def checked_control(control: Any, path: Path) -> Control:
+    """Return a script's `control` if it can be called with four arguments.
+
+    Raises:
+        SetcmasError: It cannot.
+    """
     if not callable(control):
         raise SetcmasError(f'{path.name} has no function control; expected is {_EXPECTED}')
     try:

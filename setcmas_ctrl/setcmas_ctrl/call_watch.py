@@ -10,9 +10,8 @@ import traceback
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
-from setcmas_simu.topics import robot_name
-
 from setcmas_ctrl.script_messages import quoted_line
+from setcmas_simu.topics import robot_name
 
 STUCK_S = 2.0
 """Duration in s from which a call counts as stuck."""

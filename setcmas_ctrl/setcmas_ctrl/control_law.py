@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from setcmas_ctrl.algorithm_loader import load_control
+from setcmas_ctrl.algorithm_loader import checked_control, load_control
 from setcmas_ctrl.script_messages import describe_failure, quoted_line, script_line
 
 Velocity = tuple[float, float]
@@ -43,6 +43,21 @@ class ControlLaw:
         self.robot = robot
         self._nb_robots = nb_robots
         self._control: Callable[..., Any] = load_control(path, robot)
+
+    @classmethod
+    def of_function(cls, control: Callable[..., Any], robot: int, nb_robots: int) -> ControlLaw:
+        """Return the control law that a function `control` is, for a robot.
+
+        Raises:
+            SetcmasError: The function does not take four arguments.
+        """
+        law = cls.__new__(cls)
+        code = getattr(control, '__code__', None)
+        law.path = Path(code.co_filename if code else 'control')
+        law.robot = robot
+        law._nb_robots = nb_robots
+        law._control = checked_control(control, law.path)
+        return law
 
     def __call__(self, poses: NDArray[np.float64], t: float) -> Velocity:
         """Return the velocity (vx, vy) in m/s that the script asks for.

@@ -4,10 +4,9 @@ from __future__ import annotations
 
 import argparse
 
-from setcmas_simu.simulation_options import CMD_VEL_TYPES, count, positive, rate
-
 from setcmas_ctrl.saturation import VNOM
 from setcmas_ctrl.si_to_uni import KOMEGA
+from setcmas_simu.simulation_options import CMD_VEL_TYPES, count, positive, rate
 
 RATE_HZ = 5.0
 """Default rate of control, in Hz."""

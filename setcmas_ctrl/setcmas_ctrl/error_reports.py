@@ -5,9 +5,8 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Callable
 
-from setcmas_simu.topics import robot_name
-
 from setcmas_ctrl.control_law import ControlError
+from setcmas_simu.topics import robot_name
 
 
 class ErrorReports:

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from setcmas_simu.planar_pose import wrap_angle
 
 from setcmas_ctrl.saturation import SLOW
+from setcmas_simu.planar_pose import wrap_angle
 
 KOMEGA = 1.5
 """Default gain on the heading error, in 1/s."""

@@ -27,10 +27,12 @@ def step(poses: ArrayLike, V: ArrayLike, omega: ArrayLike, Ts: float) -> NDArray
     Returns:
         The poses a period later, shape (3, N).
     """
-    x, y, theta = np.asarray(poses, dtype=float)
+    later = np.array(poses, dtype=float)
     travel = Ts * np.asarray(V, dtype=float)
-    heading = theta + Ts * np.asarray(omega, dtype=float)
-    return np.stack((x + travel * np.cos(heading), y + travel * np.sin(heading), heading))
+    later[2] += Ts * np.asarray(omega, dtype=float)
+    later[0] += travel * np.cos(later[2])
+    later[1] += travel * np.sin(later[2])
+    return later
 
 
 def velocities_between(

@@ -39,21 +39,25 @@ class VelocityLimits:
         Returns:
             Forward speeds (m/s) and turn rates (rad/s) that the robot reaches, shapes (N,).
         """
-        forward = np.clip(np.asarray(V, dtype=float), -self.V_max, self.V_max)
-        turn = np.clip(np.asarray(omega, dtype=float), -self.omega_max, self.omega_max)
-        if math.isinf(self.wheel_speed_max):
+        forward, turn = np.asarray(V, dtype=float), np.asarray(omega, dtype=float)
+        if self is IDEAL:
             return forward, turn
+        forward = np.clip(forward, -self.V_max, self.V_max)
+        turn = np.clip(turn, -self.omega_max, self.omega_max)
         half = 0.5 * self.wheel_separation * turn
         left = np.clip(forward - half, -self.wheel_speed_max, self.wheel_speed_max)
         right = np.clip(forward + half, -self.wheel_speed_max, self.wheel_speed_max)
         return 0.5 * (left + right), (right - left) / self.wheel_separation
 
 
+IDEAL = VelocityLimits(math.inf, math.inf, math.inf, 0.160)
+"""No limits at all, as in ROS 1."""
+
 MODELS = {
-    'ideal': VelocityLimits(math.inf, math.inf, math.inf, 0.160),
+    'ideal': IDEAL,
     'burger': VelocityLimits(0.2108, 2.635, 0.2667, 0.160),
 }
-"""Limits by name: `ideal` has none, as in ROS 1; `burger` are a TurtleBot3 Burger's."""
+"""Limits by name: `burger` are a TurtleBot3 Burger's."""
 
 
 def limits_named(name: str) -> VelocityLimits:

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from setcmas_simu import unicycle
-from setcmas_simu.velocity_limits import MODELS, VelocityLimits
+from setcmas_simu.velocity_limits import IDEAL, VelocityLimits
 
 
 class VirtualFleet:
@@ -23,7 +23,7 @@ class VirtualFleet:
     def __init__(
         self,
         start_poses: NDArray[np.float64],
-        limits: VelocityLimits = MODELS['ideal'],
+        limits: VelocityLimits = IDEAL,
         cmd_timeout: float = math.inf,
     ) -> None:
         """Place the robots.
@@ -58,6 +58,12 @@ class VirtualFleet:
         self._commands[:, index] = (V, omega) if finite else (0.0, 0.0)
         self._command_times[index] = now
 
+    def command_all(self, V: NDArray[np.float64], omega: NDArray[np.float64], now: float) -> None:
+        """Let all robots follow finite commands (m/s, rad/s; shapes (N,)), as `command` does."""
+        self._commands[0] = V
+        self._commands[1] = omega
+        self._command_times.fill(now)
+
     def reset(self, index: int) -> None:
         """Put a robot back to its start pose, at rest until the next command."""
         self.poses[:, index] = self._start_poses[:, index]
@@ -66,6 +72,8 @@ class VirtualFleet:
 
     def step(self, Ts: float, now: float) -> None:
         """Move all robots by one period of Ts s; `now` is in s on the clock of `command`."""
-        fresh = now - self._command_times <= self._cmd_timeout
-        self.V, self.omega = self._limits.saturate(*(self._commands * fresh))
+        commands = self._commands.copy()
+        if self._cmd_timeout < math.inf:
+            commands *= now - self._command_times <= self._cmd_timeout
+        self.V, self.omega = self._limits.saturate(*commands)
         self.poses = unicycle.step(self.poses, self.V, self.omega, Ts)

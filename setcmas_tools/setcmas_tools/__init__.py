@@ -1,1 +1,19 @@
-"""Recording, CSV files and plots of runs of a fleet."""
+"""Recording, CSV files, plots, metrics and offline runs of a fleet."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from setcmas_tools.offline_engine import OfflineRun, simulate
+
+__all__ = ['OfflineRun', 'simulate']
+
+
+def __getattr__(name: str) -> Any:
+    # Imported on demand: the recorder, for one, needs no control laws.
+    if name in __all__:
+        from setcmas_tools import offline_engine
+
+        return getattr(offline_engine, name)
+    raise AttributeError(f'module {__name__!r} has no attribute {name!r}')

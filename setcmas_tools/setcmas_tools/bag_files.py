@@ -9,8 +9,8 @@ from pathlib import Path
 
 from rosbags.rosbag1 import Reader as Ros1Reader
 from rosbags.rosbag2 import Reader as Ros2Reader
-from setcmas_simu.errors import SetcmasError
 
+from setcmas_simu.errors import SetcmasError
 from setcmas_tools.bag_source import BagSource, IndexedSource, one_line
 from setcmas_tools.mcap_salvage import McapSalvage
 from setcmas_tools.ros1_salvage import Ros1Salvage

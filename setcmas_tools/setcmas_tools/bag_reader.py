@@ -9,8 +9,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from rosbags.interfaces import Connection
-from setcmas_simu.errors import SetcmasError
 
+from setcmas_simu.errors import SetcmasError
 from setcmas_tools.bag_files import open_sources
 from setcmas_tools.bag_source import BagSource
 from setcmas_tools.bag_types import BagTypes, MessageType, UnresolvedTypeError

@@ -11,7 +11,6 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from setcmas_simu.errors import SetcmasError
-
 from setcmas_tools import fleet_table
 from setcmas_tools.bag_reader import Bag, BagTopic, open_bag
 from setcmas_tools.bag_types import UndecodableError

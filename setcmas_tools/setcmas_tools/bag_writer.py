@@ -9,8 +9,8 @@ from types import TracebackType
 
 from rosbags.interfaces import Connection, Qos
 from rosbags.rosbag2 import StoragePlugin, Writer, WriterError
-from setcmas_simu.errors import SetcmasError
 
+from setcmas_simu.errors import SetcmasError
 from setcmas_tools.message_definitions import Definition
 
 _BAG_VERSION = 9  # that of ROS 2 Jazzy

@@ -6,9 +6,9 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from matplotlib.figure import Figure
-from setcmas_simu.errors import SetcmasError
 from tqdm import tqdm
 
+from setcmas_simu.errors import SetcmasError
 from setcmas_tools import fleet_table
 from setcmas_tools.fleet_table import FleetTable
 from setcmas_tools.plot_distances import draw_distances

@@ -9,8 +9,8 @@ from typing import Any
 from rosbags.interfaces import Nodetype
 from rosbags.typesys.base import normalize_fieldname
 from rosbags.typesys.store import Typestore
-from setcmas_simu.planar_pose import yaw_of_quaternion
 
+from setcmas_simu.planar_pose import yaw_of_quaternion
 from setcmas_tools.cell_text import (
     array_writer,
     cells_of_messages,

@@ -8,9 +8,9 @@ from collections.abc import Callable, Iterable
 from typing import Any
 
 import numpy as np
-from setcmas_simu.planar_pose import yaw_of_quaternion
 
 from setcmas_simu import topics
+from setcmas_simu.planar_pose import yaw_of_quaternion
 from setcmas_tools.fleet_table import COLUMNS, FleetTable, fleet_table
 
 _ODOMETRY = 'nav_msgs/msg/Odometry'

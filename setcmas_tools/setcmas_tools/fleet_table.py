@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+
 from setcmas_simu.errors import SetcmasError
 
 Floats = NDArray[np.float64]

@@ -12,8 +12,8 @@ from mcap.exceptions import InvalidMagic, McapError
 from mcap.records import Channel, Chunk, DataEnd, Message, Schema
 from mcap.stream_reader import StreamReader, breakup_chunk
 from rosbags.interfaces import Connection, ConnectionExtRosbag2
-from setcmas_simu.errors import SetcmasError
 
+from setcmas_simu.errors import SetcmasError
 from setcmas_tools.bag_source import Entry, Extent, message_definition
 
 _GARBAGE = (McapError, MemoryError, OverflowError, ValueError, struct.error)

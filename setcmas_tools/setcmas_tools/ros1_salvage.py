@@ -16,8 +16,8 @@ from typing import BinaryIO
 from rosbags.interfaces import Connection, ConnectionExtRosbag1
 from rosbags.rosbag1.reader import decompressors
 from rosbags.typesys.msg import normalize_msgtype
-from setcmas_simu.errors import SetcmasError
 
+from setcmas_simu.errors import SetcmasError
 from setcmas_tools.bag_source import Entry, Extent, message_definition
 
 _MAGIC = b'#ROSBAG V2.0\n'

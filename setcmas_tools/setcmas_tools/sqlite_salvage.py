@@ -9,8 +9,8 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from rosbags.interfaces import Connection, ConnectionExtRosbag2, MessageDefinition
-from setcmas_simu.errors import SetcmasError
 
+from setcmas_simu.errors import SetcmasError
 from setcmas_tools.bag_source import Entry, Extent, message_definition, one_line
 
 

@@ -30,6 +30,7 @@ from geometry_msgs.msg import TwistStamped
 from nav_msgs.msg import Odometry
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
+
 from setcmas_simu.nodes.ros_process import use_fast_discovery
 
 SETCMAS = shutil.which('setcmas', path=str(Path(sys.executable).parent)) or 'setcmas'

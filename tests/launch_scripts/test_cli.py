@@ -4,9 +4,9 @@ import subprocess
 import sys
 
 import pytest
-from launch_scripts.cli import VERBS, spelled
 from processes import run_setcmas
 
+from launch_scripts.cli import VERBS, spelled
 from setcmas_simu import __version__
 
 

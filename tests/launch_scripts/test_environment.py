@@ -1,9 +1,9 @@
 import sys
 
 import pytest
-from setcmas_simu.errors import SetcmasError
 
 from launch_scripts import environment
+from setcmas_simu.errors import SetcmasError
 
 
 def test_topics_stay_on_this_machine_unless_the_user_decides_otherwise(monkeypatch):

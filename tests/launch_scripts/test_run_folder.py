@@ -1,5 +1,6 @@
 import pytest
 import yaml
+
 from launch_scripts.run_folder import RunFolder
 from setcmas_simu.errors import SetcmasError
 

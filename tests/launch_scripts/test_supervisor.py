@@ -8,6 +8,7 @@ from pathlib import Path
 
 import psutil
 import pytest
+
 from launch_scripts.supervisor import ChildDiedError, StoppedError, Supervisor
 
 SLEEPER = 'import time; print("ready", flush=True); time.sleep(600)'

@@ -2,6 +2,7 @@ import sys
 import textwrap
 
 import pytest
+
 from setcmas_ctrl.algorithm_loader import (
     builtin_folder,
     compile_script,

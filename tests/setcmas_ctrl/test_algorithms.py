@@ -2,13 +2,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+
 from setcmas_ctrl.algorithm_loader import builtin_folder, find_script
 from setcmas_ctrl.control_law import ControlLaw
 from setcmas_ctrl.saturation import saturate
 from setcmas_ctrl.si_to_uni import si_to_uni
-from setcmas_simu.fleet import start_poses
-
 from setcmas_simu import unicycle
+from setcmas_simu.fleet import start_poses
 
 REFERENCE = Path(__file__).parents[3] / 'shared' / 'reference' / 'ros1'
 needs_reference = pytest.mark.skipif(

@@ -2,6 +2,7 @@ import threading
 from pathlib import Path
 
 import pytest
+
 from setcmas_ctrl.call_watch import CallWatch
 
 

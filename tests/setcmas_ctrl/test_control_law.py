@@ -1,5 +1,6 @@
 import numpy as np
 import pytest
+
 from setcmas_ctrl.control_law import ControlError, ControlLaw, checked_velocity
 from setcmas_ctrl.error_reports import ErrorReports
 

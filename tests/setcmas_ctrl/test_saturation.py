@@ -1,5 +1,6 @@
 import numpy as np
 import pytest
+
 from setcmas_ctrl.saturation import dead_band, saturate
 
 

@@ -1,5 +1,6 @@
 import numpy as np
 import pytest
+
 from setcmas_ctrl.si_to_uni import si_to_uni
 
 

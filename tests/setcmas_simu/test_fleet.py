@@ -1,5 +1,6 @@
 import numpy as np
 import pytest
+
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet import colour, format_robots, parse_robots, plot_colour, start_poses
 

@@ -1,5 +1,6 @@
 import numpy as np
 import pytest
+
 from setcmas_simu.planar_pose import quaternion_of_yaw, wrap_angle, yaw_of_quaternion
 
 

@@ -1,5 +1,6 @@
 import numpy as np
 import pytest
+
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet import start_poses
 from setcmas_simu.pose_options import chosen_start_poses, load_poses, parse_pose_option

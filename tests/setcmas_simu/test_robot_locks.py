@@ -2,6 +2,7 @@ import subprocess
 import sys
 
 import pytest
+
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.robot_locks import RobotLocks
 

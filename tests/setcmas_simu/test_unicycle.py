@@ -1,5 +1,6 @@
 import numpy as np
 import pytest
+
 from setcmas_simu.unicycle import step, velocities_between
 
 

@@ -1,5 +1,6 @@
 import numpy as np
 import pytest
+
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.velocity_limits import limits_named
 

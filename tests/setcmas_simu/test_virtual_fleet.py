@@ -2,6 +2,7 @@ import math
 
 import numpy as np
 import pytest
+
 from setcmas_simu.velocity_limits import limits_named
 from setcmas_simu.virtual_fleet import VirtualFleet
 

@@ -9,9 +9,10 @@ pytest.importorskip('rclpy')
 from geometry_msgs.msg import PoseStamped, Twist, TwistStamped
 from nav_msgs.msg import Odometry
 from ros_peer import position, twist, twist_stamped
-from setcmas_simu.fleet import colour, start_poses
 from std_msgs.msg import Empty
 from visualization_msgs.msg import Marker
+
+from setcmas_simu.fleet import colour, start_poses
 
 
 def test_odometry_pose_and_marker_of_every_robot(start, peer):

@@ -4,6 +4,7 @@ import contextlib
 import random
 
 import pytest
+
 from setcmas_simu.errors import SetcmasError
 from setcmas_tools.bag_reader import open_bag
 from setcmas_tools.bag_types import UndecodableError

@@ -2,8 +2,11 @@ import shutil
 import sqlite3
 
 import pytest
+from mcap.writer import CompressionType
+from mcap.writer import Writer as McapWriter
 from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin, Writer
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
+
 from setcmas_simu.errors import SetcmasError
 from setcmas_tools.bag_reader import open_bag
 
@@ -173,6 +176,33 @@ def test_damaged_chunk_costs_only_itself(tmp_path, store, points):
 
     assert x == [*range(50), *range(100, 200)]
     assert notices[0] == f"'{path}': 1 damaged chunk was left out"
+
+
+def test_chunk_that_does_not_fit_its_checksum_is_left_out(tmp_path, store, points):
+    path = tmp_path / 'others.mcap'
+    with path.open('wb') as stream:
+        writer = McapWriter(stream, chunk_size=1000, compression=CompressionType.NONE)
+        writer.start(profile='ros2')
+        schema = writer.register_schema(POINT, 'ros2msg', b'float32 x\nfloat32 y\nfloat32 z')
+        channel = writer.register_channel('/points', 'cdr', schema)
+        for time_ns, point in enumerate(points, start=1):
+            writer.add_message(channel, time_ns, points_bytes(store, point), time_ns)
+        writer.finish()
+    content = bytearray(path.read_bytes()[:-20])
+    assert content.count(points_bytes(store, points[100])) == 1
+    content[content.index(points_bytes(store, points[100])) + 8] ^= 1
+    path.write_bytes(content)
+
+    x, notices = read(path)
+
+    assert 150 < len(x) < 200
+    assert set(x) < set(range(200))
+    assert 100 not in x
+    assert '1 damaged chunk was left out' in notices[0]
+
+
+def points_bytes(store, point):
+    return bytes(store.serialize_cdr(point[2], POINT))
 
 
 def test_cut_database_gives_the_rows_before_the_cut(tmp_path, write_bag, make):

@@ -6,11 +6,11 @@ from pathlib import Path
 
 import pytest
 from rosbags.rosbag2 import StoragePlugin, Writer
+
 from setcmas_simu.errors import SetcmasError
+from setcmas_tools import bag_to_csv, fleet_table
 from setcmas_tools.bag_to_csv import convert, file_names
 from setcmas_tools.csv_table import CsvTable
-
-from setcmas_tools import bag_to_csv, fleet_table
 
 
 def rows_of(path):

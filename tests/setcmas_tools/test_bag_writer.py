@@ -10,6 +10,7 @@ from rosbags.interfaces import (
     QosReliability,
     QosTime,
 )
+
 from setcmas_simu.errors import SetcmasError
 from setcmas_tools.bag_reader import open_bag
 from setcmas_tools.bag_writer import BagWriter
@@ -88,6 +89,13 @@ def test_flushed_messages_are_readable_while_the_bag_is_open(tmp_path, data):
 
         assert count(tmp_path / 'bag') == 30
     assert count(tmp_path / 'bag') == 50
+
+
+def test_a_recorder_that_is_killed_at_once_leaves_a_bag_without_messages(tmp_path):
+    with BagWriter(tmp_path / 'bag') as writer:
+        add_points(writer)
+        with pytest.raises(SetcmasError, match='was cut short: no messages were read'):
+            count(tmp_path / 'bag')
 
 
 def test_a_bag_without_messages_is_closed_well(tmp_path):

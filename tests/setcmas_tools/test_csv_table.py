@@ -2,11 +2,11 @@ import csv
 
 import numpy as np
 import pytest
+
+from setcmas_tools import csv_table
 from setcmas_tools.column_shape import LONGEST_ARRAY
 from setcmas_tools.csv_table import CsvTable
 from setcmas_tools.message_flattening import flattener
-
-from setcmas_tools import csv_table
 
 
 @pytest.fixture

@@ -7,6 +7,7 @@ import matplotlib as mpl
 import numpy as np
 import pytest
 from matplotlib.figure import Figure
+
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet import plot_colour, start_poses
 from setcmas_tools.csv_to_plot import plot

@@ -1,4 +1,5 @@
 import numpy as np
+
 from setcmas_tools.fleet_grid import on_grid
 from setcmas_tools.fleet_table import fleet_table
 

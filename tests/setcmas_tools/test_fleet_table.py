@@ -1,5 +1,6 @@
 import numpy as np
 import pytest
+
 from setcmas_simu.errors import SetcmasError
 from setcmas_tools.fleet_table import COLUMNS, fleet_table, read_csv, write_csv
 

@@ -1,5 +1,6 @@
 import pytest
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
+
 from setcmas_tools.message_definitions import (
     MessageDefinitions,
     UnknownDefinitionError,

@@ -4,6 +4,7 @@ import math
 import numpy as np
 import pytest
 from rosbags.typesys import get_types_from_msg
+
 from setcmas_tools.column_shape import LONGEST_ARRAY
 from setcmas_tools.message_flattening import flattener
 

@@ -4,6 +4,7 @@ import time
 
 import pytest
 import yaml
+
 from setcmas_simu.errors import SetcmasError
 from setcmas_tools.bag_reader import open_bag
 

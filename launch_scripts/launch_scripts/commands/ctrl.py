@@ -10,13 +10,12 @@ from __future__ import annotations
 
 import argparse
 
-from setcmas_ctrl.algorithm_loader import compile_script, find_script
-from setcmas_ctrl.control_options import add_fleet_arguments, add_law_arguments
-from setcmas_simu.fleet import parse_robots
-
 from launch_scripts.environment import node_command, require_ros
 from launch_scripts.foreground import run_in_foreground
 from launch_scripts.node_arguments import node_arguments
+from setcmas_ctrl.algorithm_loader import compile_script, find_script
+from setcmas_ctrl.control_options import add_fleet_arguments, add_law_arguments
+from setcmas_simu.fleet import parse_robots
 
 MODULE = 'setcmas_ctrl.nodes.controller'
 OPTIONS = ('algo', 'vnom', 'komega', 'rate', 'nb_robots', 'robots', 'cmd_vel_type')

@@ -15,10 +15,9 @@ import argparse
 import time
 from pathlib import Path
 
-from setcmas_simu.errors import SetcmasError
-
 from launch_scripts.environment import node_command, require_ros
 from launch_scripts.foreground import run_in_foreground
+from setcmas_simu.errors import SetcmasError
 
 MODULE = 'setcmas_tools.nodes.recorder'
 

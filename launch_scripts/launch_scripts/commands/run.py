@@ -14,6 +14,15 @@ import time
 from pathlib import Path
 from typing import IO
 
+from tqdm import tqdm
+
+from launch_scripts.commands import ctrl, simu
+from launch_scripts.commands.record import recorder_command
+from launch_scripts.environment import local_environment, node_command, require_ros
+from launch_scripts.node_arguments import node_arguments
+from launch_scripts.output_lines import warn, write_line
+from launch_scripts.run_folder import RunFolder
+from launch_scripts.supervisor import Child, ChildDiedError, StoppedError, Supervisor
 from setcmas_ctrl.algorithm_loader import compile_script, find_script
 from setcmas_ctrl.control_options import CONTROL_STARTED, add_law_arguments
 from setcmas_simu.errors import SetcmasError
@@ -26,15 +35,6 @@ from setcmas_simu.simulation_options import (
     simulated_robots,
 )
 from setcmas_tools.plot_formats import FORMATS
-from tqdm import tqdm
-
-from launch_scripts.commands import ctrl, simu
-from launch_scripts.commands.record import recorder_command
-from launch_scripts.environment import local_environment, node_command, require_ros
-from launch_scripts.node_arguments import node_arguments
-from launch_scripts.output_lines import warn, write_line
-from launch_scripts.run_folder import RunFolder
-from launch_scripts.supervisor import Child, ChildDiedError, StoppedError, Supervisor
 
 _START_TIMEOUT_S = 20.0
 _SIMU_OPTIONS = tuple(name for name in simu.OPTIONS if name not in ('robots', 'cmd_vel_type'))
@@ -158,11 +158,10 @@ def _show_progress(supervisor: Supervisor, duration: float) -> None:
 def _evaluate(args: argparse.Namespace, folder: RunFolder) -> int:
     """Write CSV files and plots, and print the summary; returns the exit status."""
     # Imported late: a fresh start of the robots does not wait for matplotlib.
+    from launch_scripts.run_summary import summary_lines
     from setcmas_tools.bag_to_csv import convert
     from setcmas_tools.csv_to_plot import plot
     from setcmas_tools.fleet_table import read_csv
-
-    from launch_scripts.run_summary import summary_lines
 
     convert(folder.bag, folder.csv)
     fleet = folder.csv / 'fleet.csv'

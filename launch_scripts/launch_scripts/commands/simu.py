@@ -10,11 +10,10 @@ from __future__ import annotations
 
 import argparse
 
-from setcmas_simu.simulation_options import add_simulation_arguments, simulated_robots
-
 from launch_scripts.environment import node_command, require_ros
 from launch_scripts.foreground import run_in_foreground
 from launch_scripts.node_arguments import node_arguments
+from setcmas_simu.simulation_options import add_simulation_arguments, simulated_robots
 
 MODULE = 'setcmas_simu.nodes.virtual_robot'
 OPTIONS = (

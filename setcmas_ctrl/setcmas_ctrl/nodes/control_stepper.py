@@ -7,9 +7,6 @@ from typing import TYPE_CHECKING
 
 from rclpy.clock import Clock, ClockType
 from rclpy.node import Node
-from setcmas_simu.fleet import format_robots
-from setcmas_simu.nodes.ros_process import RosProcess
-from setcmas_simu.topics import robot_name
 
 from setcmas_ctrl.call_watch import CallWatch
 from setcmas_ctrl.control_law import ControlError
@@ -18,6 +15,9 @@ from setcmas_ctrl.error_reports import ErrorReports
 from setcmas_ctrl.nodes.fleet_odometry import FleetOdometry
 from setcmas_ctrl.nodes.si_to_uni import SiToUni
 from setcmas_ctrl.saturation import saturate
+from setcmas_simu.fleet import format_robots
+from setcmas_simu.nodes.ros_process import RosProcess
+from setcmas_simu.topics import robot_name
 
 if TYPE_CHECKING:
     from setcmas_ctrl.nodes.controller import Controller

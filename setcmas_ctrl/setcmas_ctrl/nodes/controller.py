@@ -12,15 +12,6 @@ import os
 import sys
 
 from geometry_msgs.msg import Point32
-from setcmas_simu.errors import SetcmasError
-from setcmas_simu.fleet import parse_robots
-from setcmas_simu.nodes import qos
-from setcmas_simu.nodes.ros_process import (
-    FleetNode,
-    RosProcess,
-    ros_process,
-    split_ros_arguments,
-)
 from std_msgs.msg import Bool
 
 from setcmas_ctrl import drawing
@@ -33,6 +24,15 @@ from setcmas_ctrl.nodes.fleet_odometry import FleetOdometry
 from setcmas_ctrl.nodes.marker_canvas import MarkerCanvas
 from setcmas_ctrl.nodes.si_to_uni import SiToUni
 from setcmas_simu import topics
+from setcmas_simu.errors import SetcmasError
+from setcmas_simu.fleet import parse_robots
+from setcmas_simu.nodes import qos
+from setcmas_simu.nodes.ros_process import (
+    FleetNode,
+    RosProcess,
+    ros_process,
+    split_ros_arguments,
+)
 
 
 class Controller(FleetNode):

@@ -5,9 +5,9 @@ from __future__ import annotations
 import time
 
 from rclpy.node import Node
-from setcmas_simu.nodes.ros_process import RosProcess
 
 from setcmas_simu import topics
+from setcmas_simu.nodes.ros_process import RosProcess
 
 _ODOMETRY_TYPE = 'nav_msgs/msg/Odometry'
 _SETTLED_S = 0.2

@@ -9,10 +9,10 @@ import numpy as np
 from nav_msgs.msg import Odometry
 from numpy.typing import NDArray
 from rclpy.node import Node
-from setcmas_simu.nodes import qos
-from setcmas_simu.planar_pose import yaw_of_quaternion
 
 from setcmas_simu import topics
+from setcmas_simu.nodes import qos
+from setcmas_simu.planar_pose import yaw_of_quaternion
 
 
 class FleetOdometry:

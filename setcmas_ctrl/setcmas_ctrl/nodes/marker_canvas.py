@@ -9,11 +9,11 @@ from builtin_interfaces.msg import Duration
 from rclpy.node import Node
 from rclpy.publisher import Publisher
 from rclpy.qos import DurabilityPolicy, QoSProfile
-from setcmas_simu.nodes import qos
 from visualization_msgs.msg import Marker, MarkerArray
 
 from setcmas_ctrl.drawing import Sphere
 from setcmas_simu import topics
+from setcmas_simu.nodes import qos
 
 TRAIL_LENGTH = 500
 """Number of spheres that a trail keeps."""

@@ -10,14 +10,14 @@ import sys
 
 from geometry_msgs.msg import PoseStamped
 from nav_msgs.msg import Odometry
+
+from setcmas_simu import topics
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet import parse_robots
 from setcmas_simu.nodes import qos
 from setcmas_simu.nodes.ros_process import FleetNode, ros_process, split_ros_arguments
 from setcmas_simu.planar_pose import yaw_of_quaternion
 from setcmas_simu.unicycle import velocities_between
-
-from setcmas_simu import topics
 
 _SHORTEST_STEP_S = 1e-3
 _LONGEST_STEP_S = 1.0

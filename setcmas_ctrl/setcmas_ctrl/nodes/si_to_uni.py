@@ -5,15 +5,15 @@ from __future__ import annotations
 from geometry_msgs.msg import Point32, TwistStamped
 from rclpy.duration import Duration
 from rclpy.publisher import Publisher
-from setcmas_simu.nodes import qos
-from setcmas_simu.nodes.cmd_vel_type import ROS_NAMES, TYPES
-from setcmas_simu.nodes.ros_process import FleetNode
 from std_msgs.msg import Bool
 
 from setcmas_ctrl.control_options import AUTO
 from setcmas_ctrl.nodes.fleet_odometry import FleetOdometry
 from setcmas_ctrl.si_to_uni import si_to_uni
 from setcmas_simu import topics
+from setcmas_simu.nodes import qos
+from setcmas_simu.nodes.cmd_vel_type import ROS_NAMES, TYPES
+from setcmas_simu.nodes.ros_process import FleetNode
 
 NODE_NAME = 'si_to_uni'
 _PREFERRED_TYPE = 'twist_stamped'  # what a TurtleBot3 on Jazzy listens to

@@ -10,8 +10,8 @@ from typing import Any
 from rclpy.node import Node
 from rclpy.qos import QoSProfile
 from rosbags.interfaces import Connection
-from setcmas_simu.nodes.qos import no_subscription_events
 
+from setcmas_simu.nodes.qos import no_subscription_events
 from setcmas_tools.nodes.offered_qos import (
     DEPTH,
     are_reliable,

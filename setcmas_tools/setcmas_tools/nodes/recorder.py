@@ -7,6 +7,7 @@ import sys
 import time
 from pathlib import Path
 
+from setcmas_simu import topics
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.nodes.ros_process import (
     FleetNode,
@@ -14,8 +15,6 @@ from setcmas_simu.nodes.ros_process import (
     ros_process,
     split_ros_arguments,
 )
-
-from setcmas_simu import topics
 from setcmas_tools.bag_writer import BagWriter
 from setcmas_tools.nodes.graph_recorder import GraphRecorder
 

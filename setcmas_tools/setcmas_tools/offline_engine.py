@@ -1,0 +1,209 @@
+"""Runs control laws on simulated robots without ROS: the nodes' own functions, in their order."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from setcmas_ctrl.algorithm_loader import find_script
+from setcmas_ctrl.control_law import ControlError, ControlLaw
+from setcmas_ctrl.control_options import RATE_HZ as CONTROL_RATE_HZ
+from setcmas_ctrl.error_reports import ErrorReports
+from setcmas_ctrl.saturation import VNOM, saturate
+from setcmas_ctrl.si_to_uni import KOMEGA, si_to_uni
+from setcmas_simu.errors import SetcmasError
+from setcmas_simu.fleet import start_poses
+from setcmas_simu.unicycle import RATE_HZ as ROBOT_RATE_HZ
+from setcmas_simu.velocity_limits import limits_named
+from setcmas_simu.virtual_fleet import VirtualFleet
+from setcmas_tools.fleet_table import FleetTable
+
+Floats = NDArray[np.float64]
+_SAME_TIME_S = 1e-9
+
+
+@dataclass(frozen=True)
+class OfflineRun:
+    """What happened in an offline run of N robots over K steps.
+
+    Attributes:
+        t: Times of the robots' states in s, shape (K + 1,).
+        poses: Rows x, y in m and theta in rad, shape (K + 1, 3, N).
+        V: Forward speeds over the step that led to each state in m/s, shape (K + 1, N).
+        omega: Turn rates over that step in rad/s, shape (K + 1, N).
+        control_t: Times at which the control laws were called in s, shape (C,).
+        velocities: What they asked for, after saturation: rows vx, vy in m/s, shape (C, 2, N).
+        call_time: Mean duration of a call of each robot's law in s, shape (N,).
+        table: The same as `t`, `poses`, `V` and `omega` in the form of fleet.csv.
+    """
+
+    t: Floats
+    poses: Floats
+    V: Floats
+    omega: Floats
+    control_t: Floats
+    velocities: Floats
+    call_time: Floats
+
+    @property
+    def table(self) -> FleetTable:
+        """A row for each robot at each time: t, robot, x, y, theta, v, omega."""
+        nb_times, _, nb_robots = self.poses.shape
+        x, y, theta = self.poses.transpose(1, 0, 2).reshape(3, -1)
+        return FleetTable(
+            np.repeat(self.t, nb_robots),
+            np.tile(np.arange(1, nb_robots + 1), nb_times),
+            x,
+            y,
+            theta,
+            self.V.ravel(),
+            self.omega.ravel(),
+        )
+
+
+def simulate(
+    algo: str | Path | Callable[..., Any],
+    nb_robots: int = 1,
+    duration: float = 40.0,
+    *,
+    poses: ArrayLike | None = None,
+    limits: str = 'ideal',
+    vnom: float = VNOM,
+    komega: float = KOMEGA,
+    rate: float = CONTROL_RATE_HZ,
+    robot_rate: float = ROBOT_RATE_HZ,
+    say: Callable[[str], None] = print,
+    progress: Callable[[float], None] | None = None,
+) -> OfflineRun:
+    """Run a control law on simulated robots, thousands of times faster than real time.
+
+        from setcmas_tools import simulate
+
+        run = simulate('consensus', nb_robots=8, duration=40)
+        run.poses[-1]                    # where the robots end: rows x, y, theta
+        plt.plot(run.t, run.poses[:, 0]) # x of every robot over time
+
+    The laws are called at t = 0, 1/rate, 2/rate, ... with the poses of that moment, and their
+    commands hold from that moment on; robots step from each multiple of 1/robot_rate to the next.
+    Where both fall together the laws come first. Equal arguments give equal results.
+
+    Args:
+        algo: A built-in ('consensus'), a script ('my_law.py'), or a function
+            control(robotNo, nbRobots, poses, t) of your own. A script is loaded afresh for each
+            robot; a function is shared by all robots, and so is any state that it keeps.
+        nb_robots: Number of robots.
+        duration: Length of the run in s.
+        poses: Start poses: rows x, y in m and theta in rad, shape (3, nb_robots); by default
+            those of `setcmas simu`.
+        limits: What robots can do: 'ideal' or 'burger'.
+        vnom: Largest speed that is asked of a robot in m/s.
+        komega: Gain on the heading error in 1/s.
+        rate: Rate of control in Hz.
+        robot_rate: Rate of the robots' steps in Hz.
+        say: Shows messages about a failing law; its robot is commanded zero then.
+        progress: Called now and then with the time that the run has reached, in s.
+
+    Raises:
+        SetcmasError: The script cannot be loaded, or an argument makes no sense.
+    """
+    start = start_poses(nb_robots) if poses is None else np.array(poses, dtype=float)
+    if start.shape != (3, nb_robots) or not np.isfinite(start).all():
+        raise SetcmasError(
+            f'start poses have shape {start.shape}; accepted are finite numbers of shape '
+            f'(3, {nb_robots})'
+        )
+    if not (duration > 0 and rate > 0 and robot_rate > 0):
+        raise SetcmasError('duration, rate and robot_rate must be above 0')
+    fleet = VirtualFleet(start, limits_named(limits))
+    controllers = FleetLaws(load_laws(algo, nb_robots), vnom, komega, say)
+    return _run(fleet, controllers, round(duration * robot_rate), 1 / robot_rate, rate, progress)
+
+
+def load_laws(algo: str | Path | Callable[..., Any], nb_robots: int) -> list[ControlLaw]:
+    """Return the control laws of robots 1 to nb_robots.
+
+    Raises:
+        SetcmasError: The script cannot be found or loaded.
+    """
+    if callable(algo):
+        return [ControlLaw.of_function(algo, i + 1, nb_robots) for i in range(nb_robots)]
+    path = find_script(str(algo))
+    return [ControlLaw(path, robot + 1, nb_robots) for robot in range(nb_robots)]
+
+
+class FleetLaws:
+    """The control laws of a fleet, from the poses to the robots' commands."""
+
+    def __init__(
+        self, laws: Sequence[ControlLaw], vnom: float, komega: float, say: Callable[[str], None]
+    ) -> None:
+        """Prepare.
+
+        Args:
+            laws: The laws of robots 1 to N.
+            vnom: Largest speed in m/s.
+            komega: Gain on the heading error in 1/s.
+            say: Shows messages about failing laws.
+        """
+        self._laws = laws
+        self._vnom = vnom
+        self._komega = komega
+        self._reports = ErrorReports(say)
+        self._failing = False
+        self.call_time: Floats = np.zeros(len(laws))
+
+    def __call__(self, poses: Floats, t: float) -> tuple[Floats, Floats, Floats]:
+        """Return the saturated velocities (2, N), forward speeds (N,) and turn rates (N,)."""
+        wanted = []
+        durations = []
+        clock = time.perf_counter
+        for law in self._laws:
+            begin = clock()
+            try:
+                velocity = law(poses, t)
+                if self._failing:
+                    self._reports.succeeded(law.robot, t)
+            except ControlError as error:
+                velocity = (0.0, 0.0)
+                self._failing = True
+                self._reports.failed(law.robot, t, error)
+            wanted.append(velocity)
+            durations.append(clock() - begin)
+        self.call_time += durations
+        velocities = saturate(np.array(wanted).T, self._vnom)
+        return velocities, *si_to_uni(velocities, poses[2], self._komega)
+
+
+def _run(
+    fleet: VirtualFleet,
+    controllers: FleetLaws,
+    nb_steps: int,
+    Ts: float,
+    rate: float,
+    progress: Callable[[float], None] | None,
+) -> OfflineRun:
+    nb_robots = fleet.poses.shape[1]
+    t = np.linspace(0.0, nb_steps * Ts, nb_steps + 1)
+    poses = np.empty((nb_steps + 1, 3, nb_robots))
+    V, omega = np.zeros((2, nb_steps + 1, nb_robots))
+    poses[0] = fleet.poses
+    control_t: list[float] = []
+    velocities = []
+    for step, now in enumerate(t[:-1].tolist()):
+        while (next_call := len(control_t) / rate) <= now + _SAME_TIME_S:
+            wanted, forward, turn = controllers(fleet.poses, next_call)
+            control_t.append(next_call)
+            velocities.append(wanted)
+            fleet.command_all(forward, turn, now)
+        fleet.step(Ts, now)
+        poses[step + 1], V[step + 1], omega[step + 1] = fleet.poses, fleet.V, fleet.omega
+        if progress:
+            progress(now)
+    call_time = controllers.call_time / len(control_t)
+    return OfflineRun(t, poses, V, omega, np.array(control_t), np.array(velocities), call_time)
