@@ -15,11 +15,13 @@ from setcmas_simu.errors import SetcmasError
 
 VERBS = {
     'run': 'simulate, control, record, convert and plot with one command',
+    'offline': 'simulate and control without ROS, much faster than real time',
     'simu': 'simulate robots',
     'ctrl': 'run a control law on the robots',
     'record': 'record all topics into a bag',
     'bag_to_csv': 'convert a bag to CSV files',
     'csv_to_plot': 'plot the CSV files of a run',
+    'metrics': 'measure a run: path, separation, settling time, errors of the task',
     'list': 'list the control laws that --algo accepts',
 }
 """The verbs and what each does; the module of the same name in `commands` does it."""

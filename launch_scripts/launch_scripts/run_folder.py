@@ -1,4 +1,4 @@
-"""The folder that a run leaves behind: bag/, csv/, plots/ and run.yaml."""
+"""The folder that a run leaves behind: bag/, csv/, plots/, metrics.yaml and run.yaml."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ import yaml
 from setcmas_simu import __version__
 from setcmas_simu.errors import SetcmasError
 
-_PARTS = ('bag', 'csv', 'plots', 'run.yaml')
+_PARTS = ('bag', 'csv', 'plots', 'metrics.yaml', 'run.yaml')
 _PACKAGES = ('numpy', 'rclpy', 'rosbags', 'matplotlib')
 
 
@@ -44,6 +44,11 @@ class RunFolder:
     def plots(self) -> Path:
         """The folder of the plots."""
         return self.path / 'plots'
+
+    @property
+    def metrics(self) -> Path:
+        """The file of the metrics."""
+        return self.path / 'metrics.yaml'
 
     def check(self, overwrite: bool) -> None:
         """See that no earlier run would be lost.
@@ -78,24 +83,29 @@ class RunFolder:
                 f"output '{self.path}' cannot be written: {error.strerror}"
             ) from error
 
-    def write_record(self, parameters: dict[str, Any], outcome: str, started: float) -> None:
+    def write_record(
+        self, parameters: dict[str, Any], outcome: str, seed: int, started: float | None = None
+    ) -> None:
         """Write run.yaml.
 
         Args:
             parameters: The options of the run.
             outcome: How it ended.
-            started: When it started, in s since 1970.
+            seed: Seed of the scripts' random numbers.
+            started: When it started, in s since 1970; None leaves out the time, so that equal
+                runs leave equal files.
         """
-        record = {
+        record: dict[str, Any] = {
             'command': ['setcmas', *sys.argv[1:]],
             'outcome': outcome,
-            'started': time.strftime('%Y-%m-%dT%H:%M:%S%z', time.localtime(started)),
             'parameters': parameters,
-            'seed': None,
+            'seed': seed,
             'versions': {'setcmas': __version__, 'python': platform.python_version()}
             | {name: version for name in _PACKAGES if (version := _version(name))},
             'host': {'name': platform.node(), 'system': platform.platform()},
         }
+        if started is not None:
+            record['started'] = time.strftime('%Y-%m-%dT%H:%M:%S%z', time.localtime(started))
         text = yaml.safe_dump(record, sort_keys=False, allow_unicode=True)
         (self.path / 'run.yaml').write_text(text, encoding='utf-8')
 

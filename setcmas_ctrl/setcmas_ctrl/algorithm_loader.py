@@ -85,12 +85,21 @@ def compile_script(path: Path) -> types.CodeType:
 def load_control(path: Path, robot: int) -> Control:
     """Run a script in a fresh module for one robot and return its `control`.
 
+    Raises:
+        SetcmasError: The script fails while it is loaded, or `control` does not take four
+            arguments.
+    """
+    return checked_control(vars(load_script(path, robot)).get('control'), path)
+
+
+def load_script(path: Path, robot: int) -> types.ModuleType:
+    """Run a script in a fresh module for one robot and return the module.
+
     A script's own helper modules beside it are fresh for every robot too, because scripts keep
     their state in module globals.
 
     Raises:
-        SetcmasError: The script fails while it is loaded, or `control` does not take four
-            arguments.
+        SetcmasError: The script cannot be read, or fails while it is loaded.
     """
     code = compile_script(path)
     module = types.ModuleType(f'{path.stem}_tb3_{robot}')
@@ -112,7 +121,7 @@ def load_control(path: Path, robot: int) -> Control:
         if folder not in sys.path:
             sys.path.append(folder)  # for imports inside functions, behind everything else
         _forget_helpers(path.parent, known)
-    return checked_control(module.__dict__.get('control'), path)
+    return module
 
 
 def _forget_helpers(folder: Path, known: set[str]) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 
+from setcmas_ctrl.random_seed import SEED, seed
 from setcmas_ctrl.saturation import VNOM
 from setcmas_ctrl.si_to_uni import KOMEGA
 from setcmas_simu.simulation_options import CMD_VEL_TYPES, count, positive, rate
@@ -46,6 +47,13 @@ def add_law_arguments(parser: argparse.ArgumentParser) -> None:
         default=RATE_HZ,
         metavar='HZ',
         help='rate of control (default: %(default)g)',
+    )
+    group.add_argument(
+        '--seed',
+        type=seed,
+        default=SEED,
+        metavar='N',
+        help='seed of the random numbers that scripts draw (default: %(default)s)',
     )
 
 

@@ -73,14 +73,18 @@ def add_start_pose_arguments(group: argparse._ArgumentGroup) -> None:
     )
 
 
-def add_robot_model_arguments(group: argparse._ArgumentGroup) -> None:
-    """Add the options that say how robots move: --limits and --cmd-timeout."""
+def add_limits_argument(group: argparse._ArgumentGroup) -> None:
+    """Add --limits."""
     group.add_argument(
         '--limits',
         choices=list(MODELS),
         default='ideal',
         help='saturation of the robots: none, or as a TurtleBot3 Burger (default: %(default)s)',
     )
+
+
+def add_cmd_timeout_argument(group: argparse._ArgumentGroup) -> None:
+    """Add --cmd-timeout."""
     group.add_argument(
         '--cmd-timeout',
         type=positive,
@@ -111,7 +115,8 @@ def add_simulation_arguments(parser: argparse.ArgumentParser) -> None:
         '--robots', metavar='LIST', help="simulate only these robots of it, such as '1-4'"
     )
     add_start_pose_arguments(group)
-    add_robot_model_arguments(group)
+    add_limits_argument(group)
+    add_cmd_timeout_argument(group)
     add_robot_rate_argument(group)
     group.add_argument(
         '--cmd-vel-type',

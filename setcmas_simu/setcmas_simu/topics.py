@@ -12,6 +12,7 @@ POSE = 'pose'
 MARKER = 'marker'
 CMD_CART_VEL = 'cmd_cart_vel'
 CMD_VEL = 'cmd_vel'
+TRIG_EVENT = 'trig_event'
 RESET = 'reset'
 PAUSE = 'pause'
 

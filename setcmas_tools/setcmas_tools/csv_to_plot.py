@@ -16,6 +16,7 @@ from setcmas_tools.plot_formats import FORMATS
 from setcmas_tools.plot_style import plot_style, save
 from setcmas_tools.plot_time_series import draw_heading, draw_positions, draw_velocities
 from setcmas_tools.plot_trajectories import draw_trajectories
+from setcmas_tools.run_files import fleet_csv, run_folder
 
 Draw = Callable[[Figure, FleetTable], None]
 
@@ -53,9 +54,9 @@ def plot(
     """
     for unknown in set(formats) - set(FORMATS):
         raise SetcmasError(f"format '{unknown}' is unknown; accepted are {', '.join(FORMATS)}")
-    source = _fleet_csv(run)
+    source = fleet_csv(run)
     table = fleet_table.read_csv(source)
-    folder = output or _run_folder(source) / 'plots'
+    folder = output or run_folder(source) / 'plots'
     names = [name for name in _PLOTS if name != 'distances' or len(table.robots) > 1]
     with plot_style():
         figures = {name: _figure(show) for name in names}
@@ -68,24 +69,6 @@ def plot(
         if show:
             _show(folder)
     return paths
-
-
-def _fleet_csv(run: Path) -> Path:
-    if run.is_file():
-        return run
-    places = [run / 'csv' / fleet_table.FILE_NAME, run / fleet_table.FILE_NAME]
-    for place in places:
-        if place.is_file():
-            return place
-    if not run.exists():
-        raise SetcmasError(f"there is no '{run}'; accepted are the folder of a run, a fleet.csv")
-    hint = '; make it with bag_to_csv' if (run / 'bag').is_dir() else ''
-    raise SetcmasError(f"there is no fleet.csv in '{run}' or in its folder csv{hint}")
-
-
-def _run_folder(source: Path) -> Path:
-    is_csv_folder = source.resolve().parent.name == 'csv'
-    return source.parent.parent if is_csv_folder else source.parent
 
 
 def _write(

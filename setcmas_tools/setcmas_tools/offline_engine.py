@@ -15,6 +15,7 @@ from setcmas_ctrl.algorithm_loader import find_script
 from setcmas_ctrl.control_law import ControlError, ControlLaw
 from setcmas_ctrl.control_options import RATE_HZ as CONTROL_RATE_HZ
 from setcmas_ctrl.error_reports import ErrorReports
+from setcmas_ctrl.random_seed import SEED, seed_scripts
 from setcmas_ctrl.saturation import VNOM, saturate
 from setcmas_ctrl.si_to_uni import KOMEGA, si_to_uni
 from setcmas_simu.errors import SetcmasError
@@ -78,8 +79,9 @@ def simulate(
     komega: float = KOMEGA,
     rate: float = CONTROL_RATE_HZ,
     robot_rate: float = ROBOT_RATE_HZ,
+    seed: int = SEED,
     say: Callable[[str], None] = print,
-    progress: Callable[[float], None] | None = None,
+    progress: Callable[[float], object] | None = None,
 ) -> OfflineRun:
     """Run a control law on simulated robots, thousands of times faster than real time.
 
@@ -106,6 +108,7 @@ def simulate(
         komega: Gain on the heading error in 1/s.
         rate: Rate of control in Hz.
         robot_rate: Rate of the robots' steps in Hz.
+        seed: Seed of the random numbers that scripts draw.
         say: Shows messages about a failing law; its robot is commanded zero then.
         progress: Called now and then with the time that the run has reached, in s.
 
@@ -120,6 +123,7 @@ def simulate(
         )
     if not (duration > 0 and rate > 0 and robot_rate > 0):
         raise SetcmasError('duration, rate and robot_rate must be above 0')
+    seed_scripts(seed)
     fleet = VirtualFleet(start, limits_named(limits))
     controllers = FleetLaws(load_laws(algo, nb_robots), vnom, komega, say)
     return _run(fleet, controllers, round(duration * robot_rate), 1 / robot_rate, rate, progress)
@@ -186,7 +190,7 @@ def _run(
     nb_steps: int,
     Ts: float,
     rate: float,
-    progress: Callable[[float], None] | None,
+    progress: Callable[[float], object] | None,
 ) -> OfflineRun:
     nb_robots = fleet.poses.shape[1]
     t = np.linspace(0.0, nb_steps * Ts, nb_steps + 1)

@@ -101,14 +101,14 @@ def legend(axes: Axes, handles: Iterable[Artist]) -> None:
 
 
 def time_axis(panels: Sequence[Axes], first: float, last: float) -> list[Artist]:
-    """Label the time axis (s) of panels, and mark the first command if data begin before it.
+    """Label the time axis (s) of panels, and mark the first command if data begin well before it.
 
     Returns:
         What to put in the legend.
     """
     panels[-1].set_xlabel('time (s)')
     panels[-1].set_xlim(first, last if last > first else first + 1.0)
-    if first >= 0.0:
+    if -first < 0.01 * (last - first):
         return []
     look: dict[str, Any] = {'color': '0.55', 'linewidth': 1.0, 'linestyle': (0, (4, 3))}
     for axes in panels:

@@ -41,7 +41,7 @@ def test_a_folder_that_cannot_be_created_is_told(tmp_path):
 
 
 def test_the_record_of_a_run(tmp_path):
-    RunFolder(tmp_path).write_record({'nb_robots': 8}, 'complete', 1.7e9)
+    RunFolder(tmp_path).write_record({'nb_robots': 8}, 'complete', 0, 1.7e9)
 
     record = yaml.safe_load((tmp_path / 'run.yaml').read_text())
     assert record['outcome'] == 'complete'

@@ -18,7 +18,7 @@ from setcmas_ctrl.control_options import add_fleet_arguments, add_law_arguments
 from setcmas_simu.fleet import parse_robots
 
 MODULE = 'setcmas_ctrl.nodes.controller'
-OPTIONS = ('algo', 'vnom', 'komega', 'rate', 'nb_robots', 'robots', 'cmd_vel_type')
+OPTIONS = ('algo', 'vnom', 'komega', 'rate', 'seed', 'nb_robots', 'robots', 'cmd_vel_type')
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

@@ -11,7 +11,6 @@ from __future__ import annotations
 import argparse
 import sys
 import time
-from pathlib import Path
 from typing import IO
 
 from tqdm import tqdm
@@ -22,19 +21,12 @@ from launch_scripts.environment import local_environment, node_command, require_
 from launch_scripts.node_arguments import node_arguments
 from launch_scripts.output_lines import warn, write_line
 from launch_scripts.run_folder import RunFolder
+from launch_scripts.run_options import add_run_arguments, output_folder, parameters
 from launch_scripts.supervisor import Child, ChildDiedError, StoppedError, Supervisor
 from setcmas_ctrl.algorithm_loader import compile_script, find_script
-from setcmas_ctrl.control_options import CONTROL_STARTED, add_law_arguments
+from setcmas_ctrl.control_options import CONTROL_STARTED
 from setcmas_simu.errors import SetcmasError
-from setcmas_simu.simulation_options import (
-    add_robot_model_arguments,
-    add_robot_rate_argument,
-    add_start_pose_arguments,
-    count,
-    positive,
-    simulated_robots,
-)
-from setcmas_tools.plot_formats import FORMATS
+from setcmas_simu.simulation_options import add_cmd_timeout_argument, simulated_robots
 
 _START_TIMEOUT_S = 20.0
 _SIMU_OPTIONS = tuple(name for name in simu.OPTIONS if name not in ('robots', 'cmd_vel_type'))
@@ -43,38 +35,7 @@ _CTRL_OPTIONS = tuple(name for name in ctrl.OPTIONS if name not in ('robots', 'c
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the options of the verb."""
-    parser.add_argument(
-        '--duration',
-        type=positive,
-        default=40.0,
-        metavar='S',
-        help='length of the run in s, from the first command (default: %(default)g)',
-    )
-    parser.add_argument(
-        '-o',
-        '--output',
-        type=Path,
-        metavar='DIR',
-        help='folder for bag, CSV files and plots (default: run_<algo>_<date and time>)',
-    )
-    parser.add_argument(
-        '--overwrite', action='store_true', help='replace an earlier run in that folder'
-    )
-    parser.add_argument(
-        '--format',
-        nargs='+',
-        choices=FORMATS,
-        default=['png'],
-        help='formats of the plots (default: png)',
-    )
-    add_law_arguments(parser)
-    group = parser.add_argument_group('simulated robots')
-    group.add_argument(
-        '--nb-robots', type=count, default=1, metavar='N', help='size of the fleet (default: 1)'
-    )
-    add_start_pose_arguments(group)
-    add_robot_model_arguments(group)
-    add_robot_rate_argument(group)
+    add_cmd_timeout_argument(add_run_arguments(parser))
 
 
 def main(args: argparse.Namespace) -> int:
@@ -83,14 +44,13 @@ def main(args: argparse.Namespace) -> int:
     compile_script(script)  # mistakes are told before anything starts
     args.robots = None
     simulated_robots(args)
-    default = time.strftime(f'run_{script.stem}_%Y%m%d-%H%M%S')
-    folder = RunFolder(args.output or Path(default))
+    folder = RunFolder(output_folder(args, script))
     folder.check(args.overwrite)
     require_ros('run')
     folder.create()
     started = time.time()
     status, outcome = _robots_run(args, folder)
-    folder.write_record(_parameters(args, script), outcome, started)
+    folder.write_record(parameters(args, script), outcome, args.seed, started)
     if status == 2 or not folder.bag.exists():
         return status or 1
     try:
@@ -156,12 +116,13 @@ def _show_progress(supervisor: Supervisor, duration: float) -> None:
 
 
 def _evaluate(args: argparse.Namespace, folder: RunFolder) -> int:
-    """Write CSV files and plots, and print the summary; returns the exit status."""
+    """Write CSV files, plots and metrics, print these; returns the exit status."""
     # Imported late: a fresh start of the robots does not wait for matplotlib.
-    from launch_scripts.run_summary import summary_lines
     from setcmas_tools.bag_to_csv import convert
     from setcmas_tools.csv_to_plot import plot
-    from setcmas_tools.fleet_table import read_csv
+    from setcmas_tools.metrics import compute
+    from setcmas_tools.metrics_table import table_lines
+    from setcmas_tools.metrics_yaml import write_yaml
 
     convert(folder.bag, folder.csv)
     fleet = folder.csv / 'fleet.csv'
@@ -169,17 +130,10 @@ def _evaluate(args: argparse.Namespace, folder: RunFolder) -> int:
         warn('setcmas run: no odometry was recorded, so there is nothing to plot')
         return 1
     figures = plot(folder.path, formats=tuple(args.format))
-    for line in summary_lines(read_csv(fleet)):
+    metrics = compute(folder.path)
+    for line in table_lines(metrics):
         print(line)
+    write_yaml(metrics, folder.metrics)
     print(f'bag: {folder.bag}   CSV: {folder.csv}   {len(figures)} plots: {folder.plots}')
     sys.stdout.flush()
     return 0
-
-
-def _parameters(args: argparse.Namespace, script: Path) -> dict[str, object]:
-    names = ('nb_robots', 'duration', 'pose', 'limits', 'robot_rate', 'vnom', 'komega', 'rate')
-    values: dict[str, object] = {'algo': args.algo, 'script': str(script)}
-    values |= {name: getattr(args, name) for name in names}
-    values['poses'] = str(args.poses) if args.poses else None
-    values['cmd_timeout'] = args.cmd_timeout if args.cmd_timeout < float('inf') else None
-    return values

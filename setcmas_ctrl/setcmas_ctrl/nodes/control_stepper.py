@@ -17,7 +17,7 @@ from setcmas_ctrl.nodes.si_to_uni import SiToUni
 from setcmas_ctrl.saturation import saturate
 from setcmas_simu.fleet import format_robots
 from setcmas_simu.nodes.ros_process import RosProcess
-from setcmas_simu.topics import robot_name
+from setcmas_simu.topics import RECORDER_NODES, robot_name
 
 if TYPE_CHECKING:
     from setcmas_ctrl.nodes.controller import Controller
@@ -25,6 +25,7 @@ if TYPE_CHECKING:
 POSE_TIMEOUT_S = 1.0
 """Age in s from which a robot's own pose is too old to command it."""
 
+_AFTER_ODOMETRY_S = 0.02
 _REMIND_EVERY_S = 2.0
 _GRAPH_CHECK_EVERY_S = 1.0
 
@@ -77,7 +78,10 @@ class ControlStepper:
                     f'waiting for the odometry of robots {format_robots(missing)} '
                     f'(/{robot_name(missing[0])}/odom); is their simulator running?'
                 )
+        # A robot, and a recorder if there is one, are to get the very first command.
         process.spin_until(lambda: not self._unheard_robots(), _REMIND_EVERY_S)
+        process.spin_until(self._is_recorded_if_it_can_be, _REMIND_EVERY_S)
+        self._fall_in_step(process)
         if process.stopping:
             return
         # A steady clock: setting the system's time must not freeze the controllers.
@@ -90,6 +94,17 @@ class ControlStepper:
         )
         self._started = time.monotonic()
         self._step()
+
+    def _fall_in_step(self, process: RosProcess) -> None:
+        """Wait until shortly after the next odometry.
+
+        Robots and laws step on steady clocks at rates that divide each other, so that from then
+        on every call sees fresh poses, and its commands arrive before the robots' next step.
+        """
+        robot = self._controllers[0].robot
+        begin = time.monotonic()
+        process.spin_until(lambda: self._odometry.age(robot) < time.monotonic() - begin, 1.0)
+        process.spin_until(lambda: False, _AFTER_ODOMETRY_S)
 
     def stop(self) -> None:
         """Command zero to every robot, and say what was counted meanwhile."""
@@ -129,6 +144,11 @@ class ControlStepper:
             self._lost.remove(robot)
             self._say(f'{robot_name(robot)}: odometry is back')
         return robot not in self._lost
+
+    def _is_recorded_if_it_can_be(self) -> bool:
+        if not set(RECORDER_NODES) & set(self._node.get_node_names()):
+            return True
+        return all(follower.is_recorded() for follower in self._followers)
 
     def _unheard_robots(self) -> set[int]:
         return {f.robot for f in self._followers if not f.follow_listeners()}

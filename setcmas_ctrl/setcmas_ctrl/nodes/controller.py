@@ -23,6 +23,7 @@ from setcmas_ctrl.nodes.fleet_discovery import wait_for_fleet
 from setcmas_ctrl.nodes.fleet_odometry import FleetOdometry
 from setcmas_ctrl.nodes.marker_canvas import MarkerCanvas
 from setcmas_ctrl.nodes.si_to_uni import SiToUni
+from setcmas_ctrl.random_seed import seed_scripts
 from setcmas_simu import topics
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet import parse_robots
@@ -83,6 +84,7 @@ def build(args: argparse.Namespace, process: RosProcess, node: FleetNode) -> Con
         return None
     robots = controlled_robots(args, nb_robots)
     drawing.canvas = MarkerCanvas(node)
+    seed_scripts(args.seed)
     controllers = [Controller(ControlLaw(path, robot, nb_robots)) for robot in robots]
     odometry = FleetOdometry(node, nb_robots)
     followers = [SiToUni(robot, odometry, args.komega, args.cmd_vel_type) for robot in robots]

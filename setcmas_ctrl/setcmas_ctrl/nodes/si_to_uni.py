@@ -91,6 +91,12 @@ class SiToUni(FleetNode):
             return True
         return self._type in listeners
 
+    def is_recorded(self) -> bool:
+        """Return whether a recorder listens to the robot's commands."""
+        topic = topics.robot_topic(self.robot, topics.CMD_VEL)
+        listeners = self.get_subscriptions_info_by_topic(topic)
+        return any(info.node_name in topics.RECORDER_NODES for info in listeners)
+
     def other_commanders(self) -> list[str]:
         """Return the full names of other nodes that publish the robot's cmd_vel."""
         topic = topics.robot_topic(self.robot, topics.CMD_VEL)

@@ -1,0 +1,85 @@
+"""Run a control law on simulated robots without ROS, thousands of times faster than real time.
+
+Writes the CSV file, the plots, the metrics and run.yaml, as `setcmas run` does; equal commands
+write equal files.
+
+Examples:
+  setcmas offline --algo consensus --nb-robots 8 --duration 60 --output out
+  setcmas offline --algo my_law.py --nb-robots 3 --pose 1:1.0,2.0,1.57
+"""
+
+from __future__ import annotations
+
+import argparse
+import time
+from typing import TYPE_CHECKING
+
+from tqdm import tqdm
+
+from launch_scripts.output_lines import warn
+from launch_scripts.run_folder import RunFolder
+from launch_scripts.run_options import add_run_arguments, output_folder, parameters
+from setcmas_ctrl.algorithm_loader import compile_script, find_script
+from setcmas_simu.pose_options import chosen_start_poses
+
+if TYPE_CHECKING:
+    from setcmas_tools.offline_engine import OfflineRun
+
+_BAR = '{desc}: {percentage:3.0f}%|{bar}| {n:.0f}/{total:.0f} s'
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add the options of the verb."""
+    add_run_arguments(parser)
+
+
+def main(args: argparse.Namespace) -> int:
+    """Run, and write the results; returns the exit status."""
+    # Imported late: help texts and completion do not wait for matplotlib.
+    from setcmas_tools.csv_to_plot import plot
+    from setcmas_tools.fleet_table import write_csv
+    from setcmas_tools.metrics import compute
+    from setcmas_tools.metrics_table import table_lines
+    from setcmas_tools.metrics_yaml import write_yaml
+
+    script = find_script(args.algo)
+    compile_script(script)
+    folder = RunFolder(output_folder(args, script))
+    folder.check(args.overwrite)
+    begin = time.perf_counter()
+    run = _simulate(args, str(script))
+    elapsed = time.perf_counter() - begin
+    folder.create()
+    folder.csv.mkdir()
+    write_csv(run.table, folder.csv / 'fleet.csv')
+    folder.write_record(parameters(args, script), 'complete', args.seed)
+    figures = plot(folder.path, formats=tuple(args.format))
+    metrics = compute(folder.path, call_times=dict(enumerate(run.call_time.tolist(), start=1)))
+    for line in table_lines(metrics):
+        print(line)
+    write_yaml(metrics, folder.metrics)
+    print(
+        f'{args.duration:g} s in {elapsed:.2f} s ({args.duration / elapsed:.0f} times real time)'
+        f'   CSV: {folder.csv}   {len(figures)} plots: {folder.plots}'
+    )
+    return 0
+
+
+def _simulate(args: argparse.Namespace, script: str) -> OfflineRun:
+    from setcmas_tools.offline_engine import simulate
+
+    with tqdm(total=args.duration, desc='running', bar_format=_BAR, disable=None) as bar:
+        return simulate(
+            script,
+            args.nb_robots,
+            args.duration,
+            poses=chosen_start_poses(args.nb_robots, args.poses, args.pose),
+            limits=args.limits,
+            vnom=args.vnom,
+            komega=args.komega,
+            rate=args.rate,
+            robot_rate=args.robot_rate,
+            seed=args.seed,
+            say=warn,
+            progress=lambda now: bar.update(now - bar.n),
+        )

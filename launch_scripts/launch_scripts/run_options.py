@@ -1,0 +1,68 @@
+"""Options of a whole run, the same over ROS (`setcmas run`) and offline (`setcmas offline`)."""
+
+from __future__ import annotations
+
+import argparse
+import math
+import time
+from pathlib import Path
+
+from setcmas_ctrl.control_options import add_law_arguments
+from setcmas_simu.simulation_options import (
+    add_limits_argument,
+    add_robot_rate_argument,
+    add_start_pose_arguments,
+    count,
+    positive,
+)
+from setcmas_tools.plot_formats import FORMATS
+
+_RECORDED = ('nb_robots', 'duration', 'pose', 'limits', 'robot_rate', 'vnom', 'komega', 'rate')
+
+
+def add_run_arguments(parser: argparse.ArgumentParser) -> argparse._ArgumentGroup:
+    """Add the options; returns the group of those that concern the simulated robots."""
+    parser.add_argument(
+        '--duration',
+        type=positive,
+        default=40.0,
+        metavar='S',
+        help='length of the run in s, from the first command (default: %(default)g)',
+    )
+    parser.add_argument(
+        '-o', '--output', type=Path, metavar='DIR', help='folder of the results, to be created'
+    )
+    parser.add_argument(
+        '--overwrite', action='store_true', help='replace an earlier run in that folder'
+    )
+    parser.add_argument(
+        '--format',
+        nargs='+',
+        choices=FORMATS,
+        default=['png'],
+        help='formats of the plots (default: png)',
+    )
+    add_law_arguments(parser)
+    group = parser.add_argument_group('simulated robots')
+    group.add_argument(
+        '--nb-robots', type=count, default=1, metavar='N', help='size of the fleet (default: 1)'
+    )
+    add_start_pose_arguments(group)
+    add_limits_argument(group)
+    add_robot_rate_argument(group)
+    return group
+
+
+def output_folder(args: argparse.Namespace, script: Path) -> Path:
+    """Return the folder that was asked for, or one named after verb, script, date and time."""
+    return args.output or Path(time.strftime(f'{args.verb}_{script.stem}_%Y%m%d-%H%M%S'))
+
+
+def parameters(args: argparse.Namespace, script: Path) -> dict[str, object]:
+    """Return what run.yaml records of the options."""
+    values: dict[str, object] = {'algo': args.algo, 'script': str(script)}
+    values |= {name: getattr(args, name) for name in _RECORDED}
+    values['poses'] = str(args.poses) if args.poses else None
+    timeout = getattr(args, 'cmd_timeout', math.inf)
+    values['cmd_timeout'] = timeout if math.isfinite(timeout) else None
+    return values

@@ -1,0 +1,115 @@
+import filecmp
+
+import pytest
+import yaml
+from processes import run_setcmas
+
+from setcmas_tools import simulate
+from setcmas_tools.fleet_table import read_csv
+
+
+def offline(tmp_path, *arguments):
+    result = run_setcmas('offline', *arguments, cwd=tmp_path)
+    assert result.returncode == 0, result.stderr
+    return result
+
+
+def files(folder):
+    return sorted(str(path.relative_to(folder)) for path in folder.rglob('*') if path.is_file())
+
+
+def test_the_layout_is_that_of_run(tmp_path):
+    result = offline(tmp_path, '--algo', 'consensus', '--nb-robots', '3', '--output', 'out')
+
+    assert {path.name for path in (tmp_path / 'out').iterdir()} == {
+        'csv',
+        'plots',
+        'metrics.yaml',
+        'run.yaml',
+    }
+    assert (tmp_path / 'out' / 'plots' / 'trajectories.png').is_file()
+    assert 'times real time' in result.stdout
+    record = yaml.safe_load((tmp_path / 'out' / 'run.yaml').read_text())
+    assert record['command'][:2] == ['setcmas', 'offline']
+    assert record['outcome'] == 'complete'
+    assert record['seed'] == 0
+
+
+def test_csv_to_plot_and_metrics_take_it_from_there(tmp_path):
+    offline(tmp_path, '--algo', 'nav_wp', '--output', 'out')
+
+    plots = run_setcmas('csv_to_plot', 'out', '-o', 'again', '--format', 'svg', cwd=tmp_path)
+    metrics = run_setcmas('metrics', 'out', cwd=tmp_path)
+
+    assert plots.returncode == 0, plots.stderr
+    assert list((tmp_path / 'again').glob('*.svg'))
+    assert metrics.returncode == 0, metrics.stderr
+    assert 'waypoint' in metrics.stdout
+
+
+def test_options_reach_the_engine(tmp_path):
+    offline(
+        tmp_path, '--algo', 'consensus', '--nb-robots', '2', '--duration', '3', '--output', 'out',
+        '--pose', '2:1,1,0.5', '--vnom', '0.3', '--komega', '2', '--limits', 'burger',
+        '--rate', '10', '--robot-rate', '20',
+    )  # fmt: skip
+    poses = [[5.0, 1.0], [5.0, 1.0], [0.0, 0.5]]
+    expected = simulate(
+        'consensus', 2, 3, poses=poses, vnom=0.3, komega=2, limits='burger', rate=10, robot_rate=20
+    )
+
+    table = read_csv(tmp_path / 'out' / 'csv' / 'fleet.csv')
+    assert table.x == pytest.approx(expected.table.x, abs=1e-8)
+    assert table.theta == pytest.approx(expected.table.theta, abs=1e-8)
+
+
+def test_the_same_command_twice_writes_the_same_bytes(tmp_path):
+    law = 'import random\nimport numpy as np\n'
+    law += 'def control(i, n, p, t):\n    return random.random(), np.random.rand()\n'
+    folders = [tmp_path / name for name in ('first', 'second')]
+    for folder in folders:
+        folder.mkdir()
+        (folder / 'law.py').write_text(law)
+        offline(folder, '--algo', 'law', '--nb-robots', '3', '--duration', '5', '--output', 'out')
+    first, second = (folder / 'out' for folder in folders)
+    names = [name for name in files(first) if name != 'run.yaml']  # it names the script's folder
+
+    assert files(first) == files(second)
+    assert filecmp.cmpfiles(first, second, names, shallow=False) == (names, [], [])
+
+
+def test_another_seed_gives_another_run(tmp_path):
+    (tmp_path / 'law.py').write_text(
+        'import random\ndef control(i, n, p, t):\n    return random.random(), 0\n'
+    )
+    tables = []
+    for seed in ('1', '2'):
+        offline(tmp_path, '--algo', 'law', '--duration', '2', '--seed', seed, '--output', seed)
+        tables.append((tmp_path / seed / 'csv' / 'fleet.csv').read_bytes())
+
+    assert tables[0] != tables[1]
+
+
+@pytest.mark.parametrize(
+    ('arguments', 'message'),
+    [
+        (('--algo', 'consensu'), 'did you mean consensus'),
+        (('--algo', 'nav_wp', '--seed', '-1'), "invalid seed value: '-1'"),
+        (('--algo', 'nav_wp', '--pose', '2:0,0'), 'the fleet has robots 1 to 1'),
+    ],
+)
+def test_mistakes_are_told_in_one_line(tmp_path, arguments, message):
+    result = run_setcmas('offline', *arguments, cwd=tmp_path)
+
+    assert result.returncode == 2
+    assert message in result.stderr
+    assert len(result.stderr.strip().splitlines()) == 1
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_an_earlier_run_is_kept_unless_it_is_to_be_replaced(tmp_path):
+    arguments = ('--algo', 'nav_wp', '--duration', '1', '--output', 'out')
+    offline(tmp_path, *arguments)
+
+    assert run_setcmas('offline', *arguments, cwd=tmp_path).returncode == 2
+    offline(tmp_path, *arguments, '--overwrite')
