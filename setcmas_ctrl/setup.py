@@ -22,7 +22,7 @@ setup(
     zip_safe=False,
     entry_points={
         'console_scripts': [
-            'controller = setcmas_ctrl.nodes.controller:main',
+            'controller = setcmas_ctrl.nodes.controller:run',
             'pose_to_odom = setcmas_ctrl.nodes.pose_to_odom:main',
         ],
     },

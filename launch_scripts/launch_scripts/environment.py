@@ -46,6 +46,9 @@ def local_environment() -> dict[str, str]:
     environment.setdefault('RCUTILS_CONSOLE_OUTPUT_FORMAT', LOG_FORMAT)
     environment.setdefault('RCUTILS_COLORIZED_OUTPUT', '0')
     environment['PYTHONUNBUFFERED'] = '1'
+    if 'PYTHONPATH' in environment:  # an empty entry would mean the current folder
+        folders = environment['PYTHONPATH'].split(os.pathsep)
+        environment['PYTHONPATH'] = os.pathsep.join(f for f in folders if f not in ('', '.'))
     return environment
 
 

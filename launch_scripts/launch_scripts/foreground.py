@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from launch_scripts.environment import local_environment
-from launch_scripts.output_lines import warn
 from launch_scripts.supervisor import ChildDiedError, StoppedError, Supervisor
 
 
@@ -24,8 +23,8 @@ def run_in_foreground(name: str, command: Sequence[str]) -> int:
             supervisor.stop(child)
             return exit_status_after_stop(child.process.returncode)
         except ChildDiedError as death:
-            if death.exit_status != 2:
-                warn(f'setcmas: {death}')
+            if str(death):
+                supervisor.say(f'setcmas: {death}')
             return death.exit_status
     return 0
 

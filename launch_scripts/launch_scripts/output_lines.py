@@ -4,11 +4,17 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Iterator
+from io import TextIOBase
 from typing import IO
+
+Stream = IO[str] | TextIOBase
 
 _LONGEST_LINE = 16 * 1024
 # What the nodes' logger puts first, and what the user sees instead.
 _SEVERITIES = {'DEBUG': 'debug: ', 'INFO': '', 'WARN': 'warning: ', 'ERROR': 'error: '}
+TOLD = 'error: '
+"""In the line with which a process tells the user about a mistake, before it ends."""
+
 LOG_FORMAT = '{severity}|{message}'
 """For RCUTILS_CONSOLE_OUTPUT_FORMAT, so that `LineBuffer` can tell severities."""
 
@@ -16,7 +22,7 @@ LOG_FORMAT = '{severity}|{message}'
 class LineBuffer:
     """Cuts what a process writes to one of its outputs into lines."""
 
-    def __init__(self, prefix: str, stream: IO[str]) -> None:
+    def __init__(self, prefix: str, stream: Stream) -> None:
         """Prepare.
 
         Args:
@@ -43,7 +49,7 @@ def _readable(line: str) -> str:
     return _SEVERITIES[severity] + message if bar and severity in _SEVERITIES else line
 
 
-def write_line(line: str, stream: IO[str]) -> None:
+def write_line(line: str, stream: Stream) -> None:
     """Write a line in one piece."""
     stream.write(f'{line}\n')
     stream.flush()

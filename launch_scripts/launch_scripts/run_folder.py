@@ -6,6 +6,7 @@ import platform
 import shutil
 import sys
 import time
+from contextlib import suppress
 from importlib import metadata
 from pathlib import Path
 from typing import Any
@@ -58,7 +59,13 @@ class RunFolder:
         """
         if self.path.exists() and not self.path.is_dir():
             raise SetcmasError(f"output '{self.path}' is not a folder")
-        if not overwrite and any((self.path / part).exists() for part in _PARTS):
+        taken = [part for part in _PARTS if (self.path / part).exists()]
+        if taken and 'run.yaml' not in taken:
+            raise SetcmasError(
+                f"output '{self.path}' holds {', '.join(taken)} and no run.yaml, so it is not a "
+                'run of setcmas; name another folder'
+            )
+        if taken and not overwrite:
             raise SetcmasError(
                 f"output '{self.path}' holds an earlier run; "
                 'name another folder, or add --overwrite to replace that run'
@@ -72,16 +79,25 @@ class RunFolder:
         """
         try:
             self.path.mkdir(parents=True, exist_ok=True)
-            for part in _PARTS:
-                target = self.path / part
-                if target.is_dir():
-                    shutil.rmtree(target)
-                else:
-                    target.unlink(missing_ok=True)
+            self._empty()
         except OSError as error:
             raise SetcmasError(
                 f"output '{self.path}' cannot be written: {error.strerror}"
             ) from error
+
+    def discard(self) -> None:
+        """Remove what a run that never began has created."""
+        with suppress(OSError):
+            self._empty()
+            self.path.rmdir()  # stays if the user has files of their own in it
+
+    def _empty(self) -> None:
+        for part in _PARTS:
+            target = self.path / part
+            if target.is_dir():
+                shutil.rmtree(target)
+            else:
+                target.unlink(missing_ok=True)
 
     def write_record(
         self, parameters: dict[str, Any], outcome: str, seed: int, started: float | None = None

@@ -12,11 +12,13 @@ import time
 from collections.abc import Callable, Sequence
 from contextlib import suppress
 from types import FrameType
-from typing import IO, Any
+from typing import Any
 
-from launch_scripts.output_lines import LineBuffer, write_line
+from launch_scripts.output_lines import TOLD, LineBuffer, Stream, write_line
+from launch_scripts.output_queue import OutputQueue, QueuedStream
 
-STOP_SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
+# Ctrl-Z too: a launcher that is asleep would leave its robots without supervision.
+STOP_SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGTSTP)
 _ESCALATION = ((signal.SIGINT, 5.0), (signal.SIGTERM, 3.0), (signal.SIGKILL, 5.0))
 _TICK_S = 0.1
 _PR_SET_PDEATHSIG = 1
@@ -40,11 +42,16 @@ class StoppedError(Exception):
 
 
 class Child:
-    """A running process in a process group of its own."""
+    """A running process in a process group of its own.
+
+    Attributes:
+        told: Whether it has told the user about a mistake, in its own words.
+    """
 
     def __init__(self, name: str, command: Sequence[str], environment: dict[str, str]) -> None:
         """Start the process; `name` is what the user calls it."""
         self.name = name
+        self.told = False
         self.process = subprocess.Popen(
             command,
             stdin=subprocess.DEVNULL,
@@ -66,7 +73,7 @@ class Child:
     def obituary(self) -> ChildDiedError:
         """Return why the process ended, as an exception."""
         status = self.process.returncode
-        if status == 2:  # it has told the user about a mistake, in its own words
+        if status == 2 and self.told:
             return ChildDiedError('', 2)
         if status < 0:
             reason = f'was killed by {signal.Signals(-status).name}'
@@ -91,7 +98,10 @@ class Supervisor:
             prefix: Whether lines of output begin with the name of their process.
         """
         self.children: list[Child] = []
-        self.write: Callable[[str, IO[str]], None] = write_line
+        self.write: Callable[[str, Stream], None] = write_line
+        self._output = OutputQueue()
+        self.stdout = QueuedStream(self._output, sys.stdout)
+        self.stderr = QueuedStream(self._output, sys.stderr)
         self._environment = environment
         self._prefix = prefix
         self._selector = selectors.DefaultSelector()
@@ -107,7 +117,10 @@ class Supervisor:
     def __exit__(self, *exc_info: object) -> None:
         """Stop all processes."""
         self.stop(*reversed(self.children))
+        for key in list(self._selector.get_map().values()):
+            key.fileobj.close()  # type: ignore[union-attr]
         self._selector.close()
+        self._output.close()
         for signum, handler in self._previous_handlers.items():
             signal.signal(signum, handler)
 
@@ -117,12 +130,13 @@ class Supervisor:
         self.children.append(child)
         prefix = f'[{name}] ' if self._prefix else ''
         for pipe, stream in (
-            (child.process.stdout, sys.stdout),
-            (child.process.stderr, sys.stderr),
+            (child.process.stdout, self.stdout),
+            (child.process.stderr, self.stderr),
         ):
             assert pipe is not None
             os.set_blocking(pipe.fileno(), False)
-            self._selector.register(pipe, selectors.EVENT_READ, LineBuffer(prefix, stream))
+            lines = LineBuffer(prefix, stream)
+            self._selector.register(pipe, selectors.EVENT_READ, (child, lines))
         return child
 
     def run(
@@ -139,12 +153,16 @@ class Supervisor:
         while not until():
             self._show_output(_TICK_S)
             on_tick()
-            if self._stop_signals:
+            if self._stop_signals or self._output.broken:
                 raise StoppedError
             for child in self.children:
                 if not child.running():
                     self._show_output(0)
                     raise child.obituary()
+
+    def say(self, message: str) -> None:
+        """Show a message of the command itself."""
+        self.write(message, self.stderr)
 
     def stop(self, *children: Child) -> None:
         """Stop processes one after the other, gently at first."""
@@ -169,22 +187,17 @@ class Supervisor:
 
     def _show_output(self, timeout_s: float) -> None:
         for key, _ in self._selector.select(timeout_s):
-            pipe, lines = key.fileobj, key.data
+            pipe, (child, lines) = key.fileobj, key.data
             try:
                 data = os.read(key.fd, 65536)
             except BlockingIOError:
                 continue
             for line in lines.feed(data):
-                self._write(line, lines.stream)
+                child.told = child.told or TOLD in line
+                self.write(line, lines.stream)
             if not data:
                 self._selector.unregister(pipe)
                 pipe.close()  # type: ignore[union-attr]
-
-    def _write(self, line: str, stream: IO[str]) -> None:
-        try:
-            self.write(line, stream)
-        except OSError:  # the terminal or the reader of our output is gone
-            self._stop_signals += 1
 
     def _on_signal(self, _signum: int, _frame: FrameType | None) -> None:
         self._stop_signals += 1

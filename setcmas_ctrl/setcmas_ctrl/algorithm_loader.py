@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+import contextlib
 import difflib
 import inspect
 import linecache
@@ -47,8 +48,9 @@ def find_script(name: str) -> Path:
     builtin = ALIASES.get(name, name).replace('-', '_')
     candidates = (Path(name), Path(f'{name}.py'), builtin_folder() / f'{builtin}.py')
     for path in candidates:
-        if path.is_file():
-            return path.resolve()
+        with contextlib.suppress(OSError):  # such as a name too long to be one
+            if path.is_file():
+                return path.resolve()
     builtins = [path.stem for path in scripts_in(builtin_folder())]
     own = [path.stem for path in scripts_in(Path.cwd())]
     near = difflib.get_close_matches(Path(name).stem, [*builtins, *own, *ALIASES], n=3)
@@ -95,8 +97,9 @@ def load_control(path: Path, robot: int) -> Control:
 def load_script(path: Path, robot: int) -> types.ModuleType:
     """Run a script in a fresh module for one robot and return the module.
 
-    A script's own helper modules beside it are fresh for every robot too, because scripts keep
-    their state in module globals.
+    Helper modules beside the script that it imports at its top are fresh for every robot too,
+    because scripts keep their state in module globals; those that a function imports later are
+    shared by the robots of a process.
 
     Raises:
         SetcmasError: The script cannot be read, or fails while it is loaded.
@@ -127,7 +130,7 @@ def load_script(path: Path, robot: int) -> types.ModuleType:
 def _forget_helpers(folder: Path, known: set[str]) -> None:
     for name in set(sys.modules) - known:
         file = getattr(sys.modules[name], '__file__', None)
-        if file and Path(file).parent == folder:
+        if file and folder in Path(file).parents:
             del sys.modules[name]
 
 

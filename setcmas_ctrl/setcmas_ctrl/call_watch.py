@@ -39,7 +39,8 @@ class CallWatch:
         self._stuck_s = stuck_s
         self._call: tuple[int, float] | None = None
         self._stuck: tuple[int, float] | None = None
-        self._slow_calls = 0
+        self._longest = (0.0, 0)
+        self._slow_steps = 0
         self._next_slow_report = 0.0
         self._caller = threading.get_ident()
         self._closed = threading.Event()
@@ -55,9 +56,19 @@ class CallWatch:
             yield
         finally:
             self._call = None
+            self._longest = max(self._longest, (time.monotonic() - started, robot))
+
+    @contextlib.contextmanager
+    def step(self, nb_robots: int) -> Iterator[None]:
+        """Watch what runs inside as the calls for all robots of a control period."""
+        started = time.monotonic()
+        self._longest = (0.0, 0)
+        try:
+            yield
+        finally:
             duration = time.monotonic() - started
             if duration > self._period:
-                self._report_slow(robot, duration)
+                self._report_slow(nb_robots, duration)
 
     @property
     def running_s(self) -> float:
@@ -70,15 +81,16 @@ class CallWatch:
         self._closed.set()
         self._thread.join()
 
-    def _report_slow(self, robot: int, duration: float) -> None:
-        self._slow_calls += 1
+    def _report_slow(self, nb_robots: int, duration: float) -> None:
+        self._slow_steps += 1
         now = time.monotonic()
         if now >= self._next_slow_report:
             self._next_slow_report = now + _SLOW_REPORT_EVERY_S
+            longest, robot = self._longest
             self._say(
-                f'{robot_name(robot)}: {self._path.name} took {duration:.2f} s for one call, '
-                f'longer than the control period of {self._period:.2f} s '
-                f'(slow calls so far: {self._slow_calls})'
+                f'{self._path.name} took {duration:.2f} s for {nb_robots} robots '
+                f'({longest:.2f} s for {robot_name(robot)}), longer than the control period of '
+                f'{self._period:.2f} s (so far {self._slow_steps} times)'
             )
 
     def _watch(self) -> None:

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from setcmas_ctrl.algorithm_loader import checked_control, load_control
-from setcmas_ctrl.script_messages import describe_failure, quoted_line, script_line
+from setcmas_ctrl.script_messages import describe_failure, quoted_line, safe_text, script_line
 
 Velocity = tuple[float, float]
 _EXPECTED = 'expected are two finite numbers: return vx, vy'
@@ -28,6 +28,10 @@ class ControlError(Exception):
         """Store the message and what identifies the error."""
         super().__init__(message)
         self.key = key
+
+
+class StopCall(BaseException):
+    """Raised in a call of `control` by the signal that ends the process."""
 
 
 class ControlLaw:
@@ -71,13 +75,16 @@ class ControlLaw:
         """
         try:
             result = self._control(self.robot, self._nb_robots, poses.copy(), t)
-        except (Exception, SystemExit, GeneratorExit) as error:
+        except StopCall:
+            raise
+        except BaseException as error:  # whatever a script raises, the other robots go on
             raise self._failure(error) from error
         try:
             return checked_velocity(result)
         except ValueError as error:
             message = f'{self.path.name}: {error}; {_EXPECTED}{self._definition()}'
-            raise ControlError(message, ('result', str(error).partition(':')[0])) from error
+            kind = str(error).partition(':')[0]
+            raise ControlError(message, ('result', kind, type(result).__name__)) from error
 
     def _definition(self) -> str:
         code = getattr(self._control, '__code__', None)
@@ -104,10 +111,10 @@ def checked_velocity(result: Any) -> Velocity:
             return _finite(float(vx), float(vy), result)
     try:
         array = np.asarray(result)
-    except ValueError:
+    except Exception:
         raise ValueError(f'control returned values of unlike shapes: {_short(result)}') from None
     if array.dtype.kind not in 'iufb':
-        raise ValueError(f'control returned {_short(result)} of type {type(result).__name__}')
+        raise ValueError(f'control returned a {type(result).__name__}: {_short(result)}')
     if array.size != 2:
         raise ValueError(f'control returned {array.size} values: {_short(result)}')
     vx, vy = array.ravel().tolist()
@@ -121,5 +128,5 @@ def _finite(vx: float, vy: float, result: Any) -> Velocity:
 
 
 def _short(value: Any) -> str:
-    text = ' '.join(repr(value).split())
+    text = ' '.join(safe_text(repr, value).split())
     return text if len(text) <= 60 else f'{text[:57]}...'

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import linecache
 import traceback
+from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 
 def quoted_line(path: Path | str, line: int | None) -> str:
@@ -37,10 +39,18 @@ def describe_failure(error: BaseException, path: Path) -> str:
 
 def summarise(error: BaseException) -> str:
     """Return the kind and the text of an error on one line."""
-    text = ' '.join(str(error).split())
+    text = ' '.join(safe_text(str, error).split())
     if isinstance(error, SystemExit):
         text = f'the script ended itself with exit({text})'
     return f'{type(error).__name__}: {text}' if text else type(error).__name__
+
+
+def safe_text(describe: Callable[[Any], str], value: Any) -> str:
+    """Return str or repr of a value of a script, which may fail as anything in a script may."""
+    try:
+        return describe(value)
+    except Exception:
+        return f'a {type(value).__name__}'
 
 
 def _where(path: Path, line: int | None) -> str:

@@ -22,6 +22,7 @@ def si_to_uni(
     V = |v| and omega = komega wrap(atan2(vy, vx) - theta): the proportional heading control of
     the ROS 1 stack (Bertrand, ECC 2024), with the error wrapped so that robots turn the short
     way. A robot slower than 0.01 m/s does not turn, and turn rates below 0.01 rad/s become 0.
+    A robot whose velocity or heading is not finite stands.
 
     Args:
         velocities: Rows vx, vy in m/s in the world frame, shape (2, N).
@@ -34,4 +35,7 @@ def si_to_uni(
     vx, vy = np.asarray(velocities, dtype=float)
     V = np.hypot(vx, vy)
     omega = komega * wrap_angle(np.arctan2(vy, vx) - np.asarray(theta, dtype=float))
-    return V, np.where((V < SLOW) | (np.abs(omega) < _SLOW_TURN), 0.0, omega)
+    # Comparisons with NaN are false, which is what makes a robot stand that has none.
+    turns = (V >= SLOW) & (np.abs(omega) >= _SLOW_TURN) & (np.abs(omega) < np.inf)
+    goes = (np.inf > V) & (np.abs(omega) < np.inf)
+    return np.where(goes, V, 0.0), np.where(turns & goes, omega, 0.0)

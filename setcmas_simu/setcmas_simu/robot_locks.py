@@ -44,8 +44,8 @@ class RobotLocks:
     def _take(self, robot: int, domain: str) -> str | None:
         """Return who holds the lock of a robot; None if it is ours now."""
         try:
-            file = os.open(_path(robot, domain), os.O_RDWR | os.O_CREAT, 0o666)
-        except OSError:  # another user's file: what is on the ROS graph decides
+            file = os.open(_path(robot, domain), os.O_RDWR | os.O_CREAT | os.O_NOFOLLOW, 0o666)
+        except PermissionError:  # another user's file: what is on the ROS graph decides
             return None
         try:
             fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)

@@ -41,17 +41,17 @@ def _columns(metrics: Metrics) -> dict[str, tuple[str, Column]]:
     if metrics.formation:
         errors = metrics.formation
         columns['error at\nend (m)'] = ('.3f', errors.position_error_final_m)
-        columns['RMS, last\n25 % (m)'] = ('.3f', errors.position_error_rms_last_quarter_m)
+        columns['RMS last\n25 % (m)'] = ('.3f', errors.position_error_rms_last_quarter_m)
     if metrics.tracking:
         columns['RMS error\n(m)'] = ('.3f', metrics.tracking.tracking_error_rms_m)
         late = metrics.tracking.tracking_error_rms_second_half_m
-        columns['RMS, 2nd\nhalf (m)'] = ('.3f', late)
+        columns['RMS 2nd\nhalf (m)'] = ('.3f', late)
     if metrics.waypoints:
         reached = metrics.waypoints.reached_at_s
-        columns['waypoints\nreached'] = ('.0f', {i: len(times) for i, times in reached.items()})
+        columns['way-\npoints'] = ('.0f', {i: len(times) for i, times in reached.items()})
     if metrics.mean_call_time_s:
-        microseconds = {i: time * 1e6 for i, time in metrics.mean_call_time_s.items()}
-        columns['call\n(us)'] = ('.1f', microseconds)
+        milliseconds = {i: time * 1e3 for i, time in metrics.mean_call_time_s.items()}
+        columns['call\n(ms)'] = ('.3f', milliseconds)
     return columns
 
 
@@ -141,6 +141,6 @@ def _task_lines(metrics: Metrics) -> list[str]:
     if waypoints := metrics.waypoints:
         number = len(waypoints.waypoints_m)
         for robot, times in list(waypoints.reached_at_s.items())[:_MOST_ROBOTS_WITH_TIMES]:
-            visits = ', '.join(f'{k % number + 1} at {time:.1f} s' for k, time in enumerate(times))
-            lines.append(f'waypoints of {robot_name(robot)}: {visits or "none reached"}')
+            visits = ', '.join(f'{k % number + 1} at {time:.1f}' for k, time in enumerate(times))
+            lines.append(f'waypoints of {robot_name(robot)}: {visits + " s" if times else "none"}')
     return lines

@@ -80,8 +80,8 @@ def separation(grid: FleetGrid) -> Separation | None:
     Returns:
         None if no two robots are known at the same time.
     """
-    steps = np.diff([grid.x, grid.y])
-    reach = 2 * float(np.sqrt(np.nanmax(steps[0] ** 2 + steps[1] ** 2, initial=0.0)))
+    steps = np.hypot(np.diff(grid.x), np.diff(grid.y))
+    reach = 2 * np.nan_to_num(steps).max(axis=0, initial=0.0)
     least, when, pair = np.inf, np.nan, (0, 0)
     for i in range(len(grid.robots) - 1):  # a robot at a time: all pairs at once take gigabytes
         offsets = np.array([grid.x[i + 1 :] - grid.x[i], grid.y[i + 1 :] - grid.y[i]])
@@ -93,13 +93,13 @@ def separation(grid: FleetGrid) -> Separation | None:
     return Separation(least, when, pair, _largest_distance_at_end(grid))
 
 
-def _least_distance(t: Floats, offsets: Floats, reach: float) -> tuple[float, float, int]:
+def _least_distance(t: Floats, offsets: Floats, reach: Floats) -> tuple[float, float, int]:
     """Return the least norm of moving points, its time, and which of the points has it.
 
     Args:
         t: Times, shape (K,).
         offsets: Rows x, y of M points at these times, shape (2, M, K); NaN where unknown.
-        reach: No point moves further between two times.
+        reach: How far points move at most from each time to the next, shape (K - 1,).
     """
     distances = np.sqrt(offsets[0] ** 2 + offsets[1] ** 2)
     distances[np.isnan(distances)] = np.inf

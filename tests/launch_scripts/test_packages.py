@@ -16,7 +16,6 @@ from setcmas_simu import __version__
 ROOT = Path(__file__).parents[2]
 PACKAGES = ('setcmas_simu', 'setcmas_ctrl', 'setcmas_expe', 'setcmas_tools', 'launch_scripts')
 ROS = ('rclpy', 'rcl_interfaces', 'builtin_interfaces', 'tf2_ros')
-MAY_DRAW = ('rviz_marker.py', 'rviz_marker_array.py')
 
 
 def imports(path):
@@ -55,7 +54,7 @@ def test_dependencies_point_one_way(package):
 @pytest.mark.parametrize('package', PACKAGES)
 def test_only_nodes_import_ros(package):
     for path in modules(package):
-        if 'nodes' not in path.parts and path.name not in MAY_DRAW:
+        if 'nodes' not in path.parts:
             ros = {name for name in imports(path) if name in ROS or name.endswith('_msgs')}
             assert not ros, path
 
@@ -66,7 +65,7 @@ def test_every_executable_exists(package):
     nodes = ROOT / package / package / 'nodes'
     for path in nodes.glob('*.py'):
         is_executable = 'def main(argv' in path.read_text()
-        entry = f"'{path.stem} = {package}.nodes.{path.stem}:main'"
+        entry = f"'{path.stem} = {package}.nodes.{path.stem}:"
         assert (entry in setup) == is_executable, path
 
 

@@ -133,10 +133,12 @@ def test_a_script_that_fails_while_loading_ends_the_run_with_status_2(start, tmp
     assert process.wait() == 2
     assert "No module named 'no_such'" in process.output()
     assert 'Traceback' not in process.output()
+    assert not (tmp_path / 'out').exists()
 
 
 def test_an_earlier_run_is_kept(domain, tmp_path):
-    (tmp_path / 'out' / 'bag').mkdir(parents=True)
+    (tmp_path / 'out').mkdir()
+    (tmp_path / 'out' / 'run.yaml').touch()
 
     result = run_setcmas('run', '--algo', 'consensus', '--output', 'out', cwd=tmp_path)
 

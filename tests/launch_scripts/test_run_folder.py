@@ -10,10 +10,31 @@ def test_an_earlier_run_is_not_lost_by_mistake(tmp_path):
     folder.check(overwrite=False)
     folder.create()
     folder.bag.mkdir()
+    folder.write_record({}, 'not finished', 0)
 
     with pytest.raises(SetcmasError, match=r'holds an earlier run.*--overwrite'):
         folder.check(overwrite=False)
     folder.check(overwrite=True)
+
+
+def test_a_folder_that_is_no_run_is_never_overwritten(tmp_path):
+    (tmp_path / 'csv').mkdir()
+
+    with pytest.raises(SetcmasError, match=r'holds csv and no run\.yaml'):
+        RunFolder(tmp_path).check(overwrite=True)
+
+
+def test_what_a_run_created_that_never_began_is_removed(tmp_path):
+    folder = RunFolder(tmp_path / 'out')
+    folder.create()
+    folder.bag.mkdir()
+    folder.discard()
+    assert not folder.path.exists()
+
+    folder.create()
+    (folder.path / 'mine').touch()
+    folder.discard()
+    assert [path.name for path in folder.path.iterdir()] == ['mine']
 
 
 def test_overwriting_removes_the_earlier_run_and_nothing_else(tmp_path):

@@ -71,12 +71,39 @@ def test_a_killed_process_is_named_with_the_signal(supervisor):
 
 
 def test_the_last_words_of_a_process_are_shown(supervisor):
-    supervisor.start('bad', python('print("because of this"); raise SystemExit(2)'))
+    supervisor.start('bad', python('print("error: because of this"); raise SystemExit(2)'))
 
     with pytest.raises(ChildDiedError) as caught:
         supervisor.run()
-    assert supervisor.lines == ['[bad] because of this']
+    assert supervisor.lines == ['[bad] error: because of this']
     assert caught.value.exit_status == 2
+    assert str(caught.value) == ''  # it has been told
+
+
+def test_a_status_of_2_without_a_word_is_told(supervisor):
+    supervisor.start('bad', python('import os; os._exit(2)'))
+
+    with pytest.raises(ChildDiedError, match='ended by itself with exit status 2'):
+        supervisor.run()
+
+
+def test_a_reader_that_does_not_read_delays_neither_children_nor_a_stop(tmp_path):
+    path = tmp_path / 'done'
+    talker = f'print(("x" * 99 + "\\n") * 20_000); open({str(path)!r}, "w"); {SLEEPER}'
+    code = (
+        'import os, sys\nfrom launch_scripts.supervisor import StoppedError, Supervisor\n'
+        f'with Supervisor(dict(os.environ)) as s:\n    s.start("child", {python(talker)!r})\n'
+        '    try:\n        s.run()\n    except StoppedError:\n        pass\n'
+    )
+    launcher = subprocess.Popen(python(code), stdout=subprocess.PIPE, stderr=subprocess.DEVNULL)
+    wait_until(path.exists)  # 2 MB have gone somewhere, though nobody has read them
+    (child,) = psutil.Process(launcher.pid).children()
+
+    launcher.send_signal(signal.SIGTERM)
+
+    assert launcher.wait(30) == 0
+    wait_until(lambda: gone(child.pid))
+    launcher.stdout.close()
 
 
 def test_even_a_stubborn_process_is_stopped_with_all_that_it_started(supervisor):

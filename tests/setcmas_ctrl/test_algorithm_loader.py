@@ -167,6 +167,27 @@ def test_helper_modules_are_fresh_for_every_robot_too(folder):
     assert 'helper_with_state' not in sys.modules
 
 
+def test_helper_packages_are_fresh_for_every_robot_too(folder):
+    (folder / 'my_package').mkdir()
+    (folder / 'my_package' / '__init__.py').write_text('state = []\n')
+    path = script(
+        folder,
+        """
+        import my_package
+        def control(robotNo, nbRobots, poses, t):
+            my_package.state.append(robotNo)
+            return len(my_package.state), 0
+        """,
+    )
+
+    assert [load_control(path, robot)(robot, 2, None, 0)[0] for robot in (1, 2)] == [1, 1]
+
+
+def test_a_name_too_long_for_a_file_is_not_found(folder):
+    with pytest.raises(SetcmasError, match='was not found'):
+        find_script('x' * 5000)
+
+
 def test_drawing_functions_of_the_ros_1_stack_resolve_and_draw_nothing_without_ros(folder):
     path = script(
         folder,

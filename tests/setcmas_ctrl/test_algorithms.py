@@ -133,7 +133,7 @@ def test_followers_keep_their_places_beside_the_leader():
 def test_further_followers_get_places_of_their_own():
     law = ControlLaw(find_script('leader_follower_formation'), 2, 30)
     module = law._control.__globals__
-    places = np.array(module['PLACES'] + module['further_places'](25))
+    places = np.array(module['places_of'](29))
     gaps = np.hypot(*(places[:, None] - places[None]).transpose(2, 0, 1))
     np.fill_diagonal(gaps, np.inf)
 

@@ -40,11 +40,11 @@ def test_two_numbers_in_any_form_will_do(result):
         (5, 'returned 1 values'),
         ((float('nan'), 0.0), 'not finite'),
         ((0, float('inf')), 'not finite'),
-        ('ab', "returned 'ab' of type str"),
-        (('1', '2'), 'type tuple'),
-        ((1j, 0), 'type tuple'),
-        ((None, 1), 'type tuple'),
-        ({}, 'type dict'),
+        ('ab', "returned a str: 'ab'"),
+        (('1', '2'), 'returned a tuple'),
+        ((1j, 0), 'returned a tuple'),
+        ((None, 1), 'returned a tuple'),
+        ({}, 'returned a dict'),
         ((1, [2, 3]), 'unlike shapes'),
         (np.zeros((3, 2)), 'returned 6 values'),
     ],
@@ -74,11 +74,26 @@ def test_the_script_cannot_change_the_poses_of_others(tmp_path):
         ('return poses[7]', 'line 3: IndexError'),
         ('return None', r'returned None.*expected are two finite numbers.*\n    2 \| def control'),
         ('return control(i, n, poses, t)', 'line 3: RecursionError'),
+        ('raise KeyboardInterrupt', 'line 3: KeyboardInterrupt'),
+        ('raise type("Odd", (Exception,), {"__str__": lambda s: 1 / 0})', 'line 3: Odd: a Odd'),
+        ('return type("Odd", (), {"__repr__": lambda s: 1 / 0})()', 'returned a Odd: a Odd'),
     ],
 )
 def test_failures_name_script_and_line_and_quote_it(tmp_path, body, message):
     with pytest.raises(ControlError, match=message):
         law(tmp_path, body)(POSES, 0.0)
+
+
+def test_results_that_differ_in_their_values_only_are_one_error(tmp_path):
+    said = []
+    reports = ErrorReports(said.append)
+    failing = law(tmp_path, 'return 0.1 * t, None')
+    for t in (0.0, 0.2, 0.4):
+        with pytest.raises(ControlError) as caught:
+            failing(POSES, t)
+        reports.failed(2, t, caught.value)
+
+    assert len(said) == 1
 
 
 def test_each_distinct_error_is_reported_once_and_counted(tmp_path):

@@ -7,7 +7,7 @@ from processes import CTRL, SIMU
 
 pytest.importorskip('rclpy')
 
-from geometry_msgs.msg import Point32, Twist
+from geometry_msgs.msg import Point32, Twist, TwistStamped
 from nav_msgs.msg import Odometry
 from rclpy.qos import DurabilityPolicy, QoSProfile
 from ros_peer import position
@@ -88,6 +88,63 @@ def test_a_robot_that_listens_to_plain_twist_gets_it(start, peer):
     start(*CTRL, '--algo', 'nav_wp')
 
     peer.wait_for(lambda: odometry and odometry[-1].twist.twist.linear.x > 0.1)
+
+
+def test_the_robot_decides_the_type_when_others_listen_too(start, peer):
+    peer.cmd_vel(1, TwistStamped)
+    start(*SIMU, '--nb-robots', '1', '--pose', '1:3,3', '--cmd-vel-type', 'twist')
+    odometry = peer.odometry(1)
+    process = start(*CTRL, '--algo', 'nav_wp')
+
+    peer.wait_for(lambda: odometry and odometry[-1].twist.twist.linear.x > 0.1)
+    process.wait_for_output('tb3_1 gets twist, but peer wants twist_stamped')
+
+
+def test_a_slow_fleet_is_told_so_and_not_that_its_odometry_is_lost(start, script):
+    law = script('import time\ndef control(i, n, p, t):\n    time.sleep(0.3)\n    return 0, 0\n')
+    start(*SIMU, '--nb-robots', '5')
+    process = start(*CTRL, '--algo', law)
+
+    process.wait_for_output('longer than the control period of 0.20 s')
+    process.wait_for_output('s for 5 robots')
+    assert 'no odometry' not in process.output()
+
+
+def test_robots_that_come_later_are_mentioned(start):
+    start(*SIMU, '--nb-robots', '4', '--robots', '1-2').wait_for_output('simulating')
+    process = start(*CTRL, '--algo', 'consensus')
+    process.wait_for_output('controlling robots 1-2')
+    start(*SIMU, '--nb-robots', '4', '--robots', '3-4')
+
+    process.wait_for_output('have appeared; this controller does not know them')
+
+
+def test_a_wanted_velocity_that_is_not_finite_becomes_zero(start, peer, script):
+    law = script('def control(i, n, p, t):\n    return 0.3, 0\n')
+    start(*SIMU, '--nb-robots', '1').wait_for_output('simulating')
+    start(*CTRL, '--algo', law).wait_for_output('controlling')
+    wanted, command = peer.publisher(Point32, '/tb3_1/cmd_cart_vel'), peer.cmd_vel(1)
+    peer.wait_for(lambda: command)
+    wanted.publish(Point32(x=float('nan')))
+
+    peer.wait_for(lambda: any(velocity(m) == (0.0, 0.0) for m in command))
+    assert np.isfinite([velocity(m) for m in command]).all()
+
+
+def test_a_script_with_a_thread_of_its_own_ends_too(start, script):
+    law = script(
+        """
+        import threading, time
+        threading.Thread(target=time.sleep, args=(600,)).start()
+        def control(robotNo, nbRobots, poses, t):
+            return 0, 0
+        """
+    )
+    start(*SIMU, '--nb-robots', '1')
+    process = start(*CTRL, '--algo', law)
+    process.wait_for_output('controlling')
+
+    assert process.end() == 0
 
 
 def test_it_says_when_nothing_listens_to_the_commands(start, peer):

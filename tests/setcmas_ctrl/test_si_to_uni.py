@@ -37,3 +37,11 @@ def test_one_robot_alone_may_be_given_without_columns():
 
     assert float(V) == 2.0
     assert float(omega) == pytest.approx(1.5 * np.pi / 2)
+
+
+def test_a_robot_stands_whose_velocity_or_heading_is_not_finite():
+    nan, inf = np.nan, np.inf
+    V, omega = si_to_uni([[nan, 1.0, inf, 0.3], [0.0, nan, 0.0, 0.0]], [0.0, 0.0, 0.0, nan])
+
+    assert V.tolist() == [0.0] * 4
+    assert omega.tolist() == [0.0] * 4

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import argparse
 import ast
+import tokenize
 from pathlib import Path
 
 from setcmas_ctrl.algorithm_loader import ALIASES, builtin_folder, scripts_in
@@ -29,7 +30,8 @@ def main(args: argparse.Namespace) -> int:
 def summary_of(path: Path) -> str | None:
     """Return the first line of a script's docstring; None if it is no control script."""
     try:
-        tree = ast.parse(path.read_text(encoding='utf-8'))
+        with tokenize.open(path) as file:
+            tree = ast.parse(file.read())
     except (OSError, SyntaxError, ValueError):
         return '(cannot be read: setcmas ctrl tells why)'
     functions = {node.name for node in tree.body if isinstance(node, ast.FunctionDef)}

@@ -11,7 +11,6 @@ from __future__ import annotations
 import argparse
 import sys
 import time
-from typing import IO
 
 from tqdm import tqdm
 
@@ -19,7 +18,7 @@ from launch_scripts.commands import ctrl, simu
 from launch_scripts.commands.record import recorder_command
 from launch_scripts.environment import local_environment, node_command, require_ros
 from launch_scripts.node_arguments import node_arguments
-from launch_scripts.output_lines import warn, write_line
+from launch_scripts.output_lines import Stream, warn, write_line
 from launch_scripts.run_folder import RunFolder
 from launch_scripts.run_options import add_run_arguments, output_folder, parameters
 from launch_scripts.supervisor import Child, ChildDiedError, StoppedError, Supervisor
@@ -49,9 +48,13 @@ def main(args: argparse.Namespace) -> int:
     require_ros('run')
     folder.create()
     started = time.time()
+    folder.write_record(parameters(args, script), 'not finished', args.seed, started)
     status, outcome = _robots_run(args, folder)
+    if status == 2:
+        folder.discard()
+        return status
     folder.write_record(parameters(args, script), outcome, args.seed, started)
-    if status == 2 or not folder.bag.exists():
+    if not folder.bag.exists():
         return status or 1
     try:
         return _evaluate(args, folder) or status
@@ -67,10 +70,10 @@ def _robots_run(args: argparse.Namespace, folder: RunFolder) -> tuple[int, str]:
     with Supervisor(local_environment(), prefix=True) as supervisor:
         started = False
 
-        def write(line: str, stream: IO[str]) -> None:
+        def write(line: str, stream: Stream) -> None:
             nonlocal started
             started = started or CONTROL_STARTED in line
-            with tqdm.external_write_mode(file=stream):
+            with tqdm.external_write_mode(file=supervisor.stderr):
                 write_line(line, stream)
 
         supervisor.write = write
@@ -79,15 +82,17 @@ def _robots_run(args: argparse.Namespace, folder: RunFolder) -> tuple[int, str]:
             deadline = time.monotonic() + _START_TIMEOUT_S
             supervisor.run(until=lambda: started or time.monotonic() > deadline)
             if not started:
-                warn(f'setcmas run: the robots did not start within {_START_TIMEOUT_S:g} s')
+                supervisor.say(
+                    f'setcmas run: the robots did not start within {_START_TIMEOUT_S:g} s'
+                )
                 return 1, 'the robots did not start'
             _show_progress(supervisor, args.duration)
             return 0, 'complete'
         except StoppedError:
             return 130, 'stopped by the user'
         except ChildDiedError as death:
-            if death.exit_status != 2:
-                warn(f'setcmas run: {death}; the others are stopped')
+            if str(death):
+                supervisor.say(f'setcmas run: {death}; the others are stopped')
             return death.exit_status, str(death) or 'a process found a mistake'
         finally:
             # Controllers first: their last command, zero, is to be in the bag.
@@ -106,7 +111,9 @@ def _start(supervisor: Supervisor, args: argparse.Namespace, folder: RunFolder) 
 def _show_progress(supervisor: Supervisor, duration: float) -> None:
     begin = time.monotonic()
     form = '{desc}: {percentage:3.0f}%|{bar}| {n:.0f}/{total:.0f} s'
-    with tqdm(total=duration, desc='running', bar_format=form, disable=None) as bar:
+    with tqdm(
+        total=duration, desc='running', bar_format=form, disable=None, file=supervisor.stderr
+    ) as bar:
 
         def advance() -> None:
             bar.update(min(duration, time.monotonic() - begin) - bar.n)

@@ -23,20 +23,23 @@ KF = 1.5  # gain of the followers (1/s)
 PLACES = [(-1.5, 0.866), (-1.5, -0.866), (1.5, -0.866), (1.5, 0.866)]  # of robots 2 to 5 (m)
 
 current = 0  # index of the leader's waypoint; every robot keeps its own
+place = None  # where this robot goes beside the leader (m)
 
 
-def further_places(number):
-    """Return the first `number` places of the lattice that are not in PLACES."""
-    size = int(np.sqrt(number)) + 3
+def places_of(followers):
+    """Return the places (m) of this many followers: PLACES first, then the rest of the lattice."""
+    size = int(np.sqrt(followers)) + 3
     steps = range(-size, size + 1)
-    lattice = [(1.5 * i, 0.866 * i + 1.732 * j) for i in steps for j in steps]
+    lattice = [(1.5 * i, round(0.866 * i + 1.732 * j, 3)) for i in steps for j in steps]
     lattice.sort(key=lambda place: (round(np.hypot(*place), 2), np.arctan2(place[1], place[0])))
-    return [p for p in lattice[1:] if not any(np.allclose(p, q) for q in PLACES)][:number]
+    return (
+        PLACES + [place for place in lattice[1:] if place not in PLACES][: max(0, followers - 4)]
+    )
 
 
 def control(robotNo, nbRobots, poses, t):
     """Return the velocity (vx, vy) in m/s of the leader or of a follower."""
-    global current
+    global current, place
     leader = poses[:2, 0]
     waypoint = WPL[current]
     leader_velocity = KL * (waypoint - leader)
@@ -47,6 +50,7 @@ def control(robotNo, nbRobots, poses, t):
             waypoint[0], waypoint[1], 0, robotNo, [1, 1, 0], 0.3, 'wp_ref', alpha=0.5
         )
         return dead_band(*leader_velocity)
-    place = (PLACES + further_places(max(0, nbRobots - 5)))[robotNo - 2]
+    if place is None:
+        place = places_of(nbRobots - 1)[robotNo - 2]
     vx, vy = -KF * ((poses[:2, robotNo - 1] - leader) - place) + leader_velocity
     return dead_band(vx, vy)

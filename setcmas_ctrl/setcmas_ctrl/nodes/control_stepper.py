@@ -12,7 +12,8 @@ from setcmas_ctrl.call_watch import CallWatch
 from setcmas_ctrl.control_law import ControlError
 from setcmas_ctrl.control_options import CONTROL_STARTED
 from setcmas_ctrl.error_reports import ErrorReports
-from setcmas_ctrl.nodes.fleet_odometry import FleetOdometry
+from setcmas_ctrl.nodes.fleet_discovery import robots_with_odometry
+from setcmas_ctrl.nodes.fleet_odometry import POSE_TIMEOUT_S, FleetOdometry
 from setcmas_ctrl.nodes.si_to_uni import SiToUni
 from setcmas_ctrl.saturation import saturate
 from setcmas_simu.fleet import format_robots
@@ -21,9 +22,6 @@ from setcmas_simu.topics import RECORDER_NODES, robot_name
 
 if TYPE_CHECKING:
     from setcmas_ctrl.nodes.controller import Controller
-
-POSE_TIMEOUT_S = 1.0
-"""Age in s from which a robot's own pose is too old to command it."""
 
 _AFTER_ODOMETRY_S = 0.02
 _REMIND_EVERY_S = 2.0
@@ -62,11 +60,14 @@ class ControlStepper:
         self._reports = ErrorReports(self._say)
         self.watch = CallWatch(controllers[0].law.path, self._period, self._say)
         self._started = 0.0
+        self._stepped = 0.0
         self._next_graph_check = 0.0
         self._unheard: set[int] = set()
         self._unheard_since = 0.0
         self._unheard_told = False
         self._contested: set[int] = set()
+        self._mixed_told: set[int] = set()
+        self._known = set(range(1, odometry.poses.shape[1] + 1))
         self._lost: set[int] = set()
 
     def start(self, process: RosProcess) -> None:
@@ -92,7 +93,7 @@ class ControlStepper:
             f'{CONTROL_STARTED} {robots} with {self._controllers[0].law.path.stem} '
             f'at {1 / self._period:g} Hz; Ctrl-C stops'
         )
-        self._started = time.monotonic()
+        self._started = self._stepped = time.monotonic()
         self._step()
 
     def _fall_in_step(self, process: RosProcess) -> None:
@@ -117,7 +118,11 @@ class ControlStepper:
 
     def _step(self) -> None:
         now = time.monotonic()
-        self._control(now - self._started)
+        # Odometry cannot come in while a step takes its time.
+        self._notice_lost_odometry(POSE_TIMEOUT_S + now - self._stepped)
+        with self.watch.step(len(self._controllers)):
+            self._control(now - self._started)
+        self._stepped = now
         if now >= self._next_graph_check:
             self._next_graph_check = now + _GRAPH_CHECK_EVERY_S
             self._check_graph(now)
@@ -126,7 +131,7 @@ class ControlStepper:
         poses = self._odometry.poses.copy()
         for controller in self._controllers:
             velocity = (0.0, 0.0)
-            if self._sees(controller.robot):
+            if controller.robot not in self._lost:
                 try:
                     with self.watch.call(controller.robot):
                         velocity = controller.law(poses, t)
@@ -135,15 +140,17 @@ class ControlStepper:
                     self._reports.failed(controller.robot, t, error)
             controller.publish(*saturate(velocity, self._vnom).tolist())
 
-    def _sees(self, robot: int) -> bool:
-        age = self._odometry.age(robot)
-        if age > POSE_TIMEOUT_S and robot not in self._lost:
-            self._lost.add(robot)
-            self._say(f'{robot_name(robot)}: no odometry for {age:.1f} s; it is commanded zero')
-        elif age <= POSE_TIMEOUT_S and robot in self._lost:
-            self._lost.remove(robot)
-            self._say(f'{robot_name(robot)}: odometry is back')
-        return robot not in self._lost
+    def _notice_lost_odometry(self, timeout_s: float) -> None:
+        for controller in self._controllers:
+            robot, age = controller.robot, self._odometry.age(controller.robot)
+            if age > timeout_s and robot not in self._lost:
+                self._lost.add(robot)
+                self._say(
+                    f'{robot_name(robot)}: no odometry for {age:.1f} s; it is commanded zero'
+                )
+            elif age <= timeout_s and robot in self._lost:
+                self._lost.remove(robot)
+                self._say(f'{robot_name(robot)}: odometry is back')
 
     def _is_recorded_if_it_can_be(self) -> bool:
         if not set(RECORDER_NODES) & set(self._node.get_node_names()):
@@ -163,6 +170,16 @@ class ControlStepper:
             self._say(
                 f'nothing listens to cmd_vel of robots {format_robots(sorted(unheard))} with a '
                 'type that is published: they will not move'
+            )
+        for follower in self._followers:
+            if follower.mixed and follower.robot not in self._mixed_told:
+                self._mixed_told.add(follower.robot)
+                self._say(f'{follower.mixed}; choose with --cmd-vel-type')
+        if latecomers := set(robots_with_odometry(self._node)) - self._known:
+            self._known |= latecomers
+            self._say(
+                f'robots {format_robots(sorted(latecomers))} have appeared; this controller does '
+                'not know them: start it again, or with --nb-robots, to include them'
             )
         for follower in self._followers:
             if follower.robot not in self._contested and (names := follower.other_commanders()):

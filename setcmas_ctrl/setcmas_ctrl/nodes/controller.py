@@ -16,7 +16,7 @@ from std_msgs.msg import Bool
 
 from setcmas_ctrl import drawing
 from setcmas_ctrl.algorithm_loader import compile_script, find_script
-from setcmas_ctrl.control_law import ControlLaw
+from setcmas_ctrl.control_law import ControlLaw, StopCall
 from setcmas_ctrl.control_options import add_fleet_arguments, add_law_arguments
 from setcmas_ctrl.nodes.control_stepper import ControlStepper
 from setcmas_ctrl.nodes.fleet_discovery import wait_for_fleet
@@ -111,7 +111,7 @@ def end_stuck_script(process: RosProcess, stepper: ControlStepper) -> None:
         if signals > 1:
             stepper.stop()
             os._exit(1)
-        raise KeyboardInterrupt
+        raise StopCall
 
     process.on_stop_signal = on_stop_signal
 
@@ -131,9 +131,10 @@ def main(argv: list[str] | None = None) -> int:
             return 2
         if stepper is None:
             return 0
+        process.take_signals()  # scripts may have taken them while they were loaded
         end_stuck_script(process, stepper)
         try:
-            with contextlib.suppress(KeyboardInterrupt):
+            with contextlib.suppress(StopCall):
                 stepper.start(process)
                 process.spin()
         finally:
@@ -142,5 +143,13 @@ def main(argv: list[str] | None = None) -> int:
     return 0
 
 
+def run() -> None:
+    """Run `main` and end the process, whatever threads scripts may have started."""
+    status = main()
+    sys.stdout.flush()
+    sys.stderr.flush()
+    os._exit(status)
+
+
 if __name__ == '__main__':
-    sys.exit(main())
+    run()

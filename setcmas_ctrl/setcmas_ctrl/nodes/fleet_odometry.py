@@ -14,6 +14,9 @@ from setcmas_simu import topics
 from setcmas_simu.nodes import qos
 from setcmas_simu.planar_pose import yaw_of_quaternion
 
+POSE_TIMEOUT_S = 1.0
+"""Age in s from which a robot's own pose is too old to command it."""
+
 
 class FleetOdometry:
     """The newest poses of robots 1 to N.

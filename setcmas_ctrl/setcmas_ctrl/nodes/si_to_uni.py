@@ -14,9 +14,10 @@ from setcmas_simu import topics
 from setcmas_simu.nodes import qos
 from setcmas_simu.nodes.cmd_vel_type import ROS_NAMES, TYPES
 from setcmas_simu.nodes.ros_process import FleetNode
+from setcmas_simu.simulation_options import CMD_VEL_TYPES
 
 NODE_NAME = 'si_to_uni'
-_PREFERRED_TYPE = 'twist_stamped'  # what a TurtleBot3 on Jazzy listens to
+_PREFERRED_TYPE = CMD_VEL_TYPES[0]
 _LAST_WORDS_S = 0.3
 
 
@@ -37,6 +38,8 @@ class SiToUni(FleetNode):
         super().__init__(NODE_NAME, namespace=topics.robot_name(robot))
         self.robot = robot
         self.paused = False
+        self.mixed: str | None = None
+        """Which listeners want another type than the one that is published; None if none."""
         self._odometry = odometry
         self._komega = komega
         self._auto = cmd_vel_type == AUTO
@@ -77,19 +80,33 @@ class SiToUni(FleetNode):
 
     def follow_listeners(self) -> bool:
         """Match the type of cmd_vel to what the robot listens to; False if nothing listens."""
+        listeners = self._listeners()
+        if self._auto and listeners:
+            # Where listeners differ, the node that sends the odometry is the robot.
+            topic = topics.robot_topic(self.robot, topics.ODOM)
+            robot = {i.node_name for i in self.get_publishers_info_by_topic(topic)}
+            wanted = {kind for node, kind in listeners if node in robot}
+            self._use_type(wanted or {kind for _, kind in listeners})
+        others = [f'{node} wants {kind}' for node, kind in listeners if kind != self._type]
+        name = topics.robot_name(self.robot)
+        self.mixed = f'{name} gets {self._type}, but {others[0]}' if others else None
+        return any(kind == self._type for _, kind in listeners)
+
+    def _listeners(self) -> list[tuple[str, str]]:
+        """Return the names of the nodes that listen to cmd_vel, recorders aside, and the types."""
         topic = topics.robot_topic(self.robot, topics.CMD_VEL)
-        listeners = {
-            ROS_NAMES[info.topic_type]
+        return [
+            (info.node_name, ROS_NAMES[info.topic_type])
             for info in self.get_subscriptions_info_by_topic(topic)
             if info.node_name not in topics.RECORDER_NODES and info.topic_type in ROS_NAMES
-        }
-        if self._auto and listeners and self._type not in listeners:
-            self._type = _PREFERRED_TYPE if _PREFERRED_TYPE in listeners else listeners.pop()
+        ]
+
+    def _use_type(self, wanted: set[str]) -> None:
+        if self._type not in wanted:
+            self._type = _PREFERRED_TYPE if _PREFERRED_TYPE in wanted else wanted.pop()
             # One type at a time: DDS knows only one type of a topic within a process.
             self.destroy_publisher(self._cmd_vel)
             self._cmd_vel = self._create_publisher()
-            return True
-        return self._type in listeners
 
     def is_recorded(self) -> bool:
         """Return whether a recorder listens to the robot's commands."""

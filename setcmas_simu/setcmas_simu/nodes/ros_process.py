@@ -73,6 +73,11 @@ class RosProcess:
                 self.executor.spin_once(timeout_sec=0.02)
         return condition()
 
+    def take_signals(self) -> None:
+        """Let the signals that ask to stop do so."""
+        for signum in STOP_SIGNALS:
+            signal.signal(signum, self.handle_signal)
+
     def handle_signal(self, _signum: int, _frame: FrameType | None) -> None:
         """Note the wish to stop, and set the deadline for the clean-up."""
         self.stopping = True
@@ -93,8 +98,7 @@ def ros_process(ros_arguments: list[str] | None = None) -> Iterator[RosProcess]:
     arguments = [*(ros_arguments or []), '--ros-args', '--disable-external-lib-logs']
     rclpy.init(args=arguments, signal_handler_options=SignalHandlerOptions.NO)
     process = RosProcess()
-    for signum in STOP_SIGNALS:
-        signal.signal(signum, process.handle_signal)
+    process.take_signals()
     try:
         yield process
     finally:
