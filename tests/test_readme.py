@@ -45,7 +45,17 @@ def test_the_test_command_is_the_one_of_ci():
     ci = (ROOT / '.ci' / 'run').read_text()
 
     assert install.replace('pip install', 'pip install -q') in ci
-    assert re.search(rf'^SETCMAS_REQUIRE_ROS=1 {run}$', ci, re.MULTILINE)
+    assert re.search(rf'^SETCMAS_SKIP_NOTHING=1 {run}$', ci, re.MULTILINE)
+
+
+def test_no_placeholder_is_left():
+    assert not re.search(r'\b(FIGURES|TODO|FIXME|XXX)\b', README)
+
+
+def test_the_notebook_example_works(capsys):
+    exec(code('python')[1], {})
+
+    assert capsys.readouterr().out.startswith('[[')
 
 
 def test_the_control_law_works(tmp_path):

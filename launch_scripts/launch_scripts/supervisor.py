@@ -17,9 +17,16 @@ from typing import Any
 from launch_scripts.output_lines import TOLD, LineBuffer, Stream, write_line
 from launch_scripts.output_queue import OutputQueue, QueuedStream
 
+
+def _known_signals(*names: str) -> tuple[signal.Signals, ...]:
+    """Return the signals of these names that this system has: Windows lacks some."""
+    return tuple(signal.Signals[name] for name in names if name in signal.Signals.__members__)
+
+
 # Ctrl-Z too: a launcher that is asleep would leave its robots without supervision.
-STOP_SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGTSTP)
-_ESCALATION = ((signal.SIGINT, 5.0), (signal.SIGTERM, 3.0), (signal.SIGKILL, 5.0))
+STOP_SIGNALS = _known_signals('SIGINT', 'SIGTERM', 'SIGHUP', 'SIGTSTP')
+_KILL = _known_signals('SIGKILL', 'SIGTERM')[0]
+_ESCALATION = ((signal.SIGINT, 5.0), (signal.SIGTERM, 3.0), (_KILL, 5.0))
 _TICK_S = 0.1
 _PR_SET_PDEATHSIG = 1
 
@@ -77,7 +84,7 @@ class Child:
             return ChildDiedError('', 2)
         if status < 0:
             reason = f'was killed by {signal.Signals(-status).name}'
-            reason += ' (out of memory?)' if -status == signal.SIGKILL else ''
+            reason += ' (out of memory?)' if -status == _KILL else ''
             status = 128 - status  # as shells tell it
         else:
             reason = f'ended by itself with exit status {status}'
@@ -179,7 +186,7 @@ class Supervisor:
                     and self._stop_signals == signals
                 ):
                     self._show_output(0.02)
-            child.signal_group(signal.SIGKILL)  # what the process itself left behind
+            child.signal_group(_KILL)  # what the process itself left behind
             child.process.wait()
             self._show_output(0)
             if child in self.children:

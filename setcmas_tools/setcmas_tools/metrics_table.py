@@ -33,8 +33,8 @@ def _columns(metrics: Metrics) -> dict[str, tuple[str, Column]]:
         'path\n(m)': ('.2f', motion('path_length_m')),
         'mean v\n(m/s)': ('.3f', motion('mean_speed_m_s')),
         'max v\n(m/s)': ('.3f', motion('largest_speed_m_s')),
-        'saturated\n(s)': ('.1f', motion('time_in_saturation_s')),
-        'times\nsent': ('.0f', metrics.communications),
+        'at vnom\n(s)': ('.1f', motion('time_in_saturation_s')),
+        'sent': ('.0f', metrics.communications),
         'end x\n(m)': ('.2f', motion('end_x_m')),
         'end y\n(m)': ('.2f', motion('end_y_m')),
     }

@@ -74,8 +74,8 @@ def _time_in_saturation(track: FleetTable, vnom: float) -> float:
 def separation(grid: FleetGrid) -> Separation | None:
     """Return the least distance of two robots, when it was, and the largest one at the end.
 
-    Between two samples of the grid motion counts as straight, at constant speed. The
-    end is the last sample at which all robots are known.
+    Between two samples of the grid motion counts as straight, at constant speed. The end
+    is the last sample at which all robots are known.
 
     Returns:
         None if no two robots are known at the same time.

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from setcmas_ctrl.algorithm_loader import ALIASES, builtin_folder, find_script, load_script
+from setcmas_ctrl.script_messages import describe_failure
 from setcmas_simu.errors import SetcmasError
 
 Floats = NDArray[np.float64]
@@ -86,8 +87,8 @@ def task_of(script: Path | None) -> str | None:
 def references(task: str, script: Path | None, nb_robots: int) -> References:
     """Return the references of a task, read from module-level names of a script.
 
-    They are, named as in the built-in laws: PLACES, and further_places(number) for more robots
-    than it has places (formation); D (distances); R and W (tracking); WPL, and REACHED if it
+    They are, named as in the built-in laws: PLACES, or places_of(followers) for any number of
+    robots (formation); D (distances); R and W (tracking); WPL, and REACHED if it
     differs from that of nav_wp (waypoints; for the leader of a formation if WPL is there).
 
     Raises:
@@ -107,7 +108,7 @@ def references(task: str, script: Path | None, nb_robots: int) -> References:
         return References(task, radius=_number(module, 'R'), rate=_number(module, 'W'))
     points = reached = None
     if task == 'waypoints' or hasattr(module, 'WPL'):
-        points, reached = _points(module, 'WPL'), _reached(module)
+        points, reached = _points('WPL', _value(module, 'WPL'), module), _reached(module)
     if task == 'formation':
         places = _places(module, nb_robots - 1)
         return References(task, places=places, waypoints=points, reached=reached)
@@ -116,15 +117,23 @@ def references(task: str, script: Path | None, nb_robots: int) -> References:
 
 
 def _places(module: ModuleType, number: int) -> Floats:
-    places = _points(module, 'PLACES')
-    if len(places) < number and callable(getattr(module, 'further_places', None)):
-        further = np.array(module.further_places(number - len(places)), dtype=float)
-        places = np.vstack([places, further.reshape(-1, 2)])
+    if callable(getattr(module, 'places_of', None)):
+        places = _points('places_of', _called(module, 'places_of', max(1, number)), module)
+    else:
+        places = _points('PLACES', _value(module, 'PLACES'), module)
     if len(places) < number:
         raise SetcmasError(
-            f'{_name(module)}: PLACES has {len(places)} places, the run has {number} followers'
+            f'{_name(module)}: there are {len(places)} places for {number} followers; '
+            'accepted are PLACES with one for each, or places_of(followers)'
         )
     return places
+
+
+def _called(module: ModuleType, name: str, argument: int) -> Any:
+    try:
+        return getattr(module, name)(argument)
+    except Exception as error:  # of any kind, in a user's function
+        raise SetcmasError(describe_failure(error, Path(str(module.__file__)))) from error
 
 
 def _reached(module: ModuleType) -> float:
@@ -144,18 +153,13 @@ def _number(module: ModuleType, name: str) -> float:
     return number
 
 
-def _points(module: ModuleType, name: str) -> Floats:
-    value = _value(module, name)
+def _points(name: str, value: Any, module: ModuleType) -> Floats:
     try:
         points = np.array(value, dtype=float)
     except (TypeError, ValueError):
         points = np.empty(0)
-    if (
-        points.ndim != 2
-        or points.shape[1] != 2
-        or not len(points)
-        or not np.isfinite(points).all()
-    ):
+    is_list = points.ndim == 2 and points.shape[1] == 2 and len(points) > 0
+    if not (is_list and np.isfinite(points).all()):
         raise SetcmasError(
             f"{_name(module)}: {name} is '{value}'; accepted are points [[x, y], ...]"
         )

@@ -1,3 +1,4 @@
+import subprocess
 import sys
 
 import pytest
@@ -26,3 +27,22 @@ def test_nodes_run_with_this_interpreter():
 
     assert command[0] == sys.executable
     assert command[-3:] == ['some.module', '--option', 'value']
+
+
+def test_an_empty_entry_of_pythonpath_is_left_out(monkeypatch):
+    monkeypatch.setenv('PYTHONPATH', ':/somewhere:.')
+
+    assert environment.local_environment()['PYTHONPATH'] == '/somewhere'
+
+
+def test_where_signals_are_missing_the_commands_can_be_imported():
+    code = (
+        'import enum, signal\n'
+        'gone = ("SIGHUP", "SIGKILL", "SIGTSTP")\n'
+        'names = [s.name for s in signal.Signals if s.name not in gone]\n'
+        'signal.Signals = enum.IntEnum("Signals", {n: int(signal.Signals[n]) for n in names})\n'
+        'del signal.SIGHUP, signal.SIGKILL, signal.SIGTSTP\n'
+        'from launch_scripts.cli import build_parser\nbuild_parser(None)'
+    )
+
+    subprocess.run([sys.executable, '-c', code], check=True)

@@ -163,6 +163,11 @@ def test_signals_end_the_process_well(start, signum):
         (('--ros-args', '-p', 'robot_no:=0'), 'robot_no'),
         (('--ros-args', '-p', 'x0:=here'), 'x0'),
         (('--ros-args', '-p', 'limits:=segway'), 'segway'),
+        (('--ros-args', '-p', 'rate:=0'), 'rate'),
+        (('--ros-args', '-p', 'x0:=.nan'), 'x0'),
+        (('--ros-args', '-p', 'cmd_timeout:=-1'), 'cmd_timeout'),
+        (('--ros-args', '-p', 'cmd_vel_type:=pose'), 'accepted are twist_stamped, twist'),
+        (('--ros-args', '-p', 'foo'), 'not understood'),
     ],
 )
 def test_mistakes_are_told_without_a_traceback(start, arguments, message):

@@ -25,6 +25,7 @@ from launch_scripts.supervisor import Child, ChildDiedError, StoppedError, Super
 from setcmas_ctrl.algorithm_loader import compile_script, find_script
 from setcmas_ctrl.control_options import CONTROL_STARTED
 from setcmas_simu.errors import SetcmasError
+from setcmas_simu.fleet import format_robots
 from setcmas_simu.simulation_options import add_cmd_timeout_argument, simulated_robots
 
 _START_TIMEOUT_S = 20.0
@@ -127,6 +128,7 @@ def _evaluate(args: argparse.Namespace, folder: RunFolder) -> int:
     # Imported late: a fresh start of the robots does not wait for matplotlib.
     from setcmas_tools.bag_to_csv import convert
     from setcmas_tools.csv_to_plot import plot
+    from setcmas_tools.fleet_table import read_csv
     from setcmas_tools.metrics import compute
     from setcmas_tools.metrics_table import table_lines
     from setcmas_tools.metrics_yaml import write_yaml
@@ -136,6 +138,12 @@ def _evaluate(args: argparse.Namespace, folder: RunFolder) -> int:
     if not fleet.exists():
         warn('setcmas run: no odometry was recorded, so there is nothing to plot')
         return 1
+    strangers = set(read_csv(fleet).robots) - set(range(1, args.nb_robots + 1))
+    if strangers:
+        warn(
+            f'setcmas run: robots {format_robots(sorted(strangers))} of another simulator were '
+            'there too; they are in the plots and in the metrics'
+        )
     figures = plot(folder.path, formats=tuple(args.format))
     metrics = compute(folder.path)
     for line in table_lines(metrics):

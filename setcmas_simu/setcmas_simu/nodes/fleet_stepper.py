@@ -16,6 +16,7 @@ from setcmas_simu import topics
 from setcmas_simu.fleet import format_robots
 from setcmas_simu.nodes import qos
 from setcmas_simu.nodes.transform_broadcaster import FleetTransforms
+from setcmas_simu.simulation_options import MAX_RATE_HZ
 from setcmas_simu.velocity_limits import VelocityLimits
 from setcmas_simu.virtual_fleet import VirtualFleet
 
@@ -41,13 +42,15 @@ class FleetStepper:
             limits: How fast the robots can go.
 
         Raises:
-            SetcmasError: A numeric parameter of a robot is not a number.
+            SetcmasError: A parameter of a robot makes no sense.
         """
         self._node = node
         self._robots = robots
-        poses = np.array([[r.number(name) for name in ('x0', 'y0', 'theta0')] for r in robots]).T
-        self._fleet = VirtualFleet(poses, limits, robots[0].number('cmd_timeout'))
-        self._period = 1.0 / robots[0].number('rate')
+        far = 1e6  # m, rad: excludes what is not finite
+        names = ('x0', 'y0', 'theta0')
+        poses = np.array([[robot.number(name, -far, far) for name in names] for robot in robots]).T
+        self._fleet = VirtualFleet(poses, limits, robots[0].number('cmd_timeout', least=1e-3))
+        self._period = 1.0 / robots[0].number('rate', least=0.1, most=MAX_RATE_HZ)
         for index, robot in enumerate(robots):
             robot.on_command = partial(self._fleet.command, index)
             robot.on_reset = partial(self._fleet.reset, index)
@@ -59,7 +62,7 @@ class FleetStepper:
             event_callbacks=qos.no_subscription_events(),
         )
         self._transforms = FleetTransforms(
-            node, [(r.value('world_frame'), r.value('robot_frame')) for r in robots]
+            node, [(str(r.value('world_frame')), str(r.value('robot_frame'))) for r in robots]
         )
         self._missed = 0
         self._last_step: float | None = None

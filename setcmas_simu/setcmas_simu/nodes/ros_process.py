@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import os
 import signal
+import sys
 import time
 from collections.abc import Callable, Iterator
 from importlib import resources
@@ -96,7 +97,12 @@ def ros_process(ros_arguments: list[str] | None = None) -> Iterator[RosProcess]:
     use_fast_discovery()
     # No log files: students' home folders would fill, and what matters is on the screen.
     arguments = [*(ros_arguments or []), '--ros-args', '--disable-external-lib-logs']
-    rclpy.init(args=arguments, signal_handler_options=SignalHandlerOptions.NO)
+    try:
+        rclpy.init(args=arguments, signal_handler_options=SignalHandlerOptions.NO)
+    except Exception as error:  # of several classes, some of them private to rclpy
+        reason = str(error).partition('\n')[0]
+        print(f'error: what follows --ros-args is not understood: {reason}', file=sys.stderr)
+        sys.exit(2)
     process = RosProcess()
     process.take_signals()
     try:

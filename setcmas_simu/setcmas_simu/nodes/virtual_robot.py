@@ -7,9 +7,10 @@ Run as `ros2 run setcmas_simu virtual_robot --robots 1-4`, or for one robot with
 from __future__ import annotations
 
 import argparse
+import math
 import sys
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from typing import Any
 
 from builtin_interfaces.msg import Time
@@ -65,7 +66,7 @@ class VirtualRobot(FleetNode):
         self._marker_publisher = self.create_publisher(Marker, topics.MARKER, qos.STATE, **silent)
         silent = {'event_callbacks': qos.no_subscription_events()}
         self.create_subscription(
-            TYPES[self.value('cmd_vel_type')],
+            TYPES[self.choice('cmd_vel_type', TYPES)],
             topics.CMD_VEL,
             self._on_cmd_vel,
             qos.COMMAND,
@@ -75,8 +76,8 @@ class VirtualRobot(FleetNode):
             Empty, topics.RESET, lambda _: self.on_reset(), qos.EVENT, **silent
         )
 
-        world = self.value('world_frame')
-        self._odom = Odometry(child_frame_id=self.value('robot_frame'))
+        world = str(self.value('world_frame'))
+        self._odom = Odometry(child_frame_id=str(self.value('robot_frame')))
         self._pose = PoseStamped()
         self._marker = robot_marker(robot, world)
         self._odom.header.frame_id = self._pose.header.frame_id = world
@@ -85,16 +86,32 @@ class VirtualRobot(FleetNode):
         """Return the value of a parameter."""
         return self.get_parameter(name).value
 
-    def number(self, name: str) -> float:
+    def number(self, name: str, least: float = -math.inf, most: float = math.inf) -> float:
         """Return the value of a numeric parameter.
 
         Raises:
-            SetcmasError: The value is not a number.
+            SetcmasError: The value is not a number between `least` and `most`.
         """
         value = self.value(name)
-        if isinstance(value, bool) or not isinstance(value, (int, float)):
-            raise SetcmasError(f'parameter {name} is {value!r}; accepted is a number')
+        numeric = isinstance(value, (int, float)) and not isinstance(value, bool)
+        if not numeric or not least <= value <= most:
+            raise SetcmasError(
+                f'parameter {name} is {value!r}; accepted is a number from {least:g} to {most:g}'
+            )
         return float(value)
+
+    def choice(self, name: str, accepted: Iterable[str]) -> str:
+        """Return the value of a parameter that is one of some words.
+
+        Raises:
+            SetcmasError: It is none of them.
+        """
+        value = self.value(name)
+        if value not in accepted:
+            raise SetcmasError(
+                f'parameter {name} is {value!r}; accepted are {", ".join(accepted)}'
+            )
+        return str(value)
 
     def publish_odometry(
         self, stamp: Time, pose: tuple[float, float, float], V: float, omega: float
