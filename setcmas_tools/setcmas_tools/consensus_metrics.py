@@ -33,7 +33,7 @@ def disagreement(x: Floats, y: Floats) -> Floats:
     """Return the root mean square distance of N robots to their centre, in m, shape (K,).
 
     It is |delta| / sqrt(N), with the disagreement vector delta = p - (1 1^T / N) p of
-    Olfati-Saber and Murray, IEEE Transactions on Automatic Control 49(9), 2004, section VIII.
+    Olfati-Saber and Murray, IEEE Transactions on Automatic Control 49(9), 2004.
 
     Args:
         x: Positions in m, shape (N, K).
@@ -47,7 +47,7 @@ def disagreement(x: Floats, y: Floats) -> Floats:
 def settling_time(t: Floats, values: Floats, share: float) -> float | None:
     """Return the first time from which values stay at or below a share of the first one.
 
-    Source of the definition: Ogata, Modern Control Engineering, section 5-3 (2 % and 5 %).
+    Source of the definition: Ogata, Modern Control Engineering, chapter 5 (2 % and 5 %).
 
     Args:
         t: Times in s, shape (K,), K at least 1.

@@ -55,9 +55,9 @@ def main(args: argparse.Namespace) -> int:
     folder.write_record(parameters(args, script), 'complete', args.seed)
     figures = plot(folder.path, formats=tuple(args.format))
     metrics = compute(folder.path, call_times=dict(enumerate(run.call_time.tolist(), start=1)))
+    write_yaml(metrics, folder.metrics)
     for line in table_lines(metrics):
         print(line)
-    write_yaml(metrics, folder.metrics)
     print(
         f'{args.duration:g} s in {elapsed:.2f} s ({args.duration / elapsed:.0f} times real time)'
         f'   CSV: {folder.csv}   {len(figures)} plots: {folder.plots}'

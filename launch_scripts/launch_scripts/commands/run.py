@@ -9,8 +9,8 @@ Examples:
 from __future__ import annotations
 
 import argparse
-import sys
 import time
+from contextlib import suppress
 
 from tqdm import tqdm
 
@@ -146,9 +146,8 @@ def _evaluate(args: argparse.Namespace, folder: RunFolder) -> int:
         )
     figures = plot(folder.path, formats=tuple(args.format))
     metrics = compute(folder.path)
-    for line in table_lines(metrics):
-        print(line)
     write_yaml(metrics, folder.metrics)
-    print(f'bag: {folder.bag}   CSV: {folder.csv}   {len(figures)} plots: {folder.plots}')
-    sys.stdout.flush()
+    where = f'bag: {folder.bag}   CSV: {folder.csv}   {len(figures)} plots: {folder.plots}'
+    with suppress(OSError):  # the terminal may be closed by now, the work is done
+        print('\n'.join([*table_lines(metrics), where]), flush=True)
     return 0
