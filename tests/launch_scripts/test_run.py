@@ -190,3 +190,15 @@ def test_nav_wp_over_ros_follows_the_recording_of_the_ros_1_stack(domain, tmp_pa
         ours.t[moving], (ours.x[moving], ours.y[moving]), theirs.t, (theirs.x, theirs.y)
     )
     assert comparison.rms < 0.1
+
+
+def test_a_run_that_a_script_ends_with_status_2_is_kept_and_told(start, tmp_path):
+    (tmp_path / 'law.py').write_text(
+        'import os\ndef control(i, n, p, t):\n'
+        '    if t > 2:\n        os._exit(2)\n    return 0.1, 0\n'
+    )
+    process = start(*SETCMAS, 'run', '--algo', 'law', '--output', 'out', cwd=tmp_path)
+
+    assert process.wait() == 2
+    assert 'ended by itself with exit status 2' in process.output()
+    assert table(tmp_path / 'out' / 'csv' / 'fleet.csv')

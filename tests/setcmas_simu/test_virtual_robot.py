@@ -145,6 +145,14 @@ def test_a_simulator_refuses_robots_whose_odometry_others_publish(start, peer):
     assert 'node /peer publishes' in process.output()
 
 
+def test_after_a_crash_a_simulator_can_be_started_again(start):
+    first = start(*SIMU, '--nb-robots', '2')
+    first.wait_for_output('simulating')
+    first.end(signal.SIGKILL)
+
+    start(*SIMU, '--nb-robots', '2').wait_for_output('simulating robots 1-2')
+
+
 @pytest.mark.parametrize('signum', [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
 def test_signals_end_the_process_well(start, signum):
     process = start(*SIMU, '--nb-robots', '2')

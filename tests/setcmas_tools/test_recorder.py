@@ -288,10 +288,9 @@ def test_a_full_disk_gets_one_line_and_leaves_what_was_written(start, peer, bag)
 
     peer.wait_for(has_ended)
     assert recorder.wait() == 1
-    lines = [line for line in recorder.output().splitlines() if 'recorder: ' in line]
+    lines = [line for line in recorder.output().splitlines() if 'error: ' in line]
     assert lines == [
-        f"recorder: recording to '{bag}' stopped: File too large; "
-        'what was written before is readable'
+        f"error: recording to '{bag}' stopped: File too large; what was written before is readable"
     ]
     assert 'Traceback' not in recorder.output()
     with open_bag(bag) as opened:
@@ -306,6 +305,6 @@ def test_a_bag_that_exists_is_not_touched(start, domain, bag):
 
     assert recorder.wait() == 2
     assert recorder.output() == (
-        f"recorder: '{bag}' exists already; accepted is a folder that does not\n"
+        f"error: '{bag}' exists already; accepted is a folder that does not\n"
     )
     assert list(bag.iterdir()) == []

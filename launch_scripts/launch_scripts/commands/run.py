@@ -29,6 +29,7 @@ from setcmas_simu.fleet import format_robots
 from setcmas_simu.simulation_options import add_cmd_timeout_argument, simulated_robots
 
 _START_TIMEOUT_S = 20.0
+_NOT_BEGUN = 'a process found a mistake'
 _SIMU_OPTIONS = tuple(name for name in simu.OPTIONS if name not in ('robots', 'cmd_vel_type'))
 _CTRL_OPTIONS = tuple(name for name in ctrl.OPTIONS if name not in ('robots', 'cmd_vel_type'))
 
@@ -51,7 +52,7 @@ def main(args: argparse.Namespace) -> int:
     started = time.time()
     folder.write_record(parameters(args, script), 'not finished', args.seed, started)
     status, outcome = _robots_run(args, folder)
-    if status == 2:
+    if outcome == _NOT_BEGUN:
         folder.discard()
         return status
     folder.write_record(parameters(args, script), outcome, args.seed, started)
@@ -94,7 +95,7 @@ def _robots_run(args: argparse.Namespace, folder: RunFolder) -> tuple[int, str]:
         except ChildDiedError as death:
             if str(death):
                 supervisor.say(f'setcmas run: {death}; the others are stopped')
-            return death.exit_status, str(death) or 'a process found a mistake'
+            return death.exit_status, str(death) or _NOT_BEGUN
         finally:
             # Controllers first: their last command, zero, is to be in the bag.
             supervisor.stop(*robots)

@@ -14,6 +14,7 @@ from setcmas_simu.robot_locks import RobotLocks
 
 _DISCOVERY_S = {'LOCALHOST': 0.4}
 _NETWORK_DISCOVERY_S = 1.0
+_FORGOTTEN_AFTER_S = 6.0  # a second more than the lease in config/fastdds_profile.xml
 
 
 class SimulatorGuard:
@@ -46,6 +47,9 @@ class SimulatorGuard:
             names.remove(own)
         return names
 
+    def _seen(self) -> dict[int, list[str]]:
+        return {robot: names for robot in self._robots if (names := self.others(robot))}
+
     def refuse_second_simulator(self) -> None:
         """Wait until others have had time to show up.
 
@@ -55,7 +59,14 @@ class SimulatorGuard:
         discovery_range = os.environ.get('ROS_AUTOMATIC_DISCOVERY_RANGE', 'SUBNET')
         wait = _DISCOVERY_S.get(discovery_range, _NETWORK_DISCOVERY_S)
         time.sleep(max(0.0, self._started + wait - time.monotonic()))
-        seen = {robot: names for robot in self._robots if (names := self.others(robot))}
+        seen = self._seen()
+        if seen:
+            # Whoever was killed stays on the graph for a while.
+            self._node.get_logger().info('others publish odometry; waiting whether they stay')
+            deadline = time.monotonic() + _FORGOTTEN_AFTER_S
+            while seen and time.monotonic() < deadline:
+                time.sleep(0.1)
+                seen = self._seen()
         if seen:
             example = next(iter(seen.values()))[0]
             raise SetcmasError(
@@ -66,7 +77,7 @@ class SimulatorGuard:
 
     def warn_of_latecomers(self) -> None:
         """Say once for each robot when another publisher of its odometry has come and stayed."""
-        seen = {robot: names for robot in self._robots if (names := self.others(robot))}
+        seen = self._seen()
         # A second simulator is visible for a moment while it finds out that it must not start.
         staying, self._suspects = self._suspects & set(seen), set(seen)
         for robot, names in seen.items():

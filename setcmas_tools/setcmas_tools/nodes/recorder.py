@@ -88,7 +88,7 @@ def _summary(writer: BagWriter) -> str:
 
 
 def _fail(message: str, status: int) -> int:
-    print(f'recorder: {message}', file=sys.stderr, flush=True)
+    print(f'error: {message}', file=sys.stderr, flush=True)
     return status
 
 
