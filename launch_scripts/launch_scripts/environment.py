@@ -18,15 +18,22 @@ _RUN_MODULE = (
     'import runpy, sys; del sys.path[0]; '
     "runpy.run_module(sys.argv.pop(1), run_name='__main__', alter_sys=True)"
 )
+_LARGEST_DOMAIN = 101  # beyond, ports collide with those that systems hand out
 _DISCOVERY_RANGE = 'ROS_AUTOMATIC_DISCOVERY_RANGE'
 
 
 def require_ros(verb: str) -> None:
-    """See that ROS 2's Python packages are there.
+    """See that ROS 2's Python packages are there and can take part in a ROS domain.
 
     Raises:
-        SetcmasError: They are not; the message says how to install them.
+        SetcmasError: They are not, the message says how to install them; or ROS_DOMAIN_ID is
+            none.
     """
+    domain = os.environ.get('ROS_DOMAIN_ID') or '0'
+    if not domain.isdecimal() or int(domain) > _LARGEST_DOMAIN:
+        raise SetcmasError(
+            f"ROS_DOMAIN_ID is '{domain}'; accepted are 0 to {_LARGEST_DOMAIN}, or leave it unset"
+        )
     missing = [name for name in _ROS_PACKAGES if importlib.util.find_spec(name) is None]
     if missing:
         raise SetcmasError(

@@ -52,13 +52,14 @@ class Child:
     """A running process in a process group of its own.
 
     Attributes:
+        spoke: Whether it has written anything; before, it may not know our signals yet.
         told: Whether it has told the user about a mistake, in its own words.
     """
 
     def __init__(self, name: str, command: Sequence[str], environment: dict[str, str]) -> None:
         """Start the process; `name` is what the user calls it."""
         self.name = name
-        self.told = False
+        self.spoke = self.told = False
         self.process = subprocess.Popen(
             command,
             stdin=subprocess.DEVNULL,
@@ -174,7 +175,8 @@ class Supervisor:
     def stop(self, *children: Child) -> None:
         """Stop processes one after the other, gently at first."""
         for child in children:
-            for signum, wait_s in _ESCALATION:
+            # Python answers SIGINT with a traceback until a program has its own handler.
+            for signum, wait_s in _ESCALATION if child.spoke else _ESCALATION[1:]:
                 if not child.running():
                     break
                 child.signal_group(signum)
@@ -200,6 +202,7 @@ class Supervisor:
             except BlockingIOError:
                 continue
             for line in lines.feed(data):
+                child.spoke = True
                 child.told = child.told or TOLD in line
                 self.write(line, lines.stream)
             if not data:

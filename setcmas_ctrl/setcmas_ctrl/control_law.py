@@ -75,10 +75,10 @@ class ControlLaw:
         """
         try:
             result = self._control(self.robot, self._nb_robots, poses.copy(), t)
-        except StopCall:
+        except (StopCall, KeyboardInterrupt):
             raise
         except BaseException as error:  # whatever a script raises, the other robots go on
-            raise self._failure(error) from error
+            raise self.failure(error) from error
         try:
             return checked_velocity(result)
         except ValueError as error:
@@ -90,7 +90,8 @@ class ControlLaw:
         code = getattr(self._control, '__code__', None)
         return quoted_line(self.path, code.co_firstlineno if code else None)
 
-    def _failure(self, error: BaseException) -> ControlError:
+    def failure(self, error: BaseException) -> ControlError:
+        """Return what to tell of an error that the script raised."""
         key = (type(error).__name__, script_line(error, self.path))
         return ControlError(describe_failure(error, self.path), key)
 
@@ -116,7 +117,8 @@ def checked_velocity(result: Any) -> Velocity:
     if array.dtype.kind not in 'iufb':
         raise ValueError(f'control returned a {type(result).__name__}: {_short(result)}')
     if array.size != 2:
-        raise ValueError(f'control returned {array.size} values: {_short(result)}')
+        values = 'value' if array.size == 1 else 'values'
+        raise ValueError(f'control returned {array.size} {values}: {_short(result)}')
     vx, vy = array.ravel().tolist()
     return _finite(float(vx), float(vy), result)
 

@@ -14,6 +14,9 @@ RATE_HZ = 5.0
 
 AUTO = 'auto'
 
+SCRIPT_FAILED = 1
+"""Exit status after a control script has failed for some robot."""
+
 CONTROL_STARTED = 'controlling robots'
 """What a controller process says when it calls its control laws for the first time."""
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -16,6 +17,26 @@ class Sphere:
     diameter: float
     colour: tuple[float, ...]
     alpha: float
+
+
+def sphere(
+    x: float, y: float, z: float, diameter: float, colour: Sequence[float], alpha: float
+) -> Sphere:
+    """Return a sphere of what a script gave; the same mistakes are told with and without ROS.
+
+    Raises:
+        TypeError: A value is not a number, or the colour is not three of them.
+    """
+    try:
+        red, green, blue = map(float, colour)
+        return Sphere(
+            float(x), float(y), float(z), float(diameter), (red, green, blue), float(alpha)
+        )
+    except (TypeError, ValueError):
+        raise TypeError(
+            f'publish_marker got x={x!r}, y={y!r}, z={z!r}, color={colour!r}, scale={diameter!r}, '
+            f'alpha={alpha!r}; expected are numbers, and for color [red, green, blue] from 0 to 1'
+        ) from None
 
 
 class Canvas(Protocol):

@@ -35,6 +35,11 @@ class ErrorReports:
             calls = 'call' if count == 1 else 'calls'
             self._say(f'{robot_name(robot)} at t = {t:.1f} s: works again after {count} {calls}')
 
+    @property
+    def failed_robots(self) -> list[int]:
+        """The robots whose script has failed at some time, sorted."""
+        return sorted({robot for robot, _ in self._counts})
+
     def summary(self) -> list[str]:
         """Return a line for each error that occurred more than once."""
         return [

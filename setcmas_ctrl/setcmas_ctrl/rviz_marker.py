@@ -31,6 +31,6 @@ def publish_marker(
         marker_name: Last part of the topic's name, such as 'wp_ref'.
         alpha: Opacity in [0, 1].
     """
-    canvas = drawing.canvas
-    if canvas is not None:
-        canvas.show(robotNo, marker_name, drawing.Sphere(x, y, z, scale, tuple(color), alpha))
+    sphere = drawing.sphere(x, y, z, scale, color, alpha)
+    if drawing.canvas is not None:
+        drawing.canvas.show(robotNo, marker_name, sphere)

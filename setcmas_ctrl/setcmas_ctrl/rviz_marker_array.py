@@ -21,7 +21,6 @@ def publish_marker(
 
     Arguments as for `rviz_marker.publish_marker`. Without ROS (offline runs) nothing is drawn.
     """
-    canvas = drawing.canvas
-    if canvas is not None:
-        sphere = drawing.Sphere(x, y, z, scale, tuple(color), alpha)
-        canvas.extend_trail(robotNo, marker_name, sphere)
+    sphere = drawing.sphere(x, y, z, scale, color, alpha)
+    if drawing.canvas is not None:
+        drawing.canvas.extend_trail(robotNo, marker_name, sphere)

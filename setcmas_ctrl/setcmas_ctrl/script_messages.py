@@ -9,9 +9,10 @@ from pathlib import Path
 from typing import Any
 
 
-def quoted_line(path: Path | str, line: int | None) -> str:
+def quoted_line(path: Path | str, line: int | None, indented: bool = False) -> str:
     """Return a new line that quotes a line of a script; empty where there is none."""
-    source = linecache.getline(str(path), line).strip() if line else ''
+    source = linecache.getline(str(path), line).rstrip() if line else ''
+    source = source if indented else source.strip()
     return f'\n    {line} | {source}' if source else ''
 
 
@@ -32,7 +33,9 @@ def describe_failure(error: BaseException, path: Path) -> str:
     if isinstance(error, SyntaxError):
         file = Path(error.filename) if error.filename else path
         what = f'{type(error).__name__}: {error.msg}'
-        return f'{_where(file, error.lineno)}: {what}{quoted_line(file, error.lineno)}'
+        return (
+            f'{_where(file, error.lineno)}: {what}{quoted_line(file, error.lineno, indented=True)}'
+        )
     line = script_line(error, path)
     return f'{_where(path, line)}: {summarise(error)}{quoted_line(path, line)}'
 

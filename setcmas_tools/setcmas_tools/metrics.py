@@ -14,6 +14,7 @@ import numpy as np
 from setcmas_ctrl.saturation import VNOM
 from setcmas_simu import topics
 from setcmas_simu.errors import SetcmasError
+from setcmas_simu.velocity_limits import MODELS
 from setcmas_tools import fleet_table, task_metrics
 from setcmas_tools.consensus_metrics import ConsensusMetrics, consensus
 from setcmas_tools.fleet_grid import LONGEST_GAP_S, FleetGrid, on_grid
@@ -93,10 +94,17 @@ def compute(
     script = script_of_run(parameters, algo)
     task = task or task_of(script)
     goal = references(task, script, max(table.robots)) if task else None
-    vnom = vnom if vnom is not None else parameters.get('vnom', VNOM)
+    vnom = vnom if vnom is not None else _largest_speed(parameters)
     if isinstance(vnom, bool) or not isinstance(vnom, (int, float)) or not 0 < vnom < math.inf:
         raise SetcmasError(f"vnom '{vnom}' is not a speed above 0 in m/s")
     return measure(table, float(vnom), goal, _triggered(source.parent, table.robots), call_times)
+
+
+def _largest_speed(parameters: Mapping[str, Any]) -> Any:
+    """Return the speed (m/s) that robots could reach: that asked for, or their own limit."""
+    vnom = parameters.get('vnom', VNOM)
+    limits = MODELS.get(str(parameters.get('limits')))
+    return min(vnom, limits.V_max) if limits and isinstance(vnom, (int, float)) else vnom
 
 
 def measure(

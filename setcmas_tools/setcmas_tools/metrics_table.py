@@ -33,7 +33,7 @@ def _columns(metrics: Metrics) -> dict[str, tuple[str, Column]]:
         'path\n(m)': ('.2f', motion('path_length_m')),
         'mean v\n(m/s)': ('.3f', motion('mean_speed_m_s')),
         'max v\n(m/s)': ('.3f', motion('largest_speed_m_s')),
-        'at vnom\n(s)': ('.1f', motion('time_in_saturation_s')),
+        'at max\n(s)': ('.1f', motion('time_in_saturation_s')),
         'sent': ('.0f', metrics.communications),
         'end x\n(m)': ('.2f', motion('end_x_m')),
         'end y\n(m)': ('.2f', motion('end_y_m')),
@@ -106,7 +106,8 @@ def _fleet_lines(metrics: Metrics) -> list[str]:
             'largest distance between two robots at the end: '
             f'{_text(near.largest_distance_at_end_m)} m',
         ]
-    if agreement := metrics.consensus:
+    # Robots with another task need not meet.
+    if (agreement := metrics.consensus) and metrics.task in (None, 'consensus'):
         lines += [
             f'disagreement: {agreement.disagreement_at_start_m:.3f} m at the start, '
             f'{agreement.disagreement_at_end_m:.3f} m at the end',
@@ -119,7 +120,7 @@ def _fleet_lines(metrics: Metrics) -> list[str]:
 
 
 def _when(time: float | None) -> str:
-    return 'never for good' if time is None else f'from {time:.1f} s on'
+    return 'not reached' if time is None else f'from {time:.1f} s on'
 
 
 def _task_lines(metrics: Metrics) -> list[str]:

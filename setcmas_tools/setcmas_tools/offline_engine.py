@@ -29,7 +29,7 @@ Floats = NDArray[np.float64]
 _SAME_TIME_S = 1e-9
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class OfflineRun:
     """What happened in an offline run of N robots over K steps.
 
@@ -41,6 +41,7 @@ class OfflineRun:
         control_t: Times at which the control laws were called in s, shape (C,).
         velocities: What they asked for, after saturation: rows vx, vy in m/s, shape (C, 2, N).
         call_time: Mean duration of a call of each robot's law in s, shape (N,).
+        failed_robots: The robots whose law failed at some time, sorted.
         table: The same as `t`, `poses`, `V` and `omega` in the form of fleet.csv.
     """
 
@@ -51,6 +52,12 @@ class OfflineRun:
     control_t: Floats
     velocities: Floats
     call_time: Floats
+    failed_robots: list[int]
+
+    def __repr__(self) -> str:
+        """Return one line: arrays would flood a notebook."""
+        nb_steps, _, nb_robots = self.poses.shape
+        return f'OfflineRun({nb_robots} robots, {nb_steps - 1} steps, {self.t[-1]:g} s)'
 
     @property
     def table(self) -> FleetTable:
@@ -115,6 +122,8 @@ def simulate(
     Raises:
         SetcmasError: The script cannot be loaded, or an argument makes no sense.
     """
+    if nb_robots < 1:
+        raise SetcmasError(f'nb_robots is {nb_robots}; accepted is a number from 1')
     start = start_poses(nb_robots) if poses is None else np.array(poses, dtype=float)
     if start.shape != (3, nb_robots) or not np.isfinite(start).all():
         raise SetcmasError(
@@ -126,7 +135,9 @@ def simulate(
     seed_scripts(seed)
     fleet = VirtualFleet(start, limits_named(limits))
     controllers = FleetLaws(load_laws(algo, nb_robots), vnom, komega, say)
-    return _run(fleet, controllers, round(duration * robot_rate), 1 / robot_rate, rate, progress)
+    return _run(
+        fleet, controllers, max(1, round(duration * robot_rate)), 1 / robot_rate, rate, progress
+    )
 
 
 def load_laws(algo: str | Path | Callable[..., Any], nb_robots: int) -> list[ControlLaw]:
@@ -161,6 +172,11 @@ class FleetLaws:
         self._reports = ErrorReports(say)
         self._failing = False
         self.call_time: Floats = np.zeros(len(laws))
+
+    @property
+    def failed_robots(self) -> list[int]:
+        """The robots whose law has failed at some time, sorted."""
+        return self._reports.failed_robots
 
     def __call__(self, poses: Floats, t: float) -> tuple[Floats, Floats, Floats]:
         """Return the saturated velocities (2, N), forward speeds (N,) and turn rates (N,)."""
@@ -210,4 +226,13 @@ def _run(
         if progress:
             progress(now)
     call_time = controllers.call_time / len(control_t)
-    return OfflineRun(t, poses, V, omega, np.array(control_t), np.array(velocities), call_time)
+    return OfflineRun(
+        t,
+        poses,
+        V,
+        omega,
+        np.array(control_t),
+        np.array(velocities),
+        call_time,
+        controllers.failed_robots,
+    )

@@ -46,3 +46,12 @@ def test_where_signals_are_missing_the_commands_can_be_imported():
     )
 
     subprocess.run([sys.executable, '-c', code], check=True)
+
+
+@pytest.mark.parametrize('domain', ['abc', '-1', '300', '1.5'])
+def test_a_domain_that_is_none_is_refused(monkeypatch, domain):
+    monkeypatch.setattr(environment.importlib.util, 'find_spec', lambda _: True)
+    monkeypatch.setenv('ROS_DOMAIN_ID', domain)
+
+    with pytest.raises(SetcmasError, match=f"ROS_DOMAIN_ID is '{domain}'; accepted are 0 to 101"):
+        environment.require_ros('simu')

@@ -1,8 +1,9 @@
 import filecmp
+import signal
 
 import pytest
 import yaml
-from processes import run_setcmas
+from processes import SETCMAS, run_setcmas
 
 from setcmas_tools import simulate
 from setcmas_tools.fleet_table import read_csv
@@ -105,6 +106,32 @@ def test_mistakes_are_told_in_one_line(tmp_path, arguments, message):
     assert message in result.stderr
     assert len(result.stderr.strip().splitlines()) == 1
     assert list(tmp_path.iterdir()) == []
+
+
+def test_a_law_that_failed_is_told_at_the_end_and_by_the_exit_status(tmp_path):
+    (tmp_path / 'law.py').write_text('def control(i, n, p, t):\n    return (1 / (i - 2), 0)\n')
+    options = ('--nb-robots', '3', '--duration', '1', '--output', 'out')
+
+    result = run_setcmas('offline', '--algo', 'law', *options, cwd=tmp_path)
+
+    assert result.returncode == 1
+    assert result.stderr.splitlines()[-1].startswith(
+        'setcmas offline: complete, but law.py failed for robots 2;'
+    )
+    record = yaml.safe_load((tmp_path / 'out' / 'run.yaml').read_text())
+    assert record['outcome'] == 'complete, but law.py failed for robots 2'
+
+
+def test_ctrl_c_ends_an_endless_law_and_leaves_nothing(start, tmp_path):
+    (tmp_path / 'law.py').write_text(
+        'def control(i, n, p, t):\n    print("here", flush=True)\n    while True:\n        pass\n'
+    )
+    process = start(*SETCMAS, 'offline', '--algo', 'law', '--output', 'out', cwd=tmp_path)
+    process.wait_for_output('here')
+
+    assert process.end(signal.SIGINT) == 130
+    assert 'stopped by the user in law.py, line' in process.output()
+    assert not (tmp_path / 'out').exists()
 
 
 def test_an_earlier_run_is_kept_unless_it_is_to_be_replaced(tmp_path):

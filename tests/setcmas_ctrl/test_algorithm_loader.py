@@ -205,3 +205,17 @@ def test_drawing_functions_of_the_ros_1_stack_resolve_and_draw_nothing_without_r
     )
 
     assert load_control(path, 1)(1, 1, None, 0.0) == (0, 0)
+
+
+@pytest.mark.parametrize('arguments', ['1, 2, 0, 1, "red"', '"a", 2, 0, 1', '1, 2, 0, 1, [1, 0]'])
+@pytest.mark.parametrize('module', ['rviz_marker', 'rviz_marker_array'])
+def test_mistakes_in_drawing_are_told_without_ros_too(folder, module, arguments):
+    call = f'{module}.publish_marker({arguments})'
+    path = script(
+        folder, f'import {module}\ndef control(i, n, p, t):\n    {call}\n    return 0, 0\n'
+    )
+
+    with pytest.raises(
+        TypeError, match=r'expected are numbers, and for color \[red, green, blue\]'
+    ):
+        load_control(path, 1)(1, 1, None, 0.0)

@@ -226,6 +226,24 @@ def test_a_failing_robot_stands_while_the_others_go_on(start, peer, script):
     assert output.count('IndexError') == 1
     assert 'tb3_2 at t = 0.0 s: law.py, line 4: IndexError' in output
     assert '4 | return poses[0, 99], 0' in output
+    assert process.end() == 1
+
+
+def test_a_script_that_raises_keyboard_interrupt_stops_its_own_robot_only(start, peer, script):
+    law = script(
+        """
+        def control(robotNo, nbRobots, poses, t):
+            if robotNo == 1:
+                raise KeyboardInterrupt
+            return 0.2, 0
+        """
+    )
+    start(*SIMU, '--nb-robots', '2')
+    command = peer.cmd_vel(2)
+    process = start(*CTRL, '--algo', law)
+    peer.wait_for(lambda: len(command) > 5 and velocity(command[-1])[0] > 0.1)
+
+    assert 'law.py, line 4: KeyboardInterrupt' in process.output()
 
 
 def test_a_stuck_script_is_located_and_no_command_is_sent_meanwhile(start, peer, script):
@@ -293,7 +311,7 @@ def test_a_second_controller_of_a_robot_is_noticed(start):
     first.wait_for_output('controlling')
     start(*CTRL, '--algo', 'nav_wp')
 
-    first.wait_for_output('/tb3_1/si_to_uni commands tb3_1 too')
+    first.wait_for_output('another controller commands robots 1 too (/tb3_1/si_to_uni)')
 
 
 def test_drawings_are_seen_even_by_a_display_that_comes_late(start, peer):

@@ -138,3 +138,12 @@ def test_nav_wp_follows_the_recording_of_the_ros_1_stack():
     comparison = compare(run.t, run.poses[:, :2, 0].T, theirs.t, (theirs.x, theirs.y))
 
     assert comparison.rms < 0.05
+
+
+def test_a_run_tells_of_itself_in_one_line():
+    assert repr(simulate(forward, 2, 1.0)) == 'OfflineRun(2 robots, 10 steps, 1 s)'
+
+
+def test_no_robots_make_no_run():
+    with pytest.raises(SetcmasError, match='nb_robots is 0'):
+        simulate(forward, 0)

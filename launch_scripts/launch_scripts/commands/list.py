@@ -48,9 +48,12 @@ def _print_scripts(title: str, folder: Path) -> None:
     }
     print(f'{title}:')
     width = max(map(len, summaries), default=0)
+    builtins = {path.stem for path in scripts_in(builtin_folder())}
     for name, summary in summaries.items():
         others = [alias for alias, target in ALIASES.items() if target == name]
         also = f' (also {", ".join(others)})' if others and folder == builtin_folder() else ''
+        if folder != builtin_folder() and name in builtins:
+            also = ' (goes before the built-in of this name)'
         print(f'  {name:{width}}  {summary}{also}'.rstrip())
     if not summaries:
         print('  none')

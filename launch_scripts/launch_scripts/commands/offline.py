@@ -1,6 +1,6 @@
 """Run a control law on simulated robots without ROS, thousands of times faster than real time.
 
-Writes the CSV file, the plots, the metrics and run.yaml, as `setcmas run` does; equal commands
+Writes fleet.csv, the plots, the metrics and run.yaml, as `setcmas run` does; equal commands
 write equal files.
 
 Examples:
@@ -20,6 +20,9 @@ from launch_scripts.output_lines import warn
 from launch_scripts.run_folder import RunFolder
 from launch_scripts.run_options import add_run_arguments, output_folder, parameters
 from setcmas_ctrl.algorithm_loader import compile_script, find_script
+from setcmas_ctrl.control_options import SCRIPT_FAILED
+from setcmas_ctrl.script_messages import quoted_line, script_line
+from setcmas_simu.fleet import format_robots
 from setcmas_simu.pose_options import chosen_start_poses
 
 if TYPE_CHECKING:
@@ -47,12 +50,20 @@ def main(args: argparse.Namespace) -> int:
     folder = RunFolder(output_folder(args, script))
     folder.check(args.overwrite)
     begin = time.perf_counter()
-    run = _simulate(args, str(script))
+    try:
+        run = _simulate(args, str(script))
+    except KeyboardInterrupt as error:
+        at = script_line(error, script)
+        where = f' in {script.name}, line {at}{quoted_line(script, at)}' if at else ''
+        warn(f'setcmas offline: stopped by the user{where}')
+        return 130
     elapsed = time.perf_counter() - begin
     folder.create()
     folder.csv.mkdir()
     write_csv(run.table, folder.csv / 'fleet.csv')
-    folder.write_record(parameters(args, script), 'complete', args.seed)
+    failed = f'complete, but {script.name} failed for robots {format_robots(run.failed_robots)}'
+    outcome = failed if run.failed_robots else 'complete'
+    folder.write_record(parameters(args, script), outcome, args.seed)
     figures = plot(folder.path, formats=tuple(args.format))
     metrics = compute(folder.path, call_times=dict(enumerate(run.call_time.tolist(), start=1)))
     write_yaml(metrics, folder.metrics)
@@ -62,6 +73,9 @@ def main(args: argparse.Namespace) -> int:
         f'{args.duration:g} s in {elapsed:.2f} s ({args.duration / elapsed:.0f} times real time)'
         f'   CSV: {folder.csv}   {len(figures)} plots: {folder.plots}'
     )
+    if run.failed_robots:
+        warn(f'setcmas offline: {failed}; the messages above the table tell why')
+        return SCRIPT_FAILED
     return 0
 
 

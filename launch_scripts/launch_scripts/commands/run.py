@@ -23,12 +23,13 @@ from launch_scripts.run_folder import RunFolder
 from launch_scripts.run_options import add_run_arguments, output_folder, parameters
 from launch_scripts.supervisor import Child, ChildDiedError, StoppedError, Supervisor
 from setcmas_ctrl.algorithm_loader import compile_script, find_script
-from setcmas_ctrl.control_options import CONTROL_STARTED
+from setcmas_ctrl.control_options import CONTROL_STARTED, SCRIPT_FAILED
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet import format_robots
 from setcmas_simu.simulation_options import add_cmd_timeout_argument, simulated_robots
 
 _START_TIMEOUT_S = 20.0
+_FAILED = 'complete, but the control script failed for some robots'
 _NOT_BEGUN = 'a process found a mistake'
 _SIMU_OPTIONS = tuple(name for name in simu.OPTIONS if name not in ('robots', 'cmd_vel_type'))
 _CTRL_OPTIONS = tuple(name for name in ctrl.OPTIONS if name not in ('robots', 'cmd_vel_type'))
@@ -59,7 +60,13 @@ def main(args: argparse.Namespace) -> int:
     if not folder.bag.exists():
         return status or 1
     try:
-        return _evaluate(args, folder) or status
+        status = _evaluate(args, folder) or status
+        if outcome == _FAILED:
+            warn(f'setcmas run: {_FAILED}; the messages above the table tell why')
+        return status
+    except KeyboardInterrupt:
+        warn(f'setcmas run: the bag is complete; bag_to_csv {folder.bag} goes on from there')
+        return 130
     except SetcmasError as error:
         if not status:
             raise
@@ -89,6 +96,9 @@ def _robots_run(args: argparse.Namespace, folder: RunFolder) -> tuple[int, str]:
                 )
                 return 1, 'the robots did not start'
             _show_progress(supervisor, args.duration)
+            supervisor.stop(robots[0])
+            if robots[0].process.returncode == SCRIPT_FAILED:
+                return SCRIPT_FAILED, _FAILED
             return 0, 'complete'
         except StoppedError:
             return 130, 'stopped by the user'

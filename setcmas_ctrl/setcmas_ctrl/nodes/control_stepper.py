@@ -107,6 +107,11 @@ class ControlStepper:
         process.spin_until(lambda: self._odometry.age(robot) < time.monotonic() - begin, 1.0)
         process.spin_until(lambda: False, _AFTER_ODOMETRY_S)
 
+    @property
+    def failed(self) -> bool:
+        """Whether a script has failed for some robot."""
+        return self._reports.failed_robots != []
+
     def stop(self) -> None:
         """Command zero to every robot, and say what was counted meanwhile."""
         for follower in self._followers:
@@ -138,6 +143,9 @@ class ControlStepper:
                     self._reports.succeeded(controller.robot, t)
                 except ControlError as error:
                     self._reports.failed(controller.robot, t, error)
+                except KeyboardInterrupt as error:  # signals raise StopCall: it is the script's
+                    failure = controller.law.failure(error)
+                    self._reports.failed(controller.robot, t, failure)
             controller.publish(*saturate(velocity, self._vnom).tolist())
 
     def _notice_lost_odometry(self, timeout_s: float) -> None:
@@ -181,10 +189,17 @@ class ControlStepper:
                 f'robots {format_robots(sorted(latecomers))} have appeared; this controller does '
                 'not know them: start it again, or with --nb-robots, to include them'
             )
-        for follower in self._followers:
-            if follower.robot not in self._contested and (names := follower.other_commanders()):
-                self._contested.add(follower.robot)
-                self._say(
-                    f'{names[0]} commands {robot_name(follower.robot)} too: '
-                    'two controllers fight over it; stop one of them'
-                )
+        self._notice_rivals()
+
+    def _notice_rivals(self) -> None:
+        rivals = {
+            follower.robot: names[0]
+            for follower in self._followers
+            if follower.robot not in self._contested and (names := follower.other_commanders())
+        }
+        if rivals:
+            self._contested |= set(rivals)
+            self._say(
+                f'another controller commands robots {format_robots(sorted(rivals))} too '
+                f'({next(iter(rivals.values()))}): they fight; stop one of them'
+            )

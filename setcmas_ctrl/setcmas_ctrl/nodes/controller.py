@@ -17,7 +17,11 @@ from std_msgs.msg import Bool
 from setcmas_ctrl import drawing
 from setcmas_ctrl.algorithm_loader import compile_script, find_script
 from setcmas_ctrl.control_law import ControlLaw, StopCall
-from setcmas_ctrl.control_options import add_fleet_arguments, add_law_arguments
+from setcmas_ctrl.control_options import (
+    SCRIPT_FAILED,
+    add_fleet_arguments,
+    add_law_arguments,
+)
 from setcmas_ctrl.nodes.control_stepper import ControlStepper
 from setcmas_ctrl.nodes.fleet_discovery import wait_for_fleet
 from setcmas_ctrl.nodes.fleet_odometry import FleetOdometry
@@ -140,7 +144,7 @@ def main(argv: list[str] | None = None) -> int:
         finally:
             stepper.stop()
             stepper.watch.close()
-    return 0
+    return SCRIPT_FAILED if stepper.failed else 0
 
 
 def run() -> None:

@@ -124,7 +124,7 @@ class SiToUni(FleetNode):
         ]
         if own in names:
             names.remove(own)
-        return names
+        return [name for name in names if 'UNKNOWN' not in name]  # not all is known of it yet
 
     def _create_publisher(self) -> Publisher:
         return self.create_publisher(

@@ -30,7 +30,7 @@ class FleetTransforms:
         """
         self._publisher = None
         if TFMessage is None:
-            node.get_logger().info('no /tf: the ROS package tf2_msgs is not installed')
+            node.get_logger().info('no /tf (tf2_msgs is not installed; nothing here needs it)')
             return
         self._message = TFMessage()
         for parent, child in frames:
