@@ -105,6 +105,21 @@ def _refuse(parser: argparse.ArgumentParser, argument: str) -> NoReturn:
 def main(arguments: list[str] | None = None) -> int:
     """Run the command line; returns the exit status."""
     arguments = spelled(sys.argv[1:] if arguments is None else arguments)
+    try:
+        args = _parsed(arguments)
+        return int(args.main(args))
+    except SetcmasError as error:
+        print(f'setcmas {arguments[0]}: {error}', file=sys.stderr)
+        return 2
+    except KeyboardInterrupt:
+        return 130
+    except BrokenPipeError:  # such as `setcmas run ... | head`: the work is done, nobody reads
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return 0
+
+
+def _parsed(arguments: list[str]) -> argparse.Namespace:
+    """Return the parsed arguments; exits after a help text or a mistake."""
     completing = '_ARGCOMPLETE' in os.environ
     wanted = next((argument for argument in arguments if not argument.startswith('-')), '')
     parser = build_parser(None if completing else wanted)
@@ -119,17 +134,8 @@ def main(arguments: list[str] | None = None) -> int:
         _refuse(args.parser if args.verb else parser, unknown[0])
     if not args.verb:
         parser.print_help()
-        return 0
-    try:
-        return int(args.main(args))
-    except SetcmasError as error:
-        print(f'setcmas {args.verb}: {error}', file=sys.stderr)
-        return 2
-    except KeyboardInterrupt:
-        return 130
-    except BrokenPipeError:  # such as `setcmas run ... | head`: the work is done, nobody reads
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-        return 0
+        parser.exit()
+    return args
 
 
 def bag_to_csv() -> int:
