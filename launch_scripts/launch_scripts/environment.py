@@ -22,7 +22,7 @@ _LARGEST_DOMAIN = 101  # beyond, ports collide with those that systems hand out
 _DISCOVERY_RANGE = 'ROS_AUTOMATIC_DISCOVERY_RANGE'
 
 
-def require_ros(verb: str) -> None:
+def require_ros() -> None:
     """See that ROS 2's Python packages are there and can take part in a ROS domain.
 
     Raises:
@@ -37,8 +37,8 @@ def require_ros(verb: str) -> None:
     missing = [name for name in _ROS_PACKAGES if importlib.util.find_spec(name) is None]
     if missing:
         raise SetcmasError(
-            f'setcmas {verb} needs ROS 2 Jazzy ({missing[0]} is missing): '
-            f'{ROS_WHEELS}   (Linux), or source the setup.bash of an installed ROS 2 Jazzy'
+            f'ROS 2 Jazzy is needed and {missing[0]} is missing: {ROS_WHEELS} '
+            'installs it on Linux; or source the setup.bash of an installed ROS 2 Jazzy'
         )
 
 

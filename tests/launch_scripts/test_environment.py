@@ -18,8 +18,8 @@ def test_topics_stay_on_this_machine_unless_the_user_decides_otherwise(monkeypat
 def test_without_ros_a_verb_says_what_to_install(monkeypatch):
     monkeypatch.setattr(environment.importlib.util, 'find_spec', lambda _: None)
 
-    with pytest.raises(SetcmasError, match=r"setcmas simu needs ROS 2.*pip install 'ros-jazzy"):
-        environment.require_ros('simu')
+    with pytest.raises(SetcmasError, match=r"ROS 2 Jazzy is needed.*pip install 'ros-jazzy"):
+        environment.require_ros()
 
 
 def test_nodes_run_with_this_interpreter():
@@ -54,4 +54,4 @@ def test_a_domain_that_is_none_is_refused(monkeypatch, domain):
     monkeypatch.setenv('ROS_DOMAIN_ID', domain)
 
     with pytest.raises(SetcmasError, match=f"ROS_DOMAIN_ID is '{domain}'; accepted are 0 to 101"):
-        environment.require_ros('simu')
+        environment.require_ros()

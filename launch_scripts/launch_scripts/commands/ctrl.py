@@ -32,5 +32,5 @@ def main(args: argparse.Namespace) -> int:
     compile_script(find_script(args.algo))  # mistakes are told before anything starts
     if args.robots:
         parse_robots(args.robots)
-    require_ros('ctrl')
+    require_ros()
     return run_in_foreground('ctrl', node_command(MODULE, node_arguments(args, OPTIONS)))

@@ -43,5 +43,5 @@ def main(args: argparse.Namespace) -> int:
     output = args.output or Path(time.strftime('bag_%Y%m%d-%H%M%S'))
     if output.exists():
         raise SetcmasError(f"output '{output}' exists already; name a folder that does not")
-    require_ros('record')
+    require_ros()
     return run_in_foreground('record', recorder_command(output, args.topics))

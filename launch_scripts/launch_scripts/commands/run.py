@@ -48,7 +48,7 @@ def main(args: argparse.Namespace) -> int:
     simulated_robots(args)
     folder = RunFolder(output_folder(args, script))
     folder.check(args.overwrite)
-    require_ros('run')
+    require_ros()
     folder.create()
     started = time.time()
     folder.write_record(parameters(args, script), 'not finished', args.seed, started)

@@ -38,5 +38,5 @@ def main(args: argparse.Namespace) -> int:
     if args.nb_robots is None and args.robots is None:
         args.nb_robots = 1
     simulated_robots(args)  # mistakes are told before anything starts
-    require_ros('simu')
+    require_ros()
     return run_in_foreground('simu', node_command(MODULE, node_arguments(args, OPTIONS)))
