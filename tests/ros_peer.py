@@ -87,3 +87,7 @@ def twist(V: float, omega: float) -> Twist:
     message = Twist()
     message.linear.x, message.angular.z = V, omega
     return message
+
+
+def velocity(command) -> tuple[float, float]:
+    return command.twist.linear.x, command.twist.angular.z

@@ -1,0 +1,181 @@
+import signal
+
+import numpy as np
+import pytest
+from processes import CTRL, SIMU
+
+pytest.importorskip('rclpy')
+
+from geometry_msgs.msg import Point32
+from ros_peer import position, velocity
+
+
+def test_a_slow_fleet_is_told_so_and_not_that_its_odometry_is_lost(start, script):
+    law = script('import time\ndef control(i, n, p, t):\n    time.sleep(0.3)\n    return 0, 0\n')
+    start(*SIMU, '--nb-robots', '5')
+    process = start(*CTRL, '--algo', law)
+
+    process.wait_for_output('longer than the control period of 0.20 s')
+    process.wait_for_output('s for 5 robots')
+    assert 'no odometry' not in process.output()
+
+
+def test_a_wanted_velocity_that_is_not_finite_becomes_zero(start, peer, script):
+    law = script('def control(i, n, p, t):\n    return 0.3, 0\n')
+    start(*SIMU, '--nb-robots', '1').wait_for_output('simulating')
+    start(*CTRL, '--algo', law).wait_for_output('controlling')
+    wanted, command = peer.publisher(Point32, '/tb3_1/cmd_cart_vel'), peer.cmd_vel(1)
+    peer.wait_for(lambda: command)
+    wanted.publish(Point32(x=float('nan')))
+
+    peer.wait_for(lambda: any(velocity(m) == (0.0, 0.0) for m in command))
+    assert np.isfinite([velocity(m) for m in command]).all()
+
+
+def test_a_script_with_a_thread_of_its_own_ends_too(start, script):
+    law = script(
+        """
+        import threading, time
+        threading.Thread(target=time.sleep, args=(600,)).start()
+        def control(robotNo, nbRobots, poses, t):
+            return 0, 0
+        """
+    )
+    start(*SIMU, '--nb-robots', '1')
+    process = start(*CTRL, '--algo', law)
+    process.wait_for_output('controlling')
+
+    assert process.end() == 0
+
+
+@pytest.mark.parametrize('signum', [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
+def test_the_last_command_is_zero(start, peer, script, signum):
+    law = script('def control(i, n, p, t):\n    return 0.3, 0\n')
+    start(*SIMU, '--nb-robots', '3')
+    odometry = [peer.odometry(robot) for robot in (1, 2, 3)]
+    process = start(*CTRL, '--algo', law)
+    peer.wait_for(lambda: all(o and o[-1].twist.twist.linear.x > 0.2 for o in odometry))
+
+    process.popen.send_signal(signum)
+
+    peer.wait_for(lambda: all(o[-1].twist.twist.linear.x == 0.0 for o in odometry))
+    assert process.wait() == 0
+    assert 'Traceback' not in process.output()
+
+
+def test_a_failing_robot_stands_while_the_others_go_on(start, peer, script):
+    law = script(
+        """
+        def control(robotNo, nbRobots, poses, t):
+            if robotNo == 2:
+                return poses[0, 99], 0
+            return 0.2, 0
+        """
+    )
+    start(*SIMU, '--nb-robots', '3')
+    odometry = [peer.odometry(robot) for robot in (1, 2, 3)]
+    process = start(*CTRL, '--algo', law)
+    peer.wait_for(lambda: all(odometry) and odometry[2][-1].twist.twist.linear.x > 0.1)
+    start_of_second = position(odometry[1][0])
+    peer.wait_for_new(odometry[1], 20)
+
+    assert position(odometry[1][-1]) == start_of_second
+    assert position(odometry[0][-1]) != position(odometry[0][0])
+    output = process.output()
+    assert output.count('IndexError') == 1
+    assert 'tb3_2 at t = 0.0 s: law.py, line 4: IndexError' in output
+    assert '4 | return poses[0, 99], 0' in output
+    assert process.end() == 1
+
+
+def test_a_script_that_raises_keyboard_interrupt_stops_its_own_robot_only(start, peer, script):
+    law = script(
+        """
+        def control(robotNo, nbRobots, poses, t):
+            if robotNo == 1:
+                raise KeyboardInterrupt
+            return 0.2, 0
+        """
+    )
+    start(*SIMU, '--nb-robots', '2')
+    command = peer.cmd_vel(2)
+    process = start(*CTRL, '--algo', law)
+    peer.wait_for(lambda: len(command) > 5 and velocity(command[-1])[0] > 0.1)
+
+    assert 'law.py, line 4: KeyboardInterrupt' in process.output()
+
+
+def test_a_stuck_script_is_located_and_no_command_is_sent_meanwhile(start, peer, script):
+    law = script(
+        """
+        def control(robotNo, nbRobots, poses, t):
+            while t > 1:
+                pass  # for ever
+            return 0.2, 0
+        """
+    )
+    start(*SIMU, '--nb-robots', '2', '--cmd-timeout', '0.6')
+    odometry, command = peer.odometry(1), peer.cmd_vel(1)
+    process = start(*CTRL, '--algo', law)
+    peer.wait_for(lambda: 'has not returned' in process.output())
+
+    sent = len(command)
+    assert 'law.py, line ' in process.output()
+    peer.wait_for(lambda: odometry[-1].twist.twist.linear.x == 0.0)
+    assert len(command) == sent
+    assert process.end() == 0
+
+
+def test_a_stuck_script_that_swallows_every_exception_still_ends(start, peer, script):
+    law = script(
+        """
+        def control(robotNo, nbRobots, poses, t):
+            while True:
+                try:
+                    while True:
+                        pass
+                except BaseException:
+                    pass
+        """
+    )
+    start(*SIMU, '--nb-robots', '1')
+    command = peer.cmd_vel(1)
+    process = start(*CTRL, '--algo', law)
+    process.wait_for_output('has not returned')
+    process.popen.send_signal(signal.SIGINT)
+    process.popen.send_signal(signal.SIGTERM)
+
+    peer.wait_for(lambda: command and velocity(command[-1]) == (0.0, 0.0))
+    assert process.wait() != 0
+
+
+def test_a_robot_whose_odometry_ends_is_commanded_zero(start, peer, script):
+    law = script('def control(i, n, p, t):\n    return 0.3, 0\n')
+    first = start(*SIMU, '--nb-robots', '2', '--robots', '1')
+    start(*SIMU, '--nb-robots', '2', '--robots', '2')
+    commands = [peer.cmd_vel(robot) for robot in (1, 2)]
+    process = start(*CTRL, '--algo', law, '--nb-robots', '2')
+    peer.wait_for(lambda: all(commands))
+    first.end(signal.SIGKILL)
+
+    peer.wait_for(lambda: velocity(commands[0][-1]) == (0.0, 0.0))
+    assert 'tb3_1: no odometry for' in process.output()
+    peer.wait_for_new(commands[1], 2)
+    assert velocity(commands[1][-1])[0] == pytest.approx(0.3)
+
+
+@pytest.mark.parametrize(
+    ('text', 'message'),
+    [
+        ('x = 1\n', 'no function control'),
+        ('def control(a, b):\n    return 0, 0\n', 'does not take four arguments'),
+        ('1 / 0\ndef control(a, b, c, d):\n    return 0, 0\n', 'line 1: ZeroDivisionError'),
+    ],
+)
+def test_scripts_that_cannot_be_loaded_are_told(start, script, text, message):
+    start(*SIMU, '--nb-robots', '1')
+    process = start(*CTRL, '--algo', script(text))
+
+    assert process.wait() == 2
+    assert message in process.output()
+    assert 'Traceback' not in process.output()

@@ -1,0 +1,83 @@
+import pytest
+from processes import CTRL, SIMU
+
+pytest.importorskip('rclpy')
+
+from geometry_msgs.msg import Point32, Twist, TwistStamped
+from nav_msgs.msg import Odometry
+from ros_peer import velocity
+from std_msgs.msg import Bool
+
+
+def test_a_robot_that_listens_to_plain_twist_gets_it(start, peer):
+    start(*SIMU, '--nb-robots', '1', '--pose', '1:3,3', '--cmd-vel-type', 'twist')
+    odometry = peer.odometry(1)
+    start(*CTRL, '--algo', 'nav_wp')
+
+    peer.wait_for(lambda: odometry and odometry[-1].twist.twist.linear.x > 0.1)
+
+
+def test_the_robot_decides_the_type_when_others_listen_too(start, peer):
+    peer.cmd_vel(1, TwistStamped)
+    start(*SIMU, '--nb-robots', '1', '--pose', '1:3,3', '--cmd-vel-type', 'twist')
+    odometry = peer.odometry(1)
+    process = start(*CTRL, '--algo', 'nav_wp')
+
+    peer.wait_for(lambda: odometry and odometry[-1].twist.twist.linear.x > 0.1)
+    process.wait_for_output('tb3_1 gets twist, but peer wants twist_stamped')
+
+
+def test_it_says_when_nothing_listens_to_the_commands(start, peer):
+    publisher = peer.node.create_publisher(Odometry, '/tb3_1/odom', 10)
+    peer.node.create_timer(0.1, lambda: publisher.publish(Odometry()))
+    process = start(*CTRL, '--algo', 'nav_wp', '--nb-robots', '1')
+
+    peer.wait_for(lambda: 'nothing listens to cmd_vel of robots 1' in process.output())
+
+
+def test_pause_holds_one_robot_or_the_fleet_at_zero(start, peer):
+    start(*SIMU, '--nb-robots', '2')
+    commands = [peer.cmd_vel(robot) for robot in (1, 2)]
+    start(*CTRL, '--algo', 'consensus').wait_for_output('controlling')
+    pause_first = peer.publisher(Bool, '/tb3_1/pause')
+    pause_all = peer.publisher(Bool, '/pause')
+
+    def stands(index):
+        return all(velocity(m) == (0.0, 0.0) for m in commands[index][-3:])
+
+    peer.wait_for(lambda: all(commands))
+    pause_first.publish(Bool(data=True))
+    peer.wait_for(lambda: stands(0) and not stands(1))
+    pause_all.publish(Bool(data=True))
+    peer.wait_for(lambda: stands(0) and stands(1))
+    pause_all.publish(Bool(data=False))
+    peer.wait_for(lambda: not stands(0) and not stands(1))
+
+
+def test_a_second_controller_of_a_robot_is_noticed(start):
+    start(*SIMU, '--nb-robots', '1').wait_for_output('simulating')
+    first = start(*CTRL, '--algo', 'nav_wp')
+    first.wait_for_output('controlling')
+    start(*CTRL, '--algo', 'nav_wp')
+
+    first.wait_for_output('another controller commands robots 1 too (/tb3_1/si_to_uni)')
+
+
+def test_other_publishers_of_the_wanted_velocity_are_served(start, peer):
+    start(*SIMU, '--nb-robots', '1').wait_for_output('simulating')
+    start(*CTRL, '--algo', 'consensus').wait_for_output('controlling')
+    wanted = peer.publisher(Point32, '/tb3_1/cmd_cart_vel')
+    command = peer.cmd_vel(1)
+    peer.wait_for(lambda: command)
+    wanted.publish(Point32(x=0.25))
+
+    peer.wait_for(lambda: any(velocity(m)[0] == 0.25 for m in command))
+
+
+def test_the_type_of_the_commands_can_be_forced(start, peer):
+    start(*SIMU, '--nb-robots', '1').wait_for_output('simulating')
+    plain = peer.cmd_vel(1, Twist)
+    process = start(*CTRL, '--algo', 'nav_wp', '--cmd-vel-type', 'twist')
+
+    process.wait_for_output('controlling')
+    peer.wait_for(lambda: plain)
