@@ -45,9 +45,10 @@ class ConversionReport:
     def __str__(self) -> str:
         """Return the notices and a summary."""
         fleet = f' and {self.fleet.name}' if self.fleet else ''
+        number = len(self.files)
         summary = (
-            f'{self.messages:,} messages of {len(self.files)} topics, {self.duration:.1f} s: '
-            f'{len(self.files)} CSV files{fleet} in {self.folder}'
+            f'{self.messages:,} messages of {number} topic{"s" * (number != 1)}, '
+            f'{self.duration:.1f} s: {number} CSV file{"s" * (number != 1)}{fleet} in {self.folder}'
         )
         return '\n'.join([*self.notices, summary])
 
