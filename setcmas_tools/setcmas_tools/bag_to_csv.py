@@ -46,9 +46,10 @@ class ConversionReport:
         """Return the notices and a summary."""
         fleet = f' and {self.fleet.name}' if self.fleet else ''
         number = len(self.files)
+        plural = 's' if number != 1 else ''
         summary = (
-            f'{self.messages:,} messages of {number} topic{"s" * (number != 1)}, '
-            f'{self.duration:.1f} s: {number} CSV file{"s" * (number != 1)}{fleet} in {self.folder}'
+            f'{self.messages:,} messages of {number} topic{plural}, {self.duration:.1f} s: '
+            f'{number} CSV file{plural}{fleet} in {self.folder}'
         )
         return '\n'.join([*self.notices, summary])
 
