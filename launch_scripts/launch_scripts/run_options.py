@@ -7,6 +7,7 @@ import math
 import time
 from pathlib import Path
 
+from launch_scripts.plot_options import add_format_argument
 from setcmas_ctrl.control_options import add_law_arguments
 from setcmas_simu.simulation_options import (
     add_limits_argument,
@@ -15,7 +16,6 @@ from setcmas_simu.simulation_options import (
     count,
     positive,
 )
-from setcmas_tools.plot_formats import FORMATS
 
 _RECORDED = ('nb_robots', 'duration', 'pose', 'limits', 'robot_rate', 'vnom', 'komega', 'rate')
 
@@ -35,13 +35,7 @@ def add_run_arguments(parser: argparse.ArgumentParser) -> argparse._ArgumentGrou
     parser.add_argument(
         '--overwrite', action='store_true', help='replace an earlier run in that folder'
     )
-    parser.add_argument(
-        '--format',
-        nargs='+',
-        choices=FORMATS,
-        default=['png'],
-        help='formats of the plots (default: png)',
-    )
+    add_format_argument(parser)
     add_law_arguments(parser)
     group = parser.add_argument_group('simulated robots')
     group.add_argument(

@@ -9,10 +9,9 @@ import psutil
 import pytest
 import yaml
 from processes import SETCMAS, run_setcmas
+from ros1_recordings import WP_NAV, needs_recordings
 
 pytest.importorskip('rclpy')
-
-REFERENCE = Path(__file__).parents[3] / 'shared' / 'reference' / 'ros1' / 'wp_nav_1.csv'
 
 
 def table(path):
@@ -175,7 +174,7 @@ def test_three_terminals(start, tmp_path):
     assert all(Path(tmp_path, line).is_file() for line in plots.stdout.splitlines())
 
 
-@pytest.mark.skipif(not REFERENCE.is_file(), reason='the recordings of the ROS 1 stack are absent')
+@needs_recordings
 def test_nav_wp_over_ros_follows_the_recording_of_the_ros_1_stack(domain, tmp_path):
     from setcmas_tools.fleet_table import read_csv
     from setcmas_tools.trajectory_comparison import compare
@@ -184,7 +183,7 @@ def test_nav_wp_over_ros_follows_the_recording_of_the_ros_1_stack(domain, tmp_pa
     result = run_setcmas('run', *arguments, '--output', 'out', cwd=tmp_path, timeout=120)
 
     assert result.returncode == 0, result.stderr
-    ours, theirs = read_csv(tmp_path / 'out' / 'csv' / 'fleet.csv'), read_csv(REFERENCE)
+    ours, theirs = read_csv(tmp_path / 'out' / 'csv' / 'fleet.csv'), read_csv(WP_NAV)
     moving = ours.t >= 0
     comparison = compare(
         ours.t[moving], (ours.x[moving], ours.y[moving]), theirs.t, (theirs.x, theirs.y)

@@ -1,7 +1,6 @@
-from pathlib import Path
-
 import numpy as np
 import pytest
+from ros1_recordings import CONSENSUS, WP_NAV, needs_recordings
 
 from setcmas_ctrl.algorithm_loader import builtin_folder, find_script
 from setcmas_ctrl.control_law import ControlLaw
@@ -10,11 +9,6 @@ from setcmas_ctrl.si_to_uni import si_to_uni
 from setcmas_simu import unicycle
 from setcmas_simu.fleet import start_poses
 
-REFERENCE = Path(__file__).parents[3] / 'shared' / 'reference' / 'ros1'
-needs_reference = pytest.mark.skipif(
-    not REFERENCE.is_dir(),
-    reason='the trajectories of the ROS 1 stack are not beside the checkout',
-)
 TS = 0.1
 
 
@@ -37,9 +31,9 @@ def simulate(name, poses, duration, starts=None):
     return np.stack(history, axis=-1)
 
 
-def reference(name):
+def reference(path):
     """Return times and positions, shape (2, N, times), of a recording of the ROS 1 stack."""
-    table = np.loadtxt(REFERENCE / name, delimiter=',', skiprows=1)
+    table = np.loadtxt(path, delimiter=',', skiprows=1)
     grid = np.arange(0.0, table[-1, 0] - 1, TS)
     tracks = [table[table[:, 1] == robot] for robot in np.unique(table[:, 1])]
     positions = [[np.interp(grid, track[:, 0], track[:, k]) for track in tracks] for k in (2, 3)]
@@ -59,22 +53,22 @@ def rms_after_shift(history, grid, positions, max_shift=0.5):
     return best
 
 
-@needs_reference
+@needs_recordings
 def test_nav_wp_follows_the_recording_of_the_ros_1_stack():
     history = simulate('nav_wp', np.array([[5.0], [5.0], [0.0]]), 61)
 
-    assert rms_after_shift(history, *reference('wp_nav_1.csv')) < 0.05
+    assert rms_after_shift(history, *reference(WP_NAV)) < 0.05
 
 
-@needs_reference
+@needs_recordings
 def test_consensus_follows_the_recording_of_the_ros_1_stack():
     # Its eight controllers started one after the other, so the robots set off apart.
-    table = np.loadtxt(REFERENCE / 'consensus_8.csv', delimiter=',', skiprows=1)
+    table = np.loadtxt(CONSENSUS, delimiter=',', skiprows=1)
     moving = table[table[:, 5] > 0]
     starts = np.array([moving[moving[:, 1] == robot][0, 0] for robot in range(1, 9)]) - TS
     history = simulate('consensus', start_poses(8), 42, starts - starts.min())
 
-    assert rms_after_shift(history, *reference('consensus_8.csv')) < 0.05
+    assert rms_after_shift(history, *reference(CONSENSUS)) < 0.05
 
 
 def test_robots_in_consensus_meet():

@@ -1,9 +1,9 @@
 import math
-from pathlib import Path
 
 import numpy as np
 import pytest
 import yaml
+from ros1_recordings import CONSENSUS, needs_recordings
 
 from launch_scripts.cli import main
 from setcmas_simu.errors import SetcmasError
@@ -14,7 +14,6 @@ from setcmas_tools.metrics_table import MOST_ROBOTS_IN_ROWS, table_lines
 from setcmas_tools.metrics_yaml import as_dict, write_yaml
 from setcmas_tools.task_references import References
 
-REFERENCE = Path(__file__).parents[3] / 'shared' / 'reference' / 'ros1' / 'consensus_8.csv'
 T = np.arange(0, 201) / 10  # 0 to 20 s at 10 Hz
 
 
@@ -311,9 +310,9 @@ def test_the_table_has_a_row_for_each_robot_or_summarises(nb_robots):
     assert ('least separation: 1.00 m at 0.0 s between robots 1 and 2' in text) == (nb_robots > 1)
 
 
-@pytest.mark.skipif(not REFERENCE.is_file(), reason='the recordings of the ROS 1 stack are absent')
+@needs_recordings
 def test_the_recording_of_the_ros_1_stack():
-    metrics = compute(REFERENCE)
+    metrics = compute(CONSENSUS)
 
     assert list(metrics.robots) == list(range(1, 9))
     agreement = metrics.consensus

@@ -1,17 +1,15 @@
 import subprocess
 import sys
-from pathlib import Path
 
 import numpy as np
 import pytest
+from ros1_recordings import WP_NAV, needs_recordings
 
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet import start_poses
 from setcmas_tools import simulate
 from setcmas_tools.fleet_table import read_csv
 from setcmas_tools.trajectory_comparison import compare
-
-REFERENCE = Path(__file__).parents[3] / 'shared' / 'reference' / 'ros1' / 'wp_nav_1.csv'
 
 
 def forward(robotNo, nbRobots, poses, t):
@@ -130,10 +128,10 @@ def test_ros_is_not_imported():
     assert result.stdout == '[]\n', result.stderr
 
 
-@pytest.mark.skipif(not REFERENCE.is_file(), reason='the recordings of the ROS 1 stack are absent')
+@needs_recordings
 def test_nav_wp_follows_the_recording_of_the_ros_1_stack():
     run = simulate('nav_wp', duration=60, poses=[[5], [5], [0]])
-    theirs = read_csv(REFERENCE)
+    theirs = read_csv(WP_NAV)
 
     comparison = compare(run.t, run.poses[:, :2, 0].T, theirs.t, (theirs.x, theirs.y))
 

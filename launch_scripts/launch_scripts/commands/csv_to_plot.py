@@ -11,7 +11,7 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from setcmas_tools.plot_formats import FORMATS
+from launch_scripts.plot_options import add_format_argument
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -22,13 +22,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         '-o', '--output', type=Path, metavar='DIR', help='folder of the plots (default: DIR/plots)'
     )
-    parser.add_argument(
-        '--format',
-        nargs='+',
-        choices=FORMATS,
-        default=['png'],
-        help='formats of the plots (default: png)',
-    )
+    add_format_argument(parser)
     parser.add_argument('--show', action='store_true', help='open the plots in windows as well')
 
 
