@@ -12,6 +12,7 @@ POSE = 'pose'
 MARKER = 'marker'
 CMD_CART_VEL = 'cmd_cart_vel'
 CMD_VEL = 'cmd_vel'
+TRIG_ODOM = 'trig_odom'
 TRIG_EVENT = 'trig_event'
 RESET = 'reset'
 PAUSE = 'pause'
@@ -19,6 +20,10 @@ PAUSE = 'pause'
 # Of the whole fleet.
 FLEET_RESET = '/reset'
 FLEET_PAUSE = '/pause'
+PAUSED = '/paused'
+DIAGNOSTICS = '/diagnostics'
+ARENA = '/arena'
+COMMUNICATION_GRAPH = '/communication_graph'
 TF = '/tf'
 
 VIRTUAL_ROBOT_NODE = 'virtual_robot'
@@ -38,6 +43,11 @@ def robot_name(robot: int) -> str:
 def robot_topic(robot: int, topic: str) -> str:
     """Return the full name of a robot's topic, such as `/tb3_2/odom`."""
     return f'/{robot_name(robot)}/{topic}'
+
+
+def mocap_topic(robot: int) -> str:
+    """Return the topic of a real robot's checked pose, such as `/mocap/tb3_2/odom`."""
+    return f'/mocap/{robot_name(robot)}/{ODOM}'
 
 
 def robot_of(topic: str) -> int | None:
