@@ -8,11 +8,17 @@ from collections.abc import Iterable
 
 
 def node_arguments(args: argparse.Namespace, names: Iterable[str]) -> list[str]:
-    """Return `--name value` for each named option that has a value; lists repeat the option."""
+    """Return `--name value` for each named option that has a value.
+
+    Lists repeat the option; flags stand alone.
+    """
     arguments = []
     for name in names:
         value = getattr(args, name)
+        option = f'--{name.replace("_", "-")}'
         for item in value if isinstance(value, list) else [value]:
-            if item is not None and item != math.inf:
-                arguments += [f'--{name.replace("_", "-")}', str(item)]
+            if item is True:
+                arguments.append(option)
+            elif item is not None and item is not False and item != math.inf:
+                arguments += [option, str(item)]
     return arguments

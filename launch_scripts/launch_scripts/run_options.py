@@ -9,6 +9,7 @@ from pathlib import Path
 
 from launch_scripts.plot_options import add_format_argument
 from setcmas_ctrl.control_options import add_law_arguments
+from setcmas_ctrl.script_settings import parse_settings
 from setcmas_simu.simulation_options import (
     add_limits_argument,
     add_robot_rate_argument,
@@ -20,8 +21,10 @@ from setcmas_simu.simulation_options import (
 _RECORDED = ('nb_robots', 'duration', 'pose', 'limits', 'robot_rate', 'vnom', 'komega', 'rate')
 
 
-def add_run_arguments(parser: argparse.ArgumentParser) -> argparse._ArgumentGroup:
-    """Add the options; returns the group of those that concern the simulated robots."""
+def add_run_arguments(
+    parser: argparse.ArgumentParser,
+) -> tuple[argparse._ArgumentGroup, argparse._ArgumentGroup]:
+    """Add the options; returns the groups of the control law and of the simulated robots."""
     parser.add_argument(
         '--duration',
         type=positive,
@@ -36,7 +39,7 @@ def add_run_arguments(parser: argparse.ArgumentParser) -> argparse._ArgumentGrou
         '--overwrite', action='store_true', help='replace an earlier run in that folder'
     )
     add_format_argument(parser)
-    add_law_arguments(parser)
+    law = add_law_arguments(parser)
     group = parser.add_argument_group('simulated robots')
     group.add_argument(
         '--nb-robots', type=count, default=1, metavar='N', help='size of the fleet (default: 1)'
@@ -44,7 +47,7 @@ def add_run_arguments(parser: argparse.ArgumentParser) -> argparse._ArgumentGrou
     add_start_pose_arguments(group)
     add_limits_argument(group)
     add_robot_rate_argument(group)
-    return group
+    return law, group
 
 
 def output_folder(args: argparse.Namespace, script: Path) -> Path:
@@ -55,6 +58,7 @@ def output_folder(args: argparse.Namespace, script: Path) -> Path:
 def parameters(args: argparse.Namespace, script: Path) -> dict[str, object]:
     """Return what run.yaml records of the options."""
     values: dict[str, object] = {'algo': args.algo, 'script': str(script)}
+    values['set'] = parse_settings(args.set)
     values |= {name: getattr(args, name) for name in _RECORDED}
     values['poses'] = str(args.poses) if args.poses else None
     timeout = getattr(args, 'cmd_timeout', math.inf)

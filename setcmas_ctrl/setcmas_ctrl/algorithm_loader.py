@@ -5,26 +5,24 @@ from __future__ import annotations
 import ast
 import contextlib
 import difflib
-import inspect
+import importlib
 import linecache
 import sys
 import tokenize
 import types
-from collections.abc import Callable
 from importlib import resources
 from pathlib import Path
 from typing import Any
 
-from setcmas_ctrl import rviz_marker, rviz_marker_array
+from setcmas_ctrl.script_function import CONTROL, Control, check_defines, checked_control
+from setcmas_ctrl.script_imports import ScriptImports
 from setcmas_ctrl.script_messages import describe_failure
+from setcmas_ctrl.script_settings import CALL, Settings, apply_settings, converted
+from setcmas_ctrl.stop_call import AbandonCall, StopCall
 from setcmas_simu.errors import SetcmasError
-
-Control = Callable[..., Any]
 
 ALIASES = {'wp_nav': 'nav_wp'}
 """Other names of built-in control laws."""
-
-_EXPECTED = 'control(robotNo, nbRobots, poses, t)'
 
 
 def builtin_folder() -> Path:
@@ -32,40 +30,57 @@ def builtin_folder() -> Path:
     return Path(str(resources.files('setcmas_ctrl') / 'algorithms'))
 
 
+def exercise_folder() -> Path:
+    """Return the folder of the exercises: scripts whose maths is left to fill in."""
+    return Path(str(resources.files('setcmas_ctrl') / 'exercises'))
+
+
 def scripts_in(folder: Path) -> list[Path]:
     """Return the scripts in a folder, sorted by name."""
     return sorted(path for path in folder.glob('*.py') if not path.name.startswith('_'))
 
 
-def find_script(name: str) -> Path:
+def find_script(name: str, exercise: bool = False) -> Path:
     """Return the script that `--algo NAME` means.
 
-    In this order: a path to a file; NAME.py in the current folder; a built-in control law.
+    In this order: a path to a file; NAME.py in the current folder; if `exercise`, an exercise;
+    a built-in control law.
 
     Raises:
         SetcmasError: There is none; the message offers the nearest names.
     """
-    builtin = ALIASES.get(name, name).replace('-', '_')
-    candidates = (Path(name), Path(f'{name}.py'), builtin_folder() / f'{builtin}.py')
+    stem = ALIASES.get(name, name).replace('-', '_')
+    folders = {'exercises': exercise_folder()} if exercise else {}
+    folders['built-in'] = builtin_folder()
+    candidates = (Path(name), Path(f'{name}.py'), *(f / f'{stem}.py' for f in folders.values()))
     for path in candidates:
         with contextlib.suppress(OSError):  # such as a name too long to be one
             if path.is_file():
                 return path.resolve()
-    builtins = [path.stem for path in scripts_in(builtin_folder())]
-    own = [path.stem for path in scripts_in(Path.cwd())]
-    near = difflib.get_close_matches(Path(name).stem, [*builtins, *own, *ALIASES], n=3)
+    folders['in this folder'] = Path.cwd()
+    names = {title: [path.stem for path in scripts_in(f)] for title, f in folders.items()}
+    known = [*dict.fromkeys(stem for stems in names.values() for stem in stems), *ALIASES]
+    near = difflib.get_close_matches(Path(name).stem, known, n=3)
     hint = f'did you mean {" or ".join(near)}? ' if near else ''
     raise SetcmasError(
-        f"control script '{name}' was not found: {hint}built-in are {', '.join(builtins)}; "
-        f'scripts in this folder: {", ".join(own) or "none"}'
+        f"control script '{name}' was not found: {hint}"
+        + '; '.join(f'{title}: {", ".join(stems) or "none"}' for title, stems in names.items())
     )
 
 
-def compile_script(path: Path) -> types.CodeType:
-    """Compile a script without running it, and see that it gives `control` a meaning.
+def compile_script(
+    path: Path, settings: Settings | None = None, expected: str = CONTROL
+) -> types.CodeType:
+    """Compile a script without running it, and see that it gives its function a meaning.
+
+    Args:
+        path: The script.
+        settings: Values to take the place of the script's own (`--set`).
+        expected: The function that it must have, with its parameters.
 
     Raises:
-        SetcmasError: It cannot be read, has a syntax error, or has no `control`.
+        SetcmasError: It cannot be read, has a syntax error, does not have the function, or does
+            not have a name that is to be set.
     """
     try:
         with tokenize.open(path) as file:
@@ -79,8 +94,10 @@ def compile_script(path: Path) -> types.CodeType:
         raise SetcmasError(f"control script '{path}' cannot be read: {error.strerror}") from error
     except (SyntaxError, ValueError) as error:
         raise SetcmasError(describe_failure(error, path)) from error
-    if not _may_define_control(tree):
-        raise SetcmasError(f'{path.name} has no function control; expected is {_EXPECTED}')
+    check_defines(tree, expected, path)
+    if settings:
+        apply_settings(tree, settings, path.name)
+        code = compile(tree, str(path), 'exec')
     return code
 
 
@@ -94,76 +111,44 @@ def load_control(path: Path, robot: int) -> Control:
     return checked_control(vars(load_script(path, robot)).get('control'), path)
 
 
-def load_script(path: Path, robot: int) -> types.ModuleType:
+def load_script(
+    path: Path, robot: int, settings: Settings | None = None, expected: str = CONTROL
+) -> types.ModuleType:
     """Run a script in a fresh module for one robot and return the module.
 
-    Helper modules beside the script that it imports at its top are fresh for every robot too,
-    because scripts keep their state in module globals; those that a function imports later are
-    shared by the robots of a process.
+    Helper modules beside the script are fresh for every robot too, because scripts keep their
+    state in module globals.
+
+    Args:
+        path: The script.
+        robot: Number of the robot.
+        settings: Values to take the place of the script's own (`--set`).
+        expected: The function that it must have, with its parameters.
 
     Raises:
         SetcmasError: The script cannot be read, or fails while it is loaded.
     """
-    code = compile_script(path)
+    settings = settings or {}
+    code = compile_script(path, settings, expected)
+
+    def setting(name: str, own: Any) -> Any:
+        return converted(name, own, settings[name], path.name)
+
     module = types.ModuleType(f'{path.stem}_tb3_{robot}')
     module.__file__ = str(path)
+    imports = ScriptImports(path.parent, robot, {CALL: setting})
+    vars(module)['__builtins__'] = imports.builtins
     sys.modules[module.__name__] = module
-    sys.modules['rviz_marker'] = rviz_marker
-    sys.modules['rviz_marker_array'] = rviz_marker_array
-    known = set(sys.modules)
-    folder = str(path.parent)
-    sys.path.insert(0, folder)
+    if str(path.parent) not in sys.path:
+        sys.path.append(str(path.parent))  # for importlib.import_module and the like
+    importlib.invalidate_caches()
     try:
         exec(code, module.__dict__)
-    except KeyboardInterrupt:
+    except (KeyboardInterrupt, StopCall, AbandonCall, SetcmasError):
         raise
     except BaseException as error:
         raise SetcmasError(describe_failure(error, path)) from error
-    finally:
-        sys.path.remove(folder)
-        if folder not in sys.path:
-            sys.path.append(folder)  # for imports inside functions, behind everything else
-        _forget_helpers(path.parent, known)
+    for name in settings:
+        if name not in vars(module):
+            raise SetcmasError(f"--set {name}: {path.name} has no module-level name '{name}'")
     return module
-
-
-def _forget_helpers(folder: Path, known: set[str]) -> None:
-    for name in set(sys.modules) - known:
-        file = getattr(sys.modules[name], '__file__', None)
-        if file and folder in Path(file).parents:
-            del sys.modules[name]
-
-
-def checked_control(control: Any, path: Path) -> Control:
-    """Return a script's `control` if it can be called with four arguments.
-
-    Raises:
-        SetcmasError: It cannot.
-    """
-    if not callable(control):
-        raise SetcmasError(f'{path.name} has no function control; expected is {_EXPECTED}')
-    try:
-        signature = inspect.signature(control)
-    except (TypeError, ValueError):  # some callables written in C tell nothing of themselves
-        return control  # type: ignore[no-any-return]
-    try:
-        signature.bind(1, 1, None, 0.0)
-    except TypeError as error:
-        raise SetcmasError(
-            f'{path.name}: control{signature} does not take four arguments; '
-            f'expected is {_EXPECTED}'
-        ) from error
-    return control  # type: ignore[no-any-return]
-
-
-def _may_define_control(tree: ast.Module) -> bool:
-    for node in ast.walk(tree):
-        if isinstance(node, (ast.FunctionDef, ast.ClassDef)) and node.name == 'control':
-            return True
-        if isinstance(node, ast.Name) and node.id == 'control' and isinstance(node.ctx, ast.Store):
-            return True
-        if isinstance(node, (ast.Import, ast.ImportFrom)):
-            names = {alias.asname or alias.name for alias in node.names}
-            if names & {'control', '*'}:
-                return True
-    return False

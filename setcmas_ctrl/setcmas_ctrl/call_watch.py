@@ -10,7 +10,7 @@ import traceback
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
-from setcmas_ctrl.script_messages import quoted_line
+from setcmas_ctrl.script_messages import described_place, places_in, quoted_line
 from setcmas_simu.topics import robot_name
 
 STUCK_S = 2.0
@@ -37,8 +37,10 @@ class CallWatch:
         self._period = period
         self._say = say
         self._stuck_s = stuck_s
-        self._call: tuple[int, float] | None = None
-        self._stuck: tuple[int, float] | None = None
+        self.while_stuck: Callable[[], None] | None = None
+        """Called now and then, from the watching thread, while a call is stuck."""
+        self._call: tuple[int, float, str] | None = None
+        self._stuck: tuple[int, float, str] | None = None
         self._longest = (0.0, 0)
         self._slow_steps = 0
         self._next_slow_report = 0.0
@@ -48,10 +50,15 @@ class CallWatch:
         self._thread.start()
 
     @contextlib.contextmanager
-    def call(self, robot: int) -> Iterator[None]:
-        """Watch what runs inside as a call for a robot."""
+    def call(self, robot: int, late: str = 'control has not returned') -> Iterator[None]:
+        """Watch what runs inside as a call for a robot.
+
+        Args:
+            robot: Number of the robot.
+            late: What is told of the call once it is stuck.
+        """
         started = time.monotonic()
-        self._call = (robot, started)
+        self._call = (robot, started, late)
         try:
             yield
         finally:
@@ -93,24 +100,28 @@ class CallWatch:
                 f'{self._period:.2f} s (so far {self._slow_steps} times)'
             )
 
+    def is_stuck(self) -> bool:
+        """Return whether the present call is stuck."""
+        return self.running_s > self._stuck_s
+
     def _watch(self) -> None:
         while not self._closed.wait(min(0.25, self._stuck_s / 4)):
             call = self._call
-            if call and call != self._stuck and time.monotonic() - call[1] > self._stuck_s:
+            if not call or not self.is_stuck():
+                continue
+            if call != self._stuck:
                 self._stuck = call
-                self._say(self._describe(call[0]))
+                self._say(self._describe(call[0], call[2]))
+            if self.while_stuck:
+                self.while_stuck()
 
-    def _describe(self, robot: int) -> str:
+    def _describe(self, robot: int, late: str) -> str:
         frame = sys._current_frames().get(self._caller)
-        lines = [
-            entry.lineno
-            for entry in traceback.extract_stack(frame)
-            if entry.filename == str(self._path)
-        ]
-        line = lines[-1] if lines else None
-        where = f'{self._path.name}, line {line}' if line else self._path.name
+        # The innermost frame comes first.
+        places = places_in(traceback.walk_stack(frame), self._path) if frame else []
+        file, line = places[0] if places else (self._path, None)
         return (
-            f'{robot_name(robot)}: control has not returned for {self._stuck_s:g} s; '
-            f'it is at {where}{quoted_line(self._path, line)}\n'
+            f'{robot_name(robot)}: {late} for {self._stuck_s:g} s; '
+            f'it is at {described_place(file, line, self._path)}{quoted_line(file, line)}\n'
             '    no robot of this process is commanded until it returns; Ctrl-C stops'
         )

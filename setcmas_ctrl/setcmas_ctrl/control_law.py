@@ -10,8 +10,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from setcmas_ctrl.algorithm_loader import checked_control, load_control
-from setcmas_ctrl.script_messages import describe_failure, quoted_line, safe_text, script_line
+from setcmas_ctrl.algorithm_loader import load_script
+from setcmas_ctrl.script_function import checked_control
+from setcmas_ctrl.script_imports import helper_files
+from setcmas_ctrl.script_messages import describe_failure, quoted_line, safe_text, script_place
+from setcmas_ctrl.script_settings import Settings
+from setcmas_ctrl.stop_call import AbandonCall, StopCall
 
 Velocity = tuple[float, float]
 _EXPECTED = 'expected are two finite numbers: return vx, vy'
@@ -30,15 +34,19 @@ class ControlError(Exception):
         self.key = key
 
 
-class StopCall(BaseException):
-    """Raised in a call of `control` by the signal that ends the process."""
-
-
 class ControlLaw:
     """The control law of one robot, with its own state."""
 
-    def __init__(self, path: Path, robot: int, nb_robots: int) -> None:
+    def __init__(
+        self, path: Path, robot: int, nb_robots: int, settings: Settings | None = None
+    ) -> None:
         """Load the script for a robot.
+
+        Args:
+            path: The script.
+            robot: Number of the robot.
+            nb_robots: Size of the fleet.
+            settings: Values to take the place of the script's own (`--set`).
 
         Raises:
             SetcmasError: The script cannot be loaded.
@@ -46,7 +54,13 @@ class ControlLaw:
         self.path = path
         self.robot = robot
         self._nb_robots = nb_robots
-        self._control: Callable[..., Any] = load_control(path, robot)
+        self._module = load_script(path, robot, settings)
+        self._control = checked_control(vars(self._module).get('control'), path)
+
+    @property
+    def files(self) -> list[Path]:
+        """The script, and the helper modules beside it that it has imported so far."""
+        return [self.path, *helper_files(self._module)]
 
     @classmethod
     def of_function(cls, control: Callable[..., Any], robot: int, nb_robots: int) -> ControlLaw:
@@ -75,7 +89,7 @@ class ControlLaw:
         """
         try:
             result = self._control(self.robot, self._nb_robots, poses.copy(), t)
-        except (StopCall, KeyboardInterrupt):
+        except (StopCall, AbandonCall, KeyboardInterrupt):
             raise
         except BaseException as error:  # whatever a script raises, the other robots go on
             raise self.failure(error) from error
@@ -92,7 +106,7 @@ class ControlLaw:
 
     def failure(self, error: BaseException) -> ControlError:
         """Return what to tell of an error that the script raised."""
-        key = (type(error).__name__, script_line(error, self.path))
+        key = (type(error).__name__, *script_place(error, self.path))
         return ControlError(describe_failure(error, self.path), key)
 
 

@@ -21,14 +21,27 @@ CONTROL_STARTED = 'controlling robots'
 """What a controller process says when it calls its control laws for the first time."""
 
 
-def add_law_arguments(parser: argparse.ArgumentParser) -> None:
-    """Add the options that choose a control law and its gains."""
+def add_law_arguments(parser: argparse.ArgumentParser) -> argparse._ArgumentGroup:
+    """Add the options that choose a control law and its gains; returns their group."""
     group = parser.add_argument_group('control law')
     group.add_argument(
         '--algo',
         required=True,
         metavar='NAME',
         help='control script: a path, NAME.py in this folder, or a built-in (see setcmas list)',
+    )
+    group.add_argument(
+        '--exercise',
+        action='store_true',
+        help='let --algo NAME mean the exercise of that name, with its maths left to fill in',
+    )
+    group.add_argument(
+        '--set',
+        action='append',
+        default=[],
+        metavar='NAME=VALUE',
+        help='value of a module-level name of the script, such as kp=1.2; what the script '
+        'derives from it follows; may be repeated',
     )
     group.add_argument(
         '--vnom',
@@ -57,6 +70,17 @@ def add_law_arguments(parser: argparse.ArgumentParser) -> None:
         default=SEED,
         metavar='N',
         help='seed of the random numbers that scripts draw (default: %(default)s)',
+    )
+    return group
+
+
+def add_watch_argument(group: argparse._ArgumentGroup) -> None:
+    """Add --watch."""
+    group.add_argument(
+        '--watch',
+        action='store_true',
+        help='load the script again whenever it is saved: fresh state, t = 0, robots where they '
+        'are (in experiments only while paused)',
     )
 
 

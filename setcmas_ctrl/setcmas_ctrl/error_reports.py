@@ -51,6 +51,6 @@ class ErrorReports:
 
 def _name(key: object) -> str:
     if isinstance(key, tuple) and key[0] != 'result':
-        kind, line = key
-        return f'{kind} in line {line}' if line else str(kind)
+        kind, file, line = key
+        return f'{kind} in {file.name}, line {line}' if line else str(kind)
     return 'a result that is not a velocity'

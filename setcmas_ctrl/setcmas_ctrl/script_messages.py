@@ -4,9 +4,12 @@ from __future__ import annotations
 
 import linecache
 import traceback
-from collections.abc import Callable
+import types
+from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import Any
+
+from setcmas_ctrl.script_imports import robot_of_frame
 
 
 def quoted_line(path: Path | str, line: int | None, indented: bool = False) -> str:
@@ -16,11 +19,26 @@ def quoted_line(path: Path | str, line: int | None, indented: bool = False) -> s
     return f'\n    {line} | {source}' if source else ''
 
 
-def script_line(error: BaseException, path: Path) -> int | None:
-    """Return the innermost line of the script that an error passed through; None if none."""
-    frames = traceback.extract_tb(error.__traceback__)
-    lines = [frame.lineno for frame in frames if frame.filename == str(path)]
-    return lines[-1] if lines else None
+def script_place(error: BaseException, path: Path) -> tuple[Path, int | None]:
+    """Return where in the student's code an error arose.
+
+    Returns:
+        The innermost file, the script or a helper module of it, that the error passed through,
+        and the line there; the script and None if it passed through neither.
+    """
+    places = places_in(traceback.walk_tb(error.__traceback__), path)
+    return places[-1] if places else (path, None)
+
+
+def places_in(
+    frames: Iterable[tuple[types.FrameType, int]], path: Path
+) -> list[tuple[Path, int | None]]:
+    """Return files and lines of those frames that run the script or a helper module of it."""
+    return [
+        (Path(frame.f_code.co_filename), line)
+        for frame, line in frames
+        if frame.f_code.co_filename == str(path) or robot_of_frame(frame) is not None
+    ]
 
 
 def describe_failure(error: BaseException, path: Path) -> str:
@@ -33,11 +51,16 @@ def describe_failure(error: BaseException, path: Path) -> str:
     if isinstance(error, SyntaxError):
         file = Path(error.filename) if error.filename else path
         what = f'{type(error).__name__}: {error.msg}'
-        return (
-            f'{_where(file, error.lineno)}: {what}{quoted_line(file, error.lineno, indented=True)}'
-        )
-    line = script_line(error, path)
-    return f'{_where(path, line)}: {summarise(error)}{quoted_line(path, line)}'
+        quoted = quoted_line(file, error.lineno, indented=True)
+        return f'{described_place(file, error.lineno, path)}: {what}{quoted}'
+    file, line = script_place(error, path)
+    return f'{described_place(file, line, path)}: {summarise(error)}{quoted_line(file, line)}'
+
+
+def described_place(file: Path, line: int | None, path: Path) -> str:
+    """Return file and line in words, with the script if the file is a helper module."""
+    place = f'{file.name}, line {line}' if line else file.name
+    return place if file == path else f'{place} (imported by {path.name})'
 
 
 def summarise(error: BaseException) -> str:
@@ -54,7 +77,3 @@ def safe_text(describe: Callable[[Any], str], value: Any) -> str:
         return describe(value)
     except Exception:
         return f'a {type(value).__name__}'
-
-
-def _where(path: Path, line: int | None) -> str:
-    return f'{path.name}, line {line}' if line else path.name

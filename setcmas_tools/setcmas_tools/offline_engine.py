@@ -17,6 +17,8 @@ from setcmas_ctrl.control_options import RATE_HZ as CONTROL_RATE_HZ
 from setcmas_ctrl.error_reports import ErrorReports
 from setcmas_ctrl.random_seed import SEED, seed_scripts
 from setcmas_ctrl.saturation import VNOM, saturate
+from setcmas_ctrl.script_output import named_output
+from setcmas_ctrl.script_settings import Settings
 from setcmas_ctrl.si_to_uni import KOMEGA, si_to_uni
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet import start_poses
@@ -87,6 +89,7 @@ def simulate(
     rate: float = CONTROL_RATE_HZ,
     robot_rate: float = ROBOT_RATE_HZ,
     seed: int = SEED,
+    settings: Settings | None = None,
     say: Callable[[str], None] = print,
     progress: Callable[[float], object] | None = None,
 ) -> OfflineRun:
@@ -116,6 +119,8 @@ def simulate(
         rate: Rate of control in Hz.
         robot_rate: Rate of the robots' steps in Hz.
         seed: Seed of the random numbers that scripts draw.
+        settings: Values for module-level names of the script, such as {'K': 1.2}; what the
+            script derives from them follows.
         say: Shows messages about a failing law; its robot is commanded zero then.
         progress: Called now and then with the time that the run has reached, in s.
 
@@ -134,22 +139,26 @@ def simulate(
         raise SetcmasError('duration, rate and robot_rate must be above 0')
     seed_scripts(seed)
     fleet = VirtualFleet(start, limits_named(limits))
-    controllers = FleetLaws(load_laws(algo, nb_robots), vnom, komega, say)
-    return _run(
-        fleet, controllers, max(1, round(duration * robot_rate)), 1 / robot_rate, rate, progress
-    )
+    nb_steps = max(1, round(duration * robot_rate))
+    with named_output():
+        controllers = FleetLaws(load_laws(algo, nb_robots, settings), vnom, komega, say)
+        return _run(fleet, controllers, nb_steps, 1 / robot_rate, rate, progress)
 
 
-def load_laws(algo: str | Path | Callable[..., Any], nb_robots: int) -> list[ControlLaw]:
+def load_laws(
+    algo: str | Path | Callable[..., Any], nb_robots: int, settings: Settings | None = None
+) -> list[ControlLaw]:
     """Return the control laws of robots 1 to nb_robots.
 
     Raises:
-        SetcmasError: The script cannot be found or loaded.
+        SetcmasError: The script cannot be found or loaded, or a function is to take settings.
     """
     if callable(algo):
+        if settings:
+            raise SetcmasError('settings are for scripts; a function takes none')
         return [ControlLaw.of_function(algo, i + 1, nb_robots) for i in range(nb_robots)]
     path = find_script(str(algo))
-    return [ControlLaw(path, robot + 1, nb_robots) for robot in range(nb_robots)]
+    return [ControlLaw(path, robot + 1, nb_robots, settings) for robot in range(nb_robots)]
 
 
 class FleetLaws:

@@ -112,8 +112,8 @@ def test_each_distinct_error_is_reported_once_and_counted(tmp_path):
     assert 'IndexError' in said[1]
     assert said[2] == 'tb3_2 at t = 2.0 s: works again after 5 calls'
     assert reports.summary() == [
-        'tb3_2: ZeroDivisionError in line 3 occurred 3 times',
-        'tb3_2: IndexError in line 3 occurred 2 times',
+        'tb3_2: ZeroDivisionError in law.py, line 3 occurred 3 times',
+        'tb3_2: IndexError in law.py, line 3 occurred 2 times',
     ]
 
 

@@ -3,6 +3,8 @@
 Examples:
   setcmas ctrl --algo consensus
   setcmas ctrl --algo my_law.py --vnom 0.2       a script of your own
+  setcmas ctrl --algo my_law --watch             loads it again whenever you save it
+  setcmas ctrl --algo consensus --set K=1.2      another gain for this time
   setcmas ctrl --algo nav_wp --nb-robots 8 --robots 5-8
 """
 
@@ -14,22 +16,40 @@ from launch_scripts.environment import node_command, require_ros
 from launch_scripts.foreground import run_in_foreground
 from launch_scripts.node_arguments import node_arguments
 from setcmas_ctrl.algorithm_loader import compile_script, find_script
-from setcmas_ctrl.control_options import add_fleet_arguments, add_law_arguments
+from setcmas_ctrl.control_options import (
+    add_fleet_arguments,
+    add_law_arguments,
+    add_watch_argument,
+)
+from setcmas_ctrl.script_settings import parse_settings
 from setcmas_simu.fleet import parse_robots
 
 MODULE = 'setcmas_ctrl.nodes.controller'
-OPTIONS = ('algo', 'vnom', 'komega', 'rate', 'seed', 'nb_robots', 'robots', 'cmd_vel_type')
+OPTIONS = (
+    'algo',
+    'exercise',
+    'set',
+    'watch',
+    'vnom',
+    'komega',
+    'rate',
+    'seed',
+    'nb_robots',
+    'robots',
+    'cmd_vel_type',
+)
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the options of the verb."""
-    add_law_arguments(parser)
+    add_watch_argument(add_law_arguments(parser))
     add_fleet_arguments(parser)
 
 
 def main(args: argparse.Namespace) -> int:
     """Control until Ctrl-C; returns the exit status."""
-    compile_script(find_script(args.algo))  # mistakes are told before anything starts
+    script = find_script(args.algo, args.exercise)
+    compile_script(script, parse_settings(args.set))  # mistakes are told before anything starts
     if args.robots:
         parse_robots(args.robots)
     require_ros()

@@ -6,22 +6,31 @@ write equal files.
 Examples:
   setcmas offline --algo consensus --nb-robots 8 --duration 60 --output out
   setcmas offline --algo my_law.py --nb-robots 3 --pose 1:1.0,2.0,1.57
+  setcmas offline --algo consensus --nb-robots 5 --set K=1.2
 """
 
 from __future__ import annotations
 
 import argparse
+import os
+import sys
+import threading
 import time
-from typing import TYPE_CHECKING
+from collections.abc import Mapping
+from contextlib import redirect_stderr, redirect_stdout
+from typing import TYPE_CHECKING, Any, TextIO, cast
 
 from tqdm import tqdm
+from tqdm.contrib import DummyTqdmFile
 
 from launch_scripts.output_lines import warn
 from launch_scripts.run_folder import RunFolder
 from launch_scripts.run_options import add_run_arguments, output_folder, parameters
 from setcmas_ctrl.algorithm_loader import compile_script, find_script
 from setcmas_ctrl.control_options import SCRIPT_FAILED
-from setcmas_ctrl.script_messages import quoted_line, script_line
+from setcmas_ctrl.script_messages import described_place, quoted_line, script_place
+from setcmas_ctrl.script_output import named_output
+from setcmas_ctrl.script_settings import parse_settings
 from setcmas_simu.fleet import format_robots
 from setcmas_simu.pose_options import chosen_start_poses
 
@@ -38,6 +47,16 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def main(args: argparse.Namespace) -> int:
     """Run, and write the results; returns the exit status."""
+    with named_output():
+        status = _run(args)
+        sys.stdout.flush()
+        threads = [thread for thread in threading.enumerate() if not thread.daemon]
+        if len(threads) > 1:  # Python would wait for those that the script has started
+            os._exit(status)
+    return status
+
+
+def _run(args: argparse.Namespace) -> int:
     # Imported late: help texts and completion do not wait for matplotlib.
     from setcmas_tools.csv_to_plot import plot
     from setcmas_tools.fleet_table import write_csv
@@ -45,16 +64,17 @@ def main(args: argparse.Namespace) -> int:
     from setcmas_tools.metrics_table import table_lines
     from setcmas_tools.metrics_yaml import write_yaml
 
-    script = find_script(args.algo)
-    compile_script(script)
+    script = find_script(args.algo, args.exercise)
+    settings = parse_settings(args.set)
+    compile_script(script, settings)
     folder = RunFolder(output_folder(args, script))
     folder.check(args.overwrite)
     begin = time.perf_counter()
     try:
-        run = _simulate(args, str(script))
+        run = _simulate(args, str(script), settings)
     except KeyboardInterrupt as error:
-        at = script_line(error, script)
-        where = f' in {script.name}, line {at}{quoted_line(script, at)}' if at else ''
+        file, at = script_place(error, script)
+        where = f' in {described_place(file, at, script)}{quoted_line(file, at)}' if at else ''
         warn(f'setcmas offline: stopped by the user{where}')
         return 130
     elapsed = time.perf_counter() - begin
@@ -79,10 +99,15 @@ def main(args: argparse.Namespace) -> int:
     return 0
 
 
-def _simulate(args: argparse.Namespace, script: str) -> OfflineRun:
+def _simulate(args: argparse.Namespace, script: str, settings: Mapping[str, Any]) -> OfflineRun:
     from setcmas_tools.offline_engine import simulate
 
-    with tqdm(total=args.duration, desc='running', bar_format=_BAR, disable=None) as bar:
+    with (
+        tqdm(total=args.duration, desc='running', bar_format=_BAR, disable=None) as bar,
+        # What scripts print, and messages about them, stand above the bar.
+        redirect_stdout(cast(TextIO, DummyTqdmFile(sys.stdout))),
+        redirect_stderr(cast(TextIO, DummyTqdmFile(sys.stderr))),
+    ):
         return simulate(
             script,
             args.nb_robots,
@@ -94,6 +119,7 @@ def _simulate(args: argparse.Namespace, script: str) -> OfflineRun:
             rate=args.rate,
             robot_rate=args.robot_rate,
             seed=args.seed,
+            settings=settings,
             say=warn,
             progress=lambda now: bar.update(now - bar.n),
         )

@@ -4,6 +4,7 @@ Examples:
   setcmas run --algo consensus --nb-robots 8 --duration 40 --output out
   setcmas run --algo nav_wp --pose 1:5,5,0 --duration 60
   setcmas run --algo my_law.py --nb-robots 4 --limits burger --format pdf
+  setcmas run --algo consensus --nb-robots 5 --set K=1.2
 """
 
 from __future__ import annotations
@@ -23,7 +24,8 @@ from launch_scripts.run_folder import RunFolder
 from launch_scripts.run_options import add_run_arguments, output_folder, parameters
 from launch_scripts.supervisor import Child, ChildDiedError, StoppedError, Supervisor
 from setcmas_ctrl.algorithm_loader import compile_script, find_script
-from setcmas_ctrl.control_options import CONTROL_STARTED, SCRIPT_FAILED
+from setcmas_ctrl.control_options import CONTROL_STARTED, SCRIPT_FAILED, add_watch_argument
+from setcmas_ctrl.script_settings import parse_settings
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet import format_robots
 from setcmas_simu.simulation_options import add_cmd_timeout_argument, simulated_robots
@@ -37,13 +39,15 @@ _CTRL_OPTIONS = tuple(name for name in ctrl.OPTIONS if name not in ('robots', 'c
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the options of the verb."""
-    add_cmd_timeout_argument(add_run_arguments(parser))
+    law, robots = add_run_arguments(parser)
+    add_watch_argument(law)
+    add_cmd_timeout_argument(robots)
 
 
 def main(args: argparse.Namespace) -> int:
     """Do the whole job; returns the exit status."""
-    script = find_script(args.algo)
-    compile_script(script)  # mistakes are told before anything starts
+    script = find_script(args.algo, args.exercise)
+    compile_script(script, parse_settings(args.set))  # mistakes are told before anything starts
     args.robots = None
     simulated_robots(args)
     folder = RunFolder(output_folder(args, script))

@@ -9,13 +9,14 @@ from rclpy.clock import Clock, ClockType
 from rclpy.node import Node
 
 from setcmas_ctrl.call_watch import CallWatch
-from setcmas_ctrl.control_law import ControlError
+from setcmas_ctrl.control_law import ControlError, ControlLaw
 from setcmas_ctrl.control_options import CONTROL_STARTED
 from setcmas_ctrl.error_reports import ErrorReports
 from setcmas_ctrl.nodes.fleet_discovery import robots_with_odometry
 from setcmas_ctrl.nodes.fleet_odometry import POSE_TIMEOUT_S, FleetOdometry
 from setcmas_ctrl.nodes.si_to_uni import SiToUni
 from setcmas_ctrl.saturation import saturate
+from setcmas_ctrl.stop_call import AbandonCall
 from setcmas_simu.fleet import format_robots
 from setcmas_simu.nodes.ros_process import RosProcess
 from setcmas_simu.topics import RECORDER_NODES, robot_name
@@ -39,6 +40,7 @@ class ControlStepper:
         followers: list[SiToUni],
         rate: float,
         vnom: float,
+        watch: CallWatch,
     ) -> None:
         """Prepare; nothing is called before `start`.
 
@@ -49,6 +51,7 @@ class ControlStepper:
             followers: Their si_to_uni nodes, in the same order.
             rate: Rate of control in Hz.
             vnom: Largest speed of a robot in m/s.
+            watch: Watches the calls.
         """
         self._node = node
         self._odometry = odometry
@@ -58,7 +61,9 @@ class ControlStepper:
         self._vnom = vnom
         self._say = node.get_logger().warning
         self._reports = ErrorReports(self._say)
-        self.watch = CallWatch(controllers[0].law.path, self._period, self._say)
+        self._failed = False
+        self._has_laws = True
+        self.watch = watch
         self._started = 0.0
         self._stepped = 0.0
         self._next_graph_check = 0.0
@@ -110,7 +115,17 @@ class ControlStepper:
     @property
     def failed(self) -> bool:
         """Whether a script has failed for some robot."""
-        return self._reports.failed_robots != []
+        return self._failed or self._reports.failed_robots != []
+
+    def use(self, laws: list[ControlLaw]) -> None:
+        """Go on with other laws, with t from 0 and errors counted anew; none: all robots stand."""
+        self._tell_counts()
+        self._failed = self.failed
+        self._reports = ErrorReports(self._say)
+        self._has_laws = laws != []
+        for controller, law in zip(self._controllers, laws, strict=False):
+            controller.law = law
+        self._started = time.monotonic()
 
     def stop(self) -> None:
         """Command zero to every robot, and say what was counted meanwhile."""
@@ -118,6 +133,9 @@ class ControlStepper:
             follower.stop()
         for follower in self._followers:
             follower.wait_until_sent()
+        self._tell_counts()
+
+    def _tell_counts(self) -> None:
         for line in self._reports.summary():
             self._say(line)
 
@@ -136,13 +154,15 @@ class ControlStepper:
         poses = self._odometry.poses.copy()
         for controller in self._controllers:
             velocity = (0.0, 0.0)
-            if controller.robot not in self._lost:
+            if self._has_laws and controller.robot not in self._lost:
                 try:
                     with self.watch.call(controller.robot):
                         velocity = controller.law(poses, t)
                     self._reports.succeeded(controller.robot, t)
                 except ControlError as error:
                     self._reports.failed(controller.robot, t, error)
+                except AbandonCall:
+                    self._has_laws = False
                 except KeyboardInterrupt as error:  # signals raise StopCall: it is the script's
                     failure = controller.law.failure(error)
                     self._reports.failed(controller.robot, t, failure)

@@ -10,24 +10,33 @@ import argparse
 import contextlib
 import os
 import sys
+from collections.abc import Callable
+from functools import partial
+from pathlib import Path
 
 from geometry_msgs.msg import Point32
 from std_msgs.msg import Bool
 
 from setcmas_ctrl import drawing
 from setcmas_ctrl.algorithm_loader import compile_script, find_script
-from setcmas_ctrl.control_law import ControlLaw, StopCall
+from setcmas_ctrl.call_watch import CallWatch
+from setcmas_ctrl.control_law import ControlLaw
 from setcmas_ctrl.control_options import (
     SCRIPT_FAILED,
     add_fleet_arguments,
     add_law_arguments,
+    add_watch_argument,
 )
 from setcmas_ctrl.nodes.control_stepper import ControlStepper
 from setcmas_ctrl.nodes.fleet_discovery import wait_for_fleet
 from setcmas_ctrl.nodes.fleet_odometry import FleetOdometry
 from setcmas_ctrl.nodes.marker_canvas import MarkerCanvas
+from setcmas_ctrl.nodes.script_reloader import ScriptReloader
 from setcmas_ctrl.nodes.si_to_uni import SiToUni
 from setcmas_ctrl.random_seed import seed_scripts
+from setcmas_ctrl.script_output import named_output
+from setcmas_ctrl.script_settings import parse_settings
+from setcmas_ctrl.stop_call import StopCall
 from setcmas_simu import topics
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet import parse_robots
@@ -74,22 +83,41 @@ def controlled_robots(args: argparse.Namespace, nb_robots: int) -> list[int]:
     return robots
 
 
+def load_laws(
+    args: argparse.Namespace, path: Path, robots: list[int], nb_robots: int, watch: CallWatch
+) -> list[ControlLaw]:
+    """Return the control laws of the robots of this process, with fresh state.
+
+    Raises:
+        SetcmasError: The script cannot be loaded.
+    """
+    seed_scripts(args.seed)
+    settings = parse_settings(args.set)
+    laws = []
+    for robot in robots:
+        with watch.call(robot, f'{path.name} has been loading'):
+            laws.append(ControlLaw(path, robot, nb_robots, settings))
+    return laws
+
+
 def build(args: argparse.Namespace, process: RosProcess, node: FleetNode) -> ControlStepper | None:
     """Create the nodes of a controller process; None if it was asked to stop meanwhile.
 
     Raises:
         SetcmasError: The script cannot be loaded, or options contradict each other.
     """
-    path = find_script(args.algo)
-    compile_script(path)
+    path = find_script(args.algo, args.exercise)
+    compile_script(path, parse_settings(args.set))
     process.add(node)
     nb_robots = args.nb_robots or wait_for_fleet(process, node)
     if not nb_robots:
         return None
     robots = controlled_robots(args, nb_robots)
     drawing.canvas = MarkerCanvas(node)
-    seed_scripts(args.seed)
-    controllers = [Controller(ControlLaw(path, robot, nb_robots)) for robot in robots]
+    watch = CallWatch(path, 1 / args.rate, node.get_logger().warning)
+    end_stuck_script(process, watch)
+    load = partial(load_laws, args, path, robots, nb_robots, watch)
+    controllers = [Controller(law) for law in load()]
     odometry = FleetOdometry(node, nb_robots)
     followers = [SiToUni(robot, odometry, args.komega, args.cmd_vel_type) for robot in robots]
     process.add(*controllers, *followers)
@@ -100,20 +128,32 @@ def build(args: argparse.Namespace, process: RosProcess, node: FleetNode) -> Con
         qos.EVENT,
         event_callbacks=qos.no_subscription_events(),
     )
-    return ControlStepper(node, odometry, controllers, followers, args.rate, args.vnom)
+    stepper = ControlStepper(node, odometry, controllers, followers, args.rate, args.vnom, watch)
+    if args.watch:
+        laws = [controller.law for controller in controllers]
+        ScriptReloader(node, stepper, laws, load, watch)
+    return stepper
 
 
-def end_stuck_script(process: RosProcess, stepper: ControlStepper) -> None:
-    """Let a stop signal end a call of a control script, even one that swallows exceptions."""
+def end_stuck_script(
+    process: RosProcess, watch: CallWatch, stop: Callable[[], None] = lambda: None
+) -> None:
+    """Let a stop signal end a call of a script, even one that swallows exceptions.
+
+    Args:
+        process: Handles the signals.
+        watch: Knows whether a call is running.
+        stop: Called before the process is ended by force.
+    """
     signals = 0
 
     def on_stop_signal() -> None:
         nonlocal signals
         signals += 1
-        if stepper.watch.running_s == 0:
+        if watch.running_s == 0:
             return
         if signals > 1:
-            stepper.stop()
+            stop()
             os._exit(1)
         raise StopCall
 
@@ -124,19 +164,21 @@ def main(argv: list[str] | None = None) -> int:
     """Control robots until a signal arrives; returns the exit status."""
     argv, ros_arguments = split_ros_arguments(sys.argv[1:] if argv is None else argv)
     parser = argparse.ArgumentParser(prog='controller', description=__doc__)
-    add_law_arguments(parser)
+    add_watch_argument(add_law_arguments(parser))
     add_fleet_arguments(parser)
     args = parser.parse_args(argv)
-    with ros_process(ros_arguments) as process:
+    with ros_process(ros_arguments) as process, named_output():
         try:
             stepper = build(args, process, FleetNode('controllers'))
+        except StopCall:
+            return 0
         except SetcmasError as error:
             print(f'error: {error}', file=sys.stderr)
             return 2
         if stepper is None:
             return 0
         process.take_signals()  # scripts may have taken them while they were loaded
-        end_stuck_script(process, stepper)
+        end_stuck_script(process, stepper.watch, stepper.stop)
         try:
             with contextlib.suppress(StopCall):
                 stepper.start(process)

@@ -1,0 +1,80 @@
+"""The function that a script must have: found before the script runs, checked afterwards."""
+
+from __future__ import annotations
+
+import ast
+import difflib
+import inspect
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+from setcmas_simu.errors import SetcmasError
+
+Control = Callable[..., Any]
+
+CONTROL = 'control(robotNo, nbRobots, poses, t)'
+"""The function that a control script has."""
+
+
+def check_defines(tree: ast.Module, expected: str, path: Path) -> None:
+    """See that a script gives its function a meaning, as far as can be told without running it.
+
+    Args:
+        tree: The script.
+        expected: The function with its parameters, such as CONTROL.
+        path: The script's file.
+
+    Raises:
+        SetcmasError: It does not.
+    """
+    name = expected.partition('(')[0]
+    if not _may_define(tree, name):
+        raise SetcmasError(
+            f'{path.name} has no function {name}; {_near(tree, name)}expected is {expected}'
+        )
+
+
+def checked_control(control: Any, path: Path) -> Control:
+    """Return a script's `control` if it can be called with four arguments.
+
+    Raises:
+        SetcmasError: It cannot.
+    """
+    if not callable(control):
+        raise SetcmasError(f'{path.name} has no function control; expected is {CONTROL}')
+    try:
+        signature = inspect.signature(control)
+    except (TypeError, ValueError):  # some callables written in C tell nothing of themselves
+        return control  # type: ignore[no-any-return]
+    try:
+        signature.bind(1, 1, None, 0.0)
+    except TypeError as error:
+        raise SetcmasError(
+            f'{path.name}: control{signature} does not take four arguments; expected is {CONTROL}'
+        ) from error
+    return control  # type: ignore[no-any-return]
+
+
+def _may_define(tree: ast.Module, name: str) -> bool:
+    for node in ast.walk(tree):
+        if isinstance(node, (ast.FunctionDef, ast.ClassDef)) and node.name == name:
+            return True
+        if isinstance(node, ast.Name) and node.id == name and isinstance(node.ctx, ast.Store):
+            return True
+        if isinstance(node, (ast.Import, ast.ImportFrom)):
+            names = {alias.asname or alias.name for alias in node.names}
+            if names & {name, '*'}:
+                return True
+    return False
+
+
+def _near(tree: ast.Module, name: str) -> str:
+    """Return a hint at a function of a similar name; empty if there is none."""
+    functions = {
+        node.name.lower(): node for node in tree.body if isinstance(node, ast.FunctionDef)
+    }
+    for near in difflib.get_close_matches(name, functions, n=1):
+        node = functions[near]
+        return f'did you mean {node.name} in line {node.lineno}? '
+    return ''

@@ -1,0 +1,150 @@
+"""The builtins of one robot's script: they know the robot, and import helper modules for it alone.
+
+Scripts keep their state in module globals, so a helper module beside a script is loaded for every
+robot anew, whether the script imports it at its top or inside a function. A module's functions
+take `__import__` from the builtins that the module was run with; giving each robot builtins of
+its own costs a call of the script nothing.
+"""
+
+from __future__ import annotations
+
+import builtins
+import contextlib
+import sys
+import threading
+import types
+from collections.abc import Iterator, Mapping, Sequence
+from importlib.abc import MetaPathFinder
+from importlib.machinery import ModuleSpec, PathFinder, SourceFileLoader
+from pathlib import Path
+from typing import Any
+
+from setcmas_ctrl import rviz_marker, rviz_marker_array
+
+_OWNER = '__setcmas_imports__'
+_DRAWING = {'rviz_marker': rviz_marker, 'rviz_marker_array': rviz_marker_array}
+_LOCK = threading.RLock()
+
+
+def robot_of_frame(frame: types.FrameType) -> int | None:
+    """Return the robot whose script, or helper module of it, a frame runs; None if none."""
+    imports = frame.f_builtins.get(_OWNER)
+    return imports.robot if imports else None
+
+
+def helper_files(module: types.ModuleType) -> list[Path]:
+    """Return the files of the helper modules that a robot's script has imported so far."""
+    imports: ScriptImports = vars(module)['__builtins__'][_OWNER]
+    return imports.files
+
+
+class ScriptImports(MetaPathFinder):
+    """Imports for the script of one robot.
+
+    Attributes:
+        robot: Number of the robot.
+        builtins: What the script is to be run with as its builtins.
+    """
+
+    def __init__(self, folder: Path, robot: int, extras: Mapping[str, Any]) -> None:
+        """Prepare; helper modules are those beside the script.
+
+        Args:
+            folder: The script's folder.
+            robot: Number of the robot.
+            extras: Further names for the builtins.
+        """
+        self.robot = robot
+        self._folder = str(folder)
+        self._modules: dict[str, types.ModuleType] = dict(_DRAWING)
+        self._found: set[str] = set()
+        self._depth = 0
+        self.builtins = {**vars(builtins), **extras, _OWNER: self, '__import__': self._import}
+
+    @property
+    def files(self) -> list[Path]:
+        """The files of the helper modules that have been imported so far."""
+        files = [getattr(self._modules.get(name), '__file__', None) for name in self._found]
+        return [Path(file) for file in files if file]
+
+    def find_spec(
+        self, name: str, path: Sequence[str] | None = None, target: types.ModuleType | None = None
+    ) -> ModuleSpec | None:
+        """Find a module beside the script, or in a package there (called by Python)."""
+        del target
+        if path is not None and name.partition('.')[0] not in self._found:
+            return None
+        spec = PathFinder.find_spec(name, path or [self._folder])
+        if spec is None or (path is None and self._is_mere_folder(spec)):
+            return None
+        if isinstance(spec.loader, SourceFileLoader):
+            spec.loader = _HelperLoader(name, spec.loader.path, self.builtins)
+        self._found.add(name)
+        return spec
+
+    def _is_mere_folder(self, spec: ModuleSpec) -> bool:
+        """Return whether a folder without __init__.py would hide an installed package."""
+        if spec.origin is not None:
+            return False
+        installed = PathFinder.find_spec(spec.name)
+        return installed is not None and installed.origin is not None
+
+    def _import(
+        self,
+        name: str,
+        globals: Mapping[str, object] | None = None,  # noqa: A002 (Python's own names)
+        locals: Mapping[str, object] | None = None,  # noqa: A002
+        fromlist: Sequence[str] | None = (),
+        level: int = 0,
+    ) -> types.ModuleType:
+        root = name.partition('.')[0]
+        if level == 0:
+            module = self._modules.get(name)
+            if module and all(hasattr(module, attribute) for attribute in fromlist or ()):
+                return module if fromlist else self._modules[root]
+            if root not in self._modules and not self._is_helper(root):
+                return builtins.__import__(name, globals, locals, fromlist or (), level)
+        with self._in_sys_modules():
+            return builtins.__import__(name, globals, locals, fromlist or (), level)
+
+    def _is_helper(self, root: str) -> bool:
+        return root not in sys.modules and self.find_spec(root) is not None
+
+    @contextlib.contextmanager
+    def _in_sys_modules(self) -> Iterator[None]:
+        """Let Python's import know this robot's helper modules, and forget them afterwards."""
+        with _LOCK:
+            if self._depth == 0:
+                sys.meta_path.insert(0, self)
+                sys.modules.update(self._modules)
+            self._depth += 1
+            try:
+                yield
+            finally:
+                self._depth -= 1
+                if self._depth == 0:
+                    sys.meta_path.remove(self)
+                    self._take_back()
+
+    def _take_back(self) -> None:
+        for name in [*self._found, *_DRAWING]:
+            module = sys.modules.pop(name, None)
+            if module is not None:
+                self._modules[name] = module
+
+
+class _HelperLoader(SourceFileLoader):
+    """Loads a helper module with the builtins of a robot."""
+
+    def __init__(self, name: str, path: str, robot_builtins: dict[str, Any]) -> None:
+        super().__init__(name, path)
+        self._builtins = robot_builtins
+
+    def get_code(self, fullname: str) -> types.CodeType:
+        # Not from __pycache__: its time stamps are too coarse for files that are being edited.
+        path = self.get_filename(fullname)
+        return self.source_to_code(self.get_data(path), path)
+
+    def exec_module(self, module: types.ModuleType) -> None:
+        module.__dict__['__builtins__'] = self._builtins
+        super().exec_module(module)
