@@ -81,7 +81,8 @@ def apply_settings(tree: ast.Module, settings: Settings, script: str) -> None:
     for name, value in settings.items():
         if name not in known and '*' not in known:
             plain = sorted(name for name, kind in known.items() if kind is None)
-            near = difflib.get_close_matches(name, plain, n=3)
+            lower = {own.lower(): own for own in plain}
+            near = [lower[own] for own in difflib.get_close_matches(name.lower(), lower, n=3)]
             hint = f'did you mean {" or ".join(near)}? ' if near else ''
             raise SetcmasError(
                 f"--set {name}: {script} has no module-level name '{name}'; {hint}"

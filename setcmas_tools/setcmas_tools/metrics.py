@@ -93,7 +93,8 @@ def compute(
     parameters = run_parameters(source)
     script = script_of_run(parameters, algo)
     task = task or task_of(script)
-    goal = references(task, script, max(table.robots)) if task else None
+    settings = parameters.get('set') if algo is None else None
+    goal = references(task, script, max(table.robots), settings) if task else None
     vnom = vnom if vnom is not None else _largest_speed(parameters)
     if isinstance(vnom, bool) or not isinstance(vnom, (int, float)) or not 0 < vnom < math.inf:
         raise SetcmasError(f"vnom '{vnom}' is not a speed above 0 in m/s")

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from setcmas_ctrl.algorithm_loader import ALIASES, builtin_folder, find_script, load_script
 from setcmas_ctrl.script_messages import describe_failure
+from setcmas_ctrl.script_settings import Settings
 from setcmas_simu.errors import SetcmasError
 
 Floats = NDArray[np.float64]
@@ -84,12 +85,20 @@ def task_of(script: Path | None) -> str | None:
     return _BUILT_IN.get(script.stem) if script and is_built_in else None
 
 
-def references(task: str, script: Path | None, nb_robots: int) -> References:
+def references(
+    task: str, script: Path | None, nb_robots: int, settings: Settings | None = None
+) -> References:
     """Return the references of a task, read from module-level names of a script.
 
     They are, named as in the built-in laws: PLACES, or places_of(followers) for any number of
     robots (formation); D (distances); R and W (tracking); WPL, and REACHED if it
     differs from that of nav_wp (waypoints; for the leader of a formation if WPL is there).
+
+    Args:
+        task: One of TASKS.
+        script: The control script.
+        nb_robots: Number of robots.
+        settings: Values that took the place of the script's own in the run (`--set`).
 
     Raises:
         SetcmasError: The task is unknown, or the script is missing or does not define a number.
@@ -103,7 +112,7 @@ def references(task: str, script: Path | None, nb_robots: int) -> References:
             f"task '{task}' has numbers in the control script, which no run.yaml names; "
             'name it with --algo'
         )
-    module = load_script(script, 0)
+    module = load_script(script, 0, settings)
     if task == 'tracking':
         return References(task, radius=_number(module, 'R'), rate=_number(module, 'W'))
     points = reached = None

@@ -11,7 +11,10 @@ import ast
 import tokenize
 from pathlib import Path
 
-from setcmas_ctrl.algorithm_loader import ALIASES, builtin_folder, scripts_in
+from setcmas_ctrl.algorithm_loader import ALIASES, builtin_folder, exercise_folder, scripts_in
+
+FUNCTIONS = ('control', 'ctc')
+"""What a file must define to be listed: a control law, or a triggering condition."""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -22,38 +25,40 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def main(args: argparse.Namespace) -> int:
     """Print the list; returns the exit status."""
     del args
-    _print_scripts('built-in', builtin_folder())
-    _print_scripts('in this folder', Path.cwd())
+    builtins = _summaries(builtin_folder())
+    aliases = {target: f' (also {alias})' for alias, target in ALIASES.items()}
+    _print('built-in', builtins, aliases)
+    _print('exercises, with --exercise', _summaries(exercise_folder()), {})
+    hiding = dict.fromkeys(builtins, ' (goes before the built-in of this name)')
+    _print('in this folder', _summaries(Path.cwd()), hiding)
     return 0
 
 
 def summary_of(path: Path) -> str | None:
-    """Return the first line of a script's docstring; None if it is no control script."""
+    """Return the first line of a script's docstring; None if it is no script of a robot."""
     try:
         with tokenize.open(path) as file:
             tree = ast.parse(file.read())
     except (OSError, SyntaxError, ValueError):
         return '(cannot be read: setcmas ctrl tells why)'
     functions = {node.name for node in tree.body if isinstance(node, ast.FunctionDef)}
-    if 'control' not in functions:
+    if not functions.intersection(FUNCTIONS):
         return None
     return (ast.get_docstring(tree) or '').partition('\n')[0]
 
 
-def _print_scripts(title: str, folder: Path) -> None:
-    summaries = {
+def _summaries(folder: Path) -> dict[str, str]:
+    return {
         path.stem: summary
         for path in scripts_in(folder)
         if (summary := summary_of(path)) is not None
     }
+
+
+def _print(title: str, summaries: dict[str, str], notes: dict[str, str]) -> None:
     print(f'{title}:')
     width = max(map(len, summaries), default=0)
-    builtins = {path.stem for path in scripts_in(builtin_folder())}
     for name, summary in summaries.items():
-        others = [alias for alias, target in ALIASES.items() if target == name]
-        also = f' (also {", ".join(others)})' if others and folder == builtin_folder() else ''
-        if folder != builtin_folder() and name in builtins:
-            also = ' (goes before the built-in of this name)'
-        print(f'  {name:{width}}  {summary}{also}'.rstrip())
+        print(f'  {name:{width}}  {summary}{notes.get(name, "")}'.rstrip())
     if not summaries:
-        print('  none')
+        print('  none: setcmas new my_law writes one')

@@ -47,12 +47,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def main(args: argparse.Namespace) -> int:
     """Run, and write the results; returns the exit status."""
+    threads = set(threading.enumerate())
     with named_output():
         status = _run(args)
         sys.stdout.flush()
-        threads = [thread for thread in threading.enumerate() if not thread.daemon]
-        if len(threads) > 1:  # Python would wait for those that the script has started
-            os._exit(status)
+        if any(not thread.daemon for thread in set(threading.enumerate()) - threads):
+            os._exit(status)  # Python would wait for the threads that the script has started
     return status
 
 

@@ -1,0 +1,87 @@
+"""Write a control script into the current folder, to begin with.
+
+Examples:
+  setcmas new my_law                               a commented law that runs
+  setcmas new my_law --from consensus              a copy of a built-in law
+  setcmas new my_law --from consensus --exercise   the exercise, with its maths left to fill in
+"""
+
+from __future__ import annotations
+
+import argparse
+import keyword
+import re
+from importlib import resources
+from pathlib import Path
+
+from setcmas_ctrl.algorithm_loader import find_script
+from setcmas_simu.errors import SetcmasError
+
+TEMPLATE = 'control_law'
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add the options of the verb."""
+    parser.add_argument('name', metavar='NAME', help='name of the script, such as my_law')
+    parser.add_argument(
+        '--from',
+        dest='source',
+        metavar='LAW',
+        help='copy this control law: a name that --algo accepts, or a path',
+    )
+    parser.add_argument(
+        '--exercise',
+        action='store_true',
+        help='copy the exercise of that name (without --from: of the same name)',
+    )
+
+
+def main(args: argparse.Namespace) -> int:
+    """Write the script and say what to do next; returns the exit status."""
+    target = new_file(args.name)
+    if args.source or args.exercise:
+        source = find_script(args.source or target.stem, args.exercise)
+    else:
+        source = Path(str(resources.files('setcmas_ctrl') / 'templates' / f'{TEMPLATE}.py'))
+    write(target, source.read_bytes())
+    print(f'{target} is yours to edit; then')
+    print(f'    {next_command(target.stem, source.stem)}')
+    return 0
+
+
+def new_file(name: str) -> Path:
+    """Return the script's file in the current folder, which does not exist yet.
+
+    Raises:
+        SetcmasError: It exists, or the name is none that Python can import.
+    """
+    stem = name.removesuffix('.py')
+    if not stem.isidentifier() or keyword.iskeyword(stem):
+        near = re.sub(r'\W|^(?=\d)', '_', stem)
+        raise SetcmasError(
+            f"'{name}' cannot be the name of a script; accepted are letters, digits and _, "
+            f'such as {near if near.isidentifier() and not keyword.iskeyword(near) else "my_law"}'
+        )
+    return Path(f'{stem}.py')
+
+
+def write(target: Path, content: bytes) -> None:
+    """Write a file that must not exist yet.
+
+    Raises:
+        SetcmasError: It exists, or cannot be written.
+    """
+    try:
+        with target.open('xb') as file:
+            file.write(content)
+    except FileExistsError:
+        raise SetcmasError(f"'{target}' exists already and is kept; choose another name") from None
+    except OSError as error:
+        raise SetcmasError(f"'{target}' cannot be written: {error.strerror}") from error
+
+
+def next_command(stem: str, source: str) -> str:
+    """Return the command that tries a script written from a source."""
+    if source == 'ctc':
+        return f'setcmas run --algo consensus --nb-robots 8 --event-triggered --ctc {stem}'
+    return f'setcmas run --algo {stem} --nb-robots 5'

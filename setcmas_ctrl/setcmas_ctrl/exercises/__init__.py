@@ -1,0 +1,1 @@
+"""Exercises: control laws whose maths is left to fill in (`--exercise`)."""

@@ -1,0 +1,38 @@
+"""Exercise: trajectory tracking. Each robot is to follow a point that goes round a circle.
+
+Goal
+    The reference r(t) = R (cos(W t), sin(W t)) moves. Keep the robot's position p on it: a robot
+    that only runs after the point (proportional control) stays behind for ever.
+
+Formulas to implement
+    r(t) = R (cos(W t), sin(W t))                           (TODO 1)
+    dr/dt, by hand on paper first                           (TODO 2)
+    v = KP (r - p) + dr/dt                                  (TODO 3)
+
+What to observe
+    1. Run with v = KP (r - p) alone. How far behind does the robot stay? Theory says |dr/dt| / KP.
+    2. Add dr/dt (feedforward). What is left of the error, and where does it come from?
+    3. Let the point go faster (--set W=0.4). Which speed can the robot no longer follow?
+
+Commands
+    setcmas new my_tracking --from traj_tracking --exercise     a copy of this file to edit
+    setcmas run --algo my_tracking --pose 1:2,0,1.57 --duration 60
+    setcmas metrics DIR --task tracking                         the error, over the last half
+"""
+
+import numpy as np
+import rviz_marker_array
+
+R = 2.0  # radius of the circle (m)
+W = 0.2  # angular rate along the circle (rad/s)
+KP = 0.8  # gain (1/s)
+
+
+def control(robotNo, nbRobots, poses, t):
+    """Return the velocity (vx, vy) in m/s that keeps the robot on the reference."""
+    p = poses[:2, robotNo - 1]  # position of this robot (m)
+    r = np.array([R, 0.0])  # TODO 1: where is the reference at time t?
+    rviz_marker_array.publish_marker(r[0], r[1], 0, robotNo, [1, 1, 0], 0.1, 'traj_ref')
+    r_dot = np.zeros(2)  # TODO 2: how fast does it move?
+    v = np.zeros(2)  # TODO 3: choose v
+    return v[0], v[1]

@@ -1,0 +1,1 @@
+"""What `setcmas new` writes."""
