@@ -92,6 +92,12 @@ def compile_script(
         code = compile(tree, str(path), 'exec')
     except OSError as error:
         raise SetcmasError(f"control script '{path}' cannot be read: {error.strerror}") from error
+    except UnicodeDecodeError as error:
+        raise SetcmasError(
+            f'{path.name} is not written in {error.encoding} '
+            f'(byte {error.object[error.start]:#x}); save it as UTF-8, or name its encoding in '
+            'its first line, such as # -*- coding: latin-1 -*-'
+        ) from error
     except (SyntaxError, ValueError) as error:
         raise SetcmasError(describe_failure(error, path)) from error
     check_defines(tree, expected, path)

@@ -32,14 +32,18 @@ def parse_pose_option(text: str) -> tuple[int, Pose]:
     return int(number), _pose(values.split(','), f"--pose '{text}'")
 
 
-def load_poses(path: Path) -> dict[int, Pose]:
+def load_poses(path: Path, nb_robots: int = 1) -> dict[int, Pose]:
     """Return the start poses in a YAML file, by robot.
 
     The file is a list with a pose for each robot from 1, or a mapping from robots (`3` or
     `tb3_3`) to poses. A pose is a list of x, y (m) and theta (rad).
 
+    Args:
+        path: The file.
+        nb_robots: Size of the fleet: a list must have a pose for each of its robots.
+
     Raises:
-        SetcmasError: The file cannot be read or has another form.
+        SetcmasError: The file cannot be read, has another form, or has too few poses.
     """
     try:
         content = yaml.safe_load(path.read_text(encoding='utf-8'))
@@ -49,6 +53,12 @@ def load_poses(path: Path) -> dict[int, Pose]:
         reason = ' '.join(str(error).split())
         raise SetcmasError(f"poses file '{path}' is not valid YAML: {reason}") from error
     if isinstance(content, list):
+        if 0 < len(content) < nb_robots:
+            raise SetcmasError(
+                f"poses file '{path}' has {len(content)} poses; the fleet has {nb_robots} robots "
+                '(to place only some of them, write robots before the poses, such as '
+                "'3: [1, 2, 0]')"
+            )
         content = dict(enumerate(content, start=1))
     if not isinstance(content, dict) or not content:
         raise SetcmasError(
@@ -72,7 +82,7 @@ def chosen_start_poses(
     Raises:
         SetcmasError: A pose is malformed, or for a robot that is not in the fleet.
     """
-    chosen = load_poses(poses_file) if poses_file else {}
+    chosen = load_poses(poses_file, nb_robots) if poses_file else {}
     # A file may serve fleets of several sizes; a pose typed for a missing robot is a mistake.
     chosen = {robot: pose for robot, pose in chosen.items() if robot <= nb_robots}
     for text in pose_options or []:

@@ -64,3 +64,12 @@ def test_single_poses_go_before_the_file_and_the_file_before_defaults(tmp_path):
 def test_a_pose_for_a_robot_outside_the_fleet_is_refused():
     with pytest.raises(SetcmasError, match='robots 1 to 3'):
         chosen_start_poses(3, None, ['4:0,0,0'])
+
+
+def test_a_list_that_is_shorter_than_the_fleet_is_refused(tmp_path):
+    path = tmp_path / 'poses.yaml'
+    path.write_text('[[1, 1, 1], [2, 2, 2]]')
+
+    with pytest.raises(SetcmasError, match=r'has 2 poses; the fleet has 3 robots'):
+        chosen_start_poses(3, path)
+    assert chosen_start_poses(1, path).shape == (3, 1)

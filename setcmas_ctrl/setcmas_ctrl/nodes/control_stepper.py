@@ -64,7 +64,7 @@ class ControlStepper:
         self._failed = False
         self._has_laws = True
         self.watch = watch
-        self._started = 0.0
+        self._started: float | None = None  # set by the first step
         self._stepped = 0.0
         self._next_graph_check = 0.0
         self._unheard: set[int] = set()
@@ -98,7 +98,7 @@ class ControlStepper:
             f'{CONTROL_STARTED} {robots} with {self._controllers[0].law.path.stem} '
             f'at {1 / self._period:g} Hz; Ctrl-C stops'
         )
-        self._started = self._stepped = time.monotonic()
+        self._stepped = time.monotonic()
         self._step()
 
     def _fall_in_step(self, process: RosProcess) -> None:
@@ -125,7 +125,7 @@ class ControlStepper:
         self._has_laws = laws != []
         for controller, law in zip(self._controllers, laws, strict=False):
             controller.law = law
-        self._started = time.monotonic()
+        self._started = None
 
     def stop(self) -> None:
         """Command zero to every robot, and say what was counted meanwhile."""
@@ -141,6 +141,7 @@ class ControlStepper:
 
     def _step(self) -> None:
         now = time.monotonic()
+        self._started = now if self._started is None else self._started
         # Odometry cannot come in while a step takes its time.
         self._notice_lost_odometry(POSE_TIMEOUT_S + now - self._stepped)
         with self.watch.step(len(self._controllers)):

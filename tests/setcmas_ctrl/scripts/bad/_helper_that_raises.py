@@ -1,0 +1,2 @@
+def value_of(name):
+    return {}[name]

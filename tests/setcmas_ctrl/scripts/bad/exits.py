@@ -1,0 +1,6 @@
+# run: exits.py, line 6: SystemExit: the script ended itself with exit()
+import sys
+
+
+def control(robotNo, nbRobots, poses, t):
+    sys.exit()

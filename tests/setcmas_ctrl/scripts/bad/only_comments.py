@@ -1,0 +1,1 @@
+# load: only_comments.py has no function control; expected is

@@ -1,0 +1,3 @@
+# run: recursion.py, line 3: RecursionError: maximum recursion depth exceeded
+def control(robotNo, nbRobots, poses, t):
+    return control(robotNo, nbRobots, poses, t)

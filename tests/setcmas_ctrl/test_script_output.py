@@ -1,0 +1,91 @@
+import sys
+import textwrap
+
+from setcmas_ctrl.algorithm_loader import load_control
+from setcmas_ctrl.script_output import named_output
+
+
+def law(tmp_path, body, robot=2, top=''):
+    path = tmp_path / 'law.py'
+    body = textwrap.indent(textwrap.dedent(body), '    ')
+    path.write_text(f'{top}\ndef control(i, n, p, t):\n{body}\n    return 0, 0\n')
+    return load_control(path, robot)
+
+
+def test_what_a_script_prints_has_its_robots_name_before_every_line(tmp_path, capsys):
+    with named_output():
+        control = law(tmp_path, 'print("call", i)\nprint("a\\n\\nb")', top='print("loaded")')
+        control(2, 2, None, 0.0)
+        print('of somebody else')
+
+    expected = 'tb3_2: loaded\ntb3_2: call 2\ntb3_2: a\ntb3_2: \ntb3_2: b\nof somebody else\n'
+    assert capsys.readouterr().out == expected
+
+
+def test_pieces_of_a_line_are_put_together_and_the_last_line_ends(tmp_path, capsys):
+    body = """
+    import sys
+    sys.stdout.write(f'{t} ')
+    print(i, end='', flush=True)
+    sys.stderr.write('to stderr')
+    if t:
+        print(' end')
+        print('rest', end='')
+    """
+    with named_output():
+        first, second = (law(tmp_path, body, robot) for robot in (1, 2))
+        for t in (0, 1):
+            first(1, 2, None, t)
+            second(2, 2, None, t)
+
+    captured = capsys.readouterr()
+    assert captured.out.splitlines() == [
+        'tb3_1: 0 11 1 end',
+        'tb3_2: 0 21 2 end',
+        'tb3_1: rest',
+        'tb3_2: rest',
+    ]
+    assert captured.err == 'tb3_1: to stderrto stderr\ntb3_2: to stderrto stderr\n'
+
+
+def test_threads_of_scripts_do_not_mix_their_lines(tmp_path, capsys):
+    body = """
+    def work():
+        for k in range(200):
+            print('line', end=' ')
+            print(k)
+    import threading
+    threads.append(threading.Thread(target=work))
+    threads[-1].start()
+    """
+    threads = []
+    with named_output():
+        for robot in (1, 2, 3):
+            control = law(tmp_path, body, robot, top='threads = []')
+            control(robot, 3, None, 0.0)
+            threads += control.__globals__['threads']
+        for thread in threads:
+            thread.join()
+
+    lines = capsys.readouterr().out.splitlines()
+    for robot in (1, 2, 3):
+        mine = [line for line in lines if line.startswith(f'tb3_{robot}: ')]
+        assert mine == [f'tb3_{robot}: line {k}' for k in range(200)]
+    assert len(lines) == 600
+
+
+def test_the_stream_is_as_before_afterwards_and_has_all_that_it_had_meanwhile(capsys):
+    before = sys.stdout
+    with named_output():
+        assert sys.stdout.encoding == before.encoding
+        assert sys.stdout.isatty() is False
+        sys.stdout.writelines(['a', 'b\n'])
+    assert sys.stdout is before
+    assert capsys.readouterr().out == 'ab\n'
+
+
+def test_inside_another_naming_the_name_comes_once(tmp_path, capsys):
+    with named_output(), named_output():
+        law(tmp_path, 'print("x")')(2, 2, None, 0.0)
+
+    assert capsys.readouterr().out == 'tb3_2: x\n'

@@ -1,0 +1,95 @@
+"""`--watch`: files are edited while a fleet runs."""
+
+import time
+from pathlib import Path
+
+import pytest
+from processes import CTRL, SIMU
+
+pytest.importorskip('rclpy')
+
+from ros_peer import position, velocity
+from std_msgs.msg import Bool
+
+LAW = """
+import gain_of_watched
+calls = 0
+print('loaded')
+def control(robotNo, nbRobots, poses, t):
+    global calls
+    calls += 1
+    if calls == 1:
+        print(f'first call at t = {t:g}')
+    return gain_of_watched.V, SPEED
+"""
+
+
+def save(path: Path, text: str) -> None:
+    """Save as editors do: into another file, which then takes the name."""
+    other = path.with_suffix('.swp')
+    other.write_text(text)
+    other.replace(path)
+
+
+def test_the_newest_version_controls_the_robots(start, peer, tmp_path):
+    law, helper = tmp_path / 'law.py', tmp_path / 'gain_of_watched.py'
+    helper.write_text('V = 0.1\n')
+    law.write_text(LAW.replace('SPEED', '0.0'))
+    start(*SIMU, '--nb-robots', '2', '--cmd-timeout', '1').wait_for_output('simulating')
+    odometry = peer.odometry(2)
+    commands = [peer.cmd_cart_vel(robot) for robot in (1, 2)]
+    process = start(*CTRL, '--algo', str(law), '--watch')
+
+    def wait_for_velocity(vx, vy):
+        peer.wait_for(
+            lambda: all(c and (c[-1].x, c[-1].y) == pytest.approx((vx, vy)) for c in commands)
+        )
+
+    wait_for_velocity(0.1, 0)
+    before = position(odometry[-1])
+    saved = time.time()
+    save(law, LAW.replace('SPEED', '0.2'))
+    wait_for_velocity(0.1, 0.2)
+    assert process.output().count('tb3_2: first call at t = 0\n') == 2
+    assert 'is loaded again for robots 1-2; t = 0' in process.output()
+    assert abs(position(odometry[-1])[0] - before[0]) < 0.2 * (time.time() - saved) + 0.2
+
+    helper.write_text('V = 0.05\n')
+    wait_for_velocity(0.05, 0.2)
+
+    save(law, LAW.replace('SPEED', '0.2').replace('return', 'retrun'))
+    wait_for_velocity(0, 0)
+    peer.wait_for(lambda: velocity(odometry[-1].twist)[0] == 0)
+    message = process.wait_for_output('law.py was saved with a mistake')
+    assert 'law.py, line 10: SyntaxError' in message
+    save(law, LAW.replace('SPEED', '1 / (robotNo - 2)'))
+    process.wait_for_output('tb3_2 at t = 0.0 s: law.py, line 10: ZeroDivisionError')
+    assert 'tb3_1 at t' not in process.output()
+
+    save(law, LAW.replace('SPEED', '[0 for _ in iter(int, 1)]'))  # for ever
+    process.wait_for_output('control has not returned for 2 s')
+    save(law, LAW.replace('SPEED', '0.1'))
+    wait_for_velocity(0.05, 0.1)
+    assert process.end() == 1  # an earlier version failed
+    assert 'Traceback' not in process.output()
+
+
+def test_in_an_experiment_it_waits_for_the_pause(start, peer, tmp_path):
+    law = tmp_path / 'law.py'
+    law.write_text('def control(i, n, p, t):\n    return 0.1, 0\n')
+    start(*SIMU, '--nb-robots', '1')
+    command = peer.cmd_cart_vel(1)
+    process = start(*CTRL, '--algo', str(law), '--watch')
+    paused = peer.publisher(Bool, '/paused')
+    state = Bool(data=False)
+    peer.node.create_timer(0.1, lambda: paused.publish(state))
+    peer.wait_for(lambda: command)
+    peer.spin(0.3)
+
+    save(law, 'def control(i, n, p, t):\n    return 0.2, 0\n')
+    peer.wait_for(lambda: 'the new one is loaded when you pause' in process.output())
+    peer.wait_for_new(command, 5)
+    assert command[-1].x == pytest.approx(0.1)
+
+    state.data = True
+    peer.wait_for(lambda: command[-1].x == pytest.approx(0.2))
