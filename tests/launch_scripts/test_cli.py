@@ -75,6 +75,13 @@ def test_help_imports_neither_ros_nor_matplotlib_nor_numpy():
         (('ctrl',), 'required: --algo'),
         (('ctrl', '--algo', 'consensu'), 'did you mean consensus'),
         (('ctrl', '--algo', 'consensus', '--vnom', '0'), "'0' is not a number above 0"),
+        (('ctrl', '--algo', 'consensus', '--set', 'K'), "--set 'K' is not understood"),
+        (
+            ('ctrl', '--algo', 'consensus', '--set', 'k=1'),
+            "no module-level name 'k'; did you mean K",
+        ),
+        (('run', '--algo', 'consensus', '--set', 'K=fast'), "'fast' is a text.*is a number"),
+        (('offline', '--algo', 'consensus', '--watch'), "'--watch' is not accepted"),
         (('run', '--algo', 'nothing_like_it'), "'nothing_like_it' was not found"),
         (('run', '--algo', 'consensus', '--duration', 'inf'), "'inf' is not a number above 0"),
         (('bag_to_csv', 'no_bag'), 'no_bag'),
@@ -110,6 +117,8 @@ def test_list_shows_built_in_laws_and_those_of_the_folder(tmp_path):
 
     assert any('nav_wp' in line and 'wp_nav' in line for line in lines)
     assert any(line.split() == ['mine', 'Turns', 'round.'] for line in lines)
+    assert 'exercises, with --exercise:' in lines
+    assert any(line.startswith('  ctc ') for line in lines)
     assert any('broken' in line and 'cannot be read' in line for line in lines)
     assert not any('helper' in line for line in lines)
 

@@ -140,3 +140,42 @@ def test_an_earlier_run_is_kept_unless_it_is_to_be_replaced(tmp_path):
 
     assert run_setcmas('offline', *arguments, cwd=tmp_path).returncode == 2
     offline(tmp_path, *arguments, '--overwrite')
+
+
+def test_settings_and_an_exercise_reach_the_engine(tmp_path):
+    options = ('--nb-robots', '3', '--duration', '5')
+    offline(tmp_path, '--algo', 'consensus', *options, '--set', 'K=2e-1', '--output', 'set')
+    expected = simulate('consensus', 3, 5, settings={'K': 0.2})
+    offline(tmp_path, '--algo', 'consensus', *options, '--exercise', '--output', 'exercise')
+
+    assert read_csv(tmp_path / 'set' / 'csv' / 'fleet.csv').x == pytest.approx(
+        expected.table.x, abs=1e-8
+    )
+    record = yaml.safe_load((tmp_path / 'set' / 'run.yaml').read_text())
+    assert record['parameters']['set'] == {'K': 0.2}
+    table = read_csv(tmp_path / 'exercise' / 'csv' / 'fleet.csv')
+    assert (table.v == 0).all()
+
+
+def test_the_task_is_measured_with_the_settings_of_the_run(tmp_path):
+    arguments = ('--algo', 'traj_tracking', '--duration', '60', '--pose', '1:1,0,1.57')
+    offline(tmp_path, *arguments, '--set', 'R=1.0', '--output', 'out')
+
+    result = run_setcmas('metrics', 'out', cwd=tmp_path)
+
+    metrics = yaml.safe_load((tmp_path / 'out' / 'metrics.yaml').read_text())
+    assert result.returncode == 0
+    assert metrics['tracking']['fleet_tracking_error_rms_m'] < 0.1
+
+
+def test_a_thread_of_a_script_does_not_keep_the_command_from_ending(tmp_path):
+    (tmp_path / 'law.py').write_text(
+        'import threading, time\ndef work():\n    while True:\n'
+        '        print("still here")\n        time.sleep(0.01)\n'
+        'threading.Thread(target=work).start()\n'
+        'def control(i, n, p, t):\n    return 0.1, 0\n'
+    )
+    result = offline(tmp_path, '--algo', 'law', '--duration', '1', '--output', 'out')
+
+    assert 'times real time' in result.stdout
+    assert result.stdout.count('still here') == result.stdout.count('tb3_1: still here\n') > 0

@@ -201,3 +201,23 @@ def test_a_run_that_a_script_ends_with_status_2_is_kept_and_told(start, tmp_path
     assert process.wait() == 2
     assert 'ended by itself with exit status 2' in process.output()
     assert table(tmp_path / 'out' / 'csv' / 'fleet.csv')
+
+
+def test_a_gain_of_the_command_line_and_a_script_that_is_edited_meanwhile(start, tmp_path):
+    law = tmp_path / 'law.py'
+    text = 'V = 0.1\nprint("loaded", V)\ndef control(i, n, p, t):\n    return V, 0\n'
+    law.write_text(text)
+    process = start(
+        *SETCMAS, 'run', '--algo', 'law', '--nb-robots', '2', '--set', 'V=2e-1', '--watch',
+        '--duration', '5', '--output', 'out', cwd=tmp_path,
+    )  # fmt: skip
+    process.wait_for_output('[ctrl] tb3_2: loaded 0.2\n')
+    process.wait_for_output('[ctrl] controlling')
+    law.write_text(text.replace('V, 0', '-V, 0'))
+    process.wait_for_output('law.py was saved and is loaded again for robots 1-2')
+
+    assert process.wait() == 0, process.output()
+    record = yaml.safe_load((tmp_path / 'out' / 'run.yaml').read_text())
+    assert record['parameters']['set'] == {'V': 0.2}
+    commands = table_of_text(tmp_path / 'out' / 'csv' / 'tb3_1_cmd_cart_vel.csv')
+    assert {round(float(row['x']), 3) for row in commands} == {0.2, -0.2}
