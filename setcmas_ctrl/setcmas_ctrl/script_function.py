@@ -36,13 +36,19 @@ def check_defines(tree: ast.Module, expected: str, path: Path) -> None:
 
 
 def checked_control(control: Any, path: Path) -> Control:
-    """Return a script's `control` if it can be called with four arguments.
+    """Return a script's `control` if it is a function of four arguments.
 
     Raises:
         SetcmasError: It cannot.
     """
     if not callable(control):
         raise SetcmasError(f'{path.name} has no function control; expected is {CONTROL}')
+    if inspect.isgeneratorfunction(control) or inspect.iscoroutinefunction(control):
+        kind = 'has a yield' if inspect.isgeneratorfunction(control) else 'is async'
+        raise SetcmasError(
+            f'{path.name}: control {kind}; expected is a plain function that ends with '
+            'return vx, vy'
+        )
     try:
         signature = inspect.signature(control)
     except (TypeError, ValueError):  # some callables written in C tell nothing of themselves
@@ -58,7 +64,10 @@ def checked_control(control: Any, path: Path) -> Control:
 
 def _may_define(tree: ast.Module, name: str) -> bool:
     for node in ast.walk(tree):
-        if isinstance(node, (ast.FunctionDef, ast.ClassDef)) and node.name == name:
+        if (
+            isinstance(node, (ast.FunctionDef, ast.AsyncFunctionDef, ast.ClassDef))
+            and node.name == name
+        ):
             return True
         if isinstance(node, ast.Name) and node.id == name and isinstance(node.ctx, ast.Store):
             return True

@@ -37,7 +37,9 @@ def places_in(
     return [
         (Path(frame.f_code.co_filename), line)
         for frame, line in frames
-        if frame.f_code.co_filename == str(path) or robot_of_frame(frame) is not None
+        if frame.f_code.co_filename == str(path)
+        # Code that a script makes of texts has no file.
+        or (robot_of_frame(frame) is not None and not frame.f_code.co_filename.startswith('<'))
     ]
 
 

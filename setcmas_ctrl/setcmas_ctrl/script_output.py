@@ -10,11 +10,14 @@ from __future__ import annotations
 import contextlib
 import sys
 import threading
+import traceback
 from collections import defaultdict
 from collections.abc import Iterable, Iterator
+from pathlib import Path
 from typing import IO, Any, cast
 
 from setcmas_ctrl.script_imports import robot_of_frame
+from setcmas_ctrl.script_messages import describe_failure
 from setcmas_simu.topics import robot_name
 
 _LONGEST_LINE = 16 * 1024
@@ -61,6 +64,9 @@ class ScriptOutput:
         for text in texts:
             self.write(text)
 
+    def close(self) -> None:
+        """Stay open: a script that closes its output is not alone with it."""
+
     def end_lines(self) -> None:
         """Write the beginnings of lines that are still without an end."""
         with self._lock:
@@ -88,9 +94,23 @@ def _writing_robot() -> int | None:
     return None
 
 
+def _tell_thread_failure(failure: threading.ExceptHookArgs) -> None:
+    """Tell in one message that a thread has failed, and of which robot it is (if of one)."""
+    error = failure.exc_value
+    frames = [frame for frame, _ in traceback.walk_tb(failure.exc_traceback)]
+    ours = [frame for frame in frames if robot_of_frame(frame) is not None]
+    if error is None or not ours:
+        threading.__excepthook__(failure)
+    elif not isinstance(error, SystemExit):
+        message = describe_failure(error, Path(ours[0].f_code.co_filename))
+        name = robot_name(robot_of_frame(ours[0]) or 0)
+        print(f'{name}: a thread of the script failed: {message}', file=sys.stderr, flush=True)
+
+
 @contextlib.contextmanager
 def named_output() -> Iterator[None]:
-    """Put the robot's name before what scripts print inside."""
+    """Put the robot's name before what scripts print, or their threads fail with, inside."""
+    hook, threading.excepthook = threading.excepthook, _tell_thread_failure
     stdout, stderr = ScriptOutput(sys.stdout), ScriptOutput(sys.stderr)
     with (
         contextlib.redirect_stdout(cast(IO[str], stdout)),
@@ -99,5 +119,6 @@ def named_output() -> Iterator[None]:
         try:
             yield
         finally:
+            threading.excepthook = hook
             stdout.end_lines()
             stderr.end_lines()

@@ -71,6 +71,7 @@ def test_the_script_cannot_change_the_poses_of_others(tmp_path):
     [
         ('return 1 / 0', r'law\.py, line 3: ZeroDivisionError.*\n    3 \| return 1 / 0'),
         ('raise SystemExit', 'line 3: SystemExit'),
+        ('exec("1 / 0")', r'line 3: ZeroDivisionError.*\n    3 \| exec'),
         ('return poses[7]', 'line 3: IndexError'),
         ('return None', r'returned None.*expected are two finite numbers.*\n    2 \| def control'),
         ('return control(i, n, poses, t)', 'line 3: RecursionError'),
