@@ -69,14 +69,14 @@ def find_script(name: str, exercise: bool = False) -> Path:
 
 
 def compile_script(
-    path: Path, settings: Settings | None = None, expected: str = CONTROL
+    path: Path, expected: str = CONTROL, settings: Settings | None = None
 ) -> types.CodeType:
     """Compile a script without running it, and see that it gives its function a meaning.
 
     Args:
         path: The script.
-        settings: Values to take the place of the script's own (`--set`).
         expected: The function that it must have, with its parameters.
+        settings: Values to take the place of the script's own (`--set`).
 
     Raises:
         SetcmasError: It cannot be read, has a syntax error, does not have the function, or does
@@ -118,7 +118,7 @@ def load_control(path: Path, robot: int) -> Control:
 
 
 def load_script(
-    path: Path, robot: int, settings: Settings | None = None, expected: str = CONTROL
+    path: Path, robot: int, expected: str = CONTROL, settings: Settings | None = None
 ) -> types.ModuleType:
     """Run a script in a fresh module for one robot and return the module.
 
@@ -128,14 +128,14 @@ def load_script(
     Args:
         path: The script.
         robot: Number of the robot.
-        settings: Values to take the place of the script's own (`--set`).
         expected: The function that it must have, with its parameters.
+        settings: Values to take the place of the script's own (`--set`).
 
     Raises:
         SetcmasError: The script cannot be read, or fails while it is loaded.
     """
     settings = settings or {}
-    code = compile_script(path, settings, expected)
+    code = compile_script(path, expected, settings)
 
     def setting(name: str, own: Any) -> Any:
         return converted(name, own, settings[name], path.name)

@@ -54,7 +54,7 @@ class ControlLaw:
         self.path = path
         self.robot = robot
         self._nb_robots = nb_robots
-        self._module = load_script(path, robot, settings)
+        self._module = load_script(path, robot, settings=settings)
         self._control = checked_control(vars(self._module).get('control'), path)
 
     @property

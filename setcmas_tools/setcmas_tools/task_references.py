@@ -112,7 +112,7 @@ def references(
             f"task '{task}' has numbers in the control script, which no run.yaml names; "
             'name it with --algo'
         )
-    module = load_script(script, 0, settings)
+    module = load_script(script, 0, settings=settings)
     if task == 'tracking':
         return References(task, radius=_number(module, 'R'), rate=_number(module, 'W'))
     points = reached = None

@@ -35,7 +35,7 @@ def load(tmp_path):
     (tmp_path / 'names_to_set.py').write_text('STARRED = 1\n')
     path = tmp_path / 'law.py'
     path.write_text(textwrap.dedent(SCRIPT))
-    return lambda *texts: load_script(path, 1, parse_settings(texts))
+    return lambda *texts: load_script(path, 1, settings=parse_settings(texts))
 
 
 @pytest.mark.parametrize(
@@ -89,7 +89,7 @@ def test_robots_do_not_share_a_value(tmp_path):
     path = tmp_path / 'law.py'
     path.write_text('WPL = []\ndef control(i, n, p, t):\n    return 0, 0\n')
     settings = parse_settings(['WPL=[1]'])
-    first, second = (load_script(path, robot, settings) for robot in (1, 2))
+    first, second = (load_script(path, robot, settings=settings) for robot in (1, 2))
     first.WPL.append(2)
 
     assert second.WPL == [1]
@@ -131,4 +131,4 @@ def test_literals_are_compared_before_the_script_runs(tmp_path):
     path.write_text('K = 0.5\nraise SystemExit\ndef control(i, n, p, t):\n    return 0, 0\n')
 
     with pytest.raises(SetcmasError, match='accepted is a number'):
-        compile_script(path, {'K': 'fast'})
+        compile_script(path, settings={'K': 'fast'})

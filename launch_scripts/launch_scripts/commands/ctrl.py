@@ -49,7 +49,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def main(args: argparse.Namespace) -> int:
     """Control until Ctrl-C; returns the exit status."""
     script = find_script(args.algo, args.exercise)
-    compile_script(script, parse_settings(args.set))  # mistakes are told before anything starts
+    # Mistakes are told before anything starts.
+    compile_script(script, settings=parse_settings(args.set))
     if args.robots:
         parse_robots(args.robots)
     require_ros()

@@ -66,7 +66,7 @@ def _run(args: argparse.Namespace) -> int:
 
     script = find_script(args.algo, args.exercise)
     settings = parse_settings(args.set)
-    compile_script(script, settings)
+    compile_script(script, settings=settings)
     folder = RunFolder(output_folder(args, script))
     folder.check(args.overwrite)
     begin = time.perf_counter()

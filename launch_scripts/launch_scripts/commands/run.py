@@ -47,7 +47,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def main(args: argparse.Namespace) -> int:
     """Do the whole job; returns the exit status."""
     script = find_script(args.algo, args.exercise)
-    compile_script(script, parse_settings(args.set))  # mistakes are told before anything starts
+    # Mistakes are told before anything starts.
+    compile_script(script, settings=parse_settings(args.set))
     args.robots = None
     simulated_robots(args)
     folder = RunFolder(output_folder(args, script))

@@ -107,7 +107,7 @@ def build(args: argparse.Namespace, process: RosProcess, node: FleetNode) -> Con
         SetcmasError: The script cannot be loaded, or options contradict each other.
     """
     path = find_script(args.algo, args.exercise)
-    compile_script(path, parse_settings(args.set))
+    compile_script(path, settings=parse_settings(args.set))
     process.add(node)
     nb_robots = args.nb_robots or wait_for_fleet(process, node)
     if not nb_robots:
