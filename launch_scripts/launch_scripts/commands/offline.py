@@ -17,12 +17,11 @@ import sys
 import threading
 import time
 from collections.abc import Mapping
-from contextlib import redirect_stderr, redirect_stdout
-from typing import TYPE_CHECKING, Any, TextIO, cast
+from typing import TYPE_CHECKING, Any
 
 from tqdm import tqdm
-from tqdm.contrib import DummyTqdmFile
 
+from launch_scripts.above_bar import output_above_bar
 from launch_scripts.output_lines import warn
 from launch_scripts.run_folder import RunFolder
 from launch_scripts.run_options import add_run_arguments, output_folder, parameters
@@ -104,9 +103,7 @@ def _simulate(args: argparse.Namespace, script: str, settings: Mapping[str, Any]
 
     with (
         tqdm(total=args.duration, desc='running', bar_format=_BAR, disable=None) as bar,
-        # What scripts print, and messages about them, stand above the bar.
-        redirect_stdout(cast(TextIO, DummyTqdmFile(sys.stdout))),
-        redirect_stderr(cast(TextIO, DummyTqdmFile(sys.stderr))),
+        output_above_bar(),
     ):
         return simulate(
             script,
