@@ -31,6 +31,7 @@ def test_a_law_or_an_exercise_is_copied(tmp_path, arguments, source):
 
 
 def test_an_exercise_may_keep_its_name(tmp_path):
+    (tmp_path / 'wp_nav.py').touch()
     assert run_setcmas('new', 'nav_wp', '--exercise', cwd=tmp_path).returncode == 0
     assert (tmp_path / 'nav_wp.py').read_bytes() == (exercise_folder() / 'nav_wp.py').read_bytes()
 
@@ -49,7 +50,7 @@ def test_the_triggering_condition_is_told_with_its_own_command(tmp_path):
         (('class',), "'class' cannot be the name of a script"),
         (('../law',), 'cannot be the name of a script'),
         (('law', '--from', 'consensu'), 'did you mean consensus'),
-        (('law', '--exercise'), "'law' was not found"),
+        (('law', '--exercise'), "there is no exercise 'law'; accepted are consensus, ctc"),
     ],
 )
 def test_mistakes_are_told_in_one_line_and_nothing_is_written(tmp_path, arguments, message):

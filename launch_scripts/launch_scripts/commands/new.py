@@ -14,7 +14,7 @@ import re
 from importlib import resources
 from pathlib import Path
 
-from setcmas_ctrl.algorithm_loader import find_script
+from setcmas_ctrl.algorithm_loader import ALIASES, exercise_folder, find_script, scripts_in
 from setcmas_simu.errors import SetcmasError
 
 TEMPLATE = 'control_law'
@@ -39,8 +39,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def main(args: argparse.Namespace) -> int:
     """Write the script and say what to do next; returns the exit status."""
     target = new_file(args.name)
-    if args.source or args.exercise:
-        source = find_script(args.source or target.stem, args.exercise)
+    if args.exercise:
+        source = exercise(args.source or target.stem)
+    elif args.source:
+        source = find_script(args.source)
     else:
         source = Path(str(resources.files('setcmas_ctrl') / 'templates' / f'{TEMPLATE}.py'))
     write(target, source.read_bytes())
@@ -63,6 +65,19 @@ def new_file(name: str) -> Path:
             f'such as {near if near.isidentifier() and not keyword.iskeyword(near) else "my_law"}'
         )
     return Path(f'{stem}.py')
+
+
+def exercise(name: str) -> Path:
+    """Return an exercise as it was, whatever scripts of its name the user has.
+
+    Raises:
+        SetcmasError: There is none of that name.
+    """
+    exercises = {path.stem: path for path in scripts_in(exercise_folder())}
+    stem = ALIASES.get(name, name).replace('-', '_')
+    if stem not in exercises:
+        raise SetcmasError(f"there is no exercise '{name}'; accepted are {', '.join(exercises)}")
+    return exercises[stem]
 
 
 def write(target: Path, content: bytes) -> None:
