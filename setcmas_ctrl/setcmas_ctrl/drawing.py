@@ -2,9 +2,15 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Protocol
+
+from setcmas_simu import topics
+
+_NAME = re.compile(r'[A-Za-z_]\w*(/[A-Za-z_]\w*)*', re.ASCII)
+"""Names of topics within a robot's namespace."""
 
 
 @dataclass(frozen=True)
@@ -37,6 +43,30 @@ def sphere(
             f'publish_marker got x={x!r}, y={y!r}, z={z!r}, color={colour!r}, scale={diameter!r}, '
             f'alpha={alpha!r}; expected are numbers, and for color [red, green, blue] from 0 to 1'
         ) from None
+
+
+def checked_topic(robot: int, name: str) -> tuple[int, str]:
+    """Return the robot and the topic name that a script draws on, if they can be ones.
+
+    Raises:
+        TypeError: They cannot.
+        ValueError: The topic belongs to the robot itself.
+    """
+    try:
+        number = int(robot)
+        if number != float(robot) or number < 1 or not _NAME.fullmatch(name):
+            raise ValueError
+    except (TypeError, ValueError):
+        raise TypeError(
+            f'publish_marker got robotNo={robot!r}, marker_name={name!r}; expected are the number '
+            "of a robot and a name of letters, digits and _, such as 'wp_ref'"
+        ) from None
+    if name in topics.OF_ROBOT:
+        raise ValueError(
+            f'publish_marker got marker_name={name!r}, which is a topic of the robot itself; '
+            "expected is another name, such as 'wp_ref'"
+        )
+    return number, name
 
 
 class Canvas(Protocol):

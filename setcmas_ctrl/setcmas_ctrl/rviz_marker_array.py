@@ -22,5 +22,6 @@ def publish_marker(
     Arguments as for `rviz_marker.publish_marker`. Without ROS (offline runs) nothing is drawn.
     """
     sphere = drawing.sphere(x, y, z, scale, color, alpha)
+    robot, name = drawing.checked_topic(robotNo, marker_name)
     if drawing.canvas is not None:
-        drawing.canvas.extend_trail(robotNo, marker_name, sphere)
+        drawing.canvas.extend_trail(robot, name, sphere)

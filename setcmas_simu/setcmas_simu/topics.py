@@ -16,6 +16,8 @@ TRIG_ODOM = 'trig_odom'
 TRIG_EVENT = 'trig_event'
 RESET = 'reset'
 PAUSE = 'pause'
+OF_ROBOT = (ODOM, POSE, CMD_CART_VEL, CMD_VEL, TRIG_ODOM, TRIG_EVENT, RESET, PAUSE)
+"""Those on which a drawing would be mistaken for something else."""
 
 # Of the whole fleet.
 FLEET_RESET = '/reset'
