@@ -1,10 +1,10 @@
-"""The option that chooses the formats of plots."""
+"""Options of plots."""
 
 from __future__ import annotations
 
 import argparse
 
-from setcmas_tools.plot_formats import FORMATS
+from setcmas_tools.plot_formats import FORMATS, PALETTES, PAPERS
 
 
 def add_format_argument(parser: argparse.ArgumentParser) -> None:
@@ -15,4 +15,21 @@ def add_format_argument(parser: argparse.ArgumentParser) -> None:
         choices=FORMATS,
         default=['png'],
         help='formats of the plots (default: png)',
+    )
+
+
+def add_style_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add --palette and --paper, with which plots are PDF unless --format says otherwise."""
+    parser.set_defaults(format=None)
+    parser.add_argument(
+        '--palette',
+        choices=PALETTES,
+        default=PALETTES[0],
+        help="colours of the robots, or Okabe and Ito's for colour-blind readers"
+        ' (default: %(default)s)',
+    )
+    parser.add_argument(
+        '--paper',
+        choices=list(PAPERS),
+        help='for print, as PDF: as wide as a column (3.5 in) or a page (7.16 in) of two columns',
     )

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from functools import partial
 from pathlib import Path
 
 from matplotlib.figure import Figure
@@ -12,21 +13,26 @@ from setcmas_simu.errors import SetcmasError
 from setcmas_tools import fleet_table
 from setcmas_tools.fleet_table import FleetTable
 from setcmas_tools.plot_distances import draw_distances
-from setcmas_tools.plot_formats import FORMATS
-from setcmas_tools.plot_style import plot_style, save
+from setcmas_tools.plot_formats import FORMATS, PALETTES
+from setcmas_tools.plot_style import check_style, finish, plot_style, save
 from setcmas_tools.plot_time_series import draw_heading, draw_positions, draw_velocities
 from setcmas_tools.plot_trajectories import draw_trajectories
+from setcmas_tools.run_description import RunDescription, describe
 from setcmas_tools.run_files import fleet_csv, run_folder
 
 Draw = Callable[[Figure, FleetTable], None]
 
-_PLOTS: dict[str, Draw] = {
-    'trajectories': draw_trajectories,
-    'positions': draw_positions,
-    'heading': draw_heading,
-    'velocities': draw_velocities,
-    'distances': draw_distances,
-}
+
+def _plots(run: RunDescription, nb_robots: int) -> dict[str, Draw]:
+    plots: dict[str, Draw] = {
+        'trajectories': partial(draw_trajectories, references=run.references),
+        'positions': draw_positions,
+        'heading': draw_heading,
+        'velocities': draw_velocities,
+    }
+    if nb_robots > 1:
+        plots['distances'] = partial(draw_distances, references=run.references)
+    return plots
 
 
 def plot(
@@ -35,6 +41,8 @@ def plot(
     formats: Sequence[str] = ('png',),
     show: bool = False,
     progress: bool = True,
+    palette: str = PALETTES[0],
+    paper: str | None = None,
 ) -> list[Path]:
     """Plot trajectories, positions, headings, velocities and distances of a fleet.
 
@@ -44,24 +52,34 @@ def plot(
         formats: Any of `plot_formats.FORMATS`.
         show: Whether to open the plots in windows too, until the user closes them.
         progress: Whether to show a progress bar if there is a terminal.
+        palette: One of `plot_formats.PALETTES`.
+        paper: One of `plot_formats.PAPERS`, for fonts and sizes of a printed paper.
 
     Returns:
         The files, at least four; there are no distances with a single robot.
 
     Raises:
-        SetcmasError: There is no fleet.csv or it is damaged, a format is unknown, the plots
+        SetcmasError: There is no fleet.csv or it is damaged, a choice is unknown, the plots
             cannot be written, or there is no screen to show them on.
     """
     for unknown in set(formats) - set(FORMATS):
         raise SetcmasError(f"format '{unknown}' is unknown; accepted are {', '.join(FORMATS)}")
+    check_style(palette, paper)
     source = fleet_csv(run)
     table = fleet_table.read_csv(source)
     folder = output or run_folder(source) / 'plots'
-    names = [name for name in _PLOTS if name != 'distances' or len(table.robots) > 1]
-    with plot_style():
-        figures = {name: _figure(show) for name in names}
+    description = describe(source, table.robots)
+    plots = _plots(description, len(table.robots))
+    with plot_style(palette, paper):
+        figures = {name: _figure(show) for name in plots}
+        hidden = None if progress else True  # None: hidden unless there is a terminal
         try:
-            paths = _write(figures, table, folder, formats, progress)
+            folder.mkdir(parents=True, exist_ok=True)
+            paths = []
+            for name, draw in tqdm(plots.items(), desc='plots', leave=False, disable=hidden):
+                draw(figures[name], table)
+                finish(figures[name], description.title)
+                paths += _write(figures[name], folder / name, formats)
         except OSError as error:
             raise SetcmasError(
                 f"plots cannot be written to '{folder}': {error.strerror}"
@@ -71,21 +89,10 @@ def plot(
     return paths
 
 
-def _write(
-    figures: dict[str, Figure],
-    table: FleetTable,
-    folder: Path,
-    formats: Sequence[str],
-    progress: bool,
-) -> list[Path]:
-    folder.mkdir(parents=True, exist_ok=True)
-    paths = []
-    hidden = None if progress else True  # None: hidden unless there is a terminal
-    for name, figure in tqdm(figures.items(), desc='plots', leave=False, disable=hidden):
-        _PLOTS[name](figure, table)
-        for ending in formats:
-            paths.append(folder / f'{name}.{ending}')
-            save(figure, paths[-1])
+def _write(figure: Figure, path: Path, formats: Sequence[str]) -> list[Path]:
+    paths = [path.with_name(f'{path.name}.{ending}') for ending in formats]
+    for each in paths:
+        save(figure, each)
     return paths
 
 

@@ -7,23 +7,32 @@ from itertools import combinations
 from typing import Any
 
 import numpy as np
+from matplotlib import rcParams
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from numpy.typing import NDArray
 
-from setcmas_simu import fleet
 from setcmas_tools.fleet_grid import FleetGrid, on_grid
 from setcmas_tools.fleet_table import FleetTable
-from setcmas_tools.plot_style import legend, line_look, robot_handles, time_axis
+from setcmas_tools.plot_style import (
+    legend,
+    line_look,
+    robot_colour,
+    robot_handles,
+    time_axis,
+)
+from setcmas_tools.task_references import References
 
 Floats = NDArray[np.float64]
 
 _MOST_ROBOTS_IN_PAIRS = 5
 
 
-def draw_distances(figure: Figure, table: FleetTable) -> None:
+def draw_distances(
+    figure: Figure, table: FleetTable, references: References | None = None
+) -> None:
     """Draw the distance of each pair of robots; of many robots, what summarises them.
 
     Fleets of more than 5 get the smallest, mean and largest distance of all pairs, and below it
@@ -32,6 +41,7 @@ def draw_distances(figure: Figure, table: FleetTable) -> None:
     Args:
         figure: An empty figure.
         table: The motion of at least two robots.
+        references: What the robots were to reach, if that is known.
     """
     grid = on_grid(table)
     if len(grid.robots) <= _MOST_ROBOTS_IN_PAIRS:
@@ -41,6 +51,8 @@ def draw_distances(figure: Figure, table: FleetTable) -> None:
         figure.set_size_inches(9.0, 6.4)
         panels, draws = list(figure.subplots(2, sharex=True)), [_draw_range, _draw_to_centre]
     marks = time_axis(panels, table.t[0], table.t[-1])
+    if references is not None and references.distance is not None:
+        marks.append(_draw_reference(panels[0], references.distance))
     for axes, draw in zip(panels, draws, strict=True):
         handles = draw(axes, grid)
         axes.set_ylim(bottom=0.0)
@@ -50,18 +62,24 @@ def draw_distances(figure: Figure, table: FleetTable) -> None:
     figure.align_ylabels()
 
 
+def _draw_reference(axes: Axes, distance: float) -> Line2D:
+    label = f'reference, {distance:g} m'
+    return axes.axhline(distance, color='0.15', linestyle=':', zorder=2.6, label=label)
+
+
 def _draw_pairs(axes: Axes, grid: FleetGrid) -> list[Artist]:
+    width = rcParams['lines.linewidth']
     handles: list[Artist] = []
     for i, j in combinations(range(len(grid.robots)), 2):
         first, second = grid.robots[i], grid.robots[j]
         look: dict[str, Any] = {
-            'color': fleet.plot_colour(first),
-            'gapcolor': fleet.plot_colour(second),
+            'color': robot_colour(first, len(grid.robots)),
+            'gapcolor': robot_colour(second, len(grid.robots)),
             'linestyle': (0, (5, 5)),
-            'linewidth': 2.0,
+            'linewidth': 1.25 * width,
         }
         distance = np.hypot(grid.x[i] - grid.x[j], grid.y[i] - grid.y[j])
-        axes.plot(grid.t, distance, color='0.25', linewidth=2.9)
+        axes.plot(grid.t, distance, color='0.25', linewidth=1.8 * width)
         axes.plot(grid.t, distance, **look)
         handles.append(Line2D([], [], label=f'robots {first} and {second}', **look))
     axes.set_ylabel('distance (m)')

@@ -1,13 +1,15 @@
-"""The look of all plots: style, colours of robots, legends, and how figures are saved."""
+"""The look of all plots: style, lines of robots, legends, titles, and how figures are saved."""
 
 from __future__ import annotations
 
 import contextlib
 from collections.abc import Iterable, Iterator, Sequence
+from contextvars import ContextVar
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from matplotlib import style
+from matplotlib import rcParams, style
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
@@ -15,38 +17,74 @@ from matplotlib.lines import Line2D
 from matplotlib.patheffects import AbstractPathEffect, withStroke
 
 from setcmas_simu import fleet
+from setcmas_simu.errors import SetcmasError
+from setcmas_simu.fleet import Colour
+from setcmas_tools import plot_palette
+from setcmas_tools.plot_formats import PALETTES, PAPERS
+from setcmas_tools.plot_settings import PAPER, SCREEN
 
-_STYLE: dict[str, Any] = {
-    'figure.constrained_layout.use': True,
-    'figure.dpi': 100,
-    'savefig.dpi': 150,
-    'font.size': 11,
-    'axes.titlesize': 13,
-    'axes.grid': True,
-    'axes.axisbelow': True,
-    'axes.spines.top': False,
-    'axes.spines.right': False,
-    'grid.color': '0.9',
-    'legend.fontsize': 10,
-    'legend.frameon': False,
-    'lines.linewidth': 1.6,
-    'lines.solid_capstyle': 'round',
-    'lines.solid_joinstyle': 'round',
-    'pdf.fonttype': 42,
-    'svg.fonttype': 'path',
-    'svg.hashsalt': 'setcmas',
-}
-_BRIGHT = 0.6
+_BRIGHT = 0.7
 """Luminance from which a colour needs a dark edge on white paper."""
 _MANY_ROBOTS = 12
 """Fleets from this size are drawn with thinner lines."""
 
 
+@dataclass(frozen=True)
+class _Choice:
+    palette: str = PALETTES[0]
+    paper: str | None = None
+
+
+_SCREEN_CHOICE = _Choice()
+_choice: ContextVar[_Choice] = ContextVar('_choice', default=_SCREEN_CHOICE)
+
+
 @contextlib.contextmanager
-def plot_style() -> Iterator[None]:
-    """Draw and save in the style of these plots, whatever the user's own settings are."""
-    with style.context(['default', _STYLE]):
-        yield
+def plot_style(palette: str = PALETTES[0], paper: str | None = None) -> Iterator[None]:
+    """Draw and save in the style of these plots, whatever the user's own settings are.
+
+    Args:
+        palette: One of `plot_formats.PALETTES`.
+        paper: One of `plot_formats.PAPERS` for fonts and sizes of a printed paper; None for
+            screens and slides.
+    """
+    token = _choice.set(_Choice(palette, paper))
+    try:
+        with style.context(['default', SCREEN | (PAPER if paper else {})]):
+            yield
+    finally:
+        _choice.reset(token)
+
+
+def check_style(palette: str, paper: str | None) -> None:
+    """See that a style exists.
+
+    Raises:
+        SetcmasError: It does not.
+    """
+    if palette not in PALETTES:
+        raise SetcmasError(f"palette '{palette}' is unknown; accepted are {', '.join(PALETTES)}")
+    if paper is not None and paper not in PAPERS:
+        raise SetcmasError(f"paper '{paper}' is unknown; accepted are {', '.join(PAPERS)}")
+
+
+def finish(figure: Figure, run: str = '') -> None:
+    """Add what the plot is of to its title; on paper, where a caption tells, fit it to its width.
+
+    Args:
+        figure: A plot that is drawn, with its name as the title of its first axes.
+        run: Such as 'consensus, 8 robots'.
+    """
+    paper = _choice.get().paper
+    if paper is None:
+        figure.axes[0].set_title(run, loc='right', fontsize=rcParams['font.size'], color='0.4')
+        return
+    for axes in figure.axes:
+        axes.set_title('')
+    width, height = figure.get_size_inches()
+    # In a column the legend stands above the axes and needs room of its own.
+    lines = 0.5 if paper == 'column' else 0.0
+    figure.set_size_inches(PAPERS[paper], height / width * PAPERS[paper] + lines)
 
 
 def save(figure: Figure, path: Path) -> None:
@@ -60,44 +98,63 @@ def save(figure: Figure, path: Path) -> None:
     figure.savefig(path, metadata={date: None} if date else {})
 
 
+def robot_colour(robot: int, nb_robots: int) -> Colour:
+    """Return the colour of a robot in a fleet of nb_robots, in the palette of this style."""
+    return plot_palette.robot_colour(_choice.get().palette, robot, nb_robots)
+
+
 def line_look(robot: int, nb_robots: int) -> dict[str, Any]:
     """Return the keywords of the line of a robot in a fleet of nb_robots."""
-    width = 1.6 if nb_robots < _MANY_ROBOTS else 1.1
-    look: dict[str, Any] = {'color': fleet.plot_colour(robot), 'linewidth': width}
-    if effects := edge_effects(robot, width):
+    palette = _choice.get().palette
+    width = rcParams['lines.linewidth'] * (1.0 if nb_robots < _MANY_ROBOTS else 0.7)
+    look: dict[str, Any] = {
+        'color': robot_colour(robot, nb_robots),
+        'linewidth': width,
+        'linestyle': plot_palette.robot_dashes(palette, robot, nb_robots),
+    }
+    if effects := edge_effects(look['color'], width):
         look['path_effects'] = effects
-    if _is_grey(robot):
+    if plot_palette.is_shared(palette, robot):
         look |= {'alpha': 0.7, 'zorder': 1.9}  # behind the robots with a colour of their own
     return look
 
 
-def edge_effects(robot: int, width: float) -> list[AbstractPathEffect]:
-    """Return a dark edge for the line of a robot whose colour is too bright for white paper."""
-    red, green, blue = fleet.plot_colour(robot)
+def edge_effects(colour: Colour, width: float) -> list[AbstractPathEffect]:
+    """Return a dark edge for a line of this width whose colour is too bright for white paper."""
+    red, green, blue = colour
     if 0.2126 * red + 0.7152 * green + 0.0722 * blue < _BRIGHT:
         return []
-    return [withStroke(linewidth=width + 0.9, foreground='0.25')]
+    return [withStroke(linewidth=1.2 * width + 0.5, foreground='0.25')]
 
 
 def robot_handles(robots: list[int]) -> list[Artist]:
-    """Return a legend entry for each robot, and one for all those in grey."""
-    coloured = [robot for robot in robots if not _is_grey(robot)]
-    greys = [robot for robot in robots if _is_grey(robot)]
+    """Return legend entries: for each robot, or for some that stand for a large fleet."""
+    palette = _choice.get().palette
     handles: list[Artist] = [
-        Line2D([], [], label=f'robot {robot}', **line_look(robot, 1)) for robot in coloured
+        Line2D([], [], label=f'robot {robot}', **line_look(robot, len(robots)))
+        for robot in plot_palette.legend_robots(palette, robots)
     ]
-    if greys:
+    if greys := [robot for robot in robots if plot_palette.is_shared(palette, robot)]:
         name = 'robot' if len(greys) == 1 else 'robots'
         label = f'{name} {fleet.format_robots(greys).replace("-", "–")}'
-        handles.append(Line2D([], [], label=label, **line_look(greys[0], 1)))
+        handles.append(Line2D([], [], label=label, **line_look(greys[0], len(robots))))
     return handles
 
 
 def legend(axes: Axes, handles: Iterable[Artist]) -> None:
-    """Put a legend to the right of the axes, where it cannot cover anything."""
-    axes.legend(
-        handles=list(handles), loc='upper left', bbox_to_anchor=(1.01, 1.0), borderaxespad=0.0
-    )
+    """Put a legend where it covers nothing: right of the axes, in a paper's column above them."""
+    entries = list(handles)
+    if _choice.get().paper == 'column':
+        longest = max(len(str(entry.get_label())) for entry in entries)
+        columns = int(3.0 / (0.3 + 0.052 * longest))  # in inches
+        axes.legend(
+            handles=entries, loc='lower left', bbox_to_anchor=(0.0, 1.01), borderaxespad=0.0,
+            ncols=max(1, columns),
+        )  # fmt: skip
+    else:
+        axes.legend(
+            handles=entries, loc='upper left', bbox_to_anchor=(1.01, 1.0), borderaxespad=0.0
+        )
 
 
 def time_axis(panels: Sequence[Axes], first: float, last: float) -> list[Artist]:
@@ -114,7 +171,3 @@ def time_axis(panels: Sequence[Axes], first: float, last: float) -> list[Artist]
     for axes in panels:
         axes.axvline(0.0, zorder=1, **look)
     return [Line2D([], [], label='first command', **look)]
-
-
-def _is_grey(robot: int) -> bool:
-    return fleet.plot_colour(robot) == fleet.plot_colour(10_000)

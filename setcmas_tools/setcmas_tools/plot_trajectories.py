@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from typing import Any
 
+from matplotlib import rcParams
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
@@ -12,29 +13,39 @@ from matplotlib.markers import MarkerStyle
 from matplotlib.path import Path as Outline
 from matplotlib.transforms import Affine2D
 
-from setcmas_simu import fleet
 from setcmas_tools.fleet_table import FleetTable
 from setcmas_tools.plot_lines import finite_rows, with_gaps
-from setcmas_tools.plot_style import legend, line_look, robot_handles
+from setcmas_tools.plot_references import draw_references
+from setcmas_tools.plot_style import legend, line_look, robot_colour, robot_handles
+from setcmas_tools.task_references import References
 
-_DART = Outline([(1.0, 0.0), (-0.8, 0.7), (-0.4, 0.0), (-0.8, -0.7), (1.0, 0.0)], closed=True)
+DART = Outline([(1.0, 0.0), (-0.8, 0.7), (-0.4, 0.0), (-0.8, -0.7), (1.0, 0.0)], closed=True)
 """Points to where the robot heads; along the x axis at heading 0."""
 _SMALLEST_SPAN_M = 1.0
 
 
-def draw_trajectories(figure: Figure, table: FleetTable) -> None:
-    """Draw each robot's path with its start (ring) and its end (dart along its heading)."""
+def draw_trajectories(
+    figure: Figure, table: FleetTable, references: References | None = None
+) -> None:
+    """Draw each robot's path with its start (ring) and its end (dart along its heading).
+
+    Args:
+        figure: An empty figure.
+        table: The fleet's motion.
+        references: What the robots were to reach, if that is known.
+    """
     figure.set_size_inches(8.0, 6.4)
     axes = figure.add_subplot()
     robots = table.robots
-    size = 9.0 if len(robots) < 12 else 6.5
+    size = rcParams['lines.markersize'] * (1.5 if len(robots) < 12 else 1.1)
     for robot in robots:
         _draw_path(axes, table.of(robot), robot, len(robots), size)
+    marks = draw_references(axes, table, references) if references else []
     axes.set(title='Trajectories', xlabel='x (m)', ylabel='y (m)')
     axes.margins(0.06)
     _widen(axes)
     axes.set_aspect('equal', adjustable='datalim')
-    legend(axes, [*robot_handles(robots), *_end_handles()])
+    legend(axes, [*robot_handles(robots), *_end_handles(), *marks])
 
 
 def _draw_path(axes: Axes, path: FleetTable, robot: int, nb_robots: int, size: float) -> None:
@@ -43,13 +54,17 @@ def _draw_path(axes: Axes, path: FleetTable, robot: int, nb_robots: int, size: f
         return
     _, x, y = with_gaps(path.t, path.x, path.y)
     axes.plot(x, y, **line_look(robot, nb_robots))
-    colour = fleet.plot_colour(robot)
-    edge: dict[str, Any] = {'markeredgecolor': '0.15', 'markeredgewidth': 0.8, 'linestyle': ''}
+    colour = robot_colour(robot, nb_robots)
+    edge: dict[str, Any] = {
+        'markeredgecolor': '0.15',
+        'markeredgewidth': size / 11,
+        'linestyle': '',
+    }
     axes.plot(
         path.x[:1], path.y[:1], marker='o', markersize=size * 0.8, markerfacecolor='white',
-        markeredgecolor=colour, markeredgewidth=1.8, linestyle='', zorder=3,
+        markeredgecolor=colour, markeredgewidth=size / 5, linestyle='', zorder=3,
     )  # fmt: skip
-    dart = MarkerStyle(_DART, transform=Affine2D().rotate(math.fmod(path.theta[-1], math.tau)))
+    dart = MarkerStyle(DART, transform=Affine2D().rotate(math.fmod(path.theta[-1], math.tau)))
     axes.plot(
         path.x[-1:], path.y[-1:], marker=dart, markersize=size, markerfacecolor=colour, zorder=4,
         **edge,
@@ -65,8 +80,14 @@ def _widen(axes: Axes) -> None:
 
 
 def _end_handles() -> list[Line2D]:
-    look: dict[str, Any] = {'linestyle': '', 'markersize': 8, 'markeredgecolor': '0.15'}
+    size = 1.3 * rcParams['lines.markersize']
+    look: dict[str, Any] = {
+        'linestyle': '',
+        'markersize': size,
+        'markeredgecolor': '0.15',
+        'markeredgewidth': size / 11,
+    }
     return [
         Line2D([], [], label='start', marker='o', markerfacecolor='white', **look),
-        Line2D([], [], label='end, heading', marker=MarkerStyle(_DART), color='0.6', **look),
+        Line2D([], [], label='end, heading', marker=MarkerStyle(DART), color='0.6', **look),
     ]
