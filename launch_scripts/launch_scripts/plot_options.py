@@ -4,7 +4,11 @@ from __future__ import annotations
 
 import argparse
 
-from setcmas_tools.plot_formats import FORMATS, PALETTES, PAPERS
+from setcmas_simu.simulation_options import positive
+from setcmas_tools.plot_formats import FILMS, FORMATS, PALETTES, PAPERS
+
+BEST = 'best'
+"""The kind of film that is the best on this machine."""
 
 
 def add_format_argument(parser: argparse.ArgumentParser) -> None:
@@ -32,4 +36,21 @@ def add_style_arguments(parser: argparse.ArgumentParser) -> None:
         '--paper',
         choices=list(PAPERS),
         help='for print, as PDF: as wide as a column (3.5 in) or a page (7.16 in) of two columns',
+    )
+
+
+def add_film_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add --animate and --speed."""
+    parser.add_argument(
+        '--animate',
+        nargs='?',
+        const=BEST,
+        choices=[BEST, *FILMS],
+        help='write a film as well: mp4 (needs ffmpeg) or gif (default: the first that works)',
+    )
+    parser.add_argument(
+        '--speed',
+        type=positive,
+        metavar='TIMES',
+        help='how many times faster than the robots the film is (default: 1)',
     )

@@ -8,3 +8,6 @@ PALETTES = ('robots', 'okabe-ito')
 
 PAPERS = {'column': 3.5, 'page': 7.16}
 """Widths in inches of a figure in one column, and across both, of a two-column paper (IEEE)."""
+
+FILMS = ('mp4', 'gif')
+"""Kinds of films."""

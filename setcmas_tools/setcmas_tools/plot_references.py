@@ -42,7 +42,7 @@ def draw_references(axes: Axes, table: FleetTable, references: References) -> li
     if references.places is not None:
         places = _places_at_end(table, references.places)
         if len(places):
-            handles += axes.plot(*places.T, label='places at the end', **_mark('o', 3.4))
+            handles += axes.plot(*places.T, label='places at the end', **_mark('o', 2.8))
     return handles
 
 

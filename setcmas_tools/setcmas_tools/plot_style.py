@@ -124,7 +124,7 @@ def edge_effects(colour: Colour, width: float) -> list[AbstractPathEffect]:
     red, green, blue = colour
     if 0.2126 * red + 0.7152 * green + 0.0722 * blue < _BRIGHT:
         return []
-    return [withStroke(linewidth=1.2 * width + 0.5, foreground='0.25')]
+    return [withStroke(linewidth=1.1 * width + 0.5, foreground='0.25')]
 
 
 def robot_handles(robots: list[int]) -> list[Artist]:
@@ -146,7 +146,7 @@ def legend(axes: Axes, handles: Iterable[Artist]) -> None:
     entries = list(handles)
     if _choice.get().paper == 'column':
         longest = max(len(str(entry.get_label())) for entry in entries)
-        columns = int(3.0 / (0.3 + 0.052 * longest))  # in inches
+        columns = int(3.3 / (0.3 + 0.043 * longest))  # in inches
         axes.legend(
             handles=entries, loc='lower left', bbox_to_anchor=(0.0, 1.01), borderaxespad=0.0,
             ncols=max(1, columns),

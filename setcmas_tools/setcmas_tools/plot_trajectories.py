@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from typing import Any
 
+import numpy as np
 from matplotlib import rcParams
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
@@ -16,7 +17,7 @@ from matplotlib.transforms import Affine2D
 from setcmas_tools.fleet_table import FleetTable
 from setcmas_tools.plot_lines import finite_rows, with_gaps
 from setcmas_tools.plot_references import draw_references
-from setcmas_tools.plot_style import legend, line_look, robot_colour, robot_handles
+from setcmas_tools.plot_style import edge_effects, legend, line_look, robot_colour, robot_handles
 from setcmas_tools.task_references import References
 
 DART = Outline([(1.0, 0.0), (-0.8, 0.7), (-0.4, 0.0), (-0.8, -0.7), (1.0, 0.0)], closed=True)
@@ -41,10 +42,8 @@ def draw_trajectories(
     for robot in robots:
         _draw_path(axes, table.of(robot), robot, len(robots), size)
     marks = draw_references(axes, table, references) if references else []
-    axes.set(title='Trajectories', xlabel='x (m)', ylabel='y (m)')
-    axes.margins(0.06)
-    _widen(axes)
-    axes.set_aspect('equal', adjustable='datalim')
+    axes.set_title('Trajectories')
+    fit_plane(axes, table)
     legend(axes, [*robot_handles(robots), *_end_handles(), *marks])
 
 
@@ -63,6 +62,7 @@ def _draw_path(axes: Axes, path: FleetTable, robot: int, nb_robots: int, size: f
     axes.plot(
         path.x[:1], path.y[:1], marker='o', markersize=size * 0.8, markerfacecolor='white',
         markeredgecolor=colour, markeredgewidth=size / 5, linestyle='', zorder=3,
+        path_effects=edge_effects(colour, size / 5),
     )  # fmt: skip
     dart = MarkerStyle(DART, transform=Affine2D().rotate(math.fmod(path.theta[-1], math.tau)))
     axes.plot(
@@ -71,12 +71,20 @@ def _draw_path(axes: Axes, path: FleetTable, robot: int, nb_robots: int, size: f
     )  # fmt: skip
 
 
-def _widen(axes: Axes) -> None:
-    """Keep a robot that hardly moves from filling the plot with its noise."""
+def fit_plane(axes: Axes, table: FleetTable) -> None:
+    """Show all positions of a fleet with equal scales, and a plane of some size at least.
+
+    A robot that hardly moves does not fill the plot with its noise.
+    """
+    rows = finite_rows(table, 'x', 'y')
+    if len(rows.t):
+        axes.update_datalim(np.column_stack([rows.x, rows.y]))
     middle = (axes.dataLim.p0 + axes.dataLim.p1) / 2
-    corners = [middle - _SMALLEST_SPAN_M / 2, middle + _SMALLEST_SPAN_M / 2]
-    axes.update_datalim(corners)
+    axes.update_datalim([middle - _SMALLEST_SPAN_M / 2, middle + _SMALLEST_SPAN_M / 2])
+    axes.set(xlabel='x (m)', ylabel='y (m)')
+    axes.margins(0.06)
     axes.autoscale_view()
+    axes.set_aspect('equal', adjustable='datalim')
 
 
 def _end_handles() -> list[Line2D]:

@@ -5,6 +5,7 @@ Examples:
   csv_to_plot out/csv -o figures --format pdf svg
   csv_to_plot out --palette okabe-ito --show     for colour-blind readers
   csv_to_plot out --paper column                 as PDF, 3.5 in wide with 8 pt letters
+  csv_to_plot out --animate --speed 4            a film too, four times as fast
 """
 
 from __future__ import annotations
@@ -12,7 +13,13 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from launch_scripts.plot_options import add_format_argument, add_style_arguments
+from launch_scripts.plot_options import (
+    BEST,
+    add_film_arguments,
+    add_format_argument,
+    add_style_arguments,
+)
+from setcmas_simu.errors import SetcmasError
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -25,6 +32,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     add_format_argument(parser)
     add_style_arguments(parser)
+    add_film_arguments(parser)
     parser.add_argument('--show', action='store_true', help='open the plots in windows as well')
 
 
@@ -32,6 +40,8 @@ def main(args: argparse.Namespace) -> int:
     """Plot; returns the exit status."""
     from setcmas_tools.csv_to_plot import plot
 
+    if args.speed and not args.animate:
+        raise SetcmasError(f"--speed '{args.speed:g}' is that of a film; add --animate")
     formats = args.format or (['pdf'] if args.paper else ['png'])
     paths = plot(
         args.run,
@@ -41,6 +51,12 @@ def main(args: argparse.Namespace) -> int:
         palette=args.palette,
         paper=args.paper,
     )
+    if args.animate:
+        from setcmas_tools.film import animate
+
+        kind = None if args.animate == BEST else args.animate
+        speed = args.speed or 1.0
+        paths.append(animate(args.run, args.output, kind, speed, palette=args.palette))
     for path in paths:
         print(path)
     return 0
