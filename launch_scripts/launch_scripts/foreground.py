@@ -8,15 +8,22 @@ from launch_scripts.environment import local_environment
 from launch_scripts.supervisor import ChildDiedError, StoppedError, Supervisor
 
 
-def run_in_foreground(name: str, command: Sequence[str]) -> int:
+def run_in_foreground(
+    name: str,
+    command: Sequence[str],
+    companions: Sequence[tuple[str, Sequence[str]]] = (),
+) -> int:
     """Run a process until Ctrl-C; returns the exit status, 0 if it ended well.
 
     Args:
         name: What the user calls the process.
         command: Program and arguments.
+        companions: Names and commands of processes that end with it, but that it can do without.
     """
-    with Supervisor(local_environment()) as supervisor:
+    with Supervisor(local_environment(), prefix=bool(companions)) as supervisor:
         child = supervisor.start(name, command)
+        for companion, its_command in companions:
+            supervisor.start(companion, its_command, needed=False)
         try:
             supervisor.run()
         except StoppedError:

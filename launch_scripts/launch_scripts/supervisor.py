@@ -54,11 +54,15 @@ class Child:
     Attributes:
         spoke: Whether it has written anything; before, it may not know our signals yet.
         told: Whether it has told the user about a mistake, in its own words.
+        needed: Whether the others cannot go on without it.
     """
 
-    def __init__(self, name: str, command: Sequence[str], environment: dict[str, str]) -> None:
+    def __init__(
+        self, name: str, command: Sequence[str], environment: dict[str, str], needed: bool
+    ) -> None:
         """Start the process; `name` is what the user calls it."""
         self.name = name
+        self.needed = needed
         self.spoke = self.told = False
         self.process = subprocess.Popen(
             command,
@@ -132,9 +136,15 @@ class Supervisor:
         for signum, handler in self._previous_handlers.items():
             signal.signal(signum, handler)
 
-    def start(self, name: str, command: Sequence[str]) -> Child:
-        """Start a process and show its output from now on."""
-        child = Child(name, command, self._environment)
+    def start(self, name: str, command: Sequence[str], needed: bool = True) -> Child:
+        """Start a process and show its output from now on.
+
+        Args:
+            name: What the user calls it.
+            command: Program and arguments.
+            needed: Whether `run` ends when it does; windows can be closed while robots run.
+        """
+        child = Child(name, command, self._environment, needed)
         self.children.append(child)
         prefix = f'[{name}] ' if self._prefix else ''
         for pipe, stream in (
@@ -163,10 +173,12 @@ class Supervisor:
             on_tick()
             if self._stop_signals or self._output.broken:
                 raise StoppedError
-            for child in self.children:
-                if not child.running():
-                    self._show_output(0)
+            for child in [child for child in self.children if not child.running()]:
+                self._show_output(0)
+                if child.needed:
                     raise child.obituary()
+                self.say(f'{child.name} has ended; the robots go on')
+                self.stop(child)
 
     def say(self, message: str) -> None:
         """Show a message of the command itself."""

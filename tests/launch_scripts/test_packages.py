@@ -97,6 +97,9 @@ def test_colcon_builds_the_five_packages(start, domain, tmp_path, option):
     assert built.returncode == 0, built.stdout + built.stderr
     assert 'Summary: 5 packages finished' in built.stdout + built.stderr
 
+    for package, name in (('setcmas_simu', 'simulation_8'), ('setcmas_expe', 'experiment_8')):
+        assert (tmp_path / 'install' / package / 'share' / package / f'rviz/{name}.rviz').is_file()
+
     sourced = subprocess.run(
         ['bash', '-c', 'source install/setup.bash && command -v setcmas && setcmas --help'],
         cwd=tmp_path,

@@ -15,6 +15,7 @@ import argparse
 from launch_scripts.environment import node_command, require_ros
 from launch_scripts.foreground import run_in_foreground
 from launch_scripts.node_arguments import node_arguments
+from launch_scripts.rviz import add_rviz_argument, rviz_beside, shown_robots
 from setcmas_ctrl.algorithm_loader import compile_script, find_script
 from setcmas_ctrl.control_options import (
     add_fleet_arguments,
@@ -22,7 +23,6 @@ from setcmas_ctrl.control_options import (
     add_watch_argument,
 )
 from setcmas_ctrl.script_settings import parse_settings
-from setcmas_simu.fleet import parse_robots
 
 MODULE = 'setcmas_ctrl.nodes.controller'
 OPTIONS = (
@@ -44,6 +44,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the options of the verb."""
     add_watch_argument(add_law_arguments(parser))
     add_fleet_arguments(parser)
+    add_rviz_argument(parser)
 
 
 def main(args: argparse.Namespace) -> int:
@@ -51,7 +52,8 @@ def main(args: argparse.Namespace) -> int:
     script = find_script(args.algo, args.exercise)
     # Mistakes are told before anything starts.
     compile_script(script, settings=parse_settings(args.set))
-    if args.robots:
-        parse_robots(args.robots)
+    robots = shown_robots(args)
     require_ros()
-    return run_in_foreground('ctrl', node_command(MODULE, node_arguments(args, OPTIONS)))
+    with rviz_beside(args.rviz, robots) as companions:
+        command = node_command(MODULE, node_arguments(args, OPTIONS))
+        return run_in_foreground('ctrl', command, companions)

@@ -4,6 +4,7 @@ Examples:
   setcmas simu --nb-robots 8
   setcmas simu --nb-robots 3 --pose 1:1.0,2.0,1.57 --limits burger
   setcmas simu --nb-robots 8 --robots 1-4        half of a fleet; the rest runs elsewhere
+  setcmas simu --nb-robots 8 --rviz
 """
 
 from __future__ import annotations
@@ -13,6 +14,7 @@ import argparse
 from launch_scripts.environment import node_command, require_ros
 from launch_scripts.foreground import run_in_foreground
 from launch_scripts.node_arguments import node_arguments
+from launch_scripts.rviz import add_rviz_argument, rviz_beside
 from setcmas_simu.simulation_options import add_simulation_arguments, simulated_robots
 
 MODULE = 'setcmas_simu.nodes.virtual_robot'
@@ -31,12 +33,15 @@ OPTIONS = (
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the options of the verb."""
     add_simulation_arguments(parser)
+    add_rviz_argument(parser)
 
 
 def main(args: argparse.Namespace) -> int:
     """Simulate until Ctrl-C; returns the exit status."""
     if args.nb_robots is None and args.robots is None:
         args.nb_robots = 1
-    simulated_robots(args)  # mistakes are told before anything starts
+    simulated = simulated_robots(args)  # mistakes are told before anything starts
     require_ros()
-    return run_in_foreground('simu', node_command(MODULE, node_arguments(args, OPTIONS)))
+    with rviz_beside(args.rviz, simulated.robots) as companions:
+        command = node_command(MODULE, node_arguments(args, OPTIONS))
+        return run_in_foreground('simu', command, companions)

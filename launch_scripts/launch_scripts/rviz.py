@@ -1,0 +1,82 @@
+"""RViz 2 beside the robots: the option that starts it, and its configuration."""
+
+from __future__ import annotations
+
+import argparse
+import os
+import shutil
+import sys
+import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+from launch_scripts.output_lines import warn
+from setcmas_simu.errors import SetcmasError
+from setcmas_simu.fleet import parse_robots
+from setcmas_simu.rviz_config import rviz_config
+
+_RVIZ = 'rviz2'
+_ROBOTS_IF_UNKNOWN = 8
+
+Companion = tuple[str, list[str]]
+"""Name and command line of a process that the robots can do without."""
+
+
+def add_rviz_argument(parser: argparse.ArgumentParser) -> None:
+    """Add --rviz."""
+    parser.add_argument('--rviz', action='store_true', help='show the robots in RViz 2 as well')
+
+
+def shown_robots(args: argparse.Namespace) -> list[int]:
+    """Return the robots that --nb-robots or --robots name; the first 8 if neither does."""
+    if args.robots:
+        return parse_robots(args.robots)
+    return list(range(1, (args.nb_robots or _ROBOTS_IF_UNKNOWN) + 1))
+
+
+@contextmanager
+def rviz_beside(
+    wanted: bool, robots: list[int], experiment: bool = False
+) -> Iterator[list[Companion]]:
+    """Hand out RViz 2 as a companion of the robots' process, if it is wanted and can be had.
+
+    Where it cannot, that is told, with what can be used instead.
+
+    Args:
+        wanted: What --rviz says.
+        robots: Numbers of the robots.
+        experiment: Whether they are real.
+    """
+    missing = why_no_rviz() if wanted else ''
+    if missing:
+        warn(f'--rviz: {missing}; see the robots in a browser with: setcmas view')
+    if not wanted or missing:
+        yield []
+        return
+    with tempfile.TemporaryDirectory(prefix='setcmas_') as folder:
+        path = Path(folder) / 'fleet.rviz'
+        write_config(path, robots, experiment)
+        yield [('rviz', [_RVIZ, '-d', str(path)])]
+
+
+def why_no_rviz() -> str:
+    """Return why RViz 2 cannot be started here; an empty text if it can."""
+    if shutil.which(_RVIZ) is None:
+        return 'rviz2 is not installed, or its setup.bash is not sourced'
+    needs_display = sys.platform not in ('win32', 'darwin')
+    if needs_display and not (os.environ.get('DISPLAY') or os.environ.get('WAYLAND_DISPLAY')):
+        return 'rviz2 has no screen to open its window on'
+    return ''
+
+
+def write_config(path: Path, robots: list[int], experiment: bool = False) -> None:
+    """Write the configuration of RViz 2 for a fleet.
+
+    Raises:
+        SetcmasError: The file cannot be written.
+    """
+    try:
+        path.write_text(rviz_config(robots, experiment), encoding='utf-8')
+    except OSError as error:
+        raise SetcmasError(f"'{path}' cannot be written: {error.strerror}") from error
