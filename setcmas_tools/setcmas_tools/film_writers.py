@@ -91,10 +91,11 @@ def _write_gif(path: Path, frames: Iterator[Image.Image]) -> None:
         frame.quantize(palette=palette, dither=Image.Dither.NONE)
         for frame in itertools.chain([first], frames)
     )
-    next(flat).save(
-        path, 'GIF', save_all=True, append_images=flat, duration=1000 / GIF_RATE_HZ, loop=0,
-        optimize=False,
-    )  # fmt: skip
+    with path.open('wb') as file:
+        next(flat).save(
+            file, 'GIF', save_all=True, append_images=flat, duration=1000 / GIF_RATE_HZ, loop=0,
+            optimize=False,
+        )  # fmt: skip
 
 
 def _palette(image: Image.Image) -> Image.Image:

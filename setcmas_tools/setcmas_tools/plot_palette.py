@@ -27,7 +27,7 @@ _OKABE_ITO: tuple[Colour, ...] = tuple(
 _DASHES: tuple[Any, ...] = ('solid', (0, (4, 1.6)))
 _MOST_COLOURS = len(_OKABE_ITO) * len(_DASHES)
 # J. R. Nuñez, C. R. Anderton, R. S. Renslow, PLOS ONE 13(7), 2018: the same for all readers.
-_SCALE, _BRIGHTEST = colormaps['cividis'], 0.82
+_SCALE, _BRIGHTEST = colormaps['cividis'], 0.77
 _SAMPLES = 5
 """Robots that stand for a whole fleet in a legend where colours go on evenly."""
 
