@@ -34,8 +34,10 @@ def add_style_arguments(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument(
         '--paper',
+        nargs='?',
+        const='column',
         choices=list(PAPERS),
-        help='for print, as PDF: as wide as a column (3.5 in) or a page (7.16 in) of two columns',
+        help='for print in two columns, as PDF: 3.5 in wide (column, the default) or 7.16 (page)',
     )
 
 

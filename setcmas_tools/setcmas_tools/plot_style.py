@@ -82,9 +82,11 @@ def finish(figure: Figure, run: str = '') -> None:
     for axes in figure.axes:
         axes.set_title('')
     width, height = figure.get_size_inches()
-    # In a column the legend stands above the axes and needs room of its own.
-    lines = 0.5 if paper == 'column' else 0.0
-    figure.set_size_inches(PAPERS[paper], height / width * PAPERS[paper] + lines)
+    shape = height / width
+    if paper == 'page':
+        shape *= 0.75  # a figure across both columns is wide, not high
+    room = 0.5 if paper == 'column' else 0.0  # for the legend, in inches: it is above the axes
+    figure.set_size_inches(PAPERS[paper], shape * PAPERS[paper] + room)
 
 
 def save(figure: Figure, path: Path) -> None:

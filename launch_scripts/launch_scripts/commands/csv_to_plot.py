@@ -4,7 +4,7 @@ Examples:
   setcmas csv_to_plot out                        a run's folder; plots go to out/plots
   csv_to_plot out/csv -o figures --format pdf svg
   csv_to_plot out --palette okabe-ito --show     for colour-blind readers
-  csv_to_plot out --paper column                 as PDF, 3.5 in wide with 8 pt letters
+  csv_to_plot out --paper                        as PDF, 3.5 in wide with 8 pt letters
   csv_to_plot out --animate --speed 4            a film too, four times as fast
 """
 
