@@ -33,11 +33,12 @@ def describe(source: Path, robots: list[int]) -> RunDescription:
     gone does not keep anybody from looking at the robots' motion.
     """
     number = f'{len(robots)} robot{"s" if len(robots) > 1 else ""}'
-    script = task = known = None
+    script = known = None
     with suppress(SetcmasError):
-        script = script_of_run(run_parameters(source), None)
+        parameters = run_parameters(source)
+        script = script_of_run(parameters, None)
         if task := task_of(script):
-            known = references(task, script, max(robots))
+            known = references(task, script, max(robots), parameters.get('set'))
     return RunDescription(f'{_short(script.stem)}, {number}' if script else number, known)
 
 
