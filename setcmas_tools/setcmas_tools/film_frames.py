@@ -7,6 +7,7 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
+from matplotlib import rcParams
 from matplotlib.artist import Artist
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.collections import LineCollection, PolyCollection
@@ -108,7 +109,13 @@ class FilmFrames:
         )
         self._flashes = self._axes.scatter([], [], facecolors='none', linewidths=2.0)
         self._clock = self._axes.text(
-            1.02, 0.0, '', transform=self._axes.transAxes, va='bottom', linespacing=1.5
+            1.02,
+            0.0,
+            '',
+            transform=self._axes.transAxes,
+            va='bottom',
+            linespacing=1.5,
+            fontsize=rcParams['legend.fontsize'],
         )
         for lines in (self._edges, self._trails, self._robots):
             self._axes.add_collection(lines, autolim=False)
@@ -160,7 +167,7 @@ class FilmFrames:
             lines.append(f'{self._speed:g} times as fast')
         if self._triggers:
             count = np.searchsorted(self._all_triggers, now, side='right')
-            lines.append(f'{count} communications')
+            lines.append(f'{count} states sent')
         return '\n'.join(lines)
 
 

@@ -31,7 +31,7 @@ SCREEN: dict[str, Any] = {
 
 PAPER: dict[str, Any] = {
     'savefig.dpi': 600,
-    'font.family': 'STIXGeneral',  # looks like Times, and comes with matplotlib
+    'font.family': ['STIXGeneral', 'DejaVu Serif'],  # as Times; both come with matplotlib
     'mathtext.fontset': 'stix',
     'font.size': 8,
     'axes.labelsize': 8,
