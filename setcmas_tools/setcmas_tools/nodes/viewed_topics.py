@@ -1,0 +1,167 @@
+"""The topics that the browser view listens to, new ones as they appear on the graph."""
+
+from __future__ import annotations
+
+import time
+from functools import partial
+from typing import Any
+
+from diagnostic_msgs.msg import DiagnosticArray
+from geometry_msgs.msg import Point32
+from nav_msgs.msg import Odometry
+from rclpy.node import Node
+from rclpy.qos import QoSProfile, ReliabilityPolicy
+from std_msgs.msg import Bool, Float32MultiArray, UInt16
+from visualization_msgs.msg import Marker, MarkerArray
+
+from setcmas_simu import topics
+from setcmas_simu.nodes import qos
+from setcmas_simu.planar_pose import yaw_of_quaternion
+from setcmas_tools.nodes.polled_topic import PolledTopic, suited_to
+from setcmas_tools.view import communication
+from setcmas_tools.view.fleet_scene import Known
+from setcmas_tools.view.marker_shapes import RING
+from setcmas_tools.view.robot_states import Diagnosis
+
+_NEWEST = QoSProfile(depth=1, reliability=ReliabilityPolicy.BEST_EFFORT)
+_EVENTS = QoSProfile(depth=10, reliability=ReliabilityPolicy.BEST_EFFORT)
+_MARKER_DEPTH = 500  # as many as a trail of a control script keeps for those who come late
+_SEPARATION = 'separation'  # namespace of the markers that tell the minimum separation
+_KINDS = {
+    'nav_msgs/msg/Odometry': Odometry,
+    'std_msgs/msg/UInt16': UInt16,
+    'visualization_msgs/msg/Marker': Marker,
+    'visualization_msgs/msg/MarkerArray': MarkerArray,
+}
+
+
+class ViewedTopics:
+    """Keeps what is known of a fleet up to date."""
+
+    def __init__(self, node: Node, known: Known) -> None:
+        """Listen to what concerns the whole fleet; `look` finds the robots."""
+        self._node = node
+        self._known = known
+        self._now = time.monotonic()
+        self._robots: dict[str, PolledTopic] = {}
+        self._commands: dict[str, PolledTopic] = {}
+        diagnosed = partial(PolledTopic, node, DiagnosticArray, topics.DIAGNOSTICS)
+        self._fleet = [
+            PolledTopic(node, Bool, topics.FLEET_PAUSE, self._on_pause, qos.EVENT),
+            PolledTopic(node, Bool, topics.PAUSED, self._on_paused, _NEWEST),
+            diagnosed(self._on_diagnostics, _EVENTS),
+            PolledTopic(
+                node,
+                Float32MultiArray,
+                topics.COMMUNICATION_GRAPH,
+                self._on_graph,
+                qos.LATCHED,
+            ),
+        ]
+
+    def look(self) -> None:
+        """Follow the changes of the graph since the last look."""
+        found = {
+            name: _KINDS[types[0]]
+            for name, types in self._node.get_topic_names_and_types()
+            if types[0] in _KINDS and self._node.count_publishers(name)
+        }
+        mocap = [name for name in found if name.startswith('/mocap/')]
+        self._known.real = bool(mocap)
+        wanted = {name: kind for name, kind in found.items() if self._is_wanted(name, kind)}
+        for name in self._robots.keys() - wanted.keys():
+            self._robots.pop(name).close()
+        for name in wanted.keys() - self._robots.keys():
+            self._robots[name] = self._subscribed(name, wanted[name])
+        self._look_for_commands()
+
+    def take(self, now: float) -> None:
+        """Take what has come until a time in s."""
+        self._now = now
+        for topic in (*self._robots.values(), *self._commands.values(), *self._fleet):
+            topic.take()
+
+    def _is_wanted(self, name: str, kind: type) -> bool:
+        robot = topics.robot_of(name)
+        if kind in (Marker, MarkerArray):
+            return robot is None or name != topics.robot_topic(robot, topics.MARKER)
+        if robot is None:
+            return False
+        if kind is UInt16:
+            return name == topics.robot_topic(robot, topics.TRIG_EVENT)
+        # A real TurtleBot3 publishes the odometry of its wheels under the usual name.
+        real = self._known.real
+        return name == (
+            topics.mocap_topic(robot) if real else topics.robot_topic(robot, topics.ODOM)
+        )
+
+    def _subscribed(self, name: str, kind: type) -> PolledTopic:
+        robot = topics.robot_of(name)
+        if kind is Odometry:
+            return PolledTopic(self._node, kind, name, partial(self._on_odometry, robot), _NEWEST)
+        if kind is UInt16:
+            on_event = partial(self._on_trigger, robot)
+            return PolledTopic(self._node, kind, name, on_event, _EVENTS)
+        on_markers = partial(self._on_marker if kind is Marker else self._on_markers, name)
+        profile = suited_to(self._node, name, _MARKER_DEPTH)
+        return PolledTopic(self._node, kind, name, on_markers, profile)
+
+    def _look_for_commands(self) -> None:
+        """Listen to the commands of one robot, whose first one begins the run."""
+        if self._commands:
+            name = next(iter(self._commands))
+            if self._node.count_publishers(name):
+                return
+            self._commands.pop(name).close()
+        for robot in self._known.fleet.robots:
+            name = topics.robot_topic(robot, topics.CMD_CART_VEL)
+            if self._node.count_publishers(name):
+                self._commands[name] = PolledTopic(
+                    self._node, Point32, name, self._on_command, _NEWEST
+                )
+                return
+
+    def _on_odometry(self, robot: int, message: Odometry) -> None:
+        position, q = message.pose.pose.position, message.pose.pose.orientation
+        pose = (position.x, position.y, yaw_of_quaternion(q.x, q.y, q.z, q.w))
+        # Motion capture systems tell poses; not all of them tell speeds.
+        speed = None if self._known.real else message.twist.twist.linear.x
+        self._known.fleet.see(robot, pose, speed, self._now)
+
+    def _on_command(self, _: Point32) -> None:
+        self._known.clock.heard(self._now)
+
+    def _on_pause(self, message: Bool) -> None:
+        self._known.states.wish(message.data)
+
+    def _on_paused(self, message: Bool) -> None:
+        self._known.states.announce(message.data, self._now)
+
+    def _on_trigger(self, robot: int, message: UInt16) -> None:
+        if message.data:
+            self._known.flashes.trigger(robot, self._now)
+
+    def _on_diagnostics(self, message: DiagnosticArray) -> None:
+        for status in message.status:
+            robot = topics.robot_of(f'/{status.name}/')
+            if robot:
+                values = {item.key: item.value for item in status.values}
+                level = int.from_bytes(status.level, 'little')
+                reason = status.message if level else ''
+                self._known.states.diagnose(
+                    robot, Diagnosis(level, values.get('state', ''), reason, self._now)
+                )
+
+    def _on_graph(self, message: Float32MultiArray) -> None:
+        sizes = [dimension.size for dimension in message.layout.dim]
+        weights = communication.matrix(sizes, message.data.tolist())
+        if weights is not None:
+            self._known.both, self._known.one_way = communication.links(weights)
+
+    def _on_marker(self, topic: str, marker: Marker) -> None:
+        is_separation = topic == topics.ARENA and marker.ns == _SEPARATION
+        self._known.markers.apply(topic, marker, self._now, RING if is_separation else None)
+
+    def _on_markers(self, topic: str, message: Any) -> None:
+        for marker in message.markers:
+            self._on_marker(topic, marker)

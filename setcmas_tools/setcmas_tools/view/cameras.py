@@ -1,0 +1,69 @@
+"""Where a browser looks from: the whole fleet from the side or from above, or one robot."""
+
+from __future__ import annotations
+
+import numpy as np
+import viser
+
+from setcmas_tools.view.camera_places import FOV, place
+
+FREE = 'no robot'
+
+_NEAR_M = np.array([-2.6, -1.8, 2.0])  # from the robot to the camera that follows it
+_PANEL_PX = 340
+_SMALL_PX = 700  # on pictures of this width the panel is folded away
+
+
+class FollowingCamera:
+    """The camera of one browser, which may follow a robot."""
+
+    def __init__(self, client: viser.ClientHandle, order: float) -> None:
+        """Add the choice of the robot to the browser's panel, at a place in its order."""
+        self._client = client
+        self._robot: int | None = None
+        self._options: tuple[str, ...] = (FREE,)
+        self._dropdown = client.gui.add_dropdown('Follow', self._options, order=order)
+        self._dropdown.on_update(lambda _: self._choose(str(self._dropdown.value)))
+
+    def offer(self, robots: list[int]) -> None:
+        """Offer these robots to be followed."""
+        options = (FREE, *[f'robot {robot}' for robot in robots])
+        if options != self._options:
+            self._options = options
+            self._dropdown.options = options
+
+    def show(self, name: str, half_m: float) -> None:
+        """Show one of the `VIEWS`, and follow no robot any more."""
+        self._robot = None
+        self._dropdown.value = FREE
+        camera = self._client.camera
+        width = camera.image_width
+        covered = _PANEL_PX / width if width > _SMALL_PX else 0.0
+        position, target = place(name, half_m, camera.aspect, covered)
+        with self._client.atomic():
+            camera.up_direction = (0.0, 0.0, 1.0)
+            camera.fov = FOV
+            camera.position = position
+            camera.look_at = target
+
+    def update(self, poses: dict[int, tuple[float, float, float]]) -> None:
+        """Look at the robot that is followed, from the side that the user has turned to."""
+        if self._robot is None or self._robot not in poses:
+            return
+        x, y, _ = poses[self._robot]
+        camera = self._client.camera
+        target = np.array([x, y, 0.2])
+        offset = camera.position - camera.look_at
+        with self._client.atomic():
+            camera.position = target + offset
+            camera.look_at = target
+
+    def _choose(self, option: str) -> None:
+        self._robot = None if option == FREE else int(option.split()[-1])
+        if self._robot is None:
+            return
+        camera = self._client.camera
+        with self._client.atomic():  # near the robot at first; the user may turn and zoom then
+            target = camera.look_at
+            camera.position = target + _NEAR_M
+            camera.look_at = target

@@ -1,0 +1,130 @@
+"""The whole picture: what is known of the fleet, drawn anew at every frame."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+import viser
+
+from setcmas_tools.view.communication import Flashes, Pairs
+from setcmas_tools.view.controls import Actions, Controls
+from setcmas_tools.view.fleet_view import FleetView
+from setcmas_tools.view.ground_scene import GroundScene
+from setcmas_tools.view.link_scene import LinkScene
+from setcmas_tools.view.marker_scene import MarkerScene
+from setcmas_tools.view.marker_store import MarkerStore
+from setcmas_tools.view.panel import RobotRow, panel_html
+from setcmas_tools.view.robot_scene import RobotScene
+from setcmas_tools.view.robot_states import RobotStates
+from setcmas_tools.view.run_clock import RunClock
+from setcmas_tools.view.trail_scene import TrailScene
+from setcmas_tools.view.trails import Trails
+
+_PANEL_PERIOD_S = 0.25
+_SIMULATED_SIZE, _TRUE_SIZE = 2.5, 1.0
+_AMBIENT = 1.7  # of pi, which three.js takes for full light
+_SUN = np.array([-0.45, -0.35, 1.0])  # towards it
+_NO_PAIRS: Pairs = np.empty((0, 2), np.int64)
+
+
+@dataclass
+class Known:
+    """What is known of a fleet.
+
+    Attributes:
+        real: Whether this is an experiment, so that robots cannot be reset.
+        both: Robot numbers of communication links that go both ways, shape (E, 2).
+        one_way: Of links that go one way, sender first, shape (F, 2).
+    """
+
+    fleet: FleetView = field(default_factory=FleetView)
+    states: RobotStates = field(default_factory=RobotStates)
+    clock: RunClock = field(default_factory=RunClock)
+    markers: MarkerStore = field(default_factory=MarkerStore)
+    flashes: Flashes = field(default_factory=Flashes)
+    both: Pairs = field(default_factory=lambda: _NO_PAIRS)
+    one_way: Pairs = field(default_factory=lambda: _NO_PAIRS)
+    real: bool = False
+
+
+class FleetScene:
+    """Draws what is known of a fleet on a page."""
+
+    def __init__(self, server: viser.ViserServer, known: Known, actions: Actions | None) -> None:
+        """Build the scene and the panel; without actions the robots cannot be commanded."""
+        self._server = server
+        self._known = known
+        scene = server.scene
+        _light(scene)
+        self._ground = GroundScene(scene)
+        self._robots = RobotScene(scene)
+        self._trails, self._trail_scene = Trails(), TrailScene(scene)
+        self._links = LinkScene(scene)
+        self._markers = MarkerScene(scene)
+        self.controls = Controls(server, actions, _SIMULATED_SIZE)
+        self._next_panel = 0.0
+        self._real = self._clear = False
+
+    def clear_trails(self) -> None:
+        """Forget the trails: robots have been put somewhere else."""
+        self._clear = True  # by the thread that draws
+
+    def update(self, now: float) -> None:
+        """Draw the picture of a time in s; browsers get it in one piece."""
+        with self._server.atomic():
+            self._draw(now)
+
+    def _draw(self, now: float) -> None:
+        known = self._known
+        known.fleet.forget(now)
+        known.markers.expire(now)
+        robots, poses = known.fleet.robots, known.fleet.poses(now)
+        flashes = known.flashes.strength(robots, now)
+        by_robot = dict(zip(robots, map(tuple, poses.T.tolist()), strict=True))
+        self._ground.reach(float(np.abs(poses[:2]).max(initial=0.0)))
+        self.controls.half_m = self._ground.half_m
+        if known.real != self._real:
+            self._real = known.real
+            self.controls.size = _TRUE_SIZE if known.real else _SIMULATED_SIZE
+        self._robots.show(robots, poses, known.fleet.lost(now), flashes, self.controls.size)
+        if self._clear:
+            self._clear = False
+            self._trails.clear()
+        self._trails.length_s = self.controls.trail_s
+        self._trails.extend(now, robots, poses[:2])
+        self._trail_scene.show(self._trails)
+        self._links.show(known.both, known.one_way, robots, poses, flashes)
+        self._markers.show(known.markers, by_robot, now)
+        self.controls.move_cameras(by_robot)
+        if now >= self._next_panel:
+            self._next_panel = now + _PANEL_PERIOD_S
+            self._show_panel(now)
+
+    def _show_panel(self, now: float) -> None:
+        known = self._known
+        fleet, paused = known.fleet, known.states.paused(now)
+        columns = zip(fleet.robots, fleet.newest().T, fleet.speeds(), fleet.lost(now), strict=True)
+        rows = [
+            RobotRow(
+                robot,
+                float(speed),
+                (float(pose[0]), float(pose[1]), float(pose[2])),
+                *known.states.describe(robot, bool(lost), float(speed), now),
+            )
+            for robot, pose, speed, lost in columns
+        ]
+        text = panel_html(rows, known.clock.seconds(now), fleet.disagreement(now), paused)
+        self.controls.show_figures(text, paused, not known.real)
+        self.controls.offer(fleet.robots)
+
+
+def _light(scene: viser.SceneApi) -> None:
+    """Light the scene such that faces that look up show their colour as it is."""
+    scene.configure_environment_map(None)
+    scene.configure_default_lights(False)
+    scene.add_light_ambient('/lights/all_around', intensity=_AMBIENT)
+    sun = _SUN / np.linalg.norm(_SUN)
+    scene.add_light_directional(
+        '/lights/sun', intensity=(np.pi - _AMBIENT) / sun[2], position=tuple(50 * sun)
+    )

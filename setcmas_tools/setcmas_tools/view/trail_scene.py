@@ -1,0 +1,46 @@
+"""The trails behind the robots; only the newest chunk is sent again and again."""
+
+from __future__ import annotations
+
+import numpy as np
+import viser
+
+from setcmas_simu import fleet
+from setcmas_tools.view.tone import untoned
+from setcmas_tools.view.trails import Chunk, Trails
+
+_WIDTH_M = 0.045
+
+
+class TrailScene:
+    """Draws the chunks of the trails."""
+
+    def __init__(self, scene: viser.SceneApi) -> None:
+        """Prepare; nothing is drawn yet."""
+        self._scene = scene
+        self._handles: dict[int, viser.LineSegmentsHandle] = {}
+        self._finished: set[int] = set()
+
+    def show(self, trails: Trails) -> None:
+        """Draw the trails as they are now."""
+        for number in self._handles.keys() - {chunk.number for chunk in trails.chunks}:
+            self._handles.pop(number).remove()
+            self._finished.discard(number)
+        for chunk in trails.chunks:
+            if chunk.number not in self._finished:
+                self._draw(chunk)
+                if chunk is not trails.chunks[-1]:
+                    self._finished.add(chunk.number)
+
+    def _draw(self, chunk: Chunk) -> None:
+        points = chunk.points.reshape(-1, 2, 3)
+        handle = self._handles.get(chunk.number)
+        if handle is not None:
+            handle.points = points
+            return
+        # The colours of plots: a white trail could not be seen on the ground.
+        colours = untoned([fleet.plot_colour(robot) for robot in chunk.robots])
+        per_point = np.repeat(colours, chunk.points.shape[1], axis=0)[:, None].repeat(2, axis=1)
+        self._handles[chunk.number] = self._scene.add_line_segments(
+            f'/trails/{chunk.number}', points, per_point, thickness=_WIDTH_M
+        )
