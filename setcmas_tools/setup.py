@@ -22,6 +22,7 @@ setup(
     zip_safe=False,
     entry_points={
         'console_scripts': [
+            'browser_view = setcmas_tools.nodes.browser_view:main',
             'recorder = setcmas_tools.nodes.recorder:main',
         ],
     },

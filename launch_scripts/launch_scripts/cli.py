@@ -18,6 +18,7 @@ VERBS = {
     'offline': 'simulate and control without ROS, much faster than real time',
     'simu': 'simulate robots',
     'ctrl': 'run a control law on the robots',
+    'view': 'show the robots that are running on a page in the browser',
     'record': 'record all topics into a bag',
     'bag_to_csv': 'convert a bag to CSV files',
     'csv_to_plot': 'plot the CSV files of a run',

@@ -15,6 +15,7 @@ from launch_scripts.output_lines import warn
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet import parse_robots
 from setcmas_simu.rviz_config import rviz_config
+from setcmas_tools.view.desktop import has_display
 
 _RVIZ = 'rviz2'
 _ROBOTS_IF_UNKNOWN = 8
@@ -64,8 +65,7 @@ def why_no_rviz() -> str:
     """Return why RViz 2 cannot be started here; an empty text if it can."""
     if shutil.which(_RVIZ) is None:
         return 'rviz2 is not installed, or its setup.bash is not sourced'
-    needs_display = sys.platform not in ('win32', 'darwin')
-    if needs_display and not (os.environ.get('DISPLAY') or os.environ.get('WAYLAND_DISPLAY')):
+    if not has_display(os.environ, sys.platform):
         return 'rviz2 has no screen to open its window on'
     return ''
 

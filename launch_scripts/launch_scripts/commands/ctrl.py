@@ -15,7 +15,8 @@ import argparse
 from launch_scripts.environment import node_command, require_ros
 from launch_scripts.foreground import run_in_foreground
 from launch_scripts.node_arguments import node_arguments
-from launch_scripts.rviz import add_rviz_argument, rviz_beside, shown_robots
+from launch_scripts.rviz import shown_robots
+from launch_scripts.view_options import NONE, add_view_arguments, view_beside
 from setcmas_ctrl.algorithm_loader import compile_script, find_script
 from setcmas_ctrl.control_options import (
     add_fleet_arguments,
@@ -44,7 +45,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the options of the verb."""
     add_watch_argument(add_law_arguments(parser))
     add_fleet_arguments(parser)
-    add_rviz_argument(parser)
+    add_view_arguments(parser, default=NONE)  # the simulator shows the robots already
 
 
 def main(args: argparse.Namespace) -> int:
@@ -54,6 +55,6 @@ def main(args: argparse.Namespace) -> int:
     compile_script(script, settings=parse_settings(args.set))
     robots = shown_robots(args)
     require_ros()
-    with rviz_beside(args.rviz, robots) as companions:
+    with view_beside(args, robots) as companions:
         command = node_command(MODULE, node_arguments(args, OPTIONS))
         return run_in_foreground('ctrl', command, companions)

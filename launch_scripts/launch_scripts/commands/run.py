@@ -22,7 +22,9 @@ from launch_scripts.node_arguments import node_arguments
 from launch_scripts.output_lines import Stream, warn, write_line
 from launch_scripts.run_folder import RunFolder
 from launch_scripts.run_options import add_run_arguments, output_folder, parameters
+from launch_scripts.rviz import Companion
 from launch_scripts.supervisor import Child, ChildDiedError, StoppedError, Supervisor
+from launch_scripts.view_options import add_view_arguments, view_beside
 from setcmas_ctrl.algorithm_loader import compile_script, find_script
 from setcmas_ctrl.control_options import CONTROL_STARTED, SCRIPT_FAILED, add_watch_argument
 from setcmas_ctrl.script_settings import parse_settings
@@ -42,6 +44,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     law, robots = add_run_arguments(parser)
     add_watch_argument(law)
     add_cmd_timeout_argument(robots)
+    add_view_arguments(parser)
 
 
 def main(args: argparse.Namespace) -> int:
@@ -50,14 +53,15 @@ def main(args: argparse.Namespace) -> int:
     # Mistakes are told before anything starts.
     compile_script(script, settings=parse_settings(args.set))
     args.robots = None
-    simulated_robots(args)
+    robots = simulated_robots(args).robots
     folder = RunFolder(output_folder(args, script))
     folder.check(args.overwrite)
     require_ros()
-    folder.create()
-    started = time.time()
-    folder.write_record(parameters(args, script), 'not finished', args.seed, started)
-    status, outcome = _robots_run(args, folder)
+    with view_beside(args, robots) as views:
+        folder.create()
+        started = time.time()
+        folder.write_record(parameters(args, script), 'not finished', args.seed, started)
+        status, outcome = _robots_run(args, folder, views)
     if outcome == _NOT_BEGUN:
         folder.discard()
         return status
@@ -79,7 +83,9 @@ def main(args: argparse.Namespace) -> int:
         return status
 
 
-def _robots_run(args: argparse.Namespace, folder: RunFolder) -> tuple[int, str]:
+def _robots_run(
+    args: argparse.Namespace, folder: RunFolder, views: list[Companion]
+) -> tuple[int, str]:
     """Let the robots run; returns the exit status so far and how it ended."""
     with Supervisor(local_environment(), prefix=True) as supervisor:
         started = False
@@ -92,6 +98,8 @@ def _robots_run(args: argparse.Namespace, folder: RunFolder) -> tuple[int, str]:
 
         supervisor.write = write
         robots = _start(supervisor, args, folder)
+        for name, command in views:
+            supervisor.start(name, command, needed=False)
         try:
             deadline = time.monotonic() + _START_TIMEOUT_S
             supervisor.run(until=lambda: started or time.monotonic() > deadline)

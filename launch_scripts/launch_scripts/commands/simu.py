@@ -4,7 +4,7 @@ Examples:
   setcmas simu --nb-robots 8
   setcmas simu --nb-robots 3 --pose 1:1.0,2.0,1.57 --limits burger
   setcmas simu --nb-robots 8 --robots 1-4        half of a fleet; the rest runs elsewhere
-  setcmas simu --nb-robots 8 --rviz
+  setcmas simu --nb-robots 8 --rviz              shown in RViz 2; --view: in the browser
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ import argparse
 from launch_scripts.environment import node_command, require_ros
 from launch_scripts.foreground import run_in_foreground
 from launch_scripts.node_arguments import node_arguments
-from launch_scripts.rviz import add_rviz_argument, rviz_beside
+from launch_scripts.view_options import add_view_arguments, view_beside
 from setcmas_simu.simulation_options import add_simulation_arguments, simulated_robots
 
 MODULE = 'setcmas_simu.nodes.virtual_robot'
@@ -33,7 +33,7 @@ OPTIONS = (
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the options of the verb."""
     add_simulation_arguments(parser)
-    add_rviz_argument(parser)
+    add_view_arguments(parser)
 
 
 def main(args: argparse.Namespace) -> int:
@@ -42,6 +42,6 @@ def main(args: argparse.Namespace) -> int:
         args.nb_robots = 1
     simulated = simulated_robots(args)  # mistakes are told before anything starts
     require_ros()
-    with rviz_beside(args.rviz, simulated.robots) as companions:
+    with view_beside(args, simulated.robots) as companions:
         command = node_command(MODULE, node_arguments(args, OPTIONS))
         return run_in_foreground('simu', command, companions)

@@ -124,9 +124,7 @@ class ViewedTopics:
     def _on_odometry(self, robot: int, message: Odometry) -> None:
         position, q = message.pose.pose.position, message.pose.pose.orientation
         pose = (position.x, position.y, yaw_of_quaternion(q.x, q.y, q.z, q.w))
-        # Motion capture systems tell poses; not all of them tell speeds.
-        speed = None if self._known.real else message.twist.twist.linear.x
-        self._known.fleet.see(robot, pose, speed, self._now)
+        self._known.fleet.see(robot, pose, message.twist.twist.linear.x, self._now)
 
     def _on_command(self, _: Point32) -> None:
         self._known.clock.heard(self._now)

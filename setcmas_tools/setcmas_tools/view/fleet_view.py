@@ -46,32 +46,25 @@ class FleetView:
         """The robots' numbers, sorted."""
         return sorted(self._seen)
 
-    def see(
-        self, robot: int, pose: tuple[float, float, float], speed: float | None, now: float
-    ) -> None:
+    def see(self, robot: int, pose: tuple[float, float, float], speed: float, now: float) -> None:
         """Note where a robot is.
 
         Args:
             robot: Its number.
             pose: x, y in m and theta in rad; what is not finite is passed over.
-            speed: Along its heading in m/s; None where it is to be found from the poses.
+            speed: Along its heading in m/s.
             now: Time in s.
         """
         if not np.isfinite(pose).all():
             return
         last = self._seen.get(robot)
         if last is None or now - last.time > LOST_S:
-            self._seen[robot] = _Seen(pose, pose, now, _PERIODS_S[0], speed or 0.0)
+            self._seen[robot] = _Seen(pose, pose, now, _PERIODS_S[0], speed)
             return
         step = max(now - last.time, 1e-3)
         distance = float(np.hypot(pose[0] - last.pose[0], pose[1] - last.pose[1]))
         period = min(max(step, _PERIODS_S[0]), _PERIODS_S[1])
         jumped = distance > _JUMP_M_S * period
-        if speed is None:
-            # Smoothed over about half a second: positions are noisy.
-            share = min(1.0, step / 0.5)
-            measured = last.speed if jumped else distance / step
-            speed = last.speed + share * (measured - last.speed)
         self._seen[robot] = _Seen(pose, pose if jumped else last.pose, now, period, speed)
 
     def poses(self, now: float) -> Floats:

@@ -1,0 +1,37 @@
+"""Show the robots that are running, simulated or real, on a page in the browser until Ctrl-C.
+
+It shows poses, trails, drawings of control scripts and communication, and lets you pause, start
+and reset the robots.
+
+Examples:
+  setcmas view
+  setcmas view --port 9000
+  setcmas view --host 0.0.0.0 --read-only        for others on the network, to look at only
+"""
+
+from __future__ import annotations
+
+import argparse
+
+from launch_scripts.environment import require_ros
+from launch_scripts.foreground import run_in_foreground
+from launch_scripts.node_arguments import node_arguments
+from launch_scripts.view_options import INSTALL_VISER, browser_command, has_viser
+from setcmas_simu.errors import SetcmasError
+from setcmas_tools.view.browser_options import add_browser_arguments
+
+_OPTIONS = ('host', 'port')
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add the options of the verb."""
+    add_browser_arguments(parser.add_argument_group('page'))
+
+
+def main(args: argparse.Namespace) -> int:
+    """Show the robots until Ctrl-C; returns the exit status."""
+    require_ros()
+    if not has_viser():
+        raise SetcmasError(f'viser is needed and is missing: {INSTALL_VISER}')
+    arguments = node_arguments(args, _OPTIONS) + (['--read-only'] if args.read_only else [])
+    return run_in_foreground('view', browser_command(arguments))

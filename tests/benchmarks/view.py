@@ -1,0 +1,96 @@
+"""Measures what the browser view costs while a browser looks; prints figures, asserts nothing.
+
+Needs chromium and chromium-driver. Robots move under traj_tracking, the law that draws most. The
+browser itself is not counted: without a graphics card it takes a core for the picture. Run in the
+environment that setcmas is installed in, on a quiet machine:
+
+    python tests/benchmarks/view.py [--nb-robots 8 50] [--duration 30]
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import platform
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+from pathlib import Path
+
+os.environ.setdefault('ROS_AUTOMATIC_DISCOVERY_RANGE', 'LOCALHOST')
+os.environ['ROS_DOMAIN_ID'] = str(1 + os.getpid() % 100)
+sys.path.insert(0, str(Path(__file__).parents[1]))
+
+import psutil
+from browser import open_browser, wait_for_text
+
+SETCMAS = Path(sys.executable).parent / 'setcmas'
+
+
+def start(log: Path, *arguments: str) -> subprocess.Popen:
+    with log.open('wb') as file:
+        return subprocess.Popen([SETCMAS, *arguments], stdout=file, stderr=file)
+
+
+def node_of(process: subprocess.Popen) -> psutil.Process:
+    return psutil.Process(process.pid).children()[0]
+
+
+def cpu_s(process: psutil.Process) -> float:
+    return sum(process.cpu_times()[:2])
+
+
+def url_in(log: Path) -> str:
+    while 'http://' not in log.read_text():
+        time.sleep(0.1)
+    return log.read_text().split()[2]
+
+
+def load(view: psutil.Process, duration: float) -> float:
+    """Return the share of a core that a process takes over some seconds."""
+    before, begin = cpu_s(view), time.monotonic()
+    time.sleep(duration)
+    return (cpu_s(view) - before) / (time.monotonic() - begin)
+
+
+def measure(nb_robots: int, algo: str, duration: float, folder: Path) -> None:
+    simu = start(folder / 'simu', 'simu', '--nb-robots', str(nb_robots))
+    ctrl = start(folder / 'ctrl', 'ctrl', '--algo', algo)
+    view = start(folder / 'view', 'view')
+    try:
+        url = url_in(folder / 'view')
+        time.sleep(5)
+        idle = load(node_of(view), 5)
+        with open_browser(400, 300) as browser:
+            browser.get(url)
+            wait_for_text(browser, f'{nb_robots} robots')
+            time.sleep(5)
+            busy = load(node_of(view), duration)
+        memory = node_of(view).memory_full_info().pss / 1e6
+        print(
+            f'{nb_robots:3d} robots under {algo}: {busy:.3f} core with a browser, '
+            f'{idle:.3f} core without, {memory:.0f} MB (PSS)',
+            flush=True,
+        )
+    finally:
+        for process in (view, ctrl, simu):
+            process.send_signal(signal.SIGINT)
+            process.wait()
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument('--nb-robots', type=int, nargs='+', default=[8, 50])
+    parser.add_argument('--algo', default='traj_tracking')
+    parser.add_argument('--duration', type=float, default=30.0)
+    args = parser.parse_args()
+    print(f'{platform.platform()}, Python {platform.python_version()}, {os.cpu_count()} cores')
+    with tempfile.TemporaryDirectory() as folder:
+        for nb_robots in args.nb_robots:
+            measure(nb_robots, args.algo, args.duration, Path(folder))
+
+
+if __name__ == '__main__':
+    main()
