@@ -29,11 +29,33 @@ def add_rviz_argument(parser: argparse.ArgumentParser) -> None:
     parser.add_argument('--rviz', action='store_true', help='show the robots in RViz 2 as well')
 
 
+def add_rviz_file_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add --write-rviz, --robots and --experiment."""
+    group = parser.add_argument_group('RViz 2')
+    group.add_argument(
+        '--write-rviz',
+        type=Path,
+        metavar='FILE',
+        help='show nothing, but write what sets RViz 2 up for a fleet',
+    )
+    group.add_argument(
+        '--robots', metavar='LIST', help=f'its robots (default: 1-{_ROBOTS_IF_UNKNOWN})'
+    )
+    group.add_argument(
+        '--experiment', action='store_true', help='they are real: poses of motion capture, arena'
+    )
+
+
 def shown_robots(args: argparse.Namespace) -> list[int]:
-    """Return the robots that --nb-robots or --robots name; the first 8 if neither does."""
+    """Return the robots that --robots or --nb-robots name; the first 8 if neither does.
+
+    Raises:
+        SetcmasError: --robots is malformed.
+    """
     if args.robots:
         return parse_robots(args.robots)
-    return list(range(1, (args.nb_robots or _ROBOTS_IF_UNKNOWN) + 1))
+    nb_robots = getattr(args, 'nb_robots', None) or _ROBOTS_IF_UNKNOWN
+    return list(range(1, nb_robots + 1))
 
 
 @contextmanager

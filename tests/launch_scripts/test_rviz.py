@@ -107,6 +107,23 @@ def test_a_mistake_is_told_with_rviz_too(domain):
     assert "robots 'x' are not understood" in result.stderr
 
 
+def test_a_file_for_rviz(tmp_path):
+    written = run_setcmas('view', '--write-rviz', 'fleet.rviz', '--robots', '2,4-5', cwd=tmp_path)
+    real = run_setcmas('view', '--write-rviz', 'real.rviz', '--experiment', cwd=tmp_path)
+
+    assert written.stdout == 'rviz2 -d fleet.rviz shows robots 2,4-5\n'
+    assert (tmp_path / 'fleet.rviz').read_text() == rviz_config([2, 4, 5])
+    assert real.returncode == 0
+    assert (tmp_path / 'real.rviz').read_text() == rviz_config(list(range(1, 9)), True)
+
+
+def test_what_only_the_file_needs_is_refused_without_it(tmp_path):
+    result = run_setcmas('view', '--robots', '1-3', cwd=tmp_path)
+
+    assert result.returncode == 2
+    assert '--robots is for the file of --write-rviz' in result.stderr
+
+
 def test_a_configuration_that_cannot_be_written(tmp_path):
     with pytest.raises(SetcmasError, match='cannot be written'):
         write_config(tmp_path / 'missing' / 'fleet.rviz', [1])
