@@ -1,23 +1,34 @@
 """Makes the pictures of README.md, from runs of its own, into docs/pictures/.
 
 python tests/pictures/readme_pictures.py                   all of them
-python tests/pictures/readme_pictures.py trajectories
+python tests/pictures/readme_pictures.py browser_view      needs chromium and chromedriver
 """
 
 from __future__ import annotations
 
 import argparse
+import contextlib
+import os
+import re
+import signal
 import subprocess
 import sys
 import tempfile
+import time
 from pathlib import Path
 
 from PIL import Image
 
+sys.path.insert(0, str(Path(__file__).parents[1]))
+
+from ros_domain import reserved_domain
+
 PICTURES = Path(__file__).parents[2] / 'docs' / 'pictures'
 SETCMAS = str(Path(sys.executable).parent / 'setcmas')
 MOST_BYTES = 200_000
-COLOURS = 128
+WINDOW = (1280, 800)
+RUNNING_S = 16.0
+"""Time after which the formation is there and its trails are long."""
 
 
 def save(source: Path, name: str) -> Path:
@@ -29,7 +40,8 @@ def save(source: Path, name: str) -> Path:
     """
     path = PICTURES / f'{name}.png'
     with Image.open(source) as image:
-        small = image.convert('RGB').quantize(COLOURS, dither=Image.Dither.NONE)
+        # Means of clusters: the robots' colours are rare, and a median would swallow them.
+        small = image.convert('RGB').quantize(256, kmeans=8, dither=Image.Dither.NONE)
     small.save(path, optimize=True)
     assert path.stat().st_size < MOST_BYTES, f'{path}: {path.stat().st_size} bytes'
     return path
@@ -57,7 +69,47 @@ def communication(folder: Path) -> Path:
     return plot_of_a_run(folder, 'communication_instants', *options)
 
 
-MAKERS = {maker.__name__: maker for maker in (trajectories, communication)}
+def browser_view(folder: Path) -> Path:
+    """Show a formation on its way, as the browser does."""
+    from browser import close_notifications, open_browser, wait_for_text
+
+    with reserved_domain() as domain, contextlib.ExitStack() as stack:
+        environment = {
+            **os.environ,
+            'ROS_DOMAIN_ID': str(domain),
+            'ROS_AUTOMATIC_DISCOVERY_RANGE': 'LOCALHOST',
+        }
+
+        def start(*arguments: str) -> subprocess.Popen[str]:
+            process = subprocess.Popen(
+                [SETCMAS, *arguments],
+                env=environment,
+                stdout=subprocess.PIPE,
+                stderr=subprocess.DEVNULL,
+                text=True,
+            )
+            stack.callback(process.wait)
+            stack.callback(process.send_signal, signal.SIGINT)
+            return process
+
+        start('simu', '--nb-robots', '8', '--view', 'none')
+        page = start('view', '--port', '8911')
+        assert page.stdout
+        found = (re.search(r'http://\S+', line) for line in page.stdout)
+        url = next(match[0] for match in found if match)
+        browser = stack.enter_context(open_browser(*WINDOW))
+        browser.get(url)
+        wait_for_text(browser, 'robots')
+        start('ctrl', '--algo', 'leader_follower_formation')
+        time.sleep(RUNNING_S)
+        close_notifications(browser)
+        time.sleep(1.0)
+        folder.mkdir()
+        browser.save_screenshot(str(folder / 'page.png'))
+    return folder / 'page.png'
+
+
+MAKERS = {maker.__name__: maker for maker in (trajectories, communication, browser_view)}
 
 
 def main() -> None:
