@@ -101,12 +101,14 @@ def test_a_script_that_takes_all_memory_stops_its_own_robot_only(start, peer, sc
     law = script(
         """
         import resource
-        limit = 3 * 2**30  # so that the machine of the test survives
+        import numpy as np
+        used = int(open('/proc/self/statm').read().split()[0]) * resource.getpagesize()
+        limit = used + 2**30  # so that the machine of the test survives
         resource.setrlimit(resource.RLIMIT_AS, (limit, limit))
-        taken = []
         def control(robotNo, nbRobots, poses, t):
+            taken = []
             while robotNo == 1:
-                taken.append(bytearray(2**28))
+                taken.append(np.empty(2**27, np.uint8))
             return 0.2, 0
         """
     )
@@ -115,7 +117,7 @@ def test_a_script_that_takes_all_memory_stops_its_own_robot_only(start, peer, sc
     process = start(*CTRL, '--algo', law)
 
     peer.wait_for(lambda: len(command) > 5 and velocity(command[-1])[0] > 0.1)
-    assert 'law.py, line 8: MemoryError' in process.wait_for_output('MemoryError')
+    assert 'law.py, line 10: ' in process.wait_for_output('MemoryError')
     assert process.end() == 1
 
 
