@@ -52,7 +52,7 @@ def animate(
     path = (output or run_folder(source) / 'plots') / f'{_NAME}.{kind}'
     grid = on_grid(table, film_writers.rate_of(kind) / speed)
     film_writers.check_length(kind, len(grid.t))
-    triggers = trigger_times(source.parent, grid.robots)
+    triggers = trigger_times(source.parent)
     hidden = None if progress else True  # None: hidden unless there is a terminal
     with plot_style(palette):
         frames = FilmFrames(grid, table, describe(source, grid.robots), triggers, speed)

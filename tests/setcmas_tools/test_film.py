@@ -102,16 +102,14 @@ def test_an_mp4_where_there_is_ffmpeg(run, ffmpeg):
     assert re.findall(r'frame= *(\d+)', told)[-1] == '151'  # 6 s and the last pose
 
 
-def events(folder, robot, rows):
-    text = ''.join(f'{t},{data}\n' for t, data in rows)
-    (folder / 'csv' / f'tb3_{robot}_trig_event.csv').write_text(f't,data\n{text}')
+def triggers(folder, rows):
+    text = ''.join(f'{t},{robot},{sent}\n' for t, robot, sent in rows)
+    (folder / 'csv' / 'triggers.csv').write_text(f't,robot,sent\n{text}')
 
 
 def test_communications_flash_where_and_when_they_happen(run):
     folder = run(1)
-    events(folder, 1, [(2.0, 0), (5.0, 1)])
-    # The bag starts 2 s before the first command, with which the time of the film starts.
-    (folder / 'csv' / 'tb3_1_cmd_vel.csv').write_text('t,twist.linear.x\n2.0,0.5\n2.2,0.5\n')
+    triggers(folder, [(0.0, 1, 0), (3.0, 1, 1)])
     path = animate(folder, kind='gif')
 
     with Image.open(path) as film:
@@ -121,14 +119,12 @@ def test_communications_flash_where_and_when_they_happen(run):
     assert flashing[-1] < 36
 
 
-def test_when_robots_communicated(run):
+def test_when_robots_sent_their_states(run):
     folder = run(3)
-    csv = folder / 'csv'
-    assert trigger_times(csv, [1, 2, 3]) == {}
-    events(folder, 1, [(0.5, 1), (0.7, 0), (0.9, 1)])
-    events(folder, 3, [(0.5, 0)])
+    assert trigger_times(folder / 'csv') == {}
+    triggers(folder, [(0.5, 1, 1), (0.5, 3, 0), (0.7, 1, 0), (0.9, 1, 1)])
 
-    found = trigger_times(csv, [1, 2, 3])
+    found = trigger_times(folder / 'csv')
 
     assert {robot: times.tolist() for robot, times in found.items()} == {1: [0.5, 0.9], 3: []}
 
@@ -153,10 +149,12 @@ def test_mistakes_get_one_line(run, tmp_path, no_ffmpeg):
         animate(folder, kind='mp4')
     with pytest.raises(SetcmasError, match=r'too long for a GIF.*--speed 4 or more'):
         animate(folder, kind='gif', speed=0.0125)
-    (folder / 'csv' / 'tb3_1_trig_event.csv').write_text('t,value\n1,1\n')
-    with pytest.raises(SetcmasError, match=r'tb3_1_trig_event\.csv.* expected are numbers in t'):
+    (folder / 'csv' / 'triggers.csv').write_text('t,value\n1,1\n')
+    with pytest.raises(
+        SetcmasError, match=r'triggers\.csv. is damaged; accepted are the columns t'
+    ):
         animate(folder, kind='gif')
-    (folder / 'csv' / 'tb3_1_trig_event.csv').unlink()
+    (folder / 'csv' / 'triggers.csv').unlink()
     (tmp_path / 'taken').write_text('a file')
     with pytest.raises(SetcmasError, match='cannot be written'):
         animate(folder, tmp_path / 'taken', 'gif')
