@@ -14,6 +14,7 @@ Floats = NDArray[np.float64]
 
 _GREY = np.array([0.62, 0.66, 0.72])
 _HEIGHT_M = 0.03
+_WIDTH_M = 0.035
 _GAP_M = 0.28  # between an arrow's tip and the robot, of a robot in its true size times 2
 
 
@@ -42,7 +43,11 @@ class LinkScene:
         points = np.column_stack([poses[0], poses[1], np.full(len(robots), _HEIGHT_M)])
         own = np.array([fleet.plot_colour(robot) for robot in robots]).reshape(-1, 3)
         lit = untoned(_GREY + flashes[:, None] * (own - _GREY))
-        self._lines = self._replace(self._lines, both, points[both], lit[both])
+        # The whole link takes the colour of the robot that has just sent over it.
+        later = np.take_along_axis(both, flashes[both].argmax(axis=1)[:, None], axis=1)
+        self._lines = self._replace(
+            self._lines, both, points[both], np.repeat(lit[later], 2, axis=1)
+        )
         ends = points[one_way]
         along = ends[:, 1] - ends[:, 0]
         length = np.linalg.norm(along, axis=1, keepdims=True)
@@ -64,7 +69,7 @@ class LinkScene:
             handle.remove()
         if not len(pairs):
             return None
-        return self._scene.add_line_segments('/links', points, colours, thickness=0.02)
+        return self._scene.add_line_segments('/links', points, colours, thickness=_WIDTH_M)
 
     def _replace_arrows(
         self, handle: viser.ArrowsHandle | None, points: Floats, colours: Floats

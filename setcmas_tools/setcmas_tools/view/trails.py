@@ -78,7 +78,7 @@ class Trails:
             return
         self._clock += now - self._time if self._time is not None else 0.0
         self._time, self._xy = now, xy
-        if self._clock - self._sampled >= _SAMPLE_S:
+        if self._clock - self._sampled > _SAMPLE_S - 1e-6:  # rounding
             self._next_segment(robots)
         self._draw_to(xy)
         while self.chunks and self._clock - self.chunks[0].begin > self.length_s:
