@@ -6,7 +6,6 @@ import re
 import shutil
 import threading
 
-
 import numpy as np
 import pytest
 from processes import CTRL, SETCMAS, SIMU

@@ -5,25 +5,33 @@ from __future__ import annotations
 import numpy as np
 import viser
 
-from setcmas_tools.view.camera_places import FOV, place
+from setcmas_tools.view.camera_places import FOV, SIDE, place
 
 FREE = 'no robot'
 
 _NEAR_M = np.array([-2.6, -1.8, 2.0])  # from the robot to the camera that follows it
 _PANEL_PX = 340
+_MOVED_M = 0.05
 _SMALL_PX = 700  # on pictures of this width the panel is folded away
 
 
 class FollowingCamera:
     """The camera of one browser, which may follow a robot."""
 
-    def __init__(self, client: viser.ClientHandle, order: float) -> None:
-        """Add the choice of the robot to the browser's panel, at a place in its order."""
+    def __init__(self, client: viser.ClientHandle, order: float, half_m: float) -> None:
+        """Show the whole ground at first.
+
+        Args:
+            client: The browser.
+            order: Place of the choice of the robot in its panel.
+            half_m: Half the side of the ground in m.
+        """
         self._client = client
         self._robot: int | None = None
         self._options: tuple[str, ...] = (FREE,)
         self._dropdown = client.gui.add_dropdown('Follow', self._options, order=order)
         self._dropdown.on_update(lambda _: self._choose(str(self._dropdown.value)))
+        self.show(SIDE, half_m)
 
     def offer(self, robots: list[int]) -> None:
         """Offer these robots to be followed."""
@@ -36,6 +44,7 @@ class FollowingCamera:
         """Show one of the `VIEWS`, and follow no robot any more."""
         self._robot = None
         self._dropdown.value = FREE
+        self._view, self._half_m = name, half_m
         camera = self._client.camera
         width = camera.image_width
         covered = _PANEL_PX / width if width > _SMALL_PX else 0.0
@@ -45,6 +54,16 @@ class FollowingCamera:
             camera.fov = FOV
             camera.position = position
             camera.look_at = target
+        self._place = position
+
+    def fit(self, half_m: float) -> None:
+        """Go on showing the whole ground when it grows, unless the user has moved the camera."""
+        camera = self._client.camera
+        moved = self._robot is not None or not np.allclose(
+            camera.position, self._place, atol=_MOVED_M
+        )
+        if half_m != self._half_m and not moved:
+            self.show(self._view, half_m)
 
     def update(self, poses: dict[int, tuple[float, float, float]]) -> None:
         """Look at the robot that is followed, from the side that the user has turned to."""

@@ -103,6 +103,7 @@ class Controls:
     def move_cameras(self, poses: dict[int, tuple[float, float, float]]) -> None:
         """Let the cameras go along with the robots that they follow."""
         for camera in self._followers():
+            camera.fit(self.half_m)
             camera.update(poses)
 
     def _add_buttons(self, actions: Actions) -> None:
@@ -120,8 +121,7 @@ class Controls:
             return list(self._cameras.values())
 
     def _come(self, client: viser.ClientHandle) -> None:
-        camera = FollowingCamera(client, _FOLLOW)
-        camera.show(VIEWS[0], self.half_m)
+        camera = FollowingCamera(client, _FOLLOW, self.half_m)
         with self._lock:
             self._cameras[client.client_id] = camera
 

@@ -9,6 +9,7 @@ _STEP_M = 5.0
 LEAST_HALF_M = 7.5
 """Half the side of the ground at first, in m."""
 _MARGIN_M = 2.5
+_CLEAR_M = 0.5
 _FLOOR = (246, 248, 250)
 _CELL = (238, 240, 244)
 _SECTION = (222, 227, 233)
@@ -45,10 +46,10 @@ class GroundScene:
 
     def reach(self, distance_m: float) -> None:
         """Let the ground be seen as far as robots are from the origin along x or y."""
-        wanted = max(LEAST_HALF_M, _STEP_M * np.ceil(distance_m / _STEP_M) + _MARGIN_M)
-        if wanted <= self.half_m:
+        if distance_m + _CLEAR_M <= self.half_m:
             return
-        self.half_m = float(wanted)
+        steps = np.ceil((distance_m + _CLEAR_M - _MARGIN_M) / _STEP_M)
+        self.half_m = max(LEAST_HALF_M, float(_STEP_M * steps + _MARGIN_M))
         side = 2 * self.half_m
         self._scene.add_grid(
             '/ground', side, side, cell_size=1.0, section_size=_STEP_M, cell_color=_CELL,

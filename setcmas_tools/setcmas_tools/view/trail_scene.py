@@ -9,7 +9,7 @@ from setcmas_simu import fleet
 from setcmas_tools.view.tone import untoned
 from setcmas_tools.view.trails import Chunk, Trails
 
-_WIDTH_M = 0.045
+_WIDTH_M = 0.05
 
 
 class TrailScene:
