@@ -20,13 +20,11 @@ from setcmas_simu.planar_pose import yaw_of_quaternion
 from setcmas_tools.nodes.polled_topic import PolledTopic, suited_to
 from setcmas_tools.view import communication
 from setcmas_tools.view.fleet_scene import Known
-from setcmas_tools.view.marker_shapes import RING
 from setcmas_tools.view.robot_states import Diagnosis
 
 _NEWEST = QoSProfile(depth=1, reliability=ReliabilityPolicy.BEST_EFFORT)
 _EVENTS = QoSProfile(depth=10, reliability=ReliabilityPolicy.BEST_EFFORT)
 _MARKER_DEPTH = 500  # as many as a trail of a control script keeps for those who come late
-_SEPARATION = 'separation'  # namespace of the markers that tell the minimum separation
 _KINDS = {
     'nav_msgs/msg/Odometry': Odometry,
     'std_msgs/msg/UInt16': UInt16,
@@ -157,8 +155,7 @@ class ViewedTopics:
             self._known.both, self._known.one_way = communication.links(weights)
 
     def _on_marker(self, topic: str, marker: Marker) -> None:
-        is_separation = topic == topics.ARENA and marker.ns == _SEPARATION
-        self._known.markers.apply(topic, marker, self._now, RING if is_separation else None)
+        self._known.markers.apply(topic, marker, self._now)
 
     def _on_markers(self, topic: str, message: Any) -> None:
         for marker in message.markers:

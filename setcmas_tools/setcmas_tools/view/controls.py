@@ -14,7 +14,7 @@ import viser
 
 from setcmas_tools.view.camera_places import VIEWS
 from setcmas_tools.view.cameras import FollowingCamera
-from setcmas_tools.view.ground_scene import LEAST_HALF_M
+from setcmas_tools.view.ground_scene import HALF_M
 from setcmas_tools.view.trails import LENGTH_S, LONGEST_S
 
 _FIGURES, _PAUSE, _RESET, _VIEW, _FOLLOW, _TRAILS, _SIZE, _SCREENSHOT = range(8)
@@ -48,7 +48,7 @@ class Controls:
             size: Of the robots, at first.
         """
         self._server = server
-        self.half_m = LEAST_HALF_M
+        self.half_m = HALF_M
         self._cameras: dict[int, FollowingCamera] = {}
         self._lock = threading.Lock()  # browsers come and go in viser's threads
         gui = server.gui

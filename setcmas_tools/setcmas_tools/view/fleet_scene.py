@@ -9,8 +9,8 @@ import viser
 
 from setcmas_tools.view.communication import Flashes, Pairs
 from setcmas_tools.view.controls import Actions, Controls
-from setcmas_tools.view.fleet_view import FleetView
-from setcmas_tools.view.ground_scene import GroundScene
+from setcmas_tools.view.fleet_view import FleetView, Floats
+from setcmas_tools.view.ground_scene import HALF_M, LAB_HALF_M, GroundScene
 from setcmas_tools.view.link_scene import LinkScene
 from setcmas_tools.view.marker_scene import MarkerScene
 from setcmas_tools.view.marker_store import MarkerStore
@@ -82,7 +82,7 @@ class FleetScene:
         robots, poses = known.fleet.robots, known.fleet.poses(now)
         flashes = known.flashes.strength(robots, now)
         by_robot = dict(zip(robots, map(tuple, poses.T.tolist()), strict=True))
-        self._ground.reach(float(np.abs(poses[:2]).max(initial=0.0)))
+        self._reach(poses)
         self.controls.half_m = self._ground.half_m
         if known.real != self._real:
             self._real = known.real
@@ -93,13 +93,20 @@ class FleetScene:
             self._trails.clear()
         self._trails.length_s = self.controls.trail_s
         self._trails.extend(now, robots, poses[:2])
-        self._trail_scene.show(self._trails)
+        self._trail_scene.show(self._trails, self.controls.size)
         self._links.show(known.both, known.one_way, robots, poses, flashes)
         self._markers.show(known.markers, by_robot, now)
         self.controls.move_cameras(by_robot)
         if now >= self._next_panel:
             self._next_panel = now + _PANEL_PERIOD_S
             self._show_panel(now)
+
+    def _reach(self, poses: Floats) -> None:
+        distance = float(np.abs(poses[:2]).max(initial=0.0))
+        if self._known.real:
+            self._ground.reach(max(distance, self._known.markers.reach()), LAB_HALF_M)
+        else:
+            self._ground.reach(distance, HALF_M)
 
     def _show_panel(self, now: float) -> None:
         known = self._known

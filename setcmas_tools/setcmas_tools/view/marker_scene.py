@@ -8,10 +8,9 @@ import viser
 
 from setcmas_tools.view import meshes
 from setcmas_tools.view.batch import Batch
-from setcmas_tools.view.marker_shapes import LABEL, LINES, RING, SOLIDS
+from setcmas_tools.view.marker_shapes import LABEL, LINES, SOLIDS
 from setcmas_tools.view.marker_store import MarkerStore
 from setcmas_tools.view.meshes import Mesh
-from setcmas_tools.view.robot_mesh import unit_ring
 from setcmas_tools.view.tone import untoned
 
 _PERIOD_S = 0.2
@@ -29,7 +28,6 @@ _FORMS: dict[str, Callable[[], Mesh]] = {
     'cube': lambda: meshes.box((-0.5, 0.5), (-0.5, 0.5), (-0.5, 0.5)),
     'sphere': lambda: meshes.sphere(0.5),
     'cylinder': lambda: meshes.cylinder(0.5, -0.5, 0.5),
-    RING: lambda: meshes.with_unit_diameter(unit_ring()),
 }
 
 
@@ -72,8 +70,8 @@ class MarkerScene:
         self, kind: str, store: MarkerStore, poses: dict[int, tuple[float, float, float]]
     ) -> None:
         rows = store.solids(kind, poses)
-        clear = rows[:, 13] < 0.999
-        for translucent, part in ((False, rows[~clear]), (True, rows[clear])):
+        seen_through = rows[:, 13] < 0.999
+        for translucent, part in ((False, rows[~seen_through]), (True, rows[seen_through])):
             if (kind, translucent) not in self._batches:
                 if not len(part):
                     continue

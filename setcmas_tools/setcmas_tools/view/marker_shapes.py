@@ -16,7 +16,6 @@ ARROW, CUBE, SPHERE, CYLINDER, LINE_STRIP, LINE_LIST, CUBE_LIST, SPHERE_LIST = r
 POINTS, TEXT = 8, 9
 """Values of visualization_msgs/Marker.type."""
 
-RING = 'ring'
 LINES = 'lines'
 LABEL = 'label'
 _BODIES = {
@@ -28,7 +27,7 @@ _BODIES = {
     SPHERE_LIST: 'sphere',
     POINTS: 'cube',
 }
-SOLIDS = ('arrow', 'cube', 'sphere', 'cylinder', RING)
+SOLIDS = ('arrow', 'cube', 'sphere', 'cylinder')
 """Shapes that are drawn as bodies, the rows of `Shape.rows` telling where."""
 
 _MOST_POINTS = 5000  # of one marker
@@ -57,12 +56,11 @@ class Shape:
     thickness: float = 0.02
 
 
-def shape(marker: Any, kind: str | None = None) -> Shape | None:
+def shape(marker: Any) -> Shape | None:
     """Return what a Marker message looks like; None if there is nothing that can be shown.
 
     Args:
         marker: A visualization_msgs/Marker; types that are not known are shown as a cube.
-        kind: The solid to show it as, whatever its type.
     """
     pose, scale, colour = marker.pose, marker.scale, marker.color
     q = pose.orientation
@@ -95,7 +93,7 @@ def shape(marker: Any, kind: str | None = None) -> Shape | None:
         return None
     if marker.type == TEXT:
         return Shape(LABEL, robot, rows, marker.text)
-    return Shape(kind or _BODIES.get(marker.type, 'cube'), robot, rows)
+    return Shape(_BODIES.get(marker.type, 'cube'), robot, rows)
 
 
 def rotate(quaternion: Floats, points: Floats) -> Floats:

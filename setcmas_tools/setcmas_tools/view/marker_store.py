@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from setcmas_tools.view.marker_shapes import Shape, rotate, shape
+from setcmas_tools.view.marker_shapes import LINES, Shape, rotate, shape
 
 Floats = NDArray[np.float64]
 Key = tuple[str, str, int]
@@ -37,14 +37,13 @@ class MarkerStore:
         """Return the number of markers."""
         return len(self._shapes)
 
-    def apply(self, topic: str, marker: Any, now: float, kind: str | None = None) -> None:
+    def apply(self, topic: str, marker: Any, now: float) -> None:
         """Do what a Marker message asks for.
 
         Args:
             topic: Where it came from.
             marker: A visualization_msgs/Marker.
             now: Time in s.
-            kind: The solid to show it as, whatever its type.
         """
         key = (topic, marker.ns, marker.id)
         if marker.action == DELETE_ALL:
@@ -53,7 +52,7 @@ class MarkerStore:
             self._drop([key])
         elif marker.action == ADD:
             self._drop([key])
-            if found := shape(marker, kind):
+            if found := shape(marker):
                 self._shapes[key] = found
                 self.changed.add(found.kind)
             lifetime = marker.lifetime.sec + 1e-9 * marker.lifetime.nanosec
@@ -95,6 +94,15 @@ class MarkerStore:
             if not found.robot:
                 by_thickness[round(found.thickness, 3)].append(found.rows)
         return {thickness: np.concatenate(rows) for thickness, rows in by_thickness.items()}
+
+    def reach(self) -> float:
+        """Return how far lines go from the origin along x or y, in m, such as an arena's."""
+        ends = [
+            np.abs(found.rows[:, [0, 1, 3, 4]]).max()
+            for _, found in self.of_kind(LINES)
+            if not found.robot
+        ]
+        return float(max(ends, default=0.0))
 
     def moves(self, kind: str) -> bool:
         """Return whether some shape of a kind is in a robot's frame."""

@@ -113,8 +113,3 @@ def turned_to_x(mesh: Mesh) -> Mesh:
 def moved(mesh: Mesh, x: float, y: float, z: float) -> Mesh:
     """Return a mesh moved by some m."""
     return Mesh(mesh.vertices + np.array([x, y, z], np.float32), mesh.faces)
-
-
-def with_unit_diameter(mesh: Mesh) -> Mesh:
-    """Return a mesh of radius 1 m with half the width, so that scales are diameters."""
-    return Mesh(mesh.vertices * np.array([0.5, 0.5, 1.0], np.float32), mesh.faces)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import html
+import math
 from dataclasses import dataclass
 
 from setcmas_simu import fleet
@@ -65,10 +66,16 @@ def panel_html(
 def _row_html(row: RobotRow) -> str:
     red, green, blue = (round(255 * part) for part in fleet.colour(row.robot))
     x, y, theta = row.pose
-    cells = (f'{row.speed:.2f}', f'{x:.2f}', f'{y:.2f}', f'{57.29578 * theta:.0f}')
+    cells = [_number(value, 2) for value in (row.speed, x, y)]
+    cells.append(_number(math.degrees(theta), 0))
     state = html.escape(row.state)
     return (
         f'<tr><td><i style="background:rgb({red},{green},{blue})"></i>{row.robot}</td>'
-        + ''.join(f'<td>{cell}</td>' for cell in cells).replace('-', '−')
+        + ''.join(f'<td>{cell}</td>' for cell in cells)
         + f'<td style="color:{_STATE_COLOURS[row.level]}">{state}</td></tr>'
     )
+
+
+def _number(value: float, digits: int) -> str:
+    """Return a number without a minus before what is rounded to 0."""
+    return f'{round(value, digits) + 0.0:.{digits}f}'.replace('-', '−')

@@ -64,7 +64,8 @@ class RobotStates:
             return ERROR, 'lost'
         said = self._diagnoses.get(robot)
         if said and now - said.time <= _DIAGNOSIS_TIMEOUT_S:
-            return said.level, ': '.join(filter(None, (said.state, said.reason)))
+            parts = dict.fromkeys(filter(None, (said.state, said.reason)))  # each once
+            return said.level, ': '.join(parts)
         if self.paused(now):
             return WARN, 'paused'
         return OK, 'moving' if abs(speed) >= MOVING_M_S else 'standing'

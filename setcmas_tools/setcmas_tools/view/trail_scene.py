@@ -9,7 +9,7 @@ from setcmas_simu import fleet
 from setcmas_tools.view.tone import untoned
 from setcmas_tools.view.trails import Chunk, Trails
 
-_WIDTH_M = 0.05
+_WIDTH_M = 0.02  # of a robot in its true size
 
 
 class TrailScene:
@@ -21,18 +21,18 @@ class TrailScene:
         self._handles: dict[int, viser.LineSegmentsHandle] = {}
         self._finished: set[int] = set()
 
-    def show(self, trails: Trails) -> None:
-        """Draw the trails as they are now."""
+    def show(self, trails: Trails, size: float) -> None:
+        """Draw the trails as they are now, for robots that are so many times too large."""
         for number in self._handles.keys() - {chunk.number for chunk in trails.chunks}:
             self._handles.pop(number).remove()
             self._finished.discard(number)
         for chunk in trails.chunks:
             if chunk.number not in self._finished:
-                self._draw(chunk)
+                self._draw(chunk, size)
                 if chunk is not trails.chunks[-1]:
                     self._finished.add(chunk.number)
 
-    def _draw(self, chunk: Chunk) -> None:
+    def _draw(self, chunk: Chunk, size: float) -> None:
         points = chunk.points.reshape(-1, 2, 3)
         handle = self._handles.get(chunk.number)
         if handle is not None:
@@ -42,5 +42,5 @@ class TrailScene:
         colours = untoned([fleet.plot_colour(robot) for robot in chunk.robots])
         per_point = np.repeat(colours, chunk.points.shape[1], axis=0)[:, None].repeat(2, axis=1)
         self._handles[chunk.number] = self._scene.add_line_segments(
-            f'/trails/{chunk.number}', points, per_point, thickness=_WIDTH_M
+            f'/trails/{chunk.number}', points, per_point, thickness=size * _WIDTH_M
         )

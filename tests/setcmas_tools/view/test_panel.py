@@ -3,7 +3,7 @@ from setcmas_tools.view.robot_states import OK, WARN
 
 ROWS = [
     RobotRow(1, 0.5, (1.234, -2.0, 1.5707963), OK, 'moving'),
-    RobotRow(2, 0.0, (0.0, 0.0, 0.0), WARN, 'stopped: <too near>'),
+    RobotRow(2, -0.001, (0.0, 0.0, 0.0), WARN, 'stopped: <too near>'),
 ]
 
 
@@ -13,6 +13,7 @@ def test_a_row_per_robot_with_its_colour():
     assert '2 robots' in text
     assert '12.3 s' in text
     assert '0.568 m' in text
+    assert '−0.00' not in text
     for part in ('rgb(255,0,0)', '1.23', '−2.00', '>90<', 'moving'):
         assert part in text
 

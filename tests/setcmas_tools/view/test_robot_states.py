@@ -28,6 +28,8 @@ def test_diagnostics_tell_why_a_robot_is_stopped():
 
     assert states.describe(1, False, 0.3, 10.5) == (WARN, 'stopped: pose 0.4 s old')
     assert states.describe(1, False, 0.3, 20.0) == (OK, 'moving')
+    states.diagnose(1, Diagnosis(WARN, 'paused', 'paused', 10.0))
+    assert states.describe(1, False, 0.0, 10.5) == (WARN, 'paused')
 
 
 def test_the_clock_begins_with_the_first_command_and_holds_when_they_end():
