@@ -125,6 +125,12 @@ class RunFolder:
         text = yaml.safe_dump(record, sort_keys=False, allow_unicode=True)
         (self.path / 'run.yaml').write_text(text, encoding='utf-8')
 
+    def add_to_record(self, name: str, values: dict[str, Any]) -> None:
+        """Add a part to the end of run.yaml."""
+        text = yaml.safe_dump({name: values}, sort_keys=False, allow_unicode=True)
+        with (self.path / 'run.yaml').open('a', encoding='utf-8') as file:
+            file.write(text)
+
 
 def _version(package: str) -> str | None:
     try:

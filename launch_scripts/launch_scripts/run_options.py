@@ -8,6 +8,8 @@ import time
 from pathlib import Path
 
 from launch_scripts.plot_options import add_format_argument
+from setcmas_ctrl.communication_options import OPTIONS as COMMUNICATION
+from setcmas_ctrl.communication_options import add_communication_arguments
 from setcmas_ctrl.control_options import add_law_arguments
 from setcmas_ctrl.script_settings import parse_settings
 from setcmas_simu.simulation_options import (
@@ -18,7 +20,17 @@ from setcmas_simu.simulation_options import (
     positive,
 )
 
-_RECORDED = ('nb_robots', 'duration', 'pose', 'limits', 'robot_rate', 'vnom', 'komega', 'rate')
+_RECORDED = (
+    'nb_robots',
+    'duration',
+    'pose',
+    'limits',
+    'robot_rate',
+    'vnom',
+    'komega',
+    'rate',
+    *COMMUNICATION,
+)
 
 
 def add_run_arguments(
@@ -40,6 +52,7 @@ def add_run_arguments(
     )
     add_format_argument(parser)
     law = add_law_arguments(parser)
+    add_communication_arguments(parser)
     group = parser.add_argument_group('simulated robots')
     group.add_argument(
         '--nb-robots', type=count, default=1, metavar='N', help='size of the fleet (default: 1)'

@@ -9,6 +9,7 @@ import time
 import traceback
 from collections.abc import Callable, Iterator
 from pathlib import Path
+from typing import NamedTuple
 
 from setcmas_ctrl.script_messages import described_place, places_in, quoted_line
 from setcmas_simu.topics import robot_name
@@ -19,11 +20,22 @@ STUCK_S = 2.0
 _SLOW_REPORT_EVERY_S = 5.0
 
 
+class _Call(NamedTuple):
+    robot: int
+    started: float
+    late: str
+    path: Path
+
+
 class CallWatch:
     """Times each call on the thread that makes it, from a thread of its own."""
 
     def __init__(
-        self, path: Path, period: float, say: Callable[[str], None], stuck_s: float = STUCK_S
+        self,
+        path: Path,
+        period: float,
+        say: Callable[[str], None],
+        stuck_s: float = STUCK_S,
     ) -> None:
         """Start to watch.
 
@@ -39,8 +51,8 @@ class CallWatch:
         self._stuck_s = stuck_s
         self.while_stuck: Callable[[], None] | None = None
         """Called now and then, from the watching thread, while a call is stuck."""
-        self._call: tuple[int, float, str] | None = None
-        self._stuck: tuple[int, float, str] | None = None
+        self._call: _Call | None = None
+        self._stuck: _Call | None = None
         self._longest = (0.0, 0)
         self._slow_steps = 0
         self._next_slow_report = 0.0
@@ -50,15 +62,18 @@ class CallWatch:
         self._thread.start()
 
     @contextlib.contextmanager
-    def call(self, robot: int, late: str = 'control has not returned') -> Iterator[None]:
+    def call(
+        self, robot: int, late: str = 'control has not returned', path: Path | None = None
+    ) -> Iterator[None]:
         """Watch what runs inside as a call for a robot.
 
         Args:
             robot: Number of the robot.
             late: What is told of the call once it is stuck.
+            path: The script, if it is another one.
         """
         started = time.monotonic()
-        self._call = (robot, started, late)
+        self._call = _Call(robot, started, late, path or self._path)
         try:
             yield
         finally:
@@ -81,7 +96,7 @@ class CallWatch:
     def running_s(self) -> float:
         """For how long the present call has been running, in s; 0 between calls."""
         call = self._call
-        return time.monotonic() - call[1] if call else 0.0
+        return time.monotonic() - call.started if call else 0.0
 
     def close(self) -> None:
         """Stop to watch."""
@@ -111,17 +126,17 @@ class CallWatch:
                 continue
             if call != self._stuck:
                 self._stuck = call
-                self._say(self._describe(call[0], call[2]))
+                self._say(self._describe(call))
             if self.while_stuck:
                 self.while_stuck()
 
-    def _describe(self, robot: int, late: str) -> str:
+    def _describe(self, call: _Call) -> str:
         frame = sys._current_frames().get(self._caller)
         # The innermost frame comes first.
-        places = places_in(traceback.walk_stack(frame), self._path) if frame else []
-        file, line = places[0] if places else (self._path, None)
+        places = places_in(traceback.walk_stack(frame), call.path) if frame else []
+        file, line = places[0] if places else (call.path, None)
         return (
-            f'{robot_name(robot)}: {late} for {self._stuck_s:g} s; '
-            f'it is at {described_place(file, line, self._path)}{quoted_line(file, line)}\n'
+            f'{robot_name(call.robot)}: {call.late} for {self._stuck_s:g} s; '
+            f'it is at {described_place(file, line, call.path)}{quoted_line(file, line)}\n'
             '    no robot of this process is commanded until it returns; Ctrl-C stops'
         )

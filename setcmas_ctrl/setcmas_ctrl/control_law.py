@@ -10,10 +10,18 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from setcmas_ctrl import network
 from setcmas_ctrl.algorithm_loader import load_script
+from setcmas_ctrl.communication_graph import complete
 from setcmas_ctrl.script_function import checked_control
 from setcmas_ctrl.script_imports import helper_files
-from setcmas_ctrl.script_messages import describe_failure, quoted_line, safe_text, script_place
+from setcmas_ctrl.script_messages import (
+    describe_failure,
+    quoted_line,
+    safe_text,
+    script_place,
+    unheard_robots,
+)
 from setcmas_ctrl.script_settings import Settings
 from setcmas_ctrl.stop_call import AbandonCall, StopCall
 
@@ -77,26 +85,40 @@ class ControlLaw:
         law._control = checked_control(control, law.path)
         return law
 
-    def __call__(self, poses: NDArray[np.float64], t: float) -> Velocity:
+    def __call__(
+        self,
+        poses: NDArray[np.float64],
+        t: float,
+        adjacency: NDArray[np.float64] | None = None,
+    ) -> Velocity:
         """Return the velocity (vx, vy) in m/s that the script asks for.
 
         Args:
-            poses: Rows x, y in m and theta in rad, shape (3, N); the script gets a copy.
+            poses: Rows x, y in m and theta in rad, shape (3, N), NaN for robots that this one
+                does not hear; the script gets a copy.
             t: Time since the run started, in s.
+            adjacency: What `network` tells of, shape (N, N), read-only; None is complete.
 
         Raises:
             ControlError: The script raised, or returned anything but two finite numbers.
         """
+        network.begin_call(
+            self.robot, complete(self._nb_robots) if adjacency is None else adjacency
+        )
         try:
             result = self._control(self.robot, self._nb_robots, poses.copy(), t)
         except (StopCall, AbandonCall, KeyboardInterrupt):
             raise
         except BaseException as error:  # whatever a script raises, the other robots go on
             raise self.failure(error) from error
+        finally:
+            network.end_call()
         try:
             return checked_velocity(result)
         except ValueError as error:
             message = f'{self.path.name}: {error}; {_EXPECTED}{self._definition()}'
+            if 'not finite' in str(error):
+                message += unheard_robots(self.robot, poses)
             kind = str(error).partition(':')[0]
             raise ControlError(message, ('result', kind, type(result).__name__)) from error
 
@@ -106,8 +128,13 @@ class ControlLaw:
 
     def failure(self, error: BaseException) -> ControlError:
         """Return what to tell of an error that the script raised."""
-        key = (type(error).__name__, *script_place(error, self.path))
-        return ControlError(describe_failure(error, self.path), key)
+        return failure_of(error, self.path)
+
+
+def failure_of(error: BaseException, path: Path) -> ControlError:
+    """Return what to tell of an error that a function of a script raised."""
+    key = (type(error).__name__, *script_place(error, path))
+    return ControlError(describe_failure(error, path), key)
 
 
 def checked_velocity(result: Any) -> Velocity:

@@ -8,13 +8,22 @@ from collections.abc import Callable
 from setcmas_ctrl.control_law import ControlError
 from setcmas_simu.topics import robot_name
 
+STANDS = 'is commanded zero; the other robots go on'
+"""What happens to a robot whose control law fails."""
+
 
 class ErrorReports:
     """Turns the errors of a fleet's scripts into messages that are not repeated."""
 
-    def __init__(self, say: Callable[[str], None]) -> None:
-        """Report through a function that shows a message to the user."""
+    def __init__(self, say: Callable[[str], None], consequence: str = STANDS) -> None:
+        """Report through a function that shows a message to the user.
+
+        Args:
+            say: Shows a message to the user.
+            consequence: What happens to a robot whose script fails, after its name.
+        """
         self._say = say
+        self._consequence = consequence
         self._counts: Counter[tuple[int, object]] = Counter()
         self._failing: Counter[int] = Counter()
 
@@ -25,11 +34,11 @@ class ErrorReports:
         if self._counts[robot, error.key] == 1:
             self._say(
                 f'{robot_name(robot)} at t = {t:.1f} s: {error}\n'
-                f'    {robot_name(robot)} is commanded zero; the other robots go on'
+                f'    {robot_name(robot)} {self._consequence}'
             )
 
     def succeeded(self, robot: int, t: float) -> None:
-        """Note that a robot's script returned a velocity at time t (s)."""
+        """Note that a robot's script did its work at time t (s)."""
         if robot in self._failing:
             count = self._failing.pop(robot)
             calls = 'call' if count == 1 else 'calls'
@@ -53,4 +62,4 @@ def _name(key: object) -> str:
     if isinstance(key, tuple) and key[0] != 'result':
         kind, file, line = key
         return f'{kind} in {file.name}, line {line}' if line else str(kind)
-    return 'a result that is not a velocity'
+    return 'a result that is of no use'

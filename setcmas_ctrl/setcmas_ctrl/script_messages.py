@@ -9,7 +9,12 @@ from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+from numpy.typing import NDArray
+
 from setcmas_ctrl.script_imports import robot_of_frame
+from setcmas_simu.fleet import format_robots
+from setcmas_simu.topics import robot_name
 
 
 def quoted_line(path: Path | str, line: int | None, indented: bool = False) -> str:
@@ -63,6 +68,23 @@ def described_place(file: Path, line: int | None, path: Path) -> str:
     """Return file and line in words, with the script if the file is a helper module."""
     place = f'{file.name}, line {line}' if line else file.name
     return place if file == path else f'{place} (imported by {path.name})'
+
+
+def unheard_robots(robot: int, poses: NDArray[np.float64]) -> str:
+    """Return a new line that names the robots whose poses a robot does not know, or nothing.
+
+    Args:
+        robot: Number of the robot whose script was called.
+        poses: What the script was given, shape (3, N), NaN for robots that are not heard.
+    """
+    unheard = (np.flatnonzero(np.isnan(poses).any(axis=0)) + 1).tolist()
+    if not unheard:
+        return ''
+    robots = f'robot{"s" * (len(unheard) > 1)} {format_robots(unheard)}'
+    return (
+        f'\n    {robot_name(robot)} does not hear {robots}: poses is NaN there; '
+        'network.neighbours() tells whom it hears (from setcmas_ctrl import network)'
+    )
 
 
 def summarise(error: BaseException) -> str:

@@ -14,6 +14,7 @@ CMD_CART_VEL = 'cmd_cart_vel'
 CMD_VEL = 'cmd_vel'
 TRIG_ODOM = 'trig_odom'
 TRIG_EVENT = 'trig_event'
+LINKS = 'links'
 RESET = 'reset'
 PAUSE = 'pause'
 OF_ROBOT = (ODOM, POSE, CMD_CART_VEL, CMD_VEL, TRIG_ODOM, TRIG_EVENT, RESET, PAUSE)
@@ -45,6 +46,11 @@ def robot_name(robot: int) -> str:
 def robot_topic(robot: int, topic: str) -> str:
     """Return the full name of a robot's topic, such as `/tb3_2/odom`."""
     return f'/{robot_name(robot)}/{topic}'
+
+
+def odom_topic(robot: int) -> str:
+    """Return the topic of a robot's odometry, such as `/tb3_2/odom`."""
+    return robot_topic(robot, ODOM)
 
 
 def mocap_topic(robot: int) -> str:

@@ -11,9 +11,10 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from setcmas_simu.errors import SetcmasError
-from setcmas_tools import fleet_table
+from setcmas_tools import communication_record, fleet_table
 from setcmas_tools.bag_reader import Bag, BagTopic, open_bag
 from setcmas_tools.bag_types import UndecodableError
+from setcmas_tools.communication_samples import CommunicationSamples
 from setcmas_tools.csv_table import CsvTable
 from setcmas_tools.fleet_samples import Collect, FleetSamples
 from setcmas_tools.message_flattening import flattener
@@ -55,7 +56,7 @@ class ConversionReport:
 
 
 def convert(bag: Path, output: Path | None = None, progress: bool = True) -> ConversionReport:
-    """Write a CSV file for each topic of a bag, and the fleet's table.
+    """Write a CSV file for each topic of a bag, and the tables of the fleet and its communication.
 
     Files of these names that are there already are replaced, all of them at the end only.
 
@@ -101,8 +102,13 @@ def _as_given(path: Path, like: Path) -> Path:
 def _write_files(bag: Bag, unfinished: Path, folder: Path, progress: bool) -> ConversionReport:
     names = file_names(topic.name for topic in bag.topics)
     samples = FleetSamples((topic.name, topic.type.name) for topic in bag.topics)
+    heard = CommunicationSamples()
     jobs = {
-        topic: _TopicJob(topic, unfinished / name, samples.collector(topic.name))
+        topic: _TopicJob(
+            topic,
+            unfinished / name,
+            samples.collector(topic.name) or heard.collector(topic.name, topic.type.name),
+        )
         for topic, name in zip(bag.topics, names, strict=True)
     }
     for topic, time_ns, data in _with_progress(bag, progress):
@@ -111,6 +117,8 @@ def _write_files(bag: Bag, unfinished: Path, folder: Path, progress: bool) -> Co
     table = samples.table()
     if table:
         fleet_table.write_csv(table, unfinished / fleet_table.FILE_NAME)
+    if record := heard.record(table, samples.start_ns):
+        communication_record.write_csv(record, unfinished)
     for file in sorted(unfinished.iterdir()):
         file.replace(folder / file.name)
     return ConversionReport(
@@ -163,7 +171,7 @@ def file_names(topics: Iterable[str]) -> list[str]:
     The names differ even where upper and lower case are the same, as on Windows; those that
     would not get a number.
     """
-    taken: Counter[str] = Counter({fleet_table.FILE_NAME: 1})
+    taken: Counter[str] = Counter([fleet_table.FILE_NAME, *communication_record.FILE_NAMES])
     names = []
     for topic in topics:
         stem = re.sub(r'[^A-Za-z0-9_.-]', '_', topic.strip('/')) or 'topic'

@@ -10,10 +10,14 @@ from matplotlib.figure import Figure
 from tqdm import tqdm
 
 from setcmas_simu.errors import SetcmasError
-from setcmas_tools import fleet_table
+from setcmas_tools import communication_record, fleet_table
+from setcmas_tools.communication_record import CommunicationRecord
 from setcmas_tools.fleet_table import FleetTable
+from setcmas_tools.plot_communication import draw_counts, draw_instants
+from setcmas_tools.plot_disagreement import draw_disagreement
 from setcmas_tools.plot_distances import draw_distances
 from setcmas_tools.plot_formats import FORMATS, PALETTES
+from setcmas_tools.plot_graph import MOST_ROBOTS, draw_graph
 from setcmas_tools.plot_style import check_style, finish, plot_style, save
 from setcmas_tools.plot_time_series import draw_heading, draw_positions, draw_velocities
 from setcmas_tools.plot_trajectories import draw_trajectories
@@ -35,6 +39,19 @@ def _plots(run: RunDescription, nb_robots: int) -> dict[str, Draw]:
     return plots
 
 
+def _communication_plots(record: CommunicationRecord | None, nb_robots: int) -> dict[str, Draw]:
+    """Return the further plots of a run with a record of its communication."""
+    plots: dict[str, Draw] = {}
+    if record and record.is_event_triggered:
+        plots['communication_instants'] = partial(draw_instants, record=record)
+        plots['communication_counts'] = partial(draw_counts, record=record)
+    if record and len(record.changes) and 1 < nb_robots <= MOST_ROBOTS:
+        plots['graph'] = partial(draw_graph, record=record)
+    if record and nb_robots > 1:
+        plots['disagreement'] = draw_disagreement
+    return plots
+
+
 def plot(
     run: Path,
     output: Path | None = None,
@@ -45,6 +62,9 @@ def plot(
     paper: str | None = None,
 ) -> list[Path]:
     """Plot trajectories, positions, headings, velocities and distances of a fleet.
+
+    Of a run with a record of its communication also when robots sent their states and how often,
+    the graph, and the disagreement.
 
     Args:
         run: The folder of a run, the folder of its CSV files, or a fleet.csv.
@@ -70,6 +90,8 @@ def plot(
     folder = output or run_folder(source) / 'plots'
     description = describe(source, table.robots)
     plots = _plots(description, len(table.robots))
+    record = communication_record.read_csv(source.parent)
+    plots |= _communication_plots(record, len(table.robots))
     with plot_style(palette, paper):
         figures = {name: _figure(show) for name in plots}
         hidden = None if progress else True  # None: hidden unless there is a terminal

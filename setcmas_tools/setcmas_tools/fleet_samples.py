@@ -49,13 +49,19 @@ class FleetSamples:
             return lambda time_ns, message: self._take_odometry(robot, time_ns, message)
         return None
 
+    @property
+    def start_ns(self) -> int:
+        """What is t = 0 in ns from the bag's start: the first command, else the first odometry."""
+        if self._first_command_ns is not None:
+            return self._first_command_ns
+        return round(min(self._rows[:: len(COLUMNS)], default=0.0) * 1e9)
+
     def table(self) -> FleetTable | None:
-        """Return the table, t = 0 at the first command, else at the first odometry."""
+        """Return the table."""
         if not self._rows:
             return None
         rows = np.array(self._rows).reshape(-1, len(COLUMNS))
-        first_ns = self._first_command_ns
-        rows[:, 0] -= rows[:, 0].min() if first_ns is None else first_ns / 1e9
+        rows[:, 0] -= self.start_ns / 1e9
         return fleet_table(rows)
 
     def _take_command(self, time_ns: int, _: Any) -> None:

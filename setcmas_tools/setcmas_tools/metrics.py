@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -12,10 +11,11 @@ from typing import Any
 import numpy as np
 
 from setcmas_ctrl.saturation import VNOM
-from setcmas_simu import topics
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.velocity_limits import MODELS
-from setcmas_tools import fleet_table, task_metrics
+from setcmas_tools import communication_record, fleet_table, task_metrics
+from setcmas_tools.communication_metrics import CommunicationMetrics, communication_metrics
+from setcmas_tools.communication_record import CommunicationRecord
 from setcmas_tools.consensus_metrics import ConsensusMetrics, consensus
 from setcmas_tools.fleet_grid import LONGEST_GAP_S, FleetGrid, on_grid
 from setcmas_tools.fleet_table import FleetTable
@@ -41,6 +41,7 @@ class Metrics:
         communication: 'periodic' (each odometry is sent) or 'event-triggered'.
         robots: The motion of each robot.
         communications: How often each robot sent its state.
+        messages: What went over the links, if the run has a record of it.
         separation: Distances of robots.
         consensus: Agreement on the position.
         formation: Errors of a formation by places.
@@ -63,6 +64,7 @@ class Metrics:
     distances: DistanceMetrics | None = None
     tracking: TrackingMetrics | None = None
     waypoints: WaypointMetrics | None = None
+    messages: CommunicationMetrics | None = None
     mean_call_time_s: dict[int, float] | None = None
 
 
@@ -98,7 +100,8 @@ def compute(
     vnom = vnom if vnom is not None else _largest_speed(parameters)
     if isinstance(vnom, bool) or not isinstance(vnom, (int, float)) or not 0 < vnom < math.inf:
         raise SetcmasError(f"vnom '{vnom}' is not a speed above 0 in m/s")
-    return measure(table, float(vnom), goal, _triggered(source.parent, table.robots), call_times)
+    record = communication_record.read_csv(source.parent)
+    return measure(table, float(vnom), goal, record, call_times)
 
 
 def _largest_speed(parameters: Mapping[str, Any]) -> Any:
@@ -112,7 +115,7 @@ def measure(
     table: FleetTable,
     vnom: float = VNOM,
     goal: References | None = None,
-    triggered: Mapping[int, int] | None = None,
+    record: CommunicationRecord | None = None,
     call_times: Mapping[int, float] | None = None,
 ) -> Metrics:
     """Return the metrics of a fleet's motion.
@@ -121,15 +124,18 @@ def measure(
         table: The motion; rows at t >= 0 count, at least one.
         vnom: Largest speed that was asked of robots in m/s.
         goal: What the robots were to do.
-        triggered: How often each robot sent its state if that was event-triggered; otherwise each
-            odometry counts.
+        record: What went over the links, if that is known; without it each odometry counts as a
+            state that was sent.
         call_times: Mean time per call of the control law by robot in s.
     """
     counted = table.rows(table.t >= 0)
     table = table.rows(np.isin(table.robot, counted.robots))
     grid = _grid_from_start(table)
     robots = counted.robots
-    sent = triggered if triggered else {robot: len(counted.of(robot).t) for robot in robots}
+    triggered = bool(record and record.is_event_triggered)
+    sent = {robot: len(counted.of(robot).t) for robot in robots}
+    if record:
+        sent |= {robot: counts.sent for robot, counts in record.robots.items()}
     return Metrics(
         task=goal.task if goal else None,
         duration_s=float(counted.t[-1] - counted.t[0]),
@@ -139,6 +145,7 @@ def measure(
         communications={robot: sent.get(robot, 0) for robot in robots},
         separation=separation(grid),
         consensus=consensus(grid),
+        messages=communication_metrics(record) if record else None,
         mean_call_time_s=dict(call_times) if call_times else None,
         **(_task_metrics(goal, counted, grid) if goal else {}),
     )
@@ -162,23 +169,3 @@ def _grid_from_start(table: FleetTable) -> FleetGrid:
     grid = on_grid(table.rows(table.t >= -LONGEST_GAP_S))  # rows before 0 tell the poses at 0
     k = grid.t >= 0
     return FleetGrid(grid.t[k], grid.robots, grid.x[:, k], grid.y[:, k], grid.theta[:, k])
-
-
-def _triggered(folder: Path, robots: list[int]) -> dict[int, int]:
-    """Return the number of ones in each tb3_i_trig_event.csv; empty if there is no such file."""
-    counts = {}
-    for robot in robots:
-        path = folder / f'{topics.robot_name(robot)}_{topics.TRIG_EVENT}.csv'
-        if path.is_file():
-            counts[robot] = _nb_ones(path)
-    return counts
-
-
-def _nb_ones(path: Path) -> int:
-    try:
-        with path.open(encoding='utf-8', newline='') as file:
-            return sum(float(row['data']) == 1 for row in csv.DictReader(file))
-    except (OSError, UnicodeDecodeError, csv.Error, KeyError, TypeError, ValueError) as error:
-        raise SetcmasError(
-            f"'{path}' is damaged; accepted are the columns t and data, with data 0 or 1"
-        ) from error

@@ -8,6 +8,7 @@ import numpy as np
 from tabulate import tabulate
 
 from setcmas_simu.topics import robot_name
+from setcmas_tools.communication_metrics import CommunicationMetrics
 from setcmas_tools.metrics import Metrics
 
 MOST_ROBOTS_IN_ROWS = 50
@@ -35,6 +36,7 @@ def _columns(metrics: Metrics) -> dict[str, tuple[str, Column]]:
         'max v\n(m/s)': ('.3f', motion('largest_speed_m_s')),
         'at max\n(s)': ('.1f', motion('time_in_saturation_s')),
         'sent': ('.0f', metrics.communications),
+        **_message_columns(metrics),
         'end x\n(m)': ('.2f', motion('end_x_m')),
         'end y\n(m)': ('.2f', motion('end_y_m')),
     }
@@ -53,6 +55,16 @@ def _columns(metrics: Metrics) -> dict[str, tuple[str, Column]]:
         milliseconds = {i: time * 1e3 for i, time in metrics.mean_call_time_s.items()}
         columns['call\n(ms)'] = ('.3f', milliseconds)
     return columns
+
+
+def _message_columns(metrics: Metrics) -> dict[str, tuple[str, Column]]:
+    if not metrics.messages:
+        return {}
+    return {
+        'every\n(s)': ('.2f', metrics.messages.mean_interval_s),
+        'arrived': ('.0f', metrics.messages.received_by_others),
+        'lost': ('.0f', metrics.messages.lost_on_the_way),
+    }
 
 
 def _robot_lines(metrics: Metrics) -> list[str]:
@@ -116,7 +128,21 @@ def _fleet_lines(metrics: Metrics) -> list[str]:
             f'centre at the end: ({agreement.final_centre_x_m:.2f}, '
             f'{agreement.final_centre_y_m:.2f}) m',
         ]
+    if messages := metrics.messages:
+        lines.append(_messages_line(messages))
     return lines
+
+
+def _messages_line(messages: CommunicationMetrics) -> str:
+    sent = f'{messages.sent:,} states sent'
+    if messages.evaluations and messages.triggered_share is not None:
+        share = f'{100 * messages.triggered_share:.1f} % of {messages.evaluations:,} evaluations'
+        sent += f' ({share} triggered)'
+    loss = '' if messages.loss_ratio is None else f' ({100 * messages.loss_ratio:.1f} %)'
+    return (
+        f'communication: {sent}, {messages.received:,} messages received, '
+        f'{messages.lost:,} lost{loss}'
+    )
 
 
 def _when(time: float | None) -> str:

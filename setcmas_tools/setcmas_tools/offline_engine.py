@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
+from itertools import repeat
 from pathlib import Path
 from typing import Any
 
@@ -12,6 +13,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from setcmas_ctrl.algorithm_loader import find_script
+from setcmas_ctrl.communication import Condition, Graph, communication
+from setcmas_ctrl.communication_graph import COMPLETE
 from setcmas_ctrl.control_law import ControlError, ControlLaw
 from setcmas_ctrl.control_options import RATE_HZ as CONTROL_RATE_HZ
 from setcmas_ctrl.error_reports import ErrorReports
@@ -25,7 +28,9 @@ from setcmas_simu.fleet import start_poses
 from setcmas_simu.unicycle import RATE_HZ as ROBOT_RATE_HZ
 from setcmas_simu.velocity_limits import limits_named
 from setcmas_simu.virtual_fleet import VirtualFleet
+from setcmas_tools.communication_record import CommunicationRecord
 from setcmas_tools.fleet_table import FleetTable
+from setcmas_tools.offline_communication import OfflineCommunication
 
 Floats = NDArray[np.float64]
 _SAME_TIME_S = 1e-9
@@ -43,7 +48,8 @@ class OfflineRun:
         control_t: Times at which the control laws were called in s, shape (C,).
         velocities: What they asked for, after saturation: rows vx, vy in m/s, shape (C, 2, N).
         call_time: Mean duration of a call of each robot's law in s, shape (N,).
-        failed_robots: The robots whose law failed at some time, sorted.
+        failed_robots: The robots whose law, or triggering condition, failed at some time, sorted.
+        communication: What went over the links; None if all robots knew all poses at all times.
         table: The same as `t`, `poses`, `V` and `omega` in the form of fleet.csv.
     """
 
@@ -55,6 +61,7 @@ class OfflineRun:
     velocities: Floats
     call_time: Floats
     failed_robots: list[int]
+    communication: CommunicationRecord | None = None
 
     def __repr__(self) -> str:
         """Return one line: arrays would flood a notebook."""
@@ -90,6 +97,13 @@ def simulate(
     robot_rate: float = ROBOT_RATE_HZ,
     seed: int = SEED,
     settings: Settings | None = None,
+    graph: Graph = COMPLETE,
+    range: float | None = None,  # noqa: A002 (as on the command line)
+    event_triggered: bool = False,
+    ctc: Condition = None,
+    delay: float = 0.0,
+    loss: float = 0.0,
+    noise: float = 0.0,
     say: Callable[[str], None] = print,
     progress: Callable[[float], object] | None = None,
 ) -> OfflineRun:
@@ -118,9 +132,18 @@ def simulate(
         komega: Gain on the heading error in 1/s.
         rate: Rate of control in Hz.
         robot_rate: Rate of the robots' steps in Hz.
-        seed: Seed of the random numbers that scripts draw.
         settings: Values for module-level names of the script, such as {'K': 1.2}; what the
             script derives from them follows.
+        seed: Seed of the random numbers that scripts and links draw.
+        graph: Who hears whom: 'complete', 'ring', 'path', 'star', 'directed_ring', a YAML file,
+            or an adjacency matrix (row i: whom robot i hears, and with which weight).
+        range: Distance in m up to which robots hear each other; None is no limit.
+        event_triggered: Whether robots send their state only when a condition triggers.
+        ctc: The condition: a script, or a function ctc(pos, last_pos, t); by default more than
+            0.25 m away from the position sent last.
+        delay: By how much later messages arrive, in s.
+        loss: Probability that a message is lost.
+        noise: Standard deviation of received positions in m.
         say: Shows messages about a failing law; its robot is commanded zero then.
         progress: Called now and then with the time that the run has reached, in s.
 
@@ -137,12 +160,24 @@ def simulate(
         )
     if not (duration > 0 and rate > 0 and robot_rate > 0):
         raise SetcmasError('duration, rate and robot_rate must be above 0')
+    tells = communication(
+        nb_robots,
+        graph=graph,
+        range=range,
+        event_triggered=event_triggered,
+        ctc=ctc,
+        delay=delay,
+        loss=loss,
+        noise=noise,
+        seed=seed,
+    )
     seed_scripts(seed)
+    radio = None if tells.is_ideal else OfflineCommunication(tells, nb_robots, say)
     fleet = VirtualFleet(start, limits_named(limits))
     nb_steps = max(1, round(duration * robot_rate))
     with named_output():
         controllers = FleetLaws(load_laws(algo, nb_robots, settings), vnom, komega, say)
-        return _run(fleet, controllers, nb_steps, 1 / robot_rate, rate, progress)
+        return _run(fleet, controllers, radio, nb_steps, 1 / robot_rate, rate, progress)
 
 
 def load_laws(
@@ -187,15 +222,28 @@ class FleetLaws:
         """The robots whose law has failed at some time, sorted."""
         return self._reports.failed_robots
 
-    def __call__(self, poses: Floats, t: float) -> tuple[Floats, Floats, Floats]:
-        """Return the saturated velocities (2, N), forward speeds (N,) and turn rates (N,)."""
+    def __call__(
+        self,
+        poses: Floats,
+        t: float,
+        heard: Iterable[Floats] | None = None,
+        adjacency: Floats | None = None,
+    ) -> tuple[Floats, Floats, Floats]:
+        """Return the saturated velocities (2, N), forward speeds (N,) and turn rates (N,).
+
+        Args:
+            poses: Rows x, y in m and theta in rad, shape (3, N).
+            t: Time in s.
+            heard: The poses that each law is given instead, shapes (3, N).
+            adjacency: Who hears whom, shape (N, N); None is complete.
+        """
         wanted = []
         durations = []
         clock = time.perf_counter
-        for law in self._laws:
+        for law, known in zip(self._laws, repeat(poses) if heard is None else heard, strict=False):
             begin = clock()
             try:
-                velocity = law(poses, t)
+                velocity = law(known, t, adjacency)
                 if self._failing:
                     self._reports.succeeded(law.robot, t)
             except ControlError as error:
@@ -212,6 +260,7 @@ class FleetLaws:
 def _run(
     fleet: VirtualFleet,
     controllers: FleetLaws,
+    radio: OfflineCommunication | None,
     nb_steps: int,
     Ts: float,
     rate: float,
@@ -225,8 +274,11 @@ def _run(
     control_t: list[float] = []
     velocities = []
     for step, now in enumerate(t[:-1].tolist()):
+        if radio:
+            radio.measure(fleet.poses, fleet.V, now)
         while (next_call := len(control_t) / rate) <= now + _SAME_TIME_S:
-            wanted, forward, turn = controllers(fleet.poses, next_call)
+            heard = radio.heard(fleet.poses, next_call) if radio else ()
+            wanted, forward, turn = controllers(fleet.poses, next_call, *heard)
             control_t.append(next_call)
             velocities.append(wanted)
             fleet.command_all(forward, turn, now)
@@ -234,6 +286,10 @@ def _run(
         poses[step + 1], V[step + 1], omega[step + 1] = fleet.poses, fleet.V, fleet.omega
         if progress:
             progress(now)
+    failed = set(controllers.failed_robots)
+    if radio:
+        radio.measure(fleet.poses, fleet.V, float(t[-1]))
+        failed |= set(radio.failed_robots)
     call_time = controllers.call_time / len(control_t)
     return OfflineRun(
         t,
@@ -243,5 +299,6 @@ def _run(
         np.array(control_t),
         np.array(velocities),
         call_time,
-        controllers.failed_robots,
+        sorted(failed),
+        radio.record() if radio else None,
     )

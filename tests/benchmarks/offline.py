@@ -13,6 +13,8 @@ import time
 
 import numpy as np
 
+from setcmas_ctrl import network
+from setcmas_ctrl.communication_graph import complete
 from setcmas_simu.fleet import start_poses
 from setcmas_tools.offline_engine import load_laws, simulate
 
@@ -34,6 +36,7 @@ def laws_alone(algo, nb_robots: int, duration: float) -> float:
     begin = time.perf_counter()
     for k in range(round(duration * CONTROL_RATE_HZ)):
         for robot, function in enumerate(functions, start=1):
+            network.begin_call(robot, complete(nb_robots))
             function(robot, nb_robots, poses, k / CONTROL_RATE_HZ)
     return time.perf_counter() - begin
 

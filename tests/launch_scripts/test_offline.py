@@ -79,6 +79,30 @@ def test_the_same_command_twice_writes_the_same_bytes(tmp_path):
     assert filecmp.cmpfiles(first, second, names, shallow=False) == (names, [], [])
 
 
+def test_imperfect_communication_twice_writes_the_same_bytes(tmp_path):
+    (tmp_path / 'graph.yaml').write_text(
+        'graph: ring\nlinks:\n  - {link: 1 <- 2, loss: 0.9, delay: 0.5}\n'
+    )
+    arguments = (
+        '--algo', 'consensus', '--nb-robots', '4', '--duration', '5', '--graph', 'graph.yaml',
+        '--loss', '0.3', '--delay', '0.2', '--noise', '0.02', '--event-triggered',
+        '--output', 'out',
+    )  # fmt: skip
+    offline(tmp_path, *arguments)
+    first = {name: (tmp_path / 'out' / name).read_bytes() for name in files(tmp_path / 'out')}
+    offline(tmp_path, *arguments, '--overwrite')
+    changed = [
+        name for name, text in first.items() if (tmp_path / 'out' / name).read_bytes() != text
+    ]
+    record = yaml.safe_load(first['run.yaml'])
+
+    assert {'csv/communication.csv', 'csv/triggers.csv', 'csv/graph.csv'} <= set(first)
+    assert changed == ['run.yaml']  # it names the command, which was given --overwrite
+    assert record['parameters']['loss'] == 0.3
+    assert record['parameters']['graph'] == 'graph.yaml'
+    assert record['communication']['lost'] > 0
+
+
 def test_another_seed_gives_another_run(tmp_path):
     (tmp_path / 'law.py').write_text(
         'import random\ndef control(i, n, p, t):\n    return random.random(), 0\n'
@@ -97,6 +121,9 @@ def test_another_seed_gives_another_run(tmp_path):
         (('--algo', 'consensu'), 'did you mean consensus'),
         (('--algo', 'nav_wp', '--seed', '-1'), "invalid seed value: '-1'"),
         (('--algo', 'nav_wp', '--pose', '2:0,0'), 'the fleet has robots 1 to 1'),
+        (('--algo', 'nav_wp', '--graph', 'rong'), "graph 'rong' is unknown; accepted are"),
+        (('--algo', 'nav_wp', '--loss', '2'), "'2' is not a number from 0 to 1"),
+        (('--algo', 'nav_wp', '--ctc', 'x.py'), "script 'x.py' of --ctc was not found"),
     ],
 )
 def test_mistakes_are_told_in_one_line(tmp_path, arguments, message):

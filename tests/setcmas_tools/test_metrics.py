@@ -8,12 +8,15 @@ from ros1_recordings import CONSENSUS, needs_recordings
 from launch_scripts.cli import main
 from setcmas_simu.errors import SetcmasError
 from setcmas_tools import simulate
+from setcmas_tools.communication_record import Counts, record_of
+from setcmas_tools.communication_record import write_csv as write_record
 from setcmas_tools.fleet_table import fleet_table, write_csv
 from setcmas_tools.metrics import compute, measure
 from setcmas_tools.metrics_table import MOST_ROBOTS_IN_ROWS, table_lines
 from setcmas_tools.metrics_yaml import as_dict, write_yaml
 from setcmas_tools.task_references import References
 
+MESSAGES = 'sender,receiver,sent,received,lost,mean_interval'
 T = np.arange(0, 201) / 10  # 0 to 20 s at 10 Hz
 
 
@@ -133,13 +136,20 @@ def test_periodic_communications_count_from_the_first_command_on():
 
 def test_triggered_communications(tmp_path):
     run = write_run(tmp_path, table((T, 0, 0), (T, 1, 0), (T, 2, 0)))
-    (run / 'csv' / 'tb3_1_trig_event.csv').write_text('t,data\n0.1,1\n0.2,0\n0.3,1\n0.4,1\n')
-    (run / 'csv' / 'tb3_2_trig_event.csv').write_text('t,data\n0.1,0\n')
+    events = [(0.1, 1, 1), (0.2, 1, 0), (0.3, 1, 1), (0.4, 1, 1), (0.1, 2, 0), (0.1, 3, 1)]
+    links = {(2, 1): Counts(3, 2, 1, 0.1), (3, 1): Counts(3, 3, 0, 0.1)}
+    write_record(record_of(links, events, [(0, 2, 1, 1), (0, 3, 1, 1)], {}), run / 'csv')
 
     metrics = compute(run)
 
-    assert metrics.communications == {1: 3, 2: 0, 3: 0}
+    assert metrics.communications == {1: 3, 2: 0, 3: 1}
     assert metrics.communication == 'event-triggered'
+    assert metrics.messages.triggered_share == pytest.approx(4 / 6)
+    assert metrics.messages.loss_ratio == pytest.approx(1 / 6)
+    assert metrics.messages.received_by_others == {1: 5, 2: 0, 3: 0}
+    assert metrics.messages.mean_interval_s == {1: pytest.approx(0.15), 2: None, 3: None}
+    assert '4 states sent (66.7 % of 6 evaluations triggered)' in table_lines(metrics)[-1]
+    assert '5 messages received, 1 lost (16.7 %)' in table_lines(metrics)[-1]
 
 
 def test_position_errors_of_a_formation():
@@ -355,8 +365,12 @@ def test_numbers_that_a_script_does_not_define(tmp_path, script, task, message):
         ('run.yaml', 'parameters: {vnom: fast}', "vnom 'fast' is not a speed"),
         ('csv/fleet.csv', 't,robot\n1,2\n', r'fleet\.csv.*line 1'),
         ('csv/fleet.csv', 't,robot,x,y,theta,v,omega\n-1,1,0,0,0,0,0\n', 'no row at t >= 0'),
-        ('csv/tb3_1_trig_event.csv', 't,data\n1,x\n', r'trig_event\.csv. is damaged'),
-        ('csv/tb3_1_trig_event.csv', 't\n1\n', r'trig_event\.csv. is damaged'),
+        ('csv/communication.csv', 'sender\n1\n', r'communication\.csv. is damaged'),
+        (
+            'csv/communication.csv',
+            f'{MESSAGES}\n1,all,2,x,0,\n',
+            r'communication\.csv. is damaged',
+        ),
     ],
 )
 def test_damaged_files(tmp_path, file, content, message):

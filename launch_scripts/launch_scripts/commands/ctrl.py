@@ -6,6 +6,7 @@ Examples:
   setcmas ctrl --algo my_law --watch             loads it again whenever you save it
   setcmas ctrl --algo consensus --set K=1.2      another gain for this time
   setcmas ctrl --algo nav_wp --nb-robots 8 --robots 5-8
+  setcmas ctrl --algo consensus --event-triggered --graph ring
 """
 
 from __future__ import annotations
@@ -18,6 +19,8 @@ from launch_scripts.node_arguments import node_arguments
 from launch_scripts.rviz import shown_robots
 from launch_scripts.view_options import NONE, add_view_arguments, view_beside
 from setcmas_ctrl.algorithm_loader import compile_script, find_script
+from setcmas_ctrl.communication_options import OPTIONS as COMMUNICATION
+from setcmas_ctrl.communication_options import add_communication_arguments, check_communication
 from setcmas_ctrl.control_options import (
     add_fleet_arguments,
     add_law_arguments,
@@ -38,6 +41,7 @@ OPTIONS = (
     'nb_robots',
     'robots',
     'cmd_vel_type',
+    *COMMUNICATION,
 )
 
 
@@ -45,6 +49,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the options of the verb."""
     add_watch_argument(add_law_arguments(parser))
     add_fleet_arguments(parser)
+    add_communication_arguments(parser)
     add_view_arguments(parser, default=NONE)  # the simulator shows the robots already
 
 
@@ -54,6 +59,7 @@ def main(args: argparse.Namespace) -> int:
     # Mistakes are told before anything starts.
     compile_script(script, settings=parse_settings(args.set))
     robots = shown_robots(args)
+    check_communication(args, args.nb_robots)
     require_ros()
     with view_beside(args, robots) as companions:
         command = node_command(MODULE, node_arguments(args, OPTIONS))

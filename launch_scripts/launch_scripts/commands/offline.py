@@ -7,6 +7,7 @@ Examples:
   setcmas offline --algo consensus --nb-robots 8 --duration 60 --output out
   setcmas offline --algo my_law.py --nb-robots 3 --pose 1:1.0,2.0,1.57
   setcmas offline --algo consensus --nb-robots 5 --set K=1.2
+  setcmas offline --algo consensus --nb-robots 8 --graph ring --delay 0.2 --loss 0.3
 """
 
 from __future__ import annotations
@@ -26,6 +27,8 @@ from launch_scripts.output_lines import warn
 from launch_scripts.run_folder import RunFolder
 from launch_scripts.run_options import add_run_arguments, output_folder, parameters
 from setcmas_ctrl.algorithm_loader import compile_script, find_script
+from setcmas_ctrl.communication_options import OPTIONS as COMMUNICATION
+from setcmas_ctrl.communication_options import check_communication
 from setcmas_ctrl.control_options import SCRIPT_FAILED
 from setcmas_ctrl.script_messages import described_place, quoted_line, script_place
 from setcmas_ctrl.script_output import named_output
@@ -57,15 +60,17 @@ def main(args: argparse.Namespace) -> int:
 
 def _run(args: argparse.Namespace) -> int:
     # Imported late: help texts and completion do not wait for matplotlib.
+    from setcmas_tools import communication_record
     from setcmas_tools.csv_to_plot import plot
     from setcmas_tools.fleet_table import write_csv
     from setcmas_tools.metrics import compute
     from setcmas_tools.metrics_table import table_lines
-    from setcmas_tools.metrics_yaml import write_yaml
+    from setcmas_tools.metrics_yaml import as_dict, write_yaml
 
     script = find_script(args.algo, args.exercise)
     settings = parse_settings(args.set)
     compile_script(script, settings=settings)
+    check_communication(args, args.nb_robots)
     folder = RunFolder(output_folder(args, script))
     folder.check(args.overwrite)
     begin = time.perf_counter()
@@ -80,12 +85,16 @@ def _run(args: argparse.Namespace) -> int:
     folder.create()
     folder.csv.mkdir()
     write_csv(run.table, folder.csv / 'fleet.csv')
+    if run.communication:
+        communication_record.write_csv(run.communication, folder.csv)
     failed = f'complete, but {script.name} failed for robots {format_robots(run.failed_robots)}'
     outcome = failed if run.failed_robots else 'complete'
     folder.write_record(parameters(args, script), outcome, args.seed)
     figures = plot(folder.path, formats=tuple(args.format))
     metrics = compute(folder.path, call_times=dict(enumerate(run.call_time.tolist(), start=1)))
     write_yaml(metrics, folder.metrics)
+    if metrics.messages:
+        folder.add_to_record('communication', as_dict(metrics)['messages'])
     for line in table_lines(metrics):
         print(line)
     print(
@@ -117,6 +126,7 @@ def _simulate(args: argparse.Namespace, script: str, settings: Mapping[str, Any]
             robot_rate=args.robot_rate,
             seed=args.seed,
             settings=settings,
+            **{name: getattr(args, name) for name in COMMUNICATION},
             say=warn,
             progress=lambda now: bar.update(now - bar.n),
         )

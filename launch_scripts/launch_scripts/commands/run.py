@@ -5,6 +5,7 @@ Examples:
   setcmas run --algo nav_wp --pose 1:5,5,0 --duration 60
   setcmas run --algo my_law.py --nb-robots 4 --limits burger --format pdf
   setcmas run --algo consensus --nb-robots 5 --set K=1.2
+  setcmas run --algo consensus --nb-robots 8 --event-triggered --duration 45
 """
 
 from __future__ import annotations
@@ -26,6 +27,7 @@ from launch_scripts.rviz import Companion
 from launch_scripts.supervisor import Child, ChildDiedError, StoppedError, Supervisor
 from launch_scripts.view_options import add_view_arguments, view_beside
 from setcmas_ctrl.algorithm_loader import compile_script, find_script
+from setcmas_ctrl.communication_options import check_communication
 from setcmas_ctrl.control_options import CONTROL_STARTED, SCRIPT_FAILED, add_watch_argument
 from setcmas_ctrl.script_settings import parse_settings
 from setcmas_simu.errors import SetcmasError
@@ -54,6 +56,7 @@ def main(args: argparse.Namespace) -> int:
     compile_script(script, settings=parse_settings(args.set))
     args.robots = None
     robots = simulated_robots(args).robots
+    check_communication(args, args.nb_robots)
     folder = RunFolder(output_folder(args, script))
     folder.check(args.overwrite)
     require_ros()
@@ -155,7 +158,7 @@ def _evaluate(args: argparse.Namespace, folder: RunFolder) -> int:
     from setcmas_tools.fleet_table import read_csv
     from setcmas_tools.metrics import compute
     from setcmas_tools.metrics_table import table_lines
-    from setcmas_tools.metrics_yaml import write_yaml
+    from setcmas_tools.metrics_yaml import as_dict, write_yaml
 
     convert(folder.bag, folder.csv)
     fleet = folder.csv / 'fleet.csv'
@@ -171,6 +174,8 @@ def _evaluate(args: argparse.Namespace, folder: RunFolder) -> int:
     figures = plot(folder.path, formats=tuple(args.format))
     metrics = compute(folder.path)
     write_yaml(metrics, folder.metrics)
+    if metrics.messages:
+        folder.add_to_record('communication', as_dict(metrics)['messages'])
     where = f'bag: {folder.bag}   CSV: {folder.csv}   {len(figures)} plots: {folder.plots}'
     with suppress(OSError):  # the terminal may be closed by now, the work is done
         print('\n'.join([*table_lines(metrics), where]), flush=True)

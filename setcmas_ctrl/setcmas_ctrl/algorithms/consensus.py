@@ -1,27 +1,30 @@
 """Consensus: all robots meet at the average of their positions.
 
-Each robot moves towards the others that it hears:
+Each robot moves towards the average of itself and the robots that it hears:
 
-    v_i = -(K/N) sum_j a_ij (p_i - p_j)
+    v_i = -K / (1 + sum_j a_ij) sum_j a_ij (p_i - p_j)
 
-with the adjacency a_ij = 1 for every pair (complete graph). The positions converge to their
-average with rate K.
+with the weights a_ij of the graph (--graph). In the complete graph that is -(K/N) times the sum
+over all others, and the positions converge to their average with rate K.
 Source: Olfati-Saber and Murray, Consensus problems in networks of agents with switching topology
-and time-delays, IEEE Transactions on Automatic Control 49(9), 2004.
+and time-delays, IEEE Transactions on Automatic Control 49(9), 2004; the gain of a neighbourhood as
+in Jadbabaie, Lin and Morse, Coordination of groups of mobile autonomous agents using nearest
+neighbor rules, IEEE Transactions on Automatic Control 48(6), 2003.
 """
 
 import numpy as np
 
+from setcmas_ctrl import network
 from setcmas_ctrl.saturation import dead_band
 
 K = 0.5  # gain (1/s)
 
 
 def control(robotNo, nbRobots, poses, t):
-    """Return the velocity (vx, vy) in m/s that leads the robot to the others."""
+    """Return the velocity (vx, vy) in m/s that leads the robot to those it hears."""
+    weights = network.adjacency()[robotNo - 1]
     positions = poses[:2]
-    position = positions[:, robotNo - 1]
-    adjacency = np.ones(nbRobots)
-    adjacency[robotNo - 1] = 0
-    vx, vy = -K / nbRobots * (position[:, None] - positions) @ adjacency
+    gaps = positions[:, robotNo - 1, None] - positions
+    gaps[np.isnan(gaps)] = 0.0  # of robots that it does not hear, or has not heard yet
+    vx, vy = -K / (1 + weights.sum()) * gaps @ weights
     return dead_band(vx, vy)

@@ -3,8 +3,12 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Iterable
+from itertools import repeat
 from typing import TYPE_CHECKING
 
+import numpy as np
+from numpy.typing import NDArray
 from rclpy.clock import Clock, ClockType
 from rclpy.node import Node
 
@@ -19,10 +23,13 @@ from setcmas_ctrl.saturation import saturate
 from setcmas_ctrl.stop_call import AbandonCall
 from setcmas_simu.fleet import format_robots
 from setcmas_simu.nodes.ros_process import RosProcess
-from setcmas_simu.topics import RECORDER_NODES, robot_name
+from setcmas_simu.topics import RECORDER_NODES, TRIG_ODOM, robot_name
 
 if TYPE_CHECKING:
     from setcmas_ctrl.nodes.controller import Controller
+    from setcmas_ctrl.nodes.fleet_communication import FleetCommunication
+
+Floats = NDArray[np.float64]
 
 _AFTER_ODOMETRY_S = 0.02
 _REMIND_EVERY_S = 2.0
@@ -65,6 +72,10 @@ class ControlStepper:
         self._has_laws = True
         self.watch = watch
         self._started: float | None = None  # set by the first step
+        self.communication: FleetCommunication | None = None
+        """What each robot hears of the fleet; None if all robots know all poses."""
+        self.condition_reports = ErrorReports(self._say)
+        """The errors of triggering conditions."""
         self._stepped = 0.0
         self._next_graph_check = 0.0
         self._unheard: set[int] = set()
@@ -84,6 +95,7 @@ class ControlStepper:
                     f'waiting for the odometry of robots {format_robots(missing)} '
                     f'(/{robot_name(missing[0])}/odom); is their simulator running?'
                 )
+        self._wait_for_states(process)
         # A robot, and a recorder if there is one, are to get the very first command.
         process.spin_until(lambda: not self._unheard_robots(), _REMIND_EVERY_S)
         process.spin_until(self._is_recorded_if_it_can_be, _REMIND_EVERY_S)
@@ -101,6 +113,16 @@ class ControlStepper:
         self._stepped = time.monotonic()
         self._step()
 
+    def _wait_for_states(self, process: RosProcess) -> None:
+        heard = self.communication
+        while heard and (missing := heard.missing()) and not process.stopping:
+            if not process.spin_until(lambda: not heard.missing(), _REMIND_EVERY_S):
+                self._say(
+                    f'waiting for the states of robots {format_robots(missing)} '
+                    f'(/{robot_name(missing[0])}/{TRIG_ODOM}); '
+                    'is their controller running with --event-triggered?'
+                )
+
     def _fall_in_step(self, process: RosProcess) -> None:
         """Wait until shortly after the next odometry.
 
@@ -113,9 +135,15 @@ class ControlStepper:
         process.spin_until(lambda: False, _AFTER_ODOMETRY_S)
 
     @property
+    def t(self) -> float:
+        """Time since the control laws were called first, in s; 0 before."""
+        return 0.0 if self._started is None else time.monotonic() - self._started
+
+    @property
     def failed(self) -> bool:
         """Whether a script has failed for some robot."""
-        return self._failed or self._reports.failed_robots != []
+        reports = (self._reports, self.condition_reports)
+        return self._failed or any(report.failed_robots for report in reports)
 
     def use(self, laws: list[ControlLaw]) -> None:
         """Go on with other laws, with t from 0 and errors counted anew; none: all robots stand."""
@@ -133,7 +161,11 @@ class ControlStepper:
             follower.stop()
         for follower in self._followers:
             follower.wait_until_sent()
+        if self.communication:
+            self.communication.stop()
         self._tell_counts()
+        for line in self.condition_reports.summary():
+            self._say(line)
 
     def _tell_counts(self) -> None:
         for line in self._reports.summary():
@@ -152,13 +184,16 @@ class ControlStepper:
             self._check_graph(now)
 
     def _control(self, t: float) -> None:
-        poses = self._odometry.poses.copy()
-        for controller in self._controllers:
+        poses: Iterable[Floats] = repeat(self._odometry.poses.copy())
+        adjacency = None
+        if self.communication:
+            poses, adjacency = self.communication.heard(t)
+        for controller, known in zip(self._controllers, poses, strict=False):
             velocity = (0.0, 0.0)
             if self._has_laws and controller.robot not in self._lost:
                 try:
                     with self.watch.call(controller.robot):
-                        velocity = controller.law(poses, t)
+                        velocity = controller.law(known, t, adjacency)
                     self._reports.succeeded(controller.robot, t)
                 except ControlError as error:
                     self._reports.failed(controller.robot, t, error)

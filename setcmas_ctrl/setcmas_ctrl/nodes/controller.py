@@ -1,6 +1,7 @@
 """The controller: poses of the fleet in, the velocity that a control script wants out.
 
-A process holds a controller and a si_to_uni node for each of its robots. Run as
+A process holds a controller and a si_to_uni node for each of its robots, and an
+event_triggered_comm node if it is to. Run as
 `ros2 run setcmas_ctrl controller --algo consensus`.
 """
 
@@ -20,6 +21,7 @@ from std_msgs.msg import Bool
 from setcmas_ctrl import drawing
 from setcmas_ctrl.algorithm_loader import compile_script, find_script
 from setcmas_ctrl.call_watch import CallWatch
+from setcmas_ctrl.communication_options import add_communication_arguments, chosen_communication
 from setcmas_ctrl.control_law import ControlLaw
 from setcmas_ctrl.control_options import (
     SCRIPT_FAILED,
@@ -27,7 +29,10 @@ from setcmas_ctrl.control_options import (
     add_law_arguments,
     add_watch_argument,
 )
+from setcmas_ctrl.error_reports import ErrorReports
 from setcmas_ctrl.nodes.control_stepper import ControlStepper
+from setcmas_ctrl.nodes.event_triggered_comm import broadcasters
+from setcmas_ctrl.nodes.fleet_communication import FleetCommunication
 from setcmas_ctrl.nodes.fleet_discovery import wait_for_fleet
 from setcmas_ctrl.nodes.fleet_odometry import FleetOdometry
 from setcmas_ctrl.nodes.marker_canvas import MarkerCanvas
@@ -37,6 +42,7 @@ from setcmas_ctrl.random_seed import seed_scripts
 from setcmas_ctrl.script_output import named_output
 from setcmas_ctrl.script_settings import parse_settings
 from setcmas_ctrl.stop_call import StopCall
+from setcmas_ctrl.triggering import CONSEQUENCE
 from setcmas_simu import topics
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet import parse_robots
@@ -118,7 +124,9 @@ def build(args: argparse.Namespace, process: RosProcess, node: FleetNode) -> Con
     end_stuck_script(process, watch)
     load = partial(load_laws, args, path, robots, nb_robots, watch)
     controllers = [Controller(law) for law in load()]
-    odometry = FleetOdometry(node, nb_robots)
+    tells = chosen_communication(args, nb_robots)
+    # With event-triggered broadcast the other robots are known by what they send only.
+    odometry = FleetOdometry(node, nb_robots, robots if tells.event_triggered else None)
     followers = [SiToUni(robot, odometry, args.komega, args.cmd_vel_type) for robot in robots]
     process.add(*controllers, *followers)
     node.create_subscription(
@@ -132,6 +140,14 @@ def build(args: argparse.Namespace, process: RosProcess, node: FleetNode) -> Con
     if args.watch:
         laws = [controller.law for controller in controllers]
         ScriptReloader(node, stepper, laws, load, watch)
+    if not tells.is_ideal:
+        stepper.communication = FleetCommunication(node, odometry, tells, robots)
+    if tells.event_triggered:
+        stepper.condition_reports = ErrorReports(node.get_logger().warning, CONSEQUENCE)
+        nodes = broadcasters(
+            robots, tells, odometry, stepper.condition_reports, lambda: stepper.t, watch
+        )
+        process.add(*nodes)
     return stepper
 
 
@@ -166,6 +182,7 @@ def main(argv: list[str] | None = None) -> int:
     parser = argparse.ArgumentParser(prog='controller', description=__doc__)
     add_watch_argument(add_law_arguments(parser))
     add_fleet_arguments(parser)
+    add_communication_arguments(parser)
     args = parser.parse_args(argv)
     with ros_process(ros_arguments) as process, named_output():
         try:

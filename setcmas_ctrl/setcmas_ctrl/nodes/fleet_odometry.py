@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Callable, Iterable
 from functools import partial
 
 import numpy as np
@@ -13,6 +14,11 @@ from rclpy.node import Node
 from setcmas_simu import topics
 from setcmas_simu.nodes import qos
 from setcmas_simu.planar_pose import yaw_of_quaternion
+
+Pose = tuple[float, float, float]
+"""x, y in m and theta in rad."""
+
+Listener = Callable[[Odometry, Pose], None]
 
 POSE_TIMEOUT_S = 1.0
 """Age in s from which a robot's own pose is too old to command it."""
@@ -25,25 +31,44 @@ class FleetOdometry:
         poses: Rows x, y in m and theta in rad, shape (3, N); NaN for robots not seen yet.
     """
 
-    def __init__(self, node: Node, nb_robots: int) -> None:
-        """Subscribe to the odometry of every robot of the fleet."""
+    def __init__(
+        self,
+        node: Node,
+        nb_robots: int,
+        robots: Iterable[int] | None = None,
+        topic_of: Callable[[int], str] = topics.odom_topic,
+    ) -> None:
+        """Subscribe to the odometry of robots.
+
+        Args:
+            node: Holds the subscriptions.
+            nb_robots: Size of the fleet.
+            robots: The robots to follow; None is the whole fleet.
+            topic_of: Gives the topic of a robot's odometry, such as `topics.mocap_topic`.
+        """
         self.poses: NDArray[np.float64] = np.full((3, nb_robots), np.nan)
         self._received = np.full(nb_robots, -np.inf)
+        self._followed = list(robots or range(1, nb_robots + 1))
         self._complete = False
-        for robot in range(1, nb_robots + 1):
+        self._listeners: list[list[Listener]] = [[] for _ in range(nb_robots)]
+        for robot in self._followed:
             node.create_subscription(
                 Odometry,
-                topics.robot_topic(robot, topics.ODOM),
+                topic_of(robot),
                 partial(self._on_odometry, robot - 1),
                 qos.STATE,
                 event_callbacks=qos.no_subscription_events(),
             )
 
+    def listen(self, robot: int, listener: Listener) -> None:
+        """Call a function with each odometry of a robot, and its pose."""
+        self._listeners[robot - 1].append(listener)
+
     def missing(self) -> list[int]:
-        """Return the robots that have not been seen yet."""
+        """Return the robots that are followed and have not been seen yet."""
         if self._complete:
             return []
-        missing = [int(i) + 1 for i in np.flatnonzero(np.isinf(self._received))]
+        missing = [robot for robot in self._followed if np.isinf(self._received[robot - 1])]
         self._complete = not missing
         return missing
 
@@ -56,8 +81,15 @@ class FleetOdometry:
         return float(self.poses[2, robot - 1])
 
     def _on_odometry(self, index: int, message: Odometry) -> None:
-        position, q = message.pose.pose.position, message.pose.pose.orientation
-        pose = (position.x, position.y, yaw_of_quaternion(q.x, q.y, q.z, q.w))
+        pose = planar_pose(message)
         if np.isfinite(pose).all():
             self.poses[:, index] = pose
             self._received[index] = time.monotonic()
+            for listener in self._listeners[index]:
+                listener(message, pose)
+
+
+def planar_pose(message: Odometry) -> Pose:
+    """Return the pose that an odometry tells; it may not be finite."""
+    position, q = message.pose.pose.position, message.pose.pose.orientation
+    return position.x, position.y, yaw_of_quaternion(q.x, q.y, q.z, q.w)

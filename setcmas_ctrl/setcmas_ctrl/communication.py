@@ -1,0 +1,154 @@
+"""How a fleet communicates: who hears whom, when robots send, what happens on the way."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+from numpy.typing import ArrayLike
+
+from setcmas_ctrl.channel import Channel
+from setcmas_ctrl.communication_graph import (
+    COMPLETE,
+    PRESETS,
+    CommunicationGraph,
+    checked_adjacency,
+)
+from setcmas_ctrl.error_reports import ErrorReports
+from setcmas_ctrl.graph_file import GraphDescription, load_graph
+from setcmas_ctrl.links import Links
+from setcmas_ctrl.triggering import CTC, Broadcast
+from setcmas_simu.errors import SetcmasError
+
+Graph = str | Path | ArrayLike
+Condition = str | Path | Callable[..., Any] | None
+
+
+@dataclass(frozen=True)
+class Communication:
+    """How a fleet communicates.
+
+    Attributes:
+        graph: Who hears whom.
+        channel: What happens to messages on their way.
+        event_triggered: Whether robots send their state only when a condition triggers.
+        seed: Chooses the random numbers of the links.
+    """
+
+    graph: CommunicationGraph
+    channel: Channel
+    event_triggered: bool
+    seed: int
+    _condition: Condition = None
+
+    @property
+    def is_ideal(self) -> bool:
+        """Whether all robots know the newest pose of each other, as in the ROS 1 stack."""
+        return self.reaches_all and not self.event_triggered
+
+    @property
+    def reaches_all(self) -> bool:
+        """Whether each message arrives at every robot, at once and as it was."""
+        return self.graph.is_complete and self.channel.is_perfect
+
+    def links(self, receivers: Sequence[int]) -> Links:
+        """Return the links on which robots hear the fleet."""
+        return Links(receivers, self.channel, self.seed)
+
+    def broadcast(self, robot: int, reports: ErrorReports) -> Broadcast:
+        """Return what decides when a robot sends its state.
+
+        Raises:
+            SetcmasError: The condition cannot be loaded.
+        """
+        condition = self._condition
+        if callable(condition):
+            code = getattr(condition, '__code__', None)
+            return Broadcast(robot, condition, Path(code.co_filename if code else 'ctc'), reports)
+        path = find_condition(str(condition)) if condition is not None else None
+        return Broadcast.of_script(robot, path, reports)
+
+
+def communication(
+    nb_robots: int,
+    *,
+    graph: Graph = COMPLETE,
+    range: float | None = None,  # noqa: A002 (the name of the option)
+    event_triggered: bool = False,
+    ctc: Condition = None,
+    delay: float = 0.0,
+    loss: float = 0.0,
+    noise: float = 0.0,
+    seed: int = 0,
+) -> Communication:
+    """Return how a fleet of nb_robots communicates.
+
+    Args:
+        nb_robots: Size of the fleet.
+        graph: A preset, a graph file, or an adjacency matrix of shape (N, N).
+        range: Distance in m beyond which robots do not hear each other; None is no limit.
+        event_triggered: Whether robots send their state only when a condition triggers.
+        ctc: The condition: a script as for `--ctc`, or a function; None is the default one.
+        delay: In s.
+        loss: Probability that a message is lost.
+        noise: Standard deviation of received positions in m.
+        seed: Chooses the random numbers of the links.
+
+    Raises:
+        SetcmasError: The graph does not suit the fleet, or a value makes no sense.
+    """
+    if ctc is not None and not event_triggered:
+        raise SetcmasError('--ctc has an effect with --event-triggered only; add that')
+    for name, value, most in (('delay', delay, 1e9), ('loss', loss, 1.0), ('noise', noise, 1e9)):
+        if not 0 <= value <= most:
+            raise SetcmasError(f'{name} is {value}; accepted is a number from 0 to {most:g}')
+    if range is not None and not range > 0:
+        raise SetcmasError(f'range is {range}; accepted is a number above 0')
+    description = graph_description(graph)
+    reach = math.inf if range is None else range
+    return Communication(
+        CommunicationGraph(description.segments(nb_robots), description.repeat, reach),
+        Channel.of(nb_robots, delay, loss, noise, description.links),
+        event_triggered,
+        seed,
+        ctc,
+    )
+
+
+def graph_description(graph: Graph) -> GraphDescription:
+    """Return what a preset's name, a graph file or an adjacency matrix says.
+
+    Raises:
+        SetcmasError: There is no such preset or file, or the file is malformed.
+    """
+    if not isinstance(graph, (str, Path)):
+        build = partial(checked_adjacency, graph)
+        return GraphDescription(False, [], [('', math.inf, build)])
+    name = str(graph).replace('-', '_')
+    if name in PRESETS:
+        return GraphDescription(False, [], [(name, math.inf, PRESETS[name])])
+    path = Path(graph)
+    if path.suffix not in ('.yaml', '.yml') and not path.is_file():
+        raise SetcmasError(
+            f"graph '{graph}' is unknown; accepted are {', '.join(PRESETS)} or a YAML file"
+        )
+    return load_graph(path)
+
+
+def find_condition(name: str) -> Path:
+    """Return the script that `--ctc NAME` means: a path, or NAME.py in the current folder.
+
+    Raises:
+        SetcmasError: There is none.
+    """
+    for path in (Path(name), Path(f'{name}.py')):
+        if path.is_file():
+            return path.resolve()
+    raise SetcmasError(
+        f"script '{name}' of --ctc was not found; accepted are a path, or the name of a script "
+        f'in this folder with a function {CTC}'
+    )

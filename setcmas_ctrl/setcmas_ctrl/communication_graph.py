@@ -1,0 +1,164 @@
+"""Who hears whom: the graph of a fleet, its matrices, and how it changes over time."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from setcmas_simu.errors import SetcmasError
+
+Floats = NDArray[np.float64]
+
+COMPLETE = 'complete'
+
+_SAME_TIME_S = 1e-9
+
+
+@lru_cache(maxsize=8)
+def complete(nb_robots: int) -> Floats:
+    """Return the adjacency matrix in which every robot hears every other; it is read-only."""
+    return _read_only(1.0 - np.eye(nb_robots))
+
+
+def directed_ring(nb_robots: int) -> Floats:
+    """Return the adjacency matrix in which robot i hears robot i + 1, and the last the first."""
+    ahead: Floats = np.roll(np.eye(nb_robots), 1, axis=1)
+    np.fill_diagonal(ahead, 0.0)  # of a single robot
+    return ahead
+
+
+def ring(nb_robots: int) -> Floats:
+    """Return the adjacency matrix in which robots hear the next and the one before, in a ring."""
+    ahead = directed_ring(nb_robots)
+    both: Floats = np.maximum(ahead, ahead.T)
+    return both
+
+
+def path(nb_robots: int) -> Floats:
+    """Return the adjacency matrix of a ring that is open between the last robot and the first."""
+    return np.eye(nb_robots, k=1) + np.eye(nb_robots, k=-1)
+
+
+def star(nb_robots: int) -> Floats:
+    """Return the adjacency matrix in which robot 1 and each of the others hear each other."""
+    adjacency = np.zeros((nb_robots, nb_robots))
+    adjacency[0, 1:] = adjacency[1:, 0] = 1.0
+    return adjacency
+
+
+PRESETS: dict[str, Callable[[int], Floats]] = {
+    COMPLETE: complete,
+    'ring': ring,
+    'path': path,
+    'star': star,
+    'directed_ring': directed_ring,
+}
+"""The graphs that have a name, by it: number of robots to adjacency matrix."""
+
+
+def checked_adjacency(matrix: ArrayLike, nb_robots: int) -> Floats:
+    """Return a matrix of weights as a read-only array of shape (N, N).
+
+    Raises:
+        SetcmasError: It has another shape, a weight that is negative or not finite, or a robot
+            that hears itself.
+    """
+    adjacency = np.array(matrix, dtype=float)
+    if adjacency.shape != (nb_robots, nb_robots):
+        raise SetcmasError(
+            f'the adjacency matrix has shape {adjacency.shape}; '
+            f'the fleet of {nb_robots} needs ({nb_robots}, {nb_robots})'
+        )
+    if not (np.isfinite(adjacency) & (adjacency >= 0)).all():
+        raise SetcmasError('weights of the adjacency matrix must be finite and not negative')
+    if adjacency.diagonal().any():
+        raise SetcmasError('the diagonal of the adjacency matrix must be 0: no robot hears itself')
+    return _read_only(adjacency)
+
+
+def neighbours(adjacency: Floats, robot: int) -> list[int]:
+    """Return the numbers of the robots that a robot hears, sorted."""
+    return [int(index) + 1 for index in np.flatnonzero(adjacency[robot - 1])]
+
+
+def laplacian(adjacency: Floats) -> Floats:
+    """Return L = diag(sum_j a_ij) - A, whose rows sum to 0.
+
+    Source: Olfati-Saber and Murray, IEEE Transactions on Automatic Control 49(9), 2004.
+
+    Args:
+        adjacency: a_ij is the weight with which robot i hears robot j, shape (N, N).
+    """
+    result: Floats = np.diag(adjacency.sum(axis=1)) - adjacency
+    return result
+
+
+@dataclass(frozen=True)
+class Segment:
+    """A graph for a part of the run: name, duration in s, adjacency matrix (N, N)."""
+
+    name: str
+    duration: float
+    adjacency: Floats
+
+
+class CommunicationGraph:
+    """Who hears whom at each time: a graph for each segment of time, cut off at a range."""
+
+    def __init__(
+        self, segments: Sequence[Segment], repeat: bool = False, reach: float = math.inf
+    ) -> None:
+        """Prepare.
+
+        Args:
+            segments: One after the other from t = 0 on; the last one stays.
+            repeat: Whether they start again after the last one instead.
+            reach: Distance in m beyond which robots do not hear each other.
+        """
+        self._segments = segments
+        self._reach = reach
+        ends = np.cumsum([segment.duration for segment in segments])
+        self._begins = np.array([0.0, *ends[:-1]])
+        self._period = float(ends[-1]) if repeat else math.inf
+
+    @property
+    def is_complete(self) -> bool:
+        """Whether every robot hears every other with weight 1 at all times."""
+        everybody = complete(len(self._segments[0].adjacency))
+        same = all(np.array_equal(part.adjacency, everybody) for part in self._segments)
+        return same and self._reach == math.inf
+
+    def segment(self, t: float) -> Segment:
+        """Return the segment of a time t in s since the run started."""
+        if self._period < math.inf:
+            t = math.fmod(t + _SAME_TIME_S, self._period)
+        index = np.searchsorted(self._begins, t + _SAME_TIME_S, side='right') - 1
+        return self._segments[max(0, int(index))]
+
+    def adjacency(self, t: float, positions: Floats) -> Floats:
+        """Return the weights with which each robot (row) hears each other (column).
+
+        Args:
+            t: Time since the run started, in s.
+            positions: Rows x, y in m, shape (2, N); NaN for a robot whose place is not known,
+                which is out of range.
+
+        Returns:
+            A read-only array of shape (N, N), the same object while nothing changes.
+        """
+        adjacency = self.segment(t).adjacency
+        if self._reach == math.inf:
+            return adjacency
+        x, y = positions
+        near = np.hypot(x[:, None] - x, y[:, None] - y) <= self._reach
+        return _read_only(np.where(near, adjacency, 0.0))
+
+
+def _read_only(array: Floats) -> Floats:
+    array.setflags(write=False)
+    return array

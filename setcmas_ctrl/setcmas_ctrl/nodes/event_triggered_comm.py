@@ -1,0 +1,136 @@
+"""Event-triggered broadcast: a robot's odometry in, its state out when a condition triggers.
+
+A controller process that is started with --event-triggered holds such a node for each of its
+robots. On its own: `ros2 run setcmas_ctrl event_triggered_comm --robots 1-2 --ctc my_condition`.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+import time
+from collections.abc import Callable
+from contextlib import nullcontext
+
+from nav_msgs.msg import Odometry
+from std_msgs.msg import UInt16
+
+from setcmas_ctrl.call_watch import CallWatch
+from setcmas_ctrl.communication import Communication, communication
+from setcmas_ctrl.control_options import SCRIPT_FAILED
+from setcmas_ctrl.error_reports import ErrorReports
+from setcmas_ctrl.nodes.fleet_odometry import FleetOdometry, Pose
+from setcmas_ctrl.stop_call import AbandonCall
+from setcmas_ctrl.triggering import CONSEQUENCE, Broadcast
+from setcmas_simu import topics
+from setcmas_simu.errors import SetcmasError
+from setcmas_simu.fleet import format_robots, parse_robots
+from setcmas_simu.nodes import qos
+from setcmas_simu.nodes.ros_process import FleetNode, ros_process, split_ros_arguments
+
+
+class EventTriggeredComm(FleetNode):
+    """Broadcasts the state of one robot when its condition triggers, and tells each decision."""
+
+    def __init__(
+        self, broadcast: Broadcast, clock: Callable[[], float], watch: CallWatch | None = None
+    ) -> None:
+        """Create the node in the robot's namespace.
+
+        Args:
+            broadcast: Decides.
+            clock: Returns the time since the run started, in s.
+            watch: Watches the calls of the condition.
+        """
+        super().__init__('event_triggered_comm', namespace=topics.robot_name(broadcast.robot))
+        self._broadcast = broadcast
+        self._clock = clock
+        self._watch = watch
+        silent = {'event_callbacks': qos.no_publisher_events()}
+        self._events = self.create_publisher(UInt16, topics.TRIG_EVENT, qos.EVENT, **silent)
+        # Latched: who starts late holds the state that was sent last.
+        self._states = self.create_publisher(Odometry, topics.TRIG_ODOM, qos.LATCHED, **silent)
+
+    def take(self, message: Odometry, pose: Pose) -> None:
+        """Decide on an odometry; its pose is x, y in m and theta in rad."""
+        triggered = self._is_triggered(pose, message.twist.twist.linear.x)
+        self._events.publish(UInt16(data=int(triggered)))
+        if triggered:
+            self._states.publish(message)
+
+    def _is_triggered(self, pose: Pose, V: float) -> bool:
+        t = self._clock()
+        watched = nullcontext()
+        if self._watch:
+            one = self._broadcast
+            watched = self._watch.call(one.robot, 'ctc has not returned', one.path)
+        try:
+            with watched:
+                return self._broadcast.is_triggered(pose, V, t)
+        except AbandonCall:  # a new control law is there, the condition stays
+            return True
+        except KeyboardInterrupt as error:  # signals raise StopCall: it is the script's
+            return self._broadcast.failed(error, t)
+
+
+def broadcasters(
+    robots: list[int],
+    communication: Communication,
+    odometry: FleetOdometry,
+    reports: ErrorReports,
+    clock: Callable[[], float],
+    watch: CallWatch | None = None,
+) -> list[EventTriggeredComm]:
+    """Return a node for each robot, connected to its odometry.
+
+    Raises:
+        SetcmasError: A triggering condition cannot be loaded.
+    """
+    nodes = []
+    for robot in robots:
+        node = EventTriggeredComm(communication.broadcast(robot, reports), clock, watch)
+        odometry.listen(robot, node.take)
+        nodes.append(node)
+    return nodes
+
+
+def main(argv: list[str] | None = None) -> int:
+    """Broadcast until a signal arrives; returns the exit status."""
+    argv, ros_arguments = split_ros_arguments(sys.argv[1:] if argv is None else argv)
+    parser = argparse.ArgumentParser(prog='event_triggered_comm', description=__doc__)
+    parser.add_argument('--robots', default='1', metavar='LIST', help='such as 1-4 (default: 1)')
+    parser.add_argument('--ctc', metavar='FILE', help='script with ctc(pos, last_pos, t)')
+    parser.add_argument(
+        '--odometry-topic',
+        default=f'/{{name}}/{topics.ODOM}',
+        metavar='TOPIC',
+        help='where states come from; {name} is the robot (default: %(default)s)',
+    )
+    args = parser.parse_args(argv)
+    begin = time.monotonic()
+    with ros_process(ros_arguments) as process:
+        try:
+            robots = parse_robots(args.robots)
+            node = FleetNode('broadcasters')
+            odometry = FleetOdometry(
+                node,
+                robots[-1],
+                robots,
+                lambda robot: args.odometry_topic.replace('{name}', topics.robot_name(robot)),
+            )
+            reports = ErrorReports(node.get_logger().warning, CONSEQUENCE)
+            chosen = communication(robots[-1], event_triggered=True, ctc=args.ctc)
+            nodes = broadcasters(
+                robots, chosen, odometry, reports, lambda: time.monotonic() - begin
+            )
+        except SetcmasError as error:
+            print(f'error: {error}', file=sys.stderr)
+            return 2
+        process.add(node, *nodes)
+        node.get_logger().info(f'broadcasting for robots {format_robots(robots)}; Ctrl-C stops')
+        process.spin()
+    return SCRIPT_FAILED if reports.failed_robots else 0
+
+
+if __name__ == '__main__':
+    sys.exit(main())

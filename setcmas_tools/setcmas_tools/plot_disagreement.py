@@ -1,0 +1,33 @@
+"""How fast the robots of a fleet come to agree."""
+
+from __future__ import annotations
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from setcmas_tools.consensus_metrics import disagreement
+from setcmas_tools.fleet_grid import on_grid
+from setcmas_tools.fleet_table import FleetTable
+from setcmas_tools.plot_style import legend, time_axis
+
+
+def draw_disagreement(figure: Figure, table: FleetTable) -> None:
+    """Draw V(t) = 1/2 |delta|^2 on a log scale: a straight line is exponential convergence.
+
+    delta holds the distances to the fleet's centre; V is the Lyapunov function of Olfati-Saber
+    and Murray, IEEE Transactions on Automatic Control 49(9), 2004.
+
+    Args:
+        figure: An empty figure.
+        table: The motion of at least two robots.
+    """
+    figure.set_size_inches(9.0, 5.0)
+    axes = figure.add_subplot(title='Disagreement', ylabel='V = ½ Σ |pᵢ − centre|² (m²)')
+    grid = on_grid(table)
+    values = 0.5 * len(grid.robots) * disagreement(grid.x, grid.y) ** 2
+    values[~(values > 0)] = np.nan  # has no logarithm
+    axes.plot(grid.t, values, color='0.15', label='V')
+    axes.set_yscale('log')
+    marks = time_axis([axes], table.t[0], table.t[-1])
+    if marks:
+        legend(axes, marks)

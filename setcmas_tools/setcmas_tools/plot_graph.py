@@ -1,0 +1,126 @@
+"""The communication graphs of a run."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.patches import FancyArrowPatch
+from numpy.typing import NDArray
+
+from setcmas_tools.communication_record import CommunicationRecord
+from setcmas_tools.fleet_table import FleetTable
+from setcmas_tools.plot_style import line_look
+
+Floats = NDArray[np.float64]
+
+MOST_ROBOTS = 60
+"""Graphs of larger fleets are not drawn: their links would be a black disc."""
+
+_MOST_PANELS = 6
+_PANELS_IN_ROW = 3
+_EDGE = '0.4'
+
+
+def draw_graph(figure: Figure, table: FleetTable, record: CommunicationRecord) -> None:
+    """Draw who hears whom: robots on a circle, lines both ways, arrows to the one that hears.
+
+    A panel for each graph of the run; of more than 6 some that are evenly spread.
+
+    Args:
+        figure: An empty figure.
+        table: The motion of the fleet.
+        record: With changes.
+    """
+    robots = table.robots
+    graphs = _chosen(_graphs(record, robots[-1]))
+    columns = min(_PANELS_IN_ROW, len(graphs))
+    rows = math.ceil(len(graphs) / columns)
+    side = 5.0 if len(graphs) == 1 else 3.4
+    figure.set_size_inches(side * columns, (side + 0.3) * rows + 0.3)
+    panels = figure.subplots(rows, columns, squeeze=False).ravel().tolist()
+    for axes, (adjacency, caption) in zip(panels, graphs, strict=False):
+        _draw_links(axes, adjacency, robots)
+        _draw_robots(axes, robots)
+        axes.set(
+            xlabel=caption if len(graphs) > 1 else '',
+            xticks=(),
+            yticks=(),
+            xlim=(-1.25, 1.25),
+            ylim=(-1.25, 1.25),
+        )
+        axes.set_aspect('equal')
+        axes.spines[:].set_visible(False)
+    for axes in panels[len(graphs) :]:
+        axes.set_axis_off()
+    one_way = any((adjacency != adjacency.T).any() for adjacency, _ in graphs)
+    panels[0].set_title('Who hears whom (→: is heard by)' if one_way else 'Who hears whom')
+
+
+def _graphs(record: CommunicationRecord, nb_robots: int) -> list[tuple[Floats, str]]:
+    """Return the different graphs of a run, each with the times from which it was there."""
+    found: dict[bytes, tuple[Floats, list[float]]] = {}
+    adjacency = np.zeros((nb_robots, nb_robots))
+    for t in np.unique(record.changes[:, 0]).tolist():
+        for _, receiver, sender, weight in record.changes[record.changes[:, 0] == t]:
+            adjacency[int(receiver) - 1, int(sender) - 1] = weight
+        found.setdefault(adjacency.tobytes(), (adjacency.copy(), []))[1].append(t)
+    return [(graph, _caption(times)) for graph, times in found.values()]
+
+
+def _caption(times: list[float]) -> str:
+    first = ', '.join(f'{t:.1f}'.removesuffix('.0') for t in times[:3])
+    return f'from {first}{", …" if len(times) > 3 else ""} s on'
+
+
+def _chosen(graphs: list[tuple[Floats, str]]) -> list[tuple[Floats, str]]:
+    number = min(_MOST_PANELS, len(graphs))
+    return [graphs[round(k)] for k in np.linspace(0, len(graphs) - 1, number).tolist()]
+
+
+def _place(robot: int, robots: list[int]) -> tuple[float, float]:
+    angle = math.tau * (0.25 - robots.index(robot) / len(robots))  # clockwise from the top
+    return math.cos(angle), math.sin(angle)
+
+
+def _draw_links(axes: Axes, adjacency: Floats, robots: list[int]) -> None:
+    heaviest = adjacency.max(initial=0.0) or 1.0
+    for i, receiver in enumerate(robots):
+        for j, sender in enumerate(robots):
+            weight = adjacency[receiver - 1, sender - 1]
+            both = weight == adjacency[sender - 1, receiver - 1]
+            if not weight or (both and j < i):
+                continue
+            axes.add_patch(
+                FancyArrowPatch(
+                    _place(sender, robots),
+                    _place(receiver, robots),
+                    arrowstyle='-' if both else '-|>',
+                    # Links with different weights each way must not lie on each other.
+                    connectionstyle='arc3' if both else 'arc3,rad=0.12',
+                    shrinkA=11,
+                    shrinkB=11,
+                    mutation_scale=13,
+                    linewidth=0.5 + 1.3 * weight / heaviest,
+                    color=_EDGE,
+                    zorder=1,
+                )
+            )
+
+
+def _draw_robots(axes: Axes, robots: list[int]) -> None:
+    for robot in robots:
+        colour = line_look(robot, len(robots))['color']
+        red, green, blue = colour
+        dark = 0.2126 * red + 0.7152 * green + 0.0722 * blue < 0.45
+        x, y = _place(robot, robots)
+        axes.plot(
+            x, y, marker='o', markersize=19, markerfacecolor=colour, markeredgecolor='0.15',
+            markeredgewidth=0.9, zorder=2,
+        )  # fmt: skip
+        axes.text(
+            x, y, str(robot), ha='center', va='center_baseline', zorder=3,
+            color='white' if dark else 'black',
+        )  # fmt: skip
