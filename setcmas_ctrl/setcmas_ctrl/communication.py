@@ -11,6 +11,7 @@ from typing import Any
 
 from numpy.typing import ArrayLike
 
+from setcmas_ctrl.algorithm_loader import exercise_folder
 from setcmas_ctrl.channel import Channel
 from setcmas_ctrl.communication_graph import (
     COMPLETE,
@@ -139,13 +140,16 @@ def graph_description(graph: Graph) -> GraphDescription:
     return load_graph(path)
 
 
-def find_condition(name: str) -> Path:
-    """Return the script that `--ctc NAME` means: a path, or NAME.py in the current folder.
+def find_condition(name: str, exercise: bool = False) -> Path:
+    """Return the script that `--ctc NAME` means.
+
+    In this order: a path to a file; NAME.py in the current folder; if `exercise`, an exercise.
 
     Raises:
         SetcmasError: There is none.
     """
-    for path in (Path(name), Path(f'{name}.py')):
+    exercises = [exercise_folder() / f'{name}.py'] if exercise else []
+    for path in (Path(name), Path(f'{name}.py'), *exercises):
         if path.is_file():
             return path.resolve()
     raise SetcmasError(

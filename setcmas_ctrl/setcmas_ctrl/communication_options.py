@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import math
+from typing import Any
 
 from setcmas_ctrl.algorithm_loader import compile_script
 from setcmas_ctrl.communication import (
@@ -83,14 +84,24 @@ def add_communication_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def chosen_communication(args: argparse.Namespace, nb_robots: int) -> Communication:
-    """Return how a fleet communicates, as parsed options and --seed want it.
+    """Return how a fleet communicates, as parsed options, --seed and --exercise want it.
 
     Raises:
         SetcmasError: The options contradict each other, or a file is missing or malformed.
     """
-    return communication(
-        nb_robots, **{name: getattr(args, name) for name in OPTIONS}, seed=args.seed
-    )
+    return communication(nb_robots, **communication_values(args), seed=args.seed)
+
+
+def communication_values(args: argparse.Namespace) -> dict[str, Any]:
+    """Return the values of parsed options by name, with the script that --ctc means.
+
+    Raises:
+        SetcmasError: There is no such script.
+    """
+    values = {name: getattr(args, name) for name in OPTIONS}
+    if args.ctc is not None:
+        values['ctc'] = find_condition(args.ctc, args.exercise)
+    return values
 
 
 def check_communication(args: argparse.Namespace, nb_robots: int | None) -> None:
@@ -104,7 +115,7 @@ def check_communication(args: argparse.Namespace, nb_robots: int | None) -> None
         SetcmasError: They cannot.
     """
     if args.ctc is not None:
-        compile_script(find_condition(args.ctc), expected=CTC)
+        compile_script(find_condition(args.ctc, args.exercise), expected=CTC)
     graph_description(args.graph)
     if nb_robots is not None:
         chosen_communication(args, nb_robots)

@@ -17,6 +17,7 @@ def parsed(*arguments):
     parser = argparse.ArgumentParser(allow_abbrev=False)
     add_communication_arguments(parser)
     parser.add_argument('--seed', type=int, default=0)
+    parser.add_argument('--exercise', action='store_true')
     return parser.parse_args(arguments)
 
 
@@ -69,6 +70,16 @@ def test_a_condition_is_found_as_control_scripts_are(tmp_path, monkeypatch):
         check_communication(arguments, None)
         send = chosen_communication(arguments, 2).broadcast(1, ErrorReports(print))
         assert [send.is_triggered((0, 0, 0), 0, 0.1 * k) for k in range(3)] == [True] * 3
+
+
+def test_a_condition_may_be_an_exercise(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    arguments = parsed('--event-triggered', '--ctc', 'ctc', '--exercise')
+    check_communication(arguments, 2)
+
+    assert chosen_communication(arguments, 2).event_triggered
+    with pytest.raises(SetcmasError, match="script 'ctc' of --ctc was not found"):
+        check_communication(parsed('--event-triggered', '--ctc', 'ctc'), 2)
 
 
 @pytest.mark.parametrize(

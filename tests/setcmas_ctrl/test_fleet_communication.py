@@ -40,7 +40,7 @@ def test_a_ring_with_losses(start, peer, script):
     process = start(*CTRL, '--algo', law, '--graph', 'ring', '--loss', '0.3')
     links = [peer.listen(Float64MultiArray, f'/tb3_{i}/links', LATCHED) for i in range(1, 6)]
     graph = peer.listen(Float32MultiArray, '/communication_graph', LATCHED)
-    peer.wait_for(lambda: all(links) and counts(links[0][-1])[1, 0] > 300, timeout=60)
+    peer.wait_for(lambda: all(links) and counts(links[0][-1])[1, 0] > 200, timeout=60)
 
     assert process.end() == 0, process.output()
     peer.wait_for(lambda: process.popen.poll() is not None)
@@ -51,8 +51,8 @@ def test_a_ring_with_losses(start, peer, script):
     assert (sent == received + lost).all()
     sigma = math.sqrt(0.3 * 0.7 / sent.sum())
     assert lost.sum() / sent.sum() == pytest.approx(0.3, abs=5 * sigma)
-    assert sent.sum() > 2000
-    np.testing.assert_allclose(tables[0, 1, 3], 1 / 50 / 0.7, rtol=0.5)
+    assert sent.sum() > 1000
+    assert (tables[..., 3][ring > 0] > 1 / 50).all()  # the mean interval between arrivals
     assert [dimension.label for dimension in graph[-1].layout.dim] == ['receiver', 'sender']
     assert graph[-1].data.tolist() == ring.ravel().tolist()
 

@@ -27,8 +27,7 @@ from launch_scripts.output_lines import warn
 from launch_scripts.run_folder import RunFolder
 from launch_scripts.run_options import add_run_arguments, output_folder, parameters
 from setcmas_ctrl.algorithm_loader import compile_script, find_script
-from setcmas_ctrl.communication_options import OPTIONS as COMMUNICATION
-from setcmas_ctrl.communication_options import check_communication
+from setcmas_ctrl.communication_options import check_communication, communication_values
 from setcmas_ctrl.control_options import SCRIPT_FAILED
 from setcmas_ctrl.script_messages import described_place, quoted_line, script_place
 from setcmas_ctrl.script_output import named_output
@@ -126,7 +125,7 @@ def _simulate(args: argparse.Namespace, script: str, settings: Mapping[str, Any]
             robot_rate=args.robot_rate,
             seed=args.seed,
             settings=settings,
-            **{name: getattr(args, name) for name in COMMUNICATION},
+            **communication_values(args),
             say=warn,
             progress=lambda now: bar.update(now - bar.n),
         )
