@@ -22,7 +22,9 @@ def draw_disagreement(figure: Figure, table: FleetTable) -> None:
         table: The motion of at least two robots.
     """
     figure.set_size_inches(9.0, 5.0)
-    axes = figure.add_subplot(title='Disagreement', ylabel='V = ½ Σ |pᵢ − centre|² (m²)')
+    axes = figure.add_subplot(
+        title='Disagreement', ylabel=r'$V = \frac{1}{2} \sum_i |p_i - \bar{p}\,|^2$ (m²)'
+    )
     grid = on_grid(table)
     values = 0.5 * len(grid.robots) * disagreement(grid.x, grid.y) ** 2
     values[~(values > 0)] = np.nan  # has no logarithm
