@@ -23,13 +23,15 @@ def draw_disagreement(figure: Figure, table: FleetTable) -> None:
     """
     figure.set_size_inches(9.0, 5.0)
     axes = figure.add_subplot(
-        title='Disagreement', ylabel=r'$V = \frac{1}{2} \sum_i |p_i - \bar{p}\,|^2$ (m²)'
+        title='Disagreement', ylabel=r'$V = \Sigma_i\, |p_i - \bar{p}\,|^2 / 2$  (m²)'
     )
+    axes.set_yscale('log')
     grid = on_grid(table)
     values = 0.5 * len(grid.robots) * disagreement(grid.x, grid.y) ** 2
     values[~(values > 0)] = np.nan  # has no logarithm
     axes.plot(grid.t, values, color='0.15', label='V')
-    axes.set_yscale('log')
+    if np.isfinite(values).any():
+        axes.set_ylim(0.7 * np.nanmin(values), 1.4 * np.nanmax(values))
     marks = time_axis([axes], table.t[0], table.t[-1])
     if marks:
         legend(axes, marks)
