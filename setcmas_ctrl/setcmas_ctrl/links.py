@@ -122,6 +122,7 @@ class Links:
             poses: Their poses: rows x, y in m and theta in rad, shape (3, number of senders).
             now: Time in s.
         """
+        self._deliver(now)
         columns: Indices = np.asarray(senders, dtype=np.intp)
         self._numbers[columns] += 1
         self._last_sent[:, columns] = poses
@@ -138,12 +139,15 @@ class Links:
         Returns:
             Shape (R, 3, N), NaN for robots that are not heard; valid until the next call.
         """
+        self._deliver(now)
+        self._held[np.arange(len(self._receivers)), :, self._receivers] = own_poses.T
+        return self._held
+
+    def _deliver(self, now: float) -> None:
         for queue in self._on_the_way.values():
             while queue and queue[0][0] <= now + _SAME_TIME_S:
                 arrival, rows, senders, poses = queue.popleft()
                 self._arrive(rows, senders, poses, arrival)
-        self._held[np.arange(len(self._receivers)), :, self._receivers] = own_poses.T
-        return self._held
 
     def _wanted(self, adjacency: Floats) -> NDArray[np.bool_]:
         return np.asarray(adjacency[self._receivers] > 0)

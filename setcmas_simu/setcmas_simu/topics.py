@@ -48,7 +48,7 @@ def robot_topic(robot: int, topic: str) -> str:
     return f'/{robot_name(robot)}/{topic}'
 
 
-def odom_topic(robot: int) -> str:
+def odometry_topic(robot: int) -> str:
     """Return the topic of a robot's odometry, such as `/tb3_2/odom`."""
     return robot_topic(robot, ODOM)
 

@@ -40,23 +40,19 @@ def draw_graph(figure: Figure, table: FleetTable, record: CommunicationRecord) -
     rows = math.ceil(len(graphs) / columns)
     side = 5.0 if len(graphs) == 1 else 3.4
     figure.set_size_inches(side * columns, (side + 0.3) * rows + 0.3)
-    panels = figure.subplots(rows, columns, squeeze=False).ravel().tolist()
-    for axes, (adjacency, caption) in zip(panels, graphs, strict=False):
+    host = figure.add_subplot()  # as wide as all panels, for the title
+    host.set_axis_off()
+    host.set_title('Who hears whom')
+    places = figure.add_gridspec(rows, columns)
+    for k, (adjacency, caption) in enumerate(graphs):
+        axes = figure.add_subplot(places[k // columns, k % columns])
         _draw_links(axes, adjacency, robots)
         _draw_robots(axes, robots)
-        axes.set(
-            xlabel=caption if len(graphs) > 1 else '',
-            xticks=(),
-            yticks=(),
-            xlim=(-1.25, 1.25),
-            ylim=(-1.25, 1.25),
-        )
-        axes.set_aspect('equal')
+        axes.set(xlabel=caption if len(graphs) > 1 else '', xticks=(), yticks=())
+        axes.set(xlim=(-1.25, 1.25), ylim=(-1.25, 1.25), aspect='equal')
         axes.spines[:].set_visible(False)
-    for axes in panels[len(graphs) :]:
-        axes.set_axis_off()
-    one_way = any((adjacency != adjacency.T).any() for adjacency, _ in graphs)
-    panels[0].set_title('Who hears whom (→: is heard by)' if one_way else 'Who hears whom')
+    if any((adjacency != adjacency.T).any() for adjacency, _ in graphs):
+        figure.supxlabel('arrows point to the robots that hear', fontsize='medium')
 
 
 def _graphs(record: CommunicationRecord, nb_robots: int) -> list[tuple[Floats, str]]:

@@ -178,3 +178,11 @@ def test_nothing_is_known_of_a_robot_that_never_sent():
 
     assert np.isnan(links.last_sent[0]).tolist() == [True, False, True]
     assert np.isnan(links.heard(POSES[:, [0]], 0.0)[0, 0]).tolist() == [False, False, True]
+
+
+def test_messages_do_not_pile_up_while_nobody_asks():
+    links = begun(delay=0.3)
+    for k in range(1000):
+        links.send(ALL, moved(k), 0.1 * k)
+
+    assert all(len(queue) <= 4 for queue in links._on_the_way.values())

@@ -108,12 +108,13 @@ def links_of(axes):
 
 def test_the_graph_has_a_line_both_ways_and_an_arrow_one_way():
     ring, directed = (run_of(6, 1.0, graph=name) for name in ('ring', 'directed_ring'))
-    (axes,) = drawn(draw_graph, ring, ring.communication).axes
-    (arrows,) = drawn(draw_graph, directed, directed.communication).axes
+    host, axes = drawn(draw_graph, ring, ring.communication).axes
+    figure = drawn(draw_graph, directed, directed.communication)
+    arrows = figure.axes[1]
 
     assert len(links_of(axes)) == len(links_of(arrows)) == 6
-    assert axes.get_title() == 'Who hears whom'
-    assert '→' in arrows.get_title()
+    assert host.get_title(loc='left') == 'Who hears whom'
+    assert figure.get_supxlabel() == 'arrows point to the robots that hear'
     assert [text.get_text() for text in axes.texts] == ['1', '2', '3', '4', '5', '6']
     nodes = [line.get_markerfacecolor() for line in axes.get_lines()]
     assert nodes == [plot_colour(robot) for robot in range(1, 7)]
@@ -121,7 +122,7 @@ def test_the_graph_has_a_line_both_ways_and_an_arrow_one_way():
 
 def test_an_arrow_points_to_the_robot_that_hears(tmp_path):
     run = run_of(2, 1.0, graph=[[0, 1], [0, 0]])  # robot 1 hears robot 2
-    (axes,) = drawn(draw_graph, run, run.communication).axes
+    _, axes = drawn(draw_graph, run, run.communication).axes
     (arrow,) = links_of(axes)
     first, second = (np.array(line.get_xydata()[0]) for line in axes.get_lines())
 
@@ -133,7 +134,7 @@ def test_a_panel_for_each_graph_of_a_switching_one(tmp_path):
         'segments:\n  - {duration: 1, graph: path}\n  - {duration: 1, graph: star}\nrepeat: true\n'
     )
     run = run_of(4, 8.0, graph=tmp_path / 'switch.yaml')
-    panels = drawn(draw_graph, run, run.communication).axes
+    _, *panels = drawn(draw_graph, run, run.communication).axes
 
     assert [axes.get_xlabel() for axes in panels] == [
         'from 0, 2, 4, … s on',
@@ -143,7 +144,7 @@ def test_a_panel_for_each_graph_of_a_switching_one(tmp_path):
 
 def test_many_graphs_are_shown_by_some():
     run = run_of(8, 15.0, range=6.0)
-    panels = drawn(draw_graph, run, run.communication).axes
+    _, *panels = drawn(draw_graph, run, run.communication).axes
 
     assert len(panels) == 6
     assert panels[0].get_xlabel() == 'from 0 s on'

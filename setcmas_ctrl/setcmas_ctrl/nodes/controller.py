@@ -126,7 +126,7 @@ def build(args: argparse.Namespace, process: RosProcess, node: FleetNode) -> Con
     controllers = [Controller(law) for law in load()]
     tells = chosen_communication(args, nb_robots)
     # With event-triggered broadcast the other robots are known by what they send only.
-    odometry = FleetOdometry(node, nb_robots, robots if tells.event_triggered else None)
+    odometry = FleetOdometry(node, nb_robots, robots=robots if tells.event_triggered else None)
     followers = [SiToUni(robot, odometry, args.komega, args.cmd_vel_type) for robot in robots]
     process.add(*controllers, *followers)
     node.create_subscription(

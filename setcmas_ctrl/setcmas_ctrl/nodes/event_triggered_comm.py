@@ -115,8 +115,8 @@ def main(argv: list[str] | None = None) -> int:
             odometry = FleetOdometry(
                 node,
                 robots[-1],
-                robots,
                 lambda robot: args.odometry_topic.replace('{name}', topics.robot_name(robot)),
+                robots,
             )
             reports = ErrorReports(node.get_logger().warning, CONSEQUENCE)
             chosen = communication(robots[-1], event_triggered=True, ctc=args.ctc)

@@ -35,16 +35,16 @@ class FleetOdometry:
         self,
         node: Node,
         nb_robots: int,
+        topic_of: Callable[[int], str] = topics.odometry_topic,
         robots: Iterable[int] | None = None,
-        topic_of: Callable[[int], str] = topics.odom_topic,
     ) -> None:
         """Subscribe to the odometry of robots.
 
         Args:
             node: Holds the subscriptions.
             nb_robots: Size of the fleet.
-            robots: The robots to follow; None is the whole fleet.
             topic_of: Gives the topic of a robot's odometry, such as `topics.mocap_topic`.
+            robots: The robots to follow; None is the whole fleet.
         """
         self.poses: NDArray[np.float64] = np.full((3, nb_robots), np.nan)
         self._received = np.full(nb_robots, -np.inf)
