@@ -69,6 +69,14 @@ class CommunicationRecord:
         """Whether robots sent their state only when a condition triggered."""
         return len(self.triggers) > 0
 
+    @property
+    def trigger_times(self) -> dict[int, Floats]:
+        """Times in s at which each robot sent its state; empty if communication was periodic."""
+        robots, sent = self.triggers[:, 1], self.triggers[:, 2] == 1
+        return {
+            int(robot): self.triggers[sent & (robots == robot), 0] for robot in np.unique(robots)
+        }
+
     def adjacency(self, t: float, nb_robots: int) -> Floats:
         """Return the weights at time t (s): row i hears column j, shape (N, N)."""
         result = np.zeros((nb_robots, nb_robots))

@@ -7,7 +7,7 @@ from pathlib import Path
 from tqdm import tqdm
 
 from setcmas_simu.errors import SetcmasError
-from setcmas_tools import film_writers, fleet_table
+from setcmas_tools import communication_record, film_writers, fleet_table
 from setcmas_tools.film_frames import FilmFrames
 from setcmas_tools.fleet_grid import on_grid
 from setcmas_tools.fleet_table import FleetTable
@@ -15,7 +15,6 @@ from setcmas_tools.plot_formats import PALETTES
 from setcmas_tools.plot_style import check_style, plot_style
 from setcmas_tools.run_description import describe
 from setcmas_tools.run_files import fleet_csv, run_folder
-from setcmas_tools.trigger_times import trigger_times
 
 _NAME = 'film'
 
@@ -52,7 +51,8 @@ def animate(
     path = (output or run_folder(source) / 'plots') / f'{_NAME}.{kind}'
     grid = on_grid(table, film_writers.rate_of(kind) / speed)
     film_writers.check_length(kind, len(grid.t))
-    triggers = trigger_times(source.parent)
+    record = communication_record.read_csv(source.parent)
+    triggers = record.trigger_times if record else {}
     hidden = None if progress else True  # None: hidden unless there is a terminal
     with plot_style(palette):
         frames = FilmFrames(grid, table, describe(source, grid.robots), triggers, speed)

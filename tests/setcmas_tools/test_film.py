@@ -10,10 +10,10 @@ from PIL import Image
 
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet import plot_colour, start_poses
-from setcmas_tools import film_writers
+from setcmas_tools import communication_record, film_writers
+from setcmas_tools.communication_record import record_of
 from setcmas_tools.film import animate
 from setcmas_tools.fleet_table import fleet_table, write_csv
-from setcmas_tools.trigger_times import trigger_times
 
 FLASH = (230, 115, 0)
 
@@ -103,8 +103,7 @@ def test_an_mp4_where_there_is_ffmpeg(run, ffmpeg):
 
 
 def triggers(folder, rows):
-    text = ''.join(f'{t},{robot},{sent}\n' for t, robot, sent in rows)
-    (folder / 'csv' / 'triggers.csv').write_text(f't,robot,sent\n{text}')
+    communication_record.write_csv(record_of({}, rows, [], {}), folder / 'csv')
 
 
 def test_communications_flash_where_and_when_they_happen(run):
@@ -119,14 +118,13 @@ def test_communications_flash_where_and_when_they_happen(run):
     assert flashing[-1] < 36
 
 
-def test_when_robots_sent_their_states(run):
-    folder = run(3)
-    assert trigger_times(folder / 'csv') == {}
-    triggers(folder, [(0.5, 1, 1), (0.5, 3, 0), (0.7, 1, 0), (0.9, 1, 1)])
+def test_when_robots_sent_their_states():
+    assert record_of({}, [], [], {}).trigger_times == {}
+    record = record_of({}, [(0.9, 1, 1), (0.5, 1, 1), (0.5, 3, 0), (0.7, 1, 0)], [], {})
 
-    found = trigger_times(folder / 'csv')
+    found = {robot: times.tolist() for robot, times in record.trigger_times.items()}
 
-    assert {robot: times.tolist() for robot, times in found.items()} == {1: [0.5, 0.9], 3: []}
+    assert found == {1: [0.5, 0.9], 3: []}
 
 
 def test_data_with_gaps(run):
@@ -149,12 +147,6 @@ def test_mistakes_get_one_line(run, tmp_path, no_ffmpeg):
         animate(folder, kind='mp4')
     with pytest.raises(SetcmasError, match=r'too long for a GIF.*--speed 4 or more'):
         animate(folder, kind='gif', speed=0.0125)
-    (folder / 'csv' / 'triggers.csv').write_text('t,value\n1,1\n')
-    with pytest.raises(
-        SetcmasError, match=r'triggers\.csv. is damaged; accepted are the columns t'
-    ):
-        animate(folder, kind='gif')
-    (folder / 'csv' / 'triggers.csv').unlink()
     (tmp_path / 'taken').write_text('a file')
     with pytest.raises(SetcmasError, match='cannot be written'):
         animate(folder, tmp_path / 'taken', 'gif')
