@@ -138,6 +138,8 @@ def _messages_line(messages: CommunicationMetrics) -> str:
     if messages.evaluations and messages.triggered_share is not None:
         share = f'{100 * messages.triggered_share:.1f} % of {messages.evaluations:,} evaluations'
         sent += f' ({share} triggered)'
+    if messages.received is None:
+        return f'communication: {sent}'
     loss = '' if messages.loss_ratio is None else f' ({100 * messages.loss_ratio:.1f} %)'
     return (
         f'communication: {sent}, {messages.received:,} messages received, '

@@ -13,6 +13,8 @@ from setcmas_tools.communication_record import (
     record_of,
     write_csv,
 )
+from setcmas_tools.metrics import compute
+from setcmas_tools.metrics_table import table_lines
 
 TRIGGERS = [(0.1, 2, 1), (0.0, 1, 1), (0.1, 1, 0), (0.4, 1, 1)]
 CHANGES = [(2.0, 1, 2, 0.0), (0.0, 1, 2, 0.5), (0.0, 2, 1, 1.0)]
@@ -126,6 +128,19 @@ def test_a_bag_without_graphs_is_that_of_a_complete_one(bag):
     record = read_csv(convert(bag(graphs=False), progress=False).folder)
 
     assert record.changes.tolist() == [[0, 1, 2, 1], [0, 2, 1, 1]]
+
+
+def test_a_bag_of_the_ros_1_stack_tells_what_was_sent_only(tmp_path, make, write_bag):
+    messages = []
+    for k in range(20):
+        event = make('std_msgs/msg/UInt16', {'data': int(k % 5 == 0)})
+        messages += [('/tb3_1/odom', 0.1 * k, make('nav_msgs/msg/Odometry'))]
+        messages += [('/tb3_1/trig_event', 0.1 * k, event)]
+    folder = convert(write_bag(tmp_path / 'bag', messages), progress=False).folder
+    lines = table_lines(compute(folder))
+
+    assert read_csv(folder).robots[1].sent == 4
+    assert lines[-1] == 'communication: 4 states sent (20.0 % of 20 evaluations triggered)'
 
 
 def test_a_bag_of_periodic_communication_has_no_record(tmp_path, make, write_bag):
