@@ -49,7 +49,7 @@ def robot_topic(robot: int, topic: str) -> str:
 
 
 def odometry_topic(robot: int) -> str:
-    """Return the topic of a robot's odometry, such as `/tb3_2/odom`."""
+    """Return the topic of a simulated robot's pose, such as `/tb3_2/odom`."""
     return robot_topic(robot, ODOM)
 
 

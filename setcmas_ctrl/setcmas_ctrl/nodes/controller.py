@@ -21,6 +21,7 @@ from std_msgs.msg import Bool
 from setcmas_ctrl import drawing
 from setcmas_ctrl.algorithm_loader import compile_script, find_script
 from setcmas_ctrl.call_watch import CallWatch
+from setcmas_ctrl.communication import Communication
 from setcmas_ctrl.communication_options import add_communication_arguments, chosen_communication
 from setcmas_ctrl.control_law import ControlLaw
 from setcmas_ctrl.control_options import (
@@ -140,15 +141,30 @@ def build(args: argparse.Namespace, process: RosProcess, node: FleetNode) -> Con
     if args.watch:
         laws = [controller.law for controller in controllers]
         ScriptReloader(node, stepper, laws, load, watch)
+    connect(stepper, tells, robots, process, node, odometry)
+    return stepper
+
+
+def connect(
+    stepper: ControlStepper,
+    tells: Communication,
+    robots: list[int],
+    process: RosProcess,
+    node: FleetNode,
+    odometry: FleetOdometry,
+) -> None:
+    """Let the robots of this process communicate as they are asked to.
+
+    Raises:
+        SetcmasError: A triggering condition cannot be loaded.
+    """
     if not tells.is_ideal:
         stepper.communication = FleetCommunication(node, odometry, tells, robots)
     if tells.event_triggered:
-        stepper.condition_reports = ErrorReports(node.get_logger().warning, CONSEQUENCE)
-        nodes = broadcasters(
-            robots, tells, odometry, stepper.condition_reports, lambda: stepper.t, watch
+        reports = stepper.condition_reports = ErrorReports(node.get_logger().warning, CONSEQUENCE)
+        process.add(
+            *broadcasters(robots, tells, odometry, reports, lambda: stepper.t, stepper.watch)
         )
-        process.add(*nodes)
-    return stepper
 
 
 def end_stuck_script(

@@ -41,9 +41,9 @@ class FleetOdometry:
         """Subscribe to the odometry of robots.
 
         Args:
-            node: Holds the subscriptions.
-            nb_robots: Size of the fleet.
-            topic_of: Gives the topic of a robot's odometry, such as `topics.mocap_topic`.
+            node: The node that subscribes.
+            nb_robots: Number of robots in the fleet.
+            topic_of: Gives the topic of each robot's poses.
             robots: The robots to follow; None is the whole fleet.
         """
         self.poses: NDArray[np.float64] = np.full((3, nb_robots), np.nan)
