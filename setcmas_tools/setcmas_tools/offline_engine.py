@@ -2,33 +2,29 @@
 
 from __future__ import annotations
 
-import time
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
-from itertools import repeat
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from setcmas_ctrl.algorithm_loader import find_script
 from setcmas_ctrl.communication import Condition, Graph, communication
 from setcmas_ctrl.communication_graph import COMPLETE
-from setcmas_ctrl.control_law import ControlError, ControlLaw
 from setcmas_ctrl.control_options import RATE_HZ as CONTROL_RATE_HZ
-from setcmas_ctrl.error_reports import ErrorReports
 from setcmas_ctrl.random_seed import SEED, seed_scripts
-from setcmas_ctrl.saturation import VNOM, saturate
+from setcmas_ctrl.saturation import VNOM
 from setcmas_ctrl.script_output import named_output
 from setcmas_ctrl.script_settings import Settings
-from setcmas_ctrl.si_to_uni import KOMEGA, si_to_uni
+from setcmas_ctrl.si_to_uni import KOMEGA
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet import start_poses
 from setcmas_simu.unicycle import RATE_HZ as ROBOT_RATE_HZ
 from setcmas_simu.velocity_limits import limits_named
 from setcmas_simu.virtual_fleet import VirtualFleet
 from setcmas_tools.communication_record import CommunicationRecord
+from setcmas_tools.fleet_laws import FleetLaws, load_laws
 from setcmas_tools.fleet_table import FleetTable
 from setcmas_tools.offline_communication import OfflineCommunication
 
@@ -178,83 +174,6 @@ def simulate(
     with named_output():
         controllers = FleetLaws(load_laws(algo, nb_robots, settings), vnom, komega, say)
         return _run(fleet, controllers, radio, nb_steps, 1 / robot_rate, rate, progress)
-
-
-def load_laws(
-    algo: str | Path | Callable[..., Any], nb_robots: int, settings: Settings | None = None
-) -> list[ControlLaw]:
-    """Return the control laws of robots 1 to nb_robots.
-
-    Raises:
-        SetcmasError: The script cannot be found or loaded, or a function is to take settings.
-    """
-    if callable(algo):
-        if settings:
-            raise SetcmasError('settings are for scripts; a function takes none')
-        return [ControlLaw.of_function(algo, i + 1, nb_robots) for i in range(nb_robots)]
-    path = find_script(str(algo))
-    return [ControlLaw(path, robot + 1, nb_robots, settings) for robot in range(nb_robots)]
-
-
-class FleetLaws:
-    """The control laws of a fleet, from the poses to the robots' commands."""
-
-    def __init__(
-        self, laws: Sequence[ControlLaw], vnom: float, komega: float, say: Callable[[str], None]
-    ) -> None:
-        """Prepare.
-
-        Args:
-            laws: The laws of robots 1 to N.
-            vnom: Largest speed in m/s.
-            komega: Gain on the heading error in 1/s.
-            say: Shows messages about failing laws.
-        """
-        self._laws = laws
-        self._vnom = vnom
-        self._komega = komega
-        self._reports = ErrorReports(say)
-        self._failing = False
-        self.call_time: Floats = np.zeros(len(laws))
-
-    @property
-    def failed_robots(self) -> list[int]:
-        """The robots whose law has failed at some time, sorted."""
-        return self._reports.failed_robots
-
-    def __call__(
-        self,
-        poses: Floats,
-        t: float,
-        heard: Iterable[Floats] | None = None,
-        adjacency: Floats | None = None,
-    ) -> tuple[Floats, Floats, Floats]:
-        """Return the saturated velocities (2, N), forward speeds (N,) and turn rates (N,).
-
-        Args:
-            poses: Rows x, y in m and theta in rad, shape (3, N).
-            t: Time in s.
-            heard: The poses that each law is given instead, shapes (3, N).
-            adjacency: Who hears whom, shape (N, N); None is complete.
-        """
-        wanted = []
-        durations = []
-        clock = time.perf_counter
-        for law, known in zip(self._laws, repeat(poses) if heard is None else heard, strict=False):
-            begin = clock()
-            try:
-                velocity = law(known, t, adjacency)
-                if self._failing:
-                    self._reports.succeeded(law.robot, t)
-            except ControlError as error:
-                velocity = (0.0, 0.0)
-                self._failing = True
-                self._reports.failed(law.robot, t, error)
-            wanted.append(velocity)
-            durations.append(clock() - begin)
-        self.call_time += durations
-        velocities = saturate(np.array(wanted).T, self._vnom)
-        return velocities, *si_to_uni(velocities, poses[2], self._komega)
 
 
 def _run(

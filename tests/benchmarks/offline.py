@@ -16,7 +16,8 @@ import numpy as np
 from setcmas_ctrl import network
 from setcmas_ctrl.communication_graph import complete
 from setcmas_simu.fleet import start_poses
-from setcmas_tools.offline_engine import load_laws, simulate
+from setcmas_tools.fleet_laws import load_laws
+from setcmas_tools.offline_engine import simulate
 
 CONTROL_RATE_HZ = 5
 
