@@ -24,7 +24,10 @@ os.environ['ROS_DOMAIN_ID'] = str(1 + os.getpid() % 100)
 sys.path.insert(0, str(Path(__file__).parents[1]))
 
 import psutil
+import viser
 from browser import open_browser, wait_for_text
+from websockets.sync.client import connect
+from websockets.typing import Subprotocol
 
 SETCMAS = Path(sys.executable).parent / 'setcmas'
 
@@ -55,6 +58,19 @@ def load(view: psutil.Process, duration: float) -> float:
     return (cpu_s(view) - before) / (time.monotonic() - begin)
 
 
+def frames_per_s(url: str, duration: float) -> float:
+    """Return how often the page is updated, as a second viewer counts it."""
+    protocol = Subprotocol(f'viser-v{viser.__version__}')
+    with connect(url.replace('http', 'ws'), subprotocols=[protocol], max_size=None) as socket:
+        socket.recv()  # what there is already
+        time.sleep(0.5)
+        count, begin = 0, time.monotonic()
+        while time.monotonic() - begin < duration:
+            socket.recv()
+            count += 1
+        return count / (time.monotonic() - begin)
+
+
 def measure(nb_robots: int, algo: str, duration: float, folder: Path) -> None:
     simu = start(folder / 'simu', 'simu', '--nb-robots', str(nb_robots))
     ctrl = start(folder / 'ctrl', 'ctrl', '--algo', algo)
@@ -68,9 +84,11 @@ def measure(nb_robots: int, algo: str, duration: float, folder: Path) -> None:
             wait_for_text(browser, f'{nb_robots} robots')
             time.sleep(5)
             busy = load(node_of(view), duration)
+            frames = frames_per_s(url, 5)
         memory = node_of(view).memory_full_info().pss / 1e6
         print(
-            f'{nb_robots:3d} robots under {algo}: {busy:.3f} core with a browser, '
+            f'{nb_robots:3d} robots under {algo}: {busy:.3f} core with a browser at '
+            f'{frames:.0f} frames a second, '
             f'{idle:.3f} core without, {memory:.0f} MB (PSS)',
             flush=True,
         )

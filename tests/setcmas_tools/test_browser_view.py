@@ -119,7 +119,13 @@ def test_eight_robots_in_a_browser(start, peer):
         peer.wait_for(lambda: all_commands(lambda v: v != (0.0, 0.0)))
         wait_for(lambda: 'Pause' in buttons(browser))
 
+        buttons(browser)['Pause'].click()
+        peer.wait_for(lambda: all_commands(lambda v: v == (0.0, 0.0)))
         ctrl.end()
+        ctrl = start(*CTRL, '--algo', 'leader_follower_formation')
+        ctrl.wait_for_output('controlling robots 1-8')
+        peer.wait_for_new(commands[1], 3)  # a controller that comes later is told of the pause
+        peer.wait_for(lambda: all_commands(lambda v: v == (0.0, 0.0)))
         watch = start(*SETCMAS, 'view', '--read-only', '--host', '0.0.0.0')
         browser.get(page_of(watch))
         wait_for_text(browser, '8 robots')

@@ -44,11 +44,11 @@ class BrowserView:
         self._process = process
         self._page = page
         node = FleetNode('browser_view')
-        known = Known()
-        self._topics = ViewedTopics(node, known)
+        self._known = Known()
+        self._topics = ViewedTopics(node, self._known)
         self._commands = None if read_only else FleetCommands(node)
         actions = self._commands and Actions(self._commands.pause, self._reset)
-        self._scene = FleetScene(page.server, known, actions)
+        self._scene = FleetScene(page.server, self._known, actions)
 
     def run(self) -> None:
         """Draw until a signal asks to stop."""
@@ -75,8 +75,9 @@ class BrowserView:
         self._topics.look()
         if self._commands and self._page.has_viewers():
             self._commands.prepare()
-        if self._commands:
-            self._commands.repeat_pause()
+        # The pause node of an experiment repeats its state itself.
+        if self._commands and not self._known.real:
+            self._commands.follow_listeners(self._known.states.wished)
 
     def _reset(self) -> None:
         assert self._commands

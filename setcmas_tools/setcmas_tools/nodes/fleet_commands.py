@@ -22,7 +22,6 @@ class FleetCommands:
         self._node = node
         self._pause: Publisher | None = None
         self._reset: Publisher | None = None
-        self._paused = False
         self._listeners = 0
 
     def prepare(self) -> None:
@@ -38,7 +37,6 @@ class FleetCommands:
 
     def pause(self, paused: bool) -> None:
         """Ask the robots to stand (True), or to go on."""
-        self._paused = paused
         if self._pause:
             self._pause.publish(Bool(data=paused))
 
@@ -47,11 +45,11 @@ class FleetCommands:
         if self._reset:
             self._reset.publish(Empty())
 
-    def repeat_pause(self) -> None:
-        """Tell controllers that have come since of a pause that was asked for here."""
+    def follow_listeners(self, paused: bool) -> None:
+        """Tell controllers that have come since the last call of a pause that still holds."""
         if self._pause is None:
             return
         listeners = self._pause.get_subscription_count()
-        if listeners > self._listeners and self._paused:
+        if paused and listeners > self._listeners:
             self._pause.publish(Bool(data=True))
         self._listeners = listeners

@@ -24,18 +24,22 @@ class Diagnosis:
 
 
 class RobotStates:
-    """What was said about pauses, and by the diagnostics of an experiment."""
+    """What was said about pauses, and by the diagnostics of an experiment.
+
+    Attributes:
+        wished: Whether the last wish was to pause.
+    """
 
     def __init__(self) -> None:
         """Start with robots that are free to go."""
-        self._wish = False
+        self.wished = False
         self._paused = False
         self._paused_time: float | None = None
         self._diagnoses: dict[int, Diagnosis] = {}
 
     def wish(self, paused: bool) -> None:
         """Note what somebody asked for; in a simulation it is what happens."""
-        self._wish = paused
+        self.wished = paused
 
     def announce(self, paused: bool, now: float) -> None:
         """Note the state that the pause node of an experiment tells."""
@@ -48,7 +52,7 @@ class RobotStates:
     def paused(self, now: float) -> bool:
         """Return whether the fleet is paused."""
         if self._paused_time is None:
-            return self._wish
+            return self.wished
         return self._paused or now - self._paused_time > _PAUSED_TIMEOUT_S
 
     def describe(self, robot: int, lost: bool, speed: float, now: float) -> tuple[int, str]:

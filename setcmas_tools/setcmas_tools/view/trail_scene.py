@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import itertools
+
 import numpy as np
 import viser
 
@@ -42,5 +44,11 @@ class TrailScene:
         colours = untoned([fleet.plot_colour(robot) for robot in chunk.robots])
         per_point = np.repeat(colours, chunk.points.shape[1], axis=0)[:, None].repeat(2, axis=1)
         self._handles[chunk.number] = self._scene.add_line_segments(
-            f'/trails/{chunk.number}', points, per_point, thickness=size * _WIDTH_M
+            self._free_name(), points, per_point, thickness=size * _WIDTH_M
         )
+
+    def _free_name(self) -> str:
+        """Return a name that no chunk has now: viser remembers every name that it has seen."""
+        taken = {handle.name for handle in self._handles.values()}
+        names = (f'/trails/{number}' for number in itertools.count())
+        return next(name for name in names if name not in taken)
