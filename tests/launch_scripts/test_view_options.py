@@ -1,5 +1,5 @@
 import pytest
-from processes import SETCMAS, run_setcmas
+from processes import NO_WINDOWS, SETCMAS, run_setcmas
 
 from launch_scripts.view_options import AUTO, BROWSER, NONE, Choice, choose_view
 from setcmas_simu.errors import SetcmasError
@@ -62,7 +62,7 @@ def test_the_page_beside_a_simulation_ends_with_it_and_not_the_other_way_round(s
     psutil = pytest.importorskip('psutil')
     pytest.importorskip('rclpy')
     pytest.importorskip('viser')
-    process = start(*SETCMAS, 'simu', '--view')
+    process = start(*SETCMAS, 'simu', '--view', env=NO_WINDOWS)
     process.wait_for_output('browser view: http://127.0.0.1:')
     process.wait_for_output('simulating robots 1')
     nodes = psutil.Process(process.pid).children()

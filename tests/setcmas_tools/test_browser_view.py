@@ -8,7 +8,7 @@ import threading
 
 import numpy as np
 import pytest
-from processes import CTRL, SETCMAS, SIMU
+from processes import CTRL, NO_WINDOWS, SETCMAS, SIMU
 
 pytest.importorskip('rclpy')
 from geometry_msgs.msg import Point
@@ -80,7 +80,7 @@ def test_eight_robots_in_a_browser(start, peer):
     start(*SIMU, '--nb-robots', '8').wait_for_output('simulating')
     odometry = {robot: peer.odometry(robot) for robot in range(1, 9)}
     commands = {robot: peer.cmd_vel(robot) for robot in range(1, 9)}
-    view = start(*SETCMAS, 'view')
+    view = start(*SETCMAS, 'view', env=NO_WINDOWS)
     url = page_of(view)
     peer.wait_for(lambda: all(odometry.values()))
     homes = {robot: position(odometry[robot][-1]) for robot in odometry}
@@ -126,7 +126,7 @@ def test_eight_robots_in_a_browser(start, peer):
         ctrl.wait_for_output('controlling robots 1-8')
         peer.wait_for_new(commands[1], 3)  # a controller that comes later is told of the pause
         peer.wait_for(lambda: all_commands(lambda v: v == (0.0, 0.0)))
-        watch = start(*SETCMAS, 'view', '--read-only', '--host', '0.0.0.0')
+        watch = start(*SETCMAS, 'view', '--read-only', '--host', '0.0.0.0', env=NO_WINDOWS)
         browser.get(page_of(watch))
         wait_for_text(browser, '8 robots')
         assert 'Screenshot' in buttons(browser)
@@ -143,7 +143,7 @@ def test_what_is_drawn_communicated_and_lost(start, peer):
     from browser import buttons, close_notifications, open_browser, wait_for, wait_for_text
 
     simu = start(*SIMU, '--nb-robots', '2', '--pose', '1:-3,0', '--pose', '2:3,0')
-    view = start(*SETCMAS, 'view', '--host', '0.0.0.0')
+    view = start(*SETCMAS, 'view', '--host', '0.0.0.0', env=NO_WINDOWS)
     markers = peer.node.create_publisher(Marker, '/tb3_1/goal', qos.LATCHED)
     graph = peer.node.create_publisher(Float32MultiArray, '/communication_graph', qos.LATCHED)
     events = peer.node.create_publisher(UInt16, '/tb3_1/trig_event', 10)
@@ -198,12 +198,12 @@ def test_what_is_drawn_communicated_and_lost(start, peer):
 
 def test_a_taken_port_and_an_end_without_any_robots(start):
     pytest.importorskip('viser')
-    first = start(*SETCMAS, 'view', '--port', '18980')
-    one = page_of(first)
-    second = start(*SETCMAS, 'view', '--port', one.rsplit(':')[-1])
+    first = start(*SETCMAS, 'view', '--port', '18980', env=NO_WINDOWS)
+    port = page_of(first).rpartition(':')[2]
+    second = start(*SETCMAS, 'view', '--port', port, env=NO_WINDOWS)
 
-    assert page_of(second) != one
-    assert f'(port {one.rsplit(":")[-1]} is taken)' in second.output()
+    assert page_of(second) != page_of(first)
+    assert f'(port {port} is taken)' in second.output()
     for process in (first, second):
         assert process.end() == 0
         assert 'Traceback' not in process.output()
