@@ -79,7 +79,7 @@ def add_limits_argument(group: argparse._ArgumentGroup) -> None:
         '--limits',
         choices=list(MODELS),
         default='ideal',
-        help='saturation of the robots: none, or as a TurtleBot3 Burger (default: %(default)s)',
+        help='saturation of the robots: none, or as that TurtleBot3 (default: %(default)s)',
     )
 
 

@@ -49,15 +49,35 @@ class VelocityLimits:
         right = np.clip(forward + half, -self.wheel_speed_max, self.wheel_speed_max)
         return 0.5 * (left + right), (right - left) / self.wheel_separation
 
+    def scaled_down(self, V: float, omega: float) -> tuple[float, float]:
+        """Scale forward speed and turn rate by one factor, so that the path keeps its curvature.
+
+        Args:
+            V: Forward speed in m/s.
+            omega: Turn rate in rad/s.
+
+        Returns:
+            The fastest speeds (m/s, rad/s) of this ratio, up to those given, that keep forward
+            speed, turn rate and both wheels within their limits.
+        """
+        wheel = abs(V) + 0.5 * self.wheel_separation * abs(omega)
+        excess = max(
+            1.0, abs(V) / self.V_max, abs(omega) / self.omega_max, wheel / self.wheel_speed_max
+        )
+        return V / excess, omega / excess
+
 
 IDEAL = VelocityLimits(math.inf, math.inf, math.inf, 0.160)
 """No limits at all, as in ROS 1."""
 
-MODELS = {
-    'ideal': IDEAL,
+ROBOT_MODELS = {
     'burger': VelocityLimits(0.2108, 2.635, 0.2667, 0.160),
+    'waffle': VelocityLimits(0.2661, 1.854, 0.2667, 0.287),
 }
-"""Limits by name: `burger` are a TurtleBot3 Burger's."""
+"""Limits of real robots by name: those in the firmware of the TurtleBot3 models."""
+
+MODELS = {'ideal': IDEAL, **ROBOT_MODELS}
+"""Limits of simulated robots by name."""
 
 
 def limits_named(name: str) -> VelocityLimits:

@@ -144,4 +144,4 @@ def test_completion_of_verbs_and_options():
 
     assert complete('setcmas bag') == ['bag_to_csv']
     assert '--nb-robots' in complete('setcmas simu --nb')
-    assert complete('setcmas simu --limits ') == ['ideal', 'burger']
+    assert complete('setcmas simu --limits ') == ['ideal', 'burger', 'waffle']
