@@ -22,6 +22,9 @@ setup(
     python_requires='>=3.10',
     zip_safe=False,
     entry_points={
-        'console_scripts': [],
+        'console_scripts': [
+            'emulated_lab = setcmas_expe.nodes.emulated_lab:main',
+            'inject_fault = setcmas_expe.nodes.inject_fault:main',
+        ],
     },
 )

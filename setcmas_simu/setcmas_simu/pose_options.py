@@ -72,9 +72,19 @@ def load_poses(path: Path, nb_robots: int = 1) -> dict[int, Pose]:
 
 
 def chosen_start_poses(
-    nb_robots: int, poses_file: Path | None = None, pose_options: list[str] | None = None
+    nb_robots: int,
+    poses_file: Path | None = None,
+    pose_options: list[str] | None = None,
+    defaults: NDArray[np.float64] | None = None,
 ) -> NDArray[np.float64]:
     """Return the start poses of a fleet: the defaults, then the file's, then single ones.
+
+    Args:
+        nb_robots: Size of the fleet.
+        poses_file: A YAML file as `load_poses` reads it.
+        pose_options: Texts as `parse_pose_option` reads them.
+        defaults: Poses of robots for which nothing is given, shape (3, nb_robots);
+            `fleet.start_poses` unless told.
 
     Returns:
         Rows x, y in m and theta in rad, shape (3, nb_robots).
@@ -92,7 +102,7 @@ def chosen_start_poses(
                 f"--pose '{text}' is for robot {robot}; the fleet has robots 1 to {nb_robots}"
             )
         chosen[robot] = pose
-    poses = start_poses(nb_robots)
+    poses = start_poses(nb_robots) if defaults is None else defaults.copy()
     for robot, pose in chosen.items():
         poses[:, robot - 1] = pose
     return poses

@@ -29,6 +29,7 @@ PAUSED = '/paused'
 DIAGNOSTICS = '/diagnostics'
 ARENA = '/arena'
 COMMUNICATION_GRAPH = '/communication_graph'
+EMULATED_FAULT = '/emulated_lab/fault'
 TF = '/tf'
 
 VIRTUAL_ROBOT_NODE = 'virtual_robot'
@@ -58,6 +59,14 @@ def odometry_topic(robot: int) -> str:
 def mocap_topic(robot: int) -> str:
     """Return the topic of a real robot's checked pose, such as `/mocap/tb3_2/odom`."""
     return f'/mocap/{robot_name(robot)}/{ODOM}'
+
+
+def truth_topic(robot: int) -> str:
+    """Return the topic of where an emulated robot really is, such as `/emulated_lab/truth/tb3_2`.
+
+    Its twist is what the wheels do. Real labs have no such thing.
+    """
+    return f'/emulated_lab/truth/{robot_name(robot)}'
 
 
 def robot_of(topic: str) -> int | None:
