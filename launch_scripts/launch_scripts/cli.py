@@ -20,6 +20,7 @@ VERBS = {
     'ctrl': 'run a control law on the robots',
     'view': 'show the robots that are running on a page in the browser',
     'fault': 'let something go wrong in an emulated lab',
+    'expe': 'drive real robots under motion capture, or an emulated lab',
     'record': 'record all topics into a bag',
     'bag_to_csv': 'convert a bag to CSV files',
     'csv_to_plot': 'plot the CSV files of a run',

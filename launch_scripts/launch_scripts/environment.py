@@ -48,8 +48,31 @@ def local_environment() -> dict[str, str]:
     In a classroom every student's robots are their own; whoever sets
     ROS_AUTOMATIC_DISCOVERY_RANGE decides otherwise.
     """
+    return _environment('LOCALHOST')
+
+
+def lab_environment(static_peers: Sequence[str], discovery_server: str) -> dict[str, str]:
+    """Return the environment of processes that talk to other machines.
+
+    What the user has set goes first.
+
+    Args:
+        static_peers: Addresses of the other machines, for networks without multicast.
+        discovery_server: Its address:port; empty if there is none.
+    """
+    environment = _environment('SUBNET')
+    if static_peers:
+        environment.setdefault('ROS_STATIC_PEERS', ';'.join(static_peers))
+    if discovery_server:
+        environment.setdefault('ROS_DISCOVERY_SERVER', discovery_server)
+        # The bridge looks at the whole graph: who listens, who else commands.
+        environment.setdefault('ROS_SUPER_CLIENT', 'TRUE')
+    return environment
+
+
+def _environment(discovery_range: str) -> dict[str, str]:
     environment = dict(os.environ)
-    environment.setdefault(_DISCOVERY_RANGE, 'LOCALHOST')
+    environment.setdefault(_DISCOVERY_RANGE, discovery_range)
     environment.setdefault('RCUTILS_CONSOLE_OUTPUT_FORMAT', LOG_FORMAT)
     environment.setdefault('RCUTILS_COLORIZED_OUTPUT', '0')
     environment['PYTHONUNBUFFERED'] = '1'

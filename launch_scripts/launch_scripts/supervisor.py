@@ -36,12 +36,14 @@ class ChildDiedError(Exception):
 
     Attributes:
         exit_status: What the command should exit with.
+        child: The process.
     """
 
-    def __init__(self, message: str, exit_status: int) -> None:
-        """Store the message and the exit status."""
+    def __init__(self, message: str, exit_status: int, child: Child) -> None:
+        """Store the message, the exit status and the process."""
         super().__init__(message)
         self.exit_status = exit_status
+        self.child = child
 
 
 class StoppedError(Exception):
@@ -58,15 +60,20 @@ class Child:
     """
 
     def __init__(
-        self, name: str, command: Sequence[str], environment: dict[str, str], needed: bool
+        self,
+        name: str,
+        command: Sequence[str],
+        environment: dict[str, str],
+        needed: bool,
+        listens: bool,
     ) -> None:
-        """Start the process; `name` is what the user calls it."""
+        """Start the process; arguments as for `Supervisor.start`."""
         self.name = name
         self.needed = needed
         self.spoke = self.told = False
         self.process = subprocess.Popen(
             command,
-            stdin=subprocess.DEVNULL,
+            stdin=subprocess.PIPE if listens else subprocess.DEVNULL,
             stdout=subprocess.PIPE,
             stderr=subprocess.PIPE,
             env=environment,
@@ -77,6 +84,13 @@ class Child:
         """Return whether the process has not ended yet."""
         return self.process.poll() is None
 
+    def tell(self, line: str) -> None:
+        """Write a line to the standard input of a process that listens; never waits."""
+        assert self.process.stdin is not None
+        os.set_blocking(self.process.stdin.fileno(), False)
+        with suppress(BlockingIOError, BrokenPipeError):  # it hangs, or has ended
+            os.write(self.process.stdin.fileno(), f'{line}\n'.encode())
+
     def signal_group(self, signum: int) -> None:
         """Send a signal to the process and whatever it started."""
         with suppress(ProcessLookupError, PermissionError):
@@ -86,14 +100,15 @@ class Child:
         """Return why the process ended, as an exception."""
         status = self.process.returncode
         if status == 2 and self.told:
-            return ChildDiedError('', 2)
+            return ChildDiedError('', 2, self)
         if status < 0:
             reason = f'was killed by {signal.Signals(-status).name}'
             reason += ' (out of memory?)' if -status == _KILL else ''
             status = 128 - status  # as shells tell it
         else:
             reason = f'ended by itself with exit status {status}'
-        return ChildDiedError(f'{self.name} (process {self.process.pid}) {reason}', status or 1)
+        message = f'{self.name} (process {self.process.pid}) {reason}'
+        return ChildDiedError(message, status or 1, self)
 
 
 class Supervisor:
@@ -136,15 +151,18 @@ class Supervisor:
         for signum, handler in self._previous_handlers.items():
             signal.signal(signum, handler)
 
-    def start(self, name: str, command: Sequence[str], needed: bool = True) -> Child:
+    def start(
+        self, name: str, command: Sequence[str], needed: bool = True, listens: bool = False
+    ) -> Child:
         """Start a process and show its output from now on.
 
         Args:
             name: What the user calls it.
             command: Program and arguments.
             needed: Whether `run` ends when it does; windows can be closed while robots run.
+            listens: Whether it reads what `Child.tell` writes.
         """
-        child = Child(name, command, self._environment, needed)
+        child = Child(name, command, self._environment, needed, listens)
         self.children.append(child)
         prefix = f'[{name}] ' if self._prefix else ''
         for pipe, stream in (
@@ -180,6 +198,12 @@ class Supervisor:
                 self.say(f'{child.name} has ended; the robots go on')
                 self.stop(child)
 
+    def wait(self, seconds: float) -> None:
+        """Show output for a while, whatever happens."""
+        deadline = time.monotonic() + seconds
+        while time.monotonic() < deadline:
+            self._show_output(0.02)
+
     def say(self, message: str) -> None:
         """Show a message of the command itself."""
         self.write(message, self.stderr)
@@ -202,6 +226,8 @@ class Supervisor:
                     self._show_output(0.02)
             child.signal_group(_KILL)  # what the process itself left behind
             child.process.wait()
+            if child.process.stdin:
+                child.process.stdin.close()
             self._show_output(0)
             if child in self.children:
                 self.children.remove(child)

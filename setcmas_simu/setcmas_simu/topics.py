@@ -36,6 +36,12 @@ VIRTUAL_ROBOT_NODE = 'virtual_robot'
 RECORDER_NODE = 'recorder'
 RECORDER_NODES = (RECORDER_NODE, 'rosbag2_recorder')
 """Nodes that listen to everything without being a robot."""
+CMD_VEL_GUARD_NODE = 'cmd_vel_guard'
+PAUSE_NODE = 'pause'
+BYSTANDER_NODES = (*RECORDER_NODES, CMD_VEL_GUARD_NODE)
+"""Nodes that listen to a robot's commands without being the robot."""
+STOPPING_NODES = (CMD_VEL_GUARD_NODE, PAUSE_NODE)
+"""Nodes that command nothing but zero, beside the one that commands a robot."""
 
 ROBOT_PATTERN = re.compile(r'/tb3_([1-9][0-9]*)/')
 """Finds the robot's number in a topic's full name."""

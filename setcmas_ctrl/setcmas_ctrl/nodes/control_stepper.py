@@ -18,6 +18,7 @@ from setcmas_ctrl.control_options import CONTROL_STARTED
 from setcmas_ctrl.error_reports import ErrorReports
 from setcmas_ctrl.nodes.fleet_discovery import robots_with_odometry
 from setcmas_ctrl.nodes.fleet_odometry import POSE_TIMEOUT_S, FleetOdometry
+from setcmas_ctrl.nodes.pause_watch import PauseWatch
 from setcmas_ctrl.nodes.si_to_uni import SiToUni
 from setcmas_ctrl.saturation import saturate
 from setcmas_ctrl.stop_call import AbandonCall
@@ -48,6 +49,7 @@ class ControlStepper:
         rate: float,
         vnom: float,
         watch: CallWatch,
+        pause: PauseWatch | None = None,
     ) -> None:
         """Prepare; nothing is called before `start`.
 
@@ -59,6 +61,7 @@ class ControlStepper:
             rate: Rate of control in Hz.
             vnom: Largest speed of a robot in m/s.
             watch: Watches the calls.
+            pause: In an experiment, says when the laws are held; their time stands still then.
         """
         self._node = node
         self._odometry = odometry
@@ -66,6 +69,7 @@ class ControlStepper:
         self._followers = followers
         self._period = 1.0 / rate
         self._vnom = vnom
+        self._pause = pause
         self._say = node.get_logger().warning
         self._reports = ErrorReports(self._say)
         self._failed = False
@@ -91,9 +95,12 @@ class ControlStepper:
         while (missing := self._odometry.missing()) and not process.stopping:
             complete = process.spin_until(lambda: not self._odometry.missing(), _REMIND_EVERY_S)
             if not complete and not process.stopping:
+                source = (
+                    'does motion capture see them' if self._pause else 'is their simulator running'
+                )
                 self._say(
                     f'waiting for the odometry of robots {format_robots(missing)} '
-                    f'(/{robot_name(missing[0])}/odom); is their simulator running?'
+                    f'({self._odometry.topic_of(missing[0])}); {source}?'
                 )
         self._wait_for_states(process)
         # A robot, and a recorder if there is one, are to get the very first command.
@@ -160,7 +167,7 @@ class ControlStepper:
         for follower in self._followers:
             follower.stop()
         for follower in self._followers:
-            follower.wait_until_sent()
+            follower.cmd_vel.wait_until_sent()
         if self.communication:
             self.communication.stop()
         self._tell_counts()
@@ -177,11 +184,20 @@ class ControlStepper:
         # Odometry cannot come in while a step takes its time.
         self._notice_lost_odometry(POSE_TIMEOUT_S + now - self._stepped)
         with self.watch.step(len(self._controllers)):
-            self._control(now - self._started)
+            if self._pause and self._pause.reason():
+                self._stand(now)
+            else:
+                self._control(now - self._started)
         self._stepped = now
         if now >= self._next_graph_check:
             self._next_graph_check = now + _GRAPH_CHECK_EVERY_S
             self._check_graph(now)
+
+    def _stand(self, now: float) -> None:
+        """Command zero without calling the laws: a reference must not run away meanwhile."""
+        self._started += now - self._stepped
+        for controller in self._controllers:
+            controller.publish(0.0, 0.0)
 
     def _control(self, t: float) -> None:
         poses: Iterable[Floats] = repeat(self._odometry.poses.copy())
@@ -219,10 +235,10 @@ class ControlStepper:
     def _is_recorded_if_it_can_be(self) -> bool:
         if not set(RECORDER_NODES) & set(self._node.get_node_names()):
             return True
-        return all(follower.is_recorded() for follower in self._followers)
+        return all(follower.cmd_vel.is_recorded() for follower in self._followers)
 
     def _unheard_robots(self) -> set[int]:
-        return {f.robot for f in self._followers if not f.follow_listeners()}
+        return {f.robot for f in self._followers if not f.cmd_vel.follow_listeners()}
 
     def _check_graph(self, now: float) -> None:
         unheard = self._unheard_robots()
@@ -236,10 +252,13 @@ class ControlStepper:
                 'type that is published: they will not move'
             )
         for follower in self._followers:
-            if follower.mixed and follower.robot not in self._mixed_told:
+            if follower.cmd_vel.mixed and follower.robot not in self._mixed_told:
                 self._mixed_told.add(follower.robot)
-                self._say(f'{follower.mixed}; choose with --cmd-vel-type')
-        if latecomers := set(robots_with_odometry(self._node)) - self._known:
+                self._say(f'{follower.cmd_vel.mixed}; choose with --cmd-vel-type')
+        if (
+            latecomers := set(robots_with_odometry(self._node, self._odometry.topic_of))
+            - self._known
+        ):
             self._known |= latecomers
             self._say(
                 f'robots {format_robots(sorted(latecomers))} have appeared; this controller does '
@@ -251,7 +270,8 @@ class ControlStepper:
         rivals = {
             follower.robot: names[0]
             for follower in self._followers
-            if follower.robot not in self._contested and (names := follower.other_commanders())
+            if follower.robot not in self._contested
+            and (names := follower.cmd_vel.other_commanders())
         }
         if rivals:
             self._contested |= set(rivals)

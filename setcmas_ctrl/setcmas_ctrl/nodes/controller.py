@@ -37,6 +37,7 @@ from setcmas_ctrl.nodes.fleet_communication import FleetCommunication
 from setcmas_ctrl.nodes.fleet_discovery import wait_for_fleet
 from setcmas_ctrl.nodes.fleet_odometry import FleetOdometry
 from setcmas_ctrl.nodes.marker_canvas import MarkerCanvas
+from setcmas_ctrl.nodes.pause_watch import PauseWatch
 from setcmas_ctrl.nodes.script_reloader import ScriptReloader
 from setcmas_ctrl.nodes.si_to_uni import SiToUni
 from setcmas_ctrl.random_seed import seed_scripts
@@ -127,17 +128,23 @@ def build(args: argparse.Namespace, process: RosProcess, node: FleetNode) -> Con
     controllers = [Controller(law) for law in load()]
     tells = chosen_communication(args, nb_robots)
     # With event-triggered broadcast the other robots are known by what they send only.
-    odometry = FleetOdometry(node, nb_robots, robots=robots if tells.event_triggered else None)
-    followers = [SiToUni(robot, odometry, args.komega, args.cmd_vel_type) for robot in robots]
-    process.add(*controllers, *followers)
-    node.create_subscription(
-        Bool,
-        topics.FLEET_PAUSE,
-        lambda message: [follower.pause(message.data) for follower in followers],
-        qos.EVENT,
-        event_callbacks=qos.no_subscription_events(),
+    odometry = FleetOdometry(
+        node,
+        nb_robots,
+        topics.mocap_topic if args.experiment else topics.odometry_topic,
+        robots if tells.event_triggered else None,
     )
-    stepper = ControlStepper(node, odometry, controllers, followers, args.rate, args.vnom, watch)
+    command = topics.CMD_VEL_WANTED if args.experiment else topics.CMD_VEL
+    followers = [
+        SiToUni(robot, odometry, args.komega, args.cmd_vel_type, command) for robot in robots
+    ]
+    process.add(*controllers, *followers)
+    pause = PauseWatch(node) if args.experiment else None
+    if not pause:
+        _follow_wishes(node, followers)
+    stepper = ControlStepper(
+        node, odometry, controllers, followers, args.rate, args.vnom, watch, pause
+    )
     if args.watch:
         laws = [controller.law for controller in controllers]
         ScriptReloader(node, stepper, laws, load, watch)
@@ -165,6 +172,17 @@ def connect(
         process.add(
             *broadcasters(robots, tells, odometry, reports, lambda: stepper.t, stepper.watch)
         )
+
+
+def _follow_wishes(node: FleetNode, followers: list[SiToUni]) -> None:
+    """Pause the fleet, or let it go on, as /pause says."""
+    node.create_subscription(
+        Bool,
+        topics.FLEET_PAUSE,
+        lambda message: [follower.pause(message.data) for follower in followers],
+        qos.EVENT,
+        event_callbacks=qos.no_subscription_events(),
+    )
 
 
 def end_stuck_script(
@@ -199,6 +217,11 @@ def main(argv: list[str] | None = None) -> int:
     add_watch_argument(add_law_arguments(parser))
     add_fleet_arguments(parser)
     add_communication_arguments(parser)
+    parser.add_argument(
+        '--experiment',
+        action='store_true',
+        help='control real robots: poses from motion capture, commands to the cmd_vel bridge',
+    )
     args = parser.parse_args(argv)
     with ros_process(ros_arguments) as process, named_output():
         try:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Callable
 
 from rclpy.node import Node
 
@@ -14,14 +15,21 @@ _SETTLED_S = 0.2
 _REMIND_EVERY_S = 2.0
 
 
-def robots_with_odometry(node: Node) -> list[int]:
-    """Return the numbers of the robots whose odometry somebody publishes, sorted."""
+def robots_with_odometry(
+    node: Node, topic_of: Callable[[int], str] = topics.odometry_topic
+) -> list[int]:
+    """Return the numbers of the robots whose odometry somebody publishes, sorted.
+
+    Args:
+        node: The node through which the graph is seen.
+        topic_of: Gives the topic of each robot's odometry.
+    """
     robots = [
         robot
         for name, types in node.get_topic_names_and_types()
         if _ODOMETRY_TYPE in types
         and (robot := topics.robot_of(name))
-        and name == topics.robot_topic(robot, topics.ODOM)
+        and name == topic_of(robot)
         and node.count_publishers(name)
     ]
     return sorted(robots)

@@ -46,6 +46,7 @@ class FleetOdometry:
             topic_of: Gives the topic of each robot's poses.
             robots: The robots to follow; None is the whole fleet.
         """
+        self.topic_of = topic_of
         self.poses: NDArray[np.float64] = np.full((3, nb_robots), np.nan)
         self._received = np.full(nb_robots, -np.inf)
         self._followed = list(robots or range(1, nb_robots + 1))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from rclpy.duration import Duration
 from rclpy.event_handler import PublisherEventCallbacks, SubscriptionEventCallbacks
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 
@@ -13,6 +14,11 @@ SENSOR = QoSProfile(depth=5, reliability=ReliabilityPolicy.BEST_EFFORT)
 
 COMMAND = QoSProfile(depth=1, reliability=ReliabilityPolicy.RELIABLE)
 """Velocities: reliable because a TurtleBot3 asks for it; an older command is never of use."""
+
+ROBOT_COMMAND = QoSProfile(
+    depth=1, reliability=ReliabilityPolicy.RELIABLE, lifespan=Duration(seconds=0.2)
+)
+"""Velocities over a radio link: one that was held up is dropped, not followed late."""
 
 EVENT = QoSProfile(depth=10)
 """Wishes of people, such as reset and pause: none of them may be lost."""

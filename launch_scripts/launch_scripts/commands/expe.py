@@ -1,0 +1,100 @@
+"""Drive real TurtleBot3s under motion capture with a control law, until q or Ctrl-C.
+
+The experiment starts paused. The space bar or the joystick's button starts and pauses it; it
+pauses itself when something that it depends on falls silent.
+
+Examples:
+  setcmas expe --emulate --algo nav_wp           rehearse without any hardware
+  setcmas expe --lab lab.yaml --algo consensus
+  setcmas expe --mocap vicon --nb-robots 8 --algo consensus
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from functools import partial
+
+from launch_scripts.environment import require_ros
+from launch_scripts.experiment import (
+    Experiment,
+    experiment_environment,
+    joystick_command,
+    shown,
+)
+from launch_scripts.keyboard import Keyboard
+from launch_scripts.status_display import KEYS, StatusDisplay
+from launch_scripts.supervisor import ChildDiedError, StoppedError, Supervisor
+from setcmas_ctrl.algorithm_loader import compile_script, find_script
+from setcmas_ctrl.control_options import add_law_arguments
+from setcmas_expe.experiment_options import add_lab_arguments, chosen_lab
+from setcmas_expe.lab import Lab
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add the options of the verb."""
+    add_law_arguments(parser)
+    add_lab_arguments(parser)
+    parser.add_argument(
+        '--emulate', action='store_true', help='no hardware: an emulated lab on this machine'
+    )
+    parser.add_argument('--no-joystick', action='store_true', help='do not look for a joystick')
+
+
+def main(args: argparse.Namespace) -> int:
+    """Run the experiment; returns the exit status."""
+    compile_script(find_script(args.algo))  # mistakes are told before anything starts
+    lab = chosen_lab(args)
+    require_ros()
+    environment = experiment_environment(lab, args.emulate)
+    with Keyboard() as keyboard, Supervisor(environment, prefix=True) as supervisor:
+        display = StatusDisplay(supervisor.stdout)
+        supervisor.write = partial(shown, display)
+        try:
+            return _run(supervisor, keyboard, lab, args)
+        finally:
+            display.close()
+
+
+def _run(supervisor: Supervisor, keyboard: Keyboard, lab: Lab, args: argparse.Namespace) -> int:
+    experiment = Experiment(supervisor, lab, args)
+    _explain(supervisor, keyboard, experiment, lab, args)
+
+    def serve_terminal() -> None:
+        keys = keyboard.pressed()
+        if 'q' in keys.lower():
+            raise StoppedError
+        if keys.count(' ') % 2:
+            experiment.toggle()
+        experiment.keep_alive()
+
+    try:
+        supervisor.run(on_tick=serve_terminal)
+    except StoppedError:
+        status = experiment.stop()
+        experiment.stop_lab()
+        return max(status, 0)
+    except ChildDiedError as death:
+        if str(death):
+            supervisor.say(f'setcmas expe: {death}; everything is stopped')
+        experiment.stop()
+        return death.exit_status
+    return 0
+
+
+def _explain(
+    supervisor: Supervisor,
+    keyboard: Keyboard,
+    experiment: Experiment,
+    lab: Lab,
+    args: argparse.Namespace,
+) -> None:
+    command = None if args.no_joystick else joystick_command(lab.joystick_topic)
+    if command:
+        experiment.start_joystick(command)
+    ways = ['the space bar'] if keyboard.there else []
+    ways += [f'button {lab.joystick_button} of the joystick'] if command else []
+    ways += ['false on /pause']
+    supervisor.say(f'paused; {" or ".join(ways)} starts the robots ({KEYS})')
+    if not keyboard.there and sys.stdin is not None:
+        supervisor.say('there is no terminal to read keys from')

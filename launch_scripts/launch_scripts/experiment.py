@@ -1,0 +1,121 @@
+"""The processes of an experiment: started together, stopped in the order that robots need."""
+
+from __future__ import annotations
+
+import argparse
+import importlib.util
+import os
+from pathlib import Path
+
+from launch_scripts.commands import ctrl
+from launch_scripts.environment import lab_environment, local_environment, node_command
+from launch_scripts.node_arguments import node_arguments
+from launch_scripts.output_lines import Stream
+from launch_scripts.status_display import StatusDisplay
+from launch_scripts.supervisor import Child, Supervisor
+from setcmas_expe import console_protocol
+from setcmas_expe.experiment_options import LAB_OPTIONS
+from setcmas_expe.lab import Lab
+
+_EMULATED_LAB = 'setcmas_expe.nodes.emulated_lab'
+_BRIDGES = 'setcmas_expe.nodes.bridges'
+_PAUSE = 'setcmas_expe.nodes.pause'
+_JOYSTICK_READER = 'setcmas_expe.nodes.joystick_reader'
+_EMULATION_OPTIONS = ('lab', 'nb_robots', 'seed')
+_CTRL_OPTIONS = tuple(
+    name for name in ctrl.OPTIONS if name not in ('nb_robots', 'robots', 'cmd_vel_type')
+)
+_TAKE_OVER_S = 0.5
+
+
+def experiment_environment(lab: Lab, emulated: bool) -> dict[str, str]:
+    """Return the environment of an experiment's processes: an emulated lab is on this machine."""
+    if emulated:
+        return local_environment()
+    return lab_environment(lab.static_peers, lab.discovery_server)
+
+
+class Experiment:
+    """The bridge, pause and controller processes, and an emulated lab if wanted."""
+
+    def __init__(self, supervisor: Supervisor, lab: Lab, args: argparse.Namespace) -> None:
+        """Start the processes.
+
+        Args:
+            supervisor: Watches them.
+            lab: The lab.
+            args: Parsed options of `setcmas expe` or `setcmas run`.
+        """
+        self._supervisor = supervisor
+        self._emulated: list[Child] = []
+        if args.emulate:
+            arguments = node_arguments(args, (*_EMULATION_OPTIONS, *_given_poses(args)))
+            command = node_command(_EMULATED_LAB, arguments)
+            self._emulated = [supervisor.start('lab', command)]
+        options = node_arguments(args, [name for name in LAB_OPTIONS if hasattr(args, name)])
+        self._bridges = supervisor.start('bridge', node_command(_BRIDGES, options))
+        pause = node_command(_PAUSE, [*options, '--console'])
+        self._pause = supervisor.start('pause', pause, listens=True)
+        laws = ['--experiment', '--nb-robots', str(lab.nb_robots)]
+        laws += node_arguments(args, _CTRL_OPTIONS)
+        self._ctrl = supervisor.start('ctrl', node_command(ctrl.MODULE, laws))
+
+    def start_joystick(self, command: list[str]) -> None:
+        """Start the process that reads a joystick."""
+        self._supervisor.start('joystick', command)
+
+    def toggle(self) -> None:
+        """Start if paused, else pause."""
+        self._pause.tell(console_protocol.TOGGLE)
+
+    def go(self) -> None:
+        """Start."""
+        self._pause.tell(console_protocol.GO)
+
+    def keep_alive(self) -> None:
+        """Tell the pause process that somebody serves the keyboard; several times a second."""
+        self._pause.tell(console_protocol.ALIVE)
+
+    def stop(self) -> int:
+        """Stop the robots, then all processes; returns the exit status of the controllers."""
+        if self._bridges.running():
+            self._pause.tell(console_protocol.END)
+            self._supervisor.stop(self._bridges)
+        else:
+            self._pause.tell(console_protocol.HALT)
+            self._supervisor.wait(_TAKE_OVER_S)
+        self._supervisor.stop(self._ctrl, self._pause)
+        return self._ctrl.process.returncode
+
+    def stop_lab(self) -> None:
+        """Stop the emulated lab, after whatever records it."""
+        self._supervisor.stop(*self._emulated)
+
+
+def _given_poses(args: argparse.Namespace) -> list[str]:
+    return [name for name in ('poses', 'pose') if hasattr(args, name)]
+
+
+def shown(display: StatusDisplay, line: str, _: Stream) -> None:
+    """Show a line of output, or the status that is in it."""
+    status = console_protocol.decode(line)
+    if status is None:
+        display.write(line)
+    else:
+        display.show(status)
+
+
+def joystick_command(topic: str) -> list[str] | None:
+    """Return the command that reads a joystick: joy_node where ROS's joy package is installed.
+
+    Returns:
+        The command; None where neither joy nor pygame is installed.
+    """
+    remap = ['--ros-args', '-r', f'joy:={topic}']
+    for prefix in os.environ.get('AMENT_PREFIX_PATH', '').split(os.pathsep):
+        executable = Path(prefix) / 'lib' / 'joy' / 'joy_node'
+        if prefix and executable.is_file():
+            return [str(executable), *remap]
+    if importlib.util.find_spec('pygame'):
+        return node_command(_JOYSTICK_READER, remap)
+    return None

@@ -1,0 +1,128 @@
+"""Publishes velocities with the message type that the listener wants."""
+
+from __future__ import annotations
+
+from geometry_msgs.msg import TwistStamped
+from rclpy.duration import Duration
+from rclpy.node import Node
+from rclpy.publisher import Publisher
+from rclpy.qos import QoSProfile
+
+from setcmas_ctrl.control_options import AUTO
+from setcmas_simu import topics
+from setcmas_simu.nodes import qos
+from setcmas_simu.nodes.cmd_vel_type import ROS_NAMES, TYPES
+from setcmas_simu.simulation_options import CMD_VEL_TYPES
+
+_PREFERRED_TYPE = CMD_VEL_TYPES[0]
+_LAST_WORDS_S = 0.3
+
+
+class CmdVelPublisher:
+    """Commands one robot.
+
+    Attributes:
+        mixed: Which listeners want another type than the one that is published; None if none.
+    """
+
+    def __init__(
+        self,
+        node: Node,
+        robot: int,
+        topic: str,
+        odometry_topic: str,
+        cmd_vel_type: str = AUTO,
+        profile: QoSProfile = qos.COMMAND,
+    ) -> None:
+        """Publish through a node.
+
+        Args:
+            node: The node.
+            robot: Number of the robot.
+            topic: Full name of the topic.
+            odometry_topic: Topic that the robot itself publishes, which tells it from others.
+            cmd_vel_type: 'twist', 'twist_stamped', or 'auto' for what the robot listens to.
+            profile: Quality of service.
+        """
+        self.mixed: str | None = None
+        self._node = node
+        self._frame = topics.robot_name(robot)
+        self._topic = topic
+        self._odometry_topic = odometry_topic
+        self._auto = cmd_vel_type == AUTO
+        self._type = _PREFERRED_TYPE if self._auto else cmd_vel_type
+        self._profile = profile
+        self._publisher = self._create_publisher()
+
+    def publish(self, V: float, omega: float) -> None:
+        """Publish a forward speed (m/s) and a turn rate (rad/s)."""
+        message = TYPES[self._type]()
+        twist = message
+        if isinstance(message, TwistStamped):
+            message.header.stamp = self._node.get_clock().now().to_msg()
+            message.header.frame_id = self._frame
+            twist = message.twist
+        twist.linear.x, twist.angular.z = V, omega
+        self._publisher.publish(message)
+
+    def wait_until_sent(self) -> None:
+        """Wait, but not for long, until the last command has arrived."""
+        self._publisher.wait_for_all_acked(Duration(seconds=_LAST_WORDS_S))
+
+    def follow_listeners(self) -> bool:
+        """Match the type to what the robot listens to; False if nothing listens."""
+        listeners = self._listeners()
+        if self._auto and listeners:
+            # Where listeners differ, the node that sends the odometry is the robot.
+            senders = self._node.get_publishers_info_by_topic(self._odometry_topic)
+            robot = {info.node_name for info in senders}
+            wanted = {kind for node, kind in listeners if node in robot}
+            self._use_type(wanted or {kind for _, kind in listeners})
+        others = [f'{node} wants {kind}' for node, kind in listeners if kind != self._type]
+        self.mixed = f'{self._frame} gets {self._type}, but {others[0]}' if others else None
+        return any(kind == self._type for _, kind in listeners)
+
+    def is_recorded(self) -> bool:
+        """Return whether a recorder listens to the commands."""
+        listeners = self._node.get_subscriptions_info_by_topic(self._topic)
+        return any(info.node_name in topics.RECORDER_NODES for info in listeners)
+
+    def other_commanders(self) -> list[str]:
+        """Return the full names of other nodes that command the robot to move."""
+        names = [
+            f'{info.node_namespace.rstrip("/")}/{info.node_name}'
+            for info in self._node.get_publishers_info_by_topic(self._topic)
+            if info.node_name not in topics.STOPPING_NODES
+        ]
+        own = self._node.get_fully_qualified_name()
+        if own in names:
+            names.remove(own)
+        return [name for name in names if 'UNKNOWN' not in name]  # not all is known of it yet
+
+    def is_guarded(self) -> bool:
+        """Return whether a cmd_vel_guard stands by, on the robot."""
+        senders = self._node.get_publishers_info_by_topic(self._topic)
+        return any(info.node_name == topics.CMD_VEL_GUARD_NODE for info in senders)
+
+    def _listeners(self) -> list[tuple[str, str]]:
+        """Return the names of the nodes that listen, bystanders aside, and the types."""
+        return [
+            (info.node_name, ROS_NAMES[info.topic_type])
+            for info in self._node.get_subscriptions_info_by_topic(self._topic)
+            if info.node_name not in topics.BYSTANDER_NODES and info.topic_type in ROS_NAMES
+        ]
+
+    def _use_type(self, wanted: set[str]) -> None:
+        if self._type not in wanted:
+            self._type = _PREFERRED_TYPE if _PREFERRED_TYPE in wanted else wanted.pop()
+            # One type at a time: DDS knows only one type of a topic within a process.
+            self._node.destroy_publisher(self._publisher)
+            self._publisher = self._create_publisher()
+
+    def _create_publisher(self) -> Publisher:
+        return self._node.create_publisher(
+            TYPES[self._type],
+            self._topic,
+            self._profile,
+            event_callbacks=qos.no_publisher_events(),
+        )

@@ -1,0 +1,90 @@
+"""Watches the bridge process through its diagnostics, and stops the robots in its place."""
+
+from __future__ import annotations
+
+import time
+
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
+from rclpy.node import Node
+
+from setcmas_ctrl.nodes.cmd_vel_publisher import CmdVelPublisher
+from setcmas_expe.console_protocol import RobotStatus
+from setcmas_expe.lab import Lab
+from setcmas_simu import topics
+from setcmas_simu.nodes import qos
+
+_SILENT_AFTER_S = 0.5  # the bridge sends five a second
+_FOLLOW_EVERY_S = 2.0
+
+
+class BridgeWatch:
+    """Knows what the bridge says, and can command zero to its robots.
+
+    Attributes:
+        died: Set when the bridge process is known to have ended.
+        ending: Set when the experiment ends: silence is no trouble any more.
+    """
+
+    def __init__(self, node: Node, lab: Lab) -> None:
+        """Watch through a node; publishers are ready in advance, for discovery takes time."""
+        self.died = self.ending = False
+        self._heard: float | None = None
+        self._news: tuple[RobotStatus, ...] = ()
+        self._next_follow = 0.0
+        self._cmd_vels = [
+            CmdVelPublisher(
+                node,
+                robot.number,
+                robot.topic(topics.CMD_VEL),
+                robot.topic(topics.ODOM),
+                lab.cmd_vel_type,
+                qos.ROBOT_COMMAND,
+            )
+            for robot in lab.robots
+        ]
+        node.create_subscription(
+            DiagnosticArray,
+            topics.DIAGNOSTICS,
+            self._on_diagnostics,
+            qos.STATE,
+            event_callbacks=qos.no_subscription_events(),
+        )
+
+    def trouble(self, now: float) -> str:
+        """Return why the bridge cannot be relied upon at a time (s); empty if it can."""
+        if now >= self._next_follow:
+            self._next_follow = now + _FOLLOW_EVERY_S
+            for cmd_vel in self._cmd_vels:
+                cmd_vel.follow_listeners()
+        if self.died:
+            return 'the bridge process has died; the pause node commands zero'
+        if self.ending or self._heard is None or now - self._heard <= _SILENT_AFTER_S:
+            return ''
+        return 'the bridge process is silent; the pause node commands zero'
+
+    def command_zero(self) -> None:
+        """Stop all robots."""
+        for cmd_vel in self._cmd_vels:
+            cmd_vel.publish(0.0, 0.0)
+
+    def news(self) -> tuple[RobotStatus, ...]:
+        """Return the states of the robots if there are newer ones since the last call."""
+        news, self._news = self._news, ()
+        return news
+
+    def _on_diagnostics(self, message: DiagnosticArray) -> None:
+        self._heard = time.monotonic()
+        self._news = tuple(_robot_status(status) for status in message.status)
+
+
+def _robot_status(status: DiagnosticStatus) -> RobotStatus:
+    values = {item.key: item.value for item in status.values}
+    return RobotStatus(
+        name=status.name,
+        level=ord(status.level),
+        state=values.get('state', ''),
+        reason=status.message,
+        pose_age=values.get('pose_age', ''),
+        battery=values.get('battery', ''),
+        speed=values.get('speed', ''),
+    )

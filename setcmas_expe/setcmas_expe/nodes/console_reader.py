@@ -1,0 +1,40 @@
+"""Reads what the terminal's process writes to the standard input of the pause process."""
+
+from __future__ import annotations
+
+import queue
+import sys
+import threading
+import time
+from collections.abc import Callable, Iterator
+
+from setcmas_expe.console_protocol import SILENT_AFTER_S
+
+
+class ConsoleReader:
+    """Takes lines in a thread of its own; hands them out without waiting."""
+
+    def __init__(self, on_end: Callable[[], None]) -> None:
+        """Start to read; the thread calls `on_end` when the terminal's process is gone."""
+        self._lines: queue.SimpleQueue[str] = queue.SimpleQueue()
+        self._heard = time.monotonic()
+        self._told = False
+        self._on_end = on_end
+        threading.Thread(target=self._read, name='console', daemon=True).start()
+
+    def lines(self) -> Iterator[str]:
+        """Yield the lines that have come in since the last call."""
+        while not self._lines.empty():
+            yield self._lines.get()
+
+    def silent(self, now: float) -> bool:
+        """Return, once, whether nothing has come for so long that the terminal must be stuck."""
+        silent = now - self._heard > SILENT_AFTER_S
+        first, self._told = silent and not self._told, silent
+        return first
+
+    def _read(self) -> None:
+        for line in sys.stdin:
+            self._heard = time.monotonic()
+            self._lines.put(line.strip())
+        self._on_end()

@@ -1,0 +1,66 @@
+"""The mocap bridge of one robot: poses of a motion capture driver in, checked odometry out."""
+
+from __future__ import annotations
+
+import time
+
+from nav_msgs.msg import Odometry
+
+from setcmas_expe.lab import Lab, LabRobot
+from setcmas_expe.nodes.mocap_messages import TYPES, sample_of
+from setcmas_expe.pose_track import PoseTrack
+from setcmas_expe.velocity_filter import VelocityFilter
+from setcmas_simu import topics
+from setcmas_simu.nodes import qos
+from setcmas_simu.nodes.ros_process import FleetNode
+from setcmas_simu.planar_pose import quaternion_of_yaw
+
+
+class MocapBridge(FleetNode):
+    """Lets only poses through that can be believed.
+
+    Attributes:
+        robot: Number of the robot.
+        track: What is known of its pose.
+        speed: Its forward speed in m/s, as estimated last.
+    """
+
+    def __init__(self, robot: LabRobot, lab: Lab) -> None:
+        """Create the node in the robot's namespace."""
+        super().__init__('mocap_bridge', namespace=topics.robot_name(robot.number))
+        self.robot = robot.number
+        self.track = PoseTrack(lab.arena, lab.limits)
+        self.speed = 0.0
+        self.source = lab.mocap.topic_of(robot)
+        self._y_up = lab.mocap.y_up
+        self._filter = VelocityFilter()
+        self._odometry = Odometry(child_frame_id=topics.robot_name(robot.number))
+        self._odometry.header.frame_id = topics.WORLD_FRAME
+        self._publisher = self.create_publisher(
+            Odometry,
+            topics.mocap_topic(robot.number),
+            qos.STATE,
+            event_callbacks=qos.no_publisher_events(),
+        )
+        self.create_subscription(
+            TYPES[lab.mocap.message_type],
+            self.source,
+            self._on_message,
+            qos.SENSOR,
+            event_callbacks=qos.no_subscription_events(),
+        )
+
+    def _on_message(self, message: object) -> None:
+        now = time.monotonic()
+        sample = sample_of(message, self._y_up)
+        if not self.track.take(sample, now):
+            return
+        self.speed, turn_rate = self._filter.update(sample, now)
+        x, y, theta = sample.planar()
+        out = self._odometry
+        # Our own clock: all that is recorded here is to have one time.
+        out.header.stamp = self.get_clock().now().to_msg()
+        out.pose.pose.position.x, out.pose.pose.position.y = x, y
+        out.pose.pose.orientation.z, out.pose.pose.orientation.w = quaternion_of_yaw(theta)
+        out.twist.twist.linear.x, out.twist.twist.angular.z = self.speed, turn_rate
+        self._publisher.publish(out)

@@ -1,0 +1,138 @@
+"""The pause node: whether the robots of an experiment may move. It starts paused.
+
+Run as `ros2 run setcmas_expe pause`; `setcmas expe` does it for you.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+import time
+
+from rclpy.clock import Clock, ClockType
+from sensor_msgs.msg import Joy
+from std_msgs.msg import Bool
+
+from setcmas_expe import console_protocol as console
+from setcmas_expe.experiment_options import add_lab_arguments, chosen_lab
+from setcmas_expe.joystick import Joystick
+from setcmas_expe.lab import Lab
+from setcmas_expe.nodes.bridge_watch import BridgeWatch
+from setcmas_expe.nodes.console_reader import ConsoleReader
+from setcmas_simu import topics
+from setcmas_simu.errors import SetcmasError
+from setcmas_simu.nodes import qos
+from setcmas_simu.nodes.ros_process import FleetNode, ros_process, split_ros_arguments
+
+RATE_HZ = 10.0
+"""Rate in Hz at which the pause state is sent."""
+
+_TICKS_PER_MESSAGE = 2  # keys are looked at twice as often as the state is sent
+
+
+class Pause(FleetNode):
+    """Decides between stand and go: by joystick, keyboard and /pause, and by their absence."""
+
+    def __init__(self, lab: Lab, keys: ConsoleReader | None) -> None:
+        """Create the node.
+
+        Args:
+            lab: Which robots there are, and which button of the joystick counts.
+            keys: What comes from the terminal; None without one.
+        """
+        super().__init__(topics.PAUSE_NODE)
+        self.paused = True
+        self.why = ''
+        self._keys = keys
+        self._joystick = Joystick(lab.joystick_button)
+        self._joystick_told = False
+        self._button = lab.joystick_button
+        self._ticks = 0
+        self._bridge = BridgeWatch(self, lab)
+        self._publisher = self.create_publisher(
+            Bool, topics.PAUSED, qos.STATE, event_callbacks=qos.no_publisher_events()
+        )
+        silent = {'event_callbacks': qos.no_subscription_events()}
+        self.create_subscription(Bool, topics.FLEET_PAUSE, self._on_wish, qos.EVENT, **silent)
+        self.create_subscription(Joy, lab.joystick_topic, self._on_joy, qos.SENSOR, **silent)
+        steady = Clock(clock_type=ClockType.STEADY_TIME)
+        self.create_timer(1.0 / (RATE_HZ * _TICKS_PER_MESSAGE), self._tick, clock=steady)
+
+    def set(self, paused: bool, why: str) -> None:
+        """Pause, or let the robots go; says so."""
+        if paused != self.paused:
+            self.get_logger().info(f'paused: {why}' if paused else f'started: {why}')
+        self.paused, self.why = paused, why
+        self.publish()
+
+    def publish(self) -> None:
+        """Send the state."""
+        self._publisher.publish(Bool(data=self.paused))
+
+    def _on_wish(self, message: Bool) -> None:
+        self.set(message.data, 'by /pause')
+
+    def _on_joy(self, message: Joy) -> None:
+        if self._joystick.pressed(message.buttons, time.monotonic()):
+            self.set(not self.paused, 'by joystick')
+        if self._joystick.missing_button and not self._joystick_told:
+            self._joystick_told = True
+            self.get_logger().warning(
+                f'the joystick has {len(message.buttons)} buttons, counted from 0; button '
+                f'{self._button} is not among them: set joystick.button in the lab file'
+            )
+
+    def _tick(self) -> None:
+        now = time.monotonic()
+        if self._joystick.disappeared(now):
+            self.set(True, 'the joystick has disappeared')
+        if self._keys:
+            self._serve_terminal(self._keys, now)
+        if trouble := self._bridge.trouble(now):
+            self.set(True, trouble)
+            self._bridge.command_zero()
+        self._ticks += 1
+        if self._ticks % _TICKS_PER_MESSAGE == 0:
+            self.publish()
+
+    def _serve_terminal(self, keys: ConsoleReader, now: float) -> None:
+        for line in keys.lines():
+            if line == console.TOGGLE:
+                self.set(not self.paused, 'by space bar')
+            elif line == console.GO:
+                self.set(False, 'by command')
+            elif line == console.HALT:
+                self._bridge.died = True
+            elif line == console.END:
+                self._bridge.ending = True
+                self.set(True, 'the experiment ends')
+        if keys.silent(now):
+            self.set(True, 'the terminal does not answer')
+        if robots := self._bridge.news():
+            print(console.Status(self.paused, self.why, robots).encode(), flush=True)
+
+
+def main(argv: list[str] | None = None) -> int:
+    """Serve until a signal arrives; returns the exit status."""
+    argv, ros_arguments = split_ros_arguments(sys.argv[1:] if argv is None else argv)
+    parser = argparse.ArgumentParser(prog='pause', description=__doc__)
+    add_lab_arguments(parser)
+    parser.add_argument(
+        '--console', action='store_true', help='keys come on standard input from setcmas expe'
+    )
+    args = parser.parse_args(argv)
+    try:
+        lab = chosen_lab(args)
+    except SetcmasError as error:
+        print(f'error: {error}', file=sys.stderr)
+        return 2
+    with ros_process(ros_arguments) as process:
+        node = Pause(lab, ConsoleReader(process.stop) if args.console else None)
+        process.add(node)
+        process.spin()
+        node.set(True, 'the pause node ends')
+    return 0
+
+
+if __name__ == '__main__':
+    sys.exit(main())

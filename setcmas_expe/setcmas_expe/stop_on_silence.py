@@ -1,0 +1,47 @@
+"""When a robot must be stopped because its commands have ended: the guard's decisions."""
+
+from __future__ import annotations
+
+import math
+
+SILENCE_S = 0.3
+"""Silence in s, after a command to move, from which the guard stops the robot."""
+
+REPEAT_S = 1.0
+"""For how long the guard repeats zero, in s."""
+
+
+class StopOnSilence:
+    """Follows the commands of one robot; all times in s on a steady clock.
+
+    The guard hears its own zeros like anybody's; since a zero never makes it act, they need not
+    be told apart.
+    """
+
+    def __init__(self, silence_s: float = SILENCE_S) -> None:
+        """Start with nothing heard."""
+        self._silence_s = silence_s
+        self._moving = False
+        self._heard = -math.inf
+        self._zero_until = -math.inf
+
+    @property
+    def moving(self) -> bool:
+        """Whether the last command was to move, and nobody has stopped the robot since."""
+        return self._moving
+
+    def hear(self, V: float, omega: float, now: float) -> None:
+        """Take a command; one that is not a number is as good as none."""
+        if V == 0.0 and omega == 0.0:
+            self._moving = False
+        elif math.isfinite(V) and math.isfinite(omega):
+            self._moving = True
+            self._zero_until = -math.inf
+            self._heard = now
+
+    def must_stop(self, now: float) -> bool:
+        """Return whether zero is to be published now."""
+        if self._moving and now - self._heard >= self._silence_s:
+            self._moving = False
+            self._zero_until = now + REPEAT_S
+        return now < self._zero_until
