@@ -42,6 +42,7 @@ class StatusDisplay:
                 auto_refresh=False,
                 redirect_stdout=False,
                 redirect_stderr=False,
+                transient=True,
             )
             self._live.start()
         else:
@@ -49,10 +50,10 @@ class StatusDisplay:
 
     def write(self, line: str) -> None:
         """Show a message."""
-        self._console.print(Text(line), soft_wrap=True)
+        self._console.print(Text(line), soft_wrap=not self._console.is_terminal)
 
     def close(self) -> None:
-        """Leave the last status where it is, and the cursor below it."""
+        """Remove the status; the messages stay."""
         if self._live:
             self._live.stop()
             self._live = None

@@ -116,21 +116,22 @@ def robots_nearer(pose: Pose, others: Mapping[int, Pose], distance: float) -> li
 def _held(situation: Situation, lab: Lab) -> Decision | None:
     """Return the decision for a robot that must stand whatever it wants; None if there is none."""
     blind = _blindness(situation, lab.timeouts.pose_s)
+    reason = blind or _unreadiness(situation, lab.timeouts.command_s)
     if situation.paused:
-        reason = f'{situation.paused}; {blind}' if blind else situation.paused
-        return Decision(0.0, 0.0, PAUSED, reason, bool(blind))
+        # What else is wrong is told too: whoever starts ought to know.
+        reasons = filter(None, (situation.paused, reason))
+        return Decision(0.0, 0.0, PAUSED, '; '.join(reasons), bool(blind))
+    return Decision(0.0, 0.0, STOPPED, reason, bool(blind)) if reason else None
+
+
+def _unreadiness(situation: Situation, timeout_s: float) -> str:
+    """Return why a robot whose pose is known must stand; empty if it need not."""
     if situation.unseen:
-        robots = format_robots(list(situation.unseen))
-        reason = f'robots {robots} have not been seen yet'
-        return Decision(0.0, 0.0, STOPPED, reason, situation.pose is None)
-    if blind:
-        return Decision(0.0, 0.0, STOPPED, blind, True)
-    if not situation.command_age <= lab.timeouts.command_s:
-        reason = f'no command for {lab.timeouts.command_s:g} s'
-        return Decision(0.0, 0.0, STOPPED, reason)
-    if not (math.isfinite(situation.V) and math.isfinite(situation.omega)):
-        return Decision(0.0, 0.0, STOPPED, NOT_A_NUMBER)
-    return None
+        return f'robots {format_robots(list(situation.unseen))} have not been seen yet'
+    if not situation.command_age <= timeout_s:
+        return f'no command for {timeout_s:g} s'
+    finite = math.isfinite(situation.V) and math.isfinite(situation.omega)
+    return '' if finite else NOT_A_NUMBER
 
 
 def _blindness(situation: Situation, timeout_s: float) -> str:

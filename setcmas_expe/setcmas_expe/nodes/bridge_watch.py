@@ -8,8 +8,10 @@ from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from rclpy.node import Node
 
 from setcmas_ctrl.nodes.cmd_vel_publisher import CmdVelPublisher
+from setcmas_ctrl.nodes.pause_watch import BY_WISH
 from setcmas_expe.console_protocol import RobotStatus
 from setcmas_expe.lab import Lab
+from setcmas_expe.safety import PAUSED
 from setcmas_simu import topics
 from setcmas_simu.nodes import qos
 
@@ -29,7 +31,8 @@ class BridgeWatch:
         """Watch through a node; publishers are ready in advance, for discovery takes time."""
         self.died = self.ending = False
         self._heard: float | None = None
-        self._news: tuple[RobotStatus, ...] = ()
+        self._robots: tuple[RobotStatus, ...] = ()
+        self._is_new = False
         self._next_follow = 0.0
         self._cmd_vels = [
             CmdVelPublisher(
@@ -62,6 +65,16 @@ class BridgeWatch:
             return ''
         return 'the bridge process is silent; the pause node commands zero'
 
+    def unreadiness(self) -> str:
+        """Return why robots cannot be started yet; empty if they can.
+
+        Whoever starts them sees them start: they do not begin by themselves some time later.
+        """
+        if not self._robots:
+            return 'nothing is heard of the bridge process yet'
+        unready = [r for r in self._robots if r.state == PAUSED and r.reason != BY_WISH]
+        return '; '.join(f'{r.name} is {r.reason}' for r in unready[:1])
+
     def command_zero(self) -> None:
         """Stop all robots."""
         for cmd_vel in self._cmd_vels:
@@ -69,12 +82,13 @@ class BridgeWatch:
 
     def news(self) -> tuple[RobotStatus, ...]:
         """Return the states of the robots if there are newer ones since the last call."""
-        news, self._news = self._news, ()
+        news, self._is_new = self._robots if self._is_new else (), False
         return news
 
     def _on_diagnostics(self, message: DiagnosticArray) -> None:
         self._heard = time.monotonic()
-        self._news = tuple(_robot_status(status) for status in message.status)
+        self._robots = tuple(_robot_status(status) for status in message.status)
+        self._is_new = True
 
 
 def _robot_status(status: DiagnosticStatus) -> RobotStatus:

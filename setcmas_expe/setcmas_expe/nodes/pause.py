@@ -65,16 +65,24 @@ class Pause(FleetNode):
         self.paused, self.why = paused, why
         self.publish()
 
+    def wish(self, paused: bool, why: str) -> None:
+        """Pause; or let the robots go, if all of them are ready."""
+        unready = '' if paused else self._bridge.unreadiness()
+        if unready:
+            self.get_logger().warning(f'not started: {unready}')
+        else:
+            self.set(paused, why)
+
     def publish(self) -> None:
         """Send the state."""
         self._publisher.publish(Bool(data=self.paused))
 
     def _on_wish(self, message: Bool) -> None:
-        self.set(message.data, 'by /pause')
+        self.wish(message.data, 'by /pause')
 
     def _on_joy(self, message: Joy) -> None:
         if self._joystick.pressed(message.buttons, time.monotonic()):
-            self.set(not self.paused, 'by joystick')
+            self.wish(not self.paused, 'by joystick')
         if self._joystick.missing_button and not self._joystick_told:
             self._joystick_told = True
             self.get_logger().warning(
@@ -98,9 +106,9 @@ class Pause(FleetNode):
     def _serve_terminal(self, keys: ConsoleReader, now: float) -> None:
         for line in keys.lines():
             if line == console.TOGGLE:
-                self.set(not self.paused, 'by space bar')
+                self.wish(not self.paused, 'by space bar')
             elif line == console.GO:
-                self.set(False, 'by command')
+                self.wish(False, 'by command')
             elif line == console.HALT:
                 self._bridge.died = True
             elif line == console.END:
