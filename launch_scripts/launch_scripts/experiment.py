@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import importlib.util
 import os
+from collections.abc import Sequence
 from pathlib import Path
 
 from launch_scripts.commands import ctrl
@@ -22,6 +23,7 @@ _BRIDGES = 'setcmas_expe.nodes.bridges'
 _PAUSE = 'setcmas_expe.nodes.pause'
 _JOYSTICK_READER = 'setcmas_expe.nodes.joystick_reader'
 _EMULATION_OPTIONS = ('lab', 'nb_robots', 'seed')
+_START_POSES = ('poses', 'pose')
 _CTRL_OPTIONS = tuple(
     name for name in ctrl.OPTIONS if name not in ('nb_robots', 'robots', 'cmd_vel_type')
 )
@@ -38,26 +40,35 @@ def experiment_environment(lab: Lab, emulated: bool) -> dict[str, str]:
 class Experiment:
     """The bridge, pause and controller processes, and an emulated lab if wanted."""
 
-    def __init__(self, supervisor: Supervisor, lab: Lab, args: argparse.Namespace) -> None:
+    def __init__(
+        self,
+        supervisor: Supervisor,
+        lab: Lab,
+        args: argparse.Namespace,
+        lab_options: Sequence[str] = LAB_OPTIONS,
+    ) -> None:
         """Start the processes.
 
         Args:
             supervisor: Watches them.
             lab: The lab.
             args: Parsed options of `setcmas expe` or `setcmas run`.
+            lab_options: Names of those that describe the lab.
         """
         self._supervisor = supervisor
+        self._stopped = False
         self._emulated: list[Child] = []
         if args.emulate:
-            arguments = node_arguments(args, (*_EMULATION_OPTIONS, *_given_poses(args)))
+            poses = [name for name in _START_POSES if hasattr(args, name)]
+            arguments = node_arguments(args, (*_EMULATION_OPTIONS, *poses))
             command = node_command(_EMULATED_LAB, arguments)
             self._emulated = [supervisor.start('lab', command)]
-        options = node_arguments(args, [name for name in LAB_OPTIONS if hasattr(args, name)])
+        options = node_arguments(args, lab_options)
         self._bridges = supervisor.start('bridge', node_command(_BRIDGES, options))
         pause = node_command(_PAUSE, [*options, '--console'])
         self._pause = supervisor.start('pause', pause, listens=True)
         laws = ['--experiment', '--nb-robots', str(lab.nb_robots)]
-        laws += node_arguments(args, _CTRL_OPTIONS)
+        laws += node_arguments(args, [name for name in _CTRL_OPTIONS if hasattr(args, name)])
         self._ctrl = supervisor.start('ctrl', node_command(ctrl.MODULE, laws))
 
     def start_joystick(self, command: list[str]) -> None:
@@ -77,7 +88,13 @@ class Experiment:
         self._pause.tell(console_protocol.ALIVE)
 
     def stop(self) -> int:
-        """Stop the robots, then all processes; returns the exit status of the controllers."""
+        """Stop the robots, then all processes; returns the exit status of the controllers.
+
+        To be called again does no harm.
+        """
+        if self._stopped:
+            return self._ctrl.process.returncode
+        self._stopped = True
         if self._bridges.running():
             self._pause.tell(console_protocol.END)
             self._supervisor.stop(self._bridges)
@@ -90,10 +107,6 @@ class Experiment:
     def stop_lab(self) -> None:
         """Stop the emulated lab, after whatever records it."""
         self._supervisor.stop(*self._emulated)
-
-
-def _given_poses(args: argparse.Namespace) -> list[str]:
-    return [name for name in ('poses', 'pose') if hasattr(args, name)]
 
 
 def shown(display: StatusDisplay, line: str, _: Stream) -> None:

@@ -86,7 +86,7 @@ def _picture(status: Status) -> Group:
             robot.name,
             f'{float(robot.pose_age):.2f} s' if robot.pose_age else '-',
             f'{robot.battery} %' if robot.battery else '-',
-            f'{float(robot.speed):.2f} m/s' if robot.speed else '-',
+            f'{abs(float(robot.speed)):.2f} m/s' if robot.speed else '-',
             Text(robot.state, style=_STYLES[min(robot.level, 2)]),
             Text(robot.reason),
         )

@@ -28,7 +28,11 @@ _MARK = '\x02status '
 
 @dataclass(frozen=True)
 class RobotStatus:
-    """What a line of the terminal tells of a robot; texts as in /diagnostics."""
+    """What a line of the terminal tells of a robot; texts as in /diagnostics.
+
+    Attributes:
+        ready: Whether nothing but the pause keeps it from moving, or it moves.
+    """
 
     name: str
     level: int
@@ -37,6 +41,7 @@ class RobotStatus:
     pose_age: str
     battery: str
     speed: str
+    ready: bool
 
 
 @dataclass(frozen=True)

@@ -34,6 +34,7 @@ class FleetSamples:
         """
         self._rows = array('d')
         self._first_command_ns: int | None = None
+        self._first_go_ns: int | None = None
         self._odometry: dict[int, str] = {}
         for name, msgtype in sorted(bag_topics):
             robot = _robot_of(name, topics.ODOM)
@@ -42,6 +43,8 @@ class FleetSamples:
 
     def collector(self, topic: str) -> Collect | None:
         """Return the function that takes the messages of a topic; None if it is not of use."""
+        if topic == topics.PAUSED:
+            return self._take_pause
         if _robot_of(topic, topics.CMD_VEL):
             return self._take_command
         robot = _robot_of(topic, topics.ODOM)
@@ -51,7 +54,12 @@ class FleetSamples:
 
     @property
     def start_ns(self) -> int:
-        """What is t = 0 in ns from the bag's start: the first command, else the first odometry."""
+        """What is t = 0 in ns from the bag's start: the first command, else the first odometry.
+
+        In an experiment, where zeros are sent from the beginning, it is when it is started.
+        """
+        if self._first_go_ns is not None:
+            return self._first_go_ns
         if self._first_command_ns is not None:
             return self._first_command_ns
         return round(min(self._rows[:: len(COLUMNS)], default=0.0) * 1e9)
@@ -67,6 +75,10 @@ class FleetSamples:
     def _take_command(self, time_ns: int, _: Any) -> None:
         if self._first_command_ns is None or time_ns < self._first_command_ns:
             self._first_command_ns = time_ns
+
+    def _take_pause(self, time_ns: int, message: Any) -> None:
+        if not message.data and (self._first_go_ns is None or time_ns < self._first_go_ns):
+            self._first_go_ns = time_ns
 
     def _take_odometry(self, robot: int, time_ns: int, message: Any) -> None:
         position, q = message.pose.pose.position, message.pose.pose.orientation

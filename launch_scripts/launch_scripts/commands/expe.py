@@ -27,6 +27,7 @@ from launch_scripts.status_display import KEYS, StatusDisplay
 from launch_scripts.supervisor import ChildDiedError, StoppedError, Supervisor
 from setcmas_ctrl.algorithm_loader import compile_script, find_script
 from setcmas_ctrl.control_options import add_law_arguments
+from setcmas_ctrl.script_settings import parse_settings
 from setcmas_expe.experiment_options import add_lab_arguments, chosen_lab
 from setcmas_expe.lab import Lab
 
@@ -43,7 +44,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def main(args: argparse.Namespace) -> int:
     """Run the experiment; returns the exit status."""
-    compile_script(find_script(args.algo))  # mistakes are told before anything starts
+    compile_script(
+        find_script(args.algo, args.exercise), parse_settings(args.set)
+    )  # mistakes are told before anything starts
     lab = chosen_lab(args)
     require_ros()
     environment = experiment_environment(lab, args.emulate)

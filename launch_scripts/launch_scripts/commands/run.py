@@ -6,30 +6,33 @@ Examples:
   setcmas run --algo my_law.py --nb-robots 4 --limits burger --format pdf
   setcmas run --algo consensus --nb-robots 5 --set K=1.2
   setcmas run --algo consensus --nb-robots 8 --event-triggered --duration 45
+  setcmas run --emulate --algo consensus --nb-robots 8     an experiment in an emulated lab
 """
 
 from __future__ import annotations
 
 import argparse
 import time
+from collections.abc import Callable
 from contextlib import suppress
+from pathlib import Path
 
 from tqdm import tqdm
 
-from launch_scripts.commands import ctrl, simu
-from launch_scripts.commands.record import recorder_command
-from launch_scripts.environment import local_environment, node_command, require_ros
-from launch_scripts.node_arguments import node_arguments
+from launch_scripts.environment import local_environment, require_ros
 from launch_scripts.output_lines import Stream, warn, write_line
 from launch_scripts.run_folder import RunFolder
 from launch_scripts.run_options import add_run_arguments, output_folder, parameters
+from launch_scripts.run_processes import EmulatedRun, SimulatedRun
 from launch_scripts.rviz import Companion
-from launch_scripts.supervisor import Child, ChildDiedError, StoppedError, Supervisor
+from launch_scripts.supervisor import ChildDiedError, StoppedError, Supervisor
 from launch_scripts.view_options import add_view_arguments, view_beside
 from setcmas_ctrl.algorithm_loader import compile_script, find_script
 from setcmas_ctrl.communication_options import check_communication
-from setcmas_ctrl.control_options import CONTROL_STARTED, SCRIPT_FAILED, add_watch_argument
+from setcmas_ctrl.control_options import SCRIPT_FAILED, add_watch_argument
 from setcmas_ctrl.script_settings import parse_settings
+from setcmas_expe.lab import Lab
+from setcmas_expe.lab_file import DEFAULT_FILE, load_lab
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet import format_robots
 from setcmas_simu.simulation_options import add_cmd_timeout_argument, simulated_robots
@@ -37,8 +40,7 @@ from setcmas_simu.simulation_options import add_cmd_timeout_argument, simulated_
 _START_TIMEOUT_S = 20.0
 _FAILED = 'complete, but the control script failed for some robots'
 _NOT_BEGUN = 'a process found a mistake'
-_SIMU_OPTIONS = tuple(name for name in simu.OPTIONS if name not in ('robots', 'cmd_vel_type'))
-_CTRL_OPTIONS = tuple(name for name in ctrl.OPTIONS if name not in ('robots', 'cmd_vel_type'))
+_OF_SIMULATED_ROBOTS = ('limits', 'robot_rate', 'cmd_timeout')
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -47,6 +49,15 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_watch_argument(law)
     add_cmd_timeout_argument(robots)
     add_view_arguments(parser)
+    group = parser.add_argument_group('emulated lab')
+    group.add_argument(
+        '--emulate',
+        action='store_true',
+        help='an experiment in an emulated lab, with all its safety, instead of a simulation',
+    )
+    group.add_argument(
+        '--lab', type=Path, metavar='FILE', help='its lab file (default: see setcmas expe)'
+    )
 
 
 def main(args: argparse.Namespace) -> int:
@@ -57,6 +68,7 @@ def main(args: argparse.Namespace) -> int:
     args.robots = None
     robots = simulated_robots(args).robots
     check_communication(args, args.nb_robots)
+    lab = _emulated_lab(args)
     folder = RunFolder(output_folder(args, script))
     folder.check(args.overwrite)
     require_ros()
@@ -64,7 +76,7 @@ def main(args: argparse.Namespace) -> int:
         folder.create()
         started = time.time()
         folder.write_record(parameters(args, script), 'not finished', args.seed, started)
-        status, outcome = _robots_run(args, folder, views)
+        status, outcome = _robots_run(args, folder, lab, views)
     if outcome == _NOT_BEGUN:
         folder.discard()
         return status
@@ -86,34 +98,53 @@ def main(args: argparse.Namespace) -> int:
         return status
 
 
+def _emulated_lab(args: argparse.Namespace) -> Lab | None:
+    """Return the lab of an emulated experiment; None for a simulation.
+
+    Raises:
+        SetcmasError: The lab file has a mistake, or options contradict each other.
+    """
+    if not args.emulate:
+        if args.lab:
+            raise SetcmasError(f"--lab '{args.lab}' is for an emulated lab: add --emulate")
+        return None
+    for name in _OF_SIMULATED_ROBOTS:
+        if getattr(args, name) != args.parser.get_default(name):
+            option = name.replace('_', '-')
+            raise SetcmasError(f'--{option} is for simulated robots; it has no place in a lab')
+    return load_lab(args.lab or DEFAULT_FILE, args.nb_robots)
+
+
 def _robots_run(
-    args: argparse.Namespace, folder: RunFolder, views: list[Companion]
+    args: argparse.Namespace, folder: RunFolder, lab: Lab | None, views: list[Companion]
 ) -> tuple[int, str]:
     """Let the robots run; returns the exit status so far and how it ended."""
     with Supervisor(local_environment(), prefix=True) as supervisor:
-        started = False
+        run = (
+            EmulatedRun(supervisor, args, folder.bag, lab)
+            if lab
+            else SimulatedRun(supervisor, args, folder.bag)
+        )
 
         def write(line: str, stream: Stream) -> None:
-            nonlocal started
-            started = started or CONTROL_STARTED in line
-            with tqdm.external_write_mode(file=supervisor.stderr):
-                write_line(line, stream)
+            if run.read(line):
+                with tqdm.external_write_mode(file=supervisor.stderr):
+                    write_line(line, stream)
 
         supervisor.write = write
-        robots = _start(supervisor, args, folder)
         for name, command in views:
             supervisor.start(name, command, needed=False)
         try:
             deadline = time.monotonic() + _START_TIMEOUT_S
-            supervisor.run(until=lambda: started or time.monotonic() > deadline)
-            if not started:
+            supervisor.run(lambda: run.started or time.monotonic() > deadline, run.tick)
+            if not run.started:
                 supervisor.say(
                     f'setcmas run: the robots did not start within {_START_TIMEOUT_S:g} s'
                 )
                 return 1, 'the robots did not start'
-            _show_progress(supervisor, args.duration)
-            supervisor.stop(robots[0])
-            if robots[0].process.returncode == SCRIPT_FAILED:
+            _show_progress(supervisor, args.duration, run.tick)
+            run.finish()
+            if run.status == SCRIPT_FAILED:
                 return SCRIPT_FAILED, _FAILED
             return 0, 'complete'
         except StoppedError:
@@ -123,20 +154,10 @@ def _robots_run(
                 supervisor.say(f'setcmas run: {death}; the others are stopped')
             return death.exit_status, str(death) or _NOT_BEGUN
         finally:
-            # Controllers first: their last command, zero, is to be in the bag.
-            supervisor.stop(*robots)
+            run.stop()
 
 
-def _start(supervisor: Supervisor, args: argparse.Namespace, folder: RunFolder) -> list[Child]:
-    """Start recorder, simulator and controllers; returns them in the order to stop them."""
-    recorder = supervisor.start('record', recorder_command(folder.bag))
-    robots = node_command(simu.MODULE, node_arguments(args, _SIMU_OPTIONS))
-    simulator = supervisor.start('simu', robots)
-    laws = node_command(ctrl.MODULE, node_arguments(args, _CTRL_OPTIONS))
-    return [supervisor.start('ctrl', laws), recorder, simulator]
-
-
-def _show_progress(supervisor: Supervisor, duration: float) -> None:
+def _show_progress(supervisor: Supervisor, duration: float, tick: Callable[[], None]) -> None:
     begin = time.monotonic()
     form = '{desc}: {percentage:3.0f}%|{bar}| {n:.0f}/{total:.0f} s'
     with tqdm(
@@ -144,6 +165,7 @@ def _show_progress(supervisor: Supervisor, duration: float) -> None:
     ) as bar:
 
         def advance() -> None:
+            tick()
             bar.update(min(duration, time.monotonic() - begin) - bar.n)
 
         supervisor.run(until=lambda: time.monotonic() - begin >= duration, on_tick=advance)

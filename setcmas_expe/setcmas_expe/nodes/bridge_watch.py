@@ -72,8 +72,8 @@ class BridgeWatch:
         """
         if not self._robots:
             return 'nothing is heard of the bridge process yet'
-        unready = [r for r in self._robots if r.state == PAUSED and r.reason != BY_WISH]
-        return '; '.join(f'{r.name} is {r.reason}' for r in unready[:1])
+        unready = [robot for robot in self._robots if not robot.ready]
+        return '; '.join(f'{robot.name} is {robot.reason}' for robot in unready[:1])
 
     def command_zero(self) -> None:
         """Stop all robots."""
@@ -101,4 +101,5 @@ def _robot_status(status: DiagnosticStatus) -> RobotStatus:
         pose_age=values.get('pose_age', ''),
         battery=values.get('battery', ''),
         speed=values.get('speed', ''),
+        ready=values.get('state') != PAUSED or status.message == BY_WISH,
     )
