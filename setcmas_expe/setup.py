@@ -25,6 +25,7 @@ setup(
         'console_scripts': [
             'bridges = setcmas_expe.nodes.bridges:main',
             'cmd_vel_guard = setcmas_expe.nodes.cmd_vel_guard:main',
+            'doctor = setcmas_expe.nodes.doctor:main',
             'emulated_lab = setcmas_expe.nodes.emulated_lab:main',
             'inject_fault = setcmas_expe.nodes.inject_fault:main',
             'joystick_reader = setcmas_expe.nodes.joystick_reader:main',

@@ -18,12 +18,13 @@ from setcmas_expe import console_protocol
 from setcmas_expe.experiment_options import LAB_OPTIONS
 from setcmas_expe.lab import Lab
 
-_EMULATED_LAB = 'setcmas_expe.nodes.emulated_lab'
+EMULATED_LAB = 'setcmas_expe.nodes.emulated_lab'
+"""The module of the emulated lab."""
+
 _BRIDGES = 'setcmas_expe.nodes.bridges'
 _PAUSE = 'setcmas_expe.nodes.pause'
 _JOYSTICK_READER = 'setcmas_expe.nodes.joystick_reader'
-_EMULATION_OPTIONS = ('lab', 'nb_robots', 'seed')
-_START_POSES = ('poses', 'pose')
+_EMULATION_OPTIONS = ('poses', 'pose', 'seed')
 _CTRL_OPTIONS = tuple(
     name for name in ctrl.OPTIONS if name not in ('nb_robots', 'robots', 'cmd_vel_type')
 )
@@ -59,9 +60,7 @@ class Experiment:
         self._stopped = False
         self._emulated: list[Child] = []
         if args.emulate:
-            poses = [name for name in _START_POSES if hasattr(args, name)]
-            arguments = node_arguments(args, (*_EMULATION_OPTIONS, *poses))
-            command = node_command(_EMULATED_LAB, arguments)
+            command = node_command(EMULATED_LAB, emulation_arguments(args, lab_options))
             self._emulated = [supervisor.start('lab', command)]
         options = node_arguments(args, lab_options)
         self._bridges = supervisor.start('bridge', node_command(_BRIDGES, options))
@@ -107,6 +106,12 @@ class Experiment:
     def stop_lab(self) -> None:
         """Stop the emulated lab, after whatever records it."""
         self._supervisor.stop(*self._emulated)
+
+
+def emulation_arguments(args: argparse.Namespace, lab_options: Sequence[str]) -> list[str]:
+    """Return the command line of the emulated lab for a command's parsed options."""
+    own = [name for name in _EMULATION_OPTIONS if hasattr(args, name)]
+    return node_arguments(args, (*lab_options, *own))
 
 
 def shown(display: StatusDisplay, line: str, _: Stream) -> None:

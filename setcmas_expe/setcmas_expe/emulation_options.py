@@ -8,27 +8,26 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from setcmas_expe.experiment_options import add_lab_arguments
 from setcmas_expe.lab import Arena
 from setcmas_simu.fleet import start_poses
 from setcmas_simu.pose_options import chosen_start_poses
-from setcmas_simu.simulation_options import CMD_VEL_TYPES, add_start_pose_arguments, count, rate
+from setcmas_simu.simulation_options import CMD_VEL_TYPES, add_start_pose_arguments, rate
 
 MOCAP_RATE_HZ = 50.0
 """Default rate of the emulated motion capture system, in Hz."""
+
+EMULATION_STARTED = 'emulating a lab'
+"""What the process of an emulated lab says when it is there."""
 
 _MARGIN = 0.5  # m, between start poses and the border of the arena
 _HALF_SQUARE = 5.0  # m, of the default start poses
 
 
 def add_emulation_arguments(parser: argparse.ArgumentParser) -> None:
-    """Add every option of an emulated lab."""
+    """Add every option of an emulated lab, and those that say which lab it is."""
+    add_lab_arguments(parser)
     group = parser.add_argument_group('emulated lab')
-    group.add_argument(
-        '--lab', type=Path, metavar='FILE', help='lab file (default: that of setcmas new --lab)'
-    )
-    group.add_argument(
-        '--nb-robots', type=count, metavar='N', help="size of the fleet (default: the lab file's)"
-    )
     add_start_pose_arguments(group)
     group.add_argument(
         '--seed', type=int, default=0, metavar='N', help='seed of noise (default: %(default)s)'

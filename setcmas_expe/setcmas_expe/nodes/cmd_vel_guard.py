@@ -29,14 +29,20 @@ _LOOK_EVERY_S = 1.0
 class CmdVelGuard(FleetNode):
     """Listens to cmd_vel of its namespace, in the type that the robot takes."""
 
-    def __init__(self, cmd_vel_type: str = AUTO, silence_s: float = SILENCE_S) -> None:
+    def __init__(
+        self,
+        cmd_vel_type: str = AUTO,
+        silence_s: float = SILENCE_S,
+        namespace: str | None = None,
+    ) -> None:
         """Create the node.
 
         Args:
             cmd_vel_type: 'twist', 'twist_stamped', or 'auto' for what the robot listens to.
             silence_s: Silence from which the robot is stopped, in s.
+            namespace: The robot's; the one that `--ros-args` gives by default.
         """
-        super().__init__(topics.CMD_VEL_GUARD_NODE)
+        super().__init__(topics.CMD_VEL_GUARD_NODE, namespace=namespace)
         self._logic = StopOnSilence(silence_s)
         self._kind = ''
         self._subscription: Subscription | None = None

@@ -14,15 +14,21 @@ from functools import partial
 import numpy as np
 from nav_msgs.msg import Odometry
 from rclpy.clock import Clock, ClockType
+from rclpy.logging import LoggingSeverity, set_logger_level
 from std_msgs.msg import String
 
 from setcmas_expe import emulated_faults
 from setcmas_expe.emulated_faults import Fault, parse_fault
 from setcmas_expe.emulated_mocap import EmulatedMocap
 from setcmas_expe.emulated_turtlebot3 import EmulatedFleet
-from setcmas_expe.emulation_options import add_emulation_arguments, emulated_start_poses
-from setcmas_expe.lab import Lab
-from setcmas_expe.lab_file import DEFAULT_FILE, load_lab
+from setcmas_expe.emulation_options import (
+    EMULATION_STARTED,
+    add_emulation_arguments,
+    emulated_start_poses,
+)
+from setcmas_expe.experiment_options import chosen_lab
+from setcmas_expe.lab import Lab, LabRobot
+from setcmas_expe.nodes.cmd_vel_guard import CmdVelGuard
 from setcmas_expe.nodes.emulated_mocap import EmulatedMocapDriver
 from setcmas_expe.nodes.emulated_turtlebot3 import EmulatedTurtleBot3, fill_odometry
 from setcmas_expe.schedule import Schedule
@@ -75,6 +81,9 @@ class EmulatedLab(FleetNode):
             )
             for index, robot in enumerate(lab.robots)
         ]
+        self._cmd_vel_guards = [
+            _guard(robot, args.robot_cmd_vel_type) for robot in lab.robots if args.guard
+        ]
         self._truth = Odometry()
         self._truth.header.frame_id = topics.WORLD_FRAME
         self._truth_publishers = [
@@ -103,7 +112,7 @@ class EmulatedLab(FleetNode):
     @property
     def nodes(self) -> list[FleetNode]:
         """All nodes of the lab."""
-        return [self, self._driver, *self._robots]
+        return [self, self._driver, *self._robots, *self._cmd_vel_guards]
 
     def start(self) -> None:
         """Start to step."""
@@ -111,7 +120,7 @@ class EmulatedLab(FleetNode):
         steady = Clock(clock_type=ClockType.STEADY_TIME)
         self.create_timer(1.0 / self._rate, self._step, clock=steady)
         self.get_logger().info(
-            f'emulating {len(self._robots)} TurtleBot3s and motion capture; Ctrl-C stops'
+            f'{EMULATION_STARTED} with {len(self._robots)} TurtleBot3s; Ctrl-C stops'
         )
 
     def _step(self) -> None:
@@ -182,6 +191,13 @@ class EmulatedLab(FleetNode):
         self._pushes[index] = now + fault.duration
 
 
+def _guard(robot: LabRobot, cmd_vel_type: str) -> CmdVelGuard:
+    """Return the guard of a robot, which speaks up only when it stops the robot."""
+    name = f'{robot.namespace}.{topics.CMD_VEL_GUARD_NODE}'.replace('/', '.')
+    set_logger_level(name, LoggingSeverity.WARN)
+    return CmdVelGuard(cmd_vel_type, namespace=robot.namespace)
+
+
 def main(argv: list[str] | None = None) -> int:
     """Emulate a lab until a signal arrives; returns the exit status."""
     argv, ros_arguments = split_ros_arguments(sys.argv[1:] if argv is None else argv)
@@ -190,7 +206,7 @@ def main(argv: list[str] | None = None) -> int:
     args = parser.parse_args(argv)
     with ros_process(ros_arguments) as process:
         try:
-            lab = EmulatedLab(load_lab(args.lab or DEFAULT_FILE, args.nb_robots), args)
+            lab = EmulatedLab(chosen_lab(args), args)
         except SetcmasError as error:
             print(f'error: {error}', file=sys.stderr)
             return 2

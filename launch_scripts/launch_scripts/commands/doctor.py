@@ -1,0 +1,82 @@
+"""Check this machine, and with --lab a lab: motion capture, robots, batteries, network.
+
+Nothing moves unless you say yes to the nudge, 5 cm forward and back and a small turn, which
+proves which body of motion capture is which robot and that its heading is right. Exit status: 0
+all well, 1 problems.
+
+Examples:
+  setcmas doctor
+  setcmas doctor --lab lab.yaml
+  setcmas doctor --emulate --nb-robots 3      the same with an emulated lab
+"""
+
+from __future__ import annotations
+
+import argparse
+import time
+
+from launch_scripts.environment import node_command, require_ros
+from launch_scripts.experiment import EMULATED_LAB, emulation_arguments, experiment_environment
+from launch_scripts.node_arguments import node_arguments
+from launch_scripts.one_shot import run_to_end
+from launch_scripts.output_lines import Stream, write_line
+from launch_scripts.supervisor import Child, ChildDiedError, StoppedError, Supervisor
+from setcmas_expe.emulation_options import EMULATION_STARTED
+from setcmas_expe.experiment_options import LAB_OPTIONS, add_lab_arguments, chosen_lab
+
+_START_TIMEOUT_S = 20.0
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add the options of the verb."""
+    add_lab_arguments(parser)
+    parser.add_argument(
+        '--nudge', action='store_true', help='nudge each robot without asking; clear the way first'
+    )
+    parser.add_argument(
+        '--emulate', action='store_true', help='examine an emulated lab on this machine'
+    )
+
+
+def main(args: argparse.Namespace) -> int:
+    """Examine; returns the exit status."""
+    lab = chosen_lab(args)  # mistakes are told before anything starts
+    if args.emulate:
+        args.nb_robots = lab.nb_robots
+    arguments = node_arguments(args, LAB_OPTIONS) + ['--nudge'] * args.nudge
+    command = node_command('setcmas_expe.nodes.doctor', arguments)
+    environment = experiment_environment(lab, args.emulate)
+    if not args.emulate:
+        return run_to_end(command, environment)
+    require_ros()
+    with Supervisor(environment) as supervisor:
+        try:
+            lab_process = _start_lab(supervisor, emulation_arguments(args, LAB_OPTIONS))
+        except StoppedError:
+            return 130
+        except ChildDiedError as death:
+            if str(death):
+                supervisor.say(f'setcmas doctor: {death}')
+            return death.exit_status
+        status = run_to_end(command, environment)
+        if not lab_process.running():
+            supervisor.say(f'setcmas doctor: {lab_process.obituary()}')
+            return 1
+        return status
+
+
+def _start_lab(supervisor: Supervisor, arguments: list[str]) -> Child:
+    """Start an emulated lab, and return it once it works."""
+    started = False
+
+    def write(line: str, stream: Stream) -> None:
+        nonlocal started
+        started = started or EMULATION_STARTED in line
+        if not started:
+            write_line(line, stream)
+
+    supervisor.write = write
+    lab = supervisor.start('lab', node_command(EMULATED_LAB, arguments))
+    deadline = time.monotonic() + _START_TIMEOUT_S
+    supervisor.run(until=lambda: started or time.monotonic() > deadline)
+    return lab

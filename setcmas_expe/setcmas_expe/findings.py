@@ -1,0 +1,74 @@
+"""What a check found: a line in a table, what to do about it, and the verdict over all."""
+
+from __future__ import annotations
+
+import textwrap
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+from tabulate import tabulate
+
+OK = 'ok'
+NOTE = 'note'
+PROBLEM = 'PROBLEM'
+
+_WIDTH = 99
+
+
+@dataclass(frozen=True)
+class Finding:
+    """The outcome of one check.
+
+    Attributes:
+        level: OK, NOTE (works, but should be known) or PROBLEM (does not work).
+        what: What was checked.
+        found: What was found.
+        advice: What to do; empty if nothing.
+    """
+
+    level: str
+    what: str
+    found: str
+    advice: str = ''
+
+
+def table(findings: Iterable[Finding]) -> str:
+    """Return a table with a line for each finding."""
+    rows = [(finding.level, finding.what, finding.found) for finding in findings]
+    return tabulate(rows, tablefmt='plain', disable_numparse=True)
+
+
+def advice_lines(findings: Iterable[Finding]) -> list[str]:
+    """Return what to do, problems first, each advice once, wrapped to the width of a terminal."""
+    ordered = sorted(findings, key=lambda finding: finding.level != PROBLEM)
+    subjects: dict[tuple[bool, str], list[str]] = {}
+    for finding in ordered:
+        if finding.advice:
+            key = (finding.level == PROBLEM, finding.advice)
+            subjects.setdefault(key, []).append(finding.what)
+    return [
+        line
+        for (_, advice), whats in subjects.items()
+        for line in textwrap.wrap(
+            f'{", ".join(dict.fromkeys(whats))}: {advice}',
+            _WIDTH,
+            initial_indent='- ',
+            subsequent_indent='  ',
+            break_long_words=False,
+            break_on_hyphens=False,
+        )
+    ]
+
+
+def verdict(findings: Iterable[Finding]) -> str:
+    """Return the verdict over all findings in one line."""
+    levels = [finding.level for finding in findings]
+    problems, notes = levels.count(PROBLEM), levels.count(NOTE)
+    if problems:
+        return f'{problems} problem{"s" * (problems > 1)}: see what to do above'
+    return 'all well' + (f', with {notes} note{"s" * (notes > 1)}' if notes else '')
+
+
+def exit_status(findings: Iterable[Finding]) -> int:
+    """Return 0 if there is no problem, else 1."""
+    return int(any(finding.level == PROBLEM for finding in findings))

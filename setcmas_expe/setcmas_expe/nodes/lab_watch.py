@@ -1,0 +1,137 @@
+"""Watches a lab for a few seconds: motion capture, batteries, and who listens to commands."""
+
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass, field
+from functools import partial
+from typing import Any
+
+from nav_msgs.msg import Odometry
+from rclpy.qos import QoSProfile, ReliabilityPolicy
+from sensor_msgs.msg import BatteryState
+
+from setcmas_expe.arrival_statistics import ArrivalStatistics, arrival_statistics
+from setcmas_expe.lab import Lab, LabRobot
+from setcmas_expe.mocap_sample import Pose, Sample, fault_of
+from setcmas_expe.nodes.mocap_messages import TYPES, sample_of
+from setcmas_simu import topics
+from setcmas_simu.nodes import qos
+from setcmas_simu.nodes.cmd_vel_type import ROS_NAMES
+from setcmas_simu.nodes.ros_process import FleetNode
+
+_BURST = QoSProfile(depth=50, reliability=ReliabilityPolicy.BEST_EFFORT)
+
+
+@dataclass
+class RobotWatch:
+    """What has been heard of one robot since the watch began.
+
+    Attributes:
+        robot: Which one it is.
+        arrivals: When its poses arrived, in s on the system's clock.
+        stamps: Their stamps, in s.
+        sample: The newest of them; None before the first.
+        fault: What was wrong with the last bad one; None if all were good.
+        battery: Charge in percent; None if nothing was heard.
+        wheel_speed: Forward speed by its own odometry in m/s, and when that arrived in s on a
+            steady clock; None if nothing was heard.
+    """
+
+    robot: LabRobot
+    arrivals: list[float] = field(default_factory=list)
+    stamps: list[float] = field(default_factory=list)
+    sample: Sample | None = None
+    fault: str | None = None
+    battery: float | None = None
+    wheel_speed: tuple[float, float] | None = None
+
+
+class LabWatch(FleetNode):
+    """Listens to all robots of a lab and to its motion capture system."""
+
+    def __init__(self, lab: Lab) -> None:
+        """Start to listen."""
+        super().__init__('doctor')
+        self.lab = lab
+        self.robots = {robot.number: RobotWatch(robot) for robot in lab.robots}
+        self._begin = time.time()
+        silent = {'event_callbacks': qos.no_subscription_events()}
+        for watch in self.robots.values():
+            robot = watch.robot
+            for kind, topic, callback in (
+                (TYPES[lab.mocap.message_type], lab.mocap.topic_of(robot), self._on_mocap),
+                (Odometry, robot.topic(topics.ODOM), self._on_wheel_odometry),
+                (BatteryState, robot.topic(topics.BATTERY), self._on_battery),
+            ):
+                self.create_subscription(kind, topic, partial(callback, watch), _BURST, **silent)
+
+    def forget(self) -> None:
+        """Begin anew with the statistics of motion capture."""
+        self._begin = time.time()
+        for watch in self.robots.values():
+            watch.arrivals.clear()
+            watch.stamps.clear()
+            watch.fault = None
+
+    def statistics(self, robot: int) -> ArrivalStatistics:
+        """Return how regularly a robot's poses have been arriving."""
+        watch = self.robots[robot]
+        return arrival_statistics(watch.arrivals, watch.stamps, self._begin, time.time())
+
+    def poses(self) -> dict[int, Pose]:
+        """Return the newest good pose of each robot that has one, by number."""
+        return {
+            number: watch.sample.planar()
+            for number, watch in self.robots.items()
+            if watch.sample is not None and fault_of(watch.sample, self.lab.arena) is None
+        }
+
+    def pose_age(self, robot: int) -> float:
+        """Return how long ago a robot's last pose arrived, in s."""
+        arrivals = self.robots[robot].arrivals
+        return time.time() - arrivals[-1] if arrivals else float('inf')
+
+    def listeners(self, robot: LabRobot) -> list[tuple[str, str]]:
+        """Return who listens to a robot's commands, bystanders aside: nodes and types."""
+        return [
+            (info.node_name, ROS_NAMES.get(info.topic_type, info.topic_type))
+            for info in self.get_subscriptions_info_by_topic(robot.topic(topics.CMD_VEL))
+            if info.node_name not in topics.BYSTANDER_NODES
+        ]
+
+    def commanders(self, robot: LabRobot) -> list[str]:
+        """Return the names of the nodes that command a robot to move."""
+        return [
+            info.node_name
+            for info in self.get_publishers_info_by_topic(robot.topic(topics.CMD_VEL))
+            if info.node_name not in (*topics.STOPPING_NODES, self.get_name())
+        ]
+
+    def is_guarded(self, robot: LabRobot) -> bool:
+        """Return whether a cmd_vel_guard watches over a robot."""
+        senders = self.get_publishers_info_by_topic(robot.topic(topics.CMD_VEL))
+        return any(info.node_name == topics.CMD_VEL_GUARD_NODE for info in senders)
+
+    def bodies(self) -> list[str]:
+        """Return the names of the bodies that motion capture sends at present, sorted."""
+        before, _, after = self.lab.mocap.topic.partition('{name}')
+        after = after.partition('{name}')[0]
+        return sorted(
+            name[len(before) :].partition(after or '\n')[0]
+            for name, _ in self.get_topic_names_and_types()
+            if name.startswith(before) and after in name and self.count_publishers(name)
+        )
+
+    def _on_mocap(self, watch: RobotWatch, message: Any) -> None:
+        sample = sample_of(message, self.lab.mocap.y_up)
+        watch.arrivals.append(time.time())
+        watch.stamps.append(sample.stamp)
+        watch.sample = sample
+        watch.fault = fault_of(sample, self.lab.arena) or watch.fault
+
+    def _on_wheel_odometry(self, watch: RobotWatch, message: Odometry) -> None:
+        watch.wheel_speed = message.twist.twist.linear.x, time.monotonic()
+
+    def _on_battery(self, watch: RobotWatch, message: BatteryState) -> None:
+        watch.battery = message.percentage
