@@ -28,18 +28,23 @@ from launch_scripts.supervisor import ChildDiedError, StoppedError, Supervisor
 from setcmas_ctrl.algorithm_loader import compile_script, find_script
 from setcmas_ctrl.control_options import add_law_arguments
 from setcmas_ctrl.script_settings import parse_settings
+from setcmas_expe.emulation_options import emulated_start_poses
 from setcmas_expe.experiment_options import add_lab_arguments, chosen_lab
 from setcmas_expe.lab import Lab
+from setcmas_simu.errors import SetcmasError
+from setcmas_simu.simulation_options import add_start_pose_arguments
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the options of the verb."""
     add_law_arguments(parser)
     add_lab_arguments(parser)
-    parser.add_argument(
+    parser.add_argument('--no-joystick', action='store_true', help='do not look for a joystick')
+    group = parser.add_argument_group('emulated lab')
+    group.add_argument(
         '--emulate', action='store_true', help='no hardware: an emulated lab on this machine'
     )
-    parser.add_argument('--no-joystick', action='store_true', help='do not look for a joystick')
+    add_start_pose_arguments(group)
 
 
 def main(args: argparse.Namespace) -> int:
@@ -48,6 +53,10 @@ def main(args: argparse.Namespace) -> int:
         find_script(args.algo, args.exercise), parse_settings(args.set)
     )  # mistakes are told before anything starts
     lab = chosen_lab(args)
+    if args.emulate:
+        emulated_start_poses(lab.arena, lab.nb_robots, args.poses, args.pose)
+    elif args.pose or args.poses:
+        raise SetcmasError('--pose and --poses are for emulated robots: add --emulate')
     require_ros()
     environment = experiment_environment(lab, args.emulate)
     with Keyboard() as keyboard, Supervisor(environment, prefix=True) as supervisor:

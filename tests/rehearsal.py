@@ -1,0 +1,207 @@
+"""An experiment in an emulated lab, its faults, and what the wheels of its robots really do."""
+
+import math
+import os
+import pty
+import signal
+import subprocess
+import time
+from dataclasses import dataclass
+from pathlib import Path
+
+import psutil
+from nav_msgs.msg import Odometry
+from processes import SETCMAS
+from ros_peer import Peer
+from std_msgs.msg import Bool, String
+
+from setcmas_simu.planar_pose import yaw_of_quaternion
+
+LAW = Path(__file__).parent / 'setcmas_expe' / 'scripts' / 'rehearsal_law.py'
+POSES = ('--pose', '1:2.4,0,1.57', '--pose', '2:-0.6,0,1.57')
+CTRL = 'setcmas_ctrl.nodes.controller'
+BRIDGES = 'setcmas_expe.nodes.bridges'
+PAUSE = 'setcmas_expe.nodes.pause'
+STANDS_S = 0.4  # zero for this long is a stop
+
+
+@dataclass(frozen=True)
+class Truth:
+    """What an emulated robot really does at a moment (s since 1970, m, rad, m/s, rad/s)."""
+
+    stamp: float
+    x: float
+    y: float
+    theta: float
+    V: float
+    omega: float
+
+    @classmethod
+    def of(cls, message):
+        p, q = message.pose.pose.position, message.pose.pose.orientation
+        twist = message.twist.twist
+        stamp = message.header.stamp.sec + 1e-9 * message.header.stamp.nanosec
+        theta = yaw_of_quaternion(q.x, q.y, q.z, q.w)
+        return cls(stamp, p.x, p.y, theta, twist.linear.x, twist.angular.z)
+
+    @property
+    def rolls(self) -> float:
+        """Speed of the wheels that must become zero."""
+        return max(abs(self.V), 0.08 * abs(self.omega))
+
+    def rolls_towards(self, angle: float) -> float:
+        """Speed of the wheels in a direction of the world that is forbidden."""
+        return max(0.0, self.V * math.cos(angle - self.theta))
+
+
+@dataclass(frozen=True)
+class Stop:
+    """How a robot came to a stop."""
+
+    seconds: float
+    metres: float
+
+
+def stop_of(samples, fault, rolls=lambda truth: truth.rolls):
+    """Return the stop after a fault (s since 1970); None if there is none in the samples."""
+    later = [truth for truth in samples if truth.stamp >= fault]
+    metres, since, at, previous = 0.0, None, None, fault
+    for truth in later:
+        if rolls(truth) > 1e-6:
+            metres += rolls(truth) * (truth.stamp - previous)
+            since = None
+        elif since is None:
+            since, at = truth.stamp, metres
+        if since is not None and truth.stamp - since >= STANDS_S:
+            return Stop(since - fault, at)
+        previous = truth.stamp
+    return None
+
+
+class Rehearsal:
+    """`setcmas expe --emulate`, seen and disturbed by a peer."""
+
+    def __init__(self, peer: Peer, folder: Path, *options: str, nb_robots: int = 2) -> None:
+        self.peer = peer
+        self.mode = folder / 'mode.txt'
+        self.mode.unlink(missing_ok=True)
+        self.log = folder / 'expe.txt'
+        self.truth: dict[int, list[Truth]] = {}
+        for robot in range(1, nb_robots + 1):
+            samples = self.truth[robot] = []
+            peer.node.create_subscription(
+                Odometry,
+                f'/emulated_lab/truth/tb3_{robot}',
+                lambda message, samples=samples: samples.append(Truth.of(message)),
+                100,
+            )
+        self._pause = peer.node.create_publisher(Bool, '/pause', 10)
+        self._fault = peer.node.create_publisher(String, '/emulated_lab/fault', 10)
+        self.terminal, terminal = pty.openpty()
+        command = [*SETCMAS, 'expe', '--emulate', '--algo', str(LAW), '--no-joystick']
+        command += ['--nb-robots', str(nb_robots), *POSES[: 2 * nb_robots], *options]
+        with self.log.open('wb') as log:
+            self.process = subprocess.Popen(
+                command,
+                env={**os.environ, 'SETCMAS_REHEARSAL': str(self.mode)},
+                stdin=terminal,
+                stdout=log,
+                stderr=log,
+                start_new_session=True,
+                preexec_fn=_take_terminal,
+            )
+        os.close(terminal)
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        children = self._children()
+        self.process.terminate()
+        try:
+            self.process.wait(20)
+        except subprocess.TimeoutExpired:
+            self.process.kill()
+            self.process.wait()
+        for child in psutil.wait_procs(children, 10)[1]:
+            child.kill()
+        self.close_terminal()
+
+    def output(self) -> str:
+        return self.log.read_text(errors='replace')
+
+    def let_go(self) -> None:
+        """Start the robots, and wait until all go at speed, on their circles."""
+        self.peer.wait_for(lambda: self._pause.get_subscription_count() > 0)
+        self.peer.wait_for(lambda: all(self.truth.values()))
+        self.peer.wait_for(lambda: 'controlling robots' in self.output())
+        self.peer.wait_for(self._goes_after_a_wish)
+
+    def wait_until_all_move(self) -> None:
+        self.peer.wait_for(lambda: all(s[-1].V > 0.15 for s in self.truth.values()))
+
+    def _goes_after_a_wish(self) -> bool:
+        if all(samples[-1].V > 0.15 for samples in self.truth.values()):
+            return True
+        now = time.monotonic()
+        if now >= getattr(self, '_next_wish', 0.0):
+            self._next_wish = now + 1.0
+            self._pause.publish(Bool(data=False))
+        return False
+
+    def fault(self, text: str) -> float:
+        """Order a fault from the emulated lab; returns when, in s since 1970."""
+        self.peer.wait_for(lambda: self._fault.get_subscription_count() > 0)
+        self._fault.publish(String(data=text))
+        return time.time()
+
+    def kill(self, module: str, signum: int = signal.SIGKILL) -> float:
+        """Signal the process that runs a module; returns when."""
+        (child,) = [c for c in self._children() if module in c.cmdline()]
+        child.send_signal(signum)
+        return time.time()
+
+    def signal(self, signum: int) -> float:
+        """Signal the launcher; returns when."""
+        now = time.time()
+        self.process.send_signal(signum)
+        return now
+
+    def close_terminal(self) -> float:
+        now = time.time()
+        if self.terminal >= 0:
+            os.close(self.terminal)
+            self.terminal = -1
+        return now
+
+    def set_mode(self, mode: str) -> float:
+        """Let the control law behave otherwise from now on; returns when."""
+        partial = self.mode.with_suffix('.partial')
+        partial.write_text(mode)
+        partial.replace(self.mode)
+        return time.time()
+
+    def wait_for_stop(self, fault: float, robot: int = 1, rolls=lambda truth: truth.rolls) -> Stop:
+        """Wait until a robot has stopped after a fault."""
+        found = None
+
+        def stopped():
+            nonlocal found
+            found = stop_of(self.truth[robot], fault, rolls)
+            return found is not None
+
+        self.peer.wait_for(stopped, 15)
+        return found
+
+    def _children(self):
+        try:
+            return psutil.Process(self.process.pid).children(recursive=True)
+        except psutil.NoSuchProcess:
+            return []
+
+
+def _take_terminal():
+    import fcntl
+    import termios
+
+    fcntl.ioctl(0, termios.TIOCSCTTY, 0)
