@@ -6,6 +6,7 @@ import pty
 import signal
 import subprocess
 import time
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -16,6 +17,7 @@ from ros_peer import Peer
 from std_msgs.msg import Bool, String
 
 from setcmas_simu.planar_pose import yaw_of_quaternion
+from setcmas_simu.topics import truth_topic
 
 LAW = Path(__file__).parent / 'setcmas_expe' / 'scripts' / 'rehearsal_law.py'
 POSES = ('--pose', '1:2.4,0,1.57', '--pose', '2:-0.6,0,1.57')
@@ -78,32 +80,46 @@ def stop_of(samples, fault, rolls=lambda truth: truth.rolls):
     return None
 
 
+def watch(peer: Peer, robot: int) -> list[Truth]:
+    """Return the list that the truth about a robot is appended to from now on."""
+    samples: list[Truth] = []
+    peer.node.create_subscription(
+        Odometry,
+        truth_topic(robot),
+        lambda message: samples.append(Truth.of(message)),
+        100,
+    )
+    return samples
+
+
 class Rehearsal:
     """`setcmas expe --emulate`, seen and disturbed by a peer."""
 
-    def __init__(self, peer: Peer, folder: Path, *options: str, nb_robots: int = 2) -> None:
+    def __init__(
+        self,
+        peer: Peer,
+        folder: Path,
+        *options: str,
+        nb_robots: int = 2,
+        before: Sequence[str] = (),
+        lab: Sequence[str] = ('--emulate', *POSES),
+        **environment: str,
+    ) -> None:
+        """Start it, with `before` in front of the command and with `lab` for where it is."""
         self.peer = peer
         self.mode = folder / 'mode.txt'
         self.mode.unlink(missing_ok=True)
         self.log = folder / 'expe.txt'
-        self.truth: dict[int, list[Truth]] = {}
-        for robot in range(1, nb_robots + 1):
-            samples = self.truth[robot] = []
-            peer.node.create_subscription(
-                Odometry,
-                f'/emulated_lab/truth/tb3_{robot}',
-                lambda message, samples=samples: samples.append(Truth.of(message)),
-                100,
-            )
+        self.truth = {robot: watch(peer, robot) for robot in range(1, nb_robots + 1)}
         self._pause = peer.node.create_publisher(Bool, '/pause', 10)
         self._fault = peer.node.create_publisher(String, '/emulated_lab/fault', 10)
+        self._next_wish = 0.0
         self.terminal, terminal = pty.openpty()
-        command = [*SETCMAS, 'expe', '--emulate', '--algo', str(LAW), '--no-joystick']
-        command += ['--nb-robots', str(nb_robots), *POSES[: 2 * nb_robots], *options]
+        command = [*before, *SETCMAS, 'expe', '--algo', str(LAW), *lab]
         with self.log.open('wb') as log:
             self.process = subprocess.Popen(
-                command,
-                env={**os.environ, 'SETCMAS_REHEARSAL': str(self.mode)},
+                [*command, '--no-joystick', '--nb-robots', str(nb_robots), *options],
+                env={**os.environ, 'SETCMAS_REHEARSAL': str(self.mode), **environment},
                 stdin=terminal,
                 stdout=log,
                 stderr=log,
@@ -137,14 +153,11 @@ class Rehearsal:
         self.peer.wait_for(lambda: 'controlling robots' in self.output())
         self.peer.wait_for(self._goes_after_a_wish)
 
-    def wait_until_all_move(self) -> None:
-        self.peer.wait_for(lambda: all(s[-1].V > 0.15 for s in self.truth.values()))
-
     def _goes_after_a_wish(self) -> bool:
         if all(samples[-1].V > 0.15 for samples in self.truth.values()):
             return True
         now = time.monotonic()
-        if now >= getattr(self, '_next_wish', 0.0):
+        if now >= self._next_wish:
             self._next_wish = now + 1.0
             self._pause.publish(Bool(data=False))
         return False
@@ -167,7 +180,14 @@ class Rehearsal:
         self.process.send_signal(signum)
         return now
 
+    def press_ctrl_c(self) -> float:
+        """Type Ctrl-C; returns when."""
+        now = time.time()
+        os.write(self.terminal, b'\x03')
+        return now
+
     def close_terminal(self) -> float:
+        """Close the terminal's window; returns when."""
         now = time.time()
         if self.terminal >= 0:
             os.close(self.terminal)

@@ -60,6 +60,7 @@ class EmulatedMocap:
         self._faults: dict[tuple[str, int], float] = {}
         self._last: dict[int, Sighting] = {}
         self._waiting: list[tuple[float, Sighting]] = []
+        self._last_due: dict[int, float] = {}
 
     def begin(self, fault: Fault, now: float) -> None:
         """Let a fault begin at time now (s)."""
@@ -80,7 +81,9 @@ class EmulatedMocap:
             if sighting:
                 self._last[index] = sighting
                 delay = LATENCY_S + _LATE_S * self._has(faults.LATE, index)
-                self._waiting.append((now + delay, sighting))
+                # In order: what is held up holds up what follows.
+                self._last_due[index] = max(now + delay, self._last_due.get(index, now))
+                self._waiting.append((self._last_due[index], sighting))
 
     def due(self, now: float) -> list[Sighting]:
         """Return the sightings whose latency is over at time now (s), and forget them."""

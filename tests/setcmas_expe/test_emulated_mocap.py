@@ -107,3 +107,13 @@ def test_late_poses_come_a_second_late():
 
     assert {sighting.body for sighting in system.due(0.5)} == {1, 2}
     assert {sighting.body for sighting in system.due(1.5)} == {0}
+
+
+def test_poses_stay_in_order_when_they_are_no_longer_late():
+    system = mocap()
+    system.begin(Fault(faults.LATE, 1, 0.5), 0.0)
+    system.capture(POSES, 0.4)
+    system.capture(POSES, 0.6)
+
+    assert [s.stamp for s in system.due(1.0) if s.body == 0] == []
+    assert [s.stamp for s in system.due(1.5) if s.body == 0] == [0.4, 0.6]

@@ -1,0 +1,82 @@
+"""Machines of a network, made of network namespaces: without multicast, and with plugs to pull."""
+
+import contextlib
+import ctypes
+import os
+import subprocess
+from pathlib import Path
+
+import pytest
+
+_CLONE_NEWNET = 0x40000000
+# Namespaces share /dev/shm: only UDP is a network.
+UDP_ONLY = {'FASTDDS_BUILTIN_TRANSPORTS': 'UDPv4'}
+
+
+def ip(*arguments: str) -> None:
+    subprocess.run(['ip', *arguments], check=True, capture_output=True, text=True)
+
+
+class Network:
+    """Machines at one switch; everything vanishes at the end."""
+
+    def __init__(self, *names: str) -> None:
+        self._prefix = f's{os.getpid()}'
+        self.addresses = {name: f'10.77.0.{i}' for i, name in enumerate(names, start=1)}
+        self._spaces = [self.space(name) for name in (*names, 'switch')]
+
+    def space(self, name: str) -> str:
+        return f'{self._prefix}_{name}'
+
+    def __enter__(self):
+        try:
+            for space in self._spaces:
+                ip('netns', 'add', space)
+                ip('-n', space, 'link', 'set', 'lo', 'up')
+            switch = self.space('switch')
+            ip('-n', switch, 'link', 'add', 'bridge0', 'type', 'bridge')
+            ip('-n', switch, 'link', 'set', 'bridge0', 'up')
+            for name in self.addresses:
+                self._plug_in(name, switch)
+        except (OSError, subprocess.CalledProcessError) as error:
+            self.__exit__()
+            pytest.skip(f'network namespaces need root and iproute2: {error}')
+        return self
+
+    def __exit__(self, *_):
+        for space in self._spaces:
+            with contextlib.suppress(OSError):
+                subprocess.run(['ip', 'netns', 'del', space], check=False, capture_output=True)
+
+    def _plug_in(self, name: str, switch: str) -> None:
+        space = self.space(name)
+        ip('-n', space, 'link', 'add', 'eth0', 'type', 'veth', 'peer', name, 'netns', switch)
+        ip('-n', switch, 'link', 'set', name, 'master', 'bridge0', 'up')
+        ip('-n', space, 'addr', 'add', f'{self.addresses[name]}/24', 'dev', 'eth0')
+        ip('-n', space, 'link', 'set', 'eth0', 'up', 'multicast', 'off')
+
+    def cut(self, name: str) -> None:
+        """Pull a machine's plug."""
+        ip('-n', self.space('switch'), 'link', 'set', name, 'down')
+
+    def command(self, name: str, command) -> list[str]:
+        """Return a command that runs on a machine."""
+        return ['ip', 'netns', 'exec', self.space(name), *command]
+
+    @contextlib.contextmanager
+    def on(self, name: str):
+        """Let sockets that this thread, and threads it starts, open be on a machine."""
+        with (
+            Path('/proc/thread-self/ns/net').open() as home,
+            Path(f'/run/netns/{self.space(name)}').open() as there,
+        ):
+            _set_namespace(there.fileno())
+            try:
+                yield
+            finally:
+                _set_namespace(home.fileno())
+
+
+def _set_namespace(descriptor: int) -> None:
+    if ctypes.CDLL(None, use_errno=True).setns(descriptor, _CLONE_NEWNET):
+        raise OSError(ctypes.get_errno(), 'setns')
