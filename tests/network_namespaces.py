@@ -52,8 +52,10 @@ class Network:
         space = self.space(name)
         ip('-n', space, 'link', 'add', 'eth0', 'type', 'veth', 'peer', name, 'netns', switch)
         ip('-n', switch, 'link', 'set', name, 'master', 'bridge0', 'up')
+        # As an access point that drops multicast; what a host sends itself would get through.
+        ip('-n', switch, 'link', 'set', name, 'type', 'bridge_slave', 'mcast_flood', 'off')
         ip('-n', space, 'addr', 'add', f'{self.addresses[name]}/24', 'dev', 'eth0')
-        ip('-n', space, 'link', 'set', 'eth0', 'up', 'multicast', 'off')
+        ip('-n', space, 'link', 'set', 'eth0', 'up')
 
     def cut(self, name: str) -> None:
         """Pull a machine's plug."""

@@ -146,15 +146,21 @@ class Rehearsal:
     def output(self) -> str:
         return self.log.read_text(errors='replace')
 
-    def let_go(self) -> None:
-        """Start the robots, and wait until all go at speed, on their circles."""
+    def let_go(self, speed: float = 0.15) -> None:
+        """Start the robots, and wait until all go faster than a speed (m/s)."""
         self.peer.wait_for(lambda: self._pause.get_subscription_count() > 0)
         self.peer.wait_for(lambda: all(self.truth.values()))
         self.peer.wait_for(lambda: 'controlling robots' in self.output())
-        self.peer.wait_for(self._goes_after_a_wish)
+        self.peer.wait_for(lambda: self._goes_after_a_wish(speed))
 
-    def _goes_after_a_wish(self) -> bool:
-        if all(samples[-1].V > 0.15 for samples in self.truth.values()):
+    def wait_until_all_go(self, speed: float) -> None:
+        self.peer.wait_for(lambda: self._all_go(speed))
+
+    def _all_go(self, speed: float) -> bool:
+        return all(speed < samples[-1].V for samples in self.truth.values())
+
+    def _goes_after_a_wish(self, speed: float) -> bool:
+        if self._all_go(speed):
             return True
         now = time.monotonic()
         if now >= self._next_wish:

@@ -1,4 +1,4 @@
-"""Robots go round circles of their own; a file named by SETCMAS_REHEARSAL tells them otherwise."""
+"""Robots go round circles where they are; a file named by SETCMAS_REHEARSAL tells otherwise."""
 
 import math
 import os
@@ -6,11 +6,14 @@ import time
 from pathlib import Path
 
 MODE = Path(os.environ['SETCMAS_REHEARSAL'])
-RADIUS = 0.9
+RADIUS = 0.5
 SPEED = 0.5
+
+centre = None
 
 
 def control(robotNo, nbRobots, poses, t):
+    global centre
     mode = MODE.read_text() if MODE.exists() else ''
     if mode == 'stuck':
         while True:
@@ -21,8 +24,10 @@ def control(robotNo, nbRobots, poses, t):
     if mode == 'collide':
         other = poses[:2, robotNo % nbRobots]
         return tuple(SPEED * (other - (x, y)) / math.hypot(other[0] - x, other[1] - y))
-    centre = 1.5 if robotNo % 2 else -1.5
-    dx, dy = x - centre, y
+    if centre is None:  # towards the middle of the arena
+        shrink = max(0.0, 1 - RADIUS / max(math.hypot(x, y), 1e-6))
+        centre = x * shrink, y * shrink
+    dx, dy = x - centre[0], y - centre[1]
     distance = math.hypot(dx, dy) or 1e-6
     inwards = RADIUS - distance
     return (
