@@ -60,7 +60,7 @@ class Pause(FleetNode):
 
     def set(self, paused: bool, why: str) -> None:
         """Pause, or let the robots go; says so."""
-        if paused != self.paused:
+        if (paused, why) != (self.paused, self.why):
             self.get_logger().info(f'paused: {why}' if paused else f'started: {why}')
         self.paused, self.why = paused, why
         self.publish()

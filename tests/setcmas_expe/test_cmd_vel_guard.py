@@ -1,0 +1,46 @@
+import signal
+import sys
+
+import pytest
+
+pytest.importorskip('rclpy')
+
+from geometry_msgs.msg import Twist, TwistStamped
+from ros_peer import twist, twist_stamped
+
+GUARD = [sys.executable, '-m', 'setcmas_expe.nodes.cmd_vel_guard']
+NAMESPACE = ['--ros-args', '-r', '__ns:=/tb3_1']
+
+
+@pytest.mark.parametrize(('kind', 'command'), [(TwistStamped, twist_stamped), (Twist, twist)])
+def test_a_robot_is_stopped_when_its_commands_end(start, peer, kind, command):
+    heard = peer.cmd_vel(1, kind)  # the robot itself
+    process = start(*GUARD, *NAMESPACE)
+    publisher = peer.publisher(kind, '/tb3_1/cmd_vel', listeners=2)
+    process.wait_for_output('guarding /tb3_1/cmd_vel')
+
+    publisher.publish(command(0.1, 0.5))
+    peer.wait_for(lambda: command(0.1, 0.5) in heard)
+    peer.wait_for(lambda: heard[-1] == command(0.0, 0.0))
+    process.wait_for_output('commands have ended: stopping the robot')
+    peer.wait_for_new(heard, 3)  # repeated, in case one is lost
+
+    publisher.publish(command(0.2, 0.0))  # whoever commands again is not held back
+    peer.wait_for(lambda: heard[-1] == command(0.2, 0.0))
+    process.popen.send_signal(signal.SIGTERM)  # nor left without a stop when the guard ends
+    peer.wait_for(lambda: heard[-1] == command(0.0, 0.0))
+    assert process.wait() == 0
+
+
+def test_a_robot_that_was_stopped_by_others_is_left_alone(start, peer):
+    heard = peer.cmd_vel(1)
+    process = start(*GUARD, *NAMESPACE)
+    publisher = peer.publisher(TwistStamped, '/tb3_1/cmd_vel', listeners=2)
+    process.wait_for_output('guarding')
+    publisher.publish(twist_stamped(0.1, 0.0))
+    publisher.publish(twist_stamped(0.0, 0.0))
+    peer.wait_for(lambda: len(heard) == 2)
+    peer.spin(0.6)
+
+    assert len(heard) == 2
+    assert 'ended' not in process.output()

@@ -1,0 +1,130 @@
+import subprocess
+import sys
+
+import pytest
+
+pytest.importorskip('rclpy')
+
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
+from sensor_msgs.msg import Joy
+from std_msgs.msg import Bool
+
+from setcmas_expe.console_protocol import decode
+from setcmas_simu.nodes import qos
+
+PAUSE = [sys.executable, '-m', 'setcmas_expe.nodes.pause']
+
+
+class Bridge:
+    """Says what a bridge process says, until it is silenced."""
+
+    def __init__(self, peer):
+        self.message = 'paused'
+        self.silent = False
+        self._publisher = peer.node.create_publisher(DiagnosticArray, '/diagnostics', 1)
+        peer.node.create_timer(0.1, self._publish)
+
+    def _publish(self):
+        if not self.silent:
+            values = [KeyValue(key='state', value='paused'), KeyValue(key='speed', value='0.1')]
+            status = DiagnosticStatus(name='tb3_1', message=self.message, values=values)
+            self._publisher.publish(DiagnosticArray(status=[status]))
+
+
+@pytest.fixture
+def bridge(peer):
+    return Bridge(peer)
+
+
+def is_paused(paused):
+    return bool(paused) and all(message.data for message in paused[-3:])
+
+
+def goes(paused):
+    return bool(paused) and not any(message.data for message in paused[-3:])
+
+
+def test_the_ways_to_start_and_to_pause(start, peer, bridge):
+    paused = peer.listen(Bool, '/paused')
+    commands = peer.cmd_vel(1)
+    process = start(*PAUSE)
+    wish = peer.publisher(Bool, '/pause')
+    joystick = peer.publisher(Joy, '/joy', qos=qos.SENSOR)
+    peer.wait_for_new(paused, 5)
+    assert is_paused(paused)
+
+    bridge.message = 'paused; not seen yet'
+    peer.spin(0.5)
+    wish.publish(Bool(data=False))
+    peer.wait_for(lambda: 'not started: tb3_1 is paused; not seen yet' in process.output())
+    assert is_paused(paused)
+
+    bridge.message = 'paused'
+    peer.spin(0.5)
+    wish.publish(Bool(data=False))
+    peer.wait_for(lambda: goes(paused))
+    wish.publish(Bool(data=True))
+    peer.wait_for(lambda: is_paused(paused))
+
+    def press(*buttons):
+        for button in buttons:
+            joystick.publish(Joy(buttons=[0] * 7 + [button]))
+            peer.spin(0.1)
+
+    press(1, 0, 1)  # down at first: only the second time counts
+    peer.wait_for(lambda: goes(paused))
+    peer.wait_for(lambda: is_paused(paused))  # the joystick has gone silent
+    assert 'paused: the joystick has disappeared' in process.output()
+    press(1)
+    peer.spin(0.5)
+    assert is_paused(paused)
+    joystick.publish(Joy(buttons=[0]))
+    peer.wait_for(lambda: 'the joystick has 1 buttons' in process.output())
+    peer.spin(1.0)  # it disappears once more
+
+    wish.publish(Bool(data=False))
+    peer.wait_for(lambda: goes(paused))
+    assert commands == []
+    bridge.silent = True
+    peer.wait_for(lambda: is_paused(paused) and len(commands) > 3)
+    assert 'the bridge process is silent; the pause node commands zero' in process.output()
+    assert all(c.twist.linear.x == c.twist.angular.z == 0.0 for c in commands)
+    assert process.end() == 0
+
+
+@pytest.fixture
+def terminal(domain):
+    """Start the pause node as setcmas expe does."""
+    process = subprocess.Popen(
+        [*PAUSE, '--console'], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
+    )
+    yield process
+    process.kill()
+    process.wait()
+    process.stdin.close()
+    process.stdout.close()
+
+
+def test_the_terminal_starts_pauses_and_is_missed(terminal, peer, bridge):
+    paused = peer.listen(Bool, '/paused')
+    commands = peer.cmd_vel(1)
+
+    def tell(line):
+        terminal.stdin.write(f'{line}\n')
+        terminal.stdin.flush()
+
+    peer.wait_for_new(paused, 1)
+    peer.spin(0.5)
+    status = next(filter(None, map(decode, terminal.stdout)))
+    assert status.paused
+    assert (status.robots[0].name, status.robots[0].speed) == ('tb3_1', '0.1')
+    tell('toggle')
+    peer.wait_for(lambda: goes(paused))
+    peer.wait_for(lambda: is_paused(paused))  # nobody says that the terminal is alive
+    tell('go')
+    peer.wait_for(lambda: goes(paused))
+    tell('halt')
+    peer.wait_for(lambda: is_paused(paused) and len(commands) > 3)
+    terminal.stdin.close()
+    peer.wait_for(lambda: terminal.poll() is not None)
+    assert terminal.returncode == 0
