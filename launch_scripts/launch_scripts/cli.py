@@ -27,7 +27,7 @@ VERBS = {
     'csv_to_plot': 'plot the CSV files of a run',
     'metrics': 'measure a run: path, separation, settling time, errors of the task',
     'list': 'list the control laws that --algo accepts',
-    'new': 'write a control script to begin with',
+    'new': 'write a control script or a lab file to begin with',
 }
 """The verbs and what each does; the module of the same name in `commands` does it."""
 

@@ -49,9 +49,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def main(args: argparse.Namespace) -> int:
     """Run the experiment; returns the exit status."""
-    compile_script(
-        find_script(args.algo, args.exercise), parse_settings(args.set)
-    )  # mistakes are told before anything starts
+    script = find_script(args.algo, args.exercise)
+    compile_script(script, parse_settings(args.set))  # mistakes are told before anything starts
     lab = chosen_lab(args)
     if args.emulate:
         emulated_start_poses(lab.arena, lab.nb_robots, args.poses, args.pose)

@@ -1,9 +1,10 @@
-"""Write a control script into the current folder, to begin with.
+"""Write a control script, or a lab file, into the current folder, to begin with.
 
 Examples:
   setcmas new my_law                               a commented law that runs
   setcmas new my_law --from consensus              a copy of a built-in law
   setcmas new my_law --from consensus --exercise   the exercise, with its maths left to fill in
+  setcmas new --lab                                lab.yaml, a commented lab file for setcmas expe
 """
 
 from __future__ import annotations
@@ -15,6 +16,7 @@ from importlib import resources
 from pathlib import Path
 
 from setcmas_ctrl.algorithm_loader import ALIASES, exercise_folder, find_script, scripts_in
+from setcmas_expe.lab_file import DEFAULT_FILE
 from setcmas_simu.errors import SetcmasError
 
 TEMPLATE = 'control_law'
@@ -22,7 +24,9 @@ TEMPLATE = 'control_law'
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the options of the verb."""
-    parser.add_argument('name', metavar='NAME', help='name of the script, such as my_law')
+    parser.add_argument(
+        'name', metavar='NAME', nargs='?', help='name of the script, such as my_law'
+    )
     parser.add_argument(
         '--from',
         dest='source',
@@ -34,10 +38,17 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         action='store_true',
         help='copy the exercise of that name (without --from: of the same name)',
     )
+    parser.add_argument(
+        '--lab', action='store_true', help='a lab file with every default (default NAME: lab)'
+    )
 
 
 def main(args: argparse.Namespace) -> int:
-    """Write the script and say what to do next; returns the exit status."""
+    """Write the file and say what to do next; returns the exit status."""
+    if args.lab:
+        return write_lab_file(args)
+    if not args.name:
+        raise SetcmasError('no NAME was given; accepted is the name of a script, such as my_law')
     target = new_file(args.name)
     if args.exercise:
         source = exercise(args.source or target.stem)
@@ -48,6 +59,17 @@ def main(args: argparse.Namespace) -> int:
     write(target, source.read_bytes())
     print(f'{target} is yours to edit; then')
     print(f'    {next_command(target.stem, source.stem)}')
+    return 0
+
+
+def write_lab_file(args: argparse.Namespace) -> int:
+    """Write a copy of the default lab file and say what to do next; returns the exit status."""
+    if args.source or args.exercise:
+        raise SetcmasError('--lab writes a lab file; --from and --exercise are for scripts')
+    target = Path(args.name or 'lab').with_suffix('.yaml')
+    write(target, DEFAULT_FILE.read_bytes())
+    print(f'{target} is yours to edit; then')
+    print(f'    setcmas expe --emulate --lab {target} --algo nav_wp')
     return 0
 
 
