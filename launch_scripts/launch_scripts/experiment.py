@@ -72,7 +72,7 @@ class Experiment:
 
     def start_joystick(self, command: list[str]) -> None:
         """Start the process that reads a joystick."""
-        self._supervisor.start('joystick', command)
+        self._supervisor.start('joystick', command, needed=False)
 
     def toggle(self) -> None:
         """Start if paused, else pause."""

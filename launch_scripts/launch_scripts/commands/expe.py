@@ -23,8 +23,10 @@ from launch_scripts.experiment import (
     shown,
 )
 from launch_scripts.keyboard import Keyboard
+from launch_scripts.rviz import Companion
 from launch_scripts.status_display import KEYS, StatusDisplay
 from launch_scripts.supervisor import ChildDiedError, StoppedError, Supervisor
+from launch_scripts.view_options import NONE, add_view_arguments, view_beside
 from setcmas_ctrl.algorithm_loader import compile_script, find_script
 from setcmas_ctrl.control_options import add_law_arguments
 from setcmas_ctrl.script_settings import parse_settings
@@ -45,12 +47,14 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         '--emulate', action='store_true', help='no hardware: an emulated lab on this machine'
     )
     add_start_pose_arguments(group)
+    add_view_arguments(parser, default=NONE)
 
 
 def main(args: argparse.Namespace) -> int:
     """Run the experiment; returns the exit status."""
     script = find_script(args.algo, args.exercise)
-    compile_script(script, parse_settings(args.set))  # mistakes are told before anything starts
+    # Mistakes are told before anything starts.
+    compile_script(script, settings=parse_settings(args.set))
     lab = chosen_lab(args)
     if args.emulate:
         emulated_start_poses(lab.arena, lab.nb_robots, args.poses, args.pose)
@@ -58,17 +62,29 @@ def main(args: argparse.Namespace) -> int:
         raise SetcmasError('--pose and --poses are for emulated robots: add --emulate')
     require_ros()
     environment = experiment_environment(lab, args.emulate)
-    with Keyboard() as keyboard, Supervisor(environment, prefix=True) as supervisor:
+    with (
+        view_beside(args, [robot.number for robot in lab.robots]) as views,
+        Keyboard() as keyboard,
+        Supervisor(environment, prefix=True) as supervisor,
+    ):
         display = StatusDisplay(supervisor.stdout)
         supervisor.write = partial(shown, display)
         try:
-            return _run(supervisor, keyboard, lab, args)
+            return _run(supervisor, keyboard, lab, args, views)
         finally:
             display.close()
 
 
-def _run(supervisor: Supervisor, keyboard: Keyboard, lab: Lab, args: argparse.Namespace) -> int:
+def _run(
+    supervisor: Supervisor,
+    keyboard: Keyboard,
+    lab: Lab,
+    args: argparse.Namespace,
+    views: list[Companion],
+) -> int:
     experiment = Experiment(supervisor, lab, args)
+    for name, command in views:
+        supervisor.start(name, command, needed=False)
     _explain(supervisor, keyboard, experiment, lab, args)
 
     def serve_terminal() -> None:
