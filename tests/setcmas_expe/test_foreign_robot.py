@@ -1,0 +1,37 @@
+"""A robot that shares no code with this project, nor its DDS, plays the TurtleBot3."""
+
+import sys
+import time
+from pathlib import Path
+
+import pytest
+from processes import SETCMAS
+
+pytest.importorskip('rclpy')
+pytest.importorskip('cyclonedds')
+
+from std_msgs.msg import Bool
+
+ROBOT = Path(__file__).parent / 'scripts' / 'foreign_robot.py'
+EXPE = [*SETCMAS, 'expe', '--algo', 'nav_wp', '--mocap', 'vrpn', '--no-joystick']
+
+
+@pytest.mark.parametrize('kind', ['TwistStamped', 'Twist'])
+def test_it_is_driven_with_the_type_that_it_listens_to(kind, start, peer, domain):
+    robot = start(sys.executable, str(ROBOT), str(domain), kind)
+    start(*EXPE)
+    pause = peer.publisher(Bool, '/pause')
+    deadline = time.monotonic() + 30
+
+    while 'goes' not in robot.output():  # wishes that come too early are refused
+        assert time.monotonic() < deadline, 'the robot is not driven'
+        pause.publish(Bool(data=False))
+        peer.spin(0.5)
+
+
+def test_nothing_listens(start, domain):
+    start(sys.executable, str(ROBOT), str(domain), 'nothing')
+    expe = start(*EXPE)
+
+    output = expe.wait_for_output('nothing listens to the commands of robots 1 (/tb3_1/cmd_vel)')
+    assert 'bringup' in output
