@@ -56,6 +56,8 @@ def examine_lab(lab: Lab, name: str, nudge: bool, ros_arguments: list[str]) -> l
         columns, rows, findings = examination.result()
         print(f'\nrobots of {name}')
         print(tabulate(rows, columns, tablefmt='simple', disable_numparse=True), flush=True)
+        if findings:
+            print(f'\n{table(findings)}', flush=True)
         if not process.stopping and (nudge or _confirmed(process)):
             nudges = examination.nudge()
             print(f'\nnudges\n{table(nudges)}', flush=True)
