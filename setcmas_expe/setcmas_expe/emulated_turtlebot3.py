@@ -12,6 +12,7 @@ from setcmas_simu.velocity_limits import VelocityLimits
 
 _RESOLUTION = 100  # 1/(m/s), 1/(rad/s): the robot's computer sends whole hundredths to OpenCR
 _INT32_MAX = 2**31 - 1
+_PUSH_SPEED = 0.4  # m/s
 _WHEEL_ERROR = 0.01  # standard deviation of a wheel's relative error in radius
 _FULL = 100.0  # percent
 _ENDURANCE_S = 2.5 * 3600  # of a Burger's battery, as ROBOTIS states it
@@ -59,6 +60,7 @@ class EmulatedFleet:
         self._commands = np.zeros((2, nb_robots))
         self._torque = np.ones(nb_robots)
         self._pushes = np.zeros((2, nb_robots))
+        self._pushed_for = np.zeros(nb_robots)
         self._wheel_errors = rng.normal(0.0, _WHEEL_ERROR, (2, nb_robots))
 
     def command(self, index: int, V: float, omega: float) -> None:
@@ -69,15 +71,20 @@ class EmulatedFleet:
         """Switch the motors of a robot on or off; they are on at the start."""
         self._torque[index] = on
 
-    def push(self, index: int, vx: float, vy: float) -> None:
-        """Carry a robot with a velocity (m/s) besides its own, until (0, 0) ends it."""
-        self._pushes[:, index] = vx, vy
+    def push_outwards(self, index: int, middle: tuple[float, float], duration: float) -> None:
+        """Let somebody push a robot away from a point (m) for a time (s); its wheels slip."""
+        away = self.poses[:2, index] - middle
+        distance = float(np.hypot(*away))
+        direction = away / distance if distance > 0 else np.array([1.0, 0.0])
+        self._pushes[:, index] = _PUSH_SPEED * direction
+        self._pushed_for[index] = duration
 
     def step(self, Ts: float) -> None:
         """Move all robots by one period of Ts s."""
         self.V, self.omega = self._limits.saturate(*(self._commands * self._torque))
         self.poses = unicycle.step(self.poses, self.V, self.omega, Ts)
-        self.poses[:2] += Ts * self._pushes
+        self.poses[:2] += np.minimum(Ts, self._pushed_for) * self._pushes
+        self._pushed_for = np.maximum(0.0, self._pushed_for - Ts)
         self.odometry = unicycle.step(self.odometry, *self.wheel_velocities(), Ts)
         self.battery = np.maximum(0.0, self.battery - _FULL * Ts / _ENDURANCE_S)
 

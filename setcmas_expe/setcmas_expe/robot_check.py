@@ -21,13 +21,13 @@ COLUMNS = (
     'robot',
     'mocap',
     'jitter',
-    'longest gap',
+    'gap',
     'age',
-    'x, y (m), heading',
+    'place',
     'cmd_vel',
     'guard',
     'battery',
-    'round trip',
+    'ping',
 )
 
 

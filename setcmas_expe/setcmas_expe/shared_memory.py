@@ -48,7 +48,7 @@ def shared_memory_finding(folder: Path = Path('/dev/shm')) -> Finding:
     megabytes = size / 1e6
     if not stale:
         return Finding(OK, _WHAT, 'nothing left behind by killed processes')
-    found = f'leftovers of {len(stale)} killed processes, {megabytes:.0f} MB, in {folder}'
+    found = f'{len(stale)} leftovers of killed processes, {megabytes:.0f} MB, in {folder}'
     if megabytes < _MANY_MB:
         return Finding(OK, _WHAT, found)
     return Finding(NOTE, _WHAT, found, 'fastdds shm clean removes them')

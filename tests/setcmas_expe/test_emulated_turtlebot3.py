@@ -73,13 +73,20 @@ def test_without_torque_a_robot_stands_and_afterwards_goes_on():
 
 def test_a_push_moves_the_robot_and_not_its_wheels():
     robots = fleet()
-    robots.push(0, 0.0, 0.4)
-    robots.step(0.1)
-    robots.push(0, 0.0, 0.0)
+    robots.push_outwards(0, (0.0, -2.0), 0.15)
+    for _ in range(3):
+        robots.step(0.1)
+
+    assert robots.poses[:, 0] == pytest.approx([0.0, 0.15 * 0.4, 0.0])
+    assert robots.odometry[:, 0].tolist() == [0.0, 0.0, 0.0]
+
+
+def test_a_robot_in_the_middle_is_pushed_somewhere():
+    robots = fleet()
+    robots.push_outwards(0, (0.0, 0.0), 1.0)
     robots.step(0.1)
 
-    assert robots.poses[:, 0] == pytest.approx([0.0, 0.04, 0.0])
-    assert robots.odometry[:, 0].tolist() == [0.0, 0.0, 0.0]
+    assert np.hypot(*robots.poses[:2, 0]) == pytest.approx(0.04)
 
 
 def test_batteries_run_down():

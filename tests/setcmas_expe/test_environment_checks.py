@@ -51,7 +51,7 @@ def test_segments_that_nobody_holds_are_stale(tmp_path):
 
     assert [path.name for path in stale] == ['fastrtps_fedcba9876543210']
     assert finding.level == NOTE
-    assert 'of 1 killed' in finding.found
+    assert '1 leftovers' in finding.found
     assert 'fastdds shm clean' in finding.advice
 
 

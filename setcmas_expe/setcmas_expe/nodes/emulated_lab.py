@@ -18,7 +18,7 @@ from rclpy.logging import LoggingSeverity, set_logger_level
 from std_msgs.msg import String
 
 from setcmas_expe import emulated_faults
-from setcmas_expe.emulated_faults import Fault, parse_fault
+from setcmas_expe.emulated_faults import parse_fault
 from setcmas_expe.emulated_mocap import EmulatedMocap
 from setcmas_expe.emulated_turtlebot3 import EmulatedFleet
 from setcmas_expe.emulation_options import (
@@ -43,7 +43,6 @@ _STEP_RATE_HZ = 50.0
 _LONGEST_STEP_S = 0.1  # a process that slept longer does not let its robots jump
 _WHEEL_ODOMETRY_HZ = 20.0
 _BATTERY_HZ = 1.0
-_PUSH_SPEED = 0.4  # m/s
 
 
 class EmulatedLab(FleetNode):
@@ -62,9 +61,8 @@ class EmulatedLab(FleetNode):
         super().__init__('emulated_lab')
         numbers = [robot.number for robot in lab.robots]
         self._locks = RobotLocks(numbers, os.environ.get('ROS_DOMAIN_ID', '0'))
-        self._middle = np.array(
-            [(lab.arena.xmin + lab.arena.xmax) / 2, (lab.arena.ymin + lab.arena.ymax) / 2]
-        )
+        arena = lab.arena
+        self._middle = ((arena.xmin + arena.xmax) / 2, (arena.ymin + arena.ymax) / 2)
         rng = np.random.default_rng(args.seed)
         waffle = ROBOT_MODELS['waffle']
         firmware = waffle if lab.limits == waffle else ROBOT_MODELS['burger']
@@ -106,7 +104,6 @@ class EmulatedLab(FleetNode):
         self._frames = Schedule(args.mocap_rate)
         self._wheel_odometry = Schedule(_WHEEL_ODOMETRY_HZ)
         self._batteries = Schedule(_BATTERY_HZ)
-        self._pushes: dict[int, float] = {}
         self._stepped = 0.0
 
     @property
@@ -128,9 +125,6 @@ class EmulatedLab(FleetNode):
         # By the clock and not by counting: robots roll on while this process is late.
         self._fleet.step(min(now - self._stepped, _LONGEST_STEP_S))
         self._stepped = now
-        for index in [index for index, until in self._pushes.items() if until <= now]:
-            del self._pushes[index]
-            self._fleet.push(index, 0.0, 0.0)
         self._publish_truth()
         self._publish_frames(now)
         self._publish_robots(now)
@@ -177,18 +171,10 @@ class EmulatedLab(FleetNode):
             f'{topics.robot_name(fault.robot)}, for {fault.duration:g} s: '
             f'{emulated_faults.PURPOSES[fault.kind]}'
         )
-        self._begin(fault, time.monotonic())
-
-    def _begin(self, fault: Fault, now: float) -> None:
-        if fault.kind != emulated_faults.PUSH:
-            self._mocap.begin(fault, now)
-            return
-        index = fault.robot - 1
-        outwards = self._fleet.poses[:2, index] - self._middle
-        distance = float(np.hypot(*outwards))
-        direction = outwards / distance if distance > 0 else np.array([1.0, 0.0])
-        self._fleet.push(index, *(_PUSH_SPEED * direction).tolist())
-        self._pushes[index] = now + fault.duration
+        if fault.kind == emulated_faults.PUSH:
+            self._fleet.push_outwards(fault.robot - 1, self._middle, fault.duration)
+        else:
+            self._mocap.begin(fault, time.monotonic())
 
 
 def _guard(robot: LabRobot, cmd_vel_type: str) -> CmdVelGuard:
