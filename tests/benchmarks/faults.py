@@ -50,6 +50,10 @@ def both(r: Rehearsal, fault: float) -> Outcome:
     return [r.wait_for_stop(fault, robot) for robot in r.truth]
 
 
+def suspend(module: str) -> Callable[[Rehearsal], Outcome]:
+    return lambda r: both(r, r.kill(module, signal.SIGSTOP))
+
+
 def mocap(kind: str) -> Callable[[Rehearsal], Outcome]:
     def run(r: Rehearsal) -> Outcome:
         fault = r.fault(f'{kind} 1 2')
@@ -110,6 +114,9 @@ SCENARIOS: dict[str, Callable[[Rehearsal], Outcome]] = {
     'controller killed (-9)': kill(CTRL),
     'bridge killed (-9)': kill(BRIDGES),
     'pause node killed (-9)': kill(PAUSE),
+    'controller hung': suspend(CTRL),
+    'bridge hung': suspend(BRIDGES),
+    'pause node hung': suspend(PAUSE),
     'mocap dropout': mocap('dropout'),
     'mocap zeros': mocap('zero'),
     'mocap nan': mocap('nan'),
