@@ -8,12 +8,13 @@ import os
 from collections.abc import Sequence
 from pathlib import Path
 
+from launch_scripts.child_process import Child
 from launch_scripts.commands import ctrl
 from launch_scripts.environment import lab_environment, local_environment, node_command
 from launch_scripts.node_arguments import node_arguments
 from launch_scripts.output_lines import Stream
 from launch_scripts.status_display import StatusDisplay
-from launch_scripts.supervisor import Child, Supervisor
+from launch_scripts.supervisor import Supervisor
 from setcmas_expe import console_protocol
 from setcmas_expe.experiment_options import LAB_OPTIONS
 from setcmas_expe.lab import Lab

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from launch_scripts.child_process import ChildDiedError
 from launch_scripts.environment import local_environment
-from launch_scripts.supervisor import ChildDiedError, StoppedError, Supervisor
+from launch_scripts.supervisor import StoppedError, Supervisor
 
 
 def run_in_foreground(

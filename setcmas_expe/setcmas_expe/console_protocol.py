@@ -20,7 +20,7 @@ END = 'end'
 ALIVE = 'alive'
 """Somebody still serves the keyboard; sent several times a second."""
 
-SILENT_AFTER_S = 1.0
+SILENT_AFTER_S = 0.5
 """Silence in s from which the terminal counts as stuck, which pauses."""
 
 _MARK = '\x02status '

@@ -9,7 +9,8 @@ from pathlib import Path
 import psutil
 import pytest
 
-from launch_scripts.supervisor import ChildDiedError, StoppedError, Supervisor
+from launch_scripts.child_process import ChildDiedError
+from launch_scripts.supervisor import StoppedError, Supervisor
 
 SLEEPER = 'import time; print("ready", flush=True); time.sleep(600)'
 STUBBORN = 'import signal; signal.signal(signal.SIGINT, signal.SIG_IGN); ' + SLEEPER

@@ -15,12 +15,13 @@ from __future__ import annotations
 import argparse
 import time
 
+from launch_scripts.child_process import Child, ChildDiedError
 from launch_scripts.environment import node_command, require_ros
 from launch_scripts.experiment import EMULATED_LAB, emulation_arguments, experiment_environment
 from launch_scripts.node_arguments import node_arguments
 from launch_scripts.one_shot import run_to_end
 from launch_scripts.output_lines import Stream, write_line
-from launch_scripts.supervisor import Child, ChildDiedError, StoppedError, Supervisor
+from launch_scripts.supervisor import StoppedError, Supervisor
 from setcmas_expe.emulation_options import EMULATION_STARTED
 from setcmas_expe.experiment_options import LAB_OPTIONS, add_lab_arguments, chosen_lab
 

@@ -15,6 +15,7 @@ import argparse
 import sys
 from functools import partial
 
+from launch_scripts.child_process import ChildDiedError
 from launch_scripts.environment import require_ros
 from launch_scripts.experiment import (
     Experiment,
@@ -25,7 +26,7 @@ from launch_scripts.experiment import (
 from launch_scripts.keyboard import Keyboard
 from launch_scripts.rviz import Companion
 from launch_scripts.status_display import KEYS, StatusDisplay
-from launch_scripts.supervisor import ChildDiedError, StoppedError, Supervisor
+from launch_scripts.supervisor import StoppedError, Supervisor
 from launch_scripts.view_options import NONE, add_view_arguments, view_beside
 from setcmas_ctrl.algorithm_loader import compile_script, find_script
 from setcmas_ctrl.control_options import add_law_arguments

@@ -19,13 +19,14 @@ from pathlib import Path
 
 from tqdm import tqdm
 
+from launch_scripts.child_process import ChildDiedError
 from launch_scripts.environment import local_environment, require_ros
 from launch_scripts.output_lines import Stream, warn, write_line
 from launch_scripts.run_folder import RunFolder
 from launch_scripts.run_options import add_run_arguments, output_folder, parameters
 from launch_scripts.run_processes import EmulatedRun, SimulatedRun
 from launch_scripts.rviz import Companion
-from launch_scripts.supervisor import ChildDiedError, StoppedError, Supervisor
+from launch_scripts.supervisor import StoppedError, Supervisor
 from launch_scripts.view_options import add_view_arguments, view_beside
 from setcmas_ctrl.algorithm_loader import compile_script, find_script
 from setcmas_ctrl.communication_options import check_communication

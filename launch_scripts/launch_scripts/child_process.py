@@ -1,0 +1,113 @@
+"""A process that a command has started: how it is told things, stopped, and why it ended."""
+
+from __future__ import annotations
+
+import ctypes
+import os
+import signal
+import subprocess
+import sys
+from collections.abc import Callable, Sequence
+from contextlib import suppress
+
+
+def known_signals(*names: str) -> tuple[signal.Signals, ...]:
+    """Return the signals of these names that this system has: Windows lacks some."""
+    return tuple(signal.Signals[name] for name in names if name in signal.Signals.__members__)
+
+
+KILL = known_signals('SIGKILL', 'SIGTERM')[0]
+"""The signal that no process survives."""
+
+_PR_SET_PDEATHSIG = 1
+
+
+class ChildDiedError(Exception):
+    """A process ended that nobody had asked to end.
+
+    Attributes:
+        exit_status: What the command should exit with.
+        child: The process.
+    """
+
+    def __init__(self, message: str, exit_status: int, child: Child) -> None:
+        """Store the message, the exit status and the process."""
+        super().__init__(message)
+        self.exit_status = exit_status
+        self.child = child
+
+
+class Child:
+    """A running process in a process group of its own.
+
+    Attributes:
+        spoke: Whether it has written anything; before, it may not know our signals yet.
+        told: Whether it has told the user about a mistake, in its own words.
+        needed: Whether the others cannot go on without it.
+    """
+
+    def __init__(
+        self,
+        name: str,
+        command: Sequence[str],
+        environment: dict[str, str],
+        needed: bool,
+        listens: bool,
+    ) -> None:
+        """Start the process; arguments as for `Supervisor.start`."""
+        self.name = name
+        self.needed = needed
+        self.spoke = self.told = False
+        self.process = subprocess.Popen(
+            command,
+            stdin=subprocess.PIPE if listens else subprocess.DEVNULL,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            env=environment,
+            preexec_fn=_prepare_child(),
+        )
+
+    def running(self) -> bool:
+        """Return whether the process has not ended yet."""
+        return self.process.poll() is None
+
+    def tell(self, line: str) -> None:
+        """Write a line to the standard input of a process that listens; never waits."""
+        assert self.process.stdin is not None
+        os.set_blocking(self.process.stdin.fileno(), False)
+        with suppress(BlockingIOError, BrokenPipeError):  # it hangs, or has ended
+            os.write(self.process.stdin.fileno(), f'{line}\n'.encode())
+
+    def signal_group(self, signum: int) -> None:
+        """Send a signal to the process and whatever it started."""
+        with suppress(ProcessLookupError, PermissionError):
+            os.killpg(self.process.pid, signum)
+
+    def obituary(self) -> ChildDiedError:
+        """Return why the process ended, as an exception."""
+        status = self.process.returncode
+        if status == 2 and self.told:
+            return ChildDiedError('', 2, self)
+        if status < 0:
+            reason = f'was killed by {signal.Signals(-status).name}'
+            reason += ' (out of memory?)' if -status == KILL else ''
+            status = 128 - status  # as shells tell it
+        else:
+            reason = f'ended by itself with exit status {status}'
+        message = f'{self.name} (process {self.process.pid}) {reason}'
+        return ChildDiedError(message, status or 1, self)
+
+
+def _prepare_child() -> Callable[[], None]:
+    """Return what a child does first: its own process group, and an end with its parent."""
+    parent = os.getpid()
+    libc = ctypes.CDLL(None) if sys.platform == 'linux' else None
+
+    def prepare() -> None:
+        os.setpgid(0, 0)
+        if libc is not None:
+            libc.prctl(_PR_SET_PDEATHSIG, signal.SIGTERM)
+            if os.getppid() != parent:
+                os._exit(1)
+
+    return prepare
