@@ -37,7 +37,7 @@ class StatusDisplay:
             self._show_plainly(status)
         elif self._live is None:
             self._live = Live(
-                _picture(status),
+                picture(status),
                 console=self._console,
                 auto_refresh=False,
                 redirect_stdout=False,
@@ -46,7 +46,7 @@ class StatusDisplay:
             )
             self._live.start()
         else:
-            self._live.update(_picture(status), refresh=True)
+            self._live.update(picture(status), refresh=True)
 
     def write(self, line: str) -> None:
         """Show a message."""
@@ -75,12 +75,15 @@ def _plain_line(robot: RobotStatus) -> str:
     return f'{robot.name} {robot.state}{reason}'
 
 
-def _picture(status: Status) -> Group:
-    table = Table(box=None, pad_edge=False, expand=False)
-    for title, right in (('robot', False), ('pose age', True), ('battery', True), ('speed', True)):
-        table.add_column(title, justify='right' if right else 'left', no_wrap=True)
-    table.add_column('state', no_wrap=True)
-    table.add_column('reason', overflow='ellipsis', no_wrap=True)
+def picture(status: Status) -> Group:
+    """Return what a terminal shows of a status: the pause state, and a table of the robots."""
+    # The reason gets what the others leave, and is cut where a terminal is narrow.
+    table = Table(box=None, pad_edge=False, expand=True)
+    table.add_column('robot', min_width=max(len(robot.name) for robot in status.robots))
+    for title, width in (('pose age', 8), ('battery', 7), ('speed', 8)):
+        table.add_column(title, justify='right', min_width=width)
+    table.add_column('state', min_width=7)
+    table.add_column('reason', ratio=1, overflow='ellipsis', no_wrap=True)
     for robot in status.robots:
         table.add_row(
             robot.name,
