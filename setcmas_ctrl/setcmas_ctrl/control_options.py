@@ -7,6 +7,8 @@ import argparse
 from setcmas_ctrl.random_seed import SEED, seed
 from setcmas_ctrl.saturation import VNOM
 from setcmas_ctrl.si_to_uni import KOMEGA
+from setcmas_simu.errors import SetcmasError
+from setcmas_simu.fleet import parse_robots
 from setcmas_simu.simulation_options import CMD_VEL_TYPES, count, positive, rate
 
 RATE_HZ = 5.0
@@ -102,3 +104,18 @@ def add_fleet_arguments(parser: argparse.ArgumentParser) -> None:
         default=AUTO,
         help='message type of cmd_vel (default: %(default)s, what each robot listens to)',
     )
+
+
+def controlled_robots(args: argparse.Namespace, nb_robots: int) -> list[int]:
+    """Return the robots that this process controls, of a fleet of nb_robots.
+
+    Raises:
+        SetcmasError: --robots names a robot that is not in the fleet.
+    """
+    robots = parse_robots(args.robots) if args.robots else list(range(1, nb_robots + 1))
+    if robots[-1] > nb_robots:
+        raise SetcmasError(
+            f"--robots '{args.robots}' names robot {robots[-1]}; "
+            f'the fleet has robots 1 to {nb_robots}'
+        )
+    return robots

@@ -16,15 +16,16 @@ from setcmas_ctrl.call_watch import CallWatch
 from setcmas_ctrl.control_law import ControlError, ControlLaw
 from setcmas_ctrl.control_options import CONTROL_STARTED
 from setcmas_ctrl.error_reports import ErrorReports
-from setcmas_ctrl.nodes.fleet_discovery import robots_with_odometry
+from setcmas_ctrl.nodes.control_start import fall_in_step, wait_for_poses, wait_for_states
 from setcmas_ctrl.nodes.fleet_odometry import POSE_TIMEOUT_S, FleetOdometry
+from setcmas_ctrl.nodes.graph_watch import GraphWatch
 from setcmas_ctrl.nodes.pause_watch import PauseWatch
 from setcmas_ctrl.nodes.si_to_uni import SiToUni
 from setcmas_ctrl.saturation import saturate
 from setcmas_ctrl.stop_call import AbandonCall
 from setcmas_simu.fleet import format_robots
 from setcmas_simu.nodes.ros_process import RosProcess
-from setcmas_simu.topics import RECORDER_NODES, TRIG_ODOM, robot_name
+from setcmas_simu.topics import robot_name
 
 if TYPE_CHECKING:
     from setcmas_ctrl.nodes.controller import Controller
@@ -32,9 +33,7 @@ if TYPE_CHECKING:
 
 Floats = NDArray[np.float64]
 
-_AFTER_ODOMETRY_S = 0.02
-_REMIND_EVERY_S = 2.0
-_GRAPH_CHECK_EVERY_S = 2.0
+_LISTENERS_WAIT_S = 2.0
 
 
 class ControlStepper:
@@ -81,32 +80,18 @@ class ControlStepper:
         self.condition_reports = ErrorReports(self._say)
         """The errors of triggering conditions."""
         self._stepped = 0.0
-        self._next_graph_check = 0.0
-        self._unheard: set[int] = set()
-        self._unheard_since = 0.0
-        self._unheard_told = False
-        self._contested: set[int] = set()
-        self._mixed_told: set[int] = set()
-        self._known = set(range(1, odometry.poses.shape[1] + 1))
+        self._graph = GraphWatch(node, odometry, followers, self._say)
         self._lost: set[int] = set()
 
     def start(self, process: RosProcess) -> None:
         """Wait until all poses are known and the robots listen, then call the control laws."""
-        while (missing := self._odometry.missing()) and not process.stopping:
-            complete = process.spin_until(lambda: not self._odometry.missing(), _REMIND_EVERY_S)
-            if not complete and not process.stopping:
-                source = (
-                    'does motion capture see them' if self._pause else 'is their simulator running'
-                )
-                self._say(
-                    f'waiting for the odometry of robots {format_robots(missing)} '
-                    f'({self._odometry.topic_of(missing[0])}); {source}?'
-                )
-        self._wait_for_states(process)
+        wait_for_poses(process, self._odometry, self._say, self._pause is not None)
+        if self.communication:
+            wait_for_states(process, self.communication, self._say)
         # A robot, and a recorder if there is one, are to get the very first command.
-        process.spin_until(lambda: not self._unheard_robots(), _REMIND_EVERY_S)
-        process.spin_until(self._is_recorded_if_it_can_be, _REMIND_EVERY_S)
-        self._fall_in_step(process)
+        process.spin_until(lambda: not self._graph.unheard_robots(), _LISTENERS_WAIT_S)
+        process.spin_until(self._graph.is_recorded_if_it_can_be, _LISTENERS_WAIT_S)
+        fall_in_step(process, self._odometry, self._controllers[0].robot)
         if process.stopping:
             return
         # A steady clock: setting the system's time must not freeze the controllers.
@@ -119,27 +104,6 @@ class ControlStepper:
         )
         self._stepped = time.monotonic()
         self._step()
-
-    def _wait_for_states(self, process: RosProcess) -> None:
-        heard = self.communication
-        while heard and (missing := heard.missing()) and not process.stopping:
-            if not process.spin_until(lambda: not heard.missing(), _REMIND_EVERY_S):
-                self._say(
-                    f'waiting for the states of robots {format_robots(missing)} '
-                    f'(/{robot_name(missing[0])}/{TRIG_ODOM}); '
-                    'is their controller running with --event-triggered?'
-                )
-
-    def _fall_in_step(self, process: RosProcess) -> None:
-        """Wait until shortly after the next odometry.
-
-        Robots and laws step on steady clocks at rates that divide each other, so that from then
-        on every call sees fresh poses, and its commands arrive before the robots' next step.
-        """
-        robot = self._controllers[0].robot
-        begin = time.monotonic()
-        process.spin_until(lambda: self._odometry.age(robot) < time.monotonic() - begin, 1.0)
-        process.spin_until(lambda: False, _AFTER_ODOMETRY_S)
 
     @property
     def t(self) -> float:
@@ -189,9 +153,7 @@ class ControlStepper:
             else:
                 self._control(now - self._started)
         self._stepped = now
-        if now >= self._next_graph_check:
-            self._next_graph_check = now + _GRAPH_CHECK_EVERY_S
-            self._check_graph(now)
+        self._graph.check()
 
     def _stand(self, now: float) -> None:
         """Command zero without calling the laws: a reference must not run away meanwhile."""
@@ -231,51 +193,3 @@ class ControlStepper:
             elif age <= timeout_s and robot in self._lost:
                 self._lost.remove(robot)
                 self._say(f'{robot_name(robot)}: odometry is back')
-
-    def _is_recorded_if_it_can_be(self) -> bool:
-        if not set(RECORDER_NODES) & set(self._node.get_node_names()):
-            return True
-        return all(follower.cmd_vel.is_recorded() for follower in self._followers)
-
-    def _unheard_robots(self) -> set[int]:
-        return {f.robot for f in self._followers if not f.cmd_vel.follow_listeners()}
-
-    def _check_graph(self, now: float) -> None:
-        unheard = self._unheard_robots()
-        if unheard != self._unheard:
-            self._unheard, self._unheard_since = unheard, now
-            self._unheard_told = False
-        elif unheard and not self._unheard_told and now - self._unheard_since > _REMIND_EVERY_S:
-            self._unheard_told = True
-            self._say(
-                f'nothing listens to cmd_vel of robots {format_robots(sorted(unheard))} with a '
-                'type that is published: they will not move'
-            )
-        for follower in self._followers:
-            if follower.cmd_vel.mixed and follower.robot not in self._mixed_told:
-                self._mixed_told.add(follower.robot)
-                self._say(f'{follower.cmd_vel.mixed}; choose with --cmd-vel-type')
-        if (
-            latecomers := set(robots_with_odometry(self._node, self._odometry.topic_of))
-            - self._known
-        ):
-            self._known |= latecomers
-            self._say(
-                f'robots {format_robots(sorted(latecomers))} have appeared; this controller does '
-                'not know them: start it again, or with --nb-robots, to include them'
-            )
-        self._notice_rivals()
-
-    def _notice_rivals(self) -> None:
-        rivals = {
-            follower.robot: names[0]
-            for follower in self._followers
-            if follower.robot not in self._contested
-            and (names := follower.cmd_vel.other_commanders())
-        }
-        if rivals:
-            self._contested |= set(rivals)
-            self._say(
-                f'another controller commands robots {format_robots(sorted(rivals))} too '
-                f'({next(iter(rivals.values()))}): they fight; stop one of them'
-            )

@@ -11,7 +11,6 @@ import argparse
 import contextlib
 import os
 import sys
-from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 
@@ -29,6 +28,7 @@ from setcmas_ctrl.control_options import (
     add_fleet_arguments,
     add_law_arguments,
     add_watch_argument,
+    controlled_robots,
 )
 from setcmas_ctrl.error_reports import ErrorReports
 from setcmas_ctrl.nodes.control_stepper import ControlStepper
@@ -40,6 +40,7 @@ from setcmas_ctrl.nodes.marker_canvas import MarkerCanvas
 from setcmas_ctrl.nodes.pause_watch import PauseWatch
 from setcmas_ctrl.nodes.script_reloader import ScriptReloader
 from setcmas_ctrl.nodes.si_to_uni import SiToUni
+from setcmas_ctrl.nodes.stuck_scripts import end_stuck_script
 from setcmas_ctrl.random_seed import seed_scripts
 from setcmas_ctrl.script_output import named_output
 from setcmas_ctrl.script_settings import parse_settings
@@ -47,7 +48,6 @@ from setcmas_ctrl.stop_call import StopCall
 from setcmas_ctrl.triggering import CONSEQUENCE
 from setcmas_simu import topics
 from setcmas_simu.errors import SetcmasError
-from setcmas_simu.fleet import parse_robots
 from setcmas_simu.nodes import qos
 from setcmas_simu.nodes.ros_process import (
     FleetNode,
@@ -74,21 +74,6 @@ class Controller(FleetNode):
         """Publish a velocity (m/s) in the world frame."""
         self._message.x, self._message.y = vx, vy
         self._publisher.publish(self._message)
-
-
-def controlled_robots(args: argparse.Namespace, nb_robots: int) -> list[int]:
-    """Return the robots that this process controls, of a fleet of nb_robots.
-
-    Raises:
-        SetcmasError: --robots names a robot that is not in the fleet.
-    """
-    robots = parse_robots(args.robots) if args.robots else list(range(1, nb_robots + 1))
-    if robots[-1] > nb_robots:
-        raise SetcmasError(
-            f"--robots '{args.robots}' names robot {robots[-1]}; "
-            f'the fleet has robots 1 to {nb_robots}'
-        )
-    return robots
 
 
 def load_laws(
@@ -183,31 +168,6 @@ def _follow_wishes(node: FleetNode, followers: list[SiToUni]) -> None:
         qos.EVENT,
         event_callbacks=qos.no_subscription_events(),
     )
-
-
-def end_stuck_script(
-    process: RosProcess, watch: CallWatch, stop: Callable[[], None] = lambda: None
-) -> None:
-    """Let a stop signal end a call of a script, even one that swallows exceptions.
-
-    Args:
-        process: Handles the signals.
-        watch: Knows whether a call is running.
-        stop: Called before the process is ended by force.
-    """
-    signals = 0
-
-    def on_stop_signal() -> None:
-        nonlocal signals
-        signals += 1
-        if watch.running_s == 0:
-            return
-        if signals > 1:
-            stop()
-            os._exit(1)
-        raise StopCall
-
-    process.on_stop_signal = on_stop_signal
 
 
 def main(argv: list[str] | None = None) -> int:
