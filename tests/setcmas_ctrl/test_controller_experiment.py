@@ -1,0 +1,48 @@
+import pytest
+from processes import CTRL
+
+pytest.importorskip('rclpy')
+
+from lab_peer import LabPeer
+from nav_msgs.msg import Odometry
+from ros_peer import twist_stamped
+
+
+def test_the_time_of_laws_stands_still_while_an_experiment_is_paused(start, peer, script):
+    law = script('def control(i, n, poses, t):\n    return 0.1 + 1e-3 * t, 0.0\n')
+    lab = LabPeer(peer, ('tb3_1',))
+    odometry = peer.node.create_publisher(Odometry, '/mocap/tb3_1/odom', 1)
+    peer.node.create_timer(0.05, lambda: odometry.publish(Odometry()))
+    wanted = peer.listen(type(twist_stamped(0.0, 0.0)), '/tb3_1/cmd_vel_wanted')
+    process = start(*CTRL, '--algo', law, '--nb-robots', '1', '--experiment')
+
+    def speed():
+        return wanted[-1].twist.linear.x if wanted else 0.0
+
+    def t():
+        return 1e3 * (speed() - 0.1)
+
+    peer.wait_for(lambda: 'controlling robots 1' in process.output())
+    assert speed() == 0.0  # nothing is heard of a pause node
+    lab.paused = True
+    peer.spin(1.0)
+    assert all(message.twist.linear.x == 0.0 for message in wanted)
+    lab.paused = False
+    peer.wait_for(lambda: speed() > 0.0)
+    assert t() < 0.9  # though more has passed since the controller is there
+    peer.wait_for(lambda: t() > 1.0)
+    lab.paused = True
+    peer.wait_for(lambda: speed() == 0.0)
+    before = 1e3 * (max(message.twist.linear.x for message in wanted) - 0.1)
+    peer.spin(2.0)
+    lab.paused = False
+    peer.wait_for(lambda: speed() > 0.0)
+    assert before < t() < before + 1.5
+    lab.paused = None  # the pause node has died
+    peer.wait_for(lambda: speed() == 0.0)
+
+
+def test_poses_of_motion_capture_are_waited_for(start):
+    process = start(*CTRL, '--algo', 'nav_wp', '--nb-robots', '1', '--experiment')
+
+    process.wait_for_output('robots 1 (/mocap/tb3_1/odom); does motion capture see them?')
