@@ -1,16 +1,28 @@
-"""Machines of a network, made of network namespaces: without multicast, and with plugs to pull."""
+"""Machines of a network, made of network namespaces: no multicast, and plugs to pull."""
 
 import contextlib
 import ctypes
+import multiprocessing
 import os
 import subprocess
 from pathlib import Path
 
-import pytest
-
 _CLONE_NEWNET = 0x40000000
 # Namespaces share /dev/shm: only UDP is a network.
 UDP_ONLY = {'FASTDDS_BUILTIN_TRANSPORTS': 'UDPv4'}
+
+
+class NoNetworkError(Exception):
+    """This machine cannot make network namespaces."""
+
+
+def in_a_process(function, *arguments):
+    """Call a function of a module in a process of its own, and return what it returns.
+
+    Fast DDS looks at the network once in a process: it must not see another machine's later.
+    """
+    with multiprocessing.get_context('spawn').Pool(1) as pool:
+        return pool.apply(function, arguments)
 
 
 def ip(*arguments: str) -> None:
@@ -40,7 +52,7 @@ class Network:
                 self._plug_in(name, switch)
         except (OSError, subprocess.CalledProcessError) as error:
             self.__exit__()
-            pytest.skip(f'network namespaces need root and iproute2: {error}')
+            raise NoNetworkError(f'network namespaces need root and iproute2: {error}') from error
         return self
 
     def __exit__(self, *_):

@@ -17,6 +17,7 @@ import subprocess
 import sys
 import tempfile
 import time
+import traceback
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -24,7 +25,7 @@ from pathlib import Path
 sys.path.insert(0, str(Path(__file__).parents[1]))
 os.environ['ROS_AUTOMATIC_DISCOVERY_RANGE'] = 'LOCALHOST'
 
-from network_namespaces import UDP_ONLY, Network
+from network_namespaces import UDP_ONLY, Network, NoNetworkError, in_a_process
 from rehearsal import BRIDGES, CTRL, PAUSE, POSES, Rehearsal, Stop, Truth
 from ros_domain import reserved_domain
 from ros_peer import Peer
@@ -218,9 +219,10 @@ def row(name: str, repeat: int) -> tuple[str, str, str, str, str]:
     guarded = 0
     for _ in range(repeat):
         try:
-            outcome, guard = measured(name)
-        except AssertionError:
-            return name, 'does NOT stop', '', '', ''
+            outcome, guard = in_a_process(measured, name)
+        except (AssertionError, NoNetworkError):
+            traceback.print_exc()
+            return name, 'not measured', '', '', 'NO'
         stops += outcome
         guarded += guard
     seconds, metres = max(s.seconds for s in stops), max(s.metres for s in stops)

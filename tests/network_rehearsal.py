@@ -1,0 +1,68 @@
+"""Eight robots, motion capture and laptop on machines of their own, without multicast."""
+
+import contextlib
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+from network_namespaces import UDP_ONLY, Network
+from rehearsal import Rehearsal
+from ros_peer import Peer
+
+NB_ROBOTS = 8
+RELAY = Path(__file__).parent / 'setcmas_expe' / 'scripts' / 'mocap_relay.py'
+FASTDDS = str(Path(sys.executable).parent / 'fastdds')
+GOES = 0.07  # m/s
+PORT = 11811
+PEERS, SERVER = 'static peers', 'discovery server'
+
+
+@contextlib.contextmanager
+def running(command, log: Path):
+    with log.open('wb') as file, subprocess.Popen(command, stdout=file, stderr=file) as process:
+        try:
+            yield process
+        finally:
+            process.terminate()
+
+
+def roll_after_the_laptop_is_cut_off(way: str, domain: int, folder: Path) -> list[float]:
+    """Return how far (m) each of the robots rolls; the laptop finds them in one of two ways."""
+    os.environ.update(UDP_ONLY, ROS_AUTOMATIC_DISCOVERY_RANGE='SUBNET')
+    with Network('mocap', 'laptop', 'robots') as network, contextlib.ExitStack() as stack:
+        laptop, addresses = network.addresses['laptop'], network.addresses
+        lab = folder / 'lab.yaml'
+        if way == PEERS:
+            peers = f'{addresses["mocap"]}, {addresses["robots"]}'
+            lab.write_text(f'network: {{static_peers: [{peers}]}}')
+        else:
+            lab.write_text(f"network: {{discovery_server: '{laptop}:{PORT}'}}")
+            server = [FASTDDS, 'discovery', '--server-id', '0', '-l', laptop, '-p', str(PORT)]
+            command = network.command('laptop', server)
+            stack.enter_context(running(command, folder / 'server.txt'))
+            os.environ['ROS_DISCOVERY_SERVER'] = f'{laptop}:{PORT}'
+        # Its motion capture is of another kind, so that robots and poses are on two machines.
+        robots = [sys.executable, '-m', 'setcmas_expe.nodes.emulated_lab', '--mocap', 'vicon']
+        robots += ['--nb-robots', str(NB_ROBOTS)]
+        mocap = ['env', f'ROS_STATIC_PEERS={addresses["robots"]}']  # it sees the truth there
+        mocap += [sys.executable, str(RELAY), str(NB_ROBOTS)]
+        for machine, command in (('robots', robots), ('mocap', mocap)):
+            command = network.command(machine, command)
+            stack.enter_context(running(command, folder / f'{machine}.txt'))
+        with network.on('robots'):
+            peer = stack.enter_context(Peer(domain))
+        os.environ.pop('ROS_DISCOVERY_SERVER', None)  # the lab file has it
+        experiment = Rehearsal(
+            peer,
+            folder,
+            *('--vnom', '0.1', '--lab', str(lab)),
+            nb_robots=NB_ROBOTS,
+            before=network.command('laptop', []),
+            lab=(),
+        )
+        stack.enter_context(experiment)
+        experiment.let_go(GOES)
+        fault = experiment.truth[1][-1].stamp
+        network.cut('laptop')
+        return [experiment.wait_for_stop(fault, robot).metres for robot in experiment.truth]
