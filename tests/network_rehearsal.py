@@ -2,6 +2,7 @@
 
 import contextlib
 import os
+import signal
 import subprocess
 import sys
 from pathlib import Path
@@ -20,11 +21,14 @@ PEERS, SERVER = 'static peers', 'discovery server'
 
 @contextlib.contextmanager
 def running(command, log: Path):
-    with log.open('wb') as file, subprocess.Popen(command, stdout=file, stderr=file) as process:
+    with (
+        log.open('wb') as file,
+        subprocess.Popen(command, stdout=file, stderr=file, start_new_session=True) as process,
+    ):
         try:
             yield process
-        finally:
-            process.terminate()
+        finally:  # `fastdds discovery` is a script, and the server its child
+            os.killpg(process.pid, signal.SIGTERM)
 
 
 def roll_after_the_laptop_is_cut_off(way: str, domain: int, folder: Path) -> list[float]:

@@ -12,6 +12,7 @@ import time
 
 from geometry_msgs.msg import Twist, TwistStamped
 from rclpy.clock import Clock, ClockType
+from rclpy.duration import Duration
 from rclpy.subscription import Subscription
 
 from setcmas_ctrl.control_options import AUTO
@@ -24,6 +25,7 @@ from setcmas_simu.simulation_options import CMD_VEL_TYPES, positive
 
 _RATE_HZ = 20.0
 _LOOK_EVERY_S = 1.0
+_LAST_WORDS_S = 0.3
 
 
 class CmdVelGuard(FleetNode):
@@ -58,9 +60,13 @@ class CmdVelGuard(FleetNode):
             self._use(cmd_vel_type)
 
     def stop(self) -> None:
-        """Stop the robot if it moves; called while the process ends."""
-        if self._logic.moving:
+        """Stop the robot, whatever was heard of its commands; called while the process ends.
+
+        A command may have reached the robot and not yet the guard.
+        """
+        if self._kind:
             self._publish_zero()
+            self._publisher.wait_for_all_acked(Duration(seconds=_LAST_WORDS_S))
 
     def _follow_robot(self) -> None:
         """Use the type that the robot, that is any other listener, takes."""
