@@ -35,7 +35,8 @@ class Links:
             receivers: Numbers of the R robots that hear, sorted.
             channel: The links of the fleet of N robots.
             seed: Chooses the random numbers; those of a message depend on nothing else but
-                receiver, sender and how many the sender has sent before.
+                receiver, sender, how many the sender has sent before, and, for a state that is
+                sent once more, how often the link has come up.
         """
         self._nb_robots = len(channel.delay)
         self._receivers: Indices = np.array(receivers, dtype=np.intp) - 1
@@ -50,6 +51,7 @@ class Links:
         self._held = np.full((len(receivers), 3, self._nb_robots), np.nan)
         self._last_sent = np.full((3, self._nb_robots), np.nan)
         self._numbers = np.full(self._nb_robots, -1)
+        self._times_up = np.zeros(shape, dtype=int)
         # A queue for each delay: within one, messages arrive in the order in which they were sent.
         delays = np.unique(self._channel.delay)
         self._on_the_way: dict[float, deque[tuple[float, Indices, Indices, Floats]]] = {
@@ -78,7 +80,11 @@ class Links:
         self._held[rows, :, senders] = np.nan
         senders, rows = np.nonzero((wanted & ~self._up).T & (self._numbers >= 0)[:, None])
         self._up = wanted
-        self._carry(rows, senders, now)
+        self._times_up[rows, senders] += 1
+        times_up = self._times_up[rows, senders]
+        for count in np.unique(times_up).tolist():
+            alike = times_up == count
+            self._carry(rows[alike], senders[alike], now, count)
 
     def send(self, senders: Sequence[int] | Indices, poses: Floats, now: float) -> None:
         """Take messages that robots broadcast.
@@ -118,10 +124,17 @@ class Links:
     def _wanted(self, adjacency: Floats) -> NDArray[np.bool_]:
         return np.asarray(adjacency[self._receivers] > 0)
 
-    def _carry(self, rows: Indices, senders: Indices, now: float) -> None:
-        """Send the last state of senders over links, given in the order of the senders."""
+    def _carry(self, rows: Indices, senders: Indices, now: float, times_up: int = 0) -> None:
+        """Send the last state of senders over links, given in the order of the senders.
+
+        Args:
+            rows: The receivers.
+            senders: The senders.
+            now: Time in s.
+            times_up: How often these links have come up, if the states are sent once more.
+        """
         self.counts.sent[rows, senders] += 1
-        uniform, noise = self._draws(rows, senders)
+        uniform, noise = self._draws(rows, senders, times_up)
         lost = uniform < self._channel.loss[rows, senders]
         self.counts.lost[rows[lost], senders[lost]] += 1
         rows, senders, noise = rows[~lost], senders[~lost], noise[:, ~lost]
@@ -138,7 +151,7 @@ class Links:
         poses[:2] += self._channel.noise[rows, senders] * noise
         return poses
 
-    def _draws(self, rows: Indices, senders: Indices) -> tuple[Floats, Floats]:
+    def _draws(self, rows: Indices, senders: Indices, times_up: int = 0) -> tuple[Floats, Floats]:
         """Return a number uniform in [0, 1), shape (n,), and two normal ones, (2, n), per link."""
         uniform, normal = np.ones(len(rows)), np.zeros((2, len(rows)))
         if not (self._channel.is_random and len(rows)):
@@ -149,7 +162,8 @@ class Links:
             # A generator for each message: its numbers do not depend on what came before.
             generator = np.random.Generator(
                 np.random.Philox(
-                    key=[self._seed, sender], counter=[0, int(self._numbers[sender]), 0, 0]
+                    key=[self._seed, sender],
+                    counter=[0, int(self._numbers[sender]), times_up, 0],
                 )
             )
             receivers = self._receivers[rows[begin:end]]

@@ -161,6 +161,16 @@ def test_a_link_that_comes_up_brings_the_state_sent_last():
     assert links.counts.sent[0].tolist() == [0, 0, 1]
 
 
+def test_a_state_that_is_sent_once_more_is_not_lost_for_the_same_reason_again():
+    links = begun(path(3), loss=0.5)
+    for k in range(200):
+        links.connect(complete(3) if k % 2 else path(3), 0.1 * k)
+    sent, lost = links.counts.sent[0, 2], links.counts.lost[0, 2]
+
+    assert sent == 100
+    assert lost == pytest.approx(50, abs=25)
+
+
 def test_a_link_that_goes_down_forgets_and_loses_what_is_on_its_way():
     links = begun(delay=0.2)
     links.send(ALL, moved(1), 1.0)
