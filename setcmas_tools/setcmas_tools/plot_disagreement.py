@@ -29,7 +29,8 @@ def draw_disagreement(figure: Figure, table: FleetTable) -> None:
     grid = on_grid(table)
     values = 0.5 * len(grid.robots) * disagreement(grid.x, grid.y) ** 2
     values[~(values > 0)] = np.nan  # has no logarithm
-    axes.plot(grid.t, values, color='0.15', label='V')
+    # Matplotlib would warn of the limits that it finds for a V that stays as it is.
+    axes.plot(grid.t, values, color='0.15', label='V', scaley=False)
     if np.isfinite(values).any():
         axes.set_ylim(0.7 * np.nanmin(values), 1.4 * np.nanmax(values))
     marks = time_axis([axes], table.t[0], table.t[-1])

@@ -166,3 +166,12 @@ def test_robots_in_one_place_have_no_logarithm():
     run = simulate(lambda *_: (0.0, 0.0), 2, 1.0, poses=np.zeros((3, 2)))
 
     assert drawn(draw_disagreement, run).axes
+
+
+@pytest.mark.filterwarnings('error')
+def test_disagreement_that_does_not_change_is_drawn_without_a_warning():
+    run = run_of(4, 5.0, settings={'K': 0.0})
+    (axes,) = drawn(draw_disagreement, run).axes
+    low, high = axes.get_ylim()
+
+    assert low < 100 < high
