@@ -56,6 +56,17 @@ class Communication:
         """Whether each message arrives at every robot, at once and as it was."""
         return self.graph.is_complete and self.channel.is_perfect
 
+    @property
+    def condition_script(self) -> Path | None:
+        """The script of the triggering condition, if it is one.
+
+        Raises:
+            SetcmasError: There is no such script.
+        """
+        if self._condition is None or callable(self._condition):
+            return None
+        return find_condition(str(self._condition))
+
     def links(self, receivers: Sequence[int]) -> Links:
         """Return the links on which robots hear the fleet."""
         return Links(receivers, self.channel, self.seed)
@@ -70,8 +81,7 @@ class Communication:
         if callable(condition):
             code = getattr(condition, '__code__', None)
             return Broadcast(robot, condition, Path(code.co_filename if code else 'ctc'), reports)
-        path = find_condition(str(condition)) if condition is not None else None
-        return Broadcast.of_script(robot, path, reports)
+        return Broadcast.of_script(robot, self.condition_script, reports)
 
 
 def communication(

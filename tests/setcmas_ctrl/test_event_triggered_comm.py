@@ -1,7 +1,7 @@
 import sys
 
 import pytest
-from processes import SETCMAS
+from processes import CTRL, SETCMAS
 
 pytest.importorskip('rclpy')
 
@@ -11,6 +11,7 @@ from ros_peer import position
 from std_msgs.msg import UInt16
 
 BROADCAST = [sys.executable, '-m', 'setcmas_ctrl.nodes.event_triggered_comm']
+ONE_ROBOT = ['--nb-robots', '1', '--event-triggered']
 LATCHED = QoSProfile(depth=10, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 
 
@@ -79,3 +80,31 @@ def test_a_script_without_a_condition_is_a_mistake(start, script, command):
     assert process.wait() == 2
     assert 'when.py has no function ctc; expected is ctc(pos, last_pos, t)' in process.output()
     assert 'Traceback' not in process.output()
+
+
+def test_a_condition_that_hangs_on_its_own_is_located_and_ends_with_the_process(
+    start, peer, script
+):
+    path = script('def ctc(pos, last_pos, t):\n    while True:\n        pass\n', 'when.py')
+    process = start(*BROADCAST, '--robots', '2', '--ctc', path)
+    process.wait_for_output('broadcasting for robots 2')
+    publisher = peer.publisher(Odometry, '/tb3_2/odom')
+
+    def is_stuck():
+        publisher.publish(at(0))
+        peer.spin(0.1)
+        return 'tb3_2: ctc has not returned for' in process.output()
+
+    peer.wait_for(is_stuck)
+    assert 'it is at when.py, line ' in process.output()
+    assert process.end() == 0
+    assert 'Traceback' not in process.output()
+
+
+@pytest.mark.parametrize('command', [BROADCAST, [*CTRL, '--algo', 'consensus', *ONE_ROBOT]])
+def test_a_condition_that_hangs_while_it_is_loaded(start, script, command):
+    path = script('while True:\n    pass\ndef ctc(a, b, c):\n    return True\n', 'when.py')
+    process = start(*command, '--ctc', path)
+
+    process.wait_for_output('tb3_1: the condition has been loading for')
+    assert process.end() == 0

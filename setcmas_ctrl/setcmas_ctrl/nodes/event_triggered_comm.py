@@ -10,7 +10,7 @@ import argparse
 import sys
 import time
 from collections.abc import Callable
-from contextlib import nullcontext
+from pathlib import Path
 
 from nav_msgs.msg import Odometry
 from std_msgs.msg import UInt16
@@ -20,21 +20,27 @@ from setcmas_ctrl.communication import Communication, communication
 from setcmas_ctrl.control_options import SCRIPT_FAILED
 from setcmas_ctrl.error_reports import ErrorReports
 from setcmas_ctrl.nodes.fleet_odometry import FleetOdometry, Pose
-from setcmas_ctrl.stop_call import AbandonCall
+from setcmas_ctrl.nodes.stuck_scripts import end_stuck_script
+from setcmas_ctrl.script_output import named_output
+from setcmas_ctrl.stop_call import AbandonCall, StopCall
 from setcmas_ctrl.triggering import CONSEQUENCE, Broadcast
 from setcmas_simu import topics
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet import format_robots, parse_robots
 from setcmas_simu.nodes import qos
-from setcmas_simu.nodes.ros_process import FleetNode, ros_process, split_ros_arguments
+from setcmas_simu.nodes.ros_process import (
+    FleetNode,
+    RosProcess,
+    ros_process,
+    split_ros_arguments,
+)
+from setcmas_simu.unicycle import RATE_HZ as ROBOT_RATE_HZ
 
 
 class EventTriggeredComm(FleetNode):
     """Broadcasts the state of one robot when its condition triggers, and tells each decision."""
 
-    def __init__(
-        self, broadcast: Broadcast, clock: Callable[[], float], watch: CallWatch | None = None
-    ) -> None:
+    def __init__(self, broadcast: Broadcast, clock: Callable[[], float], watch: CallWatch) -> None:
         """Create the node in the robot's namespace.
 
         Args:
@@ -60,17 +66,14 @@ class EventTriggeredComm(FleetNode):
 
     def _is_triggered(self, pose: Pose, V: float) -> bool:
         t = self._clock()
-        watched = nullcontext()
-        if self._watch:
-            one = self._broadcast
-            watched = self._watch.call(one.robot, 'ctc has not returned', one.path)
+        one = self._broadcast
         try:
-            with watched:
-                return self._broadcast.is_triggered(pose, V, t)
+            with self._watch.call(one.robot, 'ctc has not returned', one.path):
+                return one.is_triggered(pose, V, t)
         except AbandonCall:  # a new control law is there, the condition stays
             return True
         except KeyboardInterrupt as error:  # signals raise StopCall: it is the script's
-            return self._broadcast.failed(error, t)
+            return one.failed(error, t)
 
 
 def broadcasters(
@@ -79,7 +82,7 @@ def broadcasters(
     odometry: FleetOdometry,
     reports: ErrorReports,
     clock: Callable[[], float],
-    watch: CallWatch | None = None,
+    watch: CallWatch,
 ) -> list[EventTriggeredComm]:
     """Return a node for each robot, connected to its odometry.
 
@@ -88,7 +91,9 @@ def broadcasters(
     """
     nodes = []
     for robot in robots:
-        node = EventTriggeredComm(communication.broadcast(robot, reports), clock, watch)
+        with watch.call(robot, 'the condition has been loading', communication.condition_script):
+            broadcast = communication.broadcast(robot, reports)
+        node = EventTriggeredComm(broadcast, clock, watch)
         odometry.listen(robot, node.take)
         nodes.append(node)
     return nodes
@@ -107,29 +112,41 @@ def main(argv: list[str] | None = None) -> int:
         help='where states come from; {name} is the robot (default: %(default)s)',
     )
     args = parser.parse_args(argv)
-    begin = time.monotonic()
-    with ros_process(ros_arguments) as process:
+    with ros_process(ros_arguments) as process, named_output():
+        node = FleetNode('broadcasters')
+        reports = ErrorReports(node.get_logger().warning, CONSEQUENCE)
         try:
-            robots = parse_robots(args.robots)
-            node = FleetNode('broadcasters')
-            odometry = FleetOdometry(
-                node,
-                robots[-1],
-                lambda robot: args.odometry_topic.replace('{name}', topics.robot_name(robot)),
-                robots,
-            )
-            reports = ErrorReports(node.get_logger().warning, CONSEQUENCE)
-            chosen = communication(robots[-1], event_triggered=True, ctc=args.ctc)
-            nodes = broadcasters(
-                robots, chosen, odometry, reports, lambda: time.monotonic() - begin
-            )
+            _broadcast(args, process, node, reports)
+        except StopCall:  # a signal has ended a call that would not return
+            return 0
         except SetcmasError as error:
             print(f'error: {error}', file=sys.stderr)
             return 2
-        process.add(node, *nodes)
-        node.get_logger().info(f'broadcasting for robots {format_robots(robots)}; Ctrl-C stops')
-        process.spin()
     return SCRIPT_FAILED if reports.failed_robots else 0
+
+
+def _broadcast(
+    args: argparse.Namespace, process: RosProcess, node: FleetNode, reports: ErrorReports
+) -> None:
+    robots = parse_robots(args.robots)
+    chosen = communication(robots[-1], event_triggered=True, ctc=args.ctc)
+    odometry = FleetOdometry(
+        node,
+        robots[-1],
+        lambda robot: args.odometry_topic.replace('{name}', topics.robot_name(robot)),
+        robots,
+    )
+    path = chosen.condition_script or Path('ctc')
+    watch = CallWatch(path, 1 / ROBOT_RATE_HZ, node.get_logger().warning)
+    end_stuck_script(process, watch)
+    begin = time.monotonic()
+    nodes = broadcasters(
+        robots, chosen, odometry, reports, lambda: time.monotonic() - begin, watch
+    )
+    process.take_signals()  # scripts may have taken them while they were loaded
+    process.add(node, *nodes)
+    node.get_logger().info(f'broadcasting for robots {format_robots(robots)}; Ctrl-C stops')
+    process.spin()
 
 
 if __name__ == '__main__':
