@@ -15,7 +15,7 @@ from setcmas_ctrl.communication import (
 )
 from setcmas_ctrl.communication_graph import COMPLETE, PRESETS
 from setcmas_ctrl.triggering import CTC
-from setcmas_simu.simulation_options import positive
+from setcmas_simu.simulation_options import number, positive
 
 OPTIONS = ('event_triggered', 'ctc', 'graph', 'range', 'delay', 'loss', 'noise')
 """Names of the options; without any of them all robots know the newest pose of each other."""
@@ -23,7 +23,7 @@ OPTIONS = ('event_triggered', 'ctc', 'graph', 'range', 'delay', 'loss', 'noise')
 
 def not_negative(text: str) -> float:
     """Return a finite number from 0 (type of an option)."""
-    value = float(text)
+    value = number(text)
     if not (math.isfinite(value) and value >= 0):
         raise argparse.ArgumentTypeError(f"'{text}' is not a number from 0")
     return value
@@ -31,7 +31,7 @@ def not_negative(text: str) -> float:
 
 def probability(text: str) -> float:
     """Return a number from 0 to 1 (type of an option)."""
-    value = float(text)
+    value = number(text)
     if not 0 <= value <= 1:
         raise argparse.ArgumentTypeError(f"'{text}' is not a number from 0 to 1")
     return value

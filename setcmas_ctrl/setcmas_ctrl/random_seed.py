@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import argparse
 import random
 
 import numpy as np
@@ -13,15 +14,10 @@ _LARGEST = 2**32 - 1
 
 
 def seed(text: str) -> int:
-    """Return a seed that every generator takes (type of an option).
-
-    Raises:
-        ValueError: It is not a whole number from 0 to 2^32 - 1.
-    """
-    value = int(text)
-    if not 0 <= value <= _LARGEST:
-        raise ValueError
-    return value
+    """Return a seed that every generator takes (type of an option)."""
+    if not (text.isdecimal() and int(text) <= _LARGEST):
+        raise argparse.ArgumentTypeError(f"'{text}' is not a whole number from 0 to {_LARGEST}")
+    return int(text)
 
 
 def seed_scripts(value: int) -> None:

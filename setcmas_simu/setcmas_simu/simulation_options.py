@@ -33,9 +33,17 @@ class SimulatedRobots:
     start_poses: NDArray[np.float64]
 
 
+def number(text: str) -> float:
+    """Return the number that a text tells; NaN if it tells none, which no option accepts."""
+    try:
+        return float(text)
+    except ValueError:
+        return math.nan
+
+
 def positive(text: str) -> float:
     """Return a finite number above 0 (type of an option)."""
-    value = float(text)
+    value = number(text)
     if not (math.isfinite(value) and value > 0):
         raise argparse.ArgumentTypeError(f"'{text}' is not a number above 0")
     return value

@@ -119,7 +119,9 @@ def test_another_seed_gives_another_run(tmp_path):
     ('arguments', 'message'),
     [
         (('--algo', 'consensu'), 'did you mean consensus'),
-        (('--algo', 'nav_wp', '--seed', '-1'), "invalid seed value: '-1'"),
+        (('--algo', 'nav_wp', '--seed', '-1'), "'-1' is not a whole number from 0 to 4294967295"),
+        (('--algo', 'nav_wp', '--noise', 'x'), "'x' is not a number from 0"),
+        (('--algo', 'nav_wp', '--vnom', 'x'), "'x' is not a number above 0"),
         (('--algo', 'nav_wp', '--pose', '2:0,0'), 'the fleet has robots 1 to 1'),
         (('--algo', 'nav_wp', '--graph', 'rong'), "graph 'rong' is unknown; accepted are"),
         (('--algo', 'nav_wp', '--loss', '2'), "'2' is not a number from 0 to 1"),
