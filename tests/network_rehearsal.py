@@ -2,7 +2,6 @@
 
 import contextlib
 import os
-import signal
 import subprocess
 import sys
 from pathlib import Path
@@ -11,24 +10,21 @@ from network_namespaces import UDP_ONLY, Network
 from rehearsal import Rehearsal
 from ros_peer import Peer
 
+from setcmas_expe.discovery_server import PORT
+
 NB_ROBOTS = 8
 RELAY = Path(__file__).parent / 'setcmas_expe' / 'scripts' / 'mocap_relay.py'
-FASTDDS = str(Path(sys.executable).parent / 'fastdds')
 GOES = 0.07  # m/s
-PORT = 11811
 PEERS, SERVER = 'static peers', 'discovery server'
 
 
 @contextlib.contextmanager
 def running(command, log: Path):
-    with (
-        log.open('wb') as file,
-        subprocess.Popen(command, stdout=file, stderr=file, start_new_session=True) as process,
-    ):
+    with log.open('wb') as file, subprocess.Popen(command, stdout=file, stderr=file) as process:
         try:
             yield process
-        finally:  # `fastdds discovery` is a script, and the server its child
-            os.killpg(process.pid, signal.SIGTERM)
+        finally:
+            process.terminate()
 
 
 def roll_after_the_laptop_is_cut_off(way: str, domain: int, folder: Path) -> list[float]:
@@ -42,7 +38,7 @@ def roll_after_the_laptop_is_cut_off(way: str, domain: int, folder: Path) -> lis
             lab.write_text(f'network: {{static_peers: [{peers}]}}')
         else:
             lab.write_text(f"network: {{discovery_server: '{laptop}:{PORT}'}}")
-            server = [FASTDDS, 'discovery', '--server-id', '0', '-l', laptop, '-p', str(PORT)]
+            server = [sys.executable, '-m', 'setcmas_expe.discovery_server', '--address', laptop]
             command = network.command('laptop', server)
             stack.enter_context(running(command, folder / 'server.txt'))
             os.environ['ROS_DISCOVERY_SERVER'] = f'{laptop}:{PORT}'

@@ -51,4 +51,4 @@ def shared_memory_finding(folder: Path = Path('/dev/shm')) -> Finding:
     found = f'{len(stale)} leftovers of killed processes, {megabytes:.0f} MB, in {folder}'
     if megabytes < _MANY_MB:
         return Finding(OK, _WHAT, found)
-    return Finding(NOTE, _WHAT, found, 'fastdds shm clean removes them')
+    return Finding(NOTE, _WHAT, found, 'fastdds shm clean removes them; so does a restart')
