@@ -44,7 +44,8 @@ class OfflineRun:
         control_t: Times at which the control laws were called in s, shape (C,).
         velocities: What they asked for, after saturation: rows vx, vy in m/s, shape (C, 2, N).
         call_time: Mean duration of a call of each robot's law in s, shape (N,).
-        failed_robots: The robots whose law, or triggering condition, failed at some time, sorted.
+        failed_laws: The robots whose law failed at some time, sorted.
+        failed_conditions: The robots whose triggering condition failed at some time, sorted.
         communication: What went over the links; None if all robots knew all poses at all times.
         table: The same as `t`, `poses`, `V` and `omega` in the form of fleet.csv.
     """
@@ -56,13 +57,19 @@ class OfflineRun:
     control_t: Floats
     velocities: Floats
     call_time: Floats
-    failed_robots: list[int]
+    failed_laws: list[int]
+    failed_conditions: list[int]
     communication: CommunicationRecord | None = None
 
     def __repr__(self) -> str:
         """Return one line: arrays would flood a notebook."""
         nb_steps, _, nb_robots = self.poses.shape
         return f'OfflineRun({nb_robots} robots, {nb_steps - 1} steps, {self.t[-1]:g} s)'
+
+    @property
+    def failed_robots(self) -> list[int]:
+        """The robots whose law or triggering condition failed at some time, sorted."""
+        return sorted({*self.failed_laws, *self.failed_conditions})
 
     @property
     def table(self) -> FleetTable:
@@ -205,10 +212,8 @@ def _run(
         poses[step + 1], V[step + 1], omega[step + 1] = fleet.poses, fleet.V, fleet.omega
         if progress:
             progress(now)
-    failed = set(controllers.failed_robots)
     if radio:
         radio.measure(fleet.poses, fleet.V, float(t[-1]))
-        failed |= set(radio.failed_robots)
     call_time = controllers.call_time / len(control_t)
     return OfflineRun(
         t,
@@ -218,6 +223,7 @@ def _run(
         np.array(control_t),
         np.array(velocities),
         call_time,
-        sorted(failed),
+        controllers.failed_robots,
+        radio.failed_robots if radio else [],
         radio.record() if radio else None,
     )

@@ -151,6 +151,17 @@ def test_a_law_that_failed_is_told_at_the_end_and_by_the_exit_status(tmp_path):
     assert record['outcome'] == 'complete, but law.py failed for robots 2'
 
 
+def test_a_condition_that_failed_is_not_the_fault_of_the_law(tmp_path):
+    (tmp_path / 'when.py').write_text('def ctc(pos, last_pos, t):\n    return None\n')
+    options = ('--nb-robots', '2', '--duration', '1', '--event-triggered', '--ctc', 'when.py')
+
+    result = run_setcmas('offline', '--algo', 'consensus', *options, cwd=tmp_path)
+
+    assert result.returncode == 1
+    last_line = result.stderr.splitlines()[-1]
+    assert 'complete, but the condition when.py failed for robots 1-2;' in last_line
+
+
 def test_ctrl_c_ends_an_endless_law_and_leaves_nothing(start, tmp_path):
     (tmp_path / 'law.py').write_text(
         'def control(i, n, p, t):\n    print("here", flush=True)\n    while True:\n        pass\n'

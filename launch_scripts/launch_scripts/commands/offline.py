@@ -18,6 +18,7 @@ import sys
 import threading
 import time
 from collections.abc import Mapping
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from tqdm import tqdm
@@ -86,8 +87,7 @@ def _run(args: argparse.Namespace) -> int:
     write_csv(run.table, folder.csv / 'fleet.csv')
     if run.communication:
         communication_record.write_csv(run.communication, folder.csv)
-    failed = f'complete, but {script.name} failed for robots {format_robots(run.failed_robots)}'
-    outcome = failed if run.failed_robots else 'complete'
+    outcome = _outcome(run, script, args.ctc)
     folder.write_record(parameters(args, script), outcome, args.seed)
     figures = plot(folder.path, formats=tuple(args.format))
     metrics = compute(folder.path, call_times=dict(enumerate(run.call_time.tolist(), start=1)))
@@ -101,9 +101,21 @@ def _run(args: argparse.Namespace) -> int:
         f'   CSV: {folder.csv}   {len(figures)} plots: {folder.plots}'
     )
     if run.failed_robots:
-        warn(f'setcmas offline: {failed}; the messages above the table tell why')
+        warn(f'setcmas offline: {outcome}; the messages above the table tell why')
         return SCRIPT_FAILED
     return 0
+
+
+def _outcome(run: OfflineRun, script: Path, condition: str | None) -> str:
+    failed = [
+        f'{name} failed for robots {format_robots(robots)}'
+        for name, robots in (
+            (script.name, run.failed_laws),
+            (f'the condition {condition}', run.failed_conditions),
+        )
+        if robots
+    ]
+    return f'complete, but {" and ".join(failed)}' if failed else 'complete'
 
 
 def _simulate(args: argparse.Namespace, script: str, settings: Mapping[str, Any]) -> OfflineRun:

@@ -39,7 +39,7 @@ from setcmas_simu.fleet import format_robots
 from setcmas_simu.simulation_options import add_cmd_timeout_argument, simulated_robots
 
 _START_TIMEOUT_S = 20.0
-_FAILED = 'complete, but the control script failed for some robots'
+_FAILED = 'complete, but a script failed for some robots'
 _NOT_BEGUN = 'a process found a mistake'
 _OF_SIMULATED_ROBOTS = ('limits', 'robot_rate', 'cmd_timeout')
 
