@@ -81,6 +81,17 @@ def checked_adjacency(matrix: ArrayLike, nb_robots: int) -> Floats:
     return _read_only(adjacency)
 
 
+def with_known_rows(weights: Floats, adjacency: Floats) -> Floats:
+    """Return an adjacency matrix with what a controller process tells of the robots it controls.
+
+    Args:
+        weights: The matrix that it published, shape (N, N); NaN where it does not know.
+        adjacency: What was known before, shape (N, N).
+    """
+    result: Floats = np.where(np.isnan(weights), adjacency, weights)
+    return result
+
+
 def neighbours(adjacency: Floats, robot: int) -> list[int]:
     """Return the numbers of the robots that a robot hears, sorted."""
     return [int(index) + 1 for index in np.flatnonzero(adjacency[robot - 1])]

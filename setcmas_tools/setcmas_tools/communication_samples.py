@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from setcmas_ctrl.communication_graph import complete
+from setcmas_ctrl.communication_graph import complete, with_known_rows
 from setcmas_ctrl.graph_changes import GraphChanges
 from setcmas_simu import topics
 from setcmas_tools.communication_record import CommunicationRecord, Counts, record_of
@@ -73,8 +73,10 @@ class CommunicationSamples:
         nb_robots = max([len(rows) for rows in self._counts.values()], default=0)
         graphs = self._graphs or [(start_ns, complete(nb_robots))]
         changes = GraphChanges(len(graphs[0][1]))
-        for time_ns, adjacency in graphs:
-            if adjacency.shape == graphs[0][1].shape:
+        adjacency = np.zeros_like(graphs[0][1])
+        for time_ns, weights in graphs:
+            if weights.shape == adjacency.shape:
+                adjacency = with_known_rows(weights, adjacency)
                 # A graph that is sent with the first command is that of the start.
                 changes.note(max(0.0, (time_ns - start_ns) / 1e9), adjacency)
         return changes

@@ -85,6 +85,18 @@ def test_a_fleet_over_two_processes_hears_of_the_others_by_their_broadcasts_only
     assert first.end() == second.end() == 0
 
 
+def test_a_process_tells_what_its_own_robots_hear(start, peer):
+    start(*SIMU, '--nb-robots', '3').wait_for_output('simulating')
+    options = ['--graph', 'directed_ring', '--nb-robots', '3', '--robots', '2-3']
+    start(*CTRL, '--algo', 'consensus', *options)
+    graph = peer.listen(Float32MultiArray, '/communication_graph', LATCHED)
+    peer.wait_for(lambda: graph)
+
+    weights = np.array(graph[-1].data).reshape(3, 3)
+    assert np.isnan(weights[0]).all()
+    assert weights[1:].tolist() == [[0, 0, 1], [1, 0, 0]]
+
+
 def test_failing_scripts_and_unheard_robots_are_told(start, peer, script):
     law = script('def control(i, n, poses, t):\n    return poses[0].mean() if i == 1 else 0, 0\n')
     when = script('def ctc(pos, last_pos, t):\n    return 1 / 0\n', 'when.py')

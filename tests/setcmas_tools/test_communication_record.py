@@ -86,7 +86,7 @@ def bag(tmp_path, make, write_bag):
     def table(counts):
         return make('std_msgs/msg/Float64MultiArray', {'data': np.array(counts, dtype=float)})
 
-    def bag(graphs=True):
+    def bag(graphs=((0.9, [0, 1, 0, 0]), (2.0, [0, 1, 0.5, 0]))):
         messages = []
         for k in range(30):
             for robot in (1, 2):
@@ -97,12 +97,9 @@ def bag(tmp_path, make, write_bag):
         messages.append(('/tb3_1/links', 1.5, table([0, 0, 0, np.nan, 1, 1, 0, np.nan])))
         messages.append(('/tb3_1/links', 2.5, table([0, 0, 0, np.nan, 2, 1, 1, 0.7])))
         messages.append(('/tb3_2/links', 2.5, table([0, 0, 0, np.nan, 0, 0, 0, np.nan])))
-        if graphs:
-            for t, weights in ((0.9, [0, 1, 0, 0]), (2.0, [0, 1, 0.5, 0])):
-                graph = make(
-                    'std_msgs/msg/Float32MultiArray', {'data': np.array(weights, np.float32)}
-                )
-                messages.append(('/communication_graph', t, graph))
+        for t, weights in graphs:
+            graph = make('std_msgs/msg/Float32MultiArray', {'data': np.array(weights, np.float32)})
+            messages.append(('/communication_graph', t, graph))
         messages.sort(key=lambda message: message[1])
         return write_bag(tmp_path / 'bag', messages)
 
@@ -124,8 +121,15 @@ def test_a_record_from_a_bag(bag):
     assert record.changes.tolist() == [[0, 1, 2, 1], [1, 2, 1, 0.5]]
 
 
+def test_graphs_of_two_controller_processes(bag):
+    graphs = ((0.9, [0, 1, np.nan, np.nan]), (2.0, [np.nan, np.nan, 0.5, 0]))
+    record = read_csv(convert(bag(graphs), progress=False).folder)
+
+    assert record.changes.tolist() == [[0, 1, 2, 1], [1, 2, 1, 0.5]]
+
+
 def test_a_bag_without_graphs_is_that_of_a_complete_one(bag):
-    record = read_csv(convert(bag(graphs=False), progress=False).folder)
+    record = read_csv(convert(bag(graphs=()), progress=False).folder)
 
     assert record.changes.tolist() == [[0, 1, 2, 1], [0, 2, 1, 1]]
 

@@ -107,6 +107,7 @@ class FleetCommunication:
             self._links.connect(adjacency, now)
         if now >= self._next_graph and self._graph.note(t, adjacency):
             self._next_graph = now + _GRAPH_EVERY_S - 0.01
+            self._graph.rows.clear()  # the recorder keeps them
             self._publish_graph(adjacency)
         if now >= self._next_counts:
             self._next_counts = now + _COUNTS_EVERY_S
@@ -127,8 +128,11 @@ class FleetCommunication:
 
     def _publish_graph(self, adjacency: Floats) -> None:
         if self._graph_publisher:
-            message = Float32MultiArray(data=adjacency.ravel().tolist())
-            message.layout.dim = _dimensions(adjacency, 'receiver', 'sender')
+            # Another process knows what its robots hear, at a time t of its own.
+            weights = np.full_like(adjacency, np.nan)
+            weights[self._own] = adjacency[self._own]
+            message = Float32MultiArray(data=weights.ravel().tolist())
+            message.layout.dim = _dimensions(weights, 'receiver', 'sender')
             self._graph_publisher.publish(message)
 
     def _publish_counts(self) -> None:

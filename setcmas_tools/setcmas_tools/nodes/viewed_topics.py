@@ -6,14 +6,17 @@ import time
 from functools import partial
 from typing import Any
 
+import numpy as np
 from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import Point32
 from nav_msgs.msg import Odometry
+from numpy.typing import NDArray
 from rclpy.node import Node
-from rclpy.qos import QoSProfile, ReliabilityPolicy
+from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from std_msgs.msg import Bool, Float32MultiArray, UInt16
 from visualization_msgs.msg import Marker, MarkerArray
 
+from setcmas_ctrl.communication_graph import with_known_rows
 from setcmas_simu import topics
 from setcmas_simu.nodes import qos
 from setcmas_simu.planar_pose import yaw_of_quaternion
@@ -24,6 +27,8 @@ from setcmas_tools.view.robot_states import Diagnosis
 
 _NEWEST = QoSProfile(depth=1, reliability=ReliabilityPolicy.BEST_EFFORT)
 _EVENTS = QoSProfile(depth=10, reliability=ReliabilityPolicy.BEST_EFFORT)
+_GRAPHS = QoSProfile(depth=10, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+"""Of several controller processes, each of which tells what its own robots hear."""
 _MARKER_DEPTH = 500  # as many as a trail of a control script keeps for those who come late
 _KINDS = {
     'nav_msgs/msg/Odometry': Odometry,
@@ -43,6 +48,7 @@ class ViewedTopics:
         self._now = time.monotonic()
         self._robots: dict[str, PolledTopic] = {}
         self._commands: dict[str, PolledTopic] = {}
+        self._adjacency: NDArray[np.float64] = np.empty((0, 0))
         diagnosed = partial(PolledTopic, node, DiagnosticArray, topics.DIAGNOSTICS)
         self._fleet = [
             PolledTopic(node, Bool, topics.FLEET_PAUSE, self._on_pause, qos.EVENT),
@@ -53,7 +59,7 @@ class ViewedTopics:
                 Float32MultiArray,
                 topics.COMMUNICATION_GRAPH,
                 self._on_graph,
-                qos.LATCHED,
+                _GRAPHS,
             ),
         ]
 
@@ -151,8 +157,12 @@ class ViewedTopics:
     def _on_graph(self, message: Float32MultiArray) -> None:
         sizes = [dimension.size for dimension in message.layout.dim]
         weights = communication.matrix(sizes, message.data.tolist())
-        if weights is not None:
-            self._known.both, self._known.one_way = communication.links(weights)
+        if weights is None:
+            return
+        if weights.shape == self._adjacency.shape:
+            weights = with_known_rows(weights, self._adjacency)
+        self._adjacency = weights
+        self._known.both, self._known.one_way = communication.links(weights)
 
     def _on_marker(self, topic: str, marker: Marker) -> None:
         self._known.markers.apply(topic, marker, self._now)
