@@ -65,10 +65,13 @@ def checked_adjacency(matrix: ArrayLike, nb_robots: int) -> Floats:
     """Return a matrix of weights as a read-only array of shape (N, N).
 
     Raises:
-        SetcmasError: It has another shape, a weight that is negative or not finite, or a robot
-            that hears itself.
+        SetcmasError: It is no matrix of numbers, has another shape, a weight that is negative or
+            not finite, or a robot that hears itself.
     """
-    adjacency = np.array(matrix, dtype=float)
+    try:
+        adjacency = np.array(matrix, dtype=float)
+    except (TypeError, ValueError) as error:
+        raise SetcmasError(f'the adjacency matrix is not a square of numbers: {error}') from error
     if adjacency.shape != (nb_robots, nb_robots):
         raise SetcmasError(
             f'the adjacency matrix has shape {adjacency.shape}; '
