@@ -13,6 +13,10 @@ from rclpy.qos import DurabilityPolicy, QoSProfile
 from ros_peer import position
 from std_msgs.msg import Float32MultiArray, Float64MultiArray
 
+from setcmas_ctrl.communication import communication
+from setcmas_ctrl.nodes.fleet_communication import FleetCommunication
+from setcmas_ctrl.nodes.fleet_odometry import FleetOdometry
+
 LATCHED = QoSProfile(depth=10, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 
 
@@ -83,6 +87,24 @@ def test_a_fleet_over_two_processes_hears_of_the_others_by_their_broadcasts_only
     assert max(map(len, states)) < 0.3 * min(map(len, odometry))
     assert peer.node.count_publishers('/communication_graph') == 0
     assert first.end() == second.end() == 0
+
+
+def test_a_graph_switches_at_the_step_at_which_it_does_offline(peer, script):
+    graph = script(
+        """
+        segments:
+          - {duration: 0.4, graph: ring}
+          - {duration: 0.2, edges: [1 <- 2: 0]}
+        repeat: true
+        """,
+        'switching.yaml',
+    )
+    heard = FleetCommunication(
+        peer.node, FleetOdometry(peer.node, 2), communication(2, graph=graph), [1, 2]
+    )
+    times = (0.0, 0.2003, 0.3997, 0.5997, 0.9999, 1.2004)  # as a timer of 5 Hz gives them
+
+    assert [bool(heard.heard(t)[1].any()) for t in times] == [True, True, False, True, False, True]
 
 
 def test_a_process_tells_what_its_own_robots_hear(start, peer):

@@ -91,17 +91,20 @@ class ControlStepper:
         # A robot, and a recorder if there is one, are to get the very first command.
         process.spin_until(lambda: not self._graph.unheard_robots(), _LISTENERS_WAIT_S)
         process.spin_until(self._graph.is_recorded_if_it_can_be, _LISTENERS_WAIT_S)
+        if process.stopping:
+            return
+        # Said before: the time that it takes must not come between a timer's beginning and t = 0.
+        robots = format_robots([controller.robot for controller in self._controllers])
+        self._node.get_logger().info(
+            f'{CONTROL_STARTED} {robots} with {self._controllers[0].law.path.stem} '
+            f'at {1 / self._period:g} Hz; Ctrl-C stops'
+        )
         fall_in_step(process, self._odometry, self._controllers[0].robot)
         if process.stopping:
             return
         # A steady clock: setting the system's time must not freeze the controllers.
         steady = Clock(clock_type=ClockType.STEADY_TIME)
         self._node.create_timer(self._period, self._step, clock=steady)
-        robots = format_robots([controller.robot for controller in self._controllers])
-        self._node.get_logger().info(
-            f'{CONTROL_STARTED} {robots} with {self._controllers[0].law.path.stem} '
-            f'at {1 / self._period:g} Hz; Ctrl-C stops'
-        )
         self._stepped = time.monotonic()
         self._step()
 
