@@ -31,7 +31,7 @@ class LabPeer:
         self.commands = {
             i: peer.listen(kind, f'/{name}/cmd_vel') for i, name in enumerate(namespaces, start=1)
         }
-        self._diagnostics = peer.listen(DiagnosticArray, '/diagnostics')
+        self.diagnostics = peer.listen(DiagnosticArray, '/diagnostics')
         self._ticks = 0
         node.create_timer(1 / HZ, self._publish)
 
@@ -71,8 +71,15 @@ class LabPeer:
     def wait_for_command(self, robot, command):
         self.peer.wait_for(lambda: self.last(robot) == command)
 
+    def let_go(self):
+        """Say go, as a pause node does: after the bridge has heard it pause."""
+        if self.paused is not False:
+            self.paused = True
+            self.peer.wait_for(lambda: 'heard' not in self.status(1)[0].message)
+            self.paused = False
+
     def status(self, robot):
         """Return the newest diagnostic status of a robot, with its values as a dictionary."""
-        self.peer.wait_for(lambda: self._diagnostics)
-        status = self._diagnostics[-1].status[robot - 1]
+        self.peer.wait_for(lambda: self.diagnostics)
+        status = self.diagnostics[-1].status[robot - 1]
         return status, {item.key: item.value for item in status.values}

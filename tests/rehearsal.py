@@ -16,6 +16,7 @@ from processes import SETCMAS
 from ros_peer import Peer
 from std_msgs.msg import Bool, String
 
+from setcmas_expe.start_wishes import REPEATS_WITHIN_S
 from setcmas_simu.planar_pose import yaw_of_quaternion
 from setcmas_simu.topics import truth_topic
 
@@ -164,7 +165,7 @@ class Rehearsal:
             return True
         now = time.monotonic()
         if now >= self._next_wish:
-            self._next_wish = now + 1.0
+            self._next_wish = now + 1.1 * REPEATS_WITHIN_S  # sooner, they count as one
             self._pause.publish(Bool(data=False))
         return False
 

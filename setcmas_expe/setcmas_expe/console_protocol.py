@@ -8,6 +8,9 @@ from dataclasses import asdict, dataclass
 TOGGLE = 'toggle'
 """The space bar: start if paused, else pause."""
 
+PAUSE = 'pause'
+"""A space bar that is heard of late: whatever was meant by it, not a start now."""
+
 GO = 'go'
 """Start."""
 

@@ -31,10 +31,10 @@ class StopOnSilence:
         return self._moving
 
     def hear(self, V: float, omega: float, now: float) -> None:
-        """Take a command; one that is not a number is as good as none."""
+        """Take a command; one that is not finite may move a robot, but never keeps it going."""
         if V == 0.0 and omega == 0.0:
             self._moving = False
-        elif math.isfinite(V) and math.isfinite(omega):
+        elif not self._moving or (math.isfinite(V) and math.isfinite(omega)):
             self._moving = True
             self._zero_until = -math.inf
             self._heard = now

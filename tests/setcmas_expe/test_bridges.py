@@ -27,7 +27,7 @@ def let_go(lab):
     """Let both robots move: all that a command needs is there."""
     lab.poses.update({1: (-1.0, 0.0, 0.5), 2: (1.0, 0.0, 0.5)})
     lab.wanted.update({1: (0.1, 0.2), 2: (0.05, 0.0)})
-    lab.paused = False
+    lab.let_go()
     lab.wait_for_command(1, (0.1, 0.2))
     lab.wait_for_command(2, (0.05, 0.0))
 
@@ -37,7 +37,7 @@ def test_a_robot_moves_only_while_all_that_it_needs_is_there(start, peer, lab):
     process.wait_for_output('bridging robots 1-2: poses from /qualisys/tb3_1/odom')
     lab.wanted = {1: (0.1, 0.2), 2: (0.05, 0.0)}
     lab.poses[1] = (-1.0, 0.0, 0.5)
-    lab.paused = False
+    lab.let_go()
     peer.wait_for(lambda: 'robots 2 have not been seen yet' in process.output())
     assert all(m.twist.linear.x == 0.0 for i in (1, 2) for m in lab.commands[i])
 

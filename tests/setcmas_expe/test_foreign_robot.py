@@ -12,6 +12,8 @@ pytest.importorskip('cyclonedds')
 
 from std_msgs.msg import Bool
 
+from setcmas_expe.start_wishes import REPEATS_WITHIN_S
+
 ROBOT = Path(__file__).parent / 'scripts' / 'foreign_robot.py'
 EXPE = [*SETCMAS, 'expe', '--algo', 'nav_wp', '--mocap', 'vrpn', '--no-joystick']
 
@@ -26,7 +28,7 @@ def test_it_is_driven_with_the_type_that_it_listens_to(kind, start, peer, domain
     while 'goes' not in robot.output():  # wishes that come too early are refused
         assert time.monotonic() < deadline, 'the robot is not driven'
         pause.publish(Bool(data=False))
-        peer.spin(0.5)
+        peer.spin(1.1 * REPEATS_WITHIN_S)
 
 
 def test_nothing_listens(start, domain):

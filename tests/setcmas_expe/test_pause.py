@@ -10,6 +10,7 @@ from sensor_msgs.msg import Joy
 from std_msgs.msg import Bool
 
 from setcmas_expe.console_protocol import decode
+from setcmas_expe.start_wishes import REPEATS_WITHIN_S
 from setcmas_simu.nodes import qos
 
 PAUSE = [sys.executable, '-m', 'setcmas_expe.nodes.pause']
@@ -19,16 +20,31 @@ class Bridge:
     """Says what a bridge process says, until it is silenced."""
 
     def __init__(self, peer):
-        self.message = 'paused'
+        self.held = 'paused'  # what it says while robots are paused
+        self.obeys = True
         self.silent = False
+        self.topic = '/tb3_1/cmd_vel'
+        self._paused = True
         self._publisher = peer.node.create_publisher(DiagnosticArray, '/diagnostics', 1)
-        peer.node.create_timer(0.1, self._publish)
+        peer.node.create_subscription(Bool, '/paused', self._on_paused, 1)
+        peer.node.create_timer(0.1, self.publish)
 
-    def _publish(self):
-        if not self.silent:
-            values = [KeyValue(key='state', value='paused'), KeyValue(key='speed', value='0.1')]
-            status = DiagnosticStatus(name='tb3_1', message=self.message, values=values)
-            self._publisher.publish(DiagnosticArray(status=[status]))
+    def _on_paused(self, message):
+        self._paused = message.data
+
+    def publish(self):
+        if self.silent:
+            return
+        paused = self._paused or not self.obeys
+        state = 'paused' if paused else 'moving'
+        values = [KeyValue(key='state', value=state), KeyValue(key='speed', value='0.1')]
+        status = DiagnosticStatus(
+            name='tb3_1',
+            message=self.held if paused else '',
+            hardware_id=self.topic,
+            values=values,
+        )
+        self._publisher.publish(DiagnosticArray(status=[status]))
 
 
 @pytest.fixture
@@ -53,14 +69,14 @@ def test_the_ways_to_start_and_to_pause(start, peer, bridge):
     peer.wait_for_new(paused, 5)
     assert is_paused(paused)
 
-    bridge.message = 'paused; not seen yet'
-    peer.spin(0.5)
+    bridge.held = 'paused; not seen yet'
+    peer.spin(REPEATS_WITHIN_S)
     wish.publish(Bool(data=False))
     peer.wait_for(lambda: 'not started: tb3_1 is paused; not seen yet' in process.output())
     assert is_paused(paused)
 
-    bridge.message = 'paused'
-    peer.spin(0.5)
+    bridge.held = 'paused'
+    peer.spin(REPEATS_WITHIN_S)
     wish.publish(Bool(data=False))
     peer.wait_for(lambda: goes(paused))
     wish.publish(Bool(data=True))
@@ -92,6 +108,59 @@ def test_the_ways_to_start_and_to_pause(start, peer, bridge):
     assert process.end() == 0
 
 
+def test_a_go_that_somebody_keeps_sending_starts_nothing(start, peer, bridge):
+    """As `ros2 topic pub /pause std_msgs/Bool '{data: false}'` does, without --once."""
+    paused = peer.listen(Bool, '/paused')
+    wish = peer.publisher(Bool, '/pause', listeners=0)
+    peer.node.create_timer(1.0, lambda: wish.publish(Bool(data=False)))
+    process = start(*PAUSE)
+    peer.wait_for(lambda: 'not started: false is repeated on /pause' in process.output())
+    peer.spin(2.5)
+
+    assert paused
+    assert all(message.data for message in paused)
+
+
+def test_robots_that_the_bridge_holds_do_not_go_on_by_themselves(start, peer, bridge):
+    paused = peer.listen(Bool, '/paused')
+    process = start(*PAUSE)
+    wish = peer.publisher(Bool, '/pause')
+    peer.wait_for_new(paused, 1)
+    peer.spin(REPEATS_WITHIN_S)
+    wish.publish(Bool(data=False))
+    peer.wait_for(lambda: goes(paused))
+    bridge.held = 'paused: nothing is heard of the pause node'
+    bridge.obeys = False
+    peer.wait_for(lambda: is_paused(paused))
+
+    assert 'paused: nothing is heard of the pause node' in process.output()
+
+
+def test_diagnostics_of_others_are_not_those_of_the_bridge(start, peer, bridge):
+    bridge.topic = ''
+    process = start(*PAUSE)
+    wish = peer.publisher(Bool, '/pause')
+    peer.spin(REPEATS_WITHIN_S)
+    wish.publish(Bool(data=False))
+
+    peer.wait_for(lambda: 'nothing is heard of the bridge process' in process.output())
+
+
+def test_two_joysticks_that_contradict_each_other_can_only_pause(start, peer, bridge):
+    paused = peer.listen(Bool, '/paused')
+    process = start(*PAUSE)
+    joysticks = [peer.publisher(Joy, '/joy', qos=qos.SENSOR) for _ in range(2)]
+    peer.wait_for_new(paused, 1)
+    peer.spin(0.5)
+    for _ in range(5):
+        for button, joystick in enumerate(joysticks):
+            joystick.publish(Joy(buttons=[0] * 7 + [button]))
+            peer.spin(0.05)
+    peer.wait_for(lambda: 'not started: several nodes publish /joy' in process.output())
+
+    assert all(message.data for message in paused)
+
+
 @pytest.fixture
 def terminal(domain):
     """Start the pause node as setcmas expe does."""
@@ -118,9 +187,14 @@ def test_the_terminal_starts_pauses_and_is_missed(terminal, peer, bridge):
     status = next(filter(None, map(decode, terminal.stdout)))
     assert status.paused
     assert (status.robots[0].name, status.robots[0].speed) == ('tb3_1', '0.1')
+    tell('alive')
+    peer.spin(0.3)
     tell('toggle')
     peer.wait_for(lambda: goes(paused))
     peer.wait_for(lambda: is_paused(paused))  # nobody says that the terminal is alive
+    tell('toggle')  # by somebody who wanted to pause, and was late
+    peer.spin(0.5)
+    assert is_paused(paused)
     tell('go')
     peer.wait_for(lambda: goes(paused))
     tell('halt')

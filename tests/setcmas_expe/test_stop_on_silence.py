@@ -49,3 +49,11 @@ def test_a_command_that_is_not_a_number_does_not_keep_a_robot_going():
     guard.hear(math.nan, 0.0, 10.2)
 
     assert guard.must_stop(10.31)
+
+
+def test_an_infinite_command_sets_a_robot_going_and_is_ended():
+    guard = StopOnSilence()
+    guard.hear(math.inf, 0.0, 10.0)
+    guard.hear(math.inf, 0.0, 10.2)
+
+    assert guard.must_stop(10.31)

@@ -114,6 +114,8 @@ class CmdVelPublisher:
 
     def _use_type(self, wanted: set[str]) -> None:
         if self._type not in wanted:
+            # Whoever listens to the former type would keep the last command for ever.
+            self.publish(0.0, 0.0)
             self._type = _PREFERRED_TYPE if _PREFERRED_TYPE in wanted else wanted.pop()
             # One type at a time: DDS knows only one type of a topic within a process.
             self._node.destroy_publisher(self._publisher)

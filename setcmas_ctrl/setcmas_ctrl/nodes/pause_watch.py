@@ -15,19 +15,31 @@ PAUSE_TIMEOUT_S = 0.5
 
 BY_WISH = 'paused'
 SILENT = 'paused: nothing is heard of the pause node'
+NOT_STARTED = 'paused: the pause node says go, but was not heard to pause first'
 SEVERAL = 'paused: several pause nodes send /paused; is another experiment in this ROS domain?'
 
 
 class PauseWatch:
     """The pause state that a process acts upon: paused unless told otherwise, all the time."""
 
-    def __init__(self, node: Node, timeout_s: float = PAUSE_TIMEOUT_S) -> None:
-        """Listen through a node."""
+    def __init__(
+        self, node: Node, timeout_s: float = PAUSE_TIMEOUT_S, latches: bool = False
+    ) -> None:
+        """Listen through a node.
+
+        Args:
+            node: The node.
+            timeout_s: Age in s from which the last word of the pause node is too old.
+            latches: Whether, at first and after every silence or contradiction, go counts only
+                once pause has been heard: robots do not start by themselves because a message
+                comes back, or because somebody else's pause node says go.
+        """
         self._node = node
         self._timeout_s = timeout_s
+        self._latches = latches
+        self._may_go = not latches
         self._paused = True
         self._received = -float('inf')
-        self._several = False
         node.create_subscription(
             Bool,
             topics.PAUSED,
@@ -38,15 +50,21 @@ class PauseWatch:
 
     def reason(self) -> str:
         """Return why robots are paused; empty if they are not."""
-        if self._several:
-            return SEVERAL
-        if time.monotonic() - self._received > self._timeout_s:
-            return SILENT
-        return BY_WISH if self._paused else ''
+        trouble = self._trouble()
+        if trouble:
+            self._may_go = not self._latches
+            return trouble
+        if self._paused:
+            self._may_go = True
+            return BY_WISH
+        return '' if self._may_go else NOT_STARTED
 
-    def check_graph(self) -> None:
-        """See that no second pause node contradicts the first; to be called now and then."""
-        self._several = self._node.count_publishers(topics.PAUSED) > 1
+    def _trouble(self) -> str:
+        # Asked every time: between two looks, a second pause node could start the robots.
+        if self._node.count_publishers(topics.PAUSED) > 1:
+            return SEVERAL
+        silent = time.monotonic() - self._received > self._timeout_s
+        return SILENT if silent else ''
 
     def _on_paused(self, message: Bool) -> None:
         self._paused = message.data

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from setcmas_ctrl.nodes.pause_watch import PauseWatch
 from setcmas_expe.nodes.cmd_vel_bridge import CmdVelBridge
 from setcmas_expe.nodes.mocap_bridge import MocapBridge
 from setcmas_expe.safety import PAUSED, Decision
@@ -24,12 +23,10 @@ class BridgeReports:
         self,
         say: Callable[[str], None],
         robots: list[tuple[MocapBridge, CmdVelBridge]],
-        pause: PauseWatch,
     ) -> None:
         """Report through a function that shows a message to the user."""
         self._say = say
         self._robots = robots
-        self._pause = pause
         self._stops = StopReports(say)
         self._first: float | None = None
         self._next_rejected = self._next_graph = 0.0
@@ -49,7 +46,6 @@ class BridgeReports:
             self._tell_rejected()
         if now >= self._next_graph:
             self._next_graph = now + _GRAPH_EVERY_S
-            self._pause.check_graph()
             self._check_graph(now - self._first)
 
     def _tell_silence(self, silent: bool) -> None:

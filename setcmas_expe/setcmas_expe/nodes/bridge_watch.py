@@ -17,6 +17,7 @@ from setcmas_simu.nodes import qos
 
 _SILENT_AFTER_S = 0.5  # the bridge sends five a second
 _FOLLOW_EVERY_S = 2.0
+_OBEYS_AFTER_S = 1.0  # a start is in what the bridge says by then
 
 
 class BridgeWatch:
@@ -34,6 +35,8 @@ class BridgeWatch:
         self._robots: tuple[RobotStatus, ...] = ()
         self._is_new = False
         self._next_follow = 0.0
+        self._refused_since: float | None = None
+        self._topics = {robot.topic(topics.CMD_VEL) for robot in lab.robots}
         self._cmd_vels = [
             CmdVelPublisher(
                 node,
@@ -65,13 +68,28 @@ class BridgeWatch:
             return ''
         return 'the bridge process is silent; the pause node commands zero'
 
+    def refusal(self, paused: bool, now: float) -> str:
+        """Return why the bridge holds robots that were let go; empty if it does not.
+
+        It holds them when this node was not heard for a while. They must not go on by themselves
+        once it is heard again.
+        """
+        held = [robot.reason for robot in self._robots if robot.state == PAUSED]
+        if paused or not held:
+            self._refused_since = None
+            return ''
+        if self._refused_since is None:
+            self._refused_since = now
+        return held[0] if now - self._refused_since > _OBEYS_AFTER_S else ''
+
     def unreadiness(self) -> str:
         """Return why robots cannot be started yet; empty if they can.
 
         Whoever starts them sees them start: they do not begin by themselves some time later.
         """
-        if not self._robots:
-            return 'nothing is heard of the bridge process yet'
+        silent = self._heard is None or time.monotonic() - self._heard > _SILENT_AFTER_S
+        if silent or not self._robots:
+            return 'nothing is heard of the bridge process'
         unready = [robot for robot in self._robots if not robot.ready]
         return '; '.join(f'{robot.name} is {robot.reason}' for robot in unready[:1])
 
@@ -86,9 +104,12 @@ class BridgeWatch:
         return news
 
     def _on_diagnostics(self, message: DiagnosticArray) -> None:
-        self._heard = time.monotonic()
-        self._robots = tuple(_robot_status(status) for status in message.status)
-        self._is_new = True
+        # Drivers, robots and other experiments send diagnostics too.
+        ours = [status for status in message.status if status.hardware_id in self._topics]
+        if ours:
+            self._heard = time.monotonic()
+            self._robots = tuple(map(_robot_status, ours))
+            self._is_new = True
 
 
 def _robot_status(status: DiagnosticStatus) -> RobotStatus:

@@ -8,11 +8,17 @@ import threading
 import time
 from collections.abc import Callable, Iterator
 
-from setcmas_expe.console_protocol import SILENT_AFTER_S
+from setcmas_expe.console_protocol import PAUSE, SILENT_AFTER_S, TOGGLE
+
+_CATCHES_UP_S = 0.2
 
 
 class ConsoleReader:
-    """Takes lines in a thread of its own; hands them out without waiting."""
+    """Takes lines in a thread of its own; hands them out without waiting.
+
+    A key that comes after a silence, or together with others that were held up, was pressed some
+    time ago: the robots may have been paused since, and it must not start them.
+    """
 
     def __init__(self, on_end: Callable[[], None]) -> None:
         """Start to read; the thread calls `on_end` when the terminal's process is gone."""
@@ -34,7 +40,11 @@ class ConsoleReader:
         return first
 
     def _read(self) -> None:
-        for line in sys.stdin:
-            self._heard = time.monotonic()
-            self._lines.put(line.strip())
+        late_until = 0.0
+        for line in map(str.strip, sys.stdin):
+            now = time.monotonic()
+            if now - self._heard > SILENT_AFTER_S:
+                late_until = now + _CATCHES_UP_S
+            self._heard = now
+            self._lines.put(PAUSE if line == TOGGLE and now < late_until else line)
         self._on_end()

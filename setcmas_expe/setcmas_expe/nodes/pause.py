@@ -13,12 +13,14 @@ from rclpy.clock import Clock, ClockType
 from sensor_msgs.msg import Joy
 from std_msgs.msg import Bool
 
+from setcmas_ctrl.nodes.pause_watch import PAUSE_TIMEOUT_S
 from setcmas_expe import console_protocol as console
 from setcmas_expe.experiment_options import add_lab_arguments, chosen_lab
 from setcmas_expe.joystick import Joystick
 from setcmas_expe.lab import Lab
 from setcmas_expe.nodes.bridge_watch import BridgeWatch
 from setcmas_expe.nodes.console_reader import ConsoleReader
+from setcmas_expe.start_wishes import REPEATS_WITHIN_S, StartWishes
 from setcmas_simu import topics
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.nodes import qos
@@ -47,7 +49,11 @@ class Pause(FleetNode):
         self._joystick = Joystick(lab.joystick_button)
         self._joystick_told = False
         self._button = lab.joystick_button
+        self._joystick_topic = lab.joystick_topic
         self._ticks = 0
+        self._ticked = time.monotonic()
+        self._wishes = StartWishes(self._ticked)
+        self._repetition_told = False
         self._bridge = BridgeWatch(self, lab)
         self._publisher = self.create_publisher(
             Bool, topics.PAUSED, qos.STATE, event_callbacks=qos.no_publisher_events()
@@ -58,8 +64,10 @@ class Pause(FleetNode):
         steady = Clock(clock_type=ClockType.STEADY_TIME)
         self.create_timer(1.0 / (RATE_HZ * _TICKS_PER_MESSAGE), self._tick, clock=steady)
 
-    def set(self, paused: bool, why: str) -> None:
+    def set(self, paused: bool, why: str, by_itself: bool = False) -> None:
         """Pause, or let the robots go; says so."""
+        if paused and not self.paused:
+            self._wishes.note_pause(by_itself, time.monotonic())
         if (paused, why) != (self.paused, self.why):
             self.get_logger().info(f'paused: {why}' if paused else f'started: {why}')
         self.paused, self.why = paused, why
@@ -73,16 +81,37 @@ class Pause(FleetNode):
         else:
             self.set(paused, why)
 
+    def toggle(self, why: str) -> None:
+        """Start if paused, else pause."""
+        if self.paused and self._wishes.crossed(time.monotonic()):
+            self.get_logger().warning(f'not started: just paused ({self.why}); once more starts')
+        else:
+            self.wish(not self.paused, why)
+
     def publish(self) -> None:
         """Send the state."""
         self._publisher.publish(Bool(data=self.paused))
 
     def _on_wish(self, message: Bool) -> None:
-        self.wish(message.data, 'by /pause')
+        if not self._wishes.repeated(message.data, time.monotonic()):
+            self._repetition_told = False
+            self.wish(message.data, 'by /pause')
+        elif self.paused and not self._repetition_told:
+            self._repetition_told = True
+            self.get_logger().warning(
+                f'not started: false is repeated on /pause; send it once, and none for '
+                f'{REPEATS_WITHIN_S:g} s before'
+            )
 
     def _on_joy(self, message: Joy) -> None:
         if self._joystick.pressed(message.buttons, time.monotonic()):
-            self.wish(not self.paused, 'by joystick')
+            # Two that contradict each other look like a button that is pressed all the time.
+            if self.paused and self.count_publishers(self._joystick_topic) > 1:
+                self.get_logger().warning(
+                    f'not started: several nodes publish {self._joystick_topic}'
+                )
+            else:
+                self.toggle('by joystick')
         if self._joystick.missing_button and not self._joystick_told:
             self._joystick_told = True
             self.get_logger().warning(
@@ -92,13 +121,20 @@ class Pause(FleetNode):
 
     def _tick(self) -> None:
         now = time.monotonic()
+        if not self.paused and now - self._ticked > PAUSE_TIMEOUT_S:
+            self.set(True, 'the pause node was held up', by_itself=True)
+        self._ticked = now
         if self._joystick.disappeared(now):
-            self.set(True, 'the joystick has disappeared')
+            self.set(True, 'the joystick has disappeared', by_itself=True)
         if self._keys:
             self._serve_terminal(self._keys, now)
-        if trouble := self._bridge.trouble(now):
-            self.set(True, trouble)
+        if self._bridge.ending:  # a bridge that hangs just now cannot stop its robots
             self._bridge.command_zero()
+        if trouble := self._bridge.trouble(now):
+            self.set(True, trouble, by_itself=True)
+            self._bridge.command_zero()
+        if refusal := self._bridge.refusal(self.paused, now):
+            self.set(True, refusal.removeprefix('paused: '), by_itself=True)
         self._ticks += 1
         if self._ticks % _TICKS_PER_MESSAGE == 0:
             self.publish()
@@ -106,7 +142,9 @@ class Pause(FleetNode):
     def _serve_terminal(self, keys: ConsoleReader, now: float) -> None:
         for line in keys.lines():
             if line == console.TOGGLE:
-                self.wish(not self.paused, 'by space bar')
+                self.toggle('by space bar')
+            elif line == console.PAUSE:
+                self.set(True, 'by space bar')
             elif line == console.GO:
                 self.wish(False, 'by command')
             elif line == console.HALT:
@@ -114,8 +152,8 @@ class Pause(FleetNode):
             elif line == console.END:
                 self._bridge.ending = True
                 self.set(True, 'the experiment ends')
-        if keys.silent(now):
-            self.set(True, 'the terminal does not answer')
+        if keys.silent(now) and not self._bridge.ending:
+            self.set(True, 'the terminal does not answer', by_itself=True)
         if robots := self._bridge.news():
             print(console.Status(self.paused, self.why, robots).encode(), flush=True)
 

@@ -38,9 +38,9 @@ class SafetyStepper:
         self._node = node
         self._lab = lab
         self._robots = list(zip(mocaps, bridges, strict=True))
-        self._pause = PauseWatch(node, lab.timeouts.pause_s)
+        self._pause = PauseWatch(node, lab.timeouts.pause_s, latches=True)
         self._diagnostics = RobotDiagnostics(node)
-        self._reports = BridgeReports(node.get_logger().warning, self._robots, self._pause)
+        self._reports = BridgeReports(node.get_logger().warning, self._robots)
         self._steps = 0
 
     def start(self) -> None:

@@ -1,0 +1,39 @@
+"""Which wishes to start robots are meant: a late or repeated one must not move them."""
+
+from __future__ import annotations
+
+import math
+
+REPEATS_WITHIN_S = 2.5
+"""`ros2 topic pub` without --once repeats once a second; a person does not so for long."""
+
+REACTION_S = 1.0
+"""Who presses within this time of a pause that came by itself meant to pause, not to start."""
+
+
+class StartWishes:
+    """Judges wishes to start; all times in s on a steady clock."""
+
+    def __init__(self, now: float) -> None:
+        """Begin at a time: whoever says go by then is no witness of this experiment."""
+        self._go_heard = now
+        self._stopped_itself = -math.inf
+
+    def note_pause(self, by_itself: bool, now: float) -> None:
+        """Note that the robots were paused: by themselves, or by a person."""
+        self._stopped_itself = now if by_itself else -math.inf
+
+    def repeated(self, paused: bool, now: float) -> bool:
+        """Take a message on /pause; returns whether it is a go that somebody keeps sending.
+
+        A publisher that was left running would start the robots as soon as they are ready, and
+        after each pause again.
+        """
+        if paused:
+            return False
+        before, self._go_heard = self._go_heard, now
+        return now - before < REPEATS_WITHIN_S
+
+    def crossed(self, now: float) -> bool:
+        """Return whether a toggle crossed a pause that came by itself a moment before."""
+        return now - self._stopped_itself < REACTION_S

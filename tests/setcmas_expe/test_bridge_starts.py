@@ -1,0 +1,62 @@
+"""Robots start because somebody starts them, never because a message comes (back)."""
+
+import sys
+
+import pytest
+
+pytest.importorskip('rclpy')
+
+from lab_peer import LabPeer
+from std_msgs.msg import Bool
+
+BRIDGES = [sys.executable, '-m', 'setcmas_expe.nodes.bridges']
+STOP = (0.0, 0.0)
+GO = (0.1, 0.2)
+
+
+@pytest.fixture
+def lab(peer, start):
+    start(*BRIDGES)
+    lab = LabPeer(peer, ('tb3_1',))
+    lab.poses[1], lab.wanted[1] = (-1.0, 0.0, 0.5), GO
+    return lab
+
+
+def see_it_stand(lab, reason):
+    lab.peer.wait_for(lambda: reason in lab.status(1)[0].message)
+    lab.commands[1].clear()
+    lab.peer.spin(0.5)
+    assert lab.commands[1]
+    assert lab.last(1) == STOP
+    assert all(m.twist.linear.x == 0.0 for m in lab.commands[1])
+
+
+def test_a_go_of_an_earlier_experiment_starts_nothing(lab):
+    lab.paused = False
+    see_it_stand(lab, 'was not heard to pause first')
+
+    lab.paused = True
+    lab.peer.wait_for(lambda: lab.status(1)[0].message == 'paused')
+    lab.paused = False
+    lab.wait_for_command(1, GO)
+
+
+def test_a_pause_node_that_is_heard_again_starts_nothing(lab):
+    lab.let_go()
+    lab.wait_for_command(1, GO)
+    lab.paused = None
+    lab.wait_for_command(1, STOP)
+
+    lab.paused = False
+    see_it_stand(lab, 'was not heard to pause first')
+
+
+def test_the_end_of_a_second_experiment_starts_nothing(lab):
+    lab.let_go()
+    lab.wait_for_command(1, GO)
+    second = lab.peer.node.create_publisher(Bool, '/paused', 1)
+    lab.wait_for_command(1, STOP)
+    lab.peer.wait_for(lambda: 'several pause nodes' in lab.status(1)[0].message)
+    lab.peer.node.destroy_publisher(second)
+
+    see_it_stand(lab, 'was not heard to pause first')
