@@ -79,6 +79,10 @@ class Experiment:
         """Start if paused, else pause."""
         self._pause.tell(console_protocol.TOGGLE)
 
+    def pause(self) -> None:
+        """Pause, whatever is now."""
+        self._pause.tell(console_protocol.PAUSE)
+
     def go(self) -> None:
         """Start."""
         self._pause.tell(console_protocol.GO)

@@ -8,7 +8,8 @@ REPEATS_WITHIN_S = 2.5
 """`ros2 topic pub` without --once repeats once a second; a person does not so for long."""
 
 REACTION_S = 1.0
-"""Who presses within this time of a pause that came by itself meant to pause, not to start."""
+"""Who presses within this time of a pause that came by itself meant to pause, not to start. Nor
+does a key or a button that is held down, and repeats itself, or that bounces."""
 
 
 class StartWishes:
@@ -17,7 +18,7 @@ class StartWishes:
     def __init__(self, now: float) -> None:
         """Begin at a time: whoever says go by then is no witness of this experiment."""
         self._go_heard = now
-        self._stopped_itself = -math.inf
+        self._stopped_itself = self._pressed = -math.inf
 
     def note_pause(self, by_itself: bool, now: float) -> None:
         """Note that the robots were paused: by themselves, or by a person."""
@@ -34,6 +35,10 @@ class StartWishes:
         before, self._go_heard = self._go_heard, now
         return now - before < REPEATS_WITHIN_S
 
-    def crossed(self, now: float) -> bool:
-        """Return whether a toggle crossed a pause that came by itself a moment before."""
-        return now - self._stopped_itself < REACTION_S
+    def hasty(self, now: float) -> bool:
+        """Take a press of the key or button that toggles; returns whether it must not start.
+
+        It crossed a pause that came by itself, or came at once after another press.
+        """
+        before, self._pressed = self._pressed, now
+        return now - max(before, self._stopped_itself) < REACTION_S

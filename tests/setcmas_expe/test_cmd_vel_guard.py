@@ -6,7 +6,9 @@ import pytest
 pytest.importorskip('rclpy')
 
 from geometry_msgs.msg import Twist, TwistStamped
-from ros_peer import twist, twist_stamped
+from nav_msgs.msg import Odometry
+from rclpy.node import Node
+from ros_peer import Peer, twist, twist_stamped
 
 GUARD = [sys.executable, '-m', 'setcmas_expe.nodes.cmd_vel_guard']
 NAMESPACE = ['--ros-args', '-r', '__ns:=/tb3_1']
@@ -44,3 +46,17 @@ def test_a_robot_that_was_stopped_by_others_is_left_alone(start, peer):
 
     assert len(heard) == 2
     assert 'ended' not in process.output()
+
+
+def test_the_type_is_that_of_the_robot_and_not_of_somebody_who_looks_on(start, peer, domain):
+    with Peer(domain) as other:  # a process of its own, as DDS sees it
+        looks_on = Node('looks_on', context=other.context)
+        looks_on.create_subscription(TwistStamped, '/tb3_1/cmd_vel', print, 1)
+        heard = peer.cmd_vel(1, Twist)
+        peer.publisher(Odometry, '/tb3_1/odom', listeners=0)
+        process = start(*GUARD, *NAMESPACE)
+        process.wait_for_output('guarding /tb3_1/cmd_vel (twist)')
+        publisher = peer.publisher(Twist, '/tb3_1/cmd_vel', listeners=2)
+        publisher.publish(twist(0.1, 0.0))
+        peer.wait_for(lambda: twist(0.1, 0.0) in heard and heard[-1] == twist(0.0, 0.0))
+        looks_on.destroy_node()

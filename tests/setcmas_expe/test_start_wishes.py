@@ -15,12 +15,19 @@ def test_a_go_at_the_beginning_was_not_meant_for_this_experiment():
     assert StartWishes(5.0).repeated(False, 5.0 + 0.9 * REPEATS_WITHIN_S)
 
 
+def test_a_key_that_is_held_down_does_not_start():
+    wishes = StartWishes(0.0)
+    assert not wishes.hasty(10.0)
+    assert wishes.hasty(10.0 + 0.9 * REACTION_S)  # keyboards repeat after half a second
+    assert all(wishes.hasty(11.0 + step / 30) for step in range(300))
+    assert not wishes.hasty(22.1 + REACTION_S)
+
+
 def test_a_toggle_that_crosses_a_pause_that_came_by_itself_is_no_start():
     wishes = StartWishes(0.0)
-    assert not wishes.crossed(0.1)
     wishes.note_pause(True, 1.0)
-    assert wishes.crossed(1.0 + 0.9 * REACTION_S)
-    assert not wishes.crossed(1.0 + 1.1 * REACTION_S)
+    assert wishes.hasty(1.0 + 0.9 * REACTION_S)
+    assert not wishes.hasty(1.0 + 2.0 * REACTION_S)
     wishes.note_pause(True, 5.0)
     wishes.note_pause(False, 5.1)
-    assert not wishes.crossed(5.2)
+    assert not wishes.hasty(5.2)

@@ -95,7 +95,9 @@ def _run(
         keys = keyboard.pressed()
         if 'q' in keys.lower():
             raise StoppedError
-        if keys.count(' ') % 2:
+        if keys.count(' ') > 1:  # held down, or in haste: that is no start
+            experiment.pause()
+        elif ' ' in keys:
             experiment.toggle()
         experiment.keep_alive()
 

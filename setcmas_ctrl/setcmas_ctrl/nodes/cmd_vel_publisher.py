@@ -11,7 +11,7 @@ from rclpy.qos import QoSProfile
 from setcmas_ctrl.control_options import AUTO
 from setcmas_simu import topics
 from setcmas_simu.nodes import qos
-from setcmas_simu.nodes.cmd_vel_type import ROS_NAMES, TYPES
+from setcmas_simu.nodes.cmd_vel_type import TYPES, cmd_vel_listeners, types_of_robot
 from setcmas_simu.simulation_options import CMD_VEL_TYPES
 
 _PREFERRED_TYPE = CMD_VEL_TYPES[0]
@@ -71,13 +71,9 @@ class CmdVelPublisher:
 
     def follow_listeners(self) -> bool:
         """Match the type to what the robot listens to; False if nothing listens."""
-        listeners = self._listeners()
+        listeners = cmd_vel_listeners(self._node, self._topic)
         if self._auto and listeners:
-            # Where listeners differ, the node that sends the odometry is the robot.
-            senders = self._node.get_publishers_info_by_topic(self._odometry_topic)
-            robot = {info.node_name for info in senders}
-            wanted = {kind for node, kind in listeners if node in robot}
-            self._use_type(wanted or {kind for _, kind in listeners})
+            self._use_type(types_of_robot(self._node, listeners, self._odometry_topic))
         others = [f'{node} wants {kind}' for node, kind in listeners if kind != self._type]
         self.mixed = f'{self._frame} gets {self._type}, but {others[0]}' if others else None
         return any(kind == self._type for _, kind in listeners)
@@ -103,14 +99,6 @@ class CmdVelPublisher:
         """Return whether a cmd_vel_guard stands by, on the robot."""
         senders = self._node.get_publishers_info_by_topic(self._topic)
         return any(info.node_name == topics.CMD_VEL_GUARD_NODE for info in senders)
-
-    def _listeners(self) -> list[tuple[str, str]]:
-        """Return the names of the nodes that listen, bystanders aside, and the types."""
-        return [
-            (info.node_name, ROS_NAMES[info.topic_type])
-            for info in self._node.get_subscriptions_info_by_topic(self._topic)
-            if info.node_name not in topics.BYSTANDER_NODES and info.topic_type in ROS_NAMES
-        ]
 
     def _use_type(self, wanted: set[str]) -> None:
         if self._type not in wanted:

@@ -19,7 +19,7 @@ from setcmas_ctrl.control_options import AUTO
 from setcmas_expe.stop_on_silence import SILENCE_S, StopOnSilence
 from setcmas_simu import topics
 from setcmas_simu.nodes import qos
-from setcmas_simu.nodes.cmd_vel_type import ROS_NAMES, TYPES, velocities
+from setcmas_simu.nodes.cmd_vel_type import TYPES, cmd_vel_listeners, types_of_robot, velocities
 from setcmas_simu.nodes.ros_process import FleetNode, ros_process, split_ros_arguments
 from setcmas_simu.simulation_options import CMD_VEL_TYPES, positive
 
@@ -69,12 +69,9 @@ class CmdVelGuard(FleetNode):
             self._publisher.wait_for_all_acked(Duration(seconds=_LAST_WORDS_S))
 
     def _follow_robot(self) -> None:
-        """Use the type that the robot, that is any other listener, takes."""
-        kinds = {
-            ROS_NAMES[info.topic_type]
-            for info in self.get_subscriptions_info_by_topic(self._topic)
-            if info.node_name not in topics.BYSTANDER_NODES and info.topic_type in ROS_NAMES
-        }
+        """Use the type that the robot takes, found out as by those who command it."""
+        listeners = cmd_vel_listeners(self, self._topic)
+        kinds = types_of_robot(self, listeners, self.resolve_topic_name(topics.ODOM))
         if kinds and self._kind not in kinds:
             self._use(next(kind for kind in CMD_VEL_TYPES if kind in kinds))
 

@@ -20,6 +20,7 @@ from setcmas_simu.topics import robot_name
 _PERIOD_S = 0.05
 _SETTLING_S = 0.4
 _ROLLS = 0.01  # m/s
+_LAST_ZEROS = 5
 _REFUSED = 'no nudge'
 
 
@@ -86,7 +87,9 @@ class Nudger:
             yield Finding(PROBLEM, what, f'broken off: {reason}', 'see that the way is free')
             return
         finally:
-            commands.publish(0.0, 0.0)
+            for _ in range(_LAST_ZEROS):  # several, in case one is lost
+                commands.publish(0.0, 0.0)
+                time.sleep(_PERIOD_S)
             commands.wait_until_sent()
         yield nudge.forward_finding(robot.number, start, forward)
         yield nudge.turn_finding(robot.number, back[robot.number], left[robot.number])

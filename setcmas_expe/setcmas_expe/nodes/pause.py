@@ -20,7 +20,7 @@ from setcmas_expe.joystick import Joystick
 from setcmas_expe.lab import Lab
 from setcmas_expe.nodes.bridge_watch import BridgeWatch
 from setcmas_expe.nodes.console_reader import ConsoleReader
-from setcmas_expe.start_wishes import REPEATS_WITHIN_S, StartWishes
+from setcmas_expe.start_wishes import REACTION_S, REPEATS_WITHIN_S, StartWishes
 from setcmas_simu import topics
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.nodes import qos
@@ -53,7 +53,7 @@ class Pause(FleetNode):
         self._ticks = 0
         self._ticked = time.monotonic()
         self._wishes = StartWishes(self._ticked)
-        self._repetition_told = False
+        self._repetition_told = self._haste_told = False
         self._bridge = BridgeWatch(self, lab)
         self._publisher = self.create_publisher(
             Bool, topics.PAUSED, qos.STATE, event_callbacks=qos.no_publisher_events()
@@ -83,10 +83,13 @@ class Pause(FleetNode):
 
     def toggle(self, why: str) -> None:
         """Start if paused, else pause."""
-        if self.paused and self._wishes.crossed(time.monotonic()):
-            self.get_logger().warning(f'not started: just paused ({self.why}); once more starts')
-        else:
+        hasty = self._wishes.hasty(time.monotonic())
+        if not (hasty and self.paused):
+            self._haste_told = False
             self.wish(not self.paused, why)
+        elif not self._haste_told:
+            self._haste_told = True
+            self.get_logger().warning(f'not started: too soon; press once more ({REACTION_S:g} s)')
 
     def publish(self) -> None:
         """Send the state."""
