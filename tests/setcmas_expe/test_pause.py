@@ -195,6 +195,13 @@ def test_the_terminal_starts_pauses_and_is_missed(terminal, peer, bridge):
     tell('toggle')  # by somebody who wanted to pause, and was late
     peer.spin(0.5)
     assert is_paused(paused)
+    for _ in range(40):  # a key that is held down, read now one by one and now in pairs
+        tell('pause')
+        tell('alive')
+        peer.spin(0.05)
+    tell('toggle')
+    peer.spin(0.3)
+    assert is_paused(paused)
     tell('go')
     peer.wait_for(lambda: goes(paused))
     tell('halt')

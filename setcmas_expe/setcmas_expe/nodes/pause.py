@@ -147,6 +147,7 @@ class Pause(FleetNode):
             if line == console.TOGGLE:
                 self.toggle('by space bar')
             elif line == console.PAUSE:
+                self._wishes.hasty(now)  # it is a press, too
                 self.set(True, 'by space bar')
             elif line == console.GO:
                 self.wish(False, 'by command')
