@@ -98,9 +98,10 @@ class BridgeWatch:
         for cmd_vel in self._cmd_vels:
             cmd_vel.publish(0.0, 0.0)
 
-    def news(self) -> tuple[RobotStatus, ...]:
-        """Return the states of the robots if there are newer ones since the last call."""
-        news, self._is_new = self._robots if self._is_new else (), False
+    def news(self, unless_old: bool) -> tuple[RobotStatus, ...]:
+        """Return the states of the robots; none if they are wanted only if new, and are not."""
+        news = () if unless_old and not self._is_new else self._robots
+        self._is_new = False
         return news
 
     def _on_diagnostics(self, message: DiagnosticArray) -> None:

@@ -45,6 +45,7 @@ class Pause(FleetNode):
         super().__init__(topics.PAUSE_NODE)
         self.paused = True
         self.why = ''
+        self._shown = (True, '')
         self._keys = keys
         self._joystick = Joystick(lab.joystick_button)
         self._joystick_told = False
@@ -158,7 +159,10 @@ class Pause(FleetNode):
                 self.set(True, 'the experiment ends')
         if keys.silent(now) and not self._bridge.ending:
             self.set(True, 'the terminal does not answer', by_itself=True)
-        if robots := self._bridge.news():
+        # A bridge that hangs has no news, but that the robots are paused then is one.
+        robots = self._bridge.news(unless_old=(self.paused, self.why) == self._shown)
+        if robots:
+            self._shown = self.paused, self.why
             print(console.Status(self.paused, self.why, robots).encode(), flush=True)
 
 
