@@ -68,7 +68,7 @@ class Experiment:
         pause = node_command(_PAUSE, [*options, '--console'])
         self._pause = supervisor.start('pause', pause, listens=True)
         laws = ['--experiment', '--nb-robots', str(lab.nb_robots)]
-        laws += node_arguments(args, [name for name in _CTRL_OPTIONS if hasattr(args, name)])
+        laws += node_arguments(args, _CTRL_OPTIONS)
         self._ctrl = supervisor.start('ctrl', node_command(ctrl.MODULE, laws))
 
     def start_joystick(self, command: list[str]) -> None:

@@ -30,7 +30,7 @@ from launch_scripts.supervisor import StoppedError, Supervisor
 from launch_scripts.view_options import NONE, add_view_arguments, view_beside
 from setcmas_ctrl.algorithm_loader import compile_script, find_script
 from setcmas_ctrl.communication_options import add_communication_arguments, check_communication
-from setcmas_ctrl.control_options import add_law_arguments
+from setcmas_ctrl.control_options import add_law_arguments, add_watch_argument
 from setcmas_ctrl.script_settings import parse_settings
 from setcmas_expe.emulation_options import emulated_start_poses
 from setcmas_expe.experiment_options import add_lab_arguments, chosen_lab
@@ -41,7 +41,7 @@ from setcmas_simu.simulation_options import add_start_pose_arguments
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the options of the verb."""
-    add_law_arguments(parser)
+    add_watch_argument(add_law_arguments(parser))
     add_communication_arguments(parser)
     add_lab_arguments(parser)
     parser.add_argument('--no-joystick', action='store_true', help='do not look for a joystick')

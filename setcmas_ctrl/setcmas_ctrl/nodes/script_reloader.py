@@ -17,6 +17,7 @@ from setcmas_ctrl.call_watch import CallWatch
 from setcmas_ctrl.control_law import ControlLaw
 from setcmas_ctrl.file_watch import FileWatch
 from setcmas_ctrl.nodes.control_stepper import ControlStepper
+from setcmas_ctrl.nodes.pause_watch import PAUSE_TIMEOUT_S
 from setcmas_ctrl.stop_call import AbandonCall
 from setcmas_simu import topics
 from setcmas_simu.errors import SetcmasError
@@ -24,7 +25,6 @@ from setcmas_simu.fleet import format_robots
 from setcmas_simu.nodes import qos
 
 _POLL_EVERY_S = 0.1
-_SILENCE_S = 0.5  # an experiment whose pause node is silent for this long is paused
 
 
 class ScriptReloader:
@@ -116,7 +116,7 @@ class ScriptReloader:
             raise AbandonCall
 
     def _is_moving(self) -> bool:
-        return time.monotonic() - self._last_moving < _SILENCE_S
+        return time.monotonic() - self._last_moving < PAUSE_TIMEOUT_S
 
     def _ask_to_pause(self) -> None:
         if not self._told_to_wait:
