@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Callable
 from importlib import resources
@@ -37,7 +38,8 @@ _GROUPS = {
     'joystick': ('button', 'topic'),
     'network': ('static_peers', 'discovery_server'),
 }
-_LIMITS = ('forward', 'turn', 'wheel', 'wheel_separation')
+_LIMITS = {'forward': 3.0, 'turn': 20.0, 'wheel': 3.0, 'wheel_separation': 2.0}
+"""What may be said of a robot of one's own, and the most that is plausible indoors."""
 _LONGEST_TIMEOUT_S = 2.0
 _NAME = re.compile(r'[A-Za-z][A-Za-z0-9_]*')
 _NAMESPACE = re.compile(r'[A-Za-z][A-Za-z0-9_]*(/[A-Za-z][A-Za-z0-9_]*)*')
@@ -64,11 +66,12 @@ def load_lab(path: Path, nb_robots: int | None = None) -> Lab:
     defaults = read_entries(DEFAULT_FILE).fields(_KEYS)
     groups = {name: _group(name, given, defaults) for name in _GROUPS}
     chosen = defaults | given
+    arena = Arena(*_interval(groups['arena']['x']), *_interval(groups['arena']['y']))
     return Lab(
         robots=_robots(given.get('robots'), nb_robots),
         mocap=_mocap(groups['mocap']),
-        arena=Arena(*_interval(groups['arena']['x']), *_interval(groups['arena']['y'])),
-        min_separation=chosen['min_separation'].number(above=0),
+        arena=arena,
+        min_separation=_separation(chosen['min_separation'], arena),
         limits=_limits(chosen['limits']),
         timeouts=Timeouts(*(_timeout(groups['timeouts'][key]) for key in _GROUPS['timeouts'])),
         cmd_vel_type=chosen['cmd_vel_type'].choice((AUTO, *CMD_VEL_TYPES)),
@@ -169,6 +172,14 @@ def _interval(entry: Entry) -> tuple[float, float]:
     return ends[0], ends[1]
 
 
+def _separation(entry: Entry, arena: Arena) -> float:
+    value = entry.number(above=0)
+    across = math.hypot(arena.xmax - arena.xmin, arena.ymax - arena.ymin)
+    if value >= across:
+        raise entry.mistake(f'less than the {across:.2f} m that the arena measures across')
+    return value
+
+
 def _limits(entry: Entry) -> VelocityLimits:
     if not isinstance(entry.value, dict):
         return ROBOT_MODELS[entry.choice(ROBOT_MODELS)]
@@ -176,7 +187,7 @@ def _limits(entry: Entry) -> VelocityLimits:
     missing = [key for key in _LIMITS if key not in fields]
     if missing:
         raise entry.mistake(f'{", ".join(ROBOT_MODELS)}, or all of {", ".join(_LIMITS)}')
-    return VelocityLimits(*(fields[key].number(above=0) for key in _LIMITS))
+    return VelocityLimits(*(fields[key].number(above=0, most=_LIMITS[key]) for key in _LIMITS))
 
 
 def _timeout(entry: Entry) -> float:

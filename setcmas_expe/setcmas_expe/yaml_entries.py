@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import difflib
 import math
+import re
 from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
@@ -12,6 +13,10 @@ from typing import Any
 import yaml
 
 from setcmas_simu.errors import SetcmasError
+
+_EXPONENT = re.compile(
+    r'[-+]?[0-9]+(\.[0-9]*)?[eE][-+]?[0-9]+'
+)  # 1e-3: YAML 1.1 takes it for text
 
 
 @dataclass(frozen=True)
@@ -68,17 +73,22 @@ class Entry:
             raise self.mistake('a list')
         return list(self.value)
 
-    def number(self, least: float = -math.inf, above: float = -math.inf) -> float:
-        """Return a finite number that is at least `least` and above `above`.
+    def number(
+        self, least: float = -math.inf, above: float = -math.inf, most: float = math.inf
+    ) -> float:
+        """Return a finite number from `least`, above `above`, up to `most`.
 
         Raises:
             SetcmasError: It is none.
         """
         value = self.value
+        if isinstance(value, str) and _EXPONENT.fullmatch(value):
+            value = float(value)
         numeric = isinstance(value, (int, float)) and not isinstance(value, bool)
-        if not numeric or not math.isfinite(value) or value < least or value <= above:
+        if not numeric or not math.isfinite(value) or not least <= value <= most or value <= above:
             bound = f' above {above:g}' if above > -math.inf else ''
             bound = f' from {least:g}' if least > -math.inf else bound
+            bound += f' up to {most:g}' if most < math.inf else ''
             raise self.mistake(f'a number{bound}')
         return float(value)
 

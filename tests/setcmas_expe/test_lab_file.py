@@ -96,6 +96,12 @@ def test_fewer_robots_than_the_lab_has_may_take_part(lab_file):
         ('arena: {x: [.nan, 1]}\n', 1, 'is nan; accepted is a number'),
         ('min_separation: 0\n', 1, 'min_separation is 0; accepted is a number above 0'),
         ('min_separation: -1\n', 1, 'above 0'),
+        ('arena: {x: [0, 3], y: [0, 4]}\nmin_separation: 5\n', 2, 'less than the 5.00 m'),
+        (
+            'limits: {forward: 1.0e+9, turn: 1, wheel: 1, wheel_separation: 1}\n',
+            1,
+            'limits.forward is 1000000000.0; accepted is a number above 0 up to 3',
+        ),
         ('min_separation: true\n', 1, 'is True; accepted is a number'),
         ('min_separation:\n', 1, 'min_separation is empty'),
         ('limits: segway\n', 1, "is 'segway'; accepted is one of burger, waffle"),
@@ -131,3 +137,10 @@ def test_a_file_that_cannot_be_read_is_told(tmp_path):
     (tmp_path / 'loop.yaml').write_text('robots: &a [*a]\n')
     with pytest.raises(SetcmasError):
         load_lab(tmp_path / 'loop.yaml')
+
+
+def test_numbers_with_an_exponent_are_numbers(tmp_path):
+    path = tmp_path / 'lab.yaml'
+    path.write_text('min_separation: 3e-1\n')
+
+    assert load_lab(path).min_separation == 0.3
