@@ -75,8 +75,12 @@ class LabPeer:
         """Say go, as a pause node does: after the bridge has heard it pause."""
         if self.paused is not False:
             self.paused = True
-            self.peer.wait_for(lambda: 'heard' not in self.status(1)[0].message)
+            self.peer.wait_for(self._is_paused_by_wish)
             self.paused = False
+
+    def _is_paused_by_wish(self):
+        message = self.status(1)[0].message
+        return message.startswith('paused') and 'heard' not in message
 
     def status(self, robot):
         """Return the newest diagnostic status of a robot, with its values as a dictionary."""

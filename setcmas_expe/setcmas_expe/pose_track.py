@@ -152,21 +152,35 @@ def _near(one: Pose, other: Pose) -> bool:
     return moved < _STEADY_M and abs(float(wrap_angle(one[2] - other[2]))) < _STEADY_RAD
 
 
-def mark_swapped(tracks: dict[int, PoseTrack]) -> list[tuple[int, int]]:
+def mark_swapped(tracks: dict[int, PoseTrack]) -> list[int]:
     """Find robots that jumped to each other's places: exchanged names, not carried robots.
 
+    Two robots may have swapped, or more have moved up in a circle.
+
     Returns:
-        The pairs that were not marked before.
+        The robots that were not marked before.
     """
     jumped = {number: track for number, track in tracks.items() if track.jumped_to}
-    found = []
-    for one, first in jumped.items():
-        for other, second in jumped.items():
-            new = one < other and first.swapped_with != other
-            if new and _took_place(first, second) and _took_place(second, first):
-                first.swapped_with, second.swapped_with = other, one
-                found.append((one, other))
+    taken = {
+        one: other
+        for one, track in jumped.items()
+        for other, previous in jumped.items()
+        if one != other and _took_place(track, previous)
+    }
+    found = [one for one in taken if jumped[one].swapped_with is None and _in_circle(one, taken)]
+    for one in found:
+        jumped[one].swapped_with = taken[one]
     return found
+
+
+def _in_circle(one: int, taken: dict[int, int]) -> bool:
+    """Return whether the robot whose place was taken took a place, and so on back to the first."""
+    current: int | None = one
+    for _ in taken:
+        current = taken.get(current) if current is not None else None
+        if current == one:
+            return True
+    return False
 
 
 def _took_place(track: PoseTrack, other: PoseTrack) -> bool:

@@ -175,7 +175,7 @@ def swapped_trackers():
     two.feed(1.0, x=-1.0)
     one.feed(0.3, x=-1.0)
     two.feed(0.3, x=1.0)
-    assert mark_swapped(tracks) == [(1, 2)]
+    assert mark_swapped(tracks) == [1, 2]
     return one, two, tracks
 
 
@@ -186,6 +186,21 @@ def test_swapped_names_are_recognised_and_not_taken_for_carried_robots():
     for tracker, x in ((one, -1.0), (two, 1.0)):
         tracker.paused = True
         assert tracker.feed(3.0, x=x) == 0
+
+
+def test_three_names_that_moved_up_during_a_pause_are_recognised():
+    trackers = {number: Tracker(number) for number in (1, 2, 3)}
+    places = (-2.0, 0.0, 2.0)
+    for number, tracker in trackers.items():
+        tracker.paused = True
+        tracker.feed(1.0, x=places[number - 1])
+    for number, tracker in trackers.items():
+        tracker.feed(0.3, x=places[number % 3])
+    tracks = {number: tracker.track for number, tracker in trackers.items()}
+
+    assert mark_swapped(tracks) == [1, 2, 3]
+    assert 'swapped places with tb3_1' in trackers[3].track.trouble
+    assert all(t.feed(3.0, x=places[n % 3]) == 0 for n, t in trackers.items())
 
 
 def test_swapped_names_that_are_put_right_are_forgiven():
