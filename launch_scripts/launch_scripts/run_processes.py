@@ -35,7 +35,7 @@ class SimulatedRun:
         self._recorder = supervisor.start('record', recorder_command(bag))
         robots = node_command(simu.MODULE, node_arguments(args, _SIMU_OPTIONS))
         self._simulator = supervisor.start('simu', robots)
-        laws = node_command(ctrl.MODULE, node_arguments(args, _CTRL_OPTIONS))
+        laws = node_command(ctrl.MODULE, ['--recorded', *node_arguments(args, _CTRL_OPTIONS)])
         self._ctrl = supervisor.start('ctrl', laws)
 
     def read(self, line: str) -> bool:

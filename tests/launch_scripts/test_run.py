@@ -63,6 +63,24 @@ def table_of_text(path):
         return list(csv.DictReader(file))
 
 
+def test_a_recorder_that_is_slow_to_start_misses_nothing(domain, tmp_path, monkeypatch):
+    (tmp_path / 'sitecustomize.py').write_text(
+        'import sys, time\n'
+        "if 'setcmas_tools.nodes.recorder' in sys.orig_argv:\n    time.sleep(4)\n"
+    )
+    monkeypatch.setenv('PYTHONPATH', str(tmp_path))
+
+    result = run_setcmas(
+        'run', '--algo', 'consensus', '--nb-robots', '2', '--duration', '2', '--output', 'out',
+        cwd=tmp_path,
+    )  # fmt: skip
+
+    assert result.returncode == 0, result.stderr
+    fleet = table(tmp_path / 'out' / 'csv' / 'fleet.csv')
+    first = {row['robot']: (row['x'], row['y'], row['theta']) for row in reversed(fleet)}
+    assert first == {1: (5, 5, 0), 2: (5, -5, 0)}
+
+
 def test_an_interrupted_run_keeps_what_it_has(start, tmp_path):
     process = start(*SETCMAS, 'run', '--algo', 'nav_wp', '--output', 'out', cwd=tmp_path)
     process.wait_for_output('[ctrl] controlling')

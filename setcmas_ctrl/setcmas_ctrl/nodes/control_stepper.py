@@ -34,6 +34,7 @@ if TYPE_CHECKING:
 Floats = NDArray[np.float64]
 
 _LISTENERS_WAIT_S = 2.0
+_RECORDER_WAIT_S = 15.0  # of a machine that reads everything from its disk for the first time
 
 
 class ControlStepper:
@@ -83,14 +84,22 @@ class ControlStepper:
         self._graph = GraphWatch(node, odometry, followers, self._say)
         self._lost: set[int] = set()
 
-    def start(self, process: RosProcess) -> None:
-        """Wait until all poses are known and the robots listen, then call the control laws."""
+    def start(self, process: RosProcess, recorded: bool = False) -> None:
+        """Wait until all poses are known and the robots listen, then call the control laws.
+
+        Args:
+            process: Spun meanwhile.
+            recorded: Whether a recorder is sure to come, and is waited for.
+        """
         wait_for_poses(process, self._odometry, self._say, self._pause is not None)
         if self.communication:
             wait_for_states(process, self.communication, self._say)
-        # A robot, and a recorder if there is one, are to get the very first command.
+        # A robot, and a recorder if there is or will be one, are to get the very first command.
         process.spin_until(lambda: not self._graph.unheard_robots(), _LISTENERS_WAIT_S)
-        process.spin_until(self._graph.is_recorded_if_it_can_be, _LISTENERS_WAIT_S)
+        if recorded:
+            process.spin_until(self._graph.is_recorded, _RECORDER_WAIT_S)
+        else:
+            process.spin_until(self._graph.is_recorded_if_it_can_be, _LISTENERS_WAIT_S)
         if process.stopping:
             return
         # Said before: the time that it takes must not come between a timer's beginning and t = 0.

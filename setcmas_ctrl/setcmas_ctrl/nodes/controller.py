@@ -182,6 +182,11 @@ def main(argv: list[str] | None = None) -> int:
         action='store_true',
         help='control real robots: poses from motion capture, commands to the cmd_vel bridge',
     )
+    parser.add_argument(
+        '--recorded',
+        action='store_true',
+        help='wait for a recorder, which is to get the very first command',
+    )
     args = parser.parse_args(argv)
     with ros_process(ros_arguments) as process, named_output():
         try:
@@ -197,7 +202,7 @@ def main(argv: list[str] | None = None) -> int:
         end_stuck_script(process, stepper.watch, stepper.stop)
         try:
             with contextlib.suppress(StopCall):
-                stepper.start(process)
+                stepper.start(process, args.recorded)
                 process.spin()
         finally:
             stepper.stop()

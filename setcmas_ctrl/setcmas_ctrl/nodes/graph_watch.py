@@ -51,11 +51,14 @@ class GraphWatch:
         """Return the robots that do not listen; the type of cmd_vel follows those that do."""
         return {f.robot for f in self._followers if not f.cmd_vel.follow_listeners()}
 
-    def is_recorded_if_it_can_be(self) -> bool:
-        """Return whether the recorder, if there is one, listens to every robot's commands."""
-        if not set(RECORDER_NODES) & set(self._node.get_node_names()):
-            return True
+    def is_recorded(self) -> bool:
+        """Return whether a recorder listens to every robot's commands."""
         return all(follower.cmd_vel.is_recorded() for follower in self._followers)
+
+    def is_recorded_if_it_can_be(self) -> bool:
+        """Return the same, or true if there is no recorder."""
+        there = set(RECORDER_NODES) & set(self._node.get_node_names())
+        return not there or self.is_recorded()
 
     def check(self) -> None:
         """Look again, if the last look is some time ago."""
