@@ -75,10 +75,10 @@ class FilmFrames:
         self._axes.set_title(run.title)
         flash = [_flash_handle()] if triggers else []
         legend(self._axes, [*robot_handles(grid.robots), *marks, *flash])
+        self._add_moving_artists()
         self._figure.draw_without_rendering()
         width = np.ptp(self._axes.get_xlim())
         self._robot_size = max(_LEAST_ROBOT_M, _ROBOT_SIZE * float(width))
-        self._add_moving_artists()
 
     def __len__(self) -> int:
         """Return the number of frames."""
@@ -111,7 +111,7 @@ class FilmFrames:
         self._clock = self._axes.text(
             1.02,
             0.0,
-            '',
+            self._told(self._grid.t[-1]),  # the widest text of all: the layout makes room for it
             transform=self._axes.transAxes,
             va='bottom',
             linespacing=1.5,

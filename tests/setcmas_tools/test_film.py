@@ -85,6 +85,12 @@ def test_speed_and_folder(run, tmp_path):
         assert film.n_frames == 16
 
 
+def test_what_is_told_beside_the_plane_has_room(run):
+    with Image.open(animate(run(2), kind='gif', speed=12.5)) as film:
+        for number in range(film.n_frames):
+            assert (frame(film, number)[:, -2:] == 255).all()  # a white edge
+
+
 def test_equal_runs_give_equal_films(run):
     first = animate(run(2), kind='gif', speed=8.0).read_bytes()
 
