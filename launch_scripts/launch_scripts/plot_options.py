@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import argparse
+from collections.abc import Callable, Iterable
+from pathlib import Path
 
 from setcmas_simu.simulation_options import positive
 from setcmas_tools.plot_formats import FILMS, FORMATS, PALETTES, PAPERS
@@ -16,6 +18,7 @@ def add_format_argument(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         '--format',
         nargs='+',
+        type=_one_of(FORMATS),
         choices=FORMATS,
         default=['png'],
         help='formats of the plots (default: png)',
@@ -36,6 +39,7 @@ def add_style_arguments(parser: argparse.ArgumentParser) -> None:
         '--paper',
         nargs='?',
         const='column',
+        type=_one_of(PAPERS),
         choices=list(PAPERS),
         help='for print in two columns, as PDF: 3.5 in wide (column, the default) or 7.16 (page)',
     )
@@ -43,11 +47,13 @@ def add_style_arguments(parser: argparse.ArgumentParser) -> None:
 
 def add_film_arguments(parser: argparse.ArgumentParser) -> None:
     """Add --animate and --speed."""
+    kinds = [BEST, *FILMS]
     parser.add_argument(
         '--animate',
         nargs='?',
         const=BEST,
-        choices=[BEST, *FILMS],
+        type=_one_of(kinds),
+        choices=kinds,
         help='write a film as well: mp4 (needs ffmpeg) or gif (default: the first that works)',
     )
     parser.add_argument(
@@ -56,3 +62,16 @@ def add_film_arguments(parser: argparse.ArgumentParser) -> None:
         metavar='TIMES',
         help='how many times faster than the robots the film is (default: 1)',
     )
+
+
+def _one_of(choices: Iterable[str]) -> Callable[[str], str]:
+    """Return the type of an option that would take a folder behind it for its value."""
+
+    def parse(text: str) -> str:
+        if text not in choices and Path(text).exists():
+            raise argparse.ArgumentTypeError(
+                f"'{text}' is none of {', '.join(choices)}; if it is what to plot, put it first"
+            )
+        return text
+
+    return parse

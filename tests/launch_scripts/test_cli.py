@@ -97,6 +97,17 @@ def test_mistakes_are_told_in_one_line_with_status_2(arguments, message, tmp_pat
     assert list(tmp_path.iterdir()) == []
 
 
+@pytest.mark.parametrize('option', ['--animate', '--paper', '--format'])
+def test_a_folder_that_an_option_takes_for_its_value_is_told_to_go_first(option, tmp_path):
+    (tmp_path / 'out').mkdir()
+
+    result = run_setcmas('csv_to_plot', option, 'out', cwd=tmp_path)
+
+    assert result.returncode == 2
+    assert f"{option}: 'out' is none of" in result.stderr
+    assert 'put it first' in result.stderr
+
+
 def test_record_refuses_a_folder_that_exists(tmp_path):
     (tmp_path / 'bag').mkdir()
 
