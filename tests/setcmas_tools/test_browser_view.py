@@ -187,6 +187,11 @@ def test_what_is_drawn_communicated_and_lost(start, peer):
         goal.action = Marker.DELETE
         markers.publish(goal)
         wait_for(lambda: share_of(cyan, left_of_the_panel()) == 0)
+        peer.node.destroy_publisher(other)
+        wait_for(lambda: share_of(orange, left_of_the_panel()) == 0)
+        peer.node.destroy_publisher(graph)
+        with repeated(lambda: events.publish(UInt16(data=1))):
+            wait_for(lambda: not link_is_red())
 
         start(*SIMU, '--nb-robots', '3', '--robots', '3')
         wait_for_text(browser, '3 robots')

@@ -22,7 +22,7 @@ from setcmas_simu.nodes import qos
 from setcmas_simu.planar_pose import yaw_of_quaternion
 from setcmas_tools.nodes.polled_topic import PolledTopic, suited_to
 from setcmas_tools.view import communication
-from setcmas_tools.view.fleet_scene import Known
+from setcmas_tools.view.fleet_scene import NO_PAIRS, Known
 from setcmas_tools.view.robot_states import Diagnosis
 
 _NEWEST = QoSProfile(depth=1, reliability=ReliabilityPolicy.BEST_EFFORT)
@@ -49,6 +49,7 @@ class ViewedTopics:
         self._robots: dict[str, PolledTopic] = {}
         self._commands: dict[str, PolledTopic] = {}
         self._adjacency: NDArray[np.float64] = np.empty((0, 0))
+        self._graph_told = False
         diagnosed = partial(PolledTopic, node, DiagnosticArray, topics.DIAGNOSTICS)
         self._fleet = [
             PolledTopic(node, Bool, topics.FLEET_PAUSE, self._on_pause, qos.EVENT),
@@ -73,11 +74,14 @@ class ViewedTopics:
         mocap = [name for name in found if name.startswith('/mocap/')]
         self._known.real = bool(mocap)
         wanted = {name: kind for name, kind in found.items() if self._is_wanted(name, kind)}
-        for name in self._robots.keys() - wanted.keys():
+        gone = self._robots.keys() - wanted.keys()
+        for name in gone:
             self._robots.pop(name).close()
+        self._known.markers.drop_topics(gone)  # what no script draws any more
         for name in wanted.keys() - self._robots.keys():
             self._robots[name] = self._subscribed(name, wanted[name])
         self._look_for_commands()
+        self._look_for_graph()
 
     def take(self, now: float) -> None:
         """Take what has come until a time in s."""
@@ -124,6 +128,14 @@ class ViewedTopics:
                     self._node, Point32, name, self._on_command, _NEWEST
                 )
                 return
+
+    def _look_for_graph(self) -> None:
+        """Forget the communication graph when those who told it are gone."""
+        told = self._node.count_publishers(topics.COMMUNICATION_GRAPH) > 0
+        if self._graph_told and not told:
+            self._adjacency = np.empty((0, 0))
+            self._known.both, self._known.one_way = NO_PAIRS, NO_PAIRS
+        self._graph_told = told
 
     def _on_odometry(self, robot: int, message: Odometry) -> None:
         position, q = message.pose.pose.position, message.pose.pose.orientation

@@ -25,7 +25,7 @@ _PANEL_PERIOD_S = 0.25
 _SIMULATED_SIZE, _TRUE_SIZE = 2.5, 1.0
 _AMBIENT = 1.7  # of pi, which three.js takes for full light
 _SUN = np.array([-0.45, -0.35, 1.0])  # towards it
-_NO_PAIRS: Pairs = np.empty((0, 2), np.int64)
+NO_PAIRS: Pairs = np.empty((0, 2), np.int64)
 
 
 @dataclass
@@ -43,8 +43,8 @@ class Known:
     clock: RunClock = field(default_factory=RunClock)
     markers: MarkerStore = field(default_factory=MarkerStore)
     flashes: Flashes = field(default_factory=Flashes)
-    both: Pairs = field(default_factory=lambda: _NO_PAIRS)
-    one_way: Pairs = field(default_factory=lambda: _NO_PAIRS)
+    both: Pairs = field(default_factory=lambda: NO_PAIRS)
+    one_way: Pairs = field(default_factory=lambda: NO_PAIRS)
     real: bool = False
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from typing import Any
 
 import numpy as np
@@ -65,7 +65,7 @@ class MarkerStore:
         """Drop the markers whose lifetime is over."""
         self._drop([key for key, end in self._ends.items() if end <= now])
 
-    def drop_topics(self, gone: set[str]) -> None:
+    def drop_topics(self, gone: Collection[str]) -> None:
         """Drop the markers of some topics."""
         self._drop([key for key in self._shapes if key[0] in gone])
 
