@@ -143,7 +143,9 @@ class ViewedTopics:
         self._known.fleet.see(robot, pose, message.twist.twist.linear.x, self._now)
 
     def _on_command(self, _: Point32) -> None:
-        self._known.clock.heard(self._now)
+        # In experiments the time of the control laws stands still while they are paused.
+        paused = self._known.real and self._known.states.paused(self._now)
+        self._known.clock.heard(self._now, paused)
 
     def _on_pause(self, message: Bool) -> None:
         self._known.states.wish(message.data)

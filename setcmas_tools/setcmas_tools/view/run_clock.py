@@ -6,21 +6,30 @@ _SILENCE_S = 2.0
 
 
 class RunClock:
-    """Counts from the first command that was heard, holds when they end."""
+    """Counts from the first command that was heard, holds when they end or are paused."""
 
     def __init__(self) -> None:
         """Start without a run."""
-        self._first: float | None = None
+        self._counted: float | None = None
         self._last = 0.0
+        self._paused = False
 
-    def heard(self, now: float) -> None:
-        """Note that a command came at a time in s."""
-        if self._first is None or now - self._last > _SILENCE_S:
-            self._first = now
-        self._last = now
+    def heard(self, now: float, paused: bool = False) -> None:
+        """Note that a command came at a time in s.
+
+        Args:
+            now: Time in s.
+            paused: Whether the control laws' own time stands still, as in experiments.
+        """
+        if self._counted is None or now - self._last > _SILENCE_S:
+            self._counted = 0.0
+        elif not self._paused:
+            self._counted += now - self._last
+        self._last, self._paused = now, paused
 
     def seconds(self, now: float) -> float | None:
         """Return the time of the run in s; None before the first command."""
-        if self._first is None:
+        if self._counted is None:
             return None
-        return (now if now - self._last <= _SILENCE_S else self._last) - self._first
+        since = now - self._last
+        return self._counted + (0.0 if self._paused or since > _SILENCE_S else since)
