@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -172,4 +173,5 @@ def _finite(vx: float, vy: float, result: Any) -> Velocity:
 
 def _short(value: Any) -> str:
     text = ' '.join(safe_text(repr, value).split())
+    text = re.sub(r'np\.\w+\(([^()]*)\)', r'\1', text)  # nan rather than np.float64(nan)
     return text if len(text) <= 60 else f'{text[:57]}...'

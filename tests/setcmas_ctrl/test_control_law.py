@@ -40,6 +40,7 @@ def test_two_numbers_in_any_form_will_do(result):
         (5, 'returned 1 value: 5'),
         ((float('nan'), 0.0), 'not finite'),
         ((0, float('inf')), 'not finite'),
+        ((np.float64('nan'), np.float32(0)), r'not finite: \(nan, 0.0\)'),
         ('ab', "returned a str: 'ab'"),
         (('1', '2'), 'returned a tuple'),
         ((1j, 0), 'returned a tuple'),
