@@ -35,6 +35,17 @@ def test_every_command_is_accepted(words):
     assert not unknown
 
 
+@pytest.mark.parametrize('verb', VERBS)
+def test_the_options_in_the_table_of_commands_exist(verb, capsys):
+    row = re.search(rf'^\| `setcmas {verb}\b.*$', README, re.MULTILINE)
+    assert row
+    with pytest.raises(SystemExit):
+        build_parser(verb).parse_args([verb, '--help'])
+    told = set(re.findall(r'(?<!\S)\[?(--[a-z-]+)', capsys.readouterr().out))
+
+    assert set(re.findall(r'`(--[a-z-]+)', row.group())) <= told
+
+
 def test_every_verb_and_every_built_in_law_is_told():
     for name in [*VERBS, *[path.stem for path in scripts_in(builtin_folder())]]:
         assert name in README
