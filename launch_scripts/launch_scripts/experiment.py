@@ -48,6 +48,7 @@ class Experiment:
         lab: Lab,
         args: argparse.Namespace,
         lab_options: Sequence[str] = LAB_OPTIONS,
+        recorded: bool = False,
     ) -> None:
         """Start the processes.
 
@@ -56,6 +57,7 @@ class Experiment:
             lab: The lab.
             args: Parsed options of `setcmas expe` or `setcmas run`.
             lab_options: Names of those that describe the lab.
+            recorded: Whether the controllers wait for a recorder.
         """
         self._supervisor = supervisor
         self._stopped = False
@@ -68,6 +70,7 @@ class Experiment:
         pause = node_command(_PAUSE, [*options, '--console'])
         self._pause = supervisor.start('pause', pause, listens=True)
         laws = ['--experiment', '--nb-robots', str(lab.nb_robots)]
+        laws += ['--recorded'] if recorded else []
         laws += node_arguments(args, _CTRL_OPTIONS)
         self._ctrl = supervisor.start('ctrl', node_command(ctrl.MODULE, laws))
 

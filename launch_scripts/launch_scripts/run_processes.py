@@ -73,7 +73,7 @@ class EmulatedRun:
         self._controlled = False
         self._supervisor = supervisor
         self._recorder = supervisor.start('record', recorder_command(bag))
-        self._experiment = Experiment(supervisor, lab, args, ('lab', 'nb_robots'))
+        self._experiment = Experiment(supervisor, lab, args, ('lab', 'nb_robots'), recorded=True)
 
     def read(self, line: str) -> bool:
         """Take a line of output; returns whether it is meant for people."""
