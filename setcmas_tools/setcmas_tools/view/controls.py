@@ -68,7 +68,7 @@ class Controls:
             hint='1 is the true size of a TurtleBot3',
         )  # fmt: skip
         screenshot = gui.add_button('Screenshot', icon=viser.Icon.CAMERA, order=_SCREENSHOT)
-        screenshot.on_click(lambda event: _take_screenshot(event.client))
+        screenshot.on_click(lambda event: take_screenshot(event.client))
         server.on_client_connect(self._come)
         server.on_client_disconnect(self._go)
 
@@ -135,17 +135,23 @@ class Controls:
             camera.show(name, self.half_m)
 
 
-def _take_screenshot(client: viser.ClientHandle | None) -> None:
-    """Let a browser save what it shows."""
+def take_screenshot(client: viser.ClientHandle | None) -> None:
+    """Let a browser save what it shows; one that is closed meanwhile wants it no more."""
     if client is None:
         return
     camera = client.camera
-    picture = client.get_render(
-        camera.image_height,
-        camera.image_width,
-        transport_format='png',
-        timeout=_SCREENSHOT_TIMEOUT_S,
-    ).astype(float)
+    try:
+        picture = client.get_render(
+            camera.image_height,
+            camera.image_width,
+            transport_format='png',
+            timeout=_SCREENSHOT_TIMEOUT_S,
+        ).astype(float)
+    except TimeoutError:
+        client.add_notification('No screenshot', 'The browser was too slow to draw it.')
+        return
+    except RuntimeError:  # it is closed, or cannot draw
+        return
     alpha = picture[..., 3:] / _WHITE
     flat = np.round(picture[..., :3] * alpha + _WHITE * (1 - alpha)).astype(np.uint8)
     content = io.BytesIO()
