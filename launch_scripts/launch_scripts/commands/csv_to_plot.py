@@ -51,12 +51,11 @@ def main(args: argparse.Namespace) -> int:
         palette=args.palette,
         paper=args.paper,
     )
+    print('\n'.join(map(str, paths)), flush=True)  # a film may take its time, or fail
     if args.animate:
         from setcmas_tools.film import animate
 
         kind = None if args.animate == BEST else args.animate
         speed = args.speed or 1.0
-        paths.append(animate(args.run, args.output, kind, speed, palette=args.palette))
-    for path in paths:
-        print(path)
+        print(animate(args.run, args.output, kind, speed, palette=args.palette))
     return 0
