@@ -12,11 +12,10 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
-import yaml
 
 from setcmas_ctrl.channel import LinkChannel
 from setcmas_ctrl.communication_graph import PRESETS, Floats, Segment, checked_adjacency
-from setcmas_ctrl.yaml_lines import Entry, read_yaml
+from setcmas_ctrl.yaml_entries import Entry, read_entries
 from setcmas_simu.errors import SetcmasError
 
 _LINK = re.compile(r'\s*([1-9]\d{0,3})\s*(-|<-|->)\s*([1-9]\d{0,3})\s*')
@@ -65,7 +64,7 @@ def load_graph(path: Path) -> GraphDescription:
     Raises:
         SetcmasError: It cannot be read or has another form; the message tells the line.
     """
-    return _Parser().parse(read_yaml(path, 'graph file'))
+    return _Parser().parse(read_entries(path))
 
 
 class _Parser:
@@ -76,7 +75,7 @@ class _Parser:
         self._largest_robot = 0
 
     def parse(self, top: Entry) -> GraphDescription:
-        keys = top.mapping(('segments', *_GRAPH_KEYS, 'links', 'repeat'))
+        keys = top.fields(('segments', *_GRAPH_KEYS, 'links', 'repeat'))
         if 'segments' in keys:
             for key in _GRAPH_KEYS:
                 if key in keys:
@@ -86,24 +85,24 @@ class _Parser:
             if 'repeat' in keys:
                 raise keys['repeat'].error("'repeat' needs 'segments'")
             segments = [('', math.inf, self._graph(top, keys))]
-        repeat = 'repeat' in keys and keys['repeat'].boolean()
+        repeat = 'repeat' in keys and keys['repeat'].flag()
         ends = [duration for _, duration, _ in segments]
         if math.inf in (ends if repeat else ends[:-1]):
             raise keys['segments'].error('every segment but the last needs a duration (s)')
-        links = keys['links'].items() if 'links' in keys else []
+        links = _items(keys['links']) if 'links' in keys else []
         channels = [channel for entry in links for channel in self._channels(entry)]
         return GraphDescription(repeat, channels, segments, self._largest, self._largest_robot)
 
     @staticmethod
     def _numbered(entry: Entry) -> list[tuple[int, Entry]]:
-        return list(enumerate(entry.items(), start=1))
+        return list(enumerate(_items(entry), start=1))
 
     def _segment(self, entry: Entry, number: int) -> tuple[str, float, Build]:
-        keys = entry.mapping(('name', 'duration', *_GRAPH_KEYS))
+        keys = entry.fields(('name', 'duration', *_GRAPH_KEYS))
         name = keys['name'].text() if 'name' in keys else f'segment {number}'
         duration = math.inf
         if 'duration' in keys:
-            duration = keys['duration'].number('a duration above 0 s', least=1e-3)
+            duration = keys['duration'].number(above=0.0)
         return name, duration, self._graph(entry, keys)
 
     def _graph(self, entry: Entry, keys: dict[str, Entry]) -> Build:
@@ -115,16 +114,10 @@ class _Parser:
         return getattr(self, f'_{given[0]}_of')(value)  # type: ignore[no-any-return]
 
     def _graph_of(self, entry: Entry) -> Build:
-        name = entry.text()
-        if name not in PRESETS:
-            raise entry.error(f"graph '{name}' is unknown; accepted are {', '.join(PRESETS)}")
-        return PRESETS[name]
+        return PRESETS[entry.choice(PRESETS)]
 
     def _adjacency_of(self, entry: Entry) -> Build:
-        rows = [
-            [cell.number('a weight of at least 0', least=0.0) for cell in row.items()]
-            for row in entry.items()
-        ]
+        rows = [[cell.number(least=0.0) for cell in row.items()] for row in _items(entry)]
         if any(len(row) != len(rows) for row in rows):
             lengths = ', '.join(str(len(row)) for row in rows)
             raise entry.error(f'the matrix has rows of {lengths} numbers; a square is accepted')
@@ -139,7 +132,7 @@ class _Parser:
         return build
 
     def _edges_of(self, entry: Entry) -> Build:
-        weighted = [self._edge(item) for item in entry.items()]
+        weighted = [self._edge(item) for item in _items(entry)]
 
         def build(nb_robots: int) -> Floats:
             adjacency = np.zeros((nb_robots, nb_robots))
@@ -152,16 +145,17 @@ class _Parser:
 
     def _edge(self, entry: Entry) -> tuple[Pairs, float]:
         """Return the pairs (receiver, sender) of an edge such as `1 - 2` or `1 <- 2: 0.5`."""
-        if not isinstance(entry.node, yaml.MappingNode):
-            return self._pairs(entry), 1.0
-        link, weight = entry.single_pair(f'{_LINK_FORM}, or with a weight: 1 - 2: 0.5')
-        return self._pairs(link), weight.number('a weight of at least 0', least=0.0)
+        if not isinstance(entry.value, dict):
+            return self._pairs(entry, entry.value), 1.0
+        if len(entry.value) != 1:
+            raise entry.mistake(f'{_LINK_FORM}, or with a weight: 1 - 2: 0.5')
+        ((link, weight),) = entry.value.items()
+        return self._pairs(entry, link), weight.number(least=0.0)
 
-    def _pairs(self, entry: Entry) -> Pairs:
-        text = entry.text()
-        found = _LINK.fullmatch(text)
+    def _pairs(self, entry: Entry, text: object) -> Pairs:
+        found = _LINK.fullmatch(text) if isinstance(text, str) else None
         if not found:
-            raise entry.error(f"'{text}' is not a link; accepted are {_LINK_FORM}")
+            raise entry.mistake(_LINK_FORM)
         first, arrow, second = int(found[1]), found[2], int(found[3])
         if first == second:
             raise entry.error(f"'{text}': no robot hears itself")
@@ -171,15 +165,21 @@ class _Parser:
         return {'-': both, '<-': both[:1], '->': both[1:]}[arrow]
 
     def _channels(self, entry: Entry) -> list[LinkChannel]:
-        keys = entry.mapping(('link', 'delay', 'loss', 'noise'))
+        keys = entry.fields(('link', 'delay', 'loss', 'noise'))
         if 'link' not in keys:
             raise entry.error(f"it has no 'link'; accepted are {_LINK_FORM}")
         values = {
-            name: keys[name].number(f'a {name} from 0{" to 1" * (most == 1)}', 0.0, most)
+            name: keys[name].number(least=0.0, most=most)
             for name, most in (('delay', math.inf), ('loss', 1.0), ('noise', math.inf))
             if name in keys
         }
         return [
             replace(LinkChannel(receiver, sender), **values)  # type: ignore[arg-type]
-            for receiver, sender in self._pairs(keys['link'])
+            for receiver, sender in self._pairs(keys['link'], keys['link'].value)
         ]
+
+
+def _items(entry: Entry) -> list[Entry]:
+    if not (items := entry.items()):
+        raise entry.mistake('a list that is not empty')
+    return items

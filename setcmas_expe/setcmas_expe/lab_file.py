@@ -9,9 +9,9 @@ from importlib import resources
 from pathlib import Path
 
 from setcmas_ctrl.control_options import AUTO
+from setcmas_ctrl.yaml_entries import Entry, read_entries
 from setcmas_expe.lab import Arena, Lab, LabRobot, Mocap, Timeouts
 from setcmas_expe.mocap_sources import CUSTOM, MESSAGE_TYPES, PRESETS, check_template
-from setcmas_expe.yaml_entries import Entry, read_entries
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.simulation_options import CMD_VEL_TYPES
 from setcmas_simu.topics import robot_name

@@ -64,43 +64,55 @@ def test_segments_and_links(load):
 @pytest.mark.parametrize(
     ('text', 'line', 'message'),
     [
-        ('graph: rong\n', 1, "'rong' is unknown; accepted are complete, ring"),
-        ('# comment\nedge:\n  - 1 - 2\n', 2, "'edge' is unknown; accepted are segments, graph"),
-        ('edges:\n  - 1 - 2\n  - 1 + 2\n', 3, "'1 + 2' is not a link; accepted are '1 - 2'"),
+        ('graph: rong\n', 1, "graph is 'rong'; accepted is one of complete, ring"),
+        (
+            '# comment\nedge:\n  - 1 - 2\n',
+            2,
+            "there is no key 'edge'; accepted are segments, graph",
+        ),
+        ('edges:\n  - 1 - 2\n  - 1 + 2\n', 3, "edges[1] is '1 + 2'; accepted is '1 - 2'"),
         ('edges:\n  - 1 - 2\n  - 2 - 2\n', 3, 'no robot hears itself'),
-        ('edges:\n  - 1 - 2: heavy\n', 2, "'heavy' is not a weight of at least 0"),
+        ('edges:\n  - 1 - 2: heavy\n', 2, "is 'heavy'; accepted is a number from 0"),
         ('edges: []\n', 1, 'a list that is not empty'),
         ('edges:\n  - {1 - 2: 1, 2 - 3: 1}\n', 2, 'or with a weight: 1 - 2: 0.5'),
-        ('adjacency:\n  - [0, 1]\n  - [1]\n', 2, 'rows of 2, 1 numbers'),
-        ('adjacency:\n  - [0, 1]\n  - [-1, 0]\n', 3, "'-1' is not a weight"),
-        ('adjacency:\n  - [1, 1]\n  - [1, 0]\n', 2, 'no robot hears itself'),
+        ('adjacency:\n  - [0, 1]\n  - [1]\n', 1, 'rows of 2, 1 numbers'),
+        (
+            'adjacency:\n  - [0, 1]\n  - [-1, 0]\n',
+            3,
+            'adjacency[1][0] is -1; accepted is a number from 0',
+        ),
+        ('adjacency:\n  - [1, 1]\n  - [1, 0]\n', 1, 'no robot hears itself'),
         ('graph: ring\nedges: [1 - 2]\n', 1, 'has graph and edges; accepted is one of'),
         ('links:\n  - {link: 1 - 2}\n', 1, 'has no graph'),
         ('graph: ring\nrepeat: true\n', 2, "'repeat' needs 'segments'"),
-        ('graph: ring\ngraph: path\n', 2, "'graph' is there twice"),
-        ('segments:\n  - {graph: ring}\n  - {graph: path}\n', 2, 'needs a duration'),
-        ('segments:\n  - {graph: ring, duration: 0}\n', 2, "'0' is not a duration above 0 s"),
+        ('graph: ring\ngraph: path\n', 2, 'graph is there twice (first in line 1)'),
+        ('segments:\n  - {graph: ring}\n  - {graph: path}\n', 1, 'needs a duration'),
+        (
+            'segments:\n  - {graph: ring, duration: 0}\n',
+            2,
+            'duration is 0; accepted is a number above 0',
+        ),
         ('segments:\n  - {graph: ring}\nedges: [1 - 2]\n', 3, "'edges' belongs into the segments"),
         (
             'graph: ring\nlinks:\n  - {link: 1 - 2, loss: 1.5}\n',
             3,
-            "'1.5' is not a loss from 0 to",
+            'loss is 1.5; accepted is a number from 0 up to 1',
         ),
         ('graph: ring\nlinks:\n  - {loss: 0.5}\n', 3, "has no 'link'"),
-        ('graph: ring\nlinks:\n  - {link: 1 - 2, lost: 1}\n', 3, "'lost' is unknown"),
+        ('graph: ring\nlinks:\n  - {link: 1 - 2, lost: 1}\n', 3, 'did you mean loss?'),
         (
             'segments:\n  - {graph: ring, duration: 1}\nrepeat: maybe\n',
             3,
-            'neither true nor false',
+            "repeat is 'maybe'; accepted is true or false",
         ),
-        ('- 1\n', 1, 'accepted are the keys segments, graph'),
+        ('- 1\n', 1, 'accepted is a mapping with the keys segments, graph'),
     ],
 )
 def test_mistakes_are_told_with_their_line(load, text, line, message):
     with pytest.raises(SetcmasError) as error:
         load(text)
 
-    assert f"graph.yaml', line {line}: " in str(error.value)
+    assert f'graph.yaml, line {line}: ' in str(error.value)
     assert message in str(error.value)
     assert '\n' not in str(error.value)
 
@@ -114,12 +126,12 @@ def test_robots_that_are_not_in_the_fleet(load):
 
 
 def test_a_matrix_of_another_fleet(load):
-    with pytest.raises(SetcmasError, match=r'line 2: .* shape \(2, 2\); the fleet of 3 needs'):
+    with pytest.raises(SetcmasError, match=r'line 1: .* shape \(2, 2\); the fleet of 3 needs'):
         load('adjacency:\n  - [0, 1]\n  - [1, 0]\n').segments(3)
 
 
 @pytest.mark.parametrize(
-    ('text', 'message'), [('', 'is empty'), ('edges: [', 'is not valid YAML: .*line 1')]
+    ('text', 'message'), [('', 'has no graph'), ('edges: [', 'line 1: not YAML')]
 )
 def test_files_that_are_no_yaml(load, text, message):
     with pytest.raises(SetcmasError, match=message):

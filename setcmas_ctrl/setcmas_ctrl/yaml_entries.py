@@ -35,14 +35,16 @@ class Entry:
     name: str
     value: Any
 
+    def error(self, message: str) -> SetcmasError:
+        """Return an error that tells file and line of this value."""
+        return SetcmasError(f'{self.file}, line {self.line}: {message}')
+
     def mistake(self, accepted: str) -> SetcmasError:
         """Return the error that this value is not what is accepted."""
         shown = {dict: 'a mapping', list: 'a list', type(None): 'empty'}.get(
             type(self.value), repr(self.value)
         )
-        return SetcmasError(
-            f'{self.file}, line {self.line}: {self.name} is {shown}; accepted is {accepted}'
-        )
+        return self.error(f'{self.name or "this"} is {shown}; accepted is {accepted}')
 
     def fields(self, accepted: Iterable[str]) -> dict[str, Entry]:
         """Return the entries of a mapping by key.
@@ -57,9 +59,8 @@ class Entry:
             if key not in known:
                 near = difflib.get_close_matches(str(key), known, n=1)
                 hint = f'; did you mean {near[0]}?' if near else ''
-                raise SetcmasError(
-                    f"{entry.file}, line {entry.line}: there is no key '{entry.name}'; "
-                    f'accepted are {", ".join(known)}{hint}'
+                raise entry.error(
+                    f"there is no key '{entry.name}'; accepted are {', '.join(known)}{hint}"
                 )
         return dict(self.value)
 
