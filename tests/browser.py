@@ -15,6 +15,10 @@ _ARGUMENTS = (
     '--use-angle=swiftshader',
     '--enable-unsafe-swiftshader',
     '--hide-scrollbars',
+    # viser knows a page once it has drawn; Chromium draws none that it believes hidden.
+    '--disable-backgrounding-occluded-windows',
+    '--disable-renderer-backgrounding',
+    '--disable-background-timer-throttling',
 )
 
 

@@ -77,19 +77,20 @@ def test_eight_robots_in_a_browser(start, peer):
     pytest.importorskip('viser')
     from browser import buttons, close_notifications, open_browser, wait_for, wait_for_text
 
-    start(*SIMU, '--nb-robots', '8').wait_for_output('simulating')
     odometry = {robot: peer.odometry(robot) for robot in range(1, 9)}
     commands = {robot: peer.cmd_vel(robot) for robot in range(1, 9)}
     view = start(*SETCMAS, 'view', env=NO_WINDOWS)
     url = page_of(view)
-    peer.wait_for(lambda: all(odometry.values()))
-    homes = {robot: position(odometry[robot][-1]) for robot in odometry}
 
     def all_commands(condition):
         return all(kept and condition(velocity(kept[-1])) for kept in commands.values())
 
     with open_browser(1000, 640) as browser:
         browser.get(url)
+        wait_for_text(browser, 'Follow')  # the page is there before the fleet
+        start(*SIMU, '--nb-robots', '8').wait_for_output('simulating')
+        peer.wait_for(lambda: all(odometry.values()))
+        homes = {robot: position(odometry[robot][-1]) for robot in odometry}
         wait_for_text(browser, '8 robots')
         wait_for_text(browser, 'standing')
         close_notifications(browser)
@@ -127,6 +128,7 @@ def test_eight_robots_in_a_browser(start, peer):
         peer.wait_for_new(commands[1], 3)  # a controller that comes later is told of the pause
         peer.wait_for(lambda: all_commands(lambda v: v == (0.0, 0.0)))
         watch = start(*SETCMAS, 'view', '--read-only', '--host', '0.0.0.0', env=NO_WINDOWS)
+        browser.switch_to.new_window('window')
         browser.get(page_of(watch))
         wait_for_text(browser, '8 robots')
         assert 'Screenshot' in buttons(browser)

@@ -69,6 +69,8 @@ class Trails:
             robots: Their numbers.
             xy: Their positions in m, shape (2, N).
         """
+        if not robots:  # a page that was opened before its fleet
+            return
         xy = xy.astype(np.float32)
         known = bool(self.chunks) and self.chunks[-1].robots == tuple(robots)
         if not known:

@@ -68,3 +68,12 @@ def test_a_robot_that_comes_later_begins_its_trail_where_it_is():
 
     assert trails.chunks[-1].robots == (1, 2)
     assert not np.ptp(trails.chunks[-1].points[1, :, :, 0])
+
+
+def test_a_page_that_is_opened_before_its_fleet_has_no_trails_yet():
+    trails = Trails()
+    trails.extend(0.0, [], np.empty((2, 0)))
+    assert not trails.chunks
+
+    trails.extend(0.1, [1], np.array([[1.0], [2.0]]))
+    assert trails.chunks[-1].robots == (1,)
