@@ -81,7 +81,7 @@ def test_a_script_that_fails_for_one_robot_leaves_the_others_their_consensus(sta
     )
     start(*SIMU, '--nb-robots', '4', '--pose', '1:0,0', '--pose', '3:1,0', '--pose', '4:0,1.5')
     odometry = [peer.odometry(robot) for robot in (1, 2, 3, 4)]
-    process = start(*CTRL, '--algo', law)
+    process = start(*CTRL, '--algo', law, '--nb-robots', '4')
 
     def spread():
         points = [position(odometry[i][-1]) for i in (0, 2, 3)]
