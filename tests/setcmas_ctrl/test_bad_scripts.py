@@ -114,7 +114,7 @@ def test_a_script_that_takes_all_memory_stops_its_own_robot_only(start, peer, sc
     )
     start(*SIMU, '--nb-robots', '2')
     command = peer.cmd_vel(2)
-    process = start(*CTRL, '--algo', law)
+    process = start(*CTRL, '--algo', law, '--nb-robots', '2')
 
     peer.wait_for(lambda: len(command) > 5 and velocity(command[-1])[0] > 0.1)
     assert 'law.py, line 10: ' in process.wait_for_output('MemoryError')
