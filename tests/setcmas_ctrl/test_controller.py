@@ -4,6 +4,9 @@ from processes import CTRL, SIMU
 
 pytest.importorskip('rclpy')
 
+import rclpy
+from geometry_msgs.msg import TwistStamped
+from nav_msgs.msg import Odometry
 from ros_peer import position, velocity
 
 
@@ -58,6 +61,22 @@ def test_a_part_of_the_fleet_is_controlled_with_the_poses_of_all(start, peer):
 
     assert not commands[0]
     assert not commands[3]
+
+
+def test_it_waits_for_a_recorder_that_hears_the_robots_too(start, peer):
+    recorder = rclpy.create_node('recorder', context=peer.context)
+    recorder.create_subscription(TwistStamped, '/tb3_1/cmd_vel', print, 10)
+    commands = peer.cmd_vel(1)
+    start(*SIMU, '--nb-robots', '1')
+    process = start(*CTRL, '--algo', 'consensus', '--nb-robots', '1', '--recorded')
+    peer.wait_for(lambda: 'controllers' in peer.node.get_node_names())
+    peer.spin(2.0)
+    assert not commands
+    assert 'controlling' not in process.output()
+
+    recorder.create_subscription(Odometry, '/tb3_1/odom', print, 10)
+    peer.wait_for(lambda: commands, timeout=10)
+    recorder.destroy_node()
 
 
 def test_robots_that_come_later_are_mentioned(start):

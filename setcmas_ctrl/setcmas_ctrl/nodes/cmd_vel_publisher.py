@@ -22,6 +22,7 @@ class CmdVelPublisher:
     """Commands one robot.
 
     Attributes:
+        topic: Full name of its topic.
         mixed: Which listeners want another type than the one that is published; None if none.
     """
 
@@ -47,7 +48,7 @@ class CmdVelPublisher:
         self.mixed: str | None = None
         self._node = node
         self._frame = topics.robot_name(robot)
-        self._topic = topic
+        self.topic = topic
         self._odometry_topic = odometry_topic
         self._auto = cmd_vel_type == AUTO
         self._type = _PREFERRED_TYPE if self._auto else cmd_vel_type
@@ -71,23 +72,18 @@ class CmdVelPublisher:
 
     def follow_listeners(self) -> bool:
         """Match the type to what the robot listens to; False if nothing listens."""
-        listeners = cmd_vel_listeners(self._node, self._topic)
+        listeners = cmd_vel_listeners(self._node, self.topic)
         if self._auto and listeners:
             self._use_type(types_of_robot(self._node, listeners, self._odometry_topic))
         others = [f'{node} wants {kind}' for node, kind in listeners if kind != self._type]
         self.mixed = f'{self._frame} gets {self._type}, but {others[0]}' if others else None
         return any(kind == self._type for _, kind in listeners)
 
-    def is_recorded(self) -> bool:
-        """Return whether a recorder listens to the commands."""
-        listeners = self._node.get_subscriptions_info_by_topic(self._topic)
-        return any(info.node_name in topics.RECORDER_NODES for info in listeners)
-
     def other_commanders(self) -> list[str]:
         """Return the full names of other nodes that command the robot to move."""
         names = [
             f'{info.node_namespace.rstrip("/")}/{info.node_name}'
-            for info in self._node.get_publishers_info_by_topic(self._topic)
+            for info in self._node.get_publishers_info_by_topic(self.topic)
             if info.node_name not in topics.STOPPING_NODES
         ]
         own = self._node.get_fully_qualified_name()
@@ -97,7 +93,7 @@ class CmdVelPublisher:
 
     def is_guarded(self) -> bool:
         """Return whether a cmd_vel_guard stands by, on the robot."""
-        senders = self._node.get_publishers_info_by_topic(self._topic)
+        senders = self._node.get_publishers_info_by_topic(self.topic)
         return any(info.node_name == topics.CMD_VEL_GUARD_NODE for info in senders)
 
     def _use_type(self, wanted: set[str]) -> None:
@@ -112,7 +108,7 @@ class CmdVelPublisher:
     def _create_publisher(self) -> Publisher:
         return self._node.create_publisher(
             TYPES[self._type],
-            self._topic,
+            self.topic,
             self._profile,
             event_callbacks=qos.no_publisher_events(),
         )

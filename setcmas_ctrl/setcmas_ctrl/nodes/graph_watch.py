@@ -52,13 +52,25 @@ class GraphWatch:
         return {f.robot for f in self._followers if not f.cmd_vel.follow_listeners()}
 
     def is_recorded(self) -> bool:
-        """Return whether a recorder listens to every robot's commands."""
-        return all(follower.cmd_vel.is_recorded() for follower in self._followers)
+        """Return whether a recorder listens to every robot's commands, and to its poses.
+
+        A recorder finds the processes of a fleet one after another: that it knows this one does
+        not mean that it knows the robots already.
+        """
+        return all(
+            self._recorder_listens(topic)
+            for follower in self._followers
+            for topic in (follower.cmd_vel.topic, self._odometry.topic_of(follower.robot))
+        )
 
     def is_recorded_if_it_can_be(self) -> bool:
         """Return the same, or true if there is no recorder."""
         there = set(RECORDER_NODES) & set(self._node.get_node_names())
         return not there or self.is_recorded()
+
+    def _recorder_listens(self, topic: str) -> bool:
+        listeners = self._node.get_subscriptions_info_by_topic(topic)
+        return any(info.node_name in RECORDER_NODES for info in listeners)
 
     def check(self) -> None:
         """Look again, if the last look is some time ago."""
