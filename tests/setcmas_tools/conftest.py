@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from recordings import RECORDER
 from rosbags.interfaces import Nodetype
 from rosbags.rosbag1 import Writer as Ros1Writer
 from rosbags.rosbag2 import StoragePlugin, Writer
@@ -107,6 +108,23 @@ def points(make: Callable[..., Any]) -> Messages:
         ('/tb3_1/cmd_cart_vel', i / 40, make('geometry_msgs/msg/Point32', {'x': float(i)}))
         for i in range(200)
     ]
+
+
+@pytest.fixture
+def bag(tmp_path):
+    return tmp_path / 'bag'
+
+
+@pytest.fixture
+def record(start, peer, bag):
+    """A function that starts a recorder and waits until its bag exists."""
+
+    def record(*arguments, **options):
+        recorder = start(*RECORDER, '-o', str(bag), *arguments, **options)
+        peer.wait_for(lambda: bag.exists())
+        return recorder
+
+    return record
 
 
 def _time_ns(seconds: float) -> int:

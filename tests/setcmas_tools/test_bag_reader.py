@@ -2,8 +2,7 @@ import shutil
 import sqlite3
 
 import pytest
-from mcap.writer import CompressionType
-from mcap.writer import Writer as McapWriter
+from bag_contents import only_file, read
 from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin, Writer
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
@@ -11,18 +10,6 @@ from setcmas_simu.errors import SetcmasError
 from setcmas_tools.bag_reader import open_bag
 
 POINT = 'geometry_msgs/msg/Point32'
-
-
-def read(path):
-    """Return the x of each message, and the notices."""
-    with open_bag(path) as bag:
-        x = [topic.type.decode(data).x for topic, _, data in bag.messages()]
-        return x, bag.notices
-
-
-def only_file(folder, pattern):
-    (path,) = folder.glob(pattern)
-    return path
 
 
 @pytest.mark.parametrize('plugin', ['mcap', 'sqlite3'])
@@ -110,145 +97,6 @@ def test_a_broken_file_of_a_split_bag_does_not_hide_the_others(tmp_path, write_b
     assert 'bag_1.mcap' in notices[0]
 
 
-def test_mcap_cut_anywhere_gives_all_complete_chunks(tmp_path, write_bag, points):
-    whole = only_file(write_bag(tmp_path / 'bag', points), '*.mcap').read_bytes()
-    counts = []
-    for size in range(100, len(whole), 97):
-        path = tmp_path / 'cut.mcap'
-        path.write_bytes(whole[:size])
-        try:
-            x, notices = read(path)
-        except SetcmasError as error:
-            x, notices = [], [str(error)]
-        assert x == list(range(len(x)))
-        assert len(notices) == 1
-        lost = size - complete_size(whole, size)
-        assert len(x) == 200 or not lost or f'the last {lost:,} bytes are inc' in notices[0]
-        counts.append(len(x))
-
-    assert counts == sorted(counts)
-    assert set(counts) == {0, 40, 80, 120, 160, 200}
-
-
-def complete_size(mcap, size):
-    """Return where the last record that is complete in the first `size` bytes ends."""
-    end = 8
-    while end + 9 <= size:
-        record_end = end + 9 + int.from_bytes(mcap[end + 1 : end + 9], 'little')
-        if record_end > size:
-            break
-        end = record_end
-    return end
-
-
-def test_what_a_cut_mcap_tells(tmp_path, write_bag, points):
-    path = only_file(write_bag(tmp_path / 'bag', points), '*.mcap')
-    whole = path.read_bytes()
-    path.write_bytes(whole[: len(whole) // 2])
-
-    x, (notice,) = read(path)
-
-    assert len(x) == 120
-    assert f"'{path}' was cut short: 120 messages up to 3.0 s were read, the last " in notice
-    path.write_bytes(whole[:-20])
-    assert read(path)[1] == [
-        f"'{path}' was not closed properly, its index is missing: all its 200 messages were read"
-    ]
-
-
-def test_damaged_chunk_costs_only_itself(tmp_path, store, points):
-    writer = Writer(tmp_path / 'bag', version=9, storage_plugin=StoragePlugin.MCAP)
-    writer.set_compression(CompressionMode.STORAGE, CompressionFormat.ZSTD)
-    with writer:
-        connection = writer.add_connection('/points', POINT, typestore=store)
-        for i, (_, _, message) in enumerate(points):
-            writer.write(connection, i + 1, store.serialize_cdr(message, POINT))
-            if i in (49, 99):
-                writer.storage.close_chunk()
-    path = only_file(tmp_path / 'bag', '*.mcap')
-    content = bytearray(path.read_bytes()[:-20])  # without its index, so that all is scanned
-    zstd_magic = b'\x28\xb5\x2f\xfd'
-    second_chunk = content.index(zstd_magic, content.index(zstd_magic) + 1)
-    content[second_chunk] ^= 0xFF
-    path.write_bytes(content)
-
-    x, notices = read(path)
-
-    assert x == [*range(50), *range(100, 200)]
-    assert notices[0] == f"'{path}': 1 damaged chunk was left out"
-
-
-def test_chunk_that_does_not_fit_its_checksum_is_left_out(tmp_path, store, points):
-    path = tmp_path / 'others.mcap'
-    with path.open('wb') as stream:
-        writer = McapWriter(stream, chunk_size=1000, compression=CompressionType.NONE)
-        writer.start(profile='ros2')
-        schema = writer.register_schema(POINT, 'ros2msg', b'float32 x\nfloat32 y\nfloat32 z')
-        channel = writer.register_channel('/points', 'cdr', schema)
-        for time_ns, point in enumerate(points, start=1):
-            writer.add_message(channel, time_ns, points_bytes(store, point), time_ns)
-        writer.finish()
-    content = bytearray(path.read_bytes()[:-20])
-    assert content.count(points_bytes(store, points[100])) == 1
-    content[content.index(points_bytes(store, points[100])) + 8] ^= 1
-    path.write_bytes(content)
-
-    x, notices = read(path)
-
-    assert 150 < len(x) < 200
-    assert set(x) < set(range(200))
-    assert 100 not in x
-    assert '1 damaged chunk was left out' in notices[0]
-
-
-def points_bytes(store, point):
-    return bytes(store.serialize_cdr(point[2], POINT))
-
-
-def test_cut_database_gives_the_rows_before_the_cut(tmp_path, write_bag, make):
-    message = make('sensor_msgs/msg/LaserScan', {'ranges': make_ranges()})
-    bag = write_bag(tmp_path / 'bag', [('/scan', i, message) for i in range(400)], 'sqlite3')
-    file = only_file(bag, '*.db3')
-    whole = file.read_bytes()
-    file.write_bytes(whole[: len(whole) // 2])
-
-    with open_bag(bag) as opened:
-        times = [time_ns for _, time_ns, _ in opened.messages()]
-        assert 100 < len(times) < 400
-        assert times == sorted(times)
-        (notice,) = opened.notices
-    assert 'is damaged' in notice
-
-
-def make_ranges():
-    import numpy as np
-
-    return np.ones(500, np.float32)
-
-
-@pytest.mark.parametrize('name', ['lab #1.db3', '50%25.db3', 'what?.db3', "it's.db3"])
-def test_database_with_a_name_that_addresses_reserve(tmp_path, write_bag, points, name):
-    file = only_file(write_bag(tmp_path / 'bag', points, 'sqlite3'), '*.db3')
-    moved = file.rename(tmp_path / name)
-
-    assert read(moved) == (list(range(200)), [])
-
-
-def test_database_of_a_killed_recorder_with_a_write_ahead_log(tmp_path, write_bag, points):
-    file = only_file(write_bag(tmp_path / 'bag', points, 'sqlite3'), '*.db3')
-    database = sqlite3.connect(file)
-    database.execute('PRAGMA journal_mode=WAL')
-    database.execute('DELETE FROM messages WHERE id > 150')
-    database.commit()
-    killed = tmp_path / 'killed'
-    killed.mkdir()
-    for part in file.parent.glob('*.db3*'):
-        shutil.copy(part, killed)
-    database.close()
-
-    assert read(killed) == (list(range(150)), [])
-
-
 def test_bag_from_before_iron_has_no_definitions(tmp_path, write_bag, points, make):
     probe = [('/probe', 6, make('lab_msgs/msg/Reading'))]
     file = only_file(write_bag(tmp_path / 'bag', points + probe, 'sqlite3'), '*.db3')
@@ -292,34 +140,6 @@ def test_topics_that_disagree_on_a_type(tmp_path):
         shutil.move(tmp_path / name / f'{name}.mcap', tmp_path)
 
     assert read(tmp_path) == ([1.5, 1.5], [])
-
-
-@pytest.mark.parametrize('suffix', ['.bag', '.bag.active'])
-def test_ros1_bag_without_index(tmp_path, write_ros1_bag, points, suffix):
-    whole = write_ros1_bag(tmp_path / 'whole.bag', points).read_bytes()
-    path = tmp_path / f'killed{suffix}'
-    path.write_bytes(whole[: whole.rindex(b'chunk_pos=') - 200])
-
-    x, (notice,) = read(path)
-
-    assert x == list(range(200))
-    assert f"'{path}' was not closed properly: 200 messages up to 5.0 s were read" in notice
-
-
-def test_ros1_bag_whose_last_chunk_was_never_finished(tmp_path, write_ros1_bag, points):
-    whole = bytearray(write_ros1_bag(tmp_path / 'whole.bag', points).read_bytes())
-    # rosbag writes the size of a chunk when the chunk is full; until then it is 0.
-    size = whole.index(b'size=')
-    chunk = size + len(b'size=') + 4
-    whole[chunk : chunk + 4] = bytes(4)
-    path = tmp_path / 'killed.bag'
-    path.write_bytes(whole[: len(whole) // 2])
-
-    x, (notice,) = read(path)
-
-    assert 50 < len(x) < 150
-    assert x == list(range(len(x)))
-    assert 'bytes are incomplete' in notice
 
 
 @pytest.mark.parametrize(

@@ -1,0 +1,126 @@
+import sys
+
+import pytest
+from recordings import offered, recorded, wait_until_on_disk
+
+pytest.importorskip('rclpy')
+
+from geometry_msgs.msg import Twist
+from nav_msgs.msg import Goals
+from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
+from rosbags.highlevel import AnyReader
+from std_msgs.msg import UInt16
+from stereo_msgs.msg import DisparityImage
+
+LATCHED = QoSProfile(depth=20, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+BEST_EFFORT = QoSProfile(depth=20, reliability=ReliabilityPolicy.BEST_EFFORT)
+
+
+def test_message_from_before_the_recorder(record, peer, bag):
+    latched = peer.node.create_publisher(UInt16, '/latched', LATCHED)
+    for i in range(5):
+        latched.publish(UInt16(data=i))
+    recorder = record()
+    wait_until_on_disk(peer, bag, '/latched', 5)
+    recorder.end()
+
+    assert [message.data for message in recorded(bag, '/latched')] == list(range(5))
+    assert offered(bag, '/latched')[0]['durability'] == 'transient_local'
+
+
+def test_publishers_that_guarantee_nothing(record, peer, bag):
+    recorder = record()
+    publisher = peer.publisher(UInt16, '/number', qos=BEST_EFFORT)
+    publisher.publish(UInt16(data=7))
+    wait_until_on_disk(peer, bag, '/number')
+    recorder.end()
+
+    assert [message.data for message in recorded(bag, '/number')] == [7]
+    assert offered(bag, '/number')[0]['reliability'] == 'best_effort'
+
+
+def test_first_message_of_a_publisher_that_somebody_waits_for(record, peer, bag):
+    recorder = record()
+    for topic in ('/command', '/latched'):
+        peer.listen(UInt16, topic)
+        peer.wait_for(lambda topic=topic: peer.node.count_subscribers(topic) == 2)
+    command = peer.publisher(UInt16, '/command', listeners=2)
+    command.publish(UInt16(data=1))
+    latched = peer.publisher(UInt16, '/latched', listeners=2, qos=LATCHED)
+    for i in range(10):
+        latched.publish(UInt16(data=i))
+    peer.wait_for(
+        lambda: any(
+            info.qos_profile.durability == DurabilityPolicy.TRANSIENT_LOCAL
+            for info in peer.node.get_subscriptions_info_by_topic('/latched')
+        )
+    )
+    marker = peer.publisher(UInt16, '/marker')
+    marker.publish(UInt16())
+    for topic, count in (('/command', 1), ('/latched', 10), ('/marker', 1)):
+        wait_until_on_disk(peer, bag, topic, count)
+    recorder.end()
+
+    assert [message.data for message in recorded(bag, '/command')] == [1]
+    assert [message.data for message in recorded(bag, '/latched')] == list(range(10))
+
+
+def test_a_publisher_of_another_type_than_expected(record, start, peer, bag):
+    recorder = record()
+    peer.listen(Twist, '/tb3_1/cmd_vel')
+    peer.wait_for(lambda: peer.node.count_subscribers('/tb3_1/cmd_vel') == 2)
+    # Of a node in another participant: one participant has one type for a name.
+    code = (
+        'import rclpy; from geometry_msgs.msg import TwistStamped; rclpy.init()\n'
+        'node = rclpy.create_node("other")\n'
+        'publisher = node.create_publisher(TwistStamped, "/tb3_1/cmd_vel", 10)\n'
+        'while not publisher.get_subscription_count(): rclpy.spin_once(node, timeout_sec=0.05)\n'
+        'message = TwistStamped(); message.twist.linear.x = 0.25\n'
+        'publisher.publish(message)\n'
+        'print("published"); rclpy.spin(node)\n'
+    )
+    start(sys.executable, '-c', code).wait_for_output('published')
+    wait_until_on_disk(peer, bag, '/tb3_1/cmd_vel')
+    recorder.end()
+
+    (message,) = recorded(bag, '/tb3_1/cmd_vel')
+    assert message.__msgtype__ == 'geometry_msgs/msg/TwistStamped'
+    assert message.twist.linear.x == 0.25
+
+
+def test_type_that_only_its_package_knows(record, peer, bag):
+    recorder = record()
+    publisher = peer.publisher(Goals, '/goals')
+    publisher.publish(Goals())
+    wait_until_on_disk(peer, bag, '/goals')
+    recorder.end()
+
+    assert len(recorded(bag, '/goals')) == 1
+    (info,) = peer.node.get_publishers_info_by_topic('/goals')
+    with AnyReader([bag]) as reader:
+        (connection,) = (c for c in reader.connections if c.topic == '/goals')
+    assert connection.digest == str(info.topic_type_hash)
+
+
+def test_type_without_a_python_package_is_told_once(record, peer, bag, tmp_path):
+    package = tmp_path / 'hidden' / 'stereo_msgs'
+    package.mkdir(parents=True)
+    (package / '__init__.py').write_text('raise ImportError')
+    path = ':'.join([str(package.parent), *sys.path])
+    publisher = peer.node.create_publisher(DisparityImage, '/stereo', 10)
+    recorder = record(env={'PYTHONPATH': path})
+    number = peer.publisher(UInt16, '/number')
+    number.publish(UInt16(data=7))
+    wait_until_on_disk(peer, bag, '/number')
+    peer.node.destroy_publisher(publisher)
+    peer.node.create_publisher(DisparityImage, '/stereo', 10)
+    peer.wait_for(lambda: peer.node.count_publishers('/stereo') == 1)
+    peer.spin(0.5)
+
+    assert recorder.end() == 0
+    line = (
+        '/stereo (stereo_msgs/msg/DisparityImage) is not recorded: '
+        'no Python package stereo_msgs with it is installed'
+    )
+    assert recorder.output().splitlines().count(line) == 1
+    assert len(recorded(bag, '/number')) == 1

@@ -1,0 +1,75 @@
+"""All pages for users: their commands are accepted, scripts run, links lead somewhere."""
+
+import re
+import shlex
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from launch_scripts.cli import VERBS, build_parser
+from setcmas_ctrl.graph_file import load_graph
+from setcmas_tools import simulate
+
+ROOT = Path(__file__).parents[1]
+PAGES = [ROOT / 'README.md', ROOT / 'CONTRIBUTING.md', *sorted((ROOT / 'docs').glob('*.md'))]
+
+
+def code(language):
+    """Yield the page and the text of each piece of code in a language."""
+    for page in PAGES:
+        for text in re.findall(rf'^```{language}\n(.*?)^```', page.read_text(), re.S | re.M):
+            yield page, text
+
+
+def commands():
+    """Return the words of all setcmas commands, each once."""
+    lines = [
+        shlex.split(line, comments=True) for _, text in code('sh') for line in text.splitlines()
+    ]
+    ours = [words[words[0] == 'setcmas' :] for words in lines if words]
+    return {' '.join(words): words for words in ours if words[0] in VERBS}
+
+
+@pytest.mark.parametrize('words', commands().values(), ids=' '.join)
+def test_every_command_is_accepted(words):
+    args, unknown = build_parser(words[0]).parse_known_args(words)
+
+    assert args.verb == words[0]
+    assert not unknown
+
+
+@pytest.mark.parametrize('page', PAGES, ids=lambda page: page.name)
+def test_every_link_leads_somewhere(page):
+    links = re.findall(r'\]\((?!http)([^)#]+)', page.read_text())
+
+    assert [link for link in links if not (page.parent / link).is_file()] == []
+
+
+@pytest.mark.parametrize('function', ['control', 'ctc'])
+def test_every_script_runs(tmp_path, function):
+    scripts = [text for _, text in code('python') if f'def {function}(' in text]
+    for number, text in enumerate(scripts):
+        path = tmp_path / f'script_{number}.py'
+        path.write_text(text)
+        said = []
+
+        if function == 'ctc':
+            simulate('consensus', 3, 5, event_triggered=True, ctc=path, say=said.append)
+        else:
+            simulate(path, 3, 5, say=said.append)
+        assert said == []
+
+    assert len(scripts) >= 1
+
+
+def test_the_graph_file_has_the_two_graphs_that_its_picture_shows(tmp_path):
+    (text,) = [text for _, text in code('yaml') if 'segments' in text]
+    path = tmp_path / 'switching.yaml'
+    path.write_text(text)
+
+    pairs, chain = load_graph(path).segments(4)
+
+    assert np.argwhere(pairs.adjacency).tolist() == [[0, 1], [1, 0], [2, 3], [3, 2]]
+    assert np.argwhere(chain.adjacency).tolist() == [[0, 1], [1, 2], [2, 3], [3, 2]]
+    assert chain.adjacency[1, 2] == 0.5
