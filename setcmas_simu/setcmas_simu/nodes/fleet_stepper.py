@@ -106,8 +106,9 @@ class FleetStepper:
 
     def _report_missed_steps(self) -> None:
         if self._missed:
+            steps = 'step was' if self._missed == 1 else 'steps were'
             self._node.get_logger().warning(
-                f'{self._missed} steps were missed in the last {_HOUSEKEEPING_S:g} s: '
+                f'{self._missed} {steps} missed in the last {_HOUSEKEEPING_S:g} s: '
                 'this machine is too busy for the simulation'
             )
             self._missed = 0
