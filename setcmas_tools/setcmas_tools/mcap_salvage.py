@@ -5,6 +5,7 @@ from __future__ import annotations
 import struct
 from collections import Counter
 from collections.abc import Iterator
+from itertools import islice
 from pathlib import Path
 from typing import Any
 
@@ -57,7 +58,8 @@ class McapSalvage:
     def messages(self) -> Iterator[Entry]:
         """Yield all messages of complete chunks."""
         connections = {connection.id: connection for connection in self.connections}
-        for message in self._scan():
+        # A file that is still being recorded has grown since it was opened.
+        for message in islice(self._scan(), self.extent.count):
             yield connections[message.channel_id], message.log_time, message.data
 
     def close(self) -> None:

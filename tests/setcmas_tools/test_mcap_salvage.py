@@ -4,6 +4,7 @@ from mcap.writer import Writer as McapWriter
 from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin, Writer
 
 from setcmas_simu.errors import SetcmasError
+from setcmas_tools.bag_reader import open_bag
 
 POINT = 'geometry_msgs/msg/Point32'
 
@@ -101,3 +102,17 @@ def test_chunk_that_does_not_fit_its_checksum_is_left_out(tmp_path, store, point
 
 def points_bytes(store, point):
     return bytes(store.serialize_cdr(point[2], POINT))
+
+
+def test_a_file_that_grows_is_read_as_it_was_when_it_was_opened(tmp_path, write_bag, points, make):
+    later = [('/later', 5.0, make(POINT, {'x': -1.0}))]
+    whole = only_file(write_bag(tmp_path / 'bag', [*points, *later]), '*.mcap').read_bytes()
+    path = tmp_path / 'growing.mcap'
+    path.write_bytes(whole[: len(whole) // 3])
+
+    with open_bag(path) as bag:
+        path.write_bytes(whole[:-20])
+        x = [topic.type.decode(data).x for topic, _, data in bag.messages()]
+
+    assert x == list(range(len(x)))
+    assert 0 < len(x) < len(points)
