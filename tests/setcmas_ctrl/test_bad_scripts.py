@@ -104,7 +104,7 @@ def test_a_script_that_takes_all_memory_stops_its_own_robot_only(start, peer, sc
         import numpy as np
         used = int(open('/proc/self/statm').read().split()[0]) * resource.getpagesize()
         limit = used + 2**30  # so that the machine of the test survives
-        resource.setrlimit(resource.RLIMIT_AS, (limit, limit))
+        resource.setrlimit(resource.RLIMIT_AS, (limit, resource.RLIM_INFINITY))
         def control(robotNo, nbRobots, poses, t):
             taken = []
             while robotNo == 1:
