@@ -46,7 +46,7 @@ def test_the_whole_job(start, tmp_path):
     assert {path.suffix for path in (out / 'plots').iterdir()} == {'.png', '.svg'}
     fleet = table(out / 'csv' / 'fleet.csv')
     assert list(fleet[0]) == ['t', 'robot', 'x', 'y', 'theta', 'v', 'omega']
-    assert fleet[-1]['t'] == pytest.approx(12, abs=1.5)
+    assert fleet[-1]['t'] > 11.5
     last = np.array([[row['x'], row['y']] for row in fleet[-3:]])
     assert np.ptp(last, axis=0).max() < 0.3
     assert {row['robot'] for row in fleet[-3:]} == {1, 2, 3}
