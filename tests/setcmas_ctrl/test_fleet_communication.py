@@ -41,7 +41,8 @@ def test_a_ring_with_losses(start, peer, script):
         """
     )
     start(*SIMU, '--nb-robots', '5', '--robot-rate', '50').wait_for_output('simulating')
-    process = start(*CTRL, '--algo', law, '--graph', 'ring', '--loss', '0.3')
+    options = ['--nb-robots', '5', '--graph', 'ring', '--loss', '0.3']
+    process = start(*CTRL, '--algo', law, *options)
     links = [peer.listen(Float64MultiArray, f'/tb3_{i}/links', LATCHED) for i in range(1, 6)]
     graph = peer.listen(Float32MultiArray, '/communication_graph', LATCHED)
     peer.wait_for(lambda: all(links) and counts(links[0][-1])[1, 0] > 200, timeout=60)
@@ -123,18 +124,8 @@ def test_failing_scripts_and_unheard_robots_are_told(start, peer, script):
     law = script('def control(i, n, poses, t):\n    return poses[0].mean() if i == 1 else 0, 0\n')
     when = script('def ctc(pos, last_pos, t):\n    return 1 / 0\n', 'when.py')
     start(*SIMU, '--nb-robots', '3').wait_for_output('simulating')
-    process = start(
-        *CTRL,
-        '--algo',
-        law,
-        '--graph',
-        'path',
-        '--event-triggered',
-        '--ctc',
-        when,
-        '--delay',
-        '0.1',
-    )
+    options = ['--nb-robots', '3', '--graph', 'path', '--delay', '0.1']
+    process = start(*CTRL, '--algo', law, *options, '--event-triggered', '--ctc', when)
     states = peer.listen(Odometry, '/tb3_3/trig_odom')
     peer.wait_for_new(states, 10)
 
