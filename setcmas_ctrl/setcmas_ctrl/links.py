@@ -76,6 +76,7 @@ class Links:
         wanted = self._wanted(adjacency)
         if np.array_equal(wanted, self._up):
             return
+        self._deliver(now)  # what has arrived before a link goes down is not lost
         rows, senders = np.nonzero(self._up & ~wanted)
         self._held[rows, :, senders] = np.nan
         senders, rows = np.nonzero((wanted & ~self._up).T & (self._numbers >= 0)[:, None])

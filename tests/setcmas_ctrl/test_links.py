@@ -182,6 +182,16 @@ def test_a_link_that_goes_down_forgets_and_loses_what_is_on_its_way():
     assert links.counts.lost.tolist() == [[0, 0, 1], [0, 0, 0], [1, 0, 0]]
 
 
+def test_what_arrives_before_its_link_goes_down_is_not_lost():
+    links = begun(delay=0.2)
+    links.send(ALL, moved(1), 1.0)
+    links.connect(path(3), 1.2)
+
+    assert np.isnan(links.heard(moved(1), 1.2)[0, :, 2]).all()
+    assert links.counts.lost.sum() == 0
+    assert (links.counts.received == 1 - np.eye(3)).all()
+
+
 def test_nothing_is_known_of_a_robot_that_never_sent():
     links = Links([1], Channel.of(3), 0)
     links.send([1], POSES[:, [1]], 0.0)
