@@ -118,9 +118,9 @@ def simulate(
         run.poses[-1]                    # where the robots end: rows x, y, theta
         plt.plot(run.t, run.poses[:, 0]) # x of every robot over time
 
-    The laws are called at t = 0, 1/rate, 2/rate, ... with the poses of that moment, and their
-    commands hold from that moment on; robots step from each multiple of 1/robot_rate to the next.
-    Where both fall together the laws come first. Equal arguments give equal results.
+    As over ROS, robots have a new state at each multiple of 1/robot_rate, which the last command
+    before it has led to; the laws are called at t = 0, 1/rate, 2/rate, ... with the states of that
+    moment or, between two, with the older ones. Equal arguments give equal results.
 
     Args:
         algo: A built-in ('consensus'), a script ('my_law.py'), or a function
@@ -202,7 +202,7 @@ def _run(
     for step, now in enumerate(t[:-1].tolist()):
         if radio:
             radio.measure(fleet.poses, fleet.V, now)
-        while (next_call := len(control_t) / rate) <= now + _SAME_TIME_S:
+        while (next_call := len(control_t) / rate) < now + Ts - _SAME_TIME_S:
             heard = radio.heard(fleet.poses, next_call) if radio else ()
             wanted, forward, turn = controllers(fleet.poses, next_call, *heard)
             control_t.append(next_call)

@@ -48,13 +48,26 @@ def test_laws_are_called_with_the_poses_of_their_time():
     np.testing.assert_allclose(seen, [(t, 0.5 * t) for t in (0.0, 0.2, 0.4, 0.6, 0.8)], atol=1e-12)
 
 
-@pytest.mark.parametrize(('rate', 'robot_rate', 'calls'), [(10, 10, 20), (3, 10, 6), (50, 10, 96)])
+@pytest.mark.parametrize(('rate', 'robot_rate', 'calls'), [(10, 10, 20), (3, 10, 6), (50, 10, 100)])
 def test_other_rates(rate, robot_rate, calls):
     run = simulate(forward, duration=2.0, rate=rate, robot_rate=robot_rate)
 
     assert len(run.control_t) == calls
     np.testing.assert_allclose(run.control_t, np.arange(calls) / rate)
     assert run.poses[-1, 0, 0] == pytest.approx(0.6)
+
+
+def test_between_two_states_of_the_robots_laws_see_the_older_one_and_command_the_next():
+    seen = []
+
+    def law(robotNo, nbRobots, poses, t):
+        seen.append((round(t, 2), round(poses[0, 0], 3)))
+        return (0.5, 0.0) if t > 0.2 else (0.1, 0.0)
+
+    simulate(law, duration=0.6, rate=20 / 3)
+
+    # The states are 0 m, 0.01 m (at t = 0.1 s), 0.02 m, 0.03 m, 0.08 m (at t = 0.4 s), ...
+    assert seen == [(0.0, 0.0), (0.15, 0.01), (0.3, 0.03), (0.45, 0.08)]
 
 
 def test_the_table_has_a_row_for_each_robot_at_each_time():
