@@ -1,4 +1,4 @@
-"""The folder that a run leaves behind: bag/, csv/, plots/, metrics.yaml and run.yaml."""
+"""The folder that a run leaves: bag/, csv/, plots/, inputs/, metrics.yaml and run.yaml."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ import platform
 import shutil
 import sys
 import time
+from collections.abc import Sequence
 from contextlib import suppress
 from importlib import metadata
 from pathlib import Path
@@ -13,10 +14,12 @@ from typing import Any
 
 import yaml
 
+from launch_scripts.run_inputs import RunInput
 from setcmas_simu import __version__
 from setcmas_simu.errors import SetcmasError
 
-_PARTS = ('bag', 'csv', 'plots', 'metrics.yaml', 'run.yaml')
+_INPUTS = 'inputs'
+_PARTS = ('bag', 'csv', 'plots', _INPUTS, 'metrics.yaml', 'run.yaml')
 _PACKAGES = ('numpy', 'rclpy', 'rosbags', 'matplotlib')
 
 
@@ -27,9 +30,10 @@ class RunFolder:
         path: The folder.
     """
 
-    def __init__(self, path: Path) -> None:
-        """Name the folder; nothing is created yet."""
+    def __init__(self, path: Path, inputs: Sequence[RunInput] = ()) -> None:
+        """Name the folder, and what the run is given; nothing is created yet."""
         self.path = path
+        self._inputs = inputs
 
     @property
     def bag(self) -> Path:
@@ -52,10 +56,11 @@ class RunFolder:
         return self.path / 'metrics.yaml'
 
     def check(self, overwrite: bool) -> None:
-        """See that no earlier run would be lost.
+        """See that no earlier run would be lost, and nothing that this one needs.
 
         Raises:
-            SetcmasError: The folder holds a run and must not be overwritten, or is no folder.
+            SetcmasError: The folder holds a run and must not be overwritten, is no folder, or
+                what would be overwritten is an input of the new run.
         """
         if self.path.exists() and not self.path.is_dir():
             raise SetcmasError(f"output '{self.path}' is not a folder")
@@ -70,9 +75,16 @@ class RunFolder:
                 f"output '{self.path}' holds an earlier run; "
                 'name another folder, or add --overwrite to replace that run'
             )
+        parts = [(self.path / part).resolve() for part in taken]
+        for given in self._inputs:
+            if any(given.path.resolve().is_relative_to(part) for part in parts):
+                raise SetcmasError(
+                    f"'{given.path}' is part of the earlier run in '{self.path}' and would be "
+                    'lost with it; name another output folder'
+                )
 
     def create(self) -> None:
-        """Create the folder, without the parts of an earlier run.
+        """Create the folder with what the run is given, without the parts of an earlier run.
 
         Raises:
             SetcmasError: The folder cannot be created or emptied.
@@ -80,6 +92,8 @@ class RunFolder:
         try:
             self.path.mkdir(parents=True, exist_ok=True)
             self._empty()
+            for given in self._inputs:
+                given.copy_to(self.path / _INPUTS / given.option)
         except OSError as error:
             raise SetcmasError(
                 f"output '{self.path}' cannot be written: {error.strerror}"
@@ -115,6 +129,10 @@ class RunFolder:
             'command': ['setcmas', *sys.argv[1:]],
             'outcome': outcome,
             'parameters': parameters,
+            'inputs': {
+                given.option: f'{_INPUTS}/{given.option}/{given.path.name}'
+                for given in self._inputs
+            },
             'seed': seed,
             'versions': {'setcmas': __version__, 'python': platform.python_version()}
             | {name: version for name in _PACKAGES if (version := _version(name))},

@@ -139,15 +139,24 @@ def graph_description(graph: Graph) -> GraphDescription:
     if not isinstance(graph, (str, Path)):
         build = partial(checked_adjacency, graph)
         return GraphDescription(False, [], [('', math.inf, build)])
-    name = str(graph).replace('-', '_')
-    if name in PRESETS:
+    path = graph_file(graph)
+    if path is None:
+        name = _preset(graph)
         return GraphDescription(False, [], [(name, math.inf, PRESETS[name])])
-    path = Path(graph)
     if path.suffix not in ('.yaml', '.yml') and not path.is_file():
         raise SetcmasError(
             f"graph '{graph}' is unknown; accepted are {', '.join(PRESETS)} or a YAML file"
         )
     return load_graph(path)
+
+
+def graph_file(graph: str | Path) -> Path | None:
+    """Return the file that `--graph` means, which may not exist; None if it is a preset."""
+    return None if _preset(graph) in PRESETS else Path(graph)
+
+
+def _preset(graph: str | Path) -> str:
+    return str(graph).replace('-', '_')
 
 
 def find_condition(name: str, exercise: bool = False) -> Path:

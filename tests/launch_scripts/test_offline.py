@@ -24,6 +24,7 @@ def test_the_layout_is_that_of_run(tmp_path):
 
     assert {path.name for path in (tmp_path / 'out').iterdir()} == {
         'csv',
+        'inputs',
         'plots',
         'metrics.yaml',
         'run.yaml',
@@ -101,6 +102,32 @@ def test_imperfect_communication_twice_writes_the_same_bytes(tmp_path):
     assert record['parameters']['loss'] == 0.3
     assert record['parameters']['graph'] == 'graph.yaml'
     assert record['communication']['lost'] > 0
+
+
+def test_a_run_is_repeated_from_what_it_keeps(tmp_path):
+    given = {
+        'law.py': 'import gains\ndef control(i, n, p, t):\n    return gains.K, 0\n',
+        'gains.py': 'K = 0.3\n',
+        'when.py': 'def ctc(pos, last_pos, t):\n    return t > 1\n',
+        'switch.yaml': 'segments:\n  - {duration: 1, graph: ring}\n  - {graph: star}\n',
+        'places.yaml': 'tb3_1: [1, 2, 0]\n',
+    }
+    for name, text in given.items():
+        (tmp_path / name).write_text(text)
+    options = ('--nb-robots', '3', '--duration', '3', '--event-triggered', '--loss', '0.5')
+
+    def run(folder, **files):
+        named = [text for name, file in files.items() for text in (f'--{name}', str(file))]
+        assert offline(tmp_path, *options, *named, '--output', folder).returncode == 0
+        return {path.name: path.read_bytes() for path in (tmp_path / folder / 'csv').iterdir()}
+
+    names = {'algo': 'law', 'ctc': 'when', 'graph': 'switch.yaml', 'poses': 'places.yaml'}
+    first = run('first', **names)
+    for name in given:
+        (tmp_path / name).unlink()
+    inputs = yaml.safe_load((tmp_path / 'first' / 'run.yaml').read_text())['inputs']
+
+    assert run('again', **{name: f'first/{path}' for name, path in inputs.items()}) == first
 
 
 def test_another_seed_gives_another_run(tmp_path):

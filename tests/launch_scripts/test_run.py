@@ -55,6 +55,7 @@ def test_the_whole_job(start, tmp_path):
     record = yaml.safe_load((out / 'run.yaml').read_text())
     assert record['outcome'] == 'complete'
     assert record['parameters']['nb_robots'] == 3
+    assert 'def control' in (out / record['inputs']['algo']).read_text()
     assert 'largest distance between two robots at the end' in process.output()
 
 

@@ -2,6 +2,7 @@ import pytest
 import yaml
 
 from launch_scripts.run_folder import RunFolder
+from launch_scripts.run_inputs import RunInput
 from setcmas_simu.errors import SetcmasError
 
 
@@ -70,3 +71,54 @@ def test_the_record_of_a_run(tmp_path):
     assert record['versions']['setcmas']
     assert record['host']['name']
     assert record['started'].startswith('2023-11-14')
+
+
+def test_what_a_run_is_given_is_kept(tmp_path):
+    (tmp_path / 'law.py').write_text('import gains')
+    (tmp_path / 'gains.py').write_text('K = 1')
+    (tmp_path / 'ring.yaml').write_text('graph: ring')
+    inputs = [
+        RunInput('algo', tmp_path / 'law.py'),
+        RunInput('ctc', tmp_path / 'law.py'),
+        RunInput('graph', tmp_path / 'ring.yaml'),
+    ]
+    folder = RunFolder(tmp_path / 'out', inputs)
+    folder.create()
+    folder.write_record({}, 'complete', 0)
+    (tmp_path / 'ring.yaml').write_text('graph: path')
+
+    kept = folder.path / 'inputs'
+    assert {path.relative_to(kept).as_posix() for path in kept.rglob('*') if path.is_file()} == {
+        'algo/law.py',
+        'algo/gains.py',
+        'ctc/law.py',
+        'ctc/gains.py',
+        'graph/ring.yaml',
+    }
+    assert (kept / 'graph' / 'ring.yaml').read_text() == 'graph: ring'
+    record = yaml.safe_load((folder.path / 'run.yaml').read_text())
+    assert record['inputs'] == {
+        'algo': 'inputs/algo/law.py',
+        'ctc': 'inputs/ctc/law.py',
+        'graph': 'inputs/graph/ring.yaml',
+    }
+
+
+def test_a_run_does_not_replace_what_it_is_given(tmp_path):
+    (tmp_path / 'law.py').touch()
+    out = tmp_path / 'out'
+    first = RunFolder(out, [RunInput('algo', tmp_path / 'law.py')])
+    first.create()
+    first.write_record({}, 'complete', 0)
+    kept = RunInput('algo', out / 'inputs' / 'algo' / 'law.py')
+
+    with pytest.raises(SetcmasError, match='is part of the earlier run'):
+        RunFolder(out, [kept]).check(overwrite=True)
+    RunFolder(tmp_path / 'again', [kept]).check(overwrite=True)
+
+
+def test_an_input_that_has_gone_is_told(tmp_path):
+    folder = RunFolder(tmp_path / 'out', [RunInput('graph', tmp_path / 'gone.yaml')])
+
+    with pytest.raises(SetcmasError, match='cannot be written: No such file'):
+        folder.create()

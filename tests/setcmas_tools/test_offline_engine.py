@@ -48,7 +48,9 @@ def test_laws_are_called_with_the_poses_of_their_time():
     np.testing.assert_allclose(seen, [(t, 0.5 * t) for t in (0.0, 0.2, 0.4, 0.6, 0.8)], atol=1e-12)
 
 
-@pytest.mark.parametrize(('rate', 'robot_rate', 'calls'), [(10, 10, 20), (3, 10, 6), (50, 10, 100)])
+@pytest.mark.parametrize(
+    ('rate', 'robot_rate', 'calls'), [(10, 10, 20), (3, 10, 6), (50, 10, 100)]
+)
 def test_other_rates(rate, robot_rate, calls):
     run = simulate(forward, duration=2.0, rate=rate, robot_rate=robot_rate)
 

@@ -26,6 +26,7 @@ from tqdm import tqdm
 from launch_scripts.above_bar import output_above_bar
 from launch_scripts.output_lines import warn
 from launch_scripts.run_folder import RunFolder
+from launch_scripts.run_inputs import run_inputs
 from launch_scripts.run_options import add_run_arguments, output_folder, parameters
 from setcmas_ctrl.algorithm_loader import compile_script, find_script
 from setcmas_ctrl.communication_options import check_communication, communication_values
@@ -71,7 +72,7 @@ def _run(args: argparse.Namespace) -> int:
     settings = parse_settings(args.set)
     compile_script(script, settings=settings)
     check_communication(args, args.nb_robots)
-    folder = RunFolder(output_folder(args, script))
+    folder = RunFolder(output_folder(args, script), run_inputs(args, script))
     folder.check(args.overwrite)
     begin = time.perf_counter()
     try:

@@ -23,6 +23,7 @@ from launch_scripts.child_process import ChildDiedError
 from launch_scripts.environment import local_environment, require_ros
 from launch_scripts.output_lines import Stream, warn, write_line
 from launch_scripts.run_folder import RunFolder
+from launch_scripts.run_inputs import run_inputs
 from launch_scripts.run_options import add_run_arguments, output_folder, parameters
 from launch_scripts.run_processes import EmulatedRun, SimulatedRun
 from launch_scripts.rviz import Companion
@@ -70,7 +71,8 @@ def main(args: argparse.Namespace) -> int:
     robots = simulated_robots(args).robots
     check_communication(args, args.nb_robots)
     lab = _emulated_lab(args)
-    folder = RunFolder(output_folder(args, script))
+    inputs = run_inputs(args, script, (args.lab or DEFAULT_FILE) if lab else None)
+    folder = RunFolder(output_folder(args, script), inputs)
     folder.check(args.overwrite)
     require_ros()
     with view_beside(args, robots) as views:
