@@ -132,13 +132,18 @@ class _Parser:
         return build
 
     def _edges_of(self, entry: Entry) -> Build:
-        weighted = [self._edge(item) for item in _items(entry)]
+        weights: dict[tuple[int, int], float] = {}
+        for item in _items(entry):
+            pairs, weight = self._edge(item)
+            for receiver, sender in pairs:
+                if (receiver, sender) in weights:
+                    raise item.error(f"'{receiver} <- {sender}' is there twice; leave one out")
+                weights[receiver, sender] = weight
 
         def build(nb_robots: int) -> Floats:
             adjacency = np.zeros((nb_robots, nb_robots))
-            for pairs, weight in weighted:
-                for receiver, sender in pairs:
-                    adjacency[receiver - 1, sender - 1] = weight
+            for (receiver, sender), weight in weights.items():
+                adjacency[receiver - 1, sender - 1] = weight
             return adjacency
 
         return build

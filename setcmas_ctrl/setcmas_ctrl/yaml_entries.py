@@ -18,6 +18,8 @@ _EXPONENT = re.compile(
     r'[-+]?[0-9]+(\.[0-9]*)?[eE][-+]?[0-9]+'
 )  # 1e-3: YAML 1.1 takes it for text
 
+_LONGEST_SHOWN = 40
+
 
 @dataclass(frozen=True)
 class Entry:
@@ -41,10 +43,7 @@ class Entry:
 
     def mistake(self, accepted: str) -> SetcmasError:
         """Return the error that this value is not what is accepted."""
-        shown = {dict: 'a mapping', list: 'a list', type(None): 'empty'}.get(
-            type(self.value), repr(self.value)
-        )
-        return self.error(f'{self.name or "this"} is {shown}; accepted is {accepted}')
+        return self.error(f'{self.name or "this"} is {_shown(self.value)}; accepted is {accepted}')
 
     def fields(self, accepted: Iterable[str]) -> dict[str, Entry]:
         """Return the entries of a mapping by key.
@@ -136,6 +135,15 @@ class Entry:
                 'one of ' + ', '.join(words) + (f'; did you mean {near[0]}?' if near else '')
             )
         return str(self.value)
+
+
+def _shown(value: Any) -> str:
+    if isinstance(value, dict):
+        return 'a mapping'
+    if isinstance(value, list):
+        text = f'[{", ".join(_shown(item.value) for item in value)}]'
+        return text if len(text) <= _LONGEST_SHOWN else 'a list'
+    return 'empty' if value is None else repr(value)
 
 
 def read_entries(path: Path) -> Entry:

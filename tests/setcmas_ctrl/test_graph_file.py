@@ -73,6 +73,12 @@ def test_segments_and_links(load):
         ('edges:\n  - 1 - 2\n  - 1 + 2\n', 3, "edges[1] is '1 + 2'; accepted is '1 - 2'"),
         ('edges:\n  - 1 - 2\n  - 2 - 2\n', 3, 'no robot hears itself'),
         ('edges:\n  - 1 - 2: heavy\n', 2, "is 'heavy'; accepted is a number from 0"),
+        (
+            'edges:\n  - [1, 2]\n',
+            2,
+            "edges[0] is [1, 2]; accepted is '1 - 2' (robots 1 and 2 hear",
+        ),
+        ('edges:\n  - 1 - 2\n  - 1 <- 2: 0.5\n', 3, "'1 <- 2' is there twice; leave one out"),
         ('edges: []\n', 1, 'a list that is not empty'),
         ('edges:\n  - {1 - 2: 1, 2 - 3: 1}\n', 2, 'or with a weight: 1 - 2: 0.5'),
         ('adjacency:\n  - [0, 1]\n  - [1]\n', 1, 'rows of 2, 1 numbers'),
