@@ -27,6 +27,7 @@ from setcmas_ctrl.script_settings import Settings
 from setcmas_ctrl.stop_call import AbandonCall, StopCall
 
 Velocity = tuple[float, float]
+_RAISED_BY_NAN = (ValueError, ArithmeticError)  # by int, round, numpy.linalg, scipy
 _EXPECTED = 'expected are two finite numbers: return vx, vy'
 
 
@@ -111,7 +112,11 @@ class ControlLaw:
         except (StopCall, AbandonCall, KeyboardInterrupt):
             raise
         except BaseException as error:  # whatever a script raises, the other robots go on
-            raise self.failure(error) from error
+            failure = self.failure(error)
+            if isinstance(error, _RAISED_BY_NAN):
+                text = f'{failure}{unheard_robots(self.robot, poses)}'
+                failure = ControlError(text, failure.key)
+            raise failure from error
         finally:
             network.end_call()
         try:

@@ -201,6 +201,20 @@ def test_a_law_that_reads_a_forbidden_column_is_told_whom_it_does_not_hear():
     assert 'tb3_2 does not hear robots 4-5' in said[1]
 
 
+def test_a_law_that_stumbles_over_a_forbidden_column_is_told_so_too():
+    said = []
+
+    def law(robotNo, nbRobots, poses, t):
+        return (int(poses[0, 2]), 0) if robotNo == 1 else (nameless, 0)  # noqa: F821
+
+    simulate(law, 3, 1.0, graph='path', say=said.append)
+
+    assert 'cannot convert float NaN to integer' in said[0]
+    assert 'tb3_1 does not hear robot 3: poses is NaN there' in said[0]
+    assert 'NameError' in said[2]
+    assert 'does not hear' not in said[2]
+
+
 @pytest.mark.parametrize(
     ('options', 'message'),
     [
