@@ -178,10 +178,13 @@ def read_csv(folder: Path) -> CommunicationRecord | None:
         else:
             links[int(receiver), sender] = counts
     tables = [
-        np.array(_read(folder / name, columns, _numbers), dtype=float).reshape(-1, len(columns))
+        np.array(_read(folder / name, columns, parsed), dtype=float).reshape(-1, len(columns))
         if (folder / name).is_file()
         else np.empty((0, len(columns)))
-        for name, columns in ((TRIGGERS_FILE, _TRIGGERS), (GRAPH_FILE, _GRAPH))
+        for name, columns, parsed in (
+            (TRIGGERS_FILE, _TRIGGERS, _trigger),
+            (GRAPH_FILE, _GRAPH, _change),
+        )
     ]
     return CommunicationRecord(robots, links, *tables)
 
@@ -189,16 +192,28 @@ def read_csv(folder: Path) -> CommunicationRecord | None:
 def _counts(cells: list[str]) -> tuple[int, str, Counts]:
     sender, receiver, sent, received, lost, interval = cells
     if receiver != _ALL:
-        int(receiver)
+        _robot(receiver)
     return (
-        int(sender),
+        _robot(sender),
         receiver,
         Counts(int(sent), int(received), int(lost), float(interval or 'nan')),
     )
 
 
-def _numbers(cells: list[str]) -> list[float]:
-    return list(map(float, cells))
+def _trigger(cells: list[str]) -> tuple[float, int, int]:
+    t, robot, sent = cells
+    return float(t), _robot(robot), int(sent)
+
+
+def _change(cells: list[str]) -> tuple[float, int, int, float]:
+    t, receiver, sender, weight = cells
+    return float(t), _robot(receiver), _robot(sender), float(weight)
+
+
+def _robot(cell: str) -> int:
+    if (robot := int(cell)) < 1:
+        raise ValueError
+    return robot
 
 
 def _read(path: Path, columns: tuple[str, ...], parsed: Callable[[list[str]], Any]) -> list[Any]:

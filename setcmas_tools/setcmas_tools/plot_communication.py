@@ -104,5 +104,5 @@ def _steps(t: Floats, end: float) -> tuple[Floats, Floats]:
     """Return the points of a line that goes up by one at each time."""
     t = np.sort(t)
     counts = np.arange(len(t) + 1, dtype=float)
-    times = np.concatenate([t[:1], t, [max(end, *t[-1:])]])
+    times = np.array([min([end, *t[:1]]), *t, max([end, *t[-1:]])])
     return np.repeat(times, 2)[1:-1], np.repeat(counts, 2)

@@ -35,7 +35,7 @@ def draw_graph(figure: Figure, table: FleetTable, record: CommunicationRecord) -
         record: With changes.
     """
     robots = table.robots
-    graphs = _chosen(_graphs(record, robots[-1]))
+    graphs = _chosen(_graphs(record, max(robots[-1], int(record.changes[:, 1:3].max()))))
     columns = min(_PANELS_IN_ROW, len(graphs))
     rows = math.ceil(len(graphs) / columns)
     side = 5.0 if len(graphs) == 1 else 3.4

@@ -69,7 +69,18 @@ def test_what_the_files_look_like(tmp_path):
 
 
 @pytest.mark.parametrize('name', FILE_NAMES)
-@pytest.mark.parametrize('content', ['', 'a,b\n', '{header}\n1,x\n', '{header}\n1,x,1,1,1,1\n'])
+@pytest.mark.parametrize(
+    'content',
+    [
+        '',
+        'a,b\n',
+        '{header}\n1,x\n',
+        '{header}\n1,x,1,1,1,1\n',
+        '{header}\n0,0,1,1,1,1\n',
+        '{header}\n1,0,1,1\n',
+        '{header}\n1,0,1\n',
+    ],
+)
 def test_damaged_files(tmp_path, name, content):
     write_csv(record_of(LINKS, TRIGGERS, CHANGES, {}), tmp_path)
     header = (tmp_path / name).read_text().partition('\n')[0]

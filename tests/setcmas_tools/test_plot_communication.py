@@ -1,4 +1,5 @@
 import re
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -33,6 +34,17 @@ def drawn(draw, run, *arguments):
 
 def spikes(line):
     return line.get_xdata()[np.asarray(line.get_ydata()) == 1.0]
+
+
+@pytest.mark.parametrize('draw', [draw_instants, draw_counts, draw_graph])
+def test_robots_of_which_one_side_does_not_know(draw):
+    # Such as a robot that another controller moves, or one whose odometry was not recorded.
+    run = run_of(3, 5.0, event_triggered=True)
+    record = run.communication
+    only = {'triggers': record.triggers[record.triggers[:, 1] < 3]}
+    of_four = {'changes': np.vstack([record.changes, [1.0, 4, 3, 1.0]])}
+
+    assert drawn(draw, run, replace(record, **only, **of_four)).axes
 
 
 @pytest.mark.parametrize(
