@@ -17,9 +17,9 @@ import yaml
 from launch_scripts.run_inputs import RunInput
 from setcmas_simu import __version__
 from setcmas_simu.errors import SetcmasError
+from setcmas_tools.run_files import INPUTS
 
-_INPUTS = 'inputs'
-_PARTS = ('bag', 'csv', 'plots', _INPUTS, 'metrics.yaml', 'run.yaml')
+_PARTS = ('bag', 'csv', 'plots', INPUTS, 'metrics.yaml', 'run.yaml')
 _PACKAGES = ('numpy', 'rclpy', 'rosbags', 'matplotlib')
 
 
@@ -93,7 +93,7 @@ class RunFolder:
             self.path.mkdir(parents=True, exist_ok=True)
             self._empty()
             for given in self._inputs:
-                given.copy_to(self.path / _INPUTS / given.option)
+                given.copy_to(self.path / INPUTS / given.option)
         except OSError as error:
             raise SetcmasError(
                 f"output '{self.path}' cannot be written: {error.strerror}"
@@ -130,7 +130,7 @@ class RunFolder:
             'outcome': outcome,
             'parameters': parameters,
             'inputs': {
-                given.option: f'{_INPUTS}/{given.option}/{given.path.name}'
+                given.option: f'{INPUTS}/{given.option}/{given.path.name}'
                 for given in self._inputs
             },
             'seed': seed,

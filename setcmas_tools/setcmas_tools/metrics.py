@@ -93,7 +93,7 @@ def compute(
     if not (table.t >= 0).any():
         raise SetcmasError(f"'{source}' has no row at t >= 0: no robot was commanded")
     parameters = run_parameters(source)
-    script = script_of_run(parameters, algo)
+    script = script_of_run(source, parameters, algo)
     task = task or task_of(script)
     settings = parameters.get('set') if algo is None else None
     goal = references(task, script, max(table.robots), settings) if task else None

@@ -36,7 +36,7 @@ def describe(source: Path, robots: list[int]) -> RunDescription:
     script = known = None
     with suppress(SetcmasError):
         parameters = run_parameters(source)
-        script = script_of_run(parameters, None)
+        script = script_of_run(source, parameters, None)
         if task := task_of(script):
             known = references(task, script, max(robots), parameters.get('set'))
     return RunDescription(f'{_short(script.stem)}, {number}' if script else number, known)

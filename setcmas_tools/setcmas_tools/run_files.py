@@ -10,6 +10,9 @@ import yaml
 from setcmas_simu.errors import SetcmasError
 from setcmas_tools import fleet_table
 
+INPUTS = 'inputs'
+"""The folder of a run with copies of the files that it was given, in a folder for each option."""
+
 
 def fleet_csv(run: Path) -> Path:
     """Return the fleet's table of a run.
@@ -36,6 +39,12 @@ def run_folder(source: Path) -> Path:
     """Return the folder of the run that a fleet.csv belongs to: above `csv`, else its own."""
     is_csv_folder = source.resolve().parent.name == 'csv'
     return source.parent.parent if is_csv_folder else source.parent
+
+
+def kept_input(source: Path, option: str, name: str) -> Path | None:
+    """Return the copy of a file that the run of a fleet.csv was given; None if it has none."""
+    path = run_folder(source) / INPUTS / option / name
+    return path if path.is_file() else None
 
 
 def run_parameters(source: Path) -> dict[str, Any]:

@@ -15,6 +15,7 @@ from setcmas_ctrl.algorithm_loader import ALIASES, builtin_folder, find_script, 
 from setcmas_ctrl.script_messages import describe_failure
 from setcmas_ctrl.script_settings import Settings
 from setcmas_simu.errors import SetcmasError
+from setcmas_tools.run_files import kept_input
 
 Floats = NDArray[np.float64]
 
@@ -53,10 +54,11 @@ class References:
     reached: float | None = None
 
 
-def script_of_run(parameters: dict[str, Any], algo: str | None) -> Path | None:
-    """Return the control script of a run.
+def script_of_run(source: Path, parameters: dict[str, Any], algo: str | None) -> Path | None:
+    """Return the control script of a run, as it was in the run if that has kept it.
 
     Args:
+        source: The fleet.csv of the run.
         parameters: Those of run.yaml. A built-in law is found by its name, wherever setcmas was
             installed on the machine of the run.
         algo: What `--algo` means, instead of run.yaml.
@@ -76,7 +78,7 @@ def script_of_run(parameters: dict[str, Any], algo: str | None) -> Path | None:
     stem = ALIASES.get(name.removesuffix('.py'), name.removesuffix('.py')).replace('-', '_')
     if stem in _BUILT_IN and (not folders or tuple(folders[-2:]) == _BUILT_IN_PATH):
         return builtin_folder() / f'{stem}.py'
-    return Path(script)
+    return kept_input(source, 'algo', name) or Path(script)
 
 
 def task_of(script: Path | None) -> str | None:

@@ -53,6 +53,21 @@ def test_the_options(run):
     assert content['robots'][1]['time_in_saturation_s'] == 10.0
 
 
+def test_the_script_counts_as_it_was_in_the_run(run):
+    script = run.parent / 'mine.py'
+    script.write_text('WPL = [[5, 5]]\ndef control(a, b, c, d): ...\n')
+    (run / 'run.yaml').write_text(yaml.safe_dump({'parameters': {'script': str(script)}}))
+    kept = run / 'inputs' / 'algo' / 'mine.py'
+    kept.parent.mkdir(parents=True)
+    kept.write_text('WPL = [[1.0, 1]]\ndef control(a, b, c, d): ...\n')
+
+    result = run_setcmas('metrics', 'out', '--task', 'waypoints', cwd=run.parent)
+
+    assert result.returncode == 0, result.stderr
+    content = yaml.safe_load((run / 'metrics.yaml').read_text())
+    assert content['waypoints']['reached_at_s'][1][0] == 9.0
+
+
 def test_another_table_has_its_name_before_that_of_the_file(tmp_path):
     (tmp_path / 'lab.csv').write_text(f'{HEADER}0,1,0,0,0,0,0\n')
 

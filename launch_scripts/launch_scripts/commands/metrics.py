@@ -97,6 +97,7 @@ def _of_bag(bag: Path, args: argparse.Namespace) -> tuple[Metrics, Path]:
     from setcmas_tools.bag_to_csv import convert
     from setcmas_tools.metrics import compute
     from setcmas_tools.metrics_yaml import FILE_NAME
+    from setcmas_tools.run_files import INPUTS
 
     resolved = bag.resolve()
     is_of_run = resolved.is_dir() and resolved.name == 'bag'
@@ -104,6 +105,8 @@ def _of_bag(bag: Path, args: argparse.Namespace) -> tuple[Metrics, Path]:
         folder = Path(temporary)
         if is_of_run and (resolved.parent / 'run.yaml').is_file():
             shutil.copy(resolved.parent / 'run.yaml', folder)
+            if (resolved.parent / INPUTS).is_dir():
+                shutil.copytree(resolved.parent / INPUTS, folder / INPUTS)
         report = convert(bag, folder / 'csv')
         for notice in report.notices:
             warn(f'setcmas metrics: {notice}')
