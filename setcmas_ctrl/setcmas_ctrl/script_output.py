@@ -23,11 +23,14 @@ from setcmas_simu.topics import robot_name
 _LONGEST_LINE = 16 * 1024
 
 
-class _Named(threading.local):
-    by_this_thread = False  # whether a line with its name is on its way through further streams
+class _ThisThread(threading.local):
+    naming = False  # whether a line with its name is on its way through further streams
+    # print() uses sys.stdout without holding it (CPython issue 130163): that it lives until the
+    # call returns, although the naming ends meanwhile, is seen to by what wrote there last.
+    output: ScriptOutput | None = None
 
 
-_named = _Named()
+_this_thread = _ThisThread()
 
 
 class ScriptOutput:
@@ -46,7 +49,8 @@ class ScriptOutput:
 
     def write(self, text: str) -> int:
         """Write a text; lines of scripts get their robot's name."""
-        robot = None if _named.by_this_thread else _writing_robot()
+        _this_thread.output = self
+        robot = None if _this_thread.naming else _writing_robot()
         if robot is None:
             return self._stream.write(text)
         with self._lock:
@@ -77,16 +81,16 @@ class ScriptOutput:
 
     def _write_lines(self, robot: int, lines: str) -> None:
         prefix = f'{robot_name(robot)}: '
-        _named.by_this_thread = True
+        _this_thread.naming = True
         try:
             self._stream.write(''.join(f'{prefix}{line}\n' for line in lines.split('\n')))
             self._stream.flush()
         finally:
-            _named.by_this_thread = False
+            _this_thread.naming = False
 
 
 def _writing_robot() -> int | None:
-    frame = sys._getframe(2)
+    frame = sys._getframe(1)  # there may be no caller: a thread can be a mere print()
     while frame is not None:
         if (robot := robot_of_frame(frame)) is not None:
             return robot

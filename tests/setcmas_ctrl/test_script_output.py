@@ -1,5 +1,9 @@
+import _thread
+import os
+import subprocess
 import sys
 import textwrap
+import time
 
 from setcmas_ctrl.algorithm_loader import load_control
 from setcmas_ctrl.script_output import named_output
@@ -112,3 +116,58 @@ def test_a_script_that_closes_the_output_closes_it_for_nobody(tmp_path, capsys):
     print('y')
 
     assert capsys.readouterr().out == 'tb3_2: x\ny\n'
+
+
+def test_a_thread_may_be_a_mere_print_which_has_no_caller(capsys):
+    out, deadline = '', time.monotonic() + 30
+    with named_output():
+        _thread.start_new_thread(print, ('x',))
+        while out != 'x\n' and time.monotonic() < deadline:
+            out += capsys.readouterr().out
+            time.sleep(0.01)
+
+    assert out == 'x\n'
+
+
+THREAD_IN_PRINT = """
+import sys, threading
+from pathlib import Path
+from setcmas_ctrl.algorithm_loader import load_script
+from setcmas_ctrl.script_output import named_output
+with named_output():
+    script = load_script(Path(sys.argv[1]), 1)
+    assert script.inside.wait(30)
+script.goes_on.set()
+script.thread.join()
+"""
+
+
+def test_a_thread_may_be_inside_of_print_when_the_naming_ends(tmp_path):
+    script = tmp_path / 'law.py'
+    script.write_text(
+        textwrap.dedent("""
+        import threading
+        inside, goes_on = threading.Event(), threading.Event()
+        class Slow:
+            def __str__(self):
+                inside.set()
+                return str(goes_on.wait(30))
+        thread = threading.Thread(target=lambda: print('a', Slow(), 'b'))
+        thread.start()
+        def control(robotNo, nbRobots, poses, t):
+            return 0, 0
+        """)
+    )
+
+    # Memory that is given back is overwritten at once, so that its use cannot go unnoticed.
+    result = subprocess.run(
+        [sys.executable, '-c', THREAD_IN_PRINT, str(script)],
+        env={**os.environ, 'PYTHONMALLOC': 'debug'},
+        capture_output=True,
+        text=True,
+        timeout=60,
+        check=False,
+    )
+
+    assert (result.returncode, result.stderr) == (0, '')
+    assert result.stdout == 'tb3_1: a \ntb3_1: True b\n'
