@@ -37,7 +37,8 @@ def exercise_folder() -> Path:
 
 def scripts_in(folder: Path) -> list[Path]:
     """Return the scripts in a folder, sorted by name."""
-    return sorted(path for path in folder.glob('*.py') if not path.name.startswith('_'))
+    paths = (path for path in folder.glob('*.py') if not path.name.startswith('_'))
+    return sorted(path for path in paths if path.is_file())
 
 
 def find_script(name: str, exercise: bool = False) -> Path:
@@ -82,14 +83,26 @@ def compile_script(
         SetcmasError: It cannot be read, has a syntax error, does not have the function, or does
             not have a name that is to be set.
     """
+    source = _read(path)
+    # Errors quote what was run, even when the file has been edited meanwhile.
+    lines = source.splitlines(keepends=True)
+    linecache.cache[str(path)] = (len(source), None, lines, str(path))
     try:
-        with tokenize.open(path) as file:
-            source = file.read()
-        # Errors quote what was run, even when the file has been edited meanwhile.
-        lines = source.splitlines(keepends=True)
-        linecache.cache[str(path)] = (len(source), None, lines, str(path))
         tree = ast.parse(source, str(path))
         code = compile(tree, str(path), 'exec')
+    except (SyntaxError, ValueError) as error:
+        raise SetcmasError(describe_failure(error, path)) from error
+    check_defines(tree, expected, path)
+    if settings:
+        apply_settings(tree, settings, path.name)
+        code = compile(tree, str(path), 'exec')
+    return code
+
+
+def _read(path: Path) -> str:
+    try:
+        with tokenize.open(path) as file:
+            return file.read()
     except OSError as error:
         raise SetcmasError(f"control script '{path}' cannot be read: {error.strerror}") from error
     except UnicodeDecodeError as error:
@@ -98,13 +111,9 @@ def compile_script(
             f'(byte {error.object[error.start]:#x}); save it as UTF-8, or name its encoding in '
             'its first line, such as # -*- coding: latin-1 -*-'
         ) from error
-    except (SyntaxError, ValueError) as error:
-        raise SetcmasError(describe_failure(error, path)) from error
-    check_defines(tree, expected, path)
-    if settings:
-        apply_settings(tree, settings, path.name)
-        code = compile(tree, str(path), 'exec')
-    return code
+    except SyntaxError as error:  # neither UTF-8 nor another encoding that is known
+        reason = error.msg.partition(' for ')[0]
+        raise SetcmasError(f'{path.name} has an {reason}; save it as UTF-8') from error
 
 
 def load_control(path: Path, robot: int) -> Control:

@@ -16,6 +16,8 @@ from setcmas_ctrl.script_imports import robot_of_frame
 from setcmas_simu.fleet import format_robots
 from setcmas_simu.topics import robot_name
 
+_LONGEST_TEXT = 300
+
 
 def quoted_line(path: Path | str, line: int | None, indented: bool = False) -> str:
     """Return a new line that quotes a line of a script; empty where there is none."""
@@ -88,8 +90,9 @@ def unheard_robots(robot: int, poses: NDArray[np.float64]) -> str:
 
 
 def summarise(error: BaseException) -> str:
-    """Return the kind and the text of an error on one line."""
+    """Return the kind and the text of an error on one line, which is not endless."""
     text = ' '.join(safe_text(str, error).split())
+    text = text if len(text) <= _LONGEST_TEXT else f'{text[:_LONGEST_TEXT]}...'
     if isinstance(error, SystemExit):
         text = f'the script ended itself with exit({text})'
     return f'{type(error).__name__}: {text}' if text else type(error).__name__

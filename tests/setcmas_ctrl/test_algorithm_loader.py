@@ -89,8 +89,24 @@ def test_faults_are_found_without_running_the_script(folder, text, message):
 def test_a_folder_is_no_script(folder):
     (folder / 'law.py').mkdir()
 
-    with pytest.raises(SetcmasError, match='not found'):
+    with pytest.raises(SetcmasError, match='not found') as caught:
         find_script('law')
+    assert 'did you mean' not in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ('text', 'encoding', 'message'),
+    [
+        (CONTROL, 'utf-16', 'law.py has an invalid or missing encoding declaration; save it as'),
+        (f'# coding: lattin-1\n{CONTROL}', 'utf-8', 'law.py has an unknown encoding; save it as'),
+    ],
+)
+def test_a_script_that_is_no_text_of_a_known_encoding_is_told(folder, text, encoding, message):
+    path = folder / 'law.py'
+    path.write_text(text, encoding=encoding)
+
+    with pytest.raises(SetcmasError, match=message):
+        compile_script(path)
 
 
 @pytest.mark.parametrize(
