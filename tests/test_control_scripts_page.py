@@ -16,7 +16,7 @@ PAGE = (ROOT / 'docs' / 'control_scripts.md').read_text()
         'does not take four arguments',
         'control returned None',
         'a value that is not finite',
-        'control has not returned',
+        ' has not returned',
         'it is at ',
         ' occurred ',
         'works again after ',

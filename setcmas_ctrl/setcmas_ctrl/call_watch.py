@@ -1,4 +1,4 @@
-"""Watches calls of control scripts: tells of slow ones, and where one is stuck that hangs."""
+"""Watches calls of scripts: tells of slow ones, and where one is stuck that does not return."""
 
 from __future__ import annotations
 
@@ -12,19 +12,18 @@ from pathlib import Path
 from typing import NamedTuple
 
 from setcmas_ctrl.script_messages import described_place, places_in, quoted_line
+from setcmas_ctrl.slow_calls import SlowCalls
 from setcmas_simu.topics import robot_name
 
 STUCK_S = 2.0
 """Duration in s from which a call counts as stuck."""
 
-_SLOW_REPORT_EVERY_S = 5.0
-
 
 class _Call(NamedTuple):
     robot: int
-    started: float
-    late: str
     path: Path
+    function: str  # empty while the script is loaded
+    started: float
 
 
 class CallWatch:
@@ -41,21 +40,21 @@ class CallWatch:
 
         Args:
             path: The script.
-            period: Control period in s; a longer call is slow.
+            period: Control period in s, which the calls for all robots are to fit into.
             say: Shows a message to the user; called from either thread.
             stuck_s: Duration in s from which a call is stuck.
         """
         self._path = path
-        self._period = period
         self._say = say
         self._stuck_s = stuck_s
         self.while_stuck: Callable[[], None] | None = None
         """Called now and then, from the watching thread, while a call is stuck."""
+        self.has_been_stuck = False
+        """Whether a function of a script has been stuck at some time."""
         self._call: _Call | None = None
         self._stuck: _Call | None = None
-        self._longest = (0.0, 0)
-        self._slow_steps = 0
-        self._next_slow_report = 0.0
+        self._slow = SlowCalls(period, say)
+        self._stepping = False
         self._caller = threading.get_ident()
         self._closed = threading.Event()
         self._thread = threading.Thread(target=self._watch, name='call watch', daemon=True)
@@ -63,34 +62,35 @@ class CallWatch:
 
     @contextlib.contextmanager
     def call(
-        self, robot: int, late: str = 'control has not returned', path: Path | None = None
+        self, robot: int, function: str = 'control', path: Path | None = None
     ) -> Iterator[None]:
         """Watch what runs inside as a call for a robot.
 
         Args:
             robot: Number of the robot.
-            late: What is told of the call once it is stuck.
+            function: The function of the script that is called.
             path: The script, if it is another one.
         """
-        started = time.monotonic()
-        self._call = _Call(robot, started, late, path or self._path)
+        call = self._call = _Call(robot, path or self._path, function, time.monotonic())
         try:
             yield
         finally:
             self._call = None
-            self._longest = max(self._longest, (time.monotonic() - started, robot))
+            if function and self._stepping:
+                self._slow.add(call.path, robot, time.monotonic() - call.started)
+
+    def loading(
+        self, robot: int, path: Path | None = None
+    ) -> contextlib.AbstractContextManager[None]:
+        """Watch what runs inside as the loading of a script for a robot."""
+        return self.call(robot, '', path)
 
     @contextlib.contextmanager
-    def step(self, nb_robots: int) -> Iterator[None]:
-        """Watch what runs inside as the calls for all robots of a control period."""
-        started = time.monotonic()
-        self._longest = (0.0, 0)
-        try:
-            yield
-        finally:
-            duration = time.monotonic() - started
-            if duration > self._period:
-                self._report_slow(nb_robots, duration)
+    def step(self) -> Iterator[None]:
+        """Watch what runs inside as the control step that ends a control period."""
+        self._stepping = True
+        yield
+        self._slow.end_period(time.monotonic())
 
     @property
     def running_s(self) -> float:
@@ -103,18 +103,6 @@ class CallWatch:
         self._closed.set()
         self._thread.join()
 
-    def _report_slow(self, nb_robots: int, duration: float) -> None:
-        self._slow_steps += 1
-        now = time.monotonic()
-        if now >= self._next_slow_report:
-            self._next_slow_report = now + _SLOW_REPORT_EVERY_S
-            longest, robot = self._longest
-            self._say(
-                f'{self._path.name} took {duration:.2f} s for {nb_robots} robots '
-                f'({longest:.2f} s for {robot_name(robot)}), longer than the control period of '
-                f'{self._period:.2f} s (so far {self._slow_steps} times)'
-            )
-
     def is_stuck(self) -> bool:
         """Return whether the present call is stuck."""
         return self.running_s > self._stuck_s
@@ -126,6 +114,7 @@ class CallWatch:
                 continue
             if call != self._stuck:
                 self._stuck = call
+                self.has_been_stuck |= call.function != ''
                 self._say(self._describe(call))
             if self.while_stuck:
                 self.while_stuck()
@@ -135,8 +124,13 @@ class CallWatch:
         # The innermost frame comes first.
         places = places_in(traceback.walk_stack(frame), call.path) if frame else []
         file, line = places[0] if places else (call.path, None)
+        late = (
+            f'{call.function} has not returned'
+            if call.function
+            else f'{call.path.name} has been loading'
+        )
         return (
-            f'{robot_name(call.robot)}: {call.late} for {self._stuck_s:g} s; '
+            f'{robot_name(call.robot)}: {late} for {self._stuck_s:g} s; '
             f'it is at {described_place(file, line, call.path)}{quoted_line(file, line)}\n'
             '    no robot of this process is commanded until it returns; Ctrl-C stops'
         )

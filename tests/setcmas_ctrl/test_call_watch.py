@@ -29,39 +29,34 @@ def test_a_call_that_does_not_return_is_reported_with_its_line(watched):
     assert 'assert spoken.wait(30)  # the line that the report must name' in said[0]
 
 
-def test_slow_steps_are_reported_at_most_now_and_then_with_their_count(watched):
+def test_a_slow_step_is_told_by_what_was_called_in_it(watched):
     watch, said, _ = watched
 
-    for _ in range(3):
-        with watch.step(2):
-            for robot in (1, 2):
-                with watch.call(robot):
-                    threading.Event().wait(0.03 * robot)
-
-    assert len(said) == 1
-    assert 's for 2 robots' in said[0]
-    assert 's for tb3_2), longer than the control period of 0.05 s (so far 1 times)' in said[0]
-
-
-def test_quick_calls_are_not_worth_a_word(watched):
-    watch, said, _ = watched
-
-    with watch.step(1), watch.call(1):
+    with watch.call(1):  # before the first control period
+        threading.Event().wait(0.1)
+    with watch.loading(1):
+        threading.Event().wait(0.1)
+    with watch.step(), watch.call(1):
         assert watch.running_s >= 0
-
     assert watch.running_s == 0
     assert said == []
 
-
-def test_a_slow_step_is_reported_even_when_it_raises(watched):
-    watch, said, _ = watched
-
-    def fail_slowly():
-        with watch.step(1), watch.call(1):
-            threading.Event().wait(0.06)
-            raise ZeroDivisionError
-
-    with pytest.raises(ZeroDivisionError):
-        fail_slowly()
-
+    with watch.step(), watch.call(2):
+        threading.Event().wait(0.1)
     assert len(said) == 1
+    assert f'{Path(__file__).name} took' in said[0]
+
+
+def test_only_functions_of_a_script_hang_not_its_loading(watched):
+    watch, said, spoken = watched
+
+    with watch.loading(1):
+        assert spoken.wait(30)
+    assert 'test_call_watch.py has been loading for' in said[0]
+    assert not watch.has_been_stuck
+
+    spoken.clear()
+    with watch.call(1, 'ctc', Path('when.py')):
+        assert spoken.wait(30)
+    assert 'tb3_1: ctc has not returned for' in said[1]
+    assert watch.has_been_stuck

@@ -123,7 +123,7 @@ def test_a_stuck_script_is_located_and_no_command_is_sent_meanwhile(start, peer,
     assert 'law.py, line ' in process.output()
     peer.wait_for(lambda: odometry[-1].twist.twist.linear.x == 0.0)
     assert len(command) == sent
-    assert process.end() == 0
+    assert process.end() == 1
 
 
 def test_a_stuck_script_that_swallows_every_exception_still_ends(start, peer, script):

@@ -106,5 +106,5 @@ def test_a_condition_that_hangs_while_it_is_loaded(start, script, command):
     path = script('while True:\n    pass\ndef ctc(a, b, c):\n    return True\n', 'when.py')
     process = start(*command, '--ctc', path)
 
-    process.wait_for_output('tb3_1: the condition has been loading for')
+    process.wait_for_output('tb3_1: when.py has been loading for')
     assert process.end() == 0

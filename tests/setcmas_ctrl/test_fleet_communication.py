@@ -148,5 +148,17 @@ def test_a_condition_that_hangs_is_located_and_ends_with_the_process(start, scri
 
     output = process.wait_for_output('ctc has not returned for')
     assert 'it is at when.py, line ' in output
-    assert process.end() == 0
+    assert process.end() == 1
     assert 'Traceback' not in process.output()
+
+
+def test_a_slow_condition_is_told_as_a_slow_law_is(start, script):
+    when = script(
+        'import time\ndef ctc(pos, last_pos, t):\n    time.sleep(0.15)\n    return True\n',
+        'when.py',
+    )
+    start(*SIMU, '--nb-robots', '2').wait_for_output('simulating')
+    process = start(*CTRL, '--algo', 'consensus', '--event-triggered', '--ctc', when)
+
+    assert 'when.py took' in process.wait_for_output('longer than the control period of')
+    assert process.end() == 0

@@ -124,9 +124,10 @@ class ControlStepper:
 
     @property
     def failed(self) -> bool:
-        """Whether a script has failed for some robot."""
+        """Whether a script has failed for some robot, or has hung."""
         reports = (self._reports, self.condition_reports)
-        return self._failed or any(report.failed_robots for report in reports)
+        failed = any(report.failed_robots for report in reports)
+        return self._failed or failed or self.watch.has_been_stuck
 
     def use(self, laws: list[ControlLaw]) -> None:
         """Go on with other laws, with t from 0 and errors counted anew; none: all robots stand."""
@@ -159,7 +160,7 @@ class ControlStepper:
         self._started = now if self._started is None else self._started
         # Odometry cannot come in while a step takes its time.
         self._notice_lost_odometry(POSE_TIMEOUT_S + now - self._stepped)
-        with self.watch.step(len(self._controllers)):
+        with self.watch.step():
             if self._pause and self._pause.reason():
                 self._stand(now)
             else:

@@ -88,7 +88,7 @@ def load_laws(
     settings = parse_settings(args.set)
     laws = []
     for robot in robots:
-        with watch.call(robot, f'{path.name} has been loading'):
+        with watch.loading(robot):
             laws.append(ControlLaw(path, robot, nb_robots, settings))
     return laws
 

@@ -68,7 +68,7 @@ class EventTriggeredComm(FleetNode):
         t = self._clock()
         one = self._broadcast
         try:
-            with self._watch.call(one.robot, 'ctc has not returned', one.path):
+            with self._watch.call(one.robot, 'ctc', one.path):
                 return one.is_triggered(pose, V, t)
         except AbandonCall:  # a new control law is there, the condition stays
             return True
@@ -91,7 +91,7 @@ def broadcasters(
     """
     nodes = []
     for robot in robots:
-        with watch.call(robot, 'the condition has been loading', communication.condition_script):
+        with watch.loading(robot, communication.condition_script):
             broadcast = communication.broadcast(robot, reports)
         node = EventTriggeredComm(broadcast, clock, watch)
         odometry.listen(robot, node.take)
