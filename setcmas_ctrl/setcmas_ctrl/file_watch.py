@@ -25,9 +25,17 @@ class FileWatch:
         self._since = 0.0
         self.watch(files)
 
-    def watch(self, files: Iterable[Path]) -> None:
-        """Watch these files; those that are watched already keep what they are compared with."""
-        self._seen = {file: self._seen.get(file, _signature(file)) for file in files}
+    def watch(self, files: Iterable[Path], new_are_saved: bool = False) -> None:
+        """Watch these files; those that are watched already keep what they are compared with.
+
+        Args:
+            files: The files.
+            new_are_saved: Whether one that was not watched before counts as saved now.
+        """
+        self._seen = {
+            file: self._seen.get(file, _GONE if new_are_saved else _signature(file))
+            for file in files
+        }
 
     def poll(self, now: float) -> bool:
         """Return whether a file has been saved, once for each time.

@@ -58,3 +58,18 @@ def test_files_that_are_added_count_from_now_on_and_the_others_as_before(tmp_pat
     assert not watch.poll(0.0)
     assert watch.poll(SETTLED_S)
     assert not watch.poll(2 * SETTLED_S)
+
+
+def test_a_file_that_is_new_counts_as_saved_where_it_was_missing(tmp_path):
+    first, second = tmp_path / 'law.py', tmp_path / 'helper.py'
+    first.write_text('a')
+    watch = FileWatch([first])
+    watch.watch([first], new_are_saved=True)
+    assert not watch.poll(0.0)
+    second.write_text('b')
+
+    watch.watch([first, second], new_are_saved=True)
+
+    assert not watch.poll(1.0)
+    assert watch.poll(1.0 + SETTLED_S)
+    assert not watch.poll(1.0 + 2 * SETTLED_S)

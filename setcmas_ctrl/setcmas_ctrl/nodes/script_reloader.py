@@ -71,7 +71,8 @@ class ScriptReloader:
         watch.while_stuck = self._poll_while_stuck
 
     def _poll(self) -> None:
-        self._files.watch(self._watched_files())
+        # Without laws: a module that was missing may appear.
+        self._files.watch(self._watched_files(), new_are_saved=not self._laws)
         self._is_new = self._files.poll(time.monotonic()) or self._is_new
         if not self._is_new:
             return
@@ -103,6 +104,7 @@ class ScriptReloader:
             self._node.get_logger().info(
                 f'{self._script.name} was saved and is loaded again for robots {robots}; t = 0'
             )
+        self._files.watch(self._watched_files())
         self._stepper.use(self._laws)
 
     def _poll_while_stuck(self) -> None:
