@@ -1,3 +1,4 @@
+import os
 import signal
 
 import numpy as np
@@ -46,6 +47,24 @@ def test_a_script_with_a_thread_of_its_own_ends_too(start, script):
     process.wait_for_output('controlling')
 
     assert process.end() == 0
+
+
+def test_a_script_with_a_process_of_its_own_ends_without_a_traceback(start, script):
+    law = script(
+        """
+        import multiprocessing, time
+        multiprocessing.Process(target=time.sleep, args=(600,)).start()
+        def control(robotNo, nbRobots, poses, t):
+            return 0, 0
+        """
+    )
+    start(*SIMU, '--nb-robots', '1')
+    process = start(*CTRL, '--algo', law, '--nb-robots', '1')
+    process.wait_for_output('controlling')
+
+    os.killpg(process.pid, signal.SIGINT)  # as the terminal and the launcher do
+    assert process.wait() == 0
+    assert 'Traceback' not in process.output()
 
 
 @pytest.mark.parametrize('signum', [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])

@@ -105,6 +105,7 @@ def ros_process(ros_arguments: list[str] | None = None) -> Iterator[RosProcess]:
         sys.exit(2)
     process = RosProcess()
     process.take_signals()
+    os.register_at_fork(after_in_child=_leave_signals)
     try:
         yield process
     finally:
@@ -112,6 +113,12 @@ def ros_process(ros_arguments: list[str] | None = None) -> Iterator[RosProcess]:
             signal.signal(signum, signal.SIG_IGN)
         process.executor.shutdown()
         rclpy.try_shutdown()
+
+
+def _leave_signals() -> None:
+    """Let the signals that ask to stop end a process that a script has forked, without a word."""
+    for signum in STOP_SIGNALS:
+        signal.signal(signum, signal.SIG_DFL)
 
 
 def use_fast_discovery() -> None:
