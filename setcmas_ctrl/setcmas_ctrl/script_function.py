@@ -16,6 +16,8 @@ Control = Callable[..., Any]
 CONTROL = 'control(robotNo, nbRobots, poses, t)'
 """The function that a control script has."""
 
+_OPTIONS = {'control': '--algo', 'ctc': '--event-triggered --ctc'}
+
 
 def check_defines(tree: ast.Module, expected: str, path: Path) -> None:
     """See that a script gives its function a meaning, as far as can be told without running it.
@@ -31,7 +33,7 @@ def check_defines(tree: ast.Module, expected: str, path: Path) -> None:
     name = expected.partition('(')[0]
     if not _may_define(tree, name):
         raise SetcmasError(
-            f'{path.name} has no function {name}; {_near(tree, name)}expected is {expected}'
+            f'{path.name} has no function {name}; {_hint(tree, name, path)}expected is {expected}'
         )
 
 
@@ -78,11 +80,14 @@ def _may_define(tree: ast.Module, name: str) -> bool:
     return False
 
 
-def _near(tree: ast.Module, name: str) -> str:
-    """Return a hint at a function of a similar name; empty if there is none."""
+def _hint(tree: ast.Module, name: str, path: Path) -> str:
+    """Return a hint at what the script may be, or may call its function; empty if at nothing."""
     functions = {
         node.name.lower(): node for node in tree.body if isinstance(node, ast.FunctionDef)
     }
+    for other, option in _OPTIONS.items():
+        if other != name and other in functions:
+            return f'its {other} is for {option} {path.stem}; '
     for near in difflib.get_close_matches(name, functions, n=1):
         node = functions[near]
         return f'did you mean {node.name} in line {node.lineno}? '
