@@ -23,7 +23,7 @@ setup(
     entry_points={
         'console_scripts': [
             'controller = setcmas_ctrl.nodes.controller:run',
-            'event_triggered_comm = setcmas_ctrl.nodes.event_triggered_comm:main',
+            'event_triggered_comm = setcmas_ctrl.nodes.event_triggered_comm:run',
             'pose_to_odom = setcmas_ctrl.nodes.pose_to_odom:main',
         ],
     },

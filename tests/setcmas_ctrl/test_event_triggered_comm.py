@@ -78,7 +78,8 @@ def test_a_script_without_a_condition_is_a_mistake(start, script, command):
     process = start(*command, '--ctc', path, *['--event-triggered'][: len(command) > 3])
 
     assert process.wait() == 2
-    assert 'when.py has no function ctc; expected is ctc(pos, last_pos, t)' in process.output()
+    told = 'no function ctc; its control is for --algo when; expected is ctc(pos, last_pos, t)'
+    assert f'when.py has {told}' in process.output()
     assert 'Traceback' not in process.output()
 
 
@@ -107,4 +108,19 @@ def test_a_condition_that_hangs_while_it_is_loaded(start, script, command):
     process = start(*command, '--ctc', path)
 
     process.wait_for_output('tb3_1: when.py has been loading for')
+    assert process.end() == 0
+
+
+def test_a_condition_with_a_thread_of_its_own_ends_too(start, script):
+    path = script(
+        """
+        import threading, time
+        threading.Thread(target=time.sleep, args=(600,)).start()
+        def ctc(pos, last_pos, t):
+            return True
+        """
+    )
+    process = start(*BROADCAST, '--ctc', path)
+    process.wait_for_output('broadcasting')
+
     assert process.end() == 0

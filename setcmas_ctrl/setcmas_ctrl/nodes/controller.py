@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import argparse
 import contextlib
-import os
 import sys
 from functools import partial
 from pathlib import Path
@@ -40,7 +39,7 @@ from setcmas_ctrl.nodes.marker_canvas import MarkerCanvas
 from setcmas_ctrl.nodes.pause_watch import PauseWatch
 from setcmas_ctrl.nodes.script_reloader import ScriptReloader
 from setcmas_ctrl.nodes.si_to_uni import SiToUni
-from setcmas_ctrl.nodes.stuck_scripts import end_stuck_script
+from setcmas_ctrl.nodes.stuck_scripts import end_process, end_stuck_script
 from setcmas_ctrl.random_seed import seed_scripts
 from setcmas_ctrl.script_output import named_output
 from setcmas_ctrl.script_settings import parse_settings
@@ -211,11 +210,8 @@ def main(argv: list[str] | None = None) -> int:
 
 
 def run() -> None:
-    """Run `main` and end the process, whatever threads scripts may have started."""
-    status = main()
-    sys.stdout.flush()
-    sys.stderr.flush()
-    os._exit(status)
+    """Run `main` and end the process."""
+    end_process(main())
 
 
 if __name__ == '__main__':

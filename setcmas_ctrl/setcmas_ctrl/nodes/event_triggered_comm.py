@@ -20,7 +20,7 @@ from setcmas_ctrl.communication import Communication, communication
 from setcmas_ctrl.control_options import SCRIPT_FAILED
 from setcmas_ctrl.error_reports import ErrorReports
 from setcmas_ctrl.nodes.fleet_odometry import FleetOdometry, Pose
-from setcmas_ctrl.nodes.stuck_scripts import end_stuck_script
+from setcmas_ctrl.nodes.stuck_scripts import end_process, end_stuck_script
 from setcmas_ctrl.script_output import named_output
 from setcmas_ctrl.stop_call import AbandonCall, StopCall
 from setcmas_ctrl.triggering import CONSEQUENCE, Broadcast
@@ -149,5 +149,10 @@ def _broadcast(
     process.spin()
 
 
+def run() -> None:
+    """Run `main` and end the process."""
+    end_process(main())
+
+
 if __name__ == '__main__':
-    sys.exit(main())
+    run()

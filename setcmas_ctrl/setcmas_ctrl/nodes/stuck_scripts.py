@@ -1,9 +1,11 @@
-"""Lets a stop signal end a call of a script that would never return."""
+"""Lets a process end although a script's call would never return, or its threads still run."""
 
 from __future__ import annotations
 
 import os
+import sys
 from collections.abc import Callable
+from typing import NoReturn
 
 from setcmas_ctrl.call_watch import CallWatch
 from setcmas_ctrl.stop_call import StopCall
@@ -33,3 +35,10 @@ def end_stuck_script(
         raise StopCall
 
     process.on_stop_signal = on_stop_signal
+
+
+def end_process(status: int) -> NoReturn:
+    """End this process with an exit status, whatever threads scripts may have started."""
+    sys.stdout.flush()
+    sys.stderr.flush()
+    os._exit(status)
