@@ -13,6 +13,7 @@ import viser
 
 from setcmas_simu.errors import SetcmasError
 from setcmas_tools.view.browser_options import EVERYWHERE
+from setcmas_tools.view.request_guard import guarded_requests, names_of_this_machine
 
 _PORTS_TRIED = 50
 
@@ -37,12 +38,13 @@ class Page:
         """Serve the page at a host's address, at a port or the next free one.
 
         Raises:
-            SetcmasError: No port is free, or the address is not one of this machine.
+            SetcmasError: No port is free, the address is not one of this machine, or viser
+                cannot be guarded.
         """
-        with _silence():
-            self.server = _Server(
-                host=host, port=free_port(host, port), label='setcmas', verbose=False
-            )
+        port = free_port(host, port)
+        names = names_of_this_machine() | {host.lower()}
+        with _silence(), guarded_requests(names):
+            self.server = _Server(host=host, port=port, label='setcmas', verbose=False)
         self.host, self.port = host, self.server.get_port()
         self.url = _url(EVERYWHERE.get(host, host), self.port)
         self.server.gui.configure_theme(
