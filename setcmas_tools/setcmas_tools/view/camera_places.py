@@ -27,7 +27,7 @@ def place(name: str, half_m: float, aspect: float, covered: float) -> tuple[Floa
         name: One of `VIEWS`.
         half_m: Half the side of the square around the origin, in m.
         aspect: Width of the picture over its height.
-        covered: Share of the width, on the right, that the panel covers.
+        covered: Share of the width, on the right, that the panel covers; less than half.
     """
     back = _DIRECTIONS[name] / np.linalg.norm(_DIRECTIONS[name])
     right = np.cross([0.0, 0.0, 1.0], back)
@@ -35,9 +35,33 @@ def place(name: str, half_m: float, aspect: float, covered: float) -> tuple[Floa
     up = np.cross(back, right)
     corners = half_m * np.array([[1, 1, 0], [1, -1, 0], [-1, -1, 0], [-1, 1, 0]])
     tall = np.tan(0.5 * FOV)
-    wide = tall * aspect * (1.0 - covered)
-    # A corner at depth d - c.back is seen if |c.right| <= wide * depth and |c.up| <= tall * depth.
-    distances = np.maximum(abs(corners @ right) / wide, abs(corners @ up) / tall)
-    distance = float(np.max(distances + corners @ back))
-    target = right * distance * tall * aspect * covered
-    return target + back * distance, target
+    wide = tall * aspect
+    towards = corners @ back
+    sideways = _Slab(corners @ right, towards, wide, wide * (1.0 - 2.0 * covered))
+    upwards = _Slab(corners @ up, towards, tall, tall)
+    distance = max(sideways.distance, upwards.distance)
+    seen = right * sideways.middle(distance) + up * upwards.middle(distance)
+    target = seen - back * seen[2] / back[2]  # on the ground, where the user turns around it
+    return seen + back * distance, target
+
+
+class _Slab:
+    """What a camera sees between two edges of its picture.
+
+    From a distance d, and moved across by s, it sees the points with
+    -low * (d - towards) <= across - s <= high * (d - towards).
+
+    Attributes:
+        distance: The least one from which all points are seen.
+    """
+
+    def __init__(self, across: Floats, towards: Floats, low: float, high: float) -> None:
+        """Take points, and the tangents of the angles to the edges."""
+        self._low, self._high = low, high
+        self._from = float(np.max(towards - across / low))
+        self._to = float(np.max(towards + across / high))
+        self.distance = (low * self._from + high * self._to) / (low + high)
+
+    def middle(self, distance: float) -> float:
+        """Return the s halfway between the two that just let all points be seen."""
+        return (self._low * (distance - self._from) - self._high * (distance - self._to)) / 2

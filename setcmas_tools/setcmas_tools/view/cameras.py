@@ -6,13 +6,14 @@ import numpy as np
 import viser
 
 from setcmas_tools.view.camera_places import FOV, SIDE, place
+from setcmas_tools.view.ground_scene import WITH_METRES
 
 FREE = 'no robot'
 
 _NEAR_M = np.array([-2.6, -1.8, 2.0])  # from the robot to the camera that follows it
 _PANEL_PX = 340
 _MOVED_M = 0.05
-_SMALL_PX = 700  # on pictures of this width the panel is folded away
+_SMALL_PX = 2 * _PANEL_PX  # in narrower windows users fold the panel to see the robots
 
 
 class FollowingCamera:
@@ -44,11 +45,11 @@ class FollowingCamera:
         """Show one of the `VIEWS`, and follow no robot any more."""
         self._robot = None
         self._dropdown.value = FREE
-        self._view, self._half_m = name, half_m
         camera = self._client.camera
+        self._view, self._fitted = name, self._fitting(half_m)
         width = camera.image_width
         covered = _PANEL_PX / width if width > _SMALL_PX else 0.0
-        position, target = place(name, half_m, camera.aspect, covered)
+        position, target = place(name, half_m * WITH_METRES, camera.aspect, covered)
         with self._client.atomic():
             camera.up_direction = (0.0, 0.0, 1.0)
             camera.fov = FOV
@@ -57,12 +58,15 @@ class FollowingCamera:
         self._place = position
 
     def fit(self, half_m: float) -> None:
-        """Go on showing the whole ground when it grows, unless the user has moved the camera."""
+        """Go on showing the whole ground when it grows, or the window changes its size.
+
+        A camera that the user has moved, or that follows a robot, is left alone.
+        """
         camera = self._client.camera
         moved = self._robot is not None or not np.allclose(
             camera.position, self._place, atol=_MOVED_M
         )
-        if half_m != self._half_m and not moved:
+        if self._fitting(half_m) != self._fitted and not moved:
             self.show(self._view, half_m)
 
     def update(self, poses: dict[int, tuple[float, float, float]]) -> None:
@@ -76,6 +80,11 @@ class FollowingCamera:
         with self._client.atomic():
             camera.position = target + offset
             camera.look_at = target
+
+    def _fitting(self, half_m: float) -> tuple[float, int, int]:
+        """Return what the place of the camera depends on."""
+        camera = self._client.camera
+        return half_m, camera.image_width, camera.image_height
 
     def _choose(self, option: str) -> None:
         self._robot = None if option == FREE else int(option.split()[-1])

@@ -9,7 +9,10 @@ HALF_M = 7.5
 """Half the side of the ground in a simulation at first, in m."""
 LAB_HALF_M = 2.5
 """Half the side of the ground in an experiment at first, in m."""
+WITH_METRES = 1.12
+"""How many times larger what has to be seen is than the ground: metres stand beside it."""
 
+_METRES_AT = 1.06
 _CLEAR_M = 0.5
 _STEPS_M = {False: 1.0, True: 5.0}  # from one written line to the next: small, large ground
 _LARGE_M = 7.0
@@ -81,7 +84,7 @@ class GroundScene:
         for tick in self._ticks:
             tick.remove()
         last = int(self.half_m // step)
-        edge = 1.06 * self.half_m
+        edge = _METRES_AT * self.half_m
         self._ticks = []
         for number in range(-last, last + 1):
             metres = number * step

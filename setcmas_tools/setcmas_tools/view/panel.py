@@ -12,7 +12,7 @@ from setcmas_tools.view.robot_states import ERROR, OK, WARN
 _STATE_COLOURS = {OK: 'inherit', WARN: '#b45309', ERROR: '#b91c1c'}
 _STYLE = (
     '<style>.sc{font-size:12.5px;line-height:1.5;padding:2px 12px 8px}'
-    '.sc .f{display:flex;justify-content:space-between}'
+    '.sc .f{display:flex;justify-content:space-between;font-size:15px}'
     '.sc table{width:100%;border-collapse:collapse;font-variant-numeric:tabular-nums}'
     '.sc .r{max-height:46vh;overflow-y:auto;margin-top:6px}'
     '.sc th{font-weight:500;opacity:.6;text-align:right;position:sticky;top:0}'

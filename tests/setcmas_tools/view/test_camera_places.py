@@ -4,7 +4,7 @@ import pytest
 from setcmas_tools.view.camera_places import FOV, VIEWS, place
 
 
-@pytest.mark.parametrize('covered', [0.0, 0.3])
+@pytest.mark.parametrize('covered', [0.0, 0.3, 0.49])
 @pytest.mark.parametrize('aspect', [0.6, 1.0, 1.8])
 @pytest.mark.parametrize('view', VIEWS)
 def test_the_whole_ground_is_seen_beside_the_panel(view, aspect, covered):
@@ -21,4 +21,7 @@ def test_the_whole_ground_is_seen_beside_the_panel(view, aspect, covered):
     assert u.min() >= -1.0 - 1e-3
     assert u.max() <= 1.0 - 2 * covered + 1e-3
     assert abs(v).max() <= 1.0 + 1e-3
-    assert max(abs(v).max(), abs(u + covered).max() / (1 - covered)) > 0.8
+    # It fills the height, or the width that is free.
+    filled = (np.ptp(v) / 2, np.ptp(u) / 2 / (1 - covered))
+    assert max(filled) == pytest.approx(1.0, abs=0.15)
+    assert target[2] == pytest.approx(0.0)
