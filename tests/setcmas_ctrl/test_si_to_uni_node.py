@@ -38,7 +38,8 @@ def test_it_says_when_nothing_listens_to_the_commands(start, peer):
 def test_pause_holds_one_robot_or_the_fleet_at_zero(start, peer):
     start(*SIMU, '--nb-robots', '2')
     commands = [peer.cmd_vel(robot) for robot in (1, 2)]
-    start(*CTRL, '--algo', 'consensus').wait_for_output('controlling')
+    ctrl = start(*CTRL, '--algo', 'consensus')
+    ctrl.wait_for_output('controlling')
     pause_first = peer.publisher(Bool, '/tb3_1/pause')
     pause_all = peer.publisher(Bool, '/pause')
 
@@ -50,8 +51,10 @@ def test_pause_holds_one_robot_or_the_fleet_at_zero(start, peer):
     peer.wait_for(lambda: stands(0) and not stands(1))
     pause_all.publish(Bool(data=True))
     peer.wait_for(lambda: stands(0) and stands(1))
+    ctrl.wait_for_output('paused by /pause')
     pause_all.publish(Bool(data=False))
     peer.wait_for(lambda: not stands(0) and not stands(1))
+    ctrl.wait_for_output('started by /pause')
 
 
 def test_a_second_controller_of_a_robot_is_noticed(start):

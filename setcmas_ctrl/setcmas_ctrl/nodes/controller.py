@@ -159,14 +159,16 @@ def connect(
 
 
 def _follow_wishes(node: FleetNode, followers: list[SiToUni]) -> None:
-    """Pause the fleet, or let it go on, as /pause says."""
-    node.create_subscription(
-        Bool,
-        topics.FLEET_PAUSE,
-        lambda message: [follower.pause(message.data) for follower in followers],
-        qos.EVENT,
-        event_callbacks=qos.no_subscription_events(),
-    )
+    """Pause the fleet, or let it go on, as /pause says; tell so, as it may come from elsewhere."""
+
+    def follow(message: Bool) -> None:
+        if any(follower.paused != message.data for follower in followers):
+            print('paused by /pause' if message.data else 'started by /pause', flush=True)
+        for follower in followers:
+            follower.pause(message.data)
+
+    silent = {'event_callbacks': qos.no_subscription_events()}
+    node.create_subscription(Bool, topics.FLEET_PAUSE, follow, qos.EVENT, **silent)
 
 
 def main(argv: list[str] | None = None) -> int:

@@ -118,10 +118,12 @@ class FleetScene:
                 float(speed),
                 (float(pose[0]), float(pose[1]), float(pose[2])),
                 *known.states.describe(robot, bool(lost), float(speed), now),
+                bool(lost),
             )
             for robot, pose, speed, lost in columns
         ]
-        text = panel_html(rows, known.clock.seconds(now), fleet.disagreement(now), paused)
+        run = 'paused' if paused else known.clock.describe(now)
+        text = panel_html(rows, run, known.clock.seconds(now), fleet.disagreement(now))
         self.controls.show_figures(text, paused, not known.real)
         self.controls.offer(fleet.robots)
 

@@ -22,37 +22,37 @@ _STYLE = (
     '.sc i{display:inline-block;width:9px;height:9px;border-radius:50%;'
     'border:1px solid #8888;margin-right:5px}</style>'
 )
+_RUN_TIME = '<span title="since the first command that this page has heard">run time</span>'
 
 
 @dataclass(frozen=True)
 class RobotRow:
-    """What the panel tells of a robot: speed in m/s, pose in m and rad, level and state."""
+    """What the panel tells of a robot: speed in m/s, pose in m and rad, level, state, if lost."""
 
     robot: int
     speed: float
     pose: tuple[float, float, float]
     level: int
     state: str
+    lost: bool = False
 
 
 def panel_html(
-    rows: list[RobotRow], time_s: float | None, disagreement: float | None, paused: bool
+    rows: list[RobotRow], run: str, time_s: float | None, disagreement: float | None
 ) -> str:
     """Return the panel's text.
 
     Args:
         rows: One for each robot.
+        run: What the fleet does, in words.
         time_s: Time of the run in s; None before it.
         disagreement: Root mean square distance to the fleet's centre in m; None below two robots.
-        paused: Whether the fleet is paused.
     """
     if not rows:
         return f'{_STYLE}<div class="sc">waiting for robots</div>'
-    count = f'{len(rows)} robot' + ('s' if len(rows) > 1 else '')
-    run = 'paused' if paused else 'not controlled yet' if time_s is None else 'running'
-    figures = [(count, run)]
+    figures = [(_count(rows), run)]
     if time_s is not None:
-        figures.append(('run time', f'{time_s:.1f} s'))
+        figures.append((_RUN_TIME, f'{time_s:.1f} s'))
     if disagreement is not None:
         figures.append(('disagreement', f'{disagreement:.3f} m'))
     lines = ''.join(f'<div class="f"><span>{a}</span><b>{b}</b></div>' for a, b in figures)
@@ -61,6 +61,13 @@ def panel_html(
     )
     body = ''.join(map(_row_html, rows))
     return f'{_STYLE}<div class="sc">{lines}<div class="r"><table>{head}{body}</table></div></div>'
+
+
+def _count(rows: list[RobotRow]) -> str:
+    lost = sum(row.lost for row in rows)
+    there = len(rows) - lost
+    count = f'{there} robot' + ('' if there == 1 else 's')
+    return f'{count}, {lost} lost' if lost else count
 
 
 def _row_html(row: RobotRow) -> str:

@@ -27,6 +27,12 @@ class RunClock:
             self._counted += now - self._last
         self._last, self._paused = now, paused
 
+    def describe(self, now: float) -> str:
+        """Return in words whether controllers command the robots."""
+        if self._counted is None:
+            return 'not controlled yet'
+        return 'control has ended' if now - self._last > _SILENCE_S else 'running'
+
     def seconds(self, now: float) -> float | None:
         """Return the time of the run in s; None before the first command."""
         if self._counted is None:

@@ -11,10 +11,13 @@ def hear(clock, first, last, paused=False):
 def test_counts_from_the_first_command_and_holds_after_the_last():
     clock = RunClock()
     assert clock.seconds(3.0) is None
+    assert clock.describe(3.0) == 'not controlled yet'
     hear(clock, 10.0, 14.0)
 
     assert clock.seconds(14.1) == pytest.approx(4.1)
+    assert clock.describe(14.1) == 'running'
     assert clock.seconds(20.0) == pytest.approx(4.0)
+    assert clock.describe(20.0) == 'control has ended'
 
 
 def test_commands_after_a_silence_are_a_new_run():
