@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 from matplotlib.figure import Figure
-from matplotlib.lines import Line2D
 from numpy.typing import NDArray
 
 from setcmas_tools.communication_record import CommunicationRecord
@@ -36,6 +35,7 @@ def draw_instants(figure: Figure, table: FleetTable, record: CommunicationRecord
     for axes, robot in zip(panels, robots, strict=True):
         times, _ = _sent_and_evaluated(record, robot)
         axes.plot(*_spikes(times, 0.0, 1.0), **line_look(robot, len(robots)))
+        axes.spines['left'].set_zorder(1)  # it would hide the first state, sent at t = 0
         axes.set(ylim=(0.0, 1.25), yticks=(0, 1))
         axes.set_ylabel(f'robot {robot}', rotation=0, ha='right', va='center')
         axes.grid(axis='y', visible=False)
@@ -51,6 +51,7 @@ def _draw_rows(figure: Figure, table: FleetTable, record: CommunicationRecord) -
     for robot in robots:
         times, _ = _sent_and_evaluated(record, robot)
         axes.plot(*_spikes(times, robot - 0.4, robot + 0.4), **line_look(robot, len(robots)))
+    axes.spines['left'].set_zorder(1)
     axes.set_ylim(robots[-1] + 0.6, robots[0] - 0.6)
     axes.grid(axis='y', visible=False)
     legend(axes, robot_handles(robots) + time_axis([axes], table.t[0], table.t[-1]))
@@ -73,7 +74,10 @@ def draw_counts(figure: Figure, table: FleetTable, record: CommunicationRecord) 
     evaluated, sent = record.triggers[:, 0], record.triggers[record.triggers[:, 2] == 1, 0]
     grey = {'color': '0.45', 'linestyle': '--'}
     (periodic,) = panels[0].plot(*_steps(evaluated, end), **grey, label='periodic')
-    (triggered,) = panels[0].plot(*_steps(sent, end), color='0.1', label='event-triggered')
+    share = f'{len(sent):,} of {len(evaluated):,} ({100 * len(sent) / len(evaluated):.1f} %)'
+    (triggered,) = panels[0].plot(
+        *_steps(sent, end), color='0.1', label=f'event-triggered\n{share}'
+    )
     panels[0].set(ylabel='states sent, fleet')
     for robot in robots:
         times, _ = _sent_and_evaluated(record, robot)
@@ -83,9 +87,7 @@ def draw_counts(figure: Figure, table: FleetTable, record: CommunicationRecord) 
     for axes in panels:
         axes.set_ylim(bottom=0.0)
     marks = time_axis(panels, table.t[0], end)
-    share = 100 * len(sent) / len(evaluated)
-    total = Line2D([], [], linestyle='', label=f'{len(sent)} of {len(evaluated)} ({share:.1f} %)')
-    legend(panels[0], [periodic, triggered, total, *marks])
+    legend(panels[0], [periodic, triggered, *marks])
     legend(panels[1], robot_handles(robots))
     figure.align_ylabels()
 

@@ -85,8 +85,15 @@ def finish(figure: Figure, run: str = '') -> None:
     shape = height / width
     if paper == 'page':
         shape *= 0.75  # a figure across both columns is wide, not high
-    room = 0.5 if paper == 'column' else 0.0  # for the legend, in inches: it is above the axes
-    figure.set_size_inches(PAPERS[paper], shape * PAPERS[paper] + room)
+    has_legend = any(axes.get_legend() for axes in figure.axes)
+    room = 0.5 if paper == 'column' and has_legend else 0.0  # in inches: it is above the axes
+    figure.set_size_inches(final_width(width), shape * final_width(width) + room)
+
+
+def final_width(width: float) -> float:
+    """Return the width in inches that a figure will have, which is drawn with one on screens."""
+    paper = _choice.get().paper
+    return PAPERS[paper] if paper else width
 
 
 def save(figure: Figure, path: Path) -> None:
@@ -147,7 +154,8 @@ def legend(axes: Axes, handles: Iterable[Artist]) -> None:
     """Put a legend where it covers nothing: right of the axes, in a paper's column above them."""
     entries = list(handles)
     if _choice.get().paper == 'column':
-        longest = max(len(str(entry.get_label())) for entry in entries)
+        lines = [line for entry in entries for line in str(entry.get_label()).splitlines()]
+        longest = max(map(len, lines))
         columns = int(3.3 / (0.3 + 0.043 * longest))  # in inches
         axes.legend(
             handles=entries, loc='lower left', bbox_to_anchor=(0.0, 1.01), borderaxespad=0.0,

@@ -15,7 +15,7 @@ from setcmas_tools.fleet_table import write_csv
 from setcmas_tools.plot_communication import draw_counts, draw_instants
 from setcmas_tools.plot_disagreement import draw_disagreement
 from setcmas_tools.plot_graph import draw_graph
-from setcmas_tools.plot_style import plot_style
+from setcmas_tools.plot_style import finish, plot_style
 
 PLAIN = ['trajectories', 'positions', 'heading', 'velocities', 'distances']
 
@@ -77,6 +77,8 @@ def test_a_panel_for_each_robot_with_its_spikes_in_its_colour():
         line = axes.get_lines()[0]
         sent = record.triggers[(record.triggers[:, 1] == robot) & (record.triggers[:, 2] == 1), 0]
         np.testing.assert_array_equal(spikes(line), sent)
+        assert sent[0] == 0.0
+        assert axes.spines['left'].get_zorder() < line.get_zorder()  # it would hide the first
         assert to_rgb(line.get_color()) == plot_colour(robot)
     assert panels[-1].get_xlabel() == 'time (s)'
 
@@ -99,7 +101,7 @@ def test_counts_end_at_what_was_sent_and_evaluated():
     for robot, line in enumerate(robots.get_lines()[:4], start=1):
         assert line.get_ydata()[-1] == run.communication.robots[robot].sent
         assert line.get_xdata()[-1] == 15.0
-    assert re.search(r'of 604 \([\d.]+ %\)', fleet.get_legend().get_texts()[2].get_text())
+    assert re.search(r'of 604 \([\d.]+ %\)', fleet.get_legend().get_texts()[1].get_text())
 
 
 @pytest.mark.parametrize('draw', [draw_counts, draw_graph])
@@ -139,6 +141,22 @@ def test_an_arrow_points_to_the_robot_that_hears(tmp_path):
     first, second = (np.array(line.get_xydata()[0]) for line in axes.get_lines())
 
     np.testing.assert_allclose(arrow._posA_posB, [second, first])
+
+
+@pytest.mark.parametrize('paper', [None, 'column', 'page'])
+@pytest.mark.parametrize('nb_robots', [8, 50])
+def test_robots_of_a_graph_do_not_touch(nb_robots, paper):
+    run = run_of(nb_robots, 0.2, graph='ring')
+    with plot_style(paper=paper):
+        figure = Figure()
+        draw_graph(figure, run.table, run.communication)
+        finish(figure)
+        figure.draw_without_rendering()
+    axes = figure.axes[1]
+    places = axes.transData.transform([line.get_xydata()[0] for line in axes.get_lines()])
+    gap_pt = np.linalg.norm(places[1] - places[0]) * 72 / figure.dpi
+
+    assert axes.get_lines()[0].get_markersize() < gap_pt
 
 
 def test_a_panel_for_each_graph_of_a_switching_one(tmp_path):
