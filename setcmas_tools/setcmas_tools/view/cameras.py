@@ -11,6 +11,7 @@ from setcmas_tools.view.ground_scene import WITH_METRES
 FREE = 'no robot'
 
 _NEAR_M = np.array([-2.6, -1.8, 2.0])  # from the robot to the camera that follows it
+_NEAREST_M = 0.1  # a nearer plane leaves too few bits of depth to tell a line from its ground
 _PANEL_PX = 340
 _MOVED_M = 0.05
 _SMALL_PX = 2 * _PANEL_PX  # in narrower windows users fold the panel to see the robots
@@ -32,6 +33,7 @@ class FollowingCamera:
         self._options: tuple[str, ...] = (FREE,)
         self._dropdown = client.gui.add_dropdown('Follow', self._options, order=order)
         self._dropdown.on_update(lambda _: self._choose(str(self._dropdown.value)))
+        client.camera.near = _NEAREST_M
         self.show(SIDE, half_m)
 
     def offer(self, robots: list[int]) -> None:

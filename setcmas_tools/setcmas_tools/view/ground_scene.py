@@ -12,6 +12,7 @@ LAB_HALF_M = 2.5
 WITH_METRES = 1.12
 """How many times larger what has to be seen is than the ground: metres stand beside it."""
 
+_BELOW_M = 0.01  # so that what lies on the ground does not flicker through it
 _METRES_AT = 1.06
 _CLEAR_M = 0.5
 _STEPS_M = {False: 1.0, True: 5.0}  # from one written line to the next: small, large ground
@@ -76,7 +77,7 @@ class GroundScene:
             '/ground', side, side, cell_size=min(1.0, step / 2), section_size=step,
             cell_color=_CELL, section_color=_SECTION, cell_thickness=1.0, section_thickness=1.0,
             plane_color=_FLOOR, plane_opacity=1.0, shadow_opacity=0.0, fade_strength=0.0,
-            fade_distance=1000.0,
+            fade_distance=1000.0, position=(0.0, 0.0, -_BELOW_M),
         )  # fmt: skip
         self._write_metres(step)
 
