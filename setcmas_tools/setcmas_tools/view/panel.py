@@ -14,7 +14,8 @@ _STYLE = (
     '<style>.sc{font-size:12.5px;line-height:1.5;padding:2px 12px 8px}'
     '.sc .f{display:flex;justify-content:space-between;font-size:15px}'
     '.sc table{width:100%;border-collapse:collapse;font-variant-numeric:tabular-nums}'
-    '.sc .r{max-height:46vh;overflow-y:auto;margin-top:6px}'
+    # As many robots as leave room for what is above and below them.
+    '.sc .r{max-height:max(7em,calc(100vh - 395px));overflow-y:auto;margin-top:6px}'
     '.sc th{font-weight:500;opacity:.6;text-align:right;position:sticky;top:0}'
     '.sc td{text-align:right;white-space:nowrap;padding:0 0 0 7px}'
     '.sc th:last-child,.sc td:last-child{text-align:left;white-space:normal}'
