@@ -1,4 +1,4 @@
-"""Makes the pictures of README.md, from runs of its own, into docs/pictures/.
+"""Makes the pictures of README.md and of communication.md, from runs of its own.
 
 python tests/pictures/readme_pictures.py                   all of them
 python tests/pictures/readme_pictures.py browser_view      needs chromium and chromedriver
@@ -23,7 +23,8 @@ sys.path.insert(0, str(Path(__file__).parents[1]))
 
 from ros_domain import reserved_domain
 
-PICTURES = Path(__file__).parents[2] / 'docs' / 'pictures'
+DOCS = Path(__file__).parents[2] / 'docs'
+PICTURES = DOCS / 'pictures'
 SETCMAS = str(Path(sys.executable).parent / 'setcmas')
 MOST_BYTES = 200_000
 WINDOW = (1280, 800)
@@ -69,6 +70,18 @@ def communication(folder: Path) -> Path:
     return plot_of_a_run(folder, 'communication_instants', *options)
 
 
+def graph(folder: Path) -> Path:
+    """Show the graphs of the file that the page on communication explains."""
+    page = (DOCS / 'communication.md').read_text(encoding='utf-8')
+    found = re.search(r'```yaml\n(# switching\.yaml.*?)```', page, re.DOTALL)
+    assert found, 'the page has no switching.yaml'
+    with tempfile.NamedTemporaryFile('w', suffix='.yaml', encoding='utf-8') as file:
+        file.write(found[1])
+        file.flush()
+        options = ('--algo', 'consensus', '--nb-robots', '4', '--graph', file.name)
+        return plot_of_a_run(folder, 'graph', *options, '--duration', '60')
+
+
 def browser_view(folder: Path) -> Path:
     """Show a formation on its way, as the browser does."""
     from browser import close_notifications, open_browser, wait_for_text
@@ -109,7 +122,7 @@ def browser_view(folder: Path) -> Path:
     return folder / 'page.png'
 
 
-MAKERS = {maker.__name__: maker for maker in (trajectories, communication, browser_view)}
+MAKERS = {maker.__name__: maker for maker in (trajectories, communication, graph, browser_view)}
 
 
 def main() -> None:
