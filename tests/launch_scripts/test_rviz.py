@@ -13,10 +13,10 @@ from setcmas_simu.rviz_config import rviz_config
 pytest.importorskip('rclpy')
 
 
-def displays_with_topics(robots):
-    manager = yaml.safe_load(rviz_config(robots))['Visualization Manager']
-    groups = [display['Displays'] for display in manager['Displays'] if 'Displays' in display]
-    return [display for group in groups for display in group]
+def displays_with_topics(robots, experiment=False):
+    manager = yaml.safe_load(rviz_config(robots, experiment))['Visualization Manager']
+    of_robots = [each for group in manager['Displays'] for each in group.get('Displays', ())]
+    return [each for each in (*manager['Displays'], *of_robots) if 'Topic' in each]
 
 
 def types():
@@ -57,12 +57,29 @@ def test_every_display_gets_messages_of_its_type_from_a_running_fleet(start, pee
         for display in displays_with_topics([1, 2])
         if display['Topic']['Value'] not in drawn_by_other_laws
     ]
+    assert len(shown) == 8
+    check_messages(shown, peer)
+
+
+def test_an_experiment_has_what_is_shown_of_it(start, peer):
+    start(*SETCMAS, 'expe', '--emulate', '--algo', 'consensus', '--nb-robots', '1')
+    drawn_by_other_laws = {'/tb3_1/wp_ref', '/tb3_1/traj_ref'}
+    shown = [
+        display
+        for display in displays_with_topics([1], experiment=True)
+        if display['Topic']['Value'] not in drawn_by_other_laws
+    ]
+    assert {display['Topic']['Value'] for display in shown} == {'/arena', '/mocap/tb3_1/odom'}
+    check_messages(shown, peer)
+
+
+def check_messages(shown, peer):
+    """Check that every display gets messages, of its type and with its quality of service."""
     heard = {}
     for display in shown:
         kind = types()[display['Class'].rpartition('/')[2]]
         topic = display['Topic']
         heard[topic['Value']] = peer.listen(kind, topic['Value'], profile(topic))
-    assert len(heard) == 8
     peer.wait_for(lambda: all(heard.values()))
 
     for display in shown:
