@@ -113,7 +113,7 @@ def _announce(page: Page, args: argparse.Namespace) -> None:
     if args.host not in ('127.0.0.1', 'localhost', '::1') and not args.read_only:
         print(
             f'warning: with --host {args.host} anyone on the network can press the buttons that '
-            'pause and reset robots; --read-only removes them',
+            'start, pause and reset robots; --read-only removes them',
             file=sys.stderr,
             flush=True,
         )

@@ -34,5 +34,5 @@ def add_browser_arguments(group: argparse._ArgumentGroup) -> None:
         help='port of the page; the next free one if it is taken (default: %(default)s)',
     )
     group.add_argument(
-        '--read-only', action='store_true', help='no buttons that pause or reset robots'
+        '--read-only', action='store_true', help='no buttons that start, pause or reset robots'
     )
