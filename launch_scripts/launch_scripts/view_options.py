@@ -14,11 +14,11 @@ from launch_scripts.environment import node_command
 from launch_scripts.output_lines import warn
 from launch_scripts.rviz import Companion, add_rviz_argument, rviz_beside, why_no_rviz
 from setcmas_simu.errors import SetcmasError
+from setcmas_tools.view.browser_options import INSTALL_VISER
 
 AUTO, BROWSER, NONE = 'auto', 'browser', 'none'
 
 MODULE = 'setcmas_tools.nodes.browser_view'
-INSTALL_VISER = 'pip install viser'
 
 
 @dataclass(frozen=True)

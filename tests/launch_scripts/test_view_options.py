@@ -1,8 +1,12 @@
+import re
+from pathlib import Path
+
 import pytest
 from processes import NO_WINDOWS, SETCMAS, run_setcmas
 
 from launch_scripts.view_options import AUTO, BROWSER, NONE, Choice, choose_view
 from setcmas_simu.errors import SetcmasError
+from setcmas_tools.view.browser_options import INSTALL_VISER
 
 NO_RVIZ = 'rviz2 is not installed'
 
@@ -30,11 +34,18 @@ def test_where_nothing_can_be_shown_that_is_said():
 
     assert not choice.rviz
     assert not choice.browser
-    assert 'pip install viser' in choice.remark
+    assert INSTALL_VISER in choice.remark
+
+
+def test_the_viser_that_is_asked_for_is_that_of_the_extra():
+    project = (Path(__file__).parents[2] / 'pyproject.toml').read_text(encoding='utf-8')
+    asked = INSTALL_VISER.split("'")[1]
+
+    assert f'view = ["{asked}"]' in project
 
 
 def test_a_page_that_is_wanted_needs_viser():
-    with pytest.raises(SetcmasError, match='pip install viser'):
+    with pytest.raises(SetcmasError, match=re.escape(INSTALL_VISER)):
         choose_view(BROWSER, False, True, '', False)
 
 

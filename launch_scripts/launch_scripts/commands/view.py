@@ -18,10 +18,10 @@ from launch_scripts.environment import require_ros
 from launch_scripts.foreground import run_in_foreground
 from launch_scripts.node_arguments import node_arguments
 from launch_scripts.rviz import add_rviz_file_arguments, shown_robots, write_config
-from launch_scripts.view_options import INSTALL_VISER, browser_command, has_viser
+from launch_scripts.view_options import browser_command, has_viser
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet import format_robots
-from setcmas_tools.view.browser_options import add_browser_arguments
+from setcmas_tools.view.browser_options import INSTALL_VISER, add_browser_arguments
 
 _OPTIONS = ('host', 'port')
 

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import argparse
 
+INSTALL_VISER = "pip install 'viser>=1.1,<1.2'"
+"""As pyproject.toml asks for."""
 HOST = '127.0.0.1'
 PORT = 8080
 EVERYWHERE = {'0.0.0.0': '127.0.0.1', '::': '::1'}

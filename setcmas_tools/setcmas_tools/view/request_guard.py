@@ -20,6 +20,7 @@ from websockets.asyncio.server import ServerConnection
 from websockets.http11 import Request, Response
 
 from setcmas_simu.errors import SetcmasError
+from setcmas_tools.view.browser_options import INSTALL_VISER
 
 
 def names_of_this_machine() -> set[str]:
@@ -79,7 +80,7 @@ def guarded_requests(names: Collection[str]) -> Iterator[None]:
     finally:
         module.serve = serve  # type: ignore[misc]
     if not guarded:
-        raise SetcmasError("this viser cannot be guarded; one that can: pip install 'viser<1.2'")
+        raise SetcmasError(f'this viser cannot be guarded; one that can: {INSTALL_VISER}')
 
 
 def _host_name(host: str) -> str:
