@@ -52,8 +52,7 @@ class LinkScene:
         along = ends[:, 1] - ends[:, 0]
         length = np.linalg.norm(along, axis=1, keepdims=True)
         ends[:, 1] -= along * np.minimum(_GAP_M / np.maximum(length, 1e-6), 0.5)
-        colours = np.repeat(lit[one_way[:, :1]], 2, axis=1)
-        self._arrows = self._replace_arrows(self._arrows, ends, colours)
+        self._arrows = self._replace_arrows(self._arrows, ends, lit[one_way[:, 0]])
 
     def _replace(
         self,
