@@ -15,6 +15,7 @@ WITH_METRES = 1.12
 _BELOW_M = 0.01  # so that what lies on the ground does not flicker through it
 _METRES_AT = 1.06
 _CLEAR_M = 0.5
+_FARTHEST_M = 100.0  # farther robots leave the ground: its metres could not be read, nor drawn
 _STEPS_M = {False: 1.0, True: 5.0}  # from one written line to the next: small, large ground
 _LARGE_M = 7.0
 _FLOOR = (246, 248, 250)
@@ -62,6 +63,7 @@ class GroundScene:
             distance_m: How far, in m.
             least_m: Half the least side in m; another one than before lets the ground shrink.
         """
+        distance_m = min(distance_m, _FARTHEST_M)
         fits = distance_m + _CLEAR_M <= self.half_m and least_m == self._least_m
         if fits:
             return

@@ -49,6 +49,13 @@ def test_fleets_that_come_grow_and_go(known, draw):
     assert '/numbers/50' not in bodies
 
 
+def test_a_robot_that_is_told_to_be_very_far_away_does_not_take_the_ground_along(known, draw):
+    known.fleet.see(1, (1e12, 0.0, 0.0), 0.5, 1.0)
+    bodies = draw(1.0)
+
+    assert sum(name.startswith('/metres/') for name in bodies) < 100
+
+
 def test_links_one_way_are_arrows_in_the_colour_of_who_has_just_sent(known, draw):
     see(known, [1, 2, 3], 1.0)
     ring = np.roll(np.eye(3), 1, axis=1)  # robot 1 hears 2, 2 hears 3, 3 hears 1
