@@ -119,6 +119,23 @@ def test_each_distinct_error_is_reported_once_and_counted(tmp_path):
     ]
 
 
+def test_robots_with_the_same_mistake_do_not_fill_the_screen(tmp_path):
+    said = []
+    reports = ErrorReports(said.append)
+    for robot in (1, 2, 3):
+        for t in (0.0, 0.2):
+            with pytest.raises(ControlError) as caught:
+                law(tmp_path, 'return 1 / 0, 0')(POSES, t)
+            reports.failed(robot, t, caught.value)
+
+    assert len(said) == 3
+    assert 'ZeroDivisionError' in said[0]
+    assert said[2] == 'tb3_3 at t = 0.0 s: the same error as tb3_1'
+    assert reports.summary() == [
+        'robots 1-3: ZeroDivisionError in law.py, line 3 occurred 6 times in all'
+    ]
+
+
 def test_the_users_interrupt_is_not_taken_for_a_fault_of_the_script(tmp_path):
     with pytest.raises(KeyboardInterrupt):
         law(tmp_path, 'raise KeyboardInterrupt')(POSES, 0.0)

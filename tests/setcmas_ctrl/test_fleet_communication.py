@@ -132,7 +132,7 @@ def test_failing_scripts_and_unheard_robots_are_told(start, peer, script):
     output = process.wait_for_output('does not hear')
     assert 'tb3_1 does not hear robot 3: poses is NaN there' in output
     assert 'when.py, line 2: ZeroDivisionError' in output
-    assert 'tb3_2 sends its state whenever the condition fails' in output
+    assert ' sends its state whenever the condition fails' in output
     assert process.end() == 1
     assert 'Traceback' not in process.output()
     assert 'ZeroDivisionError in when.py, line 2 occurred' in process.output()
