@@ -20,6 +20,8 @@ _RUN_MODULE = (
 )
 _LARGEST_DOMAIN = 101  # beyond, ports collide with those that systems hand out
 _DISCOVERY_RANGE = 'ROS_AUTOMATIC_DISCOVERY_RANGE'
+_WAYS_OUT = ('ROS_STATIC_PEERS', 'ROS_DISCOVERY_SERVER', 'ROS_SUPER_CLIENT')
+"""Variables that let topics reach other machines whatever the discovery range."""
 
 
 def require_ros() -> None:
@@ -49,6 +51,15 @@ def local_environment() -> dict[str, str]:
     ROS_AUTOMATIC_DISCOVERY_RANGE decides otherwise.
     """
     return _environment('LOCALHOST')
+
+
+def closed_environment() -> dict[str, str]:
+    """Return the environment of processes whose topics stay on this machine whatever is set.
+
+    Emulated robots have the names of real ones, which must not hear what those are commanded.
+    """
+    environment = _environment('LOCALHOST') | {_DISCOVERY_RANGE: 'LOCALHOST'}
+    return {name: value for name, value in environment.items() if name not in _WAYS_OUT}
 
 
 def lab_environment(static_peers: Sequence[str], discovery_server: str) -> dict[str, str]:

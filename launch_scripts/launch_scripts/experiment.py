@@ -10,7 +10,7 @@ from pathlib import Path
 
 from launch_scripts.child_process import Child
 from launch_scripts.commands import ctrl
-from launch_scripts.environment import lab_environment, local_environment, node_command
+from launch_scripts.environment import closed_environment, lab_environment, node_command
 from launch_scripts.node_arguments import node_arguments
 from launch_scripts.output_lines import Stream
 from launch_scripts.status_display import StatusDisplay
@@ -18,6 +18,7 @@ from launch_scripts.supervisor import Supervisor
 from setcmas_expe import console_protocol
 from setcmas_expe.experiment_options import LAB_OPTIONS
 from setcmas_expe.lab import Lab
+from setcmas_expe.transport import use_udp_alone
 
 EMULATED_LAB = 'setcmas_expe.nodes.emulated_lab'
 """The module of the emulated lab."""
@@ -35,8 +36,11 @@ _TAKE_OVER_S = 0.5
 def experiment_environment(lab: Lab, emulated: bool) -> dict[str, str]:
     """Return the environment of an experiment's processes: an emulated lab is on this machine."""
     if emulated:
-        return local_environment()
-    return lab_environment(lab.static_peers, lab.discovery_server)
+        environment = closed_environment()
+    else:
+        environment = lab_environment(lab.static_peers, lab.discovery_server)
+    use_udp_alone(environment)
+    return environment
 
 
 class Experiment:

@@ -1,9 +1,12 @@
 import subprocess
 import sys
+from dataclasses import replace
 
 import pytest
 
 from launch_scripts import environment
+from launch_scripts.experiment import experiment_environment
+from setcmas_expe.lab_file import default_lab
 from setcmas_simu.errors import SetcmasError
 
 
@@ -13,6 +16,28 @@ def test_topics_stay_on_this_machine_unless_the_user_decides_otherwise(monkeypat
 
     monkeypatch.setenv('ROS_AUTOMATIC_DISCOVERY_RANGE', 'SUBNET')
     assert environment.local_environment()['ROS_AUTOMATIC_DISCOVERY_RANGE'] == 'SUBNET'
+
+
+def test_an_emulated_lab_reaches_no_real_robot_whatever_the_user_has_set(monkeypatch):
+    monkeypatch.setenv('ROS_AUTOMATIC_DISCOVERY_RANGE', 'SUBNET')
+    monkeypatch.setenv('ROS_STATIC_PEERS', '192.168.1.21')
+    monkeypatch.setenv('ROS_DISCOVERY_SERVER', '192.168.1.10:11811')
+    lab = replace(default_lab(1), static_peers=('192.168.1.22',))
+    closed = experiment_environment(lab, emulated=True)
+
+    assert closed['ROS_AUTOMATIC_DISCOVERY_RANGE'] == 'LOCALHOST'
+    assert not {'ROS_STATIC_PEERS', 'ROS_DISCOVERY_SERVER'} & set(closed)
+    assert experiment_environment(lab, emulated=False)['ROS_STATIC_PEERS'] == '192.168.1.21'
+
+
+@pytest.mark.parametrize('emulated', [True, False])
+def test_no_process_of_an_experiment_can_hold_up_another_through_shared_memory(
+    emulated, monkeypatch
+):
+    monkeypatch.delenv('FASTDDS_BUILTIN_TRANSPORTS', raising=False)
+    environment = experiment_environment(default_lab(1), emulated)
+
+    assert environment['FASTDDS_BUILTIN_TRANSPORTS'] == 'UDPv4'
 
 
 def test_without_ros_a_verb_says_what_to_install(monkeypatch):

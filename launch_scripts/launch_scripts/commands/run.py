@@ -21,6 +21,7 @@ from tqdm import tqdm
 
 from launch_scripts.child_process import ChildDiedError
 from launch_scripts.environment import local_environment, require_ros
+from launch_scripts.experiment import experiment_environment
 from launch_scripts.output_lines import Stream, warn, write_line
 from launch_scripts.run_folder import RunFolder
 from launch_scripts.run_inputs import run_inputs
@@ -122,7 +123,8 @@ def _robots_run(
     args: argparse.Namespace, folder: RunFolder, lab: Lab | None, views: list[Companion]
 ) -> tuple[int, str]:
     """Let the robots run; returns the exit status so far and how it ended."""
-    with Supervisor(local_environment(), prefix=True) as supervisor:
+    environment = experiment_environment(lab, emulated=True) if lab else local_environment()
+    with Supervisor(environment, prefix=True) as supervisor:
         run = (
             EmulatedRun(supervisor, args, folder.bag, lab)
             if lab

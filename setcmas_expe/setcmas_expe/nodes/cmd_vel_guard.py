@@ -7,6 +7,7 @@ A TurtleBot3 keeps its last velocity when whatever commanded it, or the network,
 from __future__ import annotations
 
 import argparse
+import os
 import sys
 import time
 
@@ -17,6 +18,7 @@ from rclpy.subscription import Subscription
 
 from setcmas_ctrl.control_options import AUTO
 from setcmas_expe.stop_on_silence import SILENCE_S, StopOnSilence
+from setcmas_expe.transport import use_udp_alone
 from setcmas_simu import topics
 from setcmas_simu.nodes import qos
 from setcmas_simu.nodes.cmd_vel_type import TYPES, cmd_vel_listeners, types_of_robot, velocities
@@ -128,6 +130,7 @@ def main(argv: list[str] | None = None) -> int:
         help='silence from which the robot is stopped (default: %(default)g s)',
     )
     args = parser.parse_args(argv)
+    use_udp_alone(os.environ)  # nothing that hangs on the robot's computer holds it up
     with ros_process(ros_arguments) as process:
         guard = CmdVelGuard(args.cmd_vel_type, args.silence)
         process.add(guard)
