@@ -74,6 +74,7 @@ class Experiment:
         pause = node_command(_PAUSE, [*options, '--console'])
         self._pause = supervisor.start('pause', pause, listens=True)
         laws = ['--experiment', '--nb-robots', str(lab.nb_robots)]
+        laws += ['--pause-timeout', str(lab.timeouts.pause_s)]
         laws += ['--recorded'] if recorded else []
         laws += node_arguments(args, _CTRL_OPTIONS)
         self._ctrl = supervisor.start('ctrl', node_command(ctrl.MODULE, laws))

@@ -1,5 +1,6 @@
 """Robots start because somebody starts them, never because a message comes (back)."""
 
+import signal
 import sys
 
 import pytest
@@ -15,8 +16,12 @@ GO = (0.1, 0.2)
 
 
 @pytest.fixture
-def lab(peer, start):
-    start(*BRIDGES)
+def bridges(start):
+    return start(*BRIDGES)
+
+
+@pytest.fixture
+def lab(peer, bridges):
     lab = LabPeer(peer, ('tb3_1',))
     lab.poses[1], lab.wanted[1] = (-1.0, 0.0, 0.5), GO
     return lab
@@ -48,6 +53,17 @@ def test_a_pause_node_that_is_heard_again_starts_nothing(lab):
     lab.wait_for_command(1, STOP)
 
     lab.paused = False
+    see_it_stand(lab, 'was not heard to pause first')
+
+
+def test_a_bridge_that_hung_or_slept_with_the_laptop_starts_nothing(lab, bridges):
+    lab.let_go()
+    lab.wait_for_command(1, GO)
+    bridges.popen.send_signal(signal.SIGSTOP)
+    lab.peer.spin(1.0)
+    bridges.popen.send_signal(signal.SIGCONT)
+
+    bridges.wait_for_output('the bridge process was held up')
     see_it_stand(lab, 'was not heard to pause first')
 
 

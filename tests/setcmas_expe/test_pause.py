@@ -1,3 +1,4 @@
+import signal
 import subprocess
 import sys
 
@@ -118,6 +119,25 @@ def test_a_go_that_somebody_keeps_sending_starts_nothing(start, peer, bridge):
     peer.spin(2.5)
 
     assert paused
+    assert all(message.data for message in paused)
+
+
+def test_a_wish_that_waited_while_the_pause_node_hung_starts_nothing(start, peer, bridge):
+    paused = peer.listen(Bool, '/paused')
+    process = start(*PAUSE)
+    wish = peer.publisher(Bool, '/pause')
+    joystick = peer.publisher(Joy, '/joy', qos=qos.SENSOR)
+    peer.wait_for_new(paused, 1)
+    peer.spin(REPEATS_WITHIN_S)
+    process.popen.send_signal(signal.SIGSTOP)
+    peer.spin(1.0)
+    wish.publish(Bool(data=False))
+    for button in (0, 1):
+        joystick.publish(Joy(buttons=[0] * 7 + [button]))
+        peer.spin(0.1)
+    process.popen.send_signal(signal.SIGCONT)
+    peer.wait_for(lambda: process.output().count('not started: the pause node was held up') == 2)
+
     assert all(message.data for message in paused)
 
 

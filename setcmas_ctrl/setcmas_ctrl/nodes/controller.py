@@ -36,7 +36,7 @@ from setcmas_ctrl.nodes.fleet_communication import FleetCommunication
 from setcmas_ctrl.nodes.fleet_discovery import wait_for_fleet
 from setcmas_ctrl.nodes.fleet_odometry import FleetOdometry
 from setcmas_ctrl.nodes.marker_canvas import MarkerCanvas
-from setcmas_ctrl.nodes.pause_watch import PauseWatch
+from setcmas_ctrl.nodes.pause_watch import PAUSE_TIMEOUT_S, PauseWatch
 from setcmas_ctrl.nodes.script_reloader import ScriptReloader
 from setcmas_ctrl.nodes.si_to_uni import SiToUni
 from setcmas_ctrl.nodes.stuck_scripts import end_process, end_stuck_script
@@ -54,6 +54,7 @@ from setcmas_simu.nodes.ros_process import (
     ros_process,
     split_ros_arguments,
 )
+from setcmas_simu.simulation_options import positive
 
 
 class Controller(FleetNode):
@@ -123,7 +124,7 @@ def build(args: argparse.Namespace, process: RosProcess, node: FleetNode) -> Con
         SiToUni(robot, odometry, args.komega, args.cmd_vel_type, command) for robot in robots
     ]
     process.add(*controllers, *followers)
-    pause = PauseWatch(node) if args.experiment else None
+    pause = PauseWatch(node, args.pause_timeout) if args.experiment else None
     if not pause:
         _follow_wishes(node, followers)
     stepper = ControlStepper(
@@ -182,6 +183,13 @@ def main(argv: list[str] | None = None) -> int:
         '--experiment',
         action='store_true',
         help='control real robots: poses from motion capture, commands to the cmd_vel bridge',
+    )
+    parser.add_argument(
+        '--pause-timeout',
+        type=positive,
+        default=PAUSE_TIMEOUT_S,
+        metavar='S',
+        help='age from which the last word of its pause node is too old (default: %(default)g s)',
     )
     parser.add_argument(
         '--recorded',

@@ -59,6 +59,10 @@ class PauseWatch:
             return BY_WISH
         return '' if self._may_go else NOT_STARTED
 
+    def forget(self) -> None:
+        """Let what was heard count as nothing: this process was held up since."""
+        self._received = -float('inf')
+
     def _trouble(self) -> str:
         # Asked every time: between two looks, a second pause node could start the robots.
         if self._node.count_publishers(topics.PAUSED) > 1:

@@ -33,6 +33,11 @@ class ConsoleReader:
         while not self._lines.empty():
             yield self._lines.get()
 
+    @property
+    def stuck(self) -> bool:
+        """Whether the terminal was silent when that was looked at last."""
+        return self._told
+
     def silent(self, now: float) -> bool:
         """Return, once, whether nothing has come for so long that the terminal must be stuck."""
         silent = now - self._heard > SILENT_AFTER_S

@@ -13,9 +13,9 @@ from rclpy.clock import Clock, ClockType
 from sensor_msgs.msg import Joy
 from std_msgs.msg import Bool
 
-from setcmas_ctrl.nodes.pause_watch import PAUSE_TIMEOUT_S
 from setcmas_expe import console_protocol as console
 from setcmas_expe.experiment_options import add_lab_arguments, chosen_lab
+from setcmas_expe.hold_ups import HoldUps, time_since_boot
 from setcmas_expe.joystick import Joystick
 from setcmas_expe.lab import Lab
 from setcmas_expe.nodes.bridge_watch import BridgeWatch
@@ -52,8 +52,8 @@ class Pause(FleetNode):
         self._button = lab.joystick_button
         self._joystick_topic = lab.joystick_topic
         self._ticks = 0
-        self._ticked = time.monotonic()
-        self._wishes = StartWishes(self._ticked)
+        self._hold_ups = HoldUps(lab.timeouts.pause_s, time_since_boot())
+        self._wishes = StartWishes(time.monotonic())
         self._repetition_told = self._haste_told = False
         self._bridge = BridgeWatch(self, lab)
         self._publisher = self.create_publisher(
@@ -76,7 +76,7 @@ class Pause(FleetNode):
 
     def wish(self, paused: bool, why: str) -> None:
         """Pause; or let the robots go, if all of them are ready."""
-        unready = '' if paused else self._bridge.unreadiness()
+        unready = '' if paused else self._unreadiness()
         if unready:
             self.get_logger().warning(f'not started: {unready}')
         else:
@@ -91,6 +91,14 @@ class Pause(FleetNode):
         elif not self._haste_told:
             self._haste_told = True
             self.get_logger().warning(f'not started: too soon; press once more ({REACTION_S:g} s)')
+
+    def _unreadiness(self) -> str:
+        """Return why robots cannot be started now; empty if they can."""
+        if self._hold_ups.recent(time_since_boot()):
+            return 'the pause node was held up, and the wish may be an old one'
+        if self._keys and self._keys.stuck:
+            return 'the terminal does not answer'
+        return self._bridge.unreadiness()
 
     def publish(self) -> None:
         """Send the state."""
@@ -125,9 +133,8 @@ class Pause(FleetNode):
 
     def _tick(self) -> None:
         now = time.monotonic()
-        if not self.paused and now - self._ticked > PAUSE_TIMEOUT_S:
+        if self._hold_ups.live(time_since_boot()) and not self.paused:
             self.set(True, 'the pause node was held up', by_itself=True)
-        self._ticked = now
         if self._joystick.disappeared(now):
             self.set(True, 'the joystick has disappeared', by_itself=True)
         if self._keys:
@@ -183,8 +190,10 @@ def main(argv: list[str] | None = None) -> int:
     with ros_process(ros_arguments) as process:
         node = Pause(lab, ConsoleReader(process.stop) if args.console else None)
         process.add(node)
-        process.spin()
-        node.set(True, 'the pause node ends')
+        try:
+            process.spin()
+        finally:  # whatever happens in a callback
+            node.set(True, 'the pause node ends')
     return 0
 
 

@@ -8,6 +8,7 @@ from rclpy.clock import Clock, ClockType
 from rclpy.node import Node
 
 from setcmas_ctrl.nodes.pause_watch import SILENT, PauseWatch
+from setcmas_expe.hold_ups import HoldUps, time_since_boot
 from setcmas_expe.lab import Lab
 from setcmas_expe.nodes.bridge_reports import BridgeReports
 from setcmas_expe.nodes.cmd_vel_bridge import CmdVelBridge
@@ -40,11 +41,14 @@ class SafetyStepper:
         self._robots = list(zip(mocaps, bridges, strict=True))
         self._pause = PauseWatch(node, lab.timeouts.pause_s, latches=True)
         self._diagnostics = RobotDiagnostics(node)
-        self._reports = BridgeReports(node.get_logger().warning, self._robots)
+        self._say = node.get_logger().warning
+        self._reports = BridgeReports(self._say, self._robots)
+        self._hold_ups = HoldUps(lab.timeouts.pause_s, time_since_boot())
         self._steps = 0
 
     def start(self) -> None:
         """Start to send."""
+        self._hold_ups.live(time_since_boot())
         # A steady clock: setting the system's time must not stop the watchdogs.
         steady = Clock(clock_type=ClockType.STEADY_TIME)
         self._node.create_timer(1.0 / RATE_HZ, self._step, clock=steady)
@@ -60,6 +64,10 @@ class SafetyStepper:
 
     def _step(self) -> None:
         now = time.monotonic()
+        if held_up := self._hold_ups.live(time_since_boot()):
+            # Messages that waited meanwhile look new, and somebody may have come near a robot.
+            self._pause.forget()
+            self._say(f'the bridge process was held up for {held_up:.1f} s: robots stay paused')
         tracks = {mocap.robot: mocap.track for mocap, _ in self._robots}
         mark_swapped(tracks)
         poses = {robot: track.pose for robot, track in tracks.items() if track.pose}
