@@ -40,7 +40,8 @@ class RobotCheck:
         mocap: How regularly its poses arrive.
         pose: The newest good one (m, rad); None if there is none.
         fault: What is wrong with its poses; None if nothing.
-        listeners: Nodes that listen to its cmd_vel and the types that they want.
+        kinds: The message types that the listeners of its cmd_vel want.
+        contest: Who else may move it, or move in its place; empty if nobody.
         guarded: Whether a cmd_vel_guard watches over it.
         battery: Charge in percent; None if it is not known.
         round_trip: Time of a service call in s; None if it does not answer.
@@ -50,7 +51,8 @@ class RobotCheck:
     mocap: ArrivalStatistics
     pose: Pose | None
     fault: str | None
-    listeners: list[tuple[str, str]]
+    kinds: list[str]
+    contest: str
     guarded: bool
     battery: float | None
     round_trip: float | None
@@ -67,7 +69,7 @@ class RobotCheck:
             _ms(mocap.largest_gap if seen else None),
             _ms(mocap.age),
             f'{pose[0]:.2f}, {pose[1]:.2f}, {round(math.degrees(pose[2]))} deg' if pose else '-',
-            ', '.join(dict.fromkeys(kind for _, kind in self.listeners)) or 'nobody',
+            ', '.join(dict.fromkeys(self.kinds)) or 'nobody',
             'yes' if self.guarded else 'no',
             '-' if self.battery is None else f'{self.battery:.0f} %',
             _ms(self.round_trip),
@@ -114,7 +116,7 @@ class RobotCheck:
 
     def _of_commands(self, lab: Lab) -> list[Finding]:
         topic = self.robot.topic(CMD_VEL)
-        if not self.listeners:
+        if not self.kinds:
             advice = (
                 'start the robot (ros2 launch turtlebot3_bringup robot.launch.py namespace:=... '
                 'as in the lab file) with the same ROS_DOMAIN_ID; without multicast, name it as a '
@@ -123,8 +125,8 @@ class RobotCheck:
             found = f'nothing listens to {topic}'
             return [self._finding(PROBLEM, 'cmd_vel', found, advice)]
         findings = []
-        strange = [kind for _, kind in self.listeners if kind not in CMD_VEL_TYPES]
-        others = [kind for _, kind in self.listeners if kind != lab.cmd_vel_type]
+        strange = [kind for kind in self.kinds if kind not in CMD_VEL_TYPES]
+        others = [kind for kind in self.kinds if kind != lab.cmd_vel_type]
         if strange:
             advice = 'it should be geometry_msgs TwistStamped or Twist'
             findings.append(self._finding(PROBLEM, 'cmd_vel', f'type {strange[0]}', advice))
@@ -132,6 +134,12 @@ class RobotCheck:
             found = f'it wants {others[0]}, the lab file says {lab.cmd_vel_type}'
             advice = 'cmd_vel_type: auto in the lab file takes what each robot wants'
             findings.append(self._finding(PROBLEM, 'cmd_vel', found, advice))
+        if self.contest:
+            advice = (
+                'stop what commands it; and give each robot a namespace of its own (one that was '
+                'started again is seen twice for up to 20 s)'
+            )
+            findings.append(self._finding(PROBLEM, 'cmd_vel', self.contest, advice))
         if not self.guarded:
             advice = (
                 'a robot keeps its last velocity when this machine or the network dies; install '

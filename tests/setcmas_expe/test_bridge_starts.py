@@ -7,7 +7,10 @@ import pytest
 
 pytest.importorskip('rclpy')
 
+from geometry_msgs.msg import TwistStamped
 from lab_peer import LabPeer
+from nav_msgs.msg import Odometry
+from ros_peer import Peer
 from std_msgs.msg import Bool
 
 BRIDGES = [sys.executable, '-m', 'setcmas_expe.nodes.bridges']
@@ -65,6 +68,33 @@ def test_a_bridge_that_hung_or_slept_with_the_laptop_starts_nothing(lab, bridges
 
     bridges.wait_for_output('the bridge process was held up')
     see_it_stand(lab, 'was not heard to pause first')
+
+
+def test_a_robot_stands_while_somebody_else_commands_it(lab):
+    lab.let_go()
+    lab.wait_for_command(1, GO)
+    rival = lab.peer.node.create_publisher(TwistStamped, '/tb3_1/cmd_vel', 1)
+
+    see_it_stand(lab, '/peer commands it too')
+    lab.peer.node.destroy_publisher(rival)
+    lab.wait_for_command(1, GO)
+
+
+def test_two_robots_that_were_set_up_as_one_stand(lab, domain):
+    lab.let_go()
+    lab.wait_for_command(1, GO)
+    with Peer(domain) as twin:
+        twin.cmd_vel(1)
+
+        see_it_stand(lab, 'several robots listen to /tb3_1/cmd_vel')
+
+
+def test_poses_that_two_nodes_send_are_not_believed(lab):
+    lab.let_go()
+    lab.wait_for_command(1, GO)
+    lab.peer.node.create_publisher(Odometry, '/qualisys/tb3_1/odom', 1)
+
+    see_it_stand(lab, '2 nodes send it on /qualisys/tb3_1/odom')
 
 
 def test_the_end_of_a_second_experiment_starts_nothing(lab):

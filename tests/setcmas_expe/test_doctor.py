@@ -73,6 +73,17 @@ def test_no_nudge_while_an_experiment_runs(start, peer):
     assert 'an experiment is running' in output
 
 
+def test_a_robot_without_a_guard_is_not_nudged(start, peer):
+    start(*LAB, '--no-guard')
+    truth = peer.odometry(1)
+
+    doctor = start(*DOCTOR, '--nb-robots', '2', '--nudge')
+    output = doctor.wait_for_output('problem', 60)
+    assert doctor.wait() == 1
+    assert 'nudge of tb3_1  no nudge: no cmd_vel_guard on it' in output
+    assert all(message.twist.twist.linear.x == 0.0 for message in truth)
+
+
 def test_a_mistake_in_the_lab_file_is_told_in_one_line(start, tmp_path):
     lab = tmp_path / 'lab.yaml'
     lab.write_text('arena: {x: [1, -1]}\n')

@@ -10,8 +10,8 @@ from rclpy.qos import QoSProfile
 
 from setcmas_ctrl.control_options import AUTO
 from setcmas_simu import topics
-from setcmas_simu.nodes import qos
-from setcmas_simu.nodes.cmd_vel_type import TYPES, cmd_vel_listeners, types_of_robot
+from setcmas_simu.nodes import cmd_vel_graph, qos
+from setcmas_simu.nodes.cmd_vel_type import TYPES
 from setcmas_simu.simulation_options import CMD_VEL_TYPES
 
 _PREFERRED_TYPE = CMD_VEL_TYPES[0]
@@ -72,29 +72,30 @@ class CmdVelPublisher:
 
     def follow_listeners(self) -> bool:
         """Match the type to what the robot listens to; False if nothing listens."""
-        listeners = cmd_vel_listeners(self._node, self.topic)
-        if self._auto and listeners:
-            self._use_type(types_of_robot(self._node, listeners, self._odometry_topic))
-        others = [f'{node} wants {kind}' for node, kind in listeners if kind != self._type]
+        found = cmd_vel_graph.listeners(self._node, self.topic)
+        wanted = cmd_vel_graph.types_of_robot(self._node, found, self._odometry_topic)
+        if self._auto and wanted:
+            self._use_type(wanted)
+        others = [f'{one.node} wants {one.kind}' for one in found if one.kind != self._type]
         self.mixed = f'{self._frame} gets {self._type}, but {others[0]}' if others else None
-        return any(kind == self._type for _, kind in listeners)
+        return any(one.kind == self._type for one in found)
 
     def other_commanders(self) -> list[str]:
         """Return the full names of other nodes that command the robot to move."""
-        names = [
-            f'{info.node_namespace.rstrip("/")}/{info.node_name}'
-            for info in self._node.get_publishers_info_by_topic(self.topic)
-            if info.node_name not in topics.STOPPING_NODES
-        ]
+        names = cmd_vel_graph.commanders(self._node, self.topic)
         own = self._node.get_fully_qualified_name()
         if own in names:
             names.remove(own)
-        return [name for name in names if 'UNKNOWN' not in name]  # not all is known of it yet
+        return names
 
     def is_guarded(self) -> bool:
         """Return whether a cmd_vel_guard stands by, on the robot."""
-        senders = self._node.get_publishers_info_by_topic(self.topic)
-        return any(info.node_name == topics.CMD_VEL_GUARD_NODE for info in senders)
+        return cmd_vel_graph.is_guarded(self._node, self.topic)
+
+    def contest(self) -> str:
+        """Return who else may move the robot, or move in its place; empty if nobody."""
+        own = self._node.get_fully_qualified_name()
+        return cmd_vel_graph.contest(self._node, self.topic, own)
 
     def _use_type(self, wanted: set[str]) -> None:
         if self._type not in wanted:

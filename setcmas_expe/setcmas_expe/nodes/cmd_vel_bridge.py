@@ -26,6 +26,7 @@ class CmdVelBridge(FleetNode):
         cmd_vel: Publishes to the robot.
         V: Forward speed that is wanted, in m/s.
         omega: Turn rate that is wanted, in rad/s.
+        contest: Who else may move the robot, or move in its place; empty if nobody.
         battery: Charge in percent; None if the robot does not tell.
     """
 
@@ -35,6 +36,7 @@ class CmdVelBridge(FleetNode):
         self.robot = robot.number
         self.topic = robot.topic(topics.CMD_VEL)
         self.V = self.omega = 0.0
+        self.contest = ''
         self.battery: float | None = None
         self._received = -math.inf
         self.cmd_vel = CmdVelPublisher(
@@ -60,6 +62,10 @@ class CmdVelBridge(FleetNode):
     def age(self, now: float) -> float:
         """Return how old the last command of the controller is, in s; inf before the first."""
         return now - self._received
+
+    def look_around(self) -> None:
+        """See who else commands the robot, and who else listens."""
+        self.contest = self.cmd_vel.contest()
 
     def send(self, decision: Decision) -> None:
         """Command the robot."""

@@ -20,8 +20,8 @@ from setcmas_ctrl.control_options import AUTO
 from setcmas_expe.stop_on_silence import SILENCE_S, StopOnSilence
 from setcmas_expe.transport import use_udp_alone
 from setcmas_simu import topics
-from setcmas_simu.nodes import qos
-from setcmas_simu.nodes.cmd_vel_type import TYPES, cmd_vel_listeners, types_of_robot, velocities
+from setcmas_simu.nodes import cmd_vel_graph, qos
+from setcmas_simu.nodes.cmd_vel_type import TYPES, velocities
 from setcmas_simu.nodes.ros_process import FleetNode, ros_process, split_ros_arguments
 from setcmas_simu.simulation_options import CMD_VEL_TYPES, positive
 
@@ -72,8 +72,9 @@ class CmdVelGuard(FleetNode):
 
     def _follow_robot(self) -> None:
         """Use the type that the robot takes, found out as by those who command it."""
-        listeners = cmd_vel_listeners(self, self._topic)
-        kinds = types_of_robot(self, listeners, self.resolve_topic_name(topics.ODOM))
+        found = cmd_vel_graph.listeners(self, self._topic)
+        odometry = self.resolve_topic_name(topics.ODOM)
+        kinds = cmd_vel_graph.types_of_robot(self, found, odometry)
         if kinds and self._kind not in kinds:
             self._use(next(kind for kind in CMD_VEL_TYPES if kind in kinds))
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import time
 from dataclasses import dataclass, field
 from functools import partial
@@ -14,10 +15,11 @@ from sensor_msgs.msg import BatteryState
 from setcmas_expe.arrival_statistics import ArrivalStatistics, arrival_statistics
 from setcmas_expe.lab import Lab, LabRobot
 from setcmas_expe.mocap_sample import Pose, Sample, fault_of
+from setcmas_expe.nodes.mocap_graph import doubt
 from setcmas_expe.nodes.mocap_messages import TYPES, sample_of
 from setcmas_simu import topics
-from setcmas_simu.nodes import qos
-from setcmas_simu.nodes.cmd_vel_type import ROS_NAMES
+from setcmas_simu.nodes import cmd_vel_graph, qos
+from setcmas_simu.nodes.cmd_vel_graph import Endpoint
 from setcmas_simu.nodes.ros_process import FleetNode
 
 _BURST = QoSProfile(depth=50, reliability=ReliabilityPolicy.BEST_EFFORT)
@@ -31,6 +33,7 @@ class RobotWatch:
         robot: Which one it is.
         arrivals: When its poses arrived, in s on the system's clock.
         stamps: Their stamps, in s.
+        heard: When the newest arrived, in s on a steady clock; -inf before the first.
         sample: The newest of them; None before the first.
         fault: What was wrong with the last bad one; None if all were good.
         battery: Charge in percent; None if nothing was heard.
@@ -41,6 +44,7 @@ class RobotWatch:
     robot: LabRobot
     arrivals: list[float] = field(default_factory=list)
     stamps: list[float] = field(default_factory=list)
+    heard: float = -math.inf
     sample: Sample | None = None
     fault: str | None = None
     battery: float | None = None
@@ -89,29 +93,24 @@ class LabWatch(FleetNode):
 
     def pose_age(self, robot: int) -> float:
         """Return how long ago a robot's last pose arrived, in s."""
-        arrivals = self.robots[robot].arrivals
-        return time.time() - arrivals[-1] if arrivals else float('inf')
+        return time.monotonic() - self.robots[robot].heard
 
-    def listeners(self, robot: LabRobot) -> list[tuple[str, str]]:
-        """Return who listens to a robot's commands, bystanders aside: nodes and types."""
-        return [
-            (info.node_name, ROS_NAMES.get(info.topic_type, info.topic_type))
-            for info in self.get_subscriptions_info_by_topic(robot.topic(topics.CMD_VEL))
-            if info.node_name not in topics.BYSTANDER_NODES
-        ]
+    def fault(self, robot: int) -> str | None:
+        """Return what is wrong with a robot's poses; None if nothing."""
+        watch = self.robots[robot]
+        return watch.fault or doubt(self, self.lab.mocap.topic_of(watch.robot)) or None
 
-    def commanders(self, robot: LabRobot) -> list[str]:
-        """Return the names of the nodes that command a robot to move."""
-        return [
-            info.node_name
-            for info in self.get_publishers_info_by_topic(robot.topic(topics.CMD_VEL))
-            if info.node_name not in (*topics.STOPPING_NODES, self.get_name())
-        ]
+    def listeners(self, robot: LabRobot) -> list[Endpoint]:
+        """Return who listens to a robot's commands, bystanders aside."""
+        return cmd_vel_graph.listeners(self, robot.topic(topics.CMD_VEL))
+
+    def contest(self, robot: LabRobot) -> str:
+        """Return who may move a robot, or moves in its place; empty if nobody."""
+        return cmd_vel_graph.contest(self, robot.topic(topics.CMD_VEL))
 
     def is_guarded(self, robot: LabRobot) -> bool:
         """Return whether a cmd_vel_guard watches over a robot."""
-        senders = self.get_publishers_info_by_topic(robot.topic(topics.CMD_VEL))
-        return any(info.node_name == topics.CMD_VEL_GUARD_NODE for info in senders)
+        return cmd_vel_graph.is_guarded(self, robot.topic(topics.CMD_VEL))
 
     def bodies(self) -> list[str]:
         """Return the names of the bodies that motion capture sends at present, sorted."""
@@ -126,6 +125,7 @@ class LabWatch(FleetNode):
     def _on_mocap(self, watch: RobotWatch, message: Any) -> None:
         sample = sample_of(message, self.lab.mocap.y_up)
         watch.arrivals.append(time.time())
+        watch.heard = time.monotonic()
         watch.stamps.append(sample.stamp)
         watch.sample = sample
         watch.fault = fault_of(sample, self.lab.arena) or watch.fault
@@ -134,4 +134,4 @@ class LabWatch(FleetNode):
         watch.wheel_speed = message.twist.twist.linear.x, time.monotonic()
 
     def _on_battery(self, watch: RobotWatch, message: BatteryState) -> None:
-        watch.battery = message.percentage
+        watch.battery = message.percentage if math.isfinite(message.percentage) else None

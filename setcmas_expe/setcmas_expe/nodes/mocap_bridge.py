@@ -7,6 +7,7 @@ import time
 from nav_msgs.msg import Odometry
 
 from setcmas_expe.lab import Lab, LabRobot
+from setcmas_expe.nodes.mocap_graph import doubt
 from setcmas_expe.nodes.mocap_messages import TYPES, sample_of
 from setcmas_expe.pose_track import PoseTrack
 from setcmas_expe.velocity_filter import VelocityFilter
@@ -23,6 +24,7 @@ class MocapBridge(FleetNode):
         robot: Number of the robot.
         track: What is known of its pose.
         speed: Its forward speed in m/s, as estimated last.
+        doubt: Why none of its poses is to be believed, whatever they are; empty if they may be.
     """
 
     def __init__(self, robot: LabRobot, lab: Lab) -> None:
@@ -31,6 +33,7 @@ class MocapBridge(FleetNode):
         self.robot = robot.number
         self.track = PoseTrack(lab.arena, lab.limits)
         self.speed = 0.0
+        self.doubt = ''
         self.source = lab.mocap.topic_of(robot)
         self._y_up = lab.mocap.y_up
         self._filter = VelocityFilter()
@@ -49,6 +52,10 @@ class MocapBridge(FleetNode):
             qos.SENSOR,
             event_callbacks=qos.no_subscription_events(),
         )
+
+    def look_around(self) -> None:
+        """See who sends the poses."""
+        self.doubt = doubt(self, self.source)
 
     def _on_message(self, message: object) -> None:
         now = time.monotonic()

@@ -22,6 +22,7 @@ _SETTLING_S = 0.4
 _ROLLS = 0.01  # m/s
 _LAST_ZEROS = 5
 _REFUSED = 'no nudge'
+_UNGUARDED = 'without it the robot keeps going when this machine or the network dies'
 
 
 class Nudger:
@@ -49,9 +50,10 @@ class Nudger:
         """Return why a robot must not be nudged and what to do; None if it may be."""
         if self._watch.count_publishers(topics.PAUSED):
             return 'an experiment is running', 'end the experiment (q in its terminal) first'
-        commanders = self._watch.commanders(robot)
-        if commanders:
-            return f'{commanders[0]} commands it', 'stop what commands it first'
+        if contest := self._watch.contest(robot):
+            return contest, 'stop it first'
+        if not self._watch.is_guarded(robot):
+            return 'no cmd_vel_guard on it', 'install it on the robot (docs/lab.md): ' + _UNGUARDED
         poses = self._watch.poses()
         unseen = [r for r in self._watch.robots if r not in poses or self._is_lost(r)]
         if unseen:
@@ -112,6 +114,8 @@ class Nudger:
             commands.publish(phase.V, phase.omega)
             self._process.spin_until(lambda: False, min(_PERIOD_S, phase.duration - elapsed))
             self._watch_over(start)
+            if contest := commands.contest():
+                raise _BrokenOff(contest)
             speed = self._watch.robots[robot.number].wheel_speed
             if delay is None and speed and speed[1] > begin and abs(speed[0]) > _ROLLS:
                 delay = speed[1] - begin

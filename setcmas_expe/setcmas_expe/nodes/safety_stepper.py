@@ -18,6 +18,7 @@ from setcmas_expe.pose_track import mark_swapped
 from setcmas_expe.safety import PAUSED, RATE_HZ, STOPPED, Decision, Situation, decide
 
 _DIAGNOSTICS_EVERY = 4  # steps
+_LOOK_AROUND_EVERY = 10  # steps
 _LAST_ZEROS = 5
 _ZERO = Decision(0.0, 0.0, STOPPED, '')
 
@@ -68,6 +69,10 @@ class SafetyStepper:
             # Messages that waited meanwhile look new, and somebody may have come near a robot.
             self._pause.forget()
             self._say(f'the bridge process was held up for {held_up:.1f} s: robots stay paused')
+        if self._steps % _LOOK_AROUND_EVERY == 0:
+            for mocap, bridge in self._robots:
+                mocap.look_around()
+                bridge.look_around()
         tracks = {mocap.robot: mocap.track for mocap, _ in self._robots}
         mark_swapped(tracks)
         poses = {robot: track.pose for robot, track in tracks.items() if track.pose}
@@ -78,12 +83,13 @@ class SafetyStepper:
             situation = Situation(
                 pose=mocap.track.pose,
                 pose_age=mocap.track.age(now),
-                pose_fault=mocap.track.trouble,
+                pose_fault=mocap.doubt or mocap.track.trouble,
                 V=bridge.V,
                 omega=bridge.omega,
                 command_age=bridge.age(now),
                 paused=paused,
                 unseen=unseen,
+                contest=bridge.contest,
                 others={robot: pose for robot, pose in poses.items() if robot != mocap.robot},
             )
             decision = decisions[mocap.robot] = decide(situation, self._lab)
