@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import math
 from dataclasses import replace
 from pathlib import Path
 
@@ -87,7 +88,8 @@ def _arena(text: str) -> Arena:
         arena = Arena(*map(float, text.split(',')))
     except (TypeError, ValueError):
         arena = Arena(0.0, 0.0, 0.0, 0.0)
-    if not (arena.xmin < arena.xmax and arena.ymin < arena.ymax):
+    finite = all(map(math.isfinite, (arena.xmin, arena.xmax, arena.ymin, arena.ymax)))
+    if not (finite and arena.xmin < arena.xmax and arena.ymin < arena.ymax):
         raise SetcmasError(
             f"--arena '{text}' is not understood; accepted is XMIN,XMAX,YMIN,YMAX in m with the "
             'smaller ones first, such as --arena=-2,2,-1.5,1.5'

@@ -18,11 +18,11 @@ class StopOnSilence:
     be told apart.
     """
 
-    def __init__(self, silence_s: float = SILENCE_S) -> None:
-        """Start with nothing heard."""
+    def __init__(self, now: float, silence_s: float = SILENCE_S) -> None:
+        """Begin at a time: for all that is known, the robot moves, and nobody commands it."""
         self._silence_s = silence_s
-        self._moving = False
-        self._heard = -math.inf
+        self._moving = True
+        self._heard = now
         self._zero_until = -math.inf
 
     @property

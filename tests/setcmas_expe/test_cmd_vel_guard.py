@@ -8,7 +8,7 @@ pytest.importorskip('rclpy')
 from geometry_msgs.msg import Twist, TwistStamped
 from nav_msgs.msg import Odometry
 from rclpy.node import Node
-from ros_peer import Peer, twist, twist_stamped
+from ros_peer import Peer, twist, twist_stamped, velocity
 
 GUARD = [sys.executable, '-m', 'setcmas_expe.nodes.cmd_vel_guard']
 NAMESPACE = ['--ros-args', '-r', '__ns:=/tb3_1']
@@ -41,10 +41,22 @@ def test_a_robot_that_was_stopped_by_others_is_left_alone(start, peer):
     process.wait_for_output('guarding')
     publisher.publish(twist_stamped(0.1, 0.0))
     publisher.publish(twist_stamped(0.0, 0.0))
-    peer.wait_for(lambda: len(heard) == 2)
+    peer.wait_for(lambda: twist_stamped(0.1, 0.0) in heard)
     peer.spin(0.6)
 
-    assert len(heard) == 2
+    assert heard[-1] == twist_stamped(0.0, 0.0)
+    assert 'ended' not in process.output()
+
+
+def test_a_robot_that_moves_already_is_stopped_though_nothing_is_heard_of_its_commands(
+    start, peer
+):
+    """Of a laptop that died while the guard was not there."""
+    heard = peer.cmd_vel(1)
+    process = start(*GUARD, *NAMESPACE)
+    peer.wait_for_new(heard, 3)
+
+    assert set(map(velocity, heard)) == {(0.0, 0.0)}
     assert 'ended' not in process.output()
 
 

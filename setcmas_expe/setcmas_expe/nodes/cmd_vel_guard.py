@@ -47,8 +47,9 @@ class CmdVelGuard(FleetNode):
             namespace: The robot's; the one that `--ros-args` gives by default.
         """
         super().__init__(topics.CMD_VEL_GUARD_NODE, namespace=namespace)
-        self._logic = StopOnSilence(silence_s)
+        self._silence_s = silence_s
         self._kind = ''
+        self._was_commanded = False
         self._subscription: Subscription | None = None
         self._topic = self.resolve_topic_name(topics.CMD_VEL)
         steady = Clock(clock_type=ClockType.STEADY_TIME)
@@ -93,18 +94,23 @@ class CmdVelGuard(FleetNode):
             qos.COMMAND,
             event_callbacks=qos.no_subscription_events(),
         )
+        # The robot may be moving, and whoever commanded it dead: nobody can ask it.
+        self._logic = StopOnSilence(time.monotonic(), self._silence_s)
+        self._timer.reset()
         self.get_logger().info(f'guarding {self._topic} ({kind})')
 
     def _on_cmd_vel(self, message: Twist | TwistStamped) -> None:
         self._logic.hear(*velocities(message), time.monotonic())
-        if self._logic.moving and self._timer.is_canceled():
-            self._timer.reset()
+        if self._logic.moving:
+            self._was_commanded = True
+            if self._timer.is_canceled():
+                self._timer.reset()
 
     def _watch(self) -> None:
         moving = self._logic.moving
         if self._logic.must_stop(time.monotonic()):
             self._publish_zero()
-            if moving:
+            if moving and self._was_commanded:
                 self.get_logger().warning('commands have ended: stopping the robot')
         elif not moving:
             self._timer.cancel()
