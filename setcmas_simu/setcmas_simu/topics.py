@@ -36,6 +36,7 @@ VIRTUAL_ROBOT_NODE = 'virtual_robot'
 RECORDER_NODE = 'recorder'
 RECORDER_NODES = (RECORDER_NODE, 'rosbag2_recorder')
 """Nodes that listen to everything without being a robot."""
+CMD_VEL_BRIDGE_NODE = 'cmd_vel_bridge'
 CMD_VEL_GUARD_NODE = 'cmd_vel_guard'
 PAUSE_NODE = 'pause'
 BYSTANDER_NODES = (*RECORDER_NODES, CMD_VEL_GUARD_NODE)

@@ -80,6 +80,14 @@ def test_a_robot_stands_while_somebody_else_commands_it(lab):
     lab.wait_for_command(1, GO)
 
 
+def test_a_robot_stands_while_two_controllers_want_to_move_it(lab):
+    lab.let_go()
+    lab.wait_for_command(1, GO)
+    lab.peer.node.create_publisher(TwistStamped, '/tb3_1/cmd_vel_wanted', 1)
+
+    see_it_stand(lab, '2 controllers want to move it')
+
+
 def test_two_robots_that_were_set_up_as_one_stand(lab, domain):
     lab.let_go()
     lab.wait_for_command(1, GO)

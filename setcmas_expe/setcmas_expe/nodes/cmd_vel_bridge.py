@@ -32,13 +32,14 @@ class CmdVelBridge(FleetNode):
 
     def __init__(self, robot: LabRobot, lab: Lab) -> None:
         """Create the node in the robot's namespace."""
-        super().__init__('cmd_vel_bridge', namespace=topics.robot_name(robot.number))
+        super().__init__(topics.CMD_VEL_BRIDGE_NODE, namespace=topics.robot_name(robot.number))
         self.robot = robot.number
         self.topic = robot.topic(topics.CMD_VEL)
         self.V = self.omega = 0.0
         self.contest = ''
         self.battery: float | None = None
         self._received = -math.inf
+        self._wanted = topics.robot_topic(robot.number, topics.CMD_VEL_WANTED)
         self.cmd_vel = CmdVelPublisher(
             self,
             robot.number,
@@ -50,7 +51,7 @@ class CmdVelBridge(FleetNode):
         silent = {'event_callbacks': qos.no_subscription_events()}
         self.create_subscription(
             TwistStamped,
-            topics.robot_topic(robot.number, topics.CMD_VEL_WANTED),
+            self._wanted,
             self._on_wanted,
             qos.COMMAND,
             **silent,
@@ -64,8 +65,10 @@ class CmdVelBridge(FleetNode):
         return now - self._received
 
     def look_around(self) -> None:
-        """See who else commands the robot, and who else listens."""
-        self.contest = self.cmd_vel.contest()
+        """See who else commands the robot, or is taken for it."""
+        controllers = self.count_publishers(self._wanted)
+        several = f'{controllers} controllers want to move it' if controllers > 1 else ''
+        self.contest = self.cmd_vel.contest() or several
 
     def send(self, decision: Decision) -> None:
         """Command the robot."""

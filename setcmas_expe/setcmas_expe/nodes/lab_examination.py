@@ -8,6 +8,7 @@ from setcmas_expe.nodes.lab_watch import LabWatch
 from setcmas_expe.nodes.nudger import Nudger
 from setcmas_expe.nodes.round_trip import round_trip
 from setcmas_expe.robot_check import COLUMNS, RobotCheck
+from setcmas_simu import topics
 from setcmas_simu.nodes.ros_process import RosProcess
 
 _DISCOVERY_S = 3.0
@@ -56,7 +57,7 @@ class LabExamination:
                 poses.get(number),
                 self._watch.fault(number),
                 [one.kind for one in self._watch.listeners(watch.robot)],
-                self._watch.contest(watch.robot),
+                self._watch.contest(watch.robot, topics.CMD_VEL_BRIDGE_NODE),
                 self._watch.is_guarded(watch.robot),
                 watch.battery,
                 round_trip(self._process, self._watch, watch.robot),

@@ -104,9 +104,15 @@ class LabWatch(FleetNode):
         """Return who listens to a robot's commands, bystanders aside."""
         return cmd_vel_graph.listeners(self, robot.topic(topics.CMD_VEL))
 
-    def contest(self, robot: LabRobot) -> str:
-        """Return who may move a robot, or moves in its place; empty if nobody."""
-        return cmd_vel_graph.contest(self, robot.topic(topics.CMD_VEL))
+    def contest(self, robot: LabRobot, own: str = '') -> str:
+        """Return who may move a robot, or moves in its place; empty if nobody.
+
+        Args:
+            robot: The robot.
+            own: Base name of the node that may; none by default.
+        """
+        own = topics.robot_topic(robot.number, own) if own else ''
+        return cmd_vel_graph.contest(self, robot.topic(topics.CMD_VEL), own)
 
     def is_guarded(self, robot: LabRobot) -> bool:
         """Return whether a cmd_vel_guard watches over a robot."""
