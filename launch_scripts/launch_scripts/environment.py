@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import importlib.util
 import os
+import socket
 import sys
 from collections.abc import Sequence
 
@@ -70,6 +71,9 @@ def lab_environment(static_peers: Sequence[str], discovery_server: str) -> dict[
     Args:
         static_peers: Addresses of the other machines, for networks without multicast.
         discovery_server: Its address:port; empty if there is none.
+
+    Raises:
+        SetcmasError: A static peer has a name that is not known here; ROS would start nothing.
     """
     environment = _environment('SUBNET')
     if static_peers:
@@ -78,7 +82,19 @@ def lab_environment(static_peers: Sequence[str], discovery_server: str) -> dict[
         environment.setdefault('ROS_DISCOVERY_SERVER', discovery_server)
         # The bridge looks at the whole graph: who listens, who else commands.
         environment.setdefault('ROS_SUPER_CLIENT', 'TRUE')
+    for peer in filter(None, environment.get('ROS_STATIC_PEERS', '').split(';')):
+        _check_name(peer)
     return environment
+
+
+def _check_name(peer: str) -> None:
+    try:
+        socket.getaddrinfo(peer, None, socket.AF_INET)
+    except OSError as error:
+        raise SetcmasError(
+            f"static peer '{peer}' is not known on this network; accepted is an address, such as "
+            '192.168.1.21, or the name of a machine'
+        ) from error
 
 
 def _environment(discovery_range: str) -> dict[str, str]:

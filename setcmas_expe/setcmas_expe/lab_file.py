@@ -40,7 +40,9 @@ _GROUPS = {
 }
 _LIMITS = {'forward': 3.0, 'turn': 20.0, 'wheel': 3.0, 'wheel_separation': 2.0}
 """What may be said of a robot of one's own, and the most that is plausible indoors."""
-_LONGEST_TIMEOUT_S = 2.0
+_TIMEOUTS_S = (0.2, 2.0)
+"""From the time between two commands of a controller to what is still safe."""
+_LARGEST_PORT = 65535
 _NAME = re.compile(r'[A-Za-z][A-Za-z0-9_]*')
 _NAMESPACE = re.compile(r'[A-Za-z][A-Za-z0-9_]*(/[A-Za-z][A-Za-z0-9_]*)*')
 _ADDRESS = re.compile(r'[A-Za-z0-9_.:-]+')
@@ -83,7 +85,7 @@ def load_lab(path: Path, nb_robots: int | None = None) -> Lab:
         ),
         discovery_server=_checked(
             groups['network']['discovery_server'],
-            lambda text: not text or re.fullmatch(r'[A-Za-z0-9_.-]+:[0-9]+', text),
+            _is_server,
             "an address with its port, such as 192.168.1.10:11811, or ''",
         ),
     )
@@ -192,9 +194,15 @@ def _limits(entry: Entry) -> VelocityLimits:
 
 def _timeout(entry: Entry) -> float:
     value = entry.number(above=0)
-    if value > _LONGEST_TIMEOUT_S:
-        raise entry.mistake(f'a time above 0 and up to {_LONGEST_TIMEOUT_S:g} s')
+    shortest, longest = _TIMEOUTS_S
+    if not shortest <= value <= longest:
+        raise entry.mistake(f'a time from {shortest:g} to {longest:g} s')
     return value
+
+
+def _is_server(text: str) -> bool:
+    found = re.fullmatch(r'[A-Za-z0-9_.-]+:([0-9]+)', text)
+    return not text or (found is not None and 0 < int(found[1]) <= _LARGEST_PORT)
 
 
 def _is_topic(text: str) -> bool:

@@ -30,6 +30,14 @@ def test_an_emulated_lab_reaches_no_real_robot_whatever_the_user_has_set(monkeyp
     assert experiment_environment(lab, emulated=False)['ROS_STATIC_PEERS'] == '192.168.1.21'
 
 
+def test_a_static_peer_that_does_not_exist_is_told_in_one_line(monkeypatch):
+    monkeypatch.delenv('ROS_STATIC_PEERS', raising=False)
+    lab = replace(default_lab(1), static_peers=('192.168.1.21', 'robot1.invalid'))
+
+    with pytest.raises(SetcmasError, match=r"'robot1\.invalid' is not known"):
+        experiment_environment(lab, emulated=False)
+
+
 @pytest.mark.parametrize('emulated', [True, False])
 def test_no_process_of_an_experiment_can_hold_up_another_through_shared_memory(
     emulated, monkeypatch
