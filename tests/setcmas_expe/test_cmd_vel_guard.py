@@ -65,10 +65,12 @@ def test_the_type_is_that_of_the_robot_and_not_of_somebody_who_looks_on(start, p
         looks_on = Node('looks_on', context=other.context)
         looks_on.create_subscription(TwistStamped, '/tb3_1/cmd_vel', print, 1)
         heard = peer.cmd_vel(1, Twist)
-        peer.publisher(Odometry, '/tb3_1/odom', listeners=0)
+        wheels = Node('diff_drive_controller', context=peer.context)  # as on TurtleBot3s
+        wheels.create_publisher(Odometry, '/tb3_1/odom', 10)
         process = start(*GUARD, *NAMESPACE)
         process.wait_for_output('guarding /tb3_1/cmd_vel (twist)')
         publisher = peer.publisher(Twist, '/tb3_1/cmd_vel', listeners=2)
         publisher.publish(twist(0.1, 0.0))
         peer.wait_for(lambda: twist(0.1, 0.0) in heard and heard[-1] == twist(0.0, 0.0))
         looks_on.destroy_node()
+        wheels.destroy_node()
