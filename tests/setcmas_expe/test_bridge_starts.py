@@ -10,6 +10,7 @@ pytest.importorskip('rclpy')
 from geometry_msgs.msg import TwistStamped
 from lab_peer import LabPeer
 from nav_msgs.msg import Odometry
+from rclpy.node import Node
 from ros_peer import Peer
 from std_msgs.msg import Bool
 
@@ -91,10 +92,17 @@ def test_a_robot_stands_while_two_controllers_want_to_move_it(lab):
 def test_two_robots_that_were_set_up_as_one_stand(lab, domain):
     lab.let_go()
     lab.wait_for_command(1, GO)
-    with Peer(domain) as twin:
-        twin.cmd_vel(1)
+    with Peer(domain) as other:
+        robots = [
+            Node('turtlebot3_node', namespace='tb3_1', context=peer.context)
+            for peer in (lab.peer, other)
+        ]
+        for robot in robots:
+            robot.create_subscription(TwistStamped, 'cmd_vel', print, 10)
 
         see_it_stand(lab, 'several robots listen to /tb3_1/cmd_vel')
+        for robot in robots:
+            robot.destroy_node()
 
 
 def test_poses_that_two_nodes_send_are_not_believed(lab):

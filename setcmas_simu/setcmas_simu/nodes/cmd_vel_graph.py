@@ -50,10 +50,14 @@ def types_of_robot(node: Node, found: list[Endpoint], odometry_topic: str) -> se
     return kinds or {one.kind for one in found if one.kind in TYPES}
 
 
-def twins(found: list[Endpoint]) -> bool:
-    """Return whether several listeners have one name: robots that were set up as the same one."""
-    processes = {(one.full_name, one.participant) for one in found if one.is_known}
-    names = Counter(name for name, _ in processes)
+def twins(node: Node, topic: str) -> bool:
+    """Return whether several robots listen that were set up as the same one.
+
+    Their nodes have one name, in the namespace of the robot; whoever looks on has it seldom.
+    """
+    namespace = topic.removesuffix(topics.CMD_VEL)
+    found = {(one.full_name, one.participant) for one in listeners(node, topic)}
+    names = Counter(name for name, _ in found if name.startswith(namespace))
     return max(names.values(), default=0) > 1
 
 
@@ -78,7 +82,7 @@ def contest(node: Node, topic: str, own: str = '') -> str:
         rivals.remove(own)
     if rivals:
         return f'{rivals[0]} commands it too'
-    return f'several robots listen to {topic}' if twins(listeners(node, topic)) else ''
+    return f'several robots listen to {topic}' if twins(node, topic) else ''
 
 
 def is_guarded(node: Node, topic: str) -> bool:
