@@ -212,6 +212,11 @@ def test_the_terminal_starts_pauses_and_is_missed(terminal, peer, bridge):
     tell('toggle')
     peer.wait_for(lambda: goes(paused))
     peer.wait_for(lambda: is_paused(paused))  # nobody says that the terminal is alive
+    wish = peer.publisher(Bool, '/pause')
+    peer.spin(REPEATS_WITHIN_S)
+    wish.publish(Bool(data=False))  # nor does it start robots that the terminal could not stop
+    peer.spin(0.5)
+    assert is_paused(paused)
     tell('toggle')  # by somebody who wanted to pause, and was late
     peer.spin(0.5)
     assert is_paused(paused)
