@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import math
 import time
+from dataclasses import asdict, astuple
 from pathlib import Path
 
 from launch_scripts.plot_options import add_format_argument
@@ -12,6 +13,7 @@ from setcmas_ctrl.communication_options import OPTIONS as COMMUNICATION
 from setcmas_ctrl.communication_options import add_communication_arguments
 from setcmas_ctrl.control_options import add_law_arguments
 from setcmas_ctrl.script_settings import parse_settings
+from setcmas_expe.lab import Lab
 from setcmas_simu.simulation_options import (
     add_limits_argument,
     add_robot_rate_argument,
@@ -68,12 +70,24 @@ def output_folder(args: argparse.Namespace, script: Path) -> Path:
     return args.output or Path(time.strftime(f'{args.verb}_{script.stem}_%Y%m%d-%H%M%S'))
 
 
-def parameters(args: argparse.Namespace, script: Path) -> dict[str, object]:
-    """Return what run.yaml records of the options."""
+def parameters(
+    args: argparse.Namespace, script: Path, lab: Lab | None = None
+) -> dict[str, object]:
+    """Return what run.yaml records of the options, and of the lab of an emulated experiment."""
     values: dict[str, object] = {'algo': args.algo, 'script': str(script)}
     values['set'] = parse_settings(args.set)
     values |= {name: getattr(args, name) for name in _RECORDED}
     values['poses'] = str(args.poses) if args.poses else None
     timeout = getattr(args, 'cmd_timeout', math.inf)
     values['cmd_timeout'] = timeout if math.isfinite(timeout) else None
-    return values
+    return values | _of_lab(lab) if lab else values
+
+
+def _of_lab(lab: Lab) -> dict[str, object]:
+    """Return what is so in a lab and not as options of simulated robots say."""
+    return {
+        'limits': asdict(lab.limits),
+        'arena': list(astuple(lab.arena)),
+        'min_separation': lab.min_separation,
+        'robot_rate': None,
+    }

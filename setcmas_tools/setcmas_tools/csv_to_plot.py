@@ -29,7 +29,7 @@ Draw = Callable[[Figure, FleetTable], None]
 
 def _plots(run: RunDescription, nb_robots: int) -> dict[str, Draw]:
     plots: dict[str, Draw] = {
-        'trajectories': partial(draw_trajectories, references=run.references),
+        'trajectories': partial(draw_trajectories, run=run),
         'positions': draw_positions,
         'heading': draw_heading,
         'velocities': draw_velocities,

@@ -18,7 +18,7 @@ from PIL import Image
 
 from setcmas_tools.fleet_grid import FleetGrid
 from setcmas_tools.fleet_table import FleetTable
-from setcmas_tools.plot_references import draw_references
+from setcmas_tools.plot_references import draw_arena, draw_references
 from setcmas_tools.plot_style import edge_effects, legend, line_look, robot_handles
 from setcmas_tools.plot_trajectories import DART, fit_plane
 from setcmas_tools.run_description import RunDescription
@@ -67,10 +67,10 @@ class FilmFrames:
         self._figure = Figure(figsize=_SIZE_IN)
         self._canvas: Any = FigureCanvasAgg(self._figure)  # untyped in matplotlib
         self._axes = self._figure.add_subplot()
-        marks = []
+        marks = draw_arena(self._axes, run.arena) if run.arena else []
         if run.references:  # but for the places of a formation, which move along with it
             still = replace(run.references, places=None)
-            marks = draw_references(self._axes, table, still)
+            marks += draw_references(self._axes, table, still)
         fit_plane(self._axes, table)
         self._axes.set_title(run.title)
         flash = [_flash_handle()] if triggers else []

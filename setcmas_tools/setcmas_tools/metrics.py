@@ -98,7 +98,7 @@ def compute(
     settings = parameters.get('set') if algo is None else None
     goal = references(task, script, max(table.robots), settings) if task else None
     vnom = vnom if vnom is not None else _largest_speed(parameters)
-    if isinstance(vnom, bool) or not isinstance(vnom, (int, float)) or not 0 < vnom < math.inf:
+    if not _is_number(vnom) or not 0 < vnom < math.inf:
         raise SetcmasError(f"vnom '{vnom}' is not a speed above 0 in m/s")
     record = communication_record.read_csv(source.parent)
     return measure(table, float(vnom), goal, record, call_times)
@@ -107,8 +107,16 @@ def compute(
 def _largest_speed(parameters: Mapping[str, Any]) -> Any:
     """Return the speed (m/s) that robots could reach: that asked for, or their own limit."""
     vnom = parameters.get('vnom', VNOM)
-    limits = MODELS.get(str(parameters.get('limits')))
-    return min(vnom, limits.V_max) if limits and isinstance(vnom, (int, float)) else vnom
+    limits = parameters.get('limits')
+    if isinstance(limits, Mapping):  # those of a lab
+        own = limits.get('V_max')
+    else:
+        own = MODELS[limits].V_max if limits in tuple(MODELS) else None
+    return min(vnom, own) if _is_number(own) and _is_number(vnom) else vnom
+
+
+def _is_number(value: object) -> bool:
+    return isinstance(value, (int, float)) and not isinstance(value, bool)
 
 
 def measure(

@@ -1,4 +1,4 @@
-"""What the robots were to reach, drawn into a plot of the plane."""
+"""What the robots were to reach, and where they might be, drawn into a plot of the plane."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 from numpy.typing import NDArray
 
+from setcmas_expe.lab import Arena
 from setcmas_tools.fleet_table import FleetTable
 from setcmas_tools.plot_lines import finite_rows
 from setcmas_tools.task_references import References
@@ -44,6 +45,13 @@ def draw_references(axes: Axes, table: FleetTable, references: References) -> li
         if len(places):
             handles += axes.plot(*places.T, label='places at the end', **_mark('o', 2.8))
     return handles
+
+
+def draw_arena(axes: Axes, arena: Arena) -> list[Line2D]:
+    """Draw the border of an arena; returns what to put in the legend."""
+    x = [arena.xmin, arena.xmax, arena.xmax, arena.xmin, arena.xmin]
+    y = [arena.ymin, arena.ymin, arena.ymax, arena.ymax, arena.ymin]
+    return axes.plot(x, y, label='arena', color='0.55', linewidth=_width(), zorder=1.5)
 
 
 def _places_at_end(table: FleetTable, places: Floats) -> Floats:

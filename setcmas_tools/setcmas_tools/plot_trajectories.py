@@ -16,9 +16,9 @@ from matplotlib.transforms import Affine2D
 
 from setcmas_tools.fleet_table import FleetTable
 from setcmas_tools.plot_lines import finite_rows, with_gaps
-from setcmas_tools.plot_references import draw_references
+from setcmas_tools.plot_references import draw_arena, draw_references
 from setcmas_tools.plot_style import edge_effects, legend, line_look, robot_colour, robot_handles
-from setcmas_tools.task_references import References
+from setcmas_tools.run_description import RunDescription
 
 DART = Outline([(1.0, 0.0), (-0.8, 0.7), (-0.4, 0.0), (-0.8, -0.7), (1.0, 0.0)], closed=True)
 """Points to where the robot heads; along the x axis at heading 0."""
@@ -26,14 +26,14 @@ _SMALLEST_SPAN_M = 1.0
 
 
 def draw_trajectories(
-    figure: Figure, table: FleetTable, references: References | None = None
+    figure: Figure, table: FleetTable, run: RunDescription | None = None
 ) -> None:
     """Draw each robot's path with its start (ring) and its end (dart along its heading).
 
     Args:
         figure: An empty figure.
         table: The fleet's motion.
-        references: What the robots were to reach, if that is known.
+        run: What the robots were to reach and where they might be, as far as that is known.
     """
     figure.set_size_inches(8.0, 6.4)
     axes = figure.add_subplot()
@@ -41,7 +41,8 @@ def draw_trajectories(
     size = rcParams['lines.markersize'] * (1.5 if len(robots) < 12 else 1.1)
     for robot in robots:
         _draw_path(axes, table.of(robot), robot, len(robots), size)
-    marks = draw_references(axes, table, references) if references else []
+    marks = draw_references(axes, table, run.references) if run and run.references else []
+    marks += draw_arena(axes, run.arena) if run and run.arena else []
     axes.set_title('Trajectories')
     fit_plane(axes, table)
     legend(axes, [*robot_handles(robots), *_end_handles(), *marks])

@@ -5,7 +5,9 @@ from __future__ import annotations
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
+from setcmas_expe.lab import Arena
 from setcmas_simu.errors import SetcmasError
 from setcmas_tools.run_files import run_parameters
 from setcmas_tools.task_references import References, references, script_of_run, task_of
@@ -20,10 +22,12 @@ class RunDescription:
     Attributes:
         title: Such as 'consensus, 8 robots'.
         references: What the robots were to reach, if the law is a built-in one.
+        arena: Where they were allowed to be, in an experiment.
     """
 
     title: str
     references: References | None
+    arena: Arena | None = None
 
 
 def describe(source: Path, robots: list[int]) -> RunDescription:
@@ -33,13 +37,22 @@ def describe(source: Path, robots: list[int]) -> RunDescription:
     gone does not keep anybody from looking at the robots' motion.
     """
     number = f'{len(robots)} robot{"s" if len(robots) > 1 else ""}'
-    script = known = None
+    script = known = arena = None
     with suppress(SetcmasError):
         parameters = run_parameters(source)
+        arena = _arena(parameters.get('arena'))
         script = script_of_run(source, parameters, None)
         if task := task_of(script):
             known = references(task, script, max(robots), parameters.get('set'))
-    return RunDescription(f'{_short(script.stem)}, {number}' if script else number, known)
+    title = f'{_short(script.stem)}, {number}' if script else number
+    return RunDescription(title, known, arena)
+
+
+def _arena(sides: Any) -> Arena | None:
+    """Return the arena of four recorded sides in m; None if they are not that."""
+    with suppress(TypeError, ValueError):
+        return Arena(*map(float, sides))
+    return None
 
 
 def _short(name: str) -> str:

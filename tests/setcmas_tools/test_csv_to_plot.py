@@ -222,7 +222,7 @@ def test_titles_name_the_run_and_references_are_drawn(run):
     assert path.read_text() != without
     with plot_style():
         figure = Figure()
-        draw_trajectories(figure, circling_fleet(4), described.references)
+        draw_trajectories(figure, circling_fleet(4), described)
     names = [text.get_text() for text in figure.axes[0].get_legend().get_texts()]
     assert names[-2:] == ['waypoints', 'places at the end']
     places = figure.axes[0].get_lines()[-1].get_xydata()
@@ -240,10 +240,29 @@ def test_references_of_single_robots(run, algo, name):
     known = describe(folder / 'csv' / 'fleet.csv', [1])
     with plot_style():
         figure = Figure()
-        draw_trajectories(figure, circling_fleet(1), known.references)
+        draw_trajectories(figure, circling_fleet(1), known)
 
     assert known.title == f'{algo}, 1 robot'
     assert figure.axes[0].get_legend().get_texts()[-1].get_text() == name
+
+
+@pytest.mark.parametrize(
+    ('recorded', 'drawn'),
+    [('[-3, 2, -1, 4]', ['arena']), ('[-3, 2]', []), ('wide', []), ('7', [])],
+)
+def test_the_arena_of_an_experiment(run, recorded, drawn):
+    folder = run(2)
+    (folder / 'run.yaml').write_text(f'parameters: {{algo: consensus, arena: {recorded}}}')
+    known = describe(folder / 'csv' / 'fleet.csv', [1, 2])
+    with plot_style():
+        figure = Figure()
+        draw_trajectories(figure, circling_fleet(2), known)
+
+    lines = [line for line in figure.axes[0].get_lines() if line.get_label() == 'arena']
+    assert [line.get_label() for line in lines] == drawn
+    for line in lines:
+        assert np.ptp(line.get_xydata(), axis=0).tolist() == [5, 5]
+        assert line.get_xydata().min(axis=0).tolist() == [-3, -1]
 
 
 def test_the_distance_of_a_formation_is_drawn(run):

@@ -65,6 +65,16 @@ def test_vnom_is_that_of_the_run_unless_told(tmp_path):
     assert compute(write_run(tmp_path / 'b', table((T, 0, 0, 0.2)))).vnom_m_s == 0.5
 
 
+@pytest.mark.parametrize(
+    ('limits', 'vnom'),
+    [('burger', 0.2108), ('ideal', 0.5), ({'V_max': 0.15}, 0.15), ({}, 0.5), ([1], 0.5), (2, 0.5)],
+)
+def test_vnom_is_what_robots_can_reach_at_most(tmp_path, limits, vnom):
+    run = write_run(tmp_path, table((T, 0, 0, 0.2)), vnom=0.5, limits=limits)
+
+    assert compute(run).vnom_m_s == vnom
+
+
 def test_rows_before_the_first_command_do_not_count():
     t = np.arange(-50, 51) / 10
     metrics = measure(table((t, np.minimum(t, 0), 0, 0.5), (t, 3, 0)))

@@ -76,15 +76,16 @@ def main(args: argparse.Namespace) -> int:
     folder = RunFolder(output_folder(args, script), inputs)
     folder.check(args.overwrite)
     require_ros()
+    recorded = parameters(args, script, lab)
     with view_beside(args, robots) as views:
         folder.create()
         started = time.time()
-        folder.write_record(parameters(args, script), 'not finished', args.seed, started)
+        folder.write_record(recorded, 'not finished', args.seed, started)
         status, outcome = _robots_run(args, folder, lab, views)
     if outcome == _NOT_BEGUN:
         folder.discard()
         return status
-    folder.write_record(parameters(args, script), outcome, args.seed, started)
+    folder.write_record(recorded, outcome, args.seed, started)
     if not folder.bag.exists():
         return status or 1
     try:
