@@ -9,16 +9,16 @@ from nav_msgs.msg import Odometry
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 
-from setcmas_simu.nodes.ros_process import use_fast_discovery
+from setcmas_simu.nodes.dds_setup import dds_setup
 
 
 class Peer:
     """Publishes, subscribes, and waits for conditions."""
 
     def __init__(self, domain: int) -> None:
-        use_fast_discovery()
         self.context = rclpy.Context()
-        rclpy.init(context=self.context, domain_id=domain)
+        with dds_setup():
+            rclpy.init(context=self.context, domain_id=domain)
         self.node = Node('peer', context=self.context)
         self.executor = SingleThreadedExecutor(context=self.context)
         self.executor.add_node(self.node)

@@ -27,7 +27,7 @@ from setcmas_ctrl.script_settings import Settings
 from setcmas_ctrl.stop_call import AbandonCall, StopCall
 
 Velocity = tuple[float, float]
-_RAISED_BY_NAN = (ValueError, ArithmeticError)  # by int, round, numpy.linalg, scipy
+_RAISED_BY_NAN = (ValueError, FloatingPointError)  # by int, round, numpy.linalg, scipy
 _EXPECTED = 'expected are two finite numbers: return vx, vy'
 
 

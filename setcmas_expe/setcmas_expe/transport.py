@@ -12,7 +12,7 @@ def use_udp_alone(environment: MutableMapping[str, str]) -> None:
 
     A process that hangs while it holds the lock of its queue in shared memory holds up whoever
     sends to it (SharedMemGlobal::Port::try_push of Fast DDS 2.14), and so those who are to stop
-    the robots in its place. Over UDP nobody waits for a receiver. In the discovery range LOCALHOST
-    rmw_fastrtps always adds shared memory: an emulated lab may itself be held up, for up to 2 s.
+    the robots in its place. Over UDP nobody waits for a receiver. Processes whose topics stay on
+    this machine do so without being told (setcmas_simu.nodes.dds_setup).
     """
     environment.setdefault(_TRANSPORTS, 'UDPv4')

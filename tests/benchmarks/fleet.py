@@ -31,7 +31,7 @@ from nav_msgs.msg import Odometry
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 
-from setcmas_simu.nodes.ros_process import use_fast_discovery
+from setcmas_simu.nodes.dds_setup import dds_setup
 
 SETCMAS = shutil.which('setcmas', path=str(Path(sys.executable).parent)) or 'setcmas'
 
@@ -76,7 +76,8 @@ def start(*arguments: str) -> tuple[float, subprocess.Popen]:
 
 def measure_fleet(nb_robots: int, duration: float) -> dict[str, float]:
     """Start simu and ctrl, watch them for a while, and return figures by name."""
-    rclpy.init()
+    with dds_setup():
+        rclpy.init()
     observer = Observer(nb_robots)
     executor = SingleThreadedExecutor()
     executor.add_node(observer)
@@ -134,7 +135,6 @@ def main() -> None:
     parser.add_argument('--duration', type=float, default=60.0)
     parser.add_argument('--repeat', type=int, default=3)
     args = parser.parse_args()
-    use_fast_discovery()
     print(f'{platform.platform()}, {os.cpu_count()} cores, Python {platform.python_version()}')
     print(f'setcmas --help: {measure_help(7):.3f} s (median of 7)')
     runs = [measure_fleet(args.nb_robots, args.duration) for _ in range(args.repeat)]

@@ -8,7 +8,6 @@ import signal
 import sys
 import time
 from collections.abc import Callable, Iterator
-from importlib import resources
 from types import FrameType
 from typing import Any
 
@@ -18,8 +17,9 @@ from rclpy.node import Node
 from rclpy.parameter import Parameter
 from rclpy.signals import SignalHandlerOptions
 
+from setcmas_simu.nodes.dds_setup import dds_setup
+
 STOP_SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
-_DDS_PROFILE_VARIABLES = ('FASTRTPS_DEFAULT_PROFILES_FILE', 'FASTDDS_DEFAULT_PROFILES_FILE')
 _LONGEST_END_S = 10  # after that the kernel ends a process that hangs in its clean-up
 
 
@@ -94,11 +94,11 @@ def ros_process(ros_arguments: list[str] | None = None) -> Iterator[RosProcess]:
     Args:
         ros_arguments: What follows and includes `--ros-args`.
     """
-    use_fast_discovery()
     # No log files: students' home folders would fill, and what matters is on the screen.
     arguments = [*(ros_arguments or []), '--ros-args', '--disable-external-lib-logs']
     try:
-        rclpy.init(args=arguments, signal_handler_options=SignalHandlerOptions.NO)
+        with dds_setup():
+            rclpy.init(args=arguments, signal_handler_options=SignalHandlerOptions.NO)
     except Exception as error:  # of several classes, some of them private to rclpy
         reason = str(error).partition('\n')[0]
         print(f'error: what follows --ros-args is not understood: {reason}', file=sys.stderr)
@@ -119,13 +119,6 @@ def _leave_signals() -> None:
     """Let the signals that ask to stop end a process that a script has forked, without a word."""
     for signum in STOP_SIGNALS:
         signal.signal(signum, signal.SIG_DFL)
-
-
-def use_fast_discovery() -> None:
-    """Let Fast DDS meet other participants at once, unless the user has a profile of their own."""
-    if not any(name in os.environ for name in _DDS_PROFILE_VARIABLES):
-        profile = resources.files('setcmas_simu') / 'config' / 'fastdds_profile.xml'
-        os.environ[_DDS_PROFILE_VARIABLES[0]] = str(profile)
 
 
 def split_ros_arguments(argv: list[str]) -> tuple[list[str], list[str]]:

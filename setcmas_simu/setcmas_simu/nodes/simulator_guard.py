@@ -14,7 +14,7 @@ from setcmas_simu.robot_locks import RobotLocks
 
 _DISCOVERY_S = {'LOCALHOST': 0.4}
 _NETWORK_DISCOVERY_S = 1.0
-_FORGOTTEN_AFTER_S = 6.0  # a second more than the lease in config/fastdds_profile.xml
+_FORGOTTEN_AFTER_S = 6.0  # a second more than the lease in config/fastdds_network.xml
 
 
 class SimulatorGuard:

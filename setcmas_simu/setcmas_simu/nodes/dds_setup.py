@@ -1,0 +1,52 @@
+"""How Fast DDS is set up: processes of one machine meet at once, and talk over UDP alone."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+from collections.abc import Iterator, Mapping
+from importlib import resources
+
+_PROFILE_VARIABLES = ('FASTRTPS_DEFAULT_PROFILES_FILE', 'FASTDDS_DEFAULT_PROFILES_FILE')
+_RANGE = 'ROS_AUTOMATIC_DISCOVERY_RANGE'
+_WAYS_OUT = ('ROS_STATIC_PEERS', 'ROS_DISCOVERY_SERVER')
+_TRANSPORTS = 'FASTDDS_BUILTIN_TRANSPORTS'
+
+_CONFIG = resources.files('setcmas_simu') / 'config'
+_NETWORK = str(_CONFIG / 'fastdds_network.xml')
+_LOOPBACK = str(_CONFIG / 'fastdds_loopback.xml')
+
+
+@contextlib.contextmanager
+def dds_setup() -> Iterator[None]:
+    """Set Fast DDS up for what is initialised inside, unless the user has a profile of their own.
+
+    In the range LOCALHOST rmw_fastrtps insists on shared memory beside UDP. There a process that
+    is held up or killed at the wrong moment holds up whoever sends to it, one that is starved for
+    a second may never get anything again, and each one that is killed leaves files behind. A
+    profile with the loopback interface alone reaches as far without all that.
+    """
+    if any(
+        os.environ.get(name, _NETWORK) not in (_NETWORK, _LOOPBACK) for name in _PROFILE_VARIABLES
+    ):
+        yield
+        return
+    loopback = is_loopback_enough(os.environ)
+    os.environ[_PROFILE_VARIABLES[0]] = _LOOPBACK if loopback else _NETWORK
+    if not loopback:
+        yield
+        return
+    os.environ[_RANGE] = 'SYSTEM_DEFAULT'  # what the profile says
+    try:
+        yield
+    finally:
+        os.environ[_RANGE] = 'LOCALHOST'
+
+
+def is_loopback_enough(environment: Mapping[str, str]) -> bool:
+    """Return whether topics are to stay on this machine, over whichever transport."""
+    return (
+        environment.get(_RANGE) == 'LOCALHOST'
+        and not any(environment.get(name) for name in _WAYS_OUT)
+        and environment.get(_TRANSPORTS, 'UDPv4') == 'UDPv4'
+    )

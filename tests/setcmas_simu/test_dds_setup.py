@@ -1,0 +1,48 @@
+import os
+import subprocess
+import sys
+
+import pytest
+
+from setcmas_simu.nodes.dds_setup import is_loopback_enough
+
+USES_SHARED_MEMORY = """
+import os
+from setcmas_simu.nodes.ros_process import FleetNode, ros_process
+with ros_process() as process:
+    node = FleetNode('node')
+    with open('/proc/self/maps') as maps:
+        print('/dev/shm/fastrtps' in maps.read(), os.environ['ROS_AUTOMATIC_DISCOVERY_RANGE'])
+"""
+
+
+@pytest.mark.parametrize(
+    ('chosen', 'shared'), [({}, False), ({'FASTDDS_BUILTIN_TRANSPORTS': 'DEFAULT'}, True)]
+)
+def test_nodes_of_one_machine_share_no_memory_unless_the_user_has_chosen_it(
+    domain, chosen, shared
+):
+    pytest.importorskip('rclpy')
+    node = subprocess.run(
+        [sys.executable, '-c', USES_SHARED_MEMORY],
+        env=os.environ | chosen,
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+
+    assert node.stdout == f'{shared} LOCALHOST\n'
+
+
+@pytest.mark.parametrize(
+    ('variables', 'enough'),
+    [
+        ({'ROS_AUTOMATIC_DISCOVERY_RANGE': 'LOCALHOST'}, True),
+        ({'ROS_AUTOMATIC_DISCOVERY_RANGE': 'SUBNET'}, False),
+        ({}, False),
+        ({'ROS_AUTOMATIC_DISCOVERY_RANGE': 'LOCALHOST', 'ROS_STATIC_PEERS': '10.0.0.2'}, False),
+        ({'ROS_AUTOMATIC_DISCOVERY_RANGE': 'LOCALHOST', 'ROS_STATIC_PEERS': ''}, True),
+    ],
+)
+def test_loopback_is_enough_if_nothing_leads_to_other_machines(variables, enough):
+    assert is_loopback_enough(variables) == enough
