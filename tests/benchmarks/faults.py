@@ -115,6 +115,9 @@ SCENARIOS: dict[str, Callable[[Rehearsal], Outcome]] = {
     'controller killed (-9)': kill(CTRL),
     'bridge killed (-9)': kill(BRIDGES),
     'pause node killed (-9)': kill(PAUSE),
+    'controller hung': suspend(CTRL),
+    'bridge hung': suspend(BRIDGES),
+    'pause node hung': suspend(PAUSE),
     'mocap dropout': mocap('dropout'),
     'mocap zeros': mocap('zero'),
     'mocap nan': mocap('nan'),
@@ -234,15 +237,11 @@ def row(name: str, repeat: int) -> tuple[str, str, str, str, str]:
 
 
 APART = {
-    'controller hung': in_a_lab(suspend(CTRL)),
-    'bridge hung': in_a_lab(suspend(BRIDGES)),
-    'pause node hung': in_a_lab(suspend(PAUSE)),
     'setcmas expe hung': in_a_lab(lambda r: both(r, r.signal(signal.SIGSTOP))),
     'setcmas expe killed (-9)': in_a_lab(lambda r: both(r, r.signal(signal.SIGKILL))),
     "laptop's network cut": cut_network,
 }
-"""Faults under which robots and motion capture must be processes of their own: they may end with
-setcmas expe, or be held up by what hangs (see setcmas_expe.transport)."""
+"""Faults under which robots and motion capture must not be children of setcmas expe."""
 
 
 def main() -> int:
