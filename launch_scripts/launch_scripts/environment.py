@@ -21,8 +21,14 @@ _RUN_MODULE = (
 )
 _LARGEST_DOMAIN = 101  # beyond, ports collide with those that systems hand out
 _DISCOVERY_RANGE = 'ROS_AUTOMATIC_DISCOVERY_RANGE'
-_WAYS_OUT = ('ROS_STATIC_PEERS', 'ROS_DISCOVERY_SERVER', 'ROS_SUPER_CLIENT')
-"""Variables that let topics reach other machines whatever the discovery range."""
+_WAYS_OUT = (
+    'ROS_STATIC_PEERS',
+    'ROS_DISCOVERY_SERVER',
+    'ROS_SUPER_CLIENT',
+    'FASTRTPS_DEFAULT_PROFILES_FILE',
+    'FASTDDS_DEFAULT_PROFILES_FILE',
+)
+"""Variables by which topics may reach other machines whatever the discovery range."""
 
 
 def require_ros() -> None:
@@ -89,8 +95,8 @@ def lab_environment(static_peers: Sequence[str], discovery_server: str) -> dict[
 
 def _check_name(peer: str) -> None:
     try:
-        socket.getaddrinfo(peer, None, socket.AF_INET)
-    except OSError as error:
+        socket.getaddrinfo(peer, None)
+    except (OSError, UnicodeError) as error:
         raise SetcmasError(
             f"static peer '{peer}' is not known on this network; accepted is an address, such as "
             '192.168.1.21, or the name of a machine'

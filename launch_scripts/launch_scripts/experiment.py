@@ -18,7 +18,6 @@ from launch_scripts.supervisor import Supervisor
 from setcmas_expe import console_protocol
 from setcmas_expe.experiment_options import LAB_OPTIONS
 from setcmas_expe.lab import Lab
-from setcmas_expe.transport import use_udp_alone
 
 EMULATED_LAB = 'setcmas_expe.nodes.emulated_lab'
 """The module of the emulated lab."""
@@ -36,11 +35,8 @@ _TAKE_OVER_S = 0.5
 def experiment_environment(lab: Lab, emulated: bool) -> dict[str, str]:
     """Return the environment of an experiment's processes: an emulated lab is on this machine."""
     if emulated:
-        environment = closed_environment()
-    else:
-        environment = lab_environment(lab.static_peers, lab.discovery_server)
-    use_udp_alone(environment)
-    return environment
+        return closed_environment()
+    return lab_environment(lab.static_peers, lab.discovery_server)
 
 
 class Experiment:

@@ -93,7 +93,7 @@ class RunFolder:
             self.path.mkdir(parents=True, exist_ok=True)
             self._empty()
             for given in self._inputs:
-                given.copy_to(self.path / INPUTS / given.option)
+                given.write_to(self.path / INPUTS / given.option)
         except OSError as error:
             raise SetcmasError(
                 f"output '{self.path}' cannot be written: {error.strerror}"

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import argparse
-import shutil
 from pathlib import Path
 
 from setcmas_ctrl.communication import graph_file
 from setcmas_ctrl.communication_options import communication_values
 from setcmas_ctrl.helper_modules import helper_modules
+from setcmas_simu.errors import SetcmasError
 
 
 class RunInput:
@@ -21,21 +21,33 @@ class RunInput:
     """
 
     def __init__(self, option: str, path: Path) -> None:
-        """Look for what belongs to the file."""
+        """Read the file and what belongs to it.
+
+        Raises:
+            SetcmasError: A file cannot be read.
+        """
         self.option = option
         self.path = path
         self.files = [path, *(helper_modules(path) if option in ('algo', 'ctc') else [])]
+        self._contents = [_read(file) for file in self.files]
 
-    def copy_to(self, folder: Path) -> None:
-        """Copy the files to a folder, modules in packages to the same packages there.
+    def write_to(self, folder: Path) -> None:
+        """Write the files into a folder, modules in packages into the same packages there.
 
         Raises:
-            OSError: A file cannot be read or written.
+            OSError: A file cannot be written.
         """
-        for file in self.files:
+        for file, content in zip(self.files, self._contents, strict=True):
             target = folder / file.relative_to(self.path.parent)
             target.parent.mkdir(parents=True, exist_ok=True)
-            shutil.copyfile(file, target)
+            target.write_bytes(content)
+
+
+def _read(file: Path) -> bytes:
+    try:
+        return file.read_bytes()
+    except OSError as error:
+        raise SetcmasError(f"'{file}' cannot be read: {error.strerror}") from error
 
 
 def run_inputs(args: argparse.Namespace, script: Path, lab: Path | None = None) -> list[RunInput]:
@@ -47,7 +59,7 @@ def run_inputs(args: argparse.Namespace, script: Path, lab: Path | None = None) 
         lab: The lab file of an emulated experiment.
 
     Raises:
-        SetcmasError: There is no such condition.
+        SetcmasError: There is no such condition, or a file cannot be read.
     """
     named = {
         'algo': script,

@@ -84,7 +84,7 @@ def parameters(
 
 
 def _of_lab(lab: Lab) -> dict[str, object]:
-    """Return what is so in a lab and not as options of simulated robots say."""
+    """Return what a lab decides in place of the options of simulated robots."""
     return {
         'limits': asdict(lab.limits),
         'arena': list(astuple(lab.arena)),

@@ -54,7 +54,7 @@ class CallWatch:
         self._call: _Call | None = None
         self._stuck: _Call | None = None
         self._slow = SlowCalls(period, say)
-        self._stepping = False
+        self._counting = False
         self._caller = threading.get_ident()
         self._closed = threading.Event()
         self._thread = threading.Thread(target=self._watch, name='call watch', daemon=True)
@@ -76,7 +76,7 @@ class CallWatch:
             yield
         finally:
             self._call = None
-            if function and self._stepping:
+            if function and self._counting:
                 self._slow.add(call.path, robot, time.monotonic() - call.started)
 
     def loading(
@@ -88,9 +88,11 @@ class CallWatch:
     @contextlib.contextmanager
     def step(self) -> Iterator[None]:
         """Watch what runs inside as the control step that ends a control period."""
-        self._stepping = True
-        yield
-        self._slow.end_period(time.monotonic())
+        self._counting = True
+        try:
+            yield
+        finally:
+            self._slow.end_period(time.monotonic())
 
     @property
     def running_s(self) -> float:

@@ -45,9 +45,10 @@ class SlowCalls:
 
     def _tell(self, path: Path, spent: Mapping[int, float]) -> None:
         longest, robot = max((duration, robot) for robot, duration in spent.items())
+        count = f'{self._times[path]} time' + ('s' if self._times[path] > 1 else '')
         robots = f'{len(spent)} robot{"s" * (len(spent) > 1)}'
         self._say(
             f'{path.name} took {sum(spent.values()):.2f} s for {robots} '
             f'({longest:.2f} s for {robot_name(robot)}), longer than the control period of '
-            f'{self._period:.2f} s (so far {self._times[path]} times)'
+            f'{self._period:.2f} s ({count} so far)'
         )

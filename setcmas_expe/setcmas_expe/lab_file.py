@@ -40,7 +40,7 @@ _GROUPS = {
 }
 _LIMITS = {'forward': 3.0, 'turn': 20.0, 'wheel': 3.0, 'wheel_separation': 2.0}
 """What may be said of a robot of one's own, and the most that is plausible indoors."""
-_TIMEOUTS_S = (0.2, 2.0)
+_TIMEOUTS_S = (0.3, 2.0)  # commands come every 0.2 s
 """From the time between two commands of a controller to what is still safe."""
 _LARGEST_PORT = 65535
 _NAME = re.compile(r'[A-Za-z][A-Za-z0-9_]*')

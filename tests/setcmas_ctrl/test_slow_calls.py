@@ -31,7 +31,7 @@ def test_the_calls_for_all_robots_are_added_up_and_the_longest_is_named(slow):
 
     assert said == [
         'law.py took 0.30 s for 3 robots (0.15 s for tb3_3), longer than the control period of '
-        '0.20 s (so far 1 times)'
+        '0.20 s (1 time so far)'
     ]
 
 
@@ -41,7 +41,10 @@ def test_slow_periods_are_counted_and_told_now_and_then(slow):
         calls.add(LAW, 1, 0.4)
         calls.end_period(0.4 * step)
 
-    assert [message.partition('(so far ')[2] for message in said] == ['1 times)', '14 times)']
+    assert [message.partition(' s (')[2].rpartition('(')[2] for message in said] == [
+        '1 time so far)',
+        '14 times so far)',
+    ]
 
 
 def test_scripts_are_told_apart(slow):

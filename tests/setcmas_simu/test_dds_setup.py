@@ -4,6 +4,8 @@ import sys
 
 import pytest
 
+pytest.importorskip('rclpy')
+
 from setcmas_simu.nodes.dds_setup import is_loopback_enough
 
 USES_SHARED_MEMORY = """
@@ -16,22 +18,21 @@ with ros_process() as process:
 """
 
 
+@pytest.mark.parametrize('reach', ['LOCALHOST', 'SUBNET'])
 @pytest.mark.parametrize(
     ('chosen', 'shared'), [({}, False), ({'FASTDDS_BUILTIN_TRANSPORTS': 'DEFAULT'}, True)]
 )
-def test_nodes_of_one_machine_share_no_memory_unless_the_user_has_chosen_it(
-    domain, chosen, shared
-):
-    pytest.importorskip('rclpy')
+def test_nodes_share_no_memory_unless_the_user_has_chosen_it(domain, reach, chosen, shared):
+    environment = {**os.environ, 'ROS_AUTOMATIC_DISCOVERY_RANGE': reach, **chosen}
     node = subprocess.run(
         [sys.executable, '-c', USES_SHARED_MEMORY],
-        env=os.environ | chosen,
+        env=environment,
         capture_output=True,
         text=True,
         check=True,
     )
 
-    assert node.stdout == f'{shared} LOCALHOST\n'
+    assert node.stdout == f'{shared} {reach}\n'
 
 
 @pytest.mark.parametrize(

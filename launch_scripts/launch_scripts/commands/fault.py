@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import argparse
 
-from launch_scripts.environment import closed_environment, node_command, require_ros
+from launch_scripts.environment import local_environment, node_command, require_ros
 from launch_scripts.one_shot import run_to_end
 from setcmas_expe.emulated_faults import DEFAULT_S, PURPOSES
 from setcmas_simu.simulation_options import count, positive
@@ -38,4 +38,4 @@ def main(args: argparse.Namespace) -> int:
     """Order the fault; returns the exit status."""
     require_ros()
     order = [args.kind, str(args.robot), str(args.seconds)]
-    return run_to_end(node_command('setcmas_expe.nodes.inject_fault', order), closed_environment())
+    return run_to_end(node_command('setcmas_expe.nodes.inject_fault', order), local_environment())

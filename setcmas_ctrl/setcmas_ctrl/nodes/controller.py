@@ -132,7 +132,7 @@ def build(args: argparse.Namespace, process: RosProcess, node: FleetNode) -> Con
     )
     if args.watch:
         laws = [controller.law for controller in controllers]
-        ScriptReloader(node, stepper, laws, load, watch)
+        ScriptReloader(node, stepper, laws, load, watch, args.pause_timeout)
     connect(stepper, tells, robots, process, node, odometry)
     return stepper
 

@@ -93,7 +93,7 @@ class _Fleet:
         self._node.get_logger().warning(message)
 
     def close(self) -> None:
-        """Stop to listen."""
+        """Listen no more."""
         for subscription in self._subscriptions.values():
             self._node.destroy_subscription(subscription)
 

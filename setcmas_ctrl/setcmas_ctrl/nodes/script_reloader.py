@@ -17,7 +17,6 @@ from setcmas_ctrl.call_watch import CallWatch
 from setcmas_ctrl.control_law import ControlLaw
 from setcmas_ctrl.file_watch import FileWatch
 from setcmas_ctrl.nodes.control_stepper import ControlStepper
-from setcmas_ctrl.nodes.pause_watch import PAUSE_TIMEOUT_S
 from setcmas_ctrl.stop_call import AbandonCall
 from setcmas_simu import topics
 from setcmas_simu.errors import SetcmasError
@@ -42,6 +41,7 @@ class ScriptReloader:
         laws: list[ControlLaw],
         load: Callable[[], list[ControlLaw]],
         watch: CallWatch,
+        pause_timeout_s: float,
     ) -> None:
         """Watch the script and the helper modules that it has imported.
 
@@ -51,12 +51,14 @@ class ScriptReloader:
             laws: The laws that it calls now.
             load: Returns new ones, or raises SetcmasError.
             watch: Knows whether a call is stuck.
+            pause_timeout_s: Age in s from which the last word of the pause node is too old.
         """
         self._node = node
         self._stepper = stepper
         self._laws = laws
         self._load = load
         self._watch = watch
+        self._pause_timeout_s = pause_timeout_s
         self._script = laws[0].path
         self._files = FileWatch([self._script])
         self._is_new = self._told_to_wait = False
@@ -118,7 +120,7 @@ class ScriptReloader:
             raise AbandonCall
 
     def _is_moving(self) -> bool:
-        return time.monotonic() - self._last_moving < PAUSE_TIMEOUT_S
+        return time.monotonic() - self._last_moving < self._pause_timeout_s
 
     def _ask_to_pause(self) -> None:
         if not self._told_to_wait:

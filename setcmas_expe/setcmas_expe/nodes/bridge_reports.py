@@ -82,10 +82,6 @@ class BridgeReports:
             'their last velocity; docs/lab.md tells how to install it on a robot',
         )
         for _, bridge in self._robots:
-            names = bridge.cmd_vel.other_commanders()
-            if names:
-                message = f'{names[0]} commands robots {{}} too, past all checks; stop it'
-                self._once('rival', [bridge.robot], message)
             if bridge.cmd_vel.mixed:
                 self._once('mixed', [bridge.robot], f'{bridge.cmd_vel.mixed} (robots {{}})')
 

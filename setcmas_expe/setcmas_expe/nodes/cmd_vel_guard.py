@@ -7,7 +7,6 @@ A TurtleBot3 keeps its last velocity when whatever commanded it, or the network,
 from __future__ import annotations
 
 import argparse
-import os
 import sys
 import time
 
@@ -18,7 +17,6 @@ from rclpy.subscription import Subscription
 
 from setcmas_ctrl.control_options import AUTO
 from setcmas_expe.stop_on_silence import SILENCE_S, StopOnSilence
-from setcmas_expe.transport import use_udp_alone
 from setcmas_simu import topics
 from setcmas_simu.nodes import cmd_vel_graph, qos
 from setcmas_simu.nodes.cmd_vel_type import TYPES, velocities
@@ -96,6 +94,7 @@ class CmdVelGuard(FleetNode):
         )
         # The robot may be moving, and whoever commanded it dead: nobody can ask it.
         self._logic = StopOnSilence(time.monotonic(), self._silence_s)
+        self._was_commanded = False
         self._timer.reset()
         self.get_logger().info(f'guarding {self._topic} ({kind})')
 
@@ -137,7 +136,6 @@ def main(argv: list[str] | None = None) -> int:
         help='silence from which the robot is stopped (default: %(default)g s)',
     )
     args = parser.parse_args(argv)
-    use_udp_alone(os.environ)  # nothing that hangs on the robot's computer holds it up
     with ros_process(ros_arguments) as process:
         guard = CmdVelGuard(args.cmd_vel_type, args.silence)
         process.add(guard)

@@ -1,4 +1,4 @@
-"""How Fast DDS is set up: processes of one machine meet at once, and talk over UDP alone."""
+"""How Fast DDS is set up: processes meet at once, and talk over UDP alone."""
 
 from __future__ import annotations
 
@@ -7,10 +7,13 @@ import os
 from collections.abc import Iterator, Mapping
 from importlib import resources
 
+import rclpy
+
 _PROFILE_VARIABLES = ('FASTRTPS_DEFAULT_PROFILES_FILE', 'FASTDDS_DEFAULT_PROFILES_FILE')
 _RANGE = 'ROS_AUTOMATIC_DISCOVERY_RANGE'
 _WAYS_OUT = ('ROS_STATIC_PEERS', 'ROS_DISCOVERY_SERVER')
 _TRANSPORTS = 'FASTDDS_BUILTIN_TRANSPORTS'
+_UDP = 'UDPv4'
 
 _CONFIG = resources.files('setcmas_simu') / 'config'
 _NETWORK = str(_CONFIG / 'fastdds_network.xml')
@@ -21,18 +24,22 @@ _LOOPBACK = str(_CONFIG / 'fastdds_loopback.xml')
 def dds_setup() -> Iterator[None]:
     """Set Fast DDS up for what is initialised inside, unless the user has a profile of their own.
 
-    In the range LOCALHOST rmw_fastrtps insists on shared memory beside UDP. There a process that
-    is held up or killed at the wrong moment holds up whoever sends to it, one that is starved for
-    a second may never get anything again, and each one that is killed leaves files behind. A
-    profile with the loopback interface alone reaches as far without all that.
+    Fast DDS 2.14 prefers shared memory on one machine. There a process that hangs while it holds
+    the lock of its queue holds up whoever sends to it (SharedMemGlobal::Port::try_push), and so
+    those who are to stop its robots; one that is starved for a second may never get anything
+    again; and each one that is killed leaves files behind. Over UDP nobody waits for a receiver.
+    In the range LOCALHOST rmw_fastrtps insists on shared memory, so that a profile of ours with
+    the loopback interface alone takes the place of that range.
     """
     given = {os.environ[name] for name in _PROFILE_VARIABLES if name in os.environ}
-    if given - {_NETWORK, _LOOPBACK}:
+    fast_dds = rclpy.get_rmw_implementation_identifier().startswith('rmw_fastrtps')
+    if not fast_dds or given - {_NETWORK, _LOOPBACK}:
         yield
         return
     loopback = is_loopback_enough(os.environ)
     os.environ[_PROFILE_VARIABLES[0]] = _LOOPBACK if loopback else _NETWORK
     if not loopback:
+        os.environ.setdefault(_TRANSPORTS, _UDP)
         yield
         return
     os.environ[_RANGE] = 'SYSTEM_DEFAULT'  # what the profile says
@@ -47,5 +54,5 @@ def is_loopback_enough(environment: Mapping[str, str]) -> bool:
     return (
         environment.get(_RANGE) == 'LOCALHOST'
         and not any(environment.get(name) for name in _WAYS_OUT)
-        and environment.get(_TRANSPORTS, 'UDPv4') == 'UDPv4'
+        and environment.get(_TRANSPORTS, _UDP) == _UDP
     )

@@ -1,5 +1,5 @@
 # run: slow.py took 0.
-# run: longer than the control period of 0.20 s (so far 1 times)
+# run: longer than the control period of 0.20 s (1 time so far)
 import time
 
 
