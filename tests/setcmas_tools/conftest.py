@@ -6,12 +6,15 @@ from typing import Any
 
 import numpy as np
 import pytest
+from circling_fleets import circling_fleet
 from recordings import RECORDER
 from rosbags.interfaces import Nodetype
 from rosbags.rosbag1 import Writer as Ros1Writer
 from rosbags.rosbag2 import StoragePlugin, Writer
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 from rosbags.typesys.store import Typestore
+
+from setcmas_tools.fleet_table import write_csv
 
 START_NS = 1_700_000_000_123_456_789
 
@@ -125,6 +128,18 @@ def record(start, peer, bag):
         return recorder
 
     return record
+
+
+@pytest.fixture
+def run(tmp_path):
+    """A function that makes the folder of a run with a fleet of a size."""
+
+    def run(nb_robots):
+        (tmp_path / 'csv').mkdir(exist_ok=True)
+        write_csv(circling_fleet(nb_robots), tmp_path / 'csv' / 'fleet.csv')
+        return tmp_path
+
+    return run
 
 
 def _time_ns(seconds: float) -> int:
