@@ -5,6 +5,7 @@ from processes import SETCMAS
 
 pytest.importorskip('rclpy')
 
+from nav_msgs.msg import Odometry
 from std_msgs.msg import Bool, String
 
 LAB = [sys.executable, '-m', 'setcmas_expe.nodes.emulated_lab', '--nb-robots', '2']
@@ -81,6 +82,19 @@ def test_a_robot_without_a_guard_is_not_nudged(start, peer):
     output = doctor.wait_for_output('problem', 60)
     assert doctor.wait() == 1
     assert 'nudge of tb3_1  no nudge: no cmd_vel_guard on it' in output
+    assert all(message.twist.twist.linear.x == 0.0 for message in truth)
+
+
+def test_no_nudge_by_poses_of_two_senders(start, peer):
+    start(*LAB)
+    truth = peer.odometry(1)
+    peer.node.create_publisher(Odometry, '/qualisys/tb3_2/odom', 10)
+
+    doctor = start(*DOCTOR, '--nb-robots', '2', '--nudge')
+    doctor.wait_for_output('problem', 60)
+    assert doctor.wait() == 1
+    output = ' '.join(doctor.output().split())
+    assert 'no nudge: 2 nodes send it on /qualisys/tb3_2/odom' in output
     assert all(message.twist.twist.linear.x == 0.0 for message in truth)
 
 

@@ -97,8 +97,11 @@ class LabWatch(FleetNode):
 
     def fault(self, robot: int) -> str | None:
         """Return what is wrong with a robot's poses; None if nothing."""
-        watch = self.robots[robot]
-        return watch.fault or doubt(self, self.lab.mocap.topic_of(watch.robot)) or None
+        return self.robots[robot].fault or self.pose_doubt(robot) or None
+
+    def pose_doubt(self, robot: int) -> str:
+        """Return why none of a robot's poses is to be believed; empty if they may be."""
+        return doubt(self, self.lab.mocap.topic_of(self.robots[robot].robot))
 
     def listeners(self, robot: LabRobot) -> list[Endpoint]:
         """Return who listens to a robot's commands, bystanders aside."""

@@ -59,6 +59,8 @@ class Nudger:
         if unseen:
             names = ', '.join(map(robot_name, unseen))
             return f'{names} not seen', 'motion capture must see every robot of the lab'
+        if doubt := next(filter(None, map(self._watch.pose_doubt, self._watch.robots)), ''):
+            return doubt, 'end the other sender: nobody knows which poses are true'
         why = nudge.obstacle(robot.number, poses, self._lab)
         return (why, 'put it where it has 20 cm to all sides') if why else None
 
@@ -86,7 +88,12 @@ class Nudger:
             self._drive(commands, nudge.RIGHT, robot)
         except _BrokenOff as reason:
             what = f'nudge of {robot_name(robot.number)}'
-            yield Finding(PROBLEM, what, f'broken off: {reason}', 'see that the way is free')
+            yield Finding(
+                PROBLEM,
+                what,
+                f'broken off: {reason}',
+                'see that its way is free, and that nobody else commands it',
+            )
             return
         finally:
             for _ in range(_LAST_ZEROS):  # several, in case one is lost
@@ -114,8 +121,8 @@ class Nudger:
             commands.publish(phase.V, phase.omega)
             self._process.spin_until(lambda: False, min(_PERIOD_S, phase.duration - elapsed))
             self._watch_over(start)
-            if contest := commands.contest():
-                raise _BrokenOff(contest)
+            if trouble := commands.contest() or self._watch.pose_doubt(robot.number):
+                raise _BrokenOff(trouble)
             speed = self._watch.robots[robot.number].wheel_speed
             if delay is None and speed and speed[1] > begin and abs(speed[0]) > _ROLLS:
                 delay = speed[1] - begin
