@@ -1,4 +1,6 @@
-"""What the tests read from bags."""
+"""What the tests read from bags, and compressed bags to be read."""
+
+from rosbags.rosbag2 import CompressionFormat, Writer
 
 from setcmas_tools.bag_reader import open_bag
 
@@ -13,3 +15,16 @@ def read(path):
 def only_file(folder, pattern):
     (path,) = folder.glob(pattern)
     return path
+
+
+def write_compressed(path, store, points, mode, plugin, chunk_ends=()):
+    """Write messages compressed; after those at `chunk_ends` a new chunk begins."""
+    writer = Writer(path, version=9, storage_plugin=plugin)
+    writer.set_compression(mode, CompressionFormat.ZSTD)
+    with writer:
+        msgtype = points[0][2].__msgtype__
+        connection = writer.add_connection('/points', msgtype, typestore=store)
+        for i, (_, _, message) in enumerate(points):
+            writer.write(connection, i + 1, store.serialize_cdr(message, msgtype))
+            if i in chunk_ends:
+                writer.storage.close_chunk()

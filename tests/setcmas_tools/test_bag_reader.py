@@ -2,8 +2,8 @@ import shutil
 import sqlite3
 
 import pytest
-from bag_contents import only_file, read
-from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin, Writer
+from bag_contents import only_file, read, write_compressed
+from rosbags.rosbag2 import CompressionMode, StoragePlugin, Writer
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
 from setcmas_simu.errors import SetcmasError
@@ -51,23 +51,13 @@ def test_type_that_this_machine_does_not_know(tmp_path, write_bag, write_ros1_ba
 
 @pytest.mark.parametrize('mode', [CompressionMode.FILE, CompressionMode.MESSAGE])
 def test_compressed_bag(tmp_path, store, points, mode):
-    writer = Writer(tmp_path / 'bag', version=9, storage_plugin=StoragePlugin.SQLITE3)
-    writer.set_compression(mode, CompressionFormat.ZSTD)
-    with writer:
-        connection = writer.add_connection('/points', POINT, typestore=store)
-        for i, (_, _, message) in enumerate(points):
-            writer.write(connection, i + 1, store.serialize_cdr(message, POINT))
+    write_compressed(tmp_path / 'bag', store, points, mode, StoragePlugin.SQLITE3)
 
     assert read(tmp_path / 'bag') == (list(range(200)), [])
 
 
 def test_compressed_chunks(tmp_path, store, points):
-    writer = Writer(tmp_path / 'bag', version=9, storage_plugin=StoragePlugin.MCAP)
-    writer.set_compression(CompressionMode.STORAGE, CompressionFormat.ZSTD)
-    with writer:
-        connection = writer.add_connection('/points', POINT, typestore=store)
-        for i, (_, _, message) in enumerate(points):
-            writer.write(connection, i + 1, store.serialize_cdr(message, POINT))
+    write_compressed(tmp_path / 'bag', store, points, CompressionMode.STORAGE, StoragePlugin.MCAP)
     file = only_file(tmp_path / 'bag', '*.mcap')
     cut = tmp_path / 'cut.mcap'
     cut.write_bytes(file.read_bytes()[:-100])

@@ -1,7 +1,7 @@
-from bag_contents import only_file, read
+from bag_contents import only_file, read, write_compressed
 from mcap.writer import CompressionType
 from mcap.writer import Writer as McapWriter
-from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin, Writer
+from rosbags.rosbag2 import CompressionMode, StoragePlugin
 
 from setcmas_simu.errors import SetcmasError
 from setcmas_tools.bag_reader import open_bag
@@ -56,14 +56,9 @@ def test_what_a_cut_mcap_tells(tmp_path, write_bag, points):
 
 
 def test_damaged_chunk_costs_only_itself(tmp_path, store, points):
-    writer = Writer(tmp_path / 'bag', version=9, storage_plugin=StoragePlugin.MCAP)
-    writer.set_compression(CompressionMode.STORAGE, CompressionFormat.ZSTD)
-    with writer:
-        connection = writer.add_connection('/points', POINT, typestore=store)
-        for i, (_, _, message) in enumerate(points):
-            writer.write(connection, i + 1, store.serialize_cdr(message, POINT))
-            if i in (49, 99):
-                writer.storage.close_chunk()
+    write_compressed(
+        tmp_path / 'bag', store, points, CompressionMode.STORAGE, StoragePlugin.MCAP, (49, 99)
+    )
     path = only_file(tmp_path / 'bag', '*.mcap')
     content = bytearray(path.read_bytes()[:-20])  # without its index, so that all is scanned
     zstd_magic = b'\x28\xb5\x2f\xfd'

@@ -1,0 +1,69 @@
+from pathlib import Path
+
+import pytest
+
+from setcmas_ctrl.algorithm_loader import load_control
+
+
+def test_drawing_functions_of_the_ros_1_stack_resolve_and_draw_nothing_without_ros(script):
+    path = script(
+        """
+        import rviz_marker
+        import rviz_marker_array
+        def control(robotNo, nbRobots, poses, t):
+            rviz_marker.publish_marker(1, 2, 0, robotNo)
+            rviz_marker.publish_marker(
+                1, 2, 0, robotNo, color=[1, 1, 0], scale=0.3, marker_name='wp_ref', alpha=0.5
+            )
+            rviz_marker_array.publish_marker(1, 2, 0, robotNo, [1, 1, 0], 0.1, 'traj_ref')
+            return 0, 0
+        """,
+    )
+
+    assert load_control(Path(path), 1)(1, 1, None, 0.0) == (0, 0)
+
+
+@pytest.mark.parametrize('arguments', ['1, 2, 0, 1, "red"', '"a", 2, 0, 1', '1, 2, 0, 1, [1, 0]'])
+@pytest.mark.parametrize('module', ['rviz_marker', 'rviz_marker_array'])
+def test_mistakes_in_drawing_are_told_without_ros_too(script, module, arguments):
+    call = f'{module}.publish_marker({arguments})'
+    path = script(f'import {module}\ndef control(i, n, p, t):\n    {call}\n    return 0, 0\n')
+
+    with pytest.raises(
+        TypeError, match=r'expected are numbers, and for color \[red, green, blue\]'
+    ):
+        load_control(Path(path), 1)(1, 1, None, 0.0)
+
+
+@pytest.mark.parametrize(
+    ('arguments', 'message'),
+    [
+        ('1, 2, 0, i, marker_name="my ref"', 'expected are the number of a robot and a name'),
+        ('1, 2, 0, i, marker_name=""', 'expected are the number of a robot and a name'),
+        ('1, 2, 0, i, marker_name=3', 'expected are the number of a robot and a name'),
+        ('1, 2, 0, "tb3_1"', 'expected are the number of a robot and a name'),
+        ('1, 2, 0, 0.5', 'expected are the number of a robot and a name'),
+        ('1, 2, 0, i, marker_name="odom"', 'is a topic of the robot itself'),
+    ],
+)
+def test_names_that_cannot_be_drawn_on_are_told_without_ros_too(script, arguments, message):
+    call = f'rviz_marker.publish_marker({arguments})'
+    path = script(f'import rviz_marker\ndef control(i, n, p, t):\n    {call}\n    return 0, 0\n')
+
+    with pytest.raises((TypeError, ValueError), match=message):
+        load_control(Path(path), 1)(1, 1, None, 0.0)
+
+
+def test_the_number_of_a_robot_may_be_a_float_or_of_numpy(script):
+    path = script(
+        """
+        import numpy as np
+        import rviz_marker
+        def control(robotNo, nbRobots, poses, t):
+            rviz_marker.publish_marker(1, 2, 0, np.int64(robotNo))
+            rviz_marker.publish_marker(1, 2, 0, 1.0, marker_name='Ref_2/a')
+            return 0, 0
+        """,
+    )
+
+    assert load_control(Path(path), 1)(1, 1, None, 0.0) == (0, 0)
