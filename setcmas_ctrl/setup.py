@@ -22,9 +22,9 @@ setup(
     zip_safe=False,
     entry_points={
         'console_scripts': [
-            'controller = setcmas_ctrl.nodes.controller:run',
-            'event_triggered_comm = setcmas_ctrl.nodes.event_triggered_comm:run',
-            'pose_to_odom = setcmas_ctrl.nodes.pose_to_odom:main',
+            'controller = setcmas_ctrl.controller.main:run',
+            'event_triggered_comm = setcmas_ctrl.controller.event_triggered_comm:run',
+            'pose_to_odom = setcmas_ctrl.controller.pose_to_odom:main',
         ],
     },
 )

@@ -22,8 +22,8 @@ setup(
     zip_safe=False,
     entry_points={
         'console_scripts': [
-            'browser_view = setcmas_tools.nodes.browser_view:main',
-            'recorder = setcmas_tools.nodes.recorder:main',
+            'browser_view = setcmas_tools.view.main:main',
+            'recorder = setcmas_tools.recorder.main:main',
         ],
     },
 )

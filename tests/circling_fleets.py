@@ -3,9 +3,9 @@
 import numpy as np
 from matplotlib.figure import Figure
 
-from setcmas_simu.fleet import start_poses
-from setcmas_tools.fleet_table import fleet_table
-from setcmas_tools.plot_style import finish, plot_style
+from setcmas_simu.fleet.fleet import start_poses
+from setcmas_tools.plots.style import finish, plot_style
+from setcmas_tools.records.fleet_table import fleet_table
 
 
 def circling_fleet(nb_robots, turns=1.5):

@@ -7,7 +7,7 @@ from geometry_msgs.msg import TwistStamped
 from nav_msgs.msg import Odometry
 from std_msgs.msg import Bool
 
-from setcmas_simu.planar_pose import quaternion_of_yaw
+from setcmas_simu.fleet.planar_pose import quaternion_of_yaw
 
 HZ = 20.0
 

@@ -3,7 +3,7 @@
 import numpy as np
 import yaml
 
-from setcmas_tools.fleet_table import fleet_table, write_csv
+from setcmas_tools.records.fleet_table import fleet_table, write_csv
 
 T = np.arange(0, 201) / 10
 """0 to 20 s at 10 Hz."""

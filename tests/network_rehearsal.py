@@ -10,7 +10,7 @@ from network_namespaces import UDP_ONLY, Network
 from rehearsal import Rehearsal
 from ros_peer import Peer
 
-from setcmas_expe.discovery_server import PORT
+from setcmas_expe.doctor.discovery_server import PORT
 
 NB_ROBOTS = 8
 RELAY = Path(__file__).parent / 'setcmas_expe' / 'scripts' / 'mocap_relay.py'
@@ -38,12 +38,18 @@ def roll_after_the_laptop_is_cut_off(way: str, domain: int, folder: Path) -> lis
             lab.write_text(f'network: {{static_peers: [{peers}]}}')
         else:
             lab.write_text(f"network: {{discovery_server: '{laptop}:{PORT}'}}")
-            server = [sys.executable, '-m', 'setcmas_expe.discovery_server', '--address', laptop]
+            server = [
+                sys.executable,
+                '-m',
+                'setcmas_expe.doctor.discovery_server',
+                '--address',
+                laptop,
+            ]
             command = network.command('laptop', server)
             stack.enter_context(running(command, folder / 'server.txt'))
             os.environ['ROS_DISCOVERY_SERVER'] = f'{laptop}:{PORT}'
         # Its motion capture is of another kind, so that robots and poses are on two machines.
-        robots = [sys.executable, '-m', 'setcmas_expe.nodes.emulated_lab', '--mocap', 'vicon']
+        robots = [sys.executable, '-m', 'setcmas_expe.emulation.lab', '--mocap', 'vicon']
         robots += ['--nb-robots', str(NB_ROBOTS)]
         mocap = ['env', f'ROS_STATIC_PEERS={addresses["robots"]}']  # it sees the truth there
         mocap += [sys.executable, str(RELAY), str(NB_ROBOTS)]

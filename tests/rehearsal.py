@@ -16,15 +16,15 @@ from processes import SETCMAS
 from ros_peer import Peer
 from std_msgs.msg import Bool, String
 
-from setcmas_expe.start_wishes import REPEATS_WITHIN_S
-from setcmas_simu.planar_pose import yaw_of_quaternion
-from setcmas_simu.topics import truth_topic
+from setcmas_expe.pause.start_requests import REPEATS_WITHIN_S
+from setcmas_simu.fleet.planar_pose import yaw_of_quaternion
+from setcmas_simu.fleet.topics import truth_topic
 
 LAW = Path(__file__).parent / 'setcmas_expe' / 'scripts' / 'rehearsal_law.py'
 POSES = ('--pose', '1:2.4,0,1.57', '--pose', '2:-0.6,0,1.57')
-CTRL = 'setcmas_ctrl.nodes.controller'
-BRIDGES = 'setcmas_expe.nodes.bridges'
-PAUSE = 'setcmas_expe.nodes.pause'
+CTRL = 'setcmas_ctrl.controller.main'
+BRIDGES = 'setcmas_expe.safety.bridges'
+PAUSE = 'setcmas_expe.pause.node'
 STANDS_S = 0.4  # zero for this long is a stop
 
 

@@ -9,7 +9,7 @@ from nav_msgs.msg import Odometry
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 
-from setcmas_simu.nodes.dds_setup import dds_setup
+from setcmas_simu.ros.dds_setup import dds_setup
 
 
 class Peer:

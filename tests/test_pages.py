@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from launch_scripts.cli import VERBS, build_parser
-from setcmas_ctrl.graph_file import load_graph
+from setcmas_ctrl.communication.graph_file import load_graph
 from setcmas_tools import simulate
 
 ROOT = Path(__file__).parents[1]

@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from launch_scripts.cli import VERBS, build_parser
-from setcmas_ctrl.algorithm_loader import builtin_folder, load_control, scripts_in
+from setcmas_ctrl.scripts.loader import builtin_folder, load_control, scripts_in
 
 ROOT = Path(__file__).parents[1]
 README = (ROOT / 'README.md').read_text()

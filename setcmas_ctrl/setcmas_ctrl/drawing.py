@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
-from setcmas_simu import topics
+from setcmas_simu.fleet import topics
 
 _NAME = re.compile(r'[A-Za-z_]\w*(/[A-Za-z_]\w*)*', re.ASCII)
 """Names of topics within a robot's namespace."""

@@ -19,7 +19,7 @@ STORE = get_typestore(Stores.ROS2_JAZZY)
 TYPES = STORE.types
 START_NS = 1_700_000_000_000_000_000
 CONVERT = (
-    'import sys; from pathlib import Path; from setcmas_tools.bag_to_csv import convert; '
+    'import sys; from pathlib import Path; from setcmas_tools.tables.convert import convert; '
     'print(convert(Path(sys.argv[1])))'
 )
 

@@ -33,12 +33,12 @@ from sensor_msgs.msg import Joy
 from tabulate import tabulate
 from tqdm import tqdm
 
-from setcmas_expe.lab_file import default_lab
+from setcmas_expe.lab.file import default_lab
 
 MOST_S, MOST_M = 0.7, 0.16
 ARENA = default_lab(2).arena
 SEPARATION = default_lab(2).min_separation
-EMULATED_LAB = [sys.executable, '-m', 'setcmas_expe.nodes.emulated_lab']
+EMULATED_LAB = [sys.executable, '-m', 'setcmas_expe.emulation.lab']
 
 Outcome = list[Stop]
 

@@ -31,7 +31,7 @@ from nav_msgs.msg import Odometry
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 
-from setcmas_simu.nodes.dds_setup import dds_setup
+from setcmas_simu.ros.dds_setup import dds_setup
 
 SETCMAS = shutil.which('setcmas', path=str(Path(sys.executable).parent)) or 'setcmas'
 

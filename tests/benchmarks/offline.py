@@ -14,10 +14,10 @@ import time
 import numpy as np
 
 from setcmas_ctrl import network
-from setcmas_ctrl.communication_graph import complete
-from setcmas_simu.fleet import start_poses
-from setcmas_tools.fleet_laws import load_laws
-from setcmas_tools.offline_engine import simulate
+from setcmas_ctrl.communication.graph import complete
+from setcmas_simu.fleet.fleet import start_poses
+from setcmas_tools.offline.engine import simulate
+from setcmas_tools.offline.fleet_laws import load_laws
 
 CONTROL_RATE_HZ = 5
 

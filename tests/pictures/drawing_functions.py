@@ -23,9 +23,9 @@ import numpy as np
 from matplotlib.patches import Circle
 from rosbags.highlevel import AnyReader
 
-from setcmas_simu.fleet import plot_colour
-from setcmas_simu.topics import ODOM, robot_topic
-from setcmas_tools.plot_style import plot_style, save
+from setcmas_simu.fleet.fleet import plot_colour
+from setcmas_simu.fleet.topics import ODOM, robot_topic
+from setcmas_tools.plots.style import plot_style, save
 
 DOCS = Path(__file__).parents[2] / 'docs'
 ROBOTS = (1, 2, 3)

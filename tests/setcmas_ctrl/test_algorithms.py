@@ -2,12 +2,12 @@ import numpy as np
 import pytest
 from ros1_recordings import CONSENSUS, WP_NAV, needs_recordings
 
-from setcmas_ctrl.algorithm_loader import builtin_folder, find_script
-from setcmas_ctrl.control_law import ControlLaw
-from setcmas_ctrl.saturation import saturate
-from setcmas_ctrl.si_to_uni import si_to_uni
-from setcmas_simu import unicycle
-from setcmas_simu.fleet import start_poses
+from setcmas_ctrl.control.control_law import ControlLaw
+from setcmas_ctrl.control.saturation import saturate
+from setcmas_ctrl.control.si_to_uni import si_to_uni
+from setcmas_ctrl.scripts.loader import builtin_folder, find_script
+from setcmas_simu.fleet.fleet import start_poses
+from setcmas_simu.robots import unicycle
 
 TS = 0.1
 

@@ -3,14 +3,14 @@ import re
 import numpy as np
 import pytest
 
-from setcmas_ctrl.algorithm_loader import (
+from setcmas_ctrl.control.control_law import ControlLaw
+from setcmas_ctrl.scripts.loader import (
     builtin_folder,
     exercise_folder,
     find_script,
     load_script,
     scripts_in,
 )
-from setcmas_ctrl.control_law import ControlLaw
 from setcmas_simu.errors import SetcmasError
 from setcmas_tools import simulate
 

@@ -2,9 +2,9 @@ import numpy as np
 import pytest
 
 from setcmas_ctrl import network
-from setcmas_ctrl.communication_graph import path, star
-from setcmas_ctrl.control_law import ControlError, ControlLaw
-from setcmas_ctrl.error_reports import ErrorReports
+from setcmas_ctrl.communication.graph import path, star
+from setcmas_ctrl.control.control_law import ControlError, ControlLaw
+from setcmas_ctrl.scripts.error_reports import ErrorReports
 
 POSES = np.zeros((3, 4))
 

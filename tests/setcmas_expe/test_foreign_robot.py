@@ -12,7 +12,7 @@ pytest.importorskip('cyclonedds')
 
 from std_msgs.msg import Bool
 
-from setcmas_expe.start_wishes import REPEATS_WITHIN_S
+from setcmas_expe.pause.start_requests import REPEATS_WITHIN_S
 
 ROBOT = Path(__file__).parent / 'scripts' / 'foreign_robot.py'
 EXPE = [*SETCMAS, 'expe', '--algo', 'nav_wp', '--mocap', 'vrpn', '--no-joystick']

@@ -13,7 +13,7 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from launch_scripts.plot_options import (
+from launch_scripts.options.plot_options import (
     BEST,
     add_film_arguments,
     add_format_argument,
@@ -38,7 +38,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def main(args: argparse.Namespace) -> int:
     """Plot; returns the exit status."""
-    from setcmas_tools.csv_to_plot import plot
+    from setcmas_tools.plots.plot import plot
 
     if args.speed and not args.animate:
         raise SetcmasError(f"--speed '{args.speed:g}' is that of a film; add --animate")
@@ -53,7 +53,7 @@ def main(args: argparse.Namespace) -> int:
     )
     print('\n'.join(map(str, paths)), flush=True)  # a film may take its time, or fail
     if args.animate:
-        from setcmas_tools.film import animate
+        from setcmas_tools.films.film import animate
 
         kind = None if args.animate == BEST else args.animate
         speed = args.speed or 1.0

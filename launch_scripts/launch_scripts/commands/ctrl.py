@@ -13,22 +13,18 @@ from __future__ import annotations
 
 import argparse
 
-from launch_scripts.environment import node_command, require_ros
-from launch_scripts.foreground import run_in_foreground
-from launch_scripts.node_arguments import node_arguments
-from launch_scripts.rviz import shown_robots
-from launch_scripts.view_options import NONE, add_view_arguments, view_beside
-from setcmas_ctrl.algorithm_loader import compile_script, find_script
-from setcmas_ctrl.communication_options import OPTIONS as COMMUNICATION
-from setcmas_ctrl.communication_options import add_communication_arguments, check_communication
-from setcmas_ctrl.control_options import (
-    add_fleet_arguments,
-    add_law_arguments,
-    add_watch_argument,
-)
-from setcmas_ctrl.script_settings import parse_settings
+from launch_scripts.options.rviz import shown_robots
+from launch_scripts.options.view_options import NONE, add_view_arguments, view_beside
+from launch_scripts.processes.environment import node_command, require_ros
+from launch_scripts.processes.foreground import run_in_foreground
+from launch_scripts.processes.node_arguments import node_arguments
+from setcmas_ctrl.communication.options import OPTIONS as COMMUNICATION
+from setcmas_ctrl.communication.options import add_communication_arguments, check_communication
+from setcmas_ctrl.control.options import add_fleet_arguments, add_law_arguments, add_watch_argument
+from setcmas_ctrl.scripts.loader import compile_script, find_script
+from setcmas_ctrl.scripts.settings import parse_settings
 
-MODULE = 'setcmas_ctrl.nodes.controller'
+MODULE = 'setcmas_ctrl.controller.main'
 OPTIONS = (
     'algo',
     'exercise',

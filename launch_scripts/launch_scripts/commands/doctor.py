@@ -15,15 +15,19 @@ from __future__ import annotations
 import argparse
 import time
 
-from launch_scripts.child_process import Child, ChildDiedError
-from launch_scripts.environment import node_command, require_ros
-from launch_scripts.experiment import EMULATED_LAB, emulation_arguments, experiment_environment
-from launch_scripts.node_arguments import node_arguments
-from launch_scripts.one_shot import run_to_end
-from launch_scripts.output_lines import Stream, write_line
-from launch_scripts.supervisor import StoppedError, Supervisor
-from setcmas_expe.emulation_options import EMULATION_STARTED
-from setcmas_expe.experiment_options import LAB_OPTIONS, add_lab_arguments, chosen_lab
+from launch_scripts.processes.child_process import Child, ChildDiedError
+from launch_scripts.processes.environment import node_command, require_ros
+from launch_scripts.processes.experiment import (
+    EMULATED_LAB,
+    emulation_arguments,
+    experiment_environment,
+)
+from launch_scripts.processes.node_arguments import node_arguments
+from launch_scripts.processes.run_to_end import run_to_end
+from launch_scripts.processes.supervisor import StoppedError, Supervisor
+from launch_scripts.terminal.output_lines import Stream, write_line
+from setcmas_expe.emulation.options import EMULATION_STARTED
+from setcmas_expe.lab.options import LAB_OPTIONS, add_lab_arguments, chosen_lab
 
 _START_TIMEOUT_S = 20.0
 
@@ -45,7 +49,7 @@ def main(args: argparse.Namespace) -> int:
     if args.emulate:
         args.nb_robots = lab.nb_robots
     arguments = node_arguments(args, LAB_OPTIONS) + ['--nudge'] * args.nudge
-    command = node_command('setcmas_expe.nodes.doctor', arguments)
+    command = node_command('setcmas_expe.doctor.main', arguments)
     environment = experiment_environment(lab, args.emulate)
     if not args.emulate:
         return run_to_end(command, environment)

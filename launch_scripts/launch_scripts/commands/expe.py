@@ -15,28 +15,28 @@ import argparse
 import sys
 from functools import partial
 
-from launch_scripts.child_process import ChildDiedError
-from launch_scripts.environment import require_ros
-from launch_scripts.experiment import (
+from launch_scripts.options.rviz import Companion
+from launch_scripts.options.view_options import NONE, add_view_arguments, view_beside
+from launch_scripts.processes.child_process import ChildDiedError
+from launch_scripts.processes.environment import require_ros
+from launch_scripts.processes.experiment import (
     Experiment,
     experiment_environment,
     joystick_command,
     shown,
 )
-from launch_scripts.keyboard import Keyboard
-from launch_scripts.rviz import Companion
-from launch_scripts.status_display import KEYS, StatusDisplay
-from launch_scripts.supervisor import StoppedError, Supervisor
-from launch_scripts.view_options import NONE, add_view_arguments, view_beside
-from setcmas_ctrl.algorithm_loader import compile_script, find_script
-from setcmas_ctrl.communication_options import add_communication_arguments, check_communication
-from setcmas_ctrl.control_options import add_law_arguments, add_watch_argument
-from setcmas_ctrl.script_settings import parse_settings
-from setcmas_expe.emulation_options import emulated_start_poses
-from setcmas_expe.experiment_options import add_lab_arguments, chosen_lab
-from setcmas_expe.lab import Lab
+from launch_scripts.processes.supervisor import StoppedError, Supervisor
+from launch_scripts.terminal.keyboard import Keyboard
+from launch_scripts.terminal.status_display import KEYS, StatusDisplay
+from setcmas_ctrl.communication.options import add_communication_arguments, check_communication
+from setcmas_ctrl.control.options import add_law_arguments, add_watch_argument
+from setcmas_ctrl.scripts.loader import compile_script, find_script
+from setcmas_ctrl.scripts.settings import parse_settings
+from setcmas_expe.emulation.options import emulated_start_poses
+from setcmas_expe.lab.model import Lab
+from setcmas_expe.lab.options import add_lab_arguments, chosen_lab
 from setcmas_simu.errors import SetcmasError
-from setcmas_simu.simulation_options import add_start_pose_arguments
+from setcmas_simu.simulator.options import add_start_pose_arguments
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

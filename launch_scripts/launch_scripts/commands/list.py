@@ -11,7 +11,7 @@ import ast
 import tokenize
 from pathlib import Path
 
-from setcmas_ctrl.algorithm_loader import ALIASES, builtin_folder, exercise_folder, scripts_in
+from setcmas_ctrl.scripts.loader import ALIASES, builtin_folder, exercise_folder, scripts_in
 
 FUNCTIONS = ('control', 'ctc')
 """What a file must define to be listed: a control law, or a triggering condition."""

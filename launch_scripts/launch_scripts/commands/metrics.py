@@ -18,13 +18,13 @@ import tempfile
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from launch_scripts.output_lines import warn
+from launch_scripts.terminal.output_lines import warn
 from setcmas_simu.errors import SetcmasError
-from setcmas_simu.simulation_options import positive
-from setcmas_tools.task_references import TASKS
+from setcmas_simu.simulator.options import positive
+from setcmas_tools.run.references import TASKS
 
 if TYPE_CHECKING:
-    from setcmas_tools.metrics import Metrics
+    from setcmas_tools.metrics.compute import Metrics
 
 _BAG_ENDINGS = ('.mcap', '.db3', '.bag', '.active')
 
@@ -55,8 +55,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def main(args: argparse.Namespace) -> int:
     """Measure; returns the exit status."""
-    from setcmas_tools.metrics_table import table_lines
-    from setcmas_tools.metrics_yaml import write_yaml
+    from setcmas_tools.metrics.table import table_lines
+    from setcmas_tools.metrics.yaml_file import write_yaml
 
     bag = _bag(args.run)
     metrics, target = _of_bag(bag, args) if bag else _of_table(args)
@@ -84,9 +84,9 @@ def _bag(run: Path) -> Path | None:
 
 
 def _of_table(args: argparse.Namespace) -> tuple[Metrics, Path]:
-    from setcmas_tools.metrics import compute
-    from setcmas_tools.metrics_yaml import metrics_file
-    from setcmas_tools.run_files import fleet_csv
+    from setcmas_tools.metrics.compute import compute
+    from setcmas_tools.metrics.yaml_file import metrics_file
+    from setcmas_tools.run.files import fleet_csv
 
     metrics = compute(args.run, args.task, args.vnom, args.algo)
     return metrics, metrics_file(fleet_csv(args.run))
@@ -94,10 +94,10 @@ def _of_table(args: argparse.Namespace) -> tuple[Metrics, Path]:
 
 def _of_bag(bag: Path, args: argparse.Namespace) -> tuple[Metrics, Path]:
     """Measure a bag; metrics.yaml goes into the folder of its run, else beside the bag."""
-    from setcmas_tools.bag_to_csv import convert
-    from setcmas_tools.metrics import compute
-    from setcmas_tools.metrics_yaml import FILE_NAME
-    from setcmas_tools.run_files import INPUTS
+    from setcmas_tools.metrics.compute import compute
+    from setcmas_tools.metrics.yaml_file import FILE_NAME
+    from setcmas_tools.run.files import INPUTS
+    from setcmas_tools.tables.convert import convert
 
     resolved = bag.resolve()
     is_of_run = resolved.is_dir() and resolved.name == 'bag'

@@ -15,8 +15,8 @@ import re
 from importlib import resources
 from pathlib import Path
 
-from setcmas_ctrl.algorithm_loader import ALIASES, exercise_folder, find_script, scripts_in
-from setcmas_expe.lab_file import DEFAULT_FILE
+from setcmas_ctrl.scripts.loader import ALIASES, exercise_folder, find_script, scripts_in
+from setcmas_expe.lab.file import DEFAULT_FILE
 from setcmas_simu.errors import SetcmasError
 
 TEMPLATE = 'control_law'

@@ -23,22 +23,22 @@ from typing import TYPE_CHECKING, Any
 
 from tqdm import tqdm
 
-from launch_scripts.above_bar import output_above_bar
-from launch_scripts.output_lines import warn
-from launch_scripts.run_folder import RunFolder
-from launch_scripts.run_inputs import run_inputs
-from launch_scripts.run_options import add_run_arguments, output_folder, parameters
-from setcmas_ctrl.algorithm_loader import compile_script, find_script
-from setcmas_ctrl.communication_options import check_communication, communication_values
-from setcmas_ctrl.control_options import SCRIPT_FAILED
-from setcmas_ctrl.script_messages import described_place, quoted_line, script_place
-from setcmas_ctrl.script_output import named_output
-from setcmas_ctrl.script_settings import parse_settings
-from setcmas_simu.fleet import format_robots
-from setcmas_simu.pose_options import chosen_start_poses
+from launch_scripts.options.run_options import add_run_arguments, output_folder, parameters
+from launch_scripts.terminal.output_lines import warn
+from launch_scripts.terminal.progress_output import output_above_bar
+from setcmas_ctrl.communication.options import check_communication, communication_values
+from setcmas_ctrl.control.options import SCRIPT_FAILED
+from setcmas_ctrl.scripts.loader import compile_script, find_script
+from setcmas_ctrl.scripts.messages import described_place, quoted_line, script_place
+from setcmas_ctrl.scripts.output import named_output
+from setcmas_ctrl.scripts.settings import parse_settings
+from setcmas_simu.fleet.fleet import format_robots
+from setcmas_simu.fleet.pose_options import chosen_start_poses
+from setcmas_tools.run.folder import RunFolder
+from setcmas_tools.run.inputs import run_inputs
 
 if TYPE_CHECKING:
-    from setcmas_tools.offline_engine import OfflineRun
+    from setcmas_tools.offline.engine import OfflineRun
 
 _BAR = '{desc}: {percentage:3.0f}%|{bar}| {n:.0f}/{total:.0f} s'
 
@@ -61,12 +61,12 @@ def main(args: argparse.Namespace) -> int:
 
 def _run(args: argparse.Namespace) -> int:
     # Imported late: help texts and completion do not wait for matplotlib.
-    from setcmas_tools import communication_record
-    from setcmas_tools.csv_to_plot import plot
-    from setcmas_tools.fleet_table import write_csv
-    from setcmas_tools.metrics import compute
-    from setcmas_tools.metrics_table import table_lines
-    from setcmas_tools.metrics_yaml import as_dict, write_yaml
+    from setcmas_tools.metrics.compute import compute
+    from setcmas_tools.metrics.table import table_lines
+    from setcmas_tools.metrics.yaml_file import as_dict, write_yaml
+    from setcmas_tools.plots.plot import plot
+    from setcmas_tools.records import communication as communication_record
+    from setcmas_tools.records.fleet_table import write_csv
 
     script = find_script(args.algo, args.exercise)
     settings = parse_settings(args.set)
@@ -120,7 +120,7 @@ def _outcome(run: OfflineRun, script: Path, condition: str | None) -> str:
 
 
 def _simulate(args: argparse.Namespace, script: str, settings: Mapping[str, Any]) -> OfflineRun:
-    from setcmas_tools.offline_engine import simulate
+    from setcmas_tools.offline.engine import simulate
 
     with (
         tqdm(total=args.duration, desc='running', bar_format=_BAR, disable=None) as bar,

@@ -15,11 +15,11 @@ import argparse
 import time
 from pathlib import Path
 
-from launch_scripts.environment import node_command, require_ros
-from launch_scripts.foreground import run_in_foreground
+from launch_scripts.processes.environment import node_command, require_ros
+from launch_scripts.processes.foreground import run_in_foreground
 from setcmas_simu.errors import SetcmasError
 
-MODULE = 'setcmas_tools.nodes.recorder'
+MODULE = 'setcmas_tools.recorder.main'
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

@@ -19,26 +19,26 @@ from pathlib import Path
 
 from tqdm import tqdm
 
-from launch_scripts.child_process import ChildDiedError
-from launch_scripts.environment import local_environment, require_ros
-from launch_scripts.experiment import experiment_environment
-from launch_scripts.output_lines import Stream, warn, write_line
-from launch_scripts.run_folder import RunFolder
-from launch_scripts.run_inputs import run_inputs
-from launch_scripts.run_options import add_run_arguments, output_folder, parameters
-from launch_scripts.run_processes import EmulatedRun, SimulatedRun
-from launch_scripts.rviz import Companion
-from launch_scripts.supervisor import StoppedError, Supervisor
-from launch_scripts.view_options import add_view_arguments, view_beside
-from setcmas_ctrl.algorithm_loader import compile_script, find_script
-from setcmas_ctrl.communication_options import check_communication
-from setcmas_ctrl.control_options import SCRIPT_FAILED, add_watch_argument
-from setcmas_ctrl.script_settings import parse_settings
-from setcmas_expe.lab import Lab
-from setcmas_expe.lab_file import DEFAULT_FILE, load_lab
+from launch_scripts.options.run_options import add_run_arguments, output_folder, parameters
+from launch_scripts.options.rviz import Companion
+from launch_scripts.options.view_options import add_view_arguments, view_beside
+from launch_scripts.processes.child_process import ChildDiedError
+from launch_scripts.processes.environment import local_environment, require_ros
+from launch_scripts.processes.experiment import experiment_environment
+from launch_scripts.processes.run_processes import EmulatedRun, SimulatedRun
+from launch_scripts.processes.supervisor import StoppedError, Supervisor
+from launch_scripts.terminal.output_lines import Stream, warn, write_line
+from setcmas_ctrl.communication.options import check_communication
+from setcmas_ctrl.control.options import SCRIPT_FAILED, add_watch_argument
+from setcmas_ctrl.scripts.loader import compile_script, find_script
+from setcmas_ctrl.scripts.settings import parse_settings
+from setcmas_expe.lab.file import DEFAULT_FILE, load_lab
+from setcmas_expe.lab.model import Lab
 from setcmas_simu.errors import SetcmasError
-from setcmas_simu.fleet import format_robots
-from setcmas_simu.simulation_options import add_cmd_timeout_argument, simulated_robots
+from setcmas_simu.fleet.fleet import format_robots
+from setcmas_simu.simulator.options import add_cmd_timeout_argument, simulated_robots
+from setcmas_tools.run.folder import RunFolder
+from setcmas_tools.run.inputs import run_inputs
 
 _START_TIMEOUT_S = 20.0
 _FAILED = 'complete, but a script failed for some robots'
@@ -181,12 +181,12 @@ def _show_progress(supervisor: Supervisor, duration: float, tick: Callable[[], N
 def _evaluate(args: argparse.Namespace, folder: RunFolder) -> int:
     """Write CSV files, plots and metrics, print these; returns the exit status."""
     # Imported late: a fresh start of the robots does not wait for matplotlib.
-    from setcmas_tools.bag_to_csv import convert
-    from setcmas_tools.csv_to_plot import plot
-    from setcmas_tools.fleet_table import read_csv
-    from setcmas_tools.metrics import compute
-    from setcmas_tools.metrics_table import table_lines
-    from setcmas_tools.metrics_yaml import as_dict, write_yaml
+    from setcmas_tools.metrics.compute import compute
+    from setcmas_tools.metrics.table import table_lines
+    from setcmas_tools.metrics.yaml_file import as_dict, write_yaml
+    from setcmas_tools.plots.plot import plot
+    from setcmas_tools.records.fleet_table import read_csv
+    from setcmas_tools.tables.convert import convert
 
     convert(folder.bag, folder.csv)
     fleet = folder.csv / 'fleet.csv'

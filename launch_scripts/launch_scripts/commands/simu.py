@@ -11,13 +11,13 @@ from __future__ import annotations
 
 import argparse
 
-from launch_scripts.environment import node_command, require_ros
-from launch_scripts.foreground import run_in_foreground
-from launch_scripts.node_arguments import node_arguments
-from launch_scripts.view_options import add_view_arguments, view_beside
-from setcmas_simu.simulation_options import add_simulation_arguments, simulated_robots
+from launch_scripts.options.view_options import add_view_arguments, view_beside
+from launch_scripts.processes.environment import node_command, require_ros
+from launch_scripts.processes.foreground import run_in_foreground
+from launch_scripts.processes.node_arguments import node_arguments
+from setcmas_simu.simulator.options import add_simulation_arguments, simulated_robots
 
-MODULE = 'setcmas_simu.nodes.virtual_robot'
+MODULE = 'setcmas_simu.simulator.virtual_robot'
 OPTIONS = (
     'nb_robots',
     'robots',

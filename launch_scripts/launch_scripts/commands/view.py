@@ -14,14 +14,14 @@ from __future__ import annotations
 
 import argparse
 
-from launch_scripts.environment import require_ros
-from launch_scripts.foreground import run_in_foreground
-from launch_scripts.node_arguments import node_arguments
-from launch_scripts.rviz import add_rviz_file_arguments, shown_robots, write_config
-from launch_scripts.view_options import browser_command, has_viser
+from launch_scripts.options.rviz import add_rviz_file_arguments, shown_robots, write_config
+from launch_scripts.options.view_options import browser_command, has_viser
+from launch_scripts.processes.environment import require_ros
+from launch_scripts.processes.foreground import run_in_foreground
+from launch_scripts.processes.node_arguments import node_arguments
 from setcmas_simu.errors import SetcmasError
-from setcmas_simu.fleet import format_robots
-from setcmas_tools.view.browser_options import INSTALL_VISER, add_browser_arguments
+from setcmas_simu.fleet.fleet import format_robots
+from setcmas_tools.view.page.browser_options import INSTALL_VISER, add_browser_arguments
 
 _OPTIONS = ('host', 'port')
 

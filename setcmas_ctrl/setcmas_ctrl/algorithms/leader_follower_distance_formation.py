@@ -15,7 +15,7 @@ networks, International Journal of Control 82(3), 2009.
 import numpy as np
 import rviz_marker
 
-from setcmas_ctrl.saturation import dead_band
+from setcmas_ctrl.control.saturation import dead_band
 
 WPL = [[2, 2], [-2, 2], [-2, -2], [2, -2], [2, 2]]  # waypoints of the leader (m)
 REACHED = 0.10  # a waypoint counts as reached at this distance (m)

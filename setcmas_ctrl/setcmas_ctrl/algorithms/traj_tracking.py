@@ -12,7 +12,7 @@ tracking as in Siciliano et al., Robotics, 2009, section 11.6.
 import numpy as np
 import rviz_marker_array
 
-from setcmas_ctrl.saturation import dead_band
+from setcmas_ctrl.control.saturation import dead_band
 
 R = 2.0  # radius of the circle (m)
 W = 0.2  # angular rate along the circle (rad/s)

@@ -6,9 +6,9 @@ from functools import partial
 
 from nav_msgs.msg import Odometry
 
-from setcmas_simu.nodes.qos import SENSOR
-from setcmas_simu.nodes.ros_process import FleetNode, ros_process
-from setcmas_simu.topics import truth_topic
+from setcmas_simu.fleet.topics import truth_topic
+from setcmas_simu.ros.process import FleetNode, ros_process
+from setcmas_simu.ros.qos import SENSOR
 
 EVERY = 3  # of 50 Hz
 

@@ -1,0 +1,93 @@
+"""Options of a whole run, the same over ROS (`setcmas run`) and offline (`setcmas offline`)."""
+
+from __future__ import annotations
+
+import argparse
+import math
+import time
+from dataclasses import asdict, astuple
+from pathlib import Path
+
+from launch_scripts.options.plot_options import add_format_argument
+from setcmas_ctrl.communication.options import OPTIONS as COMMUNICATION
+from setcmas_ctrl.communication.options import add_communication_arguments
+from setcmas_ctrl.control.options import add_law_arguments
+from setcmas_ctrl.scripts.settings import parse_settings
+from setcmas_expe.lab.model import Lab
+from setcmas_simu.simulator.options import (
+    add_limits_argument,
+    add_robot_rate_argument,
+    add_start_pose_arguments,
+    count,
+    positive,
+)
+
+_RECORDED = (
+    'nb_robots',
+    'duration',
+    'pose',
+    'limits',
+    'robot_rate',
+    'vnom',
+    'komega',
+    'rate',
+    *COMMUNICATION,
+)
+
+
+def add_run_arguments(
+    parser: argparse.ArgumentParser,
+) -> tuple[argparse._ArgumentGroup, argparse._ArgumentGroup]:
+    """Add the options; returns the groups of the control law and of the simulated robots."""
+    parser.add_argument(
+        '--duration',
+        type=positive,
+        default=40.0,
+        metavar='S',
+        help='length of the run in s, from the first command (default: %(default)g)',
+    )
+    parser.add_argument(
+        '-o', '--output', type=Path, metavar='DIR', help='folder of the results, to be created'
+    )
+    parser.add_argument(
+        '--overwrite', action='store_true', help='replace an earlier run in that folder'
+    )
+    add_format_argument(parser)
+    law = add_law_arguments(parser)
+    add_communication_arguments(parser)
+    group = parser.add_argument_group('simulated robots')
+    group.add_argument(
+        '--nb-robots', type=count, default=1, metavar='N', help='size of the fleet (default: 1)'
+    )
+    add_start_pose_arguments(group)
+    add_limits_argument(group)
+    add_robot_rate_argument(group)
+    return law, group
+
+
+def output_folder(args: argparse.Namespace, script: Path) -> Path:
+    """Return the folder that was asked for, or one named after verb, script, date and time."""
+    return args.output or Path(time.strftime(f'{args.verb}_{script.stem}_%Y%m%d-%H%M%S'))
+
+
+def parameters(
+    args: argparse.Namespace, script: Path, lab: Lab | None = None
+) -> dict[str, object]:
+    """Return what run.yaml records of the options, and of the lab of an emulated experiment."""
+    values: dict[str, object] = {'algo': args.algo, 'script': str(script)}
+    values['set'] = parse_settings(args.set)
+    values |= {name: getattr(args, name) for name in _RECORDED}
+    values['poses'] = str(args.poses) if args.poses else None
+    timeout = getattr(args, 'cmd_timeout', math.inf)
+    values['cmd_timeout'] = timeout if math.isfinite(timeout) else None
+    return values | _of_lab(lab) if lab else values
+
+
+def _of_lab(lab: Lab) -> dict[str, object]:
+    """Return what a lab decides in place of the options of simulated robots."""
+    return {
+        'limits': asdict(lab.limits),
+        'arena': list(astuple(lab.arena)),
+        'min_separation': lab.min_separation,
+        'robot_rate': None,
+    }

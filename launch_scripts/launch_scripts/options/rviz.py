@@ -1,0 +1,104 @@
+"""RViz 2 beside the robots: the option that starts it, and its configuration."""
+
+from __future__ import annotations
+
+import argparse
+import os
+import shutil
+import sys
+import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+from launch_scripts.terminal.output_lines import warn
+from setcmas_simu.errors import SetcmasError
+from setcmas_simu.fleet.fleet import parse_robots
+from setcmas_simu.simulator.rviz_config import rviz_config
+from setcmas_tools.view.page.desktop import has_display
+
+_RVIZ = 'rviz2'
+_ROBOTS_IF_UNKNOWN = 8
+
+Companion = tuple[str, list[str]]
+"""Name and command line of a process that the robots can do without."""
+
+
+def add_rviz_argument(parser: argparse.ArgumentParser) -> None:
+    """Add --rviz."""
+    parser.add_argument('--rviz', action='store_true', help='show the robots in RViz 2 as well')
+
+
+def add_rviz_file_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add --write-rviz, --robots and --experiment."""
+    group = parser.add_argument_group('RViz 2')
+    group.add_argument(
+        '--write-rviz',
+        type=Path,
+        metavar='FILE',
+        help='show nothing, but write what sets RViz 2 up for a fleet',
+    )
+    group.add_argument(
+        '--robots', metavar='LIST', help=f'its robots (default: 1-{_ROBOTS_IF_UNKNOWN})'
+    )
+    group.add_argument(
+        '--experiment', action='store_true', help='they are real: poses of motion capture, arena'
+    )
+
+
+def shown_robots(args: argparse.Namespace) -> list[int]:
+    """Return the robots that --robots or --nb-robots name; the first 8 if neither does.
+
+    Raises:
+        SetcmasError: --robots is malformed.
+    """
+    if args.robots:
+        return parse_robots(args.robots)
+    nb_robots = getattr(args, 'nb_robots', None) or _ROBOTS_IF_UNKNOWN
+    return list(range(1, nb_robots + 1))
+
+
+@contextmanager
+def rviz_beside(
+    wanted: bool, robots: list[int], experiment: bool = False
+) -> Iterator[list[Companion]]:
+    """Hand out RViz 2 as a companion of the robots' process, if it is wanted and can be had.
+
+    Where it cannot, that is told, with what can be used instead.
+
+    Args:
+        wanted: What --rviz says.
+        robots: Numbers of the robots.
+        experiment: Whether they are real.
+    """
+    missing = why_no_rviz() if wanted else ''
+    if missing:
+        warn(f'--rviz: {missing}; see the robots in a browser with: setcmas view')
+    if not wanted or missing:
+        yield []
+        return
+    with tempfile.TemporaryDirectory(prefix='setcmas_') as folder:
+        path = Path(folder) / 'fleet.rviz'
+        write_config(path, robots, experiment)
+        yield [('rviz', [_RVIZ, '-d', str(path)])]
+
+
+def why_no_rviz() -> str:
+    """Return why RViz 2 cannot be started here; an empty text if it can."""
+    if shutil.which(_RVIZ) is None:
+        return 'rviz2 is not installed, or its setup.bash is not sourced'
+    if not has_display(os.environ, sys.platform):
+        return 'rviz2 has no screen to open its window on'
+    return ''
+
+
+def write_config(path: Path, robots: list[int], experiment: bool = False) -> None:
+    """Write the configuration of RViz 2 for a fleet.
+
+    Raises:
+        SetcmasError: The file cannot be written.
+    """
+    try:
+        path.write_text(rviz_config(robots, experiment), encoding='utf-8')
+    except OSError as error:
+        raise SetcmasError(f"'{path}' cannot be written: {error.strerror}") from error

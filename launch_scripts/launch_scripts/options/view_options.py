@@ -1,0 +1,110 @@
+"""The view beside the robots: RViz 2, a page in the browser, or none."""
+
+from __future__ import annotations
+
+import argparse
+import importlib.util
+import os
+import sys
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+
+from launch_scripts.options.rviz import Companion, add_rviz_argument, rviz_beside, why_no_rviz
+from launch_scripts.processes.environment import node_command
+from launch_scripts.terminal.output_lines import warn
+from setcmas_simu.errors import SetcmasError
+from setcmas_tools.view.page.browser_options import INSTALL_VISER
+
+AUTO, BROWSER, NONE = 'auto', 'browser', 'none'
+
+MODULE = 'setcmas_tools.view.main'
+
+
+@dataclass(frozen=True)
+class Choice:
+    """Which views are started, and what is said about it (nothing if empty)."""
+
+    rviz: bool = False
+    browser: bool = False
+    remark: str = ''
+
+
+def add_view_arguments(parser: argparse.ArgumentParser, default: str = AUTO) -> None:
+    """Add --view and --rviz.
+
+    Args:
+        parser: Of a verb that runs robots.
+        default: What --view is where it is not given.
+    """
+    add_rviz_argument(parser)
+    parser.add_argument(
+        '--view',
+        nargs='?',
+        choices=(AUTO, BROWSER, NONE),
+        const=BROWSER,
+        default=default,
+        help='show the robots: on a page in the browser (also --view alone), not at all, or auto: '
+        'RViz 2 if it is there, else the page, where a terminal tells of it '
+        '(default: %(default)s)',
+    )
+
+
+def choose_view(
+    view: str, rviz: bool, attended: bool, no_rviz: str, viser_installed: bool
+) -> Choice:
+    """Return which views to start.
+
+    Args:
+        view: What --view says.
+        rviz: What --rviz says.
+        attended: Whether somebody reads the command's output.
+        no_rviz: Why RViz 2 cannot be started; empty if it can.
+        viser_installed: Whether the page can be served.
+
+    Raises:
+        SetcmasError: The page is wanted but cannot be served.
+    """
+    if view == BROWSER:
+        if not viser_installed:
+            raise SetcmasError(f'--view needs viser, which is missing: {INSTALL_VISER}')
+        return Choice(rviz=rviz, browser=True)
+    if view == NONE or rviz or not attended:
+        return Choice(rviz=rviz)
+    if not no_rviz:
+        return Choice(rviz=True)
+    if viser_installed:
+        return Choice(browser=True)
+    return Choice(remark=f'no view of the robots: {INSTALL_VISER} gives one in the browser')
+
+
+@contextmanager
+def view_beside(
+    args: argparse.Namespace, robots: list[int], experiment: bool = False
+) -> Iterator[list[Companion]]:
+    """Hand out the views of a fleet, as companions of the robots' process.
+
+    Args:
+        args: Parsed options, with those of `add_view_arguments`.
+        robots: Numbers of the robots.
+        experiment: Whether they are real.
+
+    Raises:
+        SetcmasError: The page is wanted but cannot be served.
+    """
+    attended = sys.stdout.isatty() and 'CI' not in os.environ
+    choice = choose_view(args.view, args.rviz, attended, why_no_rviz(), has_viser())
+    if choice.remark:
+        warn(choice.remark)
+    with rviz_beside(choice.rviz, robots, experiment) as companions:
+        yield companions + ([('view', browser_command())] if choice.browser else [])
+
+
+def has_viser() -> bool:
+    """Return whether the page can be served."""
+    return importlib.util.find_spec('viser') is not None
+
+
+def browser_command(arguments: Sequence[str] = ()) -> list[str]:
+    """Return the command line that serves the page."""
+    return node_command(MODULE, arguments)

@@ -1,0 +1,1 @@
+"""Processes that the launcher starts and stops."""

@@ -1,0 +1,123 @@
+"""The environment of the processes that a command starts."""
+
+from __future__ import annotations
+
+import importlib.util
+import os
+import socket
+import sys
+from collections.abc import Sequence
+
+from launch_scripts.terminal.output_lines import LOG_FORMAT
+from setcmas_simu.errors import SetcmasError
+
+ROS_WHEELS = "pip install 'ros-jazzy-rclpy[fastrtps]' ros-jazzy-common-interfaces"
+"""Installs what the nodes need, on Linux x86_64 with Python 3.10 to 3.13."""
+
+_ROS_PACKAGES = ('rclpy', 'geometry_msgs', 'nav_msgs', 'std_msgs', 'visualization_msgs')
+_RUN_MODULE = (
+    'import runpy, sys; del sys.path[0]; '
+    "runpy.run_module(sys.argv.pop(1), run_name='__main__', alter_sys=True)"
+)
+_LARGEST_DOMAIN = 101  # beyond, ports collide with those that systems hand out
+_DISCOVERY_RANGE = 'ROS_AUTOMATIC_DISCOVERY_RANGE'
+_WAYS_OUT = (
+    'ROS_STATIC_PEERS',
+    'ROS_DISCOVERY_SERVER',
+    'ROS_SUPER_CLIENT',
+    'FASTRTPS_DEFAULT_PROFILES_FILE',
+    'FASTDDS_DEFAULT_PROFILES_FILE',
+)
+"""Variables by which topics may reach other machines whatever the discovery range."""
+
+
+def require_ros() -> None:
+    """See that ROS 2's Python packages are there and can take part in a ROS domain.
+
+    Raises:
+        SetcmasError: They are not, the message says how to install them; or ROS_DOMAIN_ID is
+            none.
+    """
+    domain = os.environ.get('ROS_DOMAIN_ID') or '0'
+    if not domain.isdecimal() or int(domain) > _LARGEST_DOMAIN:
+        raise SetcmasError(
+            f"ROS_DOMAIN_ID is '{domain}'; accepted are 0 to {_LARGEST_DOMAIN}, or leave it unset"
+        )
+    missing = [name for name in _ROS_PACKAGES if importlib.util.find_spec(name) is None]
+    if missing:
+        raise SetcmasError(
+            f'ROS 2 Jazzy is needed and {missing[0]} is missing: {ROS_WHEELS} '
+            'installs it on Linux; or source the setup.bash of an installed ROS 2 Jazzy'
+        )
+
+
+def local_environment() -> dict[str, str]:
+    """Return the environment of processes whose topics stay on this machine.
+
+    In a classroom every student's robots are their own; whoever sets
+    ROS_AUTOMATIC_DISCOVERY_RANGE decides otherwise.
+    """
+    return _environment('LOCALHOST')
+
+
+def closed_environment() -> dict[str, str]:
+    """Return the environment of processes whose topics stay on this machine whatever is set.
+
+    Emulated robots have the names of real ones, which must not hear what those are commanded.
+    """
+    environment = _environment('LOCALHOST') | {_DISCOVERY_RANGE: 'LOCALHOST'}
+    return {name: value for name, value in environment.items() if name not in _WAYS_OUT}
+
+
+def lab_environment(static_peers: Sequence[str], discovery_server: str) -> dict[str, str]:
+    """Return the environment of processes that talk to other machines.
+
+    What the user has set goes first.
+
+    Args:
+        static_peers: Addresses of the other machines, for networks without multicast.
+        discovery_server: Its address:port; empty if there is none.
+
+    Raises:
+        SetcmasError: A static peer has a name that is not known here; ROS would start nothing.
+    """
+    environment = _environment('SUBNET')
+    if static_peers:
+        environment.setdefault('ROS_STATIC_PEERS', ';'.join(static_peers))
+    if discovery_server:
+        environment.setdefault('ROS_DISCOVERY_SERVER', discovery_server)
+        # The bridge looks at the whole graph: who listens, who else commands.
+        environment.setdefault('ROS_SUPER_CLIENT', 'TRUE')
+    for peer in filter(None, environment.get('ROS_STATIC_PEERS', '').split(';')):
+        _check_name(peer)
+    return environment
+
+
+def _check_name(peer: str) -> None:
+    try:
+        socket.getaddrinfo(peer, None)
+    except (OSError, UnicodeError) as error:
+        raise SetcmasError(
+            f"static peer '{peer}' is not known on this network; accepted is an address, such as "
+            '192.168.1.21, or the name of a machine'
+        ) from error
+
+
+def _environment(discovery_range: str) -> dict[str, str]:
+    environment = dict(os.environ)
+    environment.setdefault(_DISCOVERY_RANGE, discovery_range)
+    environment.setdefault('RCUTILS_CONSOLE_OUTPUT_FORMAT', LOG_FORMAT)
+    environment.setdefault('RCUTILS_COLORIZED_OUTPUT', '0')
+    environment['PYTHONUNBUFFERED'] = '1'
+    if 'PYTHONPATH' in environment:  # an empty entry would mean the current folder
+        folders = environment['PYTHONPATH'].split(os.pathsep)
+        environment['PYTHONPATH'] = os.pathsep.join(f for f in folders if f not in ('', '.'))
+    return environment
+
+
+def node_command(module: str, arguments: Sequence[str] = ()) -> list[str]:
+    """Return the command line that runs a module of nodes."""
+    # The current folder stays out of the search path, or else a file such as random.py in a
+    # student's folder would hide Python's own. Python 3.10 has no option for it.
+    run_module = ['-P', '-m'] if sys.version_info >= (3, 11) else ['-c', _RUN_MODULE]
+    return [sys.executable, *run_module, module, *arguments]

@@ -1,0 +1,42 @@
+"""Runs one process of nodes in the foreground, until it ends or the user ends it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from launch_scripts.processes.child_process import ChildDiedError
+from launch_scripts.processes.environment import local_environment
+from launch_scripts.processes.supervisor import StoppedError, Supervisor
+
+
+def run_in_foreground(
+    name: str,
+    command: Sequence[str],
+    companions: Sequence[tuple[str, Sequence[str]]] = (),
+) -> int:
+    """Run a process until Ctrl-C; returns the exit status, 0 if it ended well.
+
+    Args:
+        name: What the user calls the process.
+        command: Program and arguments.
+        companions: Names and commands of processes that end with it, but that it can do without.
+    """
+    with Supervisor(local_environment(), prefix=bool(companions)) as supervisor:
+        child = supervisor.start(name, command)
+        for companion, its_command in companions:
+            supervisor.start(companion, its_command, needed=False)
+        try:
+            supervisor.run()
+        except StoppedError:
+            supervisor.stop(child)
+            return exit_status_after_stop(child.process.returncode)
+        except ChildDiedError as death:
+            if str(death):
+                supervisor.say(f'setcmas: {death}')
+            return death.exit_status
+    return 0
+
+
+def exit_status_after_stop(returncode: int) -> int:
+    """Return the exit status for a process that was asked to stop: 0 unless it failed then."""
+    return returncode if returncode > 0 else 0 if returncode == 0 else 128 - returncode

@@ -1,0 +1,102 @@
+"""The processes of `setcmas run`: a recorder, robots, and their controllers."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+from launch_scripts.commands import ctrl, simu
+from launch_scripts.commands.record import recorder_command
+from launch_scripts.processes.environment import node_command
+from launch_scripts.processes.experiment import Experiment
+from launch_scripts.processes.node_arguments import node_arguments
+from launch_scripts.processes.supervisor import Supervisor
+from setcmas_ctrl.control.options import CONTROL_STARTED
+from setcmas_expe.lab.model import Lab
+from setcmas_expe.pause import console_protocol
+
+_SIMU_OPTIONS = tuple(name for name in simu.OPTIONS if name not in ('robots', 'cmd_vel_type'))
+_CTRL_OPTIONS = tuple(name for name in ctrl.OPTIONS if name not in ('robots', 'cmd_vel_type'))
+
+
+class SimulatedRun:
+    """Recorder, simulator and controllers.
+
+    Attributes:
+        started: Whether the robots are under control.
+        status: Exit status of the controllers once `finish` has ended them.
+    """
+
+    def __init__(self, supervisor: Supervisor, args: argparse.Namespace, bag: Path) -> None:
+        """Start the processes."""
+        self.started = False
+        self.status = 0
+        self._supervisor = supervisor
+        self._recorder = supervisor.start('record', recorder_command(bag))
+        robots = node_command(simu.MODULE, node_arguments(args, _SIMU_OPTIONS))
+        self._simulator = supervisor.start('simu', robots)
+        laws = node_command(ctrl.MODULE, ['--recorded', *node_arguments(args, _CTRL_OPTIONS)])
+        self._ctrl = supervisor.start('ctrl', laws)
+
+    def read(self, line: str) -> bool:
+        """Take a line of output; returns whether it is meant for people."""
+        self.started = self.started or CONTROL_STARTED in line
+        return True
+
+    def tick(self) -> None:
+        """Do what is to be done ten times a second: nothing."""
+
+    def finish(self) -> None:
+        """Stop the controllers."""
+        self._supervisor.stop(self._ctrl)
+        self.status = self._ctrl.process.returncode
+
+    def stop(self) -> None:
+        """Stop all, controllers first: their last command, zero, is to be in the bag."""
+        self._supervisor.stop(self._ctrl, self._recorder, self._simulator)
+
+
+class EmulatedRun:
+    """Recorder, emulated lab, bridge, pause node and controllers; it presses start itself.
+
+    Attributes:
+        started: Whether the robots are under control and not paused.
+        status: Exit status of the controllers once `finish` has ended them.
+    """
+
+    def __init__(
+        self, supervisor: Supervisor, args: argparse.Namespace, bag: Path, lab: Lab
+    ) -> None:
+        """Start the processes."""
+        self.started = False
+        self.status = 0
+        self._controlled = False
+        self._supervisor = supervisor
+        self._recorder = supervisor.start('record', recorder_command(bag))
+        self._experiment = Experiment(supervisor, lab, args, ('lab', 'nb_robots'), recorded=True)
+
+    def read(self, line: str) -> bool:
+        """Take a line of output; returns whether it is meant for people."""
+        self._controlled = self._controlled or CONTROL_STARTED in line
+        status = console_protocol.decode(line)
+        if status is None:
+            return True
+        ready = all(robot.ready for robot in status.robots)
+        if status.paused and self._controlled and ready and not self.started:
+            self._experiment.go()
+        self.started = self.started or not status.paused
+        return False
+
+    def tick(self) -> None:
+        """Show the pause process that somebody is there; ten times a second."""
+        self._experiment.keep_alive()
+
+    def finish(self) -> None:
+        """Stop the robots and all that commands them."""
+        self.status = self._experiment.stop()
+
+    def stop(self) -> None:
+        """Stop all; the last command, zero, is to be in the bag."""
+        self._experiment.stop()
+        self._supervisor.stop(self._recorder)
+        self._experiment.stop_lab()

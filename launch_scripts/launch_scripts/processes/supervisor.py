@@ -1,0 +1,165 @@
+"""Starts, watches and stops the processes of a command."""
+
+from __future__ import annotations
+
+import os
+import selectors
+import signal
+import sys
+import time
+from collections.abc import Callable, Sequence
+from types import FrameType
+from typing import Any
+
+from launch_scripts.processes.child_process import KILL, Child, known_signals
+from launch_scripts.terminal.output_lines import TOLD, LineBuffer, Stream, write_line
+from launch_scripts.terminal.output_queue import OutputQueue, QueuedStream
+
+# Ctrl-Z too: a launcher that is asleep would leave its robots without supervision.
+STOP_SIGNALS = known_signals('SIGINT', 'SIGTERM', 'SIGHUP', 'SIGTSTP')
+_ESCALATION = ((signal.SIGINT, 5.0), (signal.SIGTERM, 3.0), (KILL, 5.0))
+_TICK_S = 0.1
+
+
+class StoppedError(Exception):
+    """The user asked the command to end (Ctrl-C, SIGTERM, closed terminal)."""
+
+
+class Supervisor:
+    """Runs processes side by side, shows their output, and leaves none behind.
+
+    Use as a context manager: leaving it stops what still runs.
+    """
+
+    def __init__(self, environment: dict[str, str], prefix: bool = False) -> None:
+        """Prepare.
+
+        Args:
+            environment: The environment of all processes.
+            prefix: Whether lines of output begin with the name of their process.
+        """
+        self.children: list[Child] = []
+        self.write: Callable[[str, Stream], None] = write_line
+        self._output = OutputQueue()
+        self.stdout = QueuedStream(self._output, sys.stdout)
+        self.stderr = QueuedStream(self._output, sys.stderr)
+        self._environment = environment
+        self._prefix = prefix
+        self._selector = selectors.DefaultSelector()
+        self._stop_signals = 0
+        self._previous_handlers: dict[signal.Signals, Any] = {}
+
+    def __enter__(self) -> Supervisor:
+        """Take over the signals that ask to stop."""
+        for signum in STOP_SIGNALS:
+            self._previous_handlers[signum] = signal.signal(signum, self._on_signal)
+        return self
+
+    def __exit__(self, *exc_info: object) -> None:
+        """Stop all processes."""
+        self.stop(*reversed(self.children))
+        for key in list(self._selector.get_map().values()):
+            key.fileobj.close()  # type: ignore[union-attr]
+        self._selector.close()
+        self._output.close()
+        for signum, handler in self._previous_handlers.items():
+            signal.signal(signum, handler)
+
+    def start(
+        self, name: str, command: Sequence[str], needed: bool = True, listens: bool = False
+    ) -> Child:
+        """Start a process and show its output from now on.
+
+        Args:
+            name: What the user calls it.
+            command: Program and arguments.
+            needed: Whether `run` ends when it does; windows can be closed while robots run.
+            listens: Whether it reads what `Child.tell` writes.
+        """
+        child = Child(name, command, self._environment, needed, listens)
+        self.children.append(child)
+        prefix = f'[{name}] ' if self._prefix else ''
+        for pipe, stream in (
+            (child.process.stdout, self.stdout),
+            (child.process.stderr, self.stderr),
+        ):
+            assert pipe is not None
+            os.set_blocking(pipe.fileno(), False)
+            lines = LineBuffer(prefix, stream)
+            self._selector.register(pipe, selectors.EVENT_READ, (child, lines))
+        return child
+
+    def run(
+        self,
+        until: Callable[[], bool] = lambda: False,
+        on_tick: Callable[[], None] = lambda: None,
+    ) -> None:
+        """Show output until a condition holds.
+
+        Raises:
+            ChildDiedError: A process ended by itself.
+            StoppedError: The user asked the command to end.
+        """
+        while not until():
+            self._show_output(_TICK_S)
+            on_tick()
+            if self._stop_signals or self._output.broken:
+                raise StoppedError
+            for child in [child for child in self.children if not child.running()]:
+                self._show_output(0)
+                if child.needed:
+                    raise child.obituary()
+                self.say(f'{child.name} has ended; the robots go on')
+                self.stop(child)
+
+    def wait(self, seconds: float) -> None:
+        """Show output for a while, whatever happens."""
+        deadline = time.monotonic() + seconds
+        while time.monotonic() < deadline:
+            self._show_output(0.02)
+
+    def say(self, message: str) -> None:
+        """Show a message of the command itself."""
+        self.write(message, self.stderr)
+
+    def stop(self, *children: Child) -> None:
+        """Stop processes one after the other, gently at first."""
+        for child in children:
+            # Python answers SIGINT with a traceback until a program has its own handler.
+            for signum, wait_s in _ESCALATION if child.spoke else _ESCALATION[1:]:
+                if not child.running():
+                    break
+                child.signal_group(signum)
+                deadline = time.monotonic() + wait_s
+                signals = self._stop_signals  # an impatient user may press Ctrl-C again
+                while (
+                    child.running()
+                    and time.monotonic() < deadline
+                    and self._stop_signals == signals
+                ):
+                    self._show_output(0.02)
+            child.signal_group(KILL)  # what the process itself left behind
+            child.process.wait()
+            if child.process.stdin:
+                child.process.stdin.close()
+            self._show_output(0)
+            if child in self.children:
+                self.children.remove(child)
+
+    def _show_output(self, timeout_s: float) -> None:
+        for key, _ in self._selector.select(timeout_s):
+            pipe, (child, lines) = key.fileobj, key.data
+            try:
+                data = os.read(key.fd, 65536)
+            except BlockingIOError:
+                continue
+            for line in lines.feed(data):
+                child.spoke = True
+                child.told = child.told or TOLD in line
+                self.write(line, lines.stream)
+            if not data:
+                self._selector.unregister(pipe)
+                pipe.close()  # type: ignore[union-attr]
+
+    def _on_signal(self, _signum: int, _frame: FrameType | None) -> None:
+        self._stop_signals += 1

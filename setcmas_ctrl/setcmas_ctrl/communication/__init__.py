@@ -1,0 +1,1 @@
+"""Communication between robots: graph, links, event triggering."""

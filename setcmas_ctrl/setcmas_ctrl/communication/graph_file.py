@@ -1,0 +1,190 @@
+"""Communication graphs in YAML files: matrices or lists of links, switching, imperfect links.
+
+docs/communication.md tells the format.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+
+from setcmas_ctrl.communication.channel import LinkChannel
+from setcmas_ctrl.communication.graph import PRESETS, Floats, Segment, checked_adjacency
+from setcmas_simu.errors import SetcmasError
+from setcmas_simu.yaml_entries import Entry, read_entries
+
+_LINK = re.compile(r'\s*([1-9]\d{0,3})\s*(-|<-|->)\s*([1-9]\d{0,3})\s*')
+_LINK_FORM = "'1 - 2' (robots 1 and 2 hear each other), '1 <- 2' (1 hears 2) or '2 -> 1'"
+_GRAPH_KEYS = ('graph', 'adjacency', 'edges')
+
+Build = Callable[[int], Floats]
+Pairs = list[tuple[int, int]]
+
+
+@dataclass(frozen=True)
+class GraphDescription:
+    """What is said of a graph, for fleets of any size that suits it.
+
+    Attributes:
+        repeat: Whether the segments start again after the last one.
+        links: The links that differ from the others.
+    """
+
+    repeat: bool
+    links: list[LinkChannel]
+    _segments: list[tuple[str, float, Build]]
+    _largest: Entry | None = None
+    _largest_robot: int = 0
+
+    def segments(self, nb_robots: int) -> list[Segment]:
+        """Return the graphs of a fleet.
+
+        Raises:
+            SetcmasError: The file names a robot that is not in the fleet, or holds a matrix of
+                another size.
+        """
+        if self._largest and self._largest_robot > nb_robots:
+            raise self._largest.error(
+                f'it names robot {self._largest_robot}; the fleet has robots 1 to {nb_robots}'
+            )
+        return [
+            Segment(name, duration, checked_adjacency(build(nb_robots), nb_robots))
+            for name, duration, build in self._segments
+        ]
+
+
+def load_graph(path: Path) -> GraphDescription:
+    """Read a graph file.
+
+    Raises:
+        SetcmasError: It cannot be read or has another form; the message tells the line.
+    """
+    return _Parser().parse(read_entries(path))
+
+
+class _Parser:
+    """Turns the entries of a file into graphs, and remembers the largest robot it names."""
+
+    def __init__(self) -> None:
+        self._largest: Entry | None = None
+        self._largest_robot = 0
+
+    def parse(self, top: Entry) -> GraphDescription:
+        keys = top.fields(('segments', *_GRAPH_KEYS, 'links', 'repeat'))
+        if 'segments' in keys:
+            for key in _GRAPH_KEYS:
+                if key in keys:
+                    raise keys[key].error(f"'{key}' belongs into the segments")
+            segments = [self._segment(entry, k) for k, entry in self._numbered(keys['segments'])]
+        else:
+            if 'repeat' in keys:
+                raise keys['repeat'].error("'repeat' needs 'segments'")
+            segments = [('', math.inf, self._graph(top, keys))]
+        repeat = 'repeat' in keys and keys['repeat'].flag()
+        ends = [duration for _, duration, _ in segments]
+        if math.inf in (ends if repeat else ends[:-1]):
+            raise keys['segments'].error('every segment but the last needs a duration (s)')
+        links = _items(keys['links']) if 'links' in keys else []
+        channels = [channel for entry in links for channel in self._channels(entry)]
+        return GraphDescription(repeat, channels, segments, self._largest, self._largest_robot)
+
+    @staticmethod
+    def _numbered(entry: Entry) -> list[tuple[int, Entry]]:
+        return list(enumerate(_items(entry), start=1))
+
+    def _segment(self, entry: Entry, number: int) -> tuple[str, float, Build]:
+        keys = entry.fields(('name', 'duration', *_GRAPH_KEYS))
+        name = keys['name'].text() if 'name' in keys else f'segment {number}'
+        duration = math.inf
+        if 'duration' in keys:
+            duration = keys['duration'].number(above=0.0)
+        return name, duration, self._graph(entry, keys)
+
+    def _graph(self, entry: Entry, keys: dict[str, Entry]) -> Build:
+        given = [key for key in _GRAPH_KEYS if key in keys]
+        if len(given) != 1:
+            what = f'has {" and ".join(given)}' if given else 'has no graph'
+            raise entry.error(f'{what}; accepted is one of {", ".join(_GRAPH_KEYS)}')
+        value = keys[given[0]]
+        return getattr(self, f'_{given[0]}_of')(value)  # type: ignore[no-any-return]
+
+    def _graph_of(self, entry: Entry) -> Build:
+        return PRESETS[entry.choice(PRESETS)]
+
+    def _adjacency_of(self, entry: Entry) -> Build:
+        rows = [[cell.number(least=0.0) for cell in row.items()] for row in _items(entry)]
+        if any(len(row) != len(rows) for row in rows):
+            lengths = ', '.join(str(len(row)) for row in rows)
+            raise entry.error(f'the matrix has rows of {lengths} numbers; a square is accepted')
+
+        def build(nb_robots: int) -> Floats:
+            try:
+                return checked_adjacency(rows, nb_robots)
+            except SetcmasError as error:
+                raise entry.error(str(error)) from error
+
+        build(len(rows))
+        return build
+
+    def _edges_of(self, entry: Entry) -> Build:
+        weights: dict[tuple[int, int], float] = {}
+        for item in _items(entry):
+            pairs, weight = self._edge(item)
+            for receiver, sender in pairs:
+                if (receiver, sender) in weights:
+                    raise item.error(f"'{receiver} <- {sender}' is there twice; leave one out")
+                weights[receiver, sender] = weight
+
+        def build(nb_robots: int) -> Floats:
+            adjacency = np.zeros((nb_robots, nb_robots))
+            for (receiver, sender), weight in weights.items():
+                adjacency[receiver - 1, sender - 1] = weight
+            return adjacency
+
+        return build
+
+    def _edge(self, entry: Entry) -> tuple[Pairs, float]:
+        """Return the pairs (receiver, sender) of an edge such as `1 - 2` or `1 <- 2: 0.5`."""
+        if not isinstance(entry.value, dict):
+            return self._pairs(entry, entry.value), 1.0
+        if len(entry.value) != 1:
+            raise entry.mistake(f'{_LINK_FORM}, or with a weight: 1 - 2: 0.5')
+        ((link, weight),) = entry.value.items()
+        return self._pairs(entry, link), weight.number(least=0.0)
+
+    def _pairs(self, entry: Entry, text: object) -> Pairs:
+        found = _LINK.fullmatch(text) if isinstance(text, str) else None
+        if not found:
+            raise entry.mistake(_LINK_FORM)
+        first, arrow, second = int(found[1]), found[2], int(found[3])
+        if first == second:
+            raise entry.error(f"'{text}': no robot hears itself")
+        if max(first, second) > self._largest_robot:
+            self._largest, self._largest_robot = entry, max(first, second)
+        both = [(first, second), (second, first)]
+        return {'-': both, '<-': both[:1], '->': both[1:]}[arrow]
+
+    def _channels(self, entry: Entry) -> list[LinkChannel]:
+        keys = entry.fields(('link', 'delay', 'loss', 'noise'))
+        if 'link' not in keys:
+            raise entry.error(f"it has no 'link'; accepted are {_LINK_FORM}")
+        values = {
+            name: keys[name].number(least=0.0, most=most)
+            for name, most in (('delay', math.inf), ('loss', 1.0), ('noise', math.inf))
+            if name in keys
+        }
+        return [
+            replace(LinkChannel(receiver, sender), **values)  # type: ignore[arg-type]
+            for receiver, sender in self._pairs(keys['link'], keys['link'].value)
+        ]
+
+
+def _items(entry: Entry) -> list[Entry]:
+    if not (items := entry.items()):
+        raise entry.mistake('a list that is not empty')
+    return items

@@ -1,0 +1,171 @@
+"""Event-triggered broadcast: whether a robot sends its state, by a condition on what it sent last.
+
+A student's condition is a function `ctc` in a script, in one of two forms:
+
+    def ctc(pos, last_pos, t): -> bool
+    def ctc(pos, vit, last_pos, last_vit, t): -> bool
+
+pos: position x, y, 0 in m; vit: velocity vx, vy, 0 in m/s, both in the world frame; last_pos and
+last_vit: those of the state that was sent last; t: time since the run started, in s.
+"""
+
+from __future__ import annotations
+
+import inspect
+import math
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from setcmas_ctrl.control.control_law import ControlError, failure_of
+from setcmas_ctrl.scripts.error_reports import ErrorReports
+from setcmas_ctrl.scripts.loader import load_script
+from setcmas_ctrl.scripts.messages import safe_text
+from setcmas_ctrl.scripts.stop_call import AbandonCall, StopCall
+from setcmas_simu.errors import SetcmasError
+
+Floats = NDArray[np.float64]
+Condition = Callable[..., Any]
+
+THRESHOLD_M = 0.25
+"""Distance from the position sent last at which the default condition triggers, in m."""
+
+CTC = 'ctc(pos, last_pos, t)'
+"""The function that a script with a condition must have, in its short form."""
+
+CONSEQUENCE = 'sends its state whenever the condition fails'
+"""What happens to a robot whose condition fails."""
+
+_FORMS = f'{CTC} or ctc(pos, vit, last_pos, last_vit, t)'
+
+
+def ctc(pos: Floats, last_pos: Floats, t: float) -> bool:
+    """Return whether the robot is more than THRESHOLD_M away from where it sent its state last.
+
+    The default condition of the ROS 1 stack (Bertrand, ECC 2024).
+    """
+    del t
+    return bool(np.linalg.norm(pos - last_pos) > THRESHOLD_M)
+
+
+def takes_velocities(condition: Any, name: str) -> bool:
+    """Return whether a condition has the form with velocities.
+
+    Args:
+        condition: The function.
+        name: What to call its script in messages.
+
+    Raises:
+        SetcmasError: It has neither form.
+    """
+    if not callable(condition):
+        raise SetcmasError(f'{name} has no function ctc; expected is {_FORMS}')
+    signature = inspect.signature(condition)
+    for nb_arguments in (3, 5):
+        try:
+            signature.bind(*range(nb_arguments))
+        except TypeError:
+            continue
+        return nb_arguments == 5
+    raise SetcmasError(
+        f'{name}: ctc{signature} takes neither 3 nor 5 arguments; expected is {_FORMS}'
+    )
+
+
+class Broadcast:
+    """Decides for one robot at each odometry whether its state is sent.
+
+    Attributes:
+        robot: Number of the robot.
+        path: The script of its condition.
+    """
+
+    def __init__(self, robot: int, condition: Any, path: Path, reports: ErrorReports) -> None:
+        """Prepare; the first state is always sent.
+
+        Args:
+            robot: Number of the robot.
+            condition: A function of one of the two forms.
+            path: Its script.
+            reports: Takes its errors.
+
+        Raises:
+            SetcmasError: The condition has neither form.
+        """
+        self.robot = robot
+        self._condition = condition
+        self.path = path
+        self._reports = reports
+        self._with_velocities = takes_velocities(condition, path.name)
+        self._last: tuple[Floats, Floats] | None = None
+        self._failing = False
+
+    @classmethod
+    def of_script(cls, robot: int, path: Path | None, reports: ErrorReports) -> Broadcast:
+        """Load the condition of a robot from a script; None means the default condition.
+
+        Raises:
+            SetcmasError: The script cannot be loaded, or has no `ctc` of one of the two forms.
+        """
+        if path is None:
+            return cls(robot, ctc, Path(__file__), reports)
+        script = load_script(path, robot, expected=CTC)
+        return cls(robot, vars(script).get('ctc'), path, reports)
+
+    def is_triggered(self, pose: tuple[float, float, float], V: float, t: float) -> bool:
+        """Return whether the robot sends its state now; a condition that fails says yes.
+
+        Args:
+            pose: x, y in m and theta in rad.
+            V: Forward speed in m/s.
+            t: Time since the run started, in s.
+        """
+        x, y, theta = pose
+        pos = np.array((x, y, 0.0))
+        vit = np.array((V * math.cos(theta), V * math.sin(theta), 0.0))
+        triggered = self._last is None or self._asked(pos, vit, *self._last, t)
+        if triggered:
+            self._last = pos, vit
+        return triggered
+
+    def failed(self, error: BaseException, t: float) -> bool:
+        """Report an error that the condition raised at time t (s); the state is sent: True."""
+        self._failing = True
+        self._reports.failed(self.robot, t, failure_of(error, self.path))
+        return True
+
+    def _asked(
+        self, pos: Floats, vit: Floats, last_pos: Floats, last_vit: Floats, t: float
+    ) -> bool:
+        # Copies: a script must not be able to change what was sent.
+        arguments = [pos.copy(), last_pos.copy(), t]
+        if self._with_velocities:
+            arguments = [pos.copy(), vit.copy(), last_pos.copy(), last_vit.copy(), t]
+        try:
+            answer = self._checked(self._condition(*arguments))
+        except (StopCall, AbandonCall, KeyboardInterrupt):
+            raise
+        except ControlError as error:
+            self._failing = True
+            self._reports.failed(self.robot, t, error)
+            return True
+        except BaseException as error:  # whatever a script raises, the robots go on
+            return self.failed(error, t)
+        if self._failing:
+            self._failing = False
+            self._reports.succeeded(self.robot, t)
+        return answer
+
+    def _checked(self, result: Any) -> bool:
+        """Return what the condition returned as a bool; 0 and 1 will do."""
+        array = np.asarray(result)
+        if array.size == 1 and array.dtype.kind in 'biuf' and np.isfinite(array).all():
+            return bool(array.ravel()[0])
+        text = ' '.join(safe_text(repr, result).split())[:60]
+        raise ControlError(
+            f'{self.path.name}: ctc returned {text}; expected is True or False',
+            ('result', 'ctc', type(result).__name__),
+        )

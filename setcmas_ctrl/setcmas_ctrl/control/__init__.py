@@ -1,0 +1,1 @@
+"""Control laws and the maths between a law and its robot."""

@@ -1,0 +1,182 @@
+"""One robot's control law: calls the student's function and checks what comes back."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from setcmas_ctrl import network
+from setcmas_ctrl.communication.graph import complete
+from setcmas_ctrl.scripts.function import checked_control
+from setcmas_ctrl.scripts.imports import helper_files
+from setcmas_ctrl.scripts.loader import load_script
+from setcmas_ctrl.scripts.messages import (
+    describe_failure,
+    quoted_line,
+    safe_text,
+    script_place,
+    unheard_robots,
+)
+from setcmas_ctrl.scripts.settings import Settings
+from setcmas_ctrl.scripts.stop_call import AbandonCall, StopCall
+
+Velocity = tuple[float, float]
+_RAISED_BY_NAN = (ValueError, FloatingPointError)  # by int, round, numpy.linalg, scipy
+_EXPECTED = 'expected are two finite numbers: return vx, vy'
+
+
+class ControlError(Exception):
+    """A call of `control` failed.
+
+    Attributes:
+        key: The same for errors that a student would call the same.
+    """
+
+    def __init__(self, message: str, key: object) -> None:
+        """Store the message and what identifies the error."""
+        super().__init__(message)
+        self.key = key
+
+
+class ControlLaw:
+    """The control law of one robot, with its own state."""
+
+    def __init__(
+        self, path: Path, robot: int, nb_robots: int, settings: Settings | None = None
+    ) -> None:
+        """Load the script for a robot.
+
+        Args:
+            path: The script.
+            robot: Number of the robot.
+            nb_robots: Size of the fleet.
+            settings: Values to take the place of the script's own (`--set`).
+
+        Raises:
+            SetcmasError: The script cannot be loaded.
+        """
+        self.path = path
+        self.robot = robot
+        self._nb_robots = nb_robots
+        self._module = load_script(path, robot, settings=settings)
+        self._control = checked_control(vars(self._module).get('control'), path)
+
+    @property
+    def files(self) -> list[Path]:
+        """The script, and the helper modules beside it that it has imported so far."""
+        return [self.path, *helper_files(self._module)]
+
+    @classmethod
+    def of_function(cls, control: Callable[..., Any], robot: int, nb_robots: int) -> ControlLaw:
+        """Return the control law that a function `control` is, for a robot.
+
+        Raises:
+            SetcmasError: The function does not take four arguments.
+        """
+        law = cls.__new__(cls)
+        code = getattr(control, '__code__', None)
+        law.path = Path(code.co_filename if code else 'control')
+        law.robot = robot
+        law._nb_robots = nb_robots
+        law._control = checked_control(control, law.path)
+        return law
+
+    def __call__(
+        self,
+        poses: NDArray[np.float64],
+        t: float,
+        adjacency: NDArray[np.float64] | None = None,
+    ) -> Velocity:
+        """Return the velocity (vx, vy) in m/s that the script asks for.
+
+        Args:
+            poses: Rows x, y in m and theta in rad, shape (3, N), NaN for robots that this one
+                does not hear; the script gets a copy.
+            t: Time since the run started, in s.
+            adjacency: What `network` tells of, shape (N, N), read-only; None is complete.
+
+        Raises:
+            ControlError: The script raised, or returned anything but two finite numbers.
+        """
+        network.begin_call(
+            self.robot, complete(self._nb_robots) if adjacency is None else adjacency
+        )
+        try:
+            result = self._control(self.robot, self._nb_robots, poses.copy(), t)
+        except (StopCall, AbandonCall, KeyboardInterrupt):
+            raise
+        except BaseException as error:  # whatever a script raises, the other robots go on
+            failure = self.failure(error)
+            if isinstance(error, _RAISED_BY_NAN):
+                text = f'{failure}{unheard_robots(self.robot, poses)}'
+                failure = ControlError(text, failure.key)
+            raise failure from error
+        finally:
+            network.end_call()
+        try:
+            return checked_velocity(result)
+        except ValueError as error:
+            message = f'{self.path.name}: {error}; {_EXPECTED}{self._definition()}'
+            if 'not finite' in str(error):
+                message += unheard_robots(self.robot, poses)
+            kind = str(error).partition(':')[0]
+            raise ControlError(message, ('result', kind, type(result).__name__)) from error
+
+    def _definition(self) -> str:
+        code = getattr(self._control, '__code__', None)
+        return quoted_line(self.path, code.co_firstlineno if code else None)
+
+    def failure(self, error: BaseException) -> ControlError:
+        """Return what to tell of an error that the script raised."""
+        return failure_of(error, self.path)
+
+
+def failure_of(error: BaseException, path: Path) -> ControlError:
+    """Return what to tell of an error that a function of a script raised."""
+    key = (type(error).__name__, *script_place(error, path))
+    return ControlError(describe_failure(error, path), key)
+
+
+def checked_velocity(result: Any) -> Velocity:
+    """Return what `control` returned as two floats.
+
+    Tuples, lists, arrays, numpy scalars and integers will do.
+
+    Raises:
+        ValueError: It is not two finite numbers; the message says what it is.
+    """
+    if result is None:
+        raise ValueError('control returned None: is a return missing?')
+    if type(result) is tuple and len(result) == 2:
+        vx, vy = result
+        if isinstance(vx, float) and isinstance(vy, float):  # the usual case, np.float64 too
+            return _finite(float(vx), float(vy), result)
+    try:
+        array = np.asarray(result)
+    except Exception:
+        raise ValueError(f'control returned values of unlike shapes: {_short(result)}') from None
+    if array.dtype.kind not in 'iufb':
+        raise ValueError(f'control returned a {type(result).__name__}: {_short(result)}')
+    if array.size != 2:
+        values = 'value' if array.size == 1 else 'values'
+        raise ValueError(f'control returned {array.size} {values}: {_short(result)}')
+    vx, vy = array.ravel().tolist()
+    return _finite(float(vx), float(vy), result)
+
+
+def _finite(vx: float, vy: float, result: Any) -> Velocity:
+    if not (math.isfinite(vx) and math.isfinite(vy)):
+        raise ValueError(f'control returned a value that is not finite: {_short(result)}')
+    return vx, vy
+
+
+def _short(value: Any) -> str:
+    text = ' '.join(safe_text(repr, value).split())
+    text = re.sub(r'np\.\w+\(([^()]*)\)', r'\1', text)  # nan rather than np.float64(nan)
+    return text if len(text) <= 60 else f'{text[:57]}...'

@@ -1,0 +1,41 @@
+"""From a single integrator's velocity to a unicycle's forward speed and turn rate."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from setcmas_ctrl.control.saturation import SLOW
+from setcmas_simu.fleet.planar_pose import wrap_angle
+
+KOMEGA = 1.5
+"""Default gain on the heading error, in 1/s."""
+
+_SLOW_TURN = 0.01  # rad/s: a TurtleBot3 cannot turn slower
+
+
+def si_to_uni(
+    velocities: ArrayLike, theta: ArrayLike, komega: float = KOMEGA
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Turn towards the wanted velocity and go at its speed.
+
+    V = |v| and omega = komega wrap(atan2(vy, vx) - theta): the proportional heading control of
+    the ROS 1 stack (Bertrand, ECC 2024), with the error wrapped so that robots turn the short
+    way. A robot slower than 0.01 m/s does not turn, and turn rates below 0.01 rad/s become 0.
+    A robot whose velocity or heading is not finite stands.
+
+    Args:
+        velocities: Rows vx, vy in m/s in the world frame, shape (2, N).
+        theta: Headings in rad, shape (N,).
+        komega: Gain on the heading error in 1/s.
+
+    Returns:
+        Forward speeds in m/s and turn rates in rad/s, shapes (N,).
+    """
+    vx, vy = np.asarray(velocities, dtype=float)
+    V = np.hypot(vx, vy)
+    omega = komega * wrap_angle(np.arctan2(vy, vx) - np.asarray(theta, dtype=float))
+    # Comparisons with NaN are false, which is what makes a robot stand that has none.
+    turns = (V >= SLOW) & (np.abs(omega) >= _SLOW_TURN) & (np.abs(omega) < np.inf)
+    goes = (np.inf > V) & (np.abs(omega) < np.inf)
+    return np.where(goes, V, 0.0), np.where(turns & goes, omega, 0.0)

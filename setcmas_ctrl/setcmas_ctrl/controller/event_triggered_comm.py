@@ -1,0 +1,153 @@
+"""Event-triggered broadcast: a robot's odometry in, its state out when a condition triggers.
+
+A controller process that is started with --event-triggered holds such a node for each of its
+robots. On its own: `ros2 run setcmas_ctrl event_triggered_comm --robots 1-2 --ctc my_condition`.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+from nav_msgs.msg import Odometry
+from std_msgs.msg import UInt16
+
+from setcmas_ctrl.communication.settings import Communication, communication
+from setcmas_ctrl.communication.triggering import CONSEQUENCE, Broadcast
+from setcmas_ctrl.control.options import SCRIPT_FAILED
+from setcmas_ctrl.controller.odometry import FleetOdometry, Pose
+from setcmas_ctrl.controller.stuck_scripts import end_process, end_stuck_script
+from setcmas_ctrl.scripts.call_watch import CallWatch
+from setcmas_ctrl.scripts.error_reports import ErrorReports
+from setcmas_ctrl.scripts.output import named_output
+from setcmas_ctrl.scripts.stop_call import AbandonCall, StopCall
+from setcmas_simu.errors import SetcmasError
+from setcmas_simu.fleet import topics
+from setcmas_simu.fleet.fleet import format_robots, parse_robots
+from setcmas_simu.robots.unicycle import RATE_HZ as ROBOT_RATE_HZ
+from setcmas_simu.ros import qos
+from setcmas_simu.ros.process import FleetNode, RosProcess, ros_process, split_ros_arguments
+
+
+class EventTriggeredComm(FleetNode):
+    """Broadcasts the state of one robot when its condition triggers, and tells each decision."""
+
+    def __init__(self, broadcast: Broadcast, clock: Callable[[], float], watch: CallWatch) -> None:
+        """Create the node in the robot's namespace.
+
+        Args:
+            broadcast: Decides.
+            clock: Returns the time since the run started, in s.
+            watch: Watches the calls of the condition.
+        """
+        super().__init__('event_triggered_comm', namespace=topics.robot_name(broadcast.robot))
+        self._broadcast = broadcast
+        self._clock = clock
+        self._watch = watch
+        silent = {'event_callbacks': qos.no_publisher_events()}
+        self._events = self.create_publisher(UInt16, topics.TRIG_EVENT, qos.EVENT, **silent)
+        # Latched: who starts late holds the state that was sent last.
+        self._states = self.create_publisher(Odometry, topics.TRIG_ODOM, qos.LATCHED, **silent)
+
+    def take(self, message: Odometry, pose: Pose) -> None:
+        """Decide on an odometry; its pose is x, y in m and theta in rad."""
+        triggered = self._is_triggered(pose, message.twist.twist.linear.x)
+        self._events.publish(UInt16(data=int(triggered)))
+        if triggered:
+            self._states.publish(message)
+
+    def _is_triggered(self, pose: Pose, V: float) -> bool:
+        t = self._clock()
+        one = self._broadcast
+        try:
+            with self._watch.call(one.robot, 'ctc', one.path):
+                return one.is_triggered(pose, V, t)
+        except AbandonCall:  # a new control law is there, the condition stays
+            return True
+        except KeyboardInterrupt as error:  # signals raise StopCall: it is the script's
+            return one.failed(error, t)
+
+
+def broadcasters(
+    robots: list[int],
+    communication: Communication,
+    odometry: FleetOdometry,
+    reports: ErrorReports,
+    clock: Callable[[], float],
+    watch: CallWatch,
+) -> list[EventTriggeredComm]:
+    """Return a node for each robot, connected to its odometry.
+
+    Raises:
+        SetcmasError: A triggering condition cannot be loaded.
+    """
+    nodes = []
+    for robot in robots:
+        with watch.loading(robot, communication.condition_script):
+            broadcast = communication.broadcast(robot, reports)
+        node = EventTriggeredComm(broadcast, clock, watch)
+        odometry.listen(robot, node.take)
+        nodes.append(node)
+    return nodes
+
+
+def main(argv: list[str] | None = None) -> int:
+    """Broadcast until a signal arrives; returns the exit status."""
+    argv, ros_arguments = split_ros_arguments(sys.argv[1:] if argv is None else argv)
+    parser = argparse.ArgumentParser(prog='event_triggered_comm', description=__doc__)
+    parser.add_argument('--robots', default='1', metavar='LIST', help='such as 1-4 (default: 1)')
+    parser.add_argument('--ctc', metavar='FILE', help='script with ctc(pos, last_pos, t)')
+    parser.add_argument(
+        '--odometry-topic',
+        default=f'/{{name}}/{topics.ODOM}',
+        metavar='TOPIC',
+        help='where states come from; {name} is the robot (default: %(default)s)',
+    )
+    args = parser.parse_args(argv)
+    with ros_process(ros_arguments) as process, named_output():
+        node = FleetNode('broadcasters')
+        reports = ErrorReports(node.get_logger().warning, CONSEQUENCE)
+        try:
+            _broadcast(args, process, node, reports)
+        except StopCall:  # a signal has ended a call that would not return
+            return 0
+        except SetcmasError as error:
+            print(f'error: {error}', file=sys.stderr)
+            return 2
+    return SCRIPT_FAILED if reports.failed_robots else 0
+
+
+def _broadcast(
+    args: argparse.Namespace, process: RosProcess, node: FleetNode, reports: ErrorReports
+) -> None:
+    robots = parse_robots(args.robots)
+    chosen = communication(robots[-1], event_triggered=True, ctc=args.ctc)
+    odometry = FleetOdometry(
+        node,
+        robots[-1],
+        lambda robot: args.odometry_topic.replace('{name}', topics.robot_name(robot)),
+        robots,
+    )
+    path = chosen.condition_script or Path('ctc')
+    watch = CallWatch(path, 1 / ROBOT_RATE_HZ, node.get_logger().warning)
+    end_stuck_script(process, watch)
+    begin = time.monotonic()
+    nodes = broadcasters(
+        robots, chosen, odometry, reports, lambda: time.monotonic() - begin, watch
+    )
+    process.take_signals()  # scripts may have taken them while they were loaded
+    process.add(node, *nodes)
+    node.get_logger().info(f'broadcasting for robots {format_robots(robots)}; Ctrl-C stops')
+    process.spin()
+
+
+def run() -> None:
+    """Run `main` and end the process."""
+    end_process(main())
+
+
+if __name__ == '__main__':
+    run()

@@ -1,0 +1,223 @@
+"""The controller: poses of the fleet in, the velocity that a control script wants out.
+
+A process holds a controller and a si_to_uni node for each of its robots, and an
+event_triggered_comm node if it is to. Run as
+`ros2 run setcmas_ctrl controller --algo consensus`.
+"""
+
+from __future__ import annotations
+
+import argparse
+import contextlib
+import sys
+from functools import partial
+from pathlib import Path
+
+from geometry_msgs.msg import Point32
+from std_msgs.msg import Bool
+
+from setcmas_ctrl import drawing
+from setcmas_ctrl.communication.options import add_communication_arguments, chosen_communication
+from setcmas_ctrl.communication.settings import Communication
+from setcmas_ctrl.communication.triggering import CONSEQUENCE
+from setcmas_ctrl.control.control_law import ControlLaw
+from setcmas_ctrl.control.options import (
+    SCRIPT_FAILED,
+    add_fleet_arguments,
+    add_law_arguments,
+    add_watch_argument,
+    controlled_robots,
+)
+from setcmas_ctrl.controller.canvas import MarkerCanvas
+from setcmas_ctrl.controller.communication import FleetCommunication
+from setcmas_ctrl.controller.discovery import wait_for_fleet
+from setcmas_ctrl.controller.event_triggered_comm import broadcasters
+from setcmas_ctrl.controller.odometry import FleetOdometry
+from setcmas_ctrl.controller.pause_watch import PAUSE_TIMEOUT_S, PauseWatch
+from setcmas_ctrl.controller.reloader import ScriptReloader
+from setcmas_ctrl.controller.si_to_uni import SiToUni
+from setcmas_ctrl.controller.stepper import ControlStepper
+from setcmas_ctrl.controller.stuck_scripts import end_process, end_stuck_script
+from setcmas_ctrl.scripts.call_watch import CallWatch
+from setcmas_ctrl.scripts.error_reports import ErrorReports
+from setcmas_ctrl.scripts.loader import compile_script, find_script
+from setcmas_ctrl.scripts.output import named_output
+from setcmas_ctrl.scripts.random_seed import seed_scripts
+from setcmas_ctrl.scripts.settings import parse_settings
+from setcmas_ctrl.scripts.stop_call import StopCall
+from setcmas_simu.errors import SetcmasError
+from setcmas_simu.fleet import topics
+from setcmas_simu.ros import qos
+from setcmas_simu.ros.process import FleetNode, RosProcess, ros_process, split_ros_arguments
+from setcmas_simu.simulator.options import positive
+
+
+class Controller(FleetNode):
+    """Publishes the velocity that one robot's control law wants."""
+
+    def __init__(self, law: ControlLaw) -> None:
+        """Create the node in the robot's namespace."""
+        super().__init__('controller', namespace=topics.robot_name(law.robot))
+        self.law = law
+        self.robot = law.robot
+        self._publisher = self.create_publisher(
+            Point32, topics.CMD_CART_VEL, qos.COMMAND, event_callbacks=qos.no_publisher_events()
+        )
+        self._message = Point32()
+
+    def publish(self, vx: float, vy: float) -> None:
+        """Publish a velocity (m/s) in the world frame."""
+        self._message.x, self._message.y = vx, vy
+        self._publisher.publish(self._message)
+
+
+def load_laws(
+    args: argparse.Namespace, path: Path, robots: list[int], nb_robots: int, watch: CallWatch
+) -> list[ControlLaw]:
+    """Return the control laws of the robots of this process, with fresh state.
+
+    Raises:
+        SetcmasError: The script cannot be loaded.
+    """
+    seed_scripts(args.seed)
+    settings = parse_settings(args.set)
+    laws = []
+    for robot in robots:
+        with watch.loading(robot):
+            laws.append(ControlLaw(path, robot, nb_robots, settings))
+    return laws
+
+
+def build(args: argparse.Namespace, process: RosProcess, node: FleetNode) -> ControlStepper | None:
+    """Create the nodes of a controller process; None if it was asked to stop meanwhile.
+
+    Raises:
+        SetcmasError: The script cannot be loaded, or options contradict each other.
+    """
+    path = find_script(args.algo, args.exercise)
+    compile_script(path, settings=parse_settings(args.set))
+    process.add(node)
+    nb_robots = args.nb_robots or wait_for_fleet(process, node)
+    if not nb_robots:
+        return None
+    robots = controlled_robots(args, nb_robots)
+    drawing.canvas = MarkerCanvas(node)
+    watch = CallWatch(path, 1 / args.rate, node.get_logger().warning)
+    end_stuck_script(process, watch)
+    load = partial(load_laws, args, path, robots, nb_robots, watch)
+    controllers = [Controller(law) for law in load()]
+    tells = chosen_communication(args, nb_robots)
+    # With event-triggered broadcast the other robots are known by what they send only.
+    odometry = FleetOdometry(
+        node,
+        nb_robots,
+        topics.mocap_topic if args.experiment else topics.odometry_topic,
+        robots if tells.event_triggered else None,
+    )
+    command = topics.CMD_VEL_WANTED if args.experiment else topics.CMD_VEL
+    followers = [
+        SiToUni(robot, odometry, args.komega, args.cmd_vel_type, command) for robot in robots
+    ]
+    process.add(*controllers, *followers)
+    pause = PauseWatch(node, args.pause_timeout) if args.experiment else None
+    if not pause:
+        _follow_wishes(node, followers)
+    stepper = ControlStepper(
+        node, odometry, controllers, followers, args.rate, args.vnom, watch, pause
+    )
+    if args.watch:
+        laws = [controller.law for controller in controllers]
+        ScriptReloader(node, stepper, laws, load, watch, args.pause_timeout)
+    connect(stepper, tells, robots, process, node, odometry)
+    return stepper
+
+
+def connect(
+    stepper: ControlStepper,
+    tells: Communication,
+    robots: list[int],
+    process: RosProcess,
+    node: FleetNode,
+    odometry: FleetOdometry,
+) -> None:
+    """Let the robots of this process communicate as they are asked to.
+
+    Raises:
+        SetcmasError: A triggering condition cannot be loaded.
+    """
+    if not tells.is_ideal:
+        stepper.communication = FleetCommunication(node, odometry, tells, robots)
+    if tells.event_triggered:
+        reports = stepper.condition_reports = ErrorReports(node.get_logger().warning, CONSEQUENCE)
+        process.add(
+            *broadcasters(robots, tells, odometry, reports, lambda: stepper.t, stepper.watch)
+        )
+
+
+def _follow_wishes(node: FleetNode, followers: list[SiToUni]) -> None:
+    """Pause the fleet, or let it go on, as /pause says; tell so, as it may come from elsewhere."""
+
+    def follow(message: Bool) -> None:
+        if any(follower.paused != message.data for follower in followers):
+            print('paused by /pause' if message.data else 'started by /pause', flush=True)
+        for follower in followers:
+            follower.pause(message.data)
+
+    silent = {'event_callbacks': qos.no_subscription_events()}
+    node.create_subscription(Bool, topics.FLEET_PAUSE, follow, qos.EVENT, **silent)
+
+
+def main(argv: list[str] | None = None) -> int:
+    """Control robots until a signal arrives; returns the exit status."""
+    argv, ros_arguments = split_ros_arguments(sys.argv[1:] if argv is None else argv)
+    parser = argparse.ArgumentParser(prog='controller', description=__doc__)
+    add_watch_argument(add_law_arguments(parser))
+    add_fleet_arguments(parser)
+    add_communication_arguments(parser)
+    parser.add_argument(
+        '--experiment',
+        action='store_true',
+        help='control real robots: poses from motion capture, commands to the cmd_vel bridge',
+    )
+    parser.add_argument(
+        '--pause-timeout',
+        type=positive,
+        default=PAUSE_TIMEOUT_S,
+        metavar='S',
+        help='age from which the last word of its pause node is too old (default: %(default)g s)',
+    )
+    parser.add_argument(
+        '--recorded',
+        action='store_true',
+        help='wait for a recorder, which is to get the very first command',
+    )
+    args = parser.parse_args(argv)
+    with ros_process(ros_arguments) as process, named_output():
+        try:
+            stepper = build(args, process, FleetNode('controllers'))
+        except StopCall:
+            return 0
+        except SetcmasError as error:
+            print(f'error: {error}', file=sys.stderr)
+            return 2
+        if stepper is None:
+            return 0
+        process.take_signals()  # scripts may have taken them while they were loaded
+        end_stuck_script(process, stepper.watch, stepper.stop)
+        try:
+            with contextlib.suppress(StopCall):
+                stepper.start(process, args.recorded)
+                process.spin()
+        finally:
+            stepper.stop()
+            stepper.watch.close()
+    return SCRIPT_FAILED if stepper.failed else 0
+
+
+def run() -> None:
+    """Run `main` and end the process."""
+    end_process(main())
+
+
+if __name__ == '__main__':
+    run()

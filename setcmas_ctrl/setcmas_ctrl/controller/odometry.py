@@ -1,0 +1,96 @@
+"""What a process knows of its fleet: the newest pose of each robot, by one subscription each."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterable
+from functools import partial
+
+import numpy as np
+from nav_msgs.msg import Odometry
+from numpy.typing import NDArray
+from rclpy.node import Node
+
+from setcmas_simu.fleet import topics
+from setcmas_simu.fleet.planar_pose import yaw_of_quaternion
+from setcmas_simu.ros import qos
+
+Pose = tuple[float, float, float]
+"""x, y in m and theta in rad."""
+
+Listener = Callable[[Odometry, Pose], None]
+
+POSE_TIMEOUT_S = 1.0
+"""Age in s from which a robot's own pose is too old to command it."""
+
+
+class FleetOdometry:
+    """The newest poses of robots 1 to N.
+
+    Attributes:
+        poses: Rows x, y in m and theta in rad, shape (3, N); NaN for robots not seen yet.
+    """
+
+    def __init__(
+        self,
+        node: Node,
+        nb_robots: int,
+        topic_of: Callable[[int], str] = topics.odometry_topic,
+        robots: Iterable[int] | None = None,
+    ) -> None:
+        """Subscribe to the odometry of robots.
+
+        Args:
+            node: The node that subscribes.
+            nb_robots: Number of robots in the fleet.
+            topic_of: Gives the topic of each robot's poses.
+            robots: The robots to follow; None is the whole fleet.
+        """
+        self.topic_of = topic_of
+        self.poses: NDArray[np.float64] = np.full((3, nb_robots), np.nan)
+        self._received = np.full(nb_robots, -np.inf)
+        self._followed = list(robots or range(1, nb_robots + 1))
+        self._complete = False
+        self._listeners: list[list[Listener]] = [[] for _ in range(nb_robots)]
+        for robot in self._followed:
+            node.create_subscription(
+                Odometry,
+                topic_of(robot),
+                partial(self._on_odometry, robot - 1),
+                qos.STATE,
+                event_callbacks=qos.no_subscription_events(),
+            )
+
+    def listen(self, robot: int, listener: Listener) -> None:
+        """Call a function with each odometry of a robot, and its pose."""
+        self._listeners[robot - 1].append(listener)
+
+    def missing(self) -> list[int]:
+        """Return the robots that are followed and have not been seen yet."""
+        if self._complete:
+            return []
+        missing = [robot for robot in self._followed if np.isinf(self._received[robot - 1])]
+        self._complete = not missing
+        return missing
+
+    def age(self, robot: int) -> float:
+        """Return how long ago a robot was last seen, in s."""
+        return time.monotonic() - float(self._received[robot - 1])
+
+    def theta(self, robot: int) -> float:
+        """Return a robot's heading in rad; NaN if it has not been seen yet."""
+        return float(self.poses[2, robot - 1])
+
+    def _on_odometry(self, index: int, message: Odometry) -> None:
+        pose = planar_pose(message)
+        if np.isfinite(pose).all():
+            self.poses[:, index] = pose
+            self._received[index] = time.monotonic()
+            for listener in self._listeners[index]:
+                listener(message, pose)
+
+
+def planar_pose(message: Odometry) -> Pose:
+    """Return the pose that an odometry tells; it may not be finite."""
+    position, q = message.pose.pose.position, message.pose.pose.orientation
+    return position.x, position.y, yaw_of_quaternion(q.x, q.y, q.z, q.w)

@@ -1,0 +1,75 @@
+"""Listens to the pause state of an experiment; silence means pause."""
+
+from __future__ import annotations
+
+import time
+
+from rclpy.node import Node
+from std_msgs.msg import Bool
+
+from setcmas_simu.fleet import topics
+from setcmas_simu.ros import qos
+
+PAUSE_TIMEOUT_S = 0.5
+"""Age in s from which the last word of the pause node is too old."""
+
+BY_WISH = 'paused'
+SILENT = 'paused: nothing is heard of the pause node'
+NOT_STARTED = 'paused: the pause node says go, but was not heard to pause first'
+SEVERAL = 'paused: several pause nodes send /paused; is another experiment in this ROS domain?'
+
+
+class PauseWatch:
+    """The pause state that a process acts upon: paused unless told otherwise, all the time."""
+
+    def __init__(
+        self, node: Node, timeout_s: float = PAUSE_TIMEOUT_S, latches: bool = False
+    ) -> None:
+        """Listen through a node.
+
+        Args:
+            node: The node.
+            timeout_s: Age in s from which the last word of the pause node is too old.
+            latches: Whether, at first and after every silence or contradiction, go counts only
+                once pause has been heard: robots do not start by themselves because a message
+                comes back, or because somebody else's pause node says go.
+        """
+        self._node = node
+        self._timeout_s = timeout_s
+        self._latches = latches
+        self._may_go = not latches
+        self._paused = True
+        self._received = -float('inf')
+        node.create_subscription(
+            Bool,
+            topics.PAUSED,
+            self._on_paused,
+            qos.STATE,
+            event_callbacks=qos.no_subscription_events(),
+        )
+
+    def reason(self) -> str:
+        """Return why robots are paused; empty if they are not."""
+        trouble = self._trouble()
+        if trouble:
+            self._may_go = not self._latches
+            return trouble
+        if self._paused:
+            self._may_go = True
+            return BY_WISH
+        return '' if self._may_go else NOT_STARTED
+
+    def forget(self) -> None:
+        """Let what was heard count as nothing: this process was held up since."""
+        self._received = -float('inf')
+
+    def _trouble(self) -> str:
+        # Asked every time: between two looks, a second pause node could start the robots.
+        if self._node.count_publishers(topics.PAUSED) > 1:
+            return SEVERAL
+        silent = time.monotonic() - self._received > self._timeout_s
+        return SILENT if silent else ''
+
+    def _on_paused(self, message: Bool) -> None:
+        self._paused = message.data
+        self._received = time.monotonic()

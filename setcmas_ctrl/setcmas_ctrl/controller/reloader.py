@@ -1,0 +1,134 @@
+"""Loads a control script again when it has been saved (`--watch`)."""
+
+from __future__ import annotations
+
+import math
+import signal
+import threading
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+from rclpy.clock import Clock, ClockType
+from rclpy.node import Node
+from std_msgs.msg import Bool
+
+from setcmas_ctrl.control.control_law import ControlLaw
+from setcmas_ctrl.controller.stepper import ControlStepper
+from setcmas_ctrl.scripts.call_watch import CallWatch
+from setcmas_ctrl.scripts.file_watch import FileWatch
+from setcmas_ctrl.scripts.stop_call import AbandonCall
+from setcmas_simu.errors import SetcmasError
+from setcmas_simu.fleet import topics
+from setcmas_simu.fleet.fleet import format_robots
+from setcmas_simu.ros import qos
+
+_POLL_EVERY_S = 0.1
+
+
+class ScriptReloader:
+    """Exchanges the control laws of a process for those of the script's newest version.
+
+    The new laws start as in a new run: fresh state, t = 0, the same random numbers; robots keep
+    their poses. A version that cannot be loaded leaves the robots at zero until the next one.
+    While an experiment is not paused (topic /paused), a new version has to wait.
+    """
+
+    def __init__(
+        self,
+        node: Node,
+        stepper: ControlStepper,
+        laws: list[ControlLaw],
+        load: Callable[[], list[ControlLaw]],
+        watch: CallWatch,
+        pause_timeout_s: float,
+    ) -> None:
+        """Watch the script and the helper modules that it has imported.
+
+        Args:
+            node: The node that owns the timer and the messages to the user.
+            stepper: Calls the laws.
+            laws: The laws that it calls now.
+            load: Returns new ones, or raises SetcmasError.
+            watch: Knows whether a call is stuck.
+            pause_timeout_s: Age in s from which the last word of the pause node is too old.
+        """
+        self._node = node
+        self._stepper = stepper
+        self._laws = laws
+        self._load = load
+        self._watch = watch
+        self._pause_timeout_s = pause_timeout_s
+        self._script = laws[0].path
+        self._files = FileWatch([self._script])
+        self._is_new = self._told_to_wait = False
+        self._last_moving = -math.inf
+        clock = Clock(clock_type=ClockType.STEADY_TIME)
+        node.create_timer(_POLL_EVERY_S, self._poll, clock=clock)
+        node.create_subscription(
+            Bool, topics.PAUSED, self._on_paused, 1, event_callbacks=qos.no_subscription_events()
+        )
+        self._thread = threading.get_ident()
+        signal.signal(signal.SIGUSR1, self._abandon_stuck_call)
+        watch.while_stuck = self._poll_while_stuck
+
+    def _poll(self) -> None:
+        # Without laws: a module that was missing may appear.
+        self._files.watch(self._watched_files(), new_are_saved=not self._laws)
+        self._is_new = self._files.poll(time.monotonic()) or self._is_new
+        if not self._is_new:
+            return
+        if self._is_moving():
+            self._ask_to_pause()
+            return
+        self._is_new = self._told_to_wait = False
+        self._reload()
+
+    def _watched_files(self) -> set[Path]:
+        if self._laws:
+            return {file for law in self._laws for file in law.files}
+        # What a version that cannot be loaded would have imported is not known.
+        return {self._script, *self._script.parent.glob('*.py')}
+
+    def _reload(self) -> None:
+        try:
+            self._laws = self._load()
+        except AbandonCall:  # it never finished, and there is a newer version already
+            self._laws = []
+        except SetcmasError as error:
+            self._laws = []
+            self._node.get_logger().warning(
+                f'{self._script.name} was saved with a mistake; its robots are commanded zero '
+                f'until it is saved without:\n    {error}'
+            )
+        else:
+            robots = format_robots([law.robot for law in self._laws])
+            self._node.get_logger().info(
+                f'{self._script.name} was saved and is loaded again for robots {robots}; t = 0'
+            )
+        self._files.watch(self._watched_files())
+        self._stepper.use(self._laws)
+
+    def _poll_while_stuck(self) -> None:
+        # On the thread of the watch: the thread that polls otherwise is the one that is stuck.
+        self._is_new = self._files.poll(time.monotonic()) or self._is_new
+        if self._is_new:
+            signal.pthread_kill(self._thread, signal.SIGUSR1)
+
+    def _abandon_stuck_call(self, *_: object) -> None:
+        if self._watch.is_stuck():
+            raise AbandonCall
+
+    def _is_moving(self) -> bool:
+        return time.monotonic() - self._last_moving < self._pause_timeout_s
+
+    def _ask_to_pause(self) -> None:
+        if not self._told_to_wait:
+            self._told_to_wait = True
+            self._node.get_logger().warning(
+                f'{self._script.name} was saved, but the experiment is not paused: the robots go '
+                'on with the earlier version; the new one is loaded when you pause'
+            )
+
+    def _on_paused(self, message: Bool) -> None:
+        self._last_moving = -math.inf if message.data else time.monotonic()

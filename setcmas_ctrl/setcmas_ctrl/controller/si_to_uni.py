@@ -1,0 +1,75 @@
+"""The node that turns a wanted velocity (cmd_cart_vel) into a unicycle's command (cmd_vel)."""
+
+from __future__ import annotations
+
+from geometry_msgs.msg import Point32
+from std_msgs.msg import Bool
+
+from setcmas_ctrl.control.options import AUTO
+from setcmas_ctrl.control.si_to_uni import si_to_uni
+from setcmas_ctrl.controller.odometry import FleetOdometry
+from setcmas_simu.fleet import topics
+from setcmas_simu.ros import qos
+from setcmas_simu.ros.cmd_vel_publisher import CmdVelPublisher
+from setcmas_simu.ros.process import FleetNode
+
+NODE_NAME = 'si_to_uni'
+
+
+class SiToUni(FleetNode):
+    """Commands one robot; zero while it is paused, and when the process ends."""
+
+    def __init__(
+        self,
+        robot: int,
+        odometry: FleetOdometry,
+        komega: float,
+        cmd_vel_type: str = AUTO,
+        topic: str = topics.CMD_VEL,
+    ) -> None:
+        """Create the node in the robot's namespace.
+
+        Args:
+            robot: Number of the robot.
+            odometry: Where its heading is read.
+            komega: Gain on the heading error in 1/s.
+            cmd_vel_type: 'twist', 'twist_stamped', or 'auto' for what the robot listens to.
+            topic: Name of the robot's topic that takes the commands.
+        """
+        super().__init__(NODE_NAME, namespace=topics.robot_name(robot))
+        self.robot = robot
+        self.paused = False
+        self._odometry = odometry
+        self._komega = komega
+        self.cmd_vel = CmdVelPublisher(
+            self,
+            robot,
+            topics.robot_topic(robot, topic),
+            topics.odometry_topic(robot),
+            cmd_vel_type,
+        )
+        silent = {'event_callbacks': qos.no_subscription_events()}
+        self.create_subscription(
+            Point32, topics.CMD_CART_VEL, self._on_wanted_velocity, qos.COMMAND, **silent
+        )
+        self.create_subscription(
+            Bool, topics.PAUSE, lambda message: self.pause(message.data), qos.EVENT, **silent
+        )
+
+    def pause(self, paused: bool) -> None:
+        """Hold the robot at zero velocity, or let it go on."""
+        self.paused = paused
+        if paused:
+            self.cmd_vel.publish(0.0, 0.0)
+
+    def stop(self) -> None:
+        """Command zero; called while the process ends."""
+        self.cmd_vel.publish(0.0, 0.0)
+
+    def _on_wanted_velocity(self, message: Point32) -> None:
+        if self.paused:
+            self.cmd_vel.publish(0.0, 0.0)
+            return
+        theta = self._odometry.theta(self.robot)
+        V, omega = si_to_uni((message.x, message.y), theta, self._komega)
+        self.cmd_vel.publish(float(V), float(omega))

@@ -1,0 +1,75 @@
+"""What a controller process waits for before it calls its control laws for the first time."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from typing import TYPE_CHECKING
+
+from setcmas_ctrl.controller.odometry import FleetOdometry
+from setcmas_simu.fleet.fleet import format_robots
+from setcmas_simu.fleet.topics import TRIG_ODOM, robot_topic
+from setcmas_simu.ros.process import RosProcess
+
+if TYPE_CHECKING:
+    from setcmas_ctrl.controller.communication import FleetCommunication
+
+_REMIND_EVERY_S = 2.0
+_AFTER_ODOMETRY_S = 0.02
+
+Say = Callable[[str], None]
+
+
+def wait_for_poses(
+    process: RosProcess, odometry: FleetOdometry, say: Say, experiment: bool
+) -> None:
+    """Wait until the pose of every robot is known, and say whose is not.
+
+    Args:
+        process: Serves the subscriptions meanwhile.
+        odometry: The poses of the fleet.
+        say: Shows a message to the user.
+        experiment: Whether poses come from motion capture.
+    """
+    source = 'does motion capture see them' if experiment else 'is their simulator running'
+    _wait(
+        process,
+        odometry.missing,
+        lambda missing: say(
+            f'waiting for the odometry of robots {format_robots(missing)} '
+            f'({odometry.topic_of(missing[0])}); {source}?'
+        ),
+    )
+
+
+def wait_for_states(process: RosProcess, communication: FleetCommunication, say: Say) -> None:
+    """Wait until every robot that sends its state when triggered has sent one."""
+    _wait(
+        process,
+        communication.missing,
+        lambda missing: say(
+            f'waiting for the states of robots {format_robots(missing)} '
+            f'({robot_topic(missing[0], TRIG_ODOM)}); '
+            'is their controller running with --event-triggered?'
+        ),
+    )
+
+
+def _wait(
+    process: RosProcess, missing: Callable[[], list[int]], remind: Callable[[list[int]], None]
+) -> None:
+    while (robots := missing()) and not process.stopping:
+        complete = process.spin_until(lambda: not missing(), _REMIND_EVERY_S)
+        if not complete and not process.stopping:
+            remind(robots)
+
+
+def fall_in_step(process: RosProcess, odometry: FleetOdometry, robot: int) -> None:
+    """Wait until shortly after the next odometry of a robot.
+
+    Robots and laws step on steady clocks at rates that divide each other, so that from then on
+    every call sees fresh poses, and its commands arrive before the robots' next step.
+    """
+    begin = time.monotonic()
+    process.spin_until(lambda: odometry.age(robot) < time.monotonic() - begin, 1.0)
+    process.spin_until(lambda: False, _AFTER_ODOMETRY_S)

@@ -1,0 +1,208 @@
+"""The one timer of a controller process: it evaluates the control laws of all its robots."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterable
+from itertools import repeat
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+from rclpy.clock import Clock, ClockType
+from rclpy.node import Node
+
+from setcmas_ctrl.control.control_law import ControlError, ControlLaw
+from setcmas_ctrl.control.options import CONTROL_STARTED
+from setcmas_ctrl.control.saturation import saturate
+from setcmas_ctrl.controller.graph_watch import GraphWatch
+from setcmas_ctrl.controller.odometry import POSE_TIMEOUT_S, FleetOdometry
+from setcmas_ctrl.controller.pause_watch import PauseWatch
+from setcmas_ctrl.controller.si_to_uni import SiToUni
+from setcmas_ctrl.controller.start import fall_in_step, wait_for_poses, wait_for_states
+from setcmas_ctrl.scripts.call_watch import CallWatch
+from setcmas_ctrl.scripts.error_reports import ErrorReports
+from setcmas_ctrl.scripts.stop_call import AbandonCall
+from setcmas_simu.fleet.fleet import format_robots
+from setcmas_simu.fleet.topics import robot_name
+from setcmas_simu.ros.process import RosProcess
+
+if TYPE_CHECKING:
+    from setcmas_ctrl.controller.communication import FleetCommunication
+    from setcmas_ctrl.controller.main import Controller
+
+Floats = NDArray[np.float64]
+
+_LISTENERS_WAIT_S = 2.0
+_RECORDER_WAIT_S = 15.0  # of a machine that reads everything from its disk for the first time
+
+
+class ControlStepper:
+    """Calls the control laws at a fixed rate, all with the same poses and the same time."""
+
+    def __init__(
+        self,
+        node: Node,
+        odometry: FleetOdometry,
+        controllers: list[Controller],
+        followers: list[SiToUni],
+        rate: float,
+        vnom: float,
+        watch: CallWatch,
+        pause: PauseWatch | None = None,
+    ) -> None:
+        """Prepare; nothing is called before `start`.
+
+        Args:
+            node: The node that owns the timer and the messages to the user.
+            odometry: The poses of the fleet.
+            controllers: The controllers of this process.
+            followers: Their si_to_uni nodes, in the same order.
+            rate: Rate of control in Hz.
+            vnom: Largest speed of a robot in m/s.
+            watch: Watches the calls.
+            pause: In an experiment, says when the laws are held; their time stands still then.
+        """
+        self._node = node
+        self._odometry = odometry
+        self._controllers = controllers
+        self._followers = followers
+        self._period = 1.0 / rate
+        self._vnom = vnom
+        self._pause = pause
+        self._say = node.get_logger().warning
+        self._reports = ErrorReports(self._say)
+        self._failed = False
+        self._has_laws = True
+        self.watch = watch
+        self._started: float | None = None  # set by the first step
+        self.communication: FleetCommunication | None = None
+        """What each robot hears of the fleet; None if all robots know all poses."""
+        self.condition_reports = ErrorReports(self._say)
+        """The errors of triggering conditions."""
+        self._stepped = 0.0
+        self._graph = GraphWatch(node, odometry, followers, self._say)
+        self._lost: set[int] = set()
+
+    def start(self, process: RosProcess, recorded: bool = False) -> None:
+        """Wait until all poses are known and the robots listen, then call the control laws.
+
+        Args:
+            process: Spun meanwhile.
+            recorded: Whether a recorder is sure to come, and is waited for.
+        """
+        wait_for_poses(process, self._odometry, self._say, self._pause is not None)
+        if self.communication:
+            wait_for_states(process, self.communication, self._say)
+        # A robot, and a recorder if there is or will be one, are to get the very first command.
+        process.spin_until(lambda: not self._graph.unheard_robots(), _LISTENERS_WAIT_S)
+        if recorded:
+            process.spin_until(self._graph.is_recorded, _RECORDER_WAIT_S)
+        else:
+            process.spin_until(self._graph.is_recorded_if_it_can_be, _LISTENERS_WAIT_S)
+        if process.stopping:
+            return
+        # Said before: the time that it takes must not come between a timer's beginning and t = 0.
+        robots = format_robots([controller.robot for controller in self._controllers])
+        self._node.get_logger().info(
+            f'{CONTROL_STARTED} {robots} with {self._controllers[0].law.path.stem} '
+            f'at {1 / self._period:g} Hz; Ctrl-C stops'
+        )
+        fall_in_step(process, self._odometry, self._controllers[0].robot)
+        if process.stopping:
+            return
+        # A steady clock: setting the system's time must not freeze the controllers.
+        steady = Clock(clock_type=ClockType.STEADY_TIME)
+        self._node.create_timer(self._period, self._step, clock=steady)
+        self._stepped = time.monotonic()
+        self._step()
+
+    @property
+    def t(self) -> float:
+        """Time since the control laws were called first, in s; 0 before."""
+        return 0.0 if self._started is None else time.monotonic() - self._started
+
+    @property
+    def failed(self) -> bool:
+        """Whether a script has failed for some robot, or has hung."""
+        reports = (self._reports, self.condition_reports)
+        failed = any(report.failed_robots for report in reports)
+        return self._failed or failed or self.watch.has_been_stuck
+
+    def use(self, laws: list[ControlLaw]) -> None:
+        """Go on with other laws, with t from 0 and errors counted anew; none: all robots stand."""
+        self._tell_counts()
+        self._failed = self.failed
+        self._reports = ErrorReports(self._say)
+        self._has_laws = laws != []
+        for controller, law in zip(self._controllers, laws, strict=False):
+            controller.law = law
+        self._started = None
+
+    def stop(self) -> None:
+        """Command zero to every robot, and say what was counted meanwhile."""
+        for follower in self._followers:
+            follower.stop()
+        for follower in self._followers:
+            follower.cmd_vel.wait_until_sent()
+        if self.communication:
+            self.communication.stop()
+        self._tell_counts()
+        for line in self.condition_reports.summary():
+            self._say(line)
+
+    def _tell_counts(self) -> None:
+        for line in self._reports.summary():
+            self._say(line)
+
+    def _step(self) -> None:
+        now = time.monotonic()
+        self._started = now if self._started is None else self._started
+        # Odometry cannot come in while a step takes its time.
+        self._notice_lost_odometry(POSE_TIMEOUT_S + now - self._stepped)
+        with self.watch.step():
+            if self._pause and self._pause.reason():
+                self._stand(now)
+            else:
+                self._control(now - self._started)
+        self._stepped = now
+        self._graph.check()
+
+    def _stand(self, now: float) -> None:
+        """Command zero without calling the laws: a reference must not run away meanwhile."""
+        self._started += now - self._stepped
+        for controller in self._controllers:
+            controller.publish(0.0, 0.0)
+
+    def _control(self, t: float) -> None:
+        poses: Iterable[Floats] = repeat(self._odometry.poses.copy())
+        adjacency = None
+        if self.communication:
+            poses, adjacency = self.communication.heard(t)
+        for controller, known in zip(self._controllers, poses, strict=False):
+            velocity = (0.0, 0.0)
+            if self._has_laws and controller.robot not in self._lost:
+                try:
+                    with self.watch.call(controller.robot):
+                        velocity = controller.law(known, t, adjacency)
+                    self._reports.succeeded(controller.robot, t)
+                except ControlError as error:
+                    self._reports.failed(controller.robot, t, error)
+                except AbandonCall:
+                    self._has_laws = False
+                except KeyboardInterrupt as error:  # signals raise StopCall: it is the script's
+                    failure = controller.law.failure(error)
+                    self._reports.failed(controller.robot, t, failure)
+            controller.publish(*saturate(velocity, self._vnom).tolist())
+
+    def _notice_lost_odometry(self, timeout_s: float) -> None:
+        for controller in self._controllers:
+            robot, age = controller.robot, self._odometry.age(controller.robot)
+            if age > timeout_s and robot not in self._lost:
+                self._lost.add(robot)
+                self._say(
+                    f'{robot_name(robot)}: no odometry for {age:.1f} s; it is commanded zero'
+                )
+            elif age <= timeout_s and robot in self._lost:
+                self._lost.remove(robot)
+                self._say(f'{robot_name(robot)}: odometry is back')

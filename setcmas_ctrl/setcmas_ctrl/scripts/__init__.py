@@ -1,0 +1,1 @@
+"""Users' scripts: load, call, watch, and report their failures."""

@@ -1,0 +1,138 @@
+"""Watches calls of scripts: tells of slow ones, and where one is stuck that does not return."""
+
+from __future__ import annotations
+
+import contextlib
+import sys
+import threading
+import time
+import traceback
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import NamedTuple
+
+from setcmas_ctrl.scripts.messages import described_place, places_in, quoted_line
+from setcmas_ctrl.scripts.slow_calls import SlowCalls
+from setcmas_simu.fleet.topics import robot_name
+
+STUCK_S = 2.0
+"""Duration in s from which a call counts as stuck."""
+
+
+class _Call(NamedTuple):
+    robot: int
+    path: Path
+    function: str  # empty while the script is loaded
+    started: float
+
+
+class CallWatch:
+    """Times each call on the thread that makes it, from a thread of its own."""
+
+    def __init__(
+        self,
+        path: Path,
+        period: float,
+        say: Callable[[str], None],
+        stuck_s: float = STUCK_S,
+    ) -> None:
+        """Start to watch.
+
+        Args:
+            path: The script.
+            period: Control period in s, which the calls for all robots are to fit into.
+            say: Shows a message to the user; called from either thread.
+            stuck_s: Duration in s from which a call is stuck.
+        """
+        self._path = path
+        self._say = say
+        self._stuck_s = stuck_s
+        self.while_stuck: Callable[[], None] | None = None
+        """Called now and then, from the watching thread, while a call is stuck."""
+        self.has_been_stuck = False
+        """Whether a function of a script has been stuck at some time."""
+        self._call: _Call | None = None
+        self._stuck: _Call | None = None
+        self._slow = SlowCalls(period, say)
+        self._counting = False
+        self._caller = threading.get_ident()
+        self._closed = threading.Event()
+        self._thread = threading.Thread(target=self._watch, name='call watch', daemon=True)
+        self._thread.start()
+
+    @contextlib.contextmanager
+    def call(
+        self, robot: int, function: str = 'control', path: Path | None = None
+    ) -> Iterator[None]:
+        """Watch what runs inside as a call for a robot.
+
+        Args:
+            robot: Number of the robot.
+            function: The function of the script that is called.
+            path: The script, if it is another one.
+        """
+        call = self._call = _Call(robot, path or self._path, function, time.monotonic())
+        try:
+            yield
+        finally:
+            self._call = None
+            if function and self._counting:
+                self._slow.add(call.path, robot, time.monotonic() - call.started)
+
+    def loading(
+        self, robot: int, path: Path | None = None
+    ) -> contextlib.AbstractContextManager[None]:
+        """Watch what runs inside as the loading of a script for a robot."""
+        return self.call(robot, '', path)
+
+    @contextlib.contextmanager
+    def step(self) -> Iterator[None]:
+        """Watch what runs inside as the control step that ends a control period."""
+        self._counting = True
+        try:
+            yield
+        finally:
+            self._slow.end_period(time.monotonic())
+
+    @property
+    def running_s(self) -> float:
+        """For how long the present call has been running, in s; 0 between calls."""
+        call = self._call
+        return time.monotonic() - call.started if call else 0.0
+
+    def close(self) -> None:
+        """Stop to watch."""
+        self._closed.set()
+        self._thread.join()
+
+    def is_stuck(self) -> bool:
+        """Return whether the present call is stuck."""
+        return self.running_s > self._stuck_s
+
+    def _watch(self) -> None:
+        while not self._closed.wait(min(0.25, self._stuck_s / 4)):
+            call = self._call
+            if not call or not self.is_stuck():
+                continue
+            if call != self._stuck:
+                self._stuck = call
+                self.has_been_stuck |= call.function != ''
+                self._say(self._describe(call))
+            if self.while_stuck:
+                self.while_stuck()
+
+    def _describe(self, call: _Call) -> str:
+        frame = sys._current_frames().get(self._caller)
+        # The innermost frame comes first.
+        places = places_in(traceback.walk_stack(frame), call.path) if frame else []
+        file, line = places[0] if places else (call.path, None)
+        late = (
+            f'{call.function} has not returned'
+            if call.function
+            else f'{call.path.name} has been loading'
+        )
+        return (
+            f'{robot_name(call.robot)}: {late} for {self._stuck_s:g} s; '
+            f'it is at {described_place(file, line, call.path)}{quoted_line(file, line)}\n'
+            '    no robot of this process is commanded until it returns; Ctrl-C stops'
+        )

@@ -1,0 +1,77 @@
+"""Tells of failing scripts once for each distinct error, counts the rest, says when it ends."""
+
+from __future__ import annotations
+
+from collections import Counter, defaultdict
+from collections.abc import Callable
+
+from setcmas_ctrl.control.control_law import ControlError
+from setcmas_simu.fleet.fleet import format_robots
+from setcmas_simu.fleet.topics import robot_name
+
+STANDS = 'is commanded zero; the other robots go on'
+"""What happens to a robot whose control law fails."""
+
+
+class ErrorReports:
+    """Turns the errors of a fleet's scripts into messages that are not repeated."""
+
+    def __init__(self, say: Callable[[str], None], consequence: str = STANDS) -> None:
+        """Report through a function that shows a message to the user.
+
+        Args:
+            say: Shows a message to the user.
+            consequence: What happens to a robot whose script fails, after its name.
+        """
+        self._say = say
+        self._consequence = consequence
+        self._counts: Counter[tuple[int, object]] = Counter()
+        self._failing: Counter[int] = Counter()
+        self._first: dict[str, int] = {}  # the robot for which a text was shown
+
+    def failed(self, robot: int, t: float, error: ControlError) -> None:
+        """Note that a robot's script failed at time t (s)."""
+        self._failing[robot] += 1
+        self._counts[robot, error.key] += 1
+        if self._counts[robot, error.key] == 1:
+            name = robot_name(robot)
+            first = self._first.setdefault(str(error), robot)
+            if first == robot:
+                self._say(f'{name} at t = {t:.1f} s: {error}\n    {name} {self._consequence}')
+            else:
+                self._say(f'{name} at t = {t:.1f} s: the same error as {robot_name(first)}')
+
+    def succeeded(self, robot: int, t: float) -> None:
+        """Note that a robot's script did its work at time t (s)."""
+        if robot in self._failing:
+            count = self._failing.pop(robot)
+            calls = 'call' if count == 1 else 'calls'
+            self._say(f'{robot_name(robot)} at t = {t:.1f} s: works again after {count} {calls}')
+
+    @property
+    def failed_robots(self) -> list[int]:
+        """The robots whose script has failed at some time, sorted."""
+        return sorted({robot for robot, _ in self._counts})
+
+    def summary(self) -> list[str]:
+        """Return a line for each error that occurred more than once to a robot."""
+        robots_of: defaultdict[object, list[int]] = defaultdict(list)
+        for (robot, key), count in self._counts.items():
+            if count > 1:
+                robots_of[key].append(robot)
+        return [self._summed_up(key, robots) for key, robots in robots_of.items()]
+
+    def _summed_up(self, key: object, robots: list[int]) -> str:
+        count = sum(self._counts[robot, key] for robot in robots)
+        if len(robots) == 1:
+            return f'{robot_name(robots[0])}: {_name(key)} occurred {count} times'
+        return (
+            f'robots {format_robots(sorted(robots))}: {_name(key)} occurred {count} times in all'
+        )
+
+
+def _name(key: object) -> str:
+    if isinstance(key, tuple) and key[0] != 'result':
+        kind, file, line = key
+        return f'{kind} in {file.name}, line {line}' if line else str(kind)
+    return 'a result that is of no use'

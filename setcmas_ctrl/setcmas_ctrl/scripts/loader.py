@@ -1,0 +1,169 @@
+"""Finds control scripts and loads them, a fresh module for every robot."""
+
+from __future__ import annotations
+
+import ast
+import contextlib
+import difflib
+import importlib
+import linecache
+import sys
+import tokenize
+import types
+from importlib import resources
+from pathlib import Path
+from typing import Any
+
+from setcmas_ctrl.scripts.function import CONTROL, Control, check_defines, checked_control
+from setcmas_ctrl.scripts.imports import ScriptImports
+from setcmas_ctrl.scripts.messages import describe_failure
+from setcmas_ctrl.scripts.settings import CALL, Settings, apply_settings, converted
+from setcmas_ctrl.scripts.stop_call import AbandonCall, StopCall
+from setcmas_simu.errors import SetcmasError
+
+ALIASES = {'wp_nav': 'nav_wp'}
+"""Other names of built-in control laws."""
+
+
+def builtin_folder() -> Path:
+    """Return the folder of the built-in control laws."""
+    return Path(str(resources.files('setcmas_ctrl') / 'algorithms'))
+
+
+def exercise_folder() -> Path:
+    """Return the folder of the exercises: scripts whose maths is left to fill in."""
+    return Path(str(resources.files('setcmas_ctrl') / 'exercises'))
+
+
+def scripts_in(folder: Path) -> list[Path]:
+    """Return the scripts in a folder, sorted by name."""
+    paths = (path for path in folder.glob('*.py') if not path.name.startswith('_'))
+    return sorted(path for path in paths if path.is_file())
+
+
+def find_script(name: str, exercise: bool = False) -> Path:
+    """Return the script that `--algo NAME` means.
+
+    In this order: a path to a file; NAME.py in the current folder; if `exercise`, an exercise;
+    a built-in control law.
+
+    Raises:
+        SetcmasError: There is none; the message offers the nearest names.
+    """
+    stem = ALIASES.get(name, name).replace('-', '_')
+    folders = {'exercises': exercise_folder()} if exercise else {}
+    folders['built-in'] = builtin_folder()
+    candidates = (Path(name), Path(f'{name}.py'), *(f / f'{stem}.py' for f in folders.values()))
+    for path in candidates:
+        with contextlib.suppress(OSError):  # such as a name too long to be one
+            if path.is_file():
+                return path.resolve()
+    folders['in this folder'] = Path.cwd()
+    names = {title: [path.stem for path in scripts_in(f)] for title, f in folders.items()}
+    known = [*dict.fromkeys(stem for stems in names.values() for stem in stems), *ALIASES]
+    near = difflib.get_close_matches(Path(name).stem, known, n=3)
+    hint = f'did you mean {" or ".join(near)}? ' if near else ''
+    raise SetcmasError(
+        f"control script '{name}' was not found: {hint}"
+        + '; '.join(f'{title}: {", ".join(stems) or "none"}' for title, stems in names.items())
+    )
+
+
+def compile_script(
+    path: Path, expected: str = CONTROL, settings: Settings | None = None
+) -> types.CodeType:
+    """Compile a script without running it, and see that it gives its function a meaning.
+
+    Args:
+        path: The script.
+        expected: The function that it must have, with its parameters.
+        settings: Values to take the place of the script's own (`--set`).
+
+    Raises:
+        SetcmasError: It cannot be read, has a syntax error, does not have the function, or does
+            not have a name that is to be set.
+    """
+    source = _read(path)
+    # Errors quote what was run, even when the file has been edited meanwhile.
+    lines = source.splitlines(keepends=True)
+    linecache.cache[str(path)] = (len(source), None, lines, str(path))
+    try:
+        tree = ast.parse(source, str(path))
+        code = compile(tree, str(path), 'exec')
+    except (SyntaxError, ValueError) as error:
+        raise SetcmasError(describe_failure(error, path)) from error
+    check_defines(tree, expected, path)
+    if settings:
+        apply_settings(tree, settings, path.name)
+        code = compile(tree, str(path), 'exec')
+    return code
+
+
+def _read(path: Path) -> str:
+    try:
+        with tokenize.open(path) as file:
+            return file.read()
+    except OSError as error:
+        raise SetcmasError(f"control script '{path}' cannot be read: {error.strerror}") from error
+    except UnicodeDecodeError as error:
+        raise SetcmasError(
+            f'{path.name} is not written in {error.encoding} '
+            f'(byte {error.object[error.start]:#x}); save it as UTF-8, or name its encoding in '
+            'its first line, such as # -*- coding: latin-1 -*-'
+        ) from error
+    except SyntaxError as error:  # neither UTF-8 nor another encoding that is known
+        reason = error.msg.partition(' for ')[0]
+        raise SetcmasError(f'{path.name} has an {reason}; save it as UTF-8') from error
+
+
+def load_control(path: Path, robot: int) -> Control:
+    """Run a script in a fresh module for one robot and return its `control`.
+
+    Raises:
+        SetcmasError: The script fails while it is loaded, or `control` does not take four
+            arguments.
+    """
+    return checked_control(vars(load_script(path, robot)).get('control'), path)
+
+
+def load_script(
+    path: Path, robot: int, expected: str = CONTROL, settings: Settings | None = None
+) -> types.ModuleType:
+    """Run a script in a fresh module for one robot and return the module.
+
+    Helper modules beside the script are fresh for every robot too, because scripts keep their
+    state in module globals.
+
+    Args:
+        path: The script.
+        robot: Number of the robot.
+        expected: The function that it must have, with its parameters.
+        settings: Values to take the place of the script's own (`--set`).
+
+    Raises:
+        SetcmasError: The script cannot be read, or fails while it is loaded.
+    """
+    settings = settings or {}
+    code = compile_script(path, expected, settings)
+
+    def setting(name: str, own: Any) -> Any:
+        return converted(name, own, settings[name], path.name)
+
+    module = types.ModuleType(f'{path.stem}_tb3_{robot}')
+    module.__file__ = str(path)
+    imports = ScriptImports(path.parent, robot, {CALL: setting})
+    vars(module)['__builtins__'] = imports.builtins
+    sys.modules[module.__name__] = module
+    if str(path.parent) not in sys.path:
+        sys.path.append(str(path.parent))  # for importlib.import_module and the like
+    importlib.invalidate_caches()
+    try:
+        exec(code, module.__dict__)
+    except (KeyboardInterrupt, StopCall, AbandonCall, SetcmasError):
+        raise
+    except BaseException as error:
+        raise SetcmasError(describe_failure(error, path)) from error
+    for name in settings:
+        if name not in vars(module):
+            raise SetcmasError(f"--set {name}: {path.name} has no module-level name '{name}'")
+    return module

@@ -1,0 +1,128 @@
+"""What scripts print: whole lines, with the robot's name before them.
+
+The robot is found on the stack of whoever writes: the nearest caller that is a script's (or a
+helper module's) function belongs to a robot. So calls of `control` cost nothing more, and what a
+thread of a script prints is told apart too.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import sys
+import threading
+import traceback
+from collections import defaultdict
+from collections.abc import Iterable, Iterator
+from pathlib import Path
+from typing import IO, Any, cast
+
+from setcmas_ctrl.scripts.imports import robot_of_frame
+from setcmas_ctrl.scripts.messages import describe_failure
+from setcmas_simu.fleet.topics import robot_name
+
+_LONGEST_LINE = 16 * 1024
+
+
+class _ThisThread(threading.local):
+    naming = False  # whether a line with its name is on its way through further streams
+    # print() uses sys.stdout without holding it (CPython issue 130163): that it lives until the
+    # call returns, although the naming ends meanwhile, is seen to by what wrote there last.
+    output: ScriptOutput | None = None
+
+
+_this_thread = _ThisThread()
+
+
+class ScriptOutput:
+    """Stands for sys.stdout or sys.stderr; what is not printed by a script passes unchanged."""
+
+    def __init__(self, stream: IO[str]) -> None:
+        """Write to a stream."""
+        self._stream = stream
+        self._lock = threading.RLock()
+        # Of each robot and thread: the beginning of a line that has no end yet.
+        self._begun: defaultdict[tuple[int, int], str] = defaultdict(str)
+
+    def __getattr__(self, name: str) -> Any:
+        """Have everything else that the stream has."""
+        return getattr(self._stream, name)
+
+    def write(self, text: str) -> int:
+        """Write a text; lines of scripts get their robot's name."""
+        _this_thread.output = self
+        robot = None if _this_thread.naming else _writing_robot()
+        if robot is None:
+            return self._stream.write(text)
+        with self._lock:
+            key = (robot, threading.get_ident())
+            lines, newline, rest = (self._begun[key] + text).rpartition('\n')
+            if len(rest) > _LONGEST_LINE:
+                lines, newline, rest = lines + newline + rest, '\n', ''
+            self._begun[key] = rest
+            if newline:
+                self._write_lines(robot, lines)
+        return len(text)
+
+    def writelines(self, texts: Iterable[str]) -> None:
+        """Write texts one after the other."""
+        for text in texts:
+            self.write(text)
+
+    def close(self) -> None:
+        """Stay open: a script that closes its output is not alone with it."""
+
+    def end_lines(self) -> None:
+        """Write the beginnings of lines that are still without an end."""
+        with self._lock:
+            for (robot, _), text in self._begun.items():
+                if text:
+                    self._write_lines(robot, text)
+            self._begun.clear()
+
+    def _write_lines(self, robot: int, lines: str) -> None:
+        prefix = f'{robot_name(robot)}: '
+        _this_thread.naming = True
+        try:
+            self._stream.write(''.join(f'{prefix}{line}\n' for line in lines.split('\n')))
+            self._stream.flush()
+        finally:
+            _this_thread.naming = False
+
+
+def _writing_robot() -> int | None:
+    frame = sys._getframe(1)  # there may be no caller: a thread can be a mere print()
+    while frame is not None:
+        if (robot := robot_of_frame(frame)) is not None:
+            return robot
+        frame = frame.f_back  # type: ignore[assignment]
+    return None
+
+
+def _tell_thread_failure(failure: threading.ExceptHookArgs) -> None:
+    """Tell in one message that a thread has failed, and of which robot it is (if of one)."""
+    error = failure.exc_value
+    frames = [frame for frame, _ in traceback.walk_tb(failure.exc_traceback)]
+    ours = [frame for frame in frames if robot_of_frame(frame) is not None]
+    if error is None or not ours:
+        threading.__excepthook__(failure)
+    elif not isinstance(error, SystemExit):
+        message = describe_failure(error, Path(ours[0].f_code.co_filename))
+        name = robot_name(robot_of_frame(ours[0]) or 0)
+        print(f'{name}: a thread of the script failed: {message}', file=sys.stderr, flush=True)
+
+
+@contextlib.contextmanager
+def named_output() -> Iterator[None]:
+    """Put the robot's name before what scripts print, or their threads fail with, inside."""
+    hook, threading.excepthook = threading.excepthook, _tell_thread_failure
+    stdout, stderr = ScriptOutput(sys.stdout), ScriptOutput(sys.stderr)
+    with (
+        contextlib.redirect_stdout(cast(IO[str], stdout)),
+        contextlib.redirect_stderr(cast(IO[str], stderr)),
+    ):
+        try:
+            yield
+        finally:
+            threading.excepthook = hook
+            stdout.end_lines()
+            stderr.end_lines()

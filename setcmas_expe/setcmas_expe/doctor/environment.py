@@ -1,0 +1,104 @@
+"""Checks of this machine: Python, ROS 2's packages, and the variables that steer ROS."""
+
+from __future__ import annotations
+
+import importlib.util
+import os
+import platform
+import sys
+from collections.abc import Mapping
+from importlib import metadata
+
+from setcmas_expe.doctor.findings import NOTE, OK, PROBLEM, Finding
+from setcmas_expe.doctor.multicast import multicast_finding
+from setcmas_expe.doctor.shared_memory import shared_memory_finding
+
+_PYTHONS = ((3, 10), (3, 13))
+_PACKAGES = ('rclpy', 'nav_msgs', 'sensor_msgs', 'diagnostic_msgs', 'std_srvs')
+_DEFAULT_RMW = 'rmw_fastrtps_cpp'
+_RANGES = ('SUBNET', 'LOCALHOST', 'OFF', 'SYSTEM_DEFAULT')
+_LARGEST_DOMAIN = 101
+_WHEELS = "pip install 'setcmas[ros]' (Linux x86_64), or source an installed ROS 2 Jazzy"
+
+
+def environment_findings() -> list[Finding]:
+    """Return what was found on this machine."""
+    variables = os.environ
+    findings = [python_finding(sys.version_info[:2]), ros_finding(), rmw_finding(variables)]
+    findings += [domain_finding(variables), discovery_finding(variables)]
+    if sys.platform == 'linux':
+        findings += [multicast_finding(), shared_memory_finding()]
+    return findings
+
+
+def ros_is_there() -> bool:
+    """Return whether nodes can run here."""
+    return not _missing_packages()
+
+
+def python_finding(version: tuple[int, int]) -> Finding:
+    """Return whether ROS 2 Jazzy's wheels support a version of Python."""
+    text = '.'.join(map(str, version))
+    if _PYTHONS[0] <= version <= _PYTHONS[1]:
+        return Finding(OK, 'Python', f'{platform.python_version()} on {platform.system()}')
+    return Finding(PROBLEM, 'Python', text, 'use Python 3.10 to 3.13: ROS 2 has wheels for these')
+
+
+def ros_finding() -> Finding:
+    """Return whether the packages of ROS 2 are there."""
+    missing = _missing_packages()
+    if missing:
+        return Finding(PROBLEM, 'ROS 2', f'{", ".join(missing)} not found', _WHEELS)
+    try:
+        found = f'rclpy {metadata.version("ros-jazzy-rclpy")} from PyPI'
+    except metadata.PackageNotFoundError:
+        found = f'{os.environ.get("ROS_DISTRO", "rclpy")}, installed'
+    distribution = os.environ.get('ROS_DISTRO', 'jazzy')
+    if distribution != 'jazzy':
+        return Finding(NOTE, 'ROS 2', found, 'this is made for and tested with ROS 2 Jazzy')
+    return Finding(OK, 'ROS 2', found)
+
+
+def _missing_packages() -> list[str]:
+    return [name for name in _PACKAGES if importlib.util.find_spec(name) is None]
+
+
+def rmw_finding(variables: Mapping[str, str]) -> Finding:
+    """Return which middleware is in use."""
+    name = variables.get('RMW_IMPLEMENTATION') or _DEFAULT_RMW
+    if name == _DEFAULT_RMW:
+        return Finding(OK, 'middleware', name)
+    return Finding(
+        NOTE,
+        'middleware',
+        f'RMW_IMPLEMENTATION={name}',
+        f'all machines should use the same one; this is tested with {_DEFAULT_RMW}',
+    )
+
+
+def domain_finding(variables: Mapping[str, str]) -> Finding:
+    """Return whether the ROS domain is one that works everywhere."""
+    text = variables.get('ROS_DOMAIN_ID') or '0'
+    if not text.isdecimal() or int(text) > _LARGEST_DOMAIN:
+        advice = f'set ROS_DOMAIN_ID to a number from 0 to {_LARGEST_DOMAIN}'
+        return Finding(PROBLEM, 'ROS domain', f"'{text}'", advice)
+    return Finding(OK, 'ROS domain', f'{text}; the robots must have the same one')
+
+
+def discovery_finding(variables: Mapping[str, str]) -> Finding:
+    """Return how machines find each other."""
+    what = 'discovery'
+    if variables.get('ROS_LOCALHOST_ONLY') == '1':
+        advice = 'unset ROS_LOCALHOST_ONLY: it hides the robots, and Jazzy no longer wants it'
+        return Finding(PROBLEM, what, 'ROS_LOCALHOST_ONLY=1', advice)
+    wanted = variables.get('ROS_AUTOMATIC_DISCOVERY_RANGE')
+    if wanted is not None and wanted not in _RANGES:
+        advice = f'set ROS_AUTOMATIC_DISCOVERY_RANGE to one of {", ".join(_RANGES)}'
+        return Finding(PROBLEM, what, f'range {wanted}', advice)
+    found = f'range {wanted}' if wanted else 'this machine in simulation, SUBNET in experiments'
+    for name in ('ROS_STATIC_PEERS', 'ROS_DISCOVERY_SERVER'):
+        if variables.get(name):
+            found += f', {name}={variables[name]}'
+    if wanted == 'OFF':
+        return Finding(PROBLEM, what, found, 'unset ROS_AUTOMATIC_DISCOVERY_RANGE: OFF is off')
+    return Finding(OK, what, found)

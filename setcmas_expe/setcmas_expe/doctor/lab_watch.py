@@ -1,0 +1,146 @@
+"""Watches a lab for a few seconds: motion capture, batteries, and who listens to commands."""
+
+from __future__ import annotations
+
+import math
+import time
+from dataclasses import dataclass, field
+from functools import partial
+from typing import Any
+
+from nav_msgs.msg import Odometry
+from rclpy.qos import QoSProfile, ReliabilityPolicy
+from sensor_msgs.msg import BatteryState
+
+from setcmas_expe.doctor.arrival_statistics import ArrivalStatistics, arrival_statistics
+from setcmas_expe.lab.model import Lab, LabRobot
+from setcmas_expe.mocap.graph import doubt
+from setcmas_expe.mocap.messages import TYPES, sample_of
+from setcmas_expe.mocap.sample import Pose, Sample, fault_of
+from setcmas_simu.fleet import topics
+from setcmas_simu.ros import cmd_vel_graph, qos
+from setcmas_simu.ros.cmd_vel_graph import Endpoint
+from setcmas_simu.ros.process import FleetNode
+
+_BURST = QoSProfile(depth=50, reliability=ReliabilityPolicy.BEST_EFFORT)
+
+
+@dataclass
+class RobotWatch:
+    """What has been heard of one robot since the watch began.
+
+    Attributes:
+        robot: Which one it is.
+        arrivals: When its poses arrived, in s on the system's clock.
+        stamps: Their stamps, in s.
+        heard: When the newest arrived, in s on a steady clock; -inf before the first.
+        sample: The newest of them; None before the first.
+        fault: What was wrong with the last bad one; None if all were good.
+        battery: Charge in percent; None if nothing was heard.
+        wheel_speed: Forward speed by its own odometry in m/s, and when that arrived in s on a
+            steady clock; None if nothing was heard.
+    """
+
+    robot: LabRobot
+    arrivals: list[float] = field(default_factory=list)
+    stamps: list[float] = field(default_factory=list)
+    heard: float = -math.inf
+    sample: Sample | None = None
+    fault: str | None = None
+    battery: float | None = None
+    wheel_speed: tuple[float, float] | None = None
+
+
+class LabWatch(FleetNode):
+    """Listens to all robots of a lab and to its motion capture system."""
+
+    def __init__(self, lab: Lab) -> None:
+        """Start to listen."""
+        super().__init__('doctor')
+        self.lab = lab
+        self.robots = {robot.number: RobotWatch(robot) for robot in lab.robots}
+        self._begin = time.time()
+        silent = {'event_callbacks': qos.no_subscription_events()}
+        for watch in self.robots.values():
+            robot = watch.robot
+            for kind, topic, callback in (
+                (TYPES[lab.mocap.message_type], lab.mocap.topic_of(robot), self._on_mocap),
+                (Odometry, robot.topic(topics.ODOM), self._on_wheel_odometry),
+                (BatteryState, robot.topic(topics.BATTERY), self._on_battery),
+            ):
+                self.create_subscription(kind, topic, partial(callback, watch), _BURST, **silent)
+
+    def forget(self) -> None:
+        """Begin anew with the statistics of motion capture."""
+        self._begin = time.time()
+        for watch in self.robots.values():
+            watch.arrivals.clear()
+            watch.stamps.clear()
+            watch.fault = None
+
+    def statistics(self, robot: int) -> ArrivalStatistics:
+        """Return how regularly a robot's poses have been arriving."""
+        watch = self.robots[robot]
+        return arrival_statistics(watch.arrivals, watch.stamps, self._begin, time.time())
+
+    def poses(self) -> dict[int, Pose]:
+        """Return the newest good pose of each robot that has one, by number."""
+        return {
+            number: watch.sample.planar()
+            for number, watch in self.robots.items()
+            if watch.sample is not None and fault_of(watch.sample, self.lab.arena) is None
+        }
+
+    def pose_age(self, robot: int) -> float:
+        """Return how long ago a robot's last pose arrived, in s."""
+        return time.monotonic() - self.robots[robot].heard
+
+    def fault(self, robot: int) -> str | None:
+        """Return what is wrong with a robot's poses; None if nothing."""
+        return self.robots[robot].fault or self.pose_doubt(robot) or None
+
+    def pose_doubt(self, robot: int) -> str:
+        """Return why none of a robot's poses is to be believed; empty if they may be."""
+        return doubt(self, self.lab.mocap.topic_of(self.robots[robot].robot))
+
+    def listeners(self, robot: LabRobot) -> list[Endpoint]:
+        """Return who listens to a robot's commands, bystanders aside."""
+        return cmd_vel_graph.listeners(self, robot.topic(topics.CMD_VEL))
+
+    def contest(self, robot: LabRobot, own: str = '') -> str:
+        """Return who may move a robot, or moves in its place; empty if nobody.
+
+        Args:
+            robot: The robot.
+            own: Base name of the node that may; none by default.
+        """
+        own = topics.robot_topic(robot.number, own) if own else ''
+        return cmd_vel_graph.contest(self, robot.topic(topics.CMD_VEL), own)
+
+    def is_guarded(self, robot: LabRobot) -> bool:
+        """Return whether a cmd_vel_guard watches over a robot."""
+        return cmd_vel_graph.is_guarded(self, robot.topic(topics.CMD_VEL))
+
+    def bodies(self) -> list[str]:
+        """Return the names of the bodies that motion capture sends at present, sorted."""
+        before, _, after = self.lab.mocap.topic.partition('{name}')
+        after = after.partition('{name}')[0]
+        return sorted(
+            name[len(before) :].partition(after or '\n')[0]
+            for name, _ in self.get_topic_names_and_types()
+            if name.startswith(before) and after in name and self.count_publishers(name)
+        )
+
+    def _on_mocap(self, watch: RobotWatch, message: Any) -> None:
+        sample = sample_of(message, self.lab.mocap.y_up)
+        watch.arrivals.append(time.time())
+        watch.heard = time.monotonic()
+        watch.stamps.append(sample.stamp)
+        watch.sample = sample
+        watch.fault = fault_of(sample, self.lab.arena) or watch.fault
+
+    def _on_wheel_odometry(self, watch: RobotWatch, message: Odometry) -> None:
+        watch.wheel_speed = message.twist.twist.linear.x, time.monotonic()
+
+    def _on_battery(self, watch: RobotWatch, message: BatteryState) -> None:
+        watch.battery = message.percentage if math.isfinite(message.percentage) else None

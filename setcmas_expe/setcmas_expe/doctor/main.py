@@ -1,0 +1,121 @@
+"""Checks this machine, what is in sight on its network, and a lab; tells what to do.
+
+Run as `ros2 run setcmas_expe doctor`, or `... doctor --lab lab.yaml`.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from pathlib import Path
+
+from tabulate import tabulate
+
+from setcmas_expe.doctor.environment import environment_findings, ros_is_there
+from setcmas_expe.doctor.findings import Finding, advice_lines, exit_status, table, verdict
+from setcmas_expe.lab.model import Lab
+from setcmas_expe.lab.options import add_lab_arguments, chosen_lab
+from setcmas_simu.errors import SetcmasError
+
+_WATCH_S = 3.0
+_SIGHT_S = 2.0
+_QUESTION = 'Nudge each robot 5 cm forward and back? People and obstacles clear? [y/N] '
+
+
+def add_doctor_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add the options of the doctor."""
+    add_lab_arguments(parser)
+    parser.add_argument(
+        '--nudge',
+        action='store_true',
+        help='nudge each robot without asking: 5 cm forward and back, and a small turn',
+    )
+
+
+def look_around(ros_arguments: list[str]) -> list[Finding]:
+    """Return what other fleets are in sight."""
+    from setcmas_expe.doctor.fleets_in_sight import fleets_finding
+    from setcmas_simu.ros.process import FleetNode, ros_process
+
+    with ros_process(ros_arguments) as process:
+        node = FleetNode('doctor')
+        process.add(node)
+        process.spin_until(lambda: False, _SIGHT_S)
+        return [fleets_finding(node)]
+
+
+def examine_lab(lab: Lab, name: str, nudge: bool, ros_arguments: list[str]) -> list[Finding]:
+    """Print the table of a lab's robots, nudge them if that is wanted; returns the findings."""
+    # Imported late: without ROS, the checks of this machine still work.
+    from setcmas_expe.doctor.lab_examination import LabExamination
+    from setcmas_simu.ros.process import ros_process
+
+    with ros_process(ros_arguments) as process:
+        examination = LabExamination(process, lab)
+        examination.watch(_WATCH_S)
+        columns, rows, findings = examination.result()
+        print(f'\nrobots of {name}')
+        print(tabulate(rows, columns, tablefmt='simple', disable_numparse=True), flush=True)
+        if findings:
+            print(f'\n{table(findings)}', flush=True)
+        if not process.stopping and (nudge or _confirmed(process)):
+            nudges = examination.nudge()
+            print(f'\nnudges\n{table(nudges)}', flush=True)
+            findings += nudges
+    return findings
+
+
+def _confirmed(process: RosProcess) -> bool:
+    """Ask the user at the terminal; False where there is none."""
+    if not (sys.stdin.isatty() and sys.stdout.isatty()):
+        return False
+
+    def give_up() -> None:
+        raise KeyboardInterrupt
+
+    process.on_stop_signal = give_up
+    try:
+        return input(f'\n{_QUESTION}').strip().lower() in ('y', 'yes')
+    except (EOFError, KeyboardInterrupt):
+        print()
+        return False
+    finally:
+        process.on_stop_signal = None
+
+
+def main(argv: list[str] | None = None) -> int:
+    """Check everything; returns the exit status: 0 all well, 1 problems, 2 a mistake."""
+    argv = sys.argv[1:] if argv is None else argv
+    cut = argv.index('--ros-args') if '--ros-args' in argv else len(argv)
+    argv, ros_arguments = argv[:cut], argv[cut:]
+    parser = argparse.ArgumentParser(prog='doctor', description=__doc__)
+    add_doctor_arguments(parser)
+    args = parser.parse_args(argv)
+    try:
+        lab = chosen_lab(args) if wants_lab(args) else None
+    except SetcmasError as error:
+        print(f'error: {error}', file=sys.stderr)
+        return 2
+    findings = environment_findings()
+    if ros_is_there() and lab is None:
+        findings += look_around(ros_arguments)
+    print(f'this machine\n{table(findings)}', flush=True)
+    if lab and ros_is_there():
+        name = str(args.lab or Path('the default lab'))
+        findings += examine_lab(lab, name, args.nudge, ros_arguments)
+    advice = advice_lines(findings)
+    if advice:
+        print('\nwhat to do\n' + '\n'.join(advice))
+    print(f'\n{verdict(findings)}')
+    return exit_status(findings)
+
+
+def wants_lab(args: argparse.Namespace) -> bool:
+    """Return whether parsed options ask for the examination of a lab."""
+    from setcmas_expe.lab.options import LAB_OPTIONS
+
+    return args.nudge or any(getattr(args, name) is not None for name in LAB_OPTIONS)
+
+
+if __name__ == '__main__':
+    sys.exit(main())

@@ -1,0 +1,153 @@
+"""Nudges the robots of a lab one after the other, and watches what motion capture sees of it."""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Iterator
+
+from setcmas_expe.doctor import nudge
+from setcmas_expe.doctor.findings import OK, PROBLEM, Finding
+from setcmas_expe.doctor.lab_watch import LabWatch
+from setcmas_expe.lab.model import LabRobot
+from setcmas_expe.mocap.sample import Pose
+from setcmas_simu.fleet import topics
+from setcmas_simu.fleet.topics import robot_name
+from setcmas_simu.ros import qos
+from setcmas_simu.ros.cmd_vel_publisher import CmdVelPublisher
+from setcmas_simu.ros.process import RosProcess
+
+_PERIOD_S = 0.05
+_SETTLING_S = 0.4
+_ROLLS = 0.01  # m/s
+_LAST_ZEROS = 5
+_REFUSED = 'no nudge'
+_UNGUARDED = 'without it the robot keeps going when this machine or the network dies'
+
+
+class Nudger:
+    """Moves one robot at a time; every other one must stand."""
+
+    def __init__(self, process: RosProcess, watch: LabWatch) -> None:
+        """Prepare; nothing moves before `findings`."""
+        self._process = process
+        self._watch = watch
+        self._lab = watch.lab
+
+    def findings(self) -> Iterator[Finding]:
+        """Nudge each robot that may be, and tell what that proves."""
+        for robot in self._lab.robots:
+            if self._process.stopping:
+                return
+            refusal = self._refusal(robot)
+            if refusal:
+                what = f'nudge of {robot_name(robot.number)}'
+                yield Finding(PROBLEM, what, f'{_REFUSED}: {refusal[0]}', refusal[1])
+            else:
+                yield from self._nudge(robot)
+
+    def _refusal(self, robot: LabRobot) -> tuple[str, str] | None:
+        """Return why a robot must not be nudged and what to do; None if it may be."""
+        if self._watch.count_publishers(topics.PAUSED):
+            return 'an experiment is running', 'end the experiment (q in its terminal) first'
+        if contest := self._watch.contest(robot):
+            return contest, 'stop it first'
+        if not self._watch.is_guarded(robot):
+            return 'no cmd_vel_guard on it', 'install it on the robot (docs/lab.md): ' + _UNGUARDED
+        poses = self._watch.poses()
+        unseen = [r for r in self._watch.robots if r not in poses or self._is_lost(r)]
+        if unseen:
+            names = ', '.join(map(robot_name, unseen))
+            return f'{names} not seen', 'motion capture must see every robot of the lab'
+        if doubt := next(filter(None, map(self._watch.pose_doubt, self._watch.robots)), ''):
+            return doubt, 'end the other sender: nobody knows which poses are true'
+        why = nudge.obstacle(robot.number, poses, self._lab)
+        return (why, 'put it where it has 20 cm to all sides') if why else None
+
+    def _is_lost(self, robot: int) -> bool:
+        return self._watch.pose_age(robot) > self._lab.timeouts.pose_s
+
+    def _nudge(self, robot: LabRobot) -> Iterator[Finding]:
+        commands = CmdVelPublisher(
+            self._watch,
+            robot.number,
+            robot.topic(topics.CMD_VEL),
+            robot.topic(topics.ODOM),
+            self._lab.cmd_vel_type,
+            qos.ROBOT_COMMAND,
+        )
+        try:
+            self._process.spin_until(commands.follow_listeners, 1.0)
+            start = self._watch.poses()
+            delay = self._drive(commands, nudge.FORWARD, robot)
+            forward = self._watch.poses()
+            self._drive(commands, nudge.BACK, robot)
+            back = self._watch.poses()
+            self._drive(commands, nudge.LEFT, robot)
+            left = self._watch.poses()
+            self._drive(commands, nudge.RIGHT, robot)
+        except _BrokenOff as reason:
+            what = f'nudge of {robot_name(robot.number)}'
+            yield Finding(
+                PROBLEM,
+                what,
+                f'broken off: {reason}',
+                'see that its way is free, and that nobody else commands it',
+            )
+            return
+        finally:
+            for _ in range(_LAST_ZEROS):  # several, in case one is lost
+                commands.publish(0.0, 0.0)
+                time.sleep(_PERIOD_S)
+            commands.wait_until_sent()
+        yield nudge.forward_finding(robot.number, start, forward)
+        yield nudge.turn_finding(robot.number, back[robot.number], left[robot.number])
+        if delay is not None:
+            what = f'delay of {robot_name(robot.number)}'
+            yield Finding(OK, what, f'{1e3 * delay:.0f} ms from command to turning wheels')
+
+    def _drive(
+        self, commands: CmdVelPublisher, phase: nudge.Phase, robot: LabRobot
+    ) -> float | None:
+        """Drive for one phase; returns the time in s until the wheels turned, None if unseen.
+
+        Raises:
+            _BrokenOff: Something is not as it should be.
+        """
+        start = self._watch.poses()
+        begin = time.monotonic()
+        delay = None
+        while (elapsed := time.monotonic() - begin) < phase.duration:
+            commands.publish(phase.V, phase.omega)
+            self._process.spin_until(lambda: False, min(_PERIOD_S, phase.duration - elapsed))
+            self._watch_over(start)
+            if trouble := commands.contest() or self._watch.pose_doubt(robot.number):
+                raise _BrokenOff(trouble)
+            speed = self._watch.robots[robot.number].wheel_speed
+            if delay is None and speed and speed[1] > begin and abs(speed[0]) > _ROLLS:
+                delay = speed[1] - begin
+        stop = time.monotonic()
+        while time.monotonic() - stop < _SETTLING_S:
+            commands.publish(0.0, 0.0)
+            self._process.spin_until(lambda: False, _PERIOD_S)
+        self._watch_over(start)
+        return delay
+
+    def _watch_over(self, start: dict[int, Pose]) -> None:
+        """See that all is well.
+
+        Raises:
+            _BrokenOff: It is not.
+        """
+        if self._process.stopping:
+            raise _BrokenOff('stopped by the user')
+        poses = self._watch.poses()
+        for robot, (x, y, _) in start.items():
+            if robot not in poses or self._is_lost(robot):
+                raise _BrokenOff(f'motion capture lost {robot_name(robot)}')
+            if math.hypot(poses[robot][0] - x, poses[robot][1] - y) > nudge.TOO_FAR_M:
+                raise _BrokenOff(f'{robot_name(robot)} moved further than it should')
+
+
+class _BrokenOff(Exception):  # noqa: N818, it ends a nudge and is no mistake of the program
+    """Why a nudge was broken off."""

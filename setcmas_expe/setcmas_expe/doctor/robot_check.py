@@ -1,0 +1,165 @@
+"""What is found about one robot of a lab while everything stands."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from setcmas_expe.doctor.arrival_statistics import ArrivalStatistics
+from setcmas_expe.doctor.findings import NOTE, PROBLEM, Finding
+from setcmas_expe.lab.model import Lab, LabRobot
+from setcmas_expe.mocap.sample import Pose
+from setcmas_simu.fleet.topics import CMD_VEL, robot_name
+from setcmas_simu.simulator.options import CMD_VEL_TYPES
+
+_SLOW_HZ = 10.0
+_LOW_PERCENT = 30.0
+_EMPTY_PERCENT = 15.0
+_SLOW_ROUND_TRIP_S = 0.1
+
+COLUMNS = (
+    'robot',
+    'mocap',
+    'jitter',
+    'gap',
+    'age',
+    'place',
+    'cmd_vel',
+    'guard',
+    'battery',
+    'ping',
+)
+
+
+@dataclass(frozen=True)
+class RobotCheck:
+    """What was measured and seen of one robot.
+
+    Attributes:
+        robot: Which one it is.
+        mocap: How regularly its poses arrive.
+        pose: The newest good one (m, rad); None if there is none.
+        fault: What is wrong with its poses; None if nothing.
+        kinds: The message types that the listeners of its cmd_vel want.
+        contest: Who else may move it, or move in its place; empty if nobody.
+        guarded: Whether a cmd_vel_guard watches over it.
+        battery: Charge in percent; None if it is not known.
+        round_trip: Time of a service call in s; None if it does not answer.
+    """
+
+    robot: LabRobot
+    mocap: ArrivalStatistics
+    pose: Pose | None
+    fault: str | None
+    kinds: list[str]
+    contest: str
+    guarded: bool
+    battery: float | None
+    round_trip: float | None
+
+    def row(self) -> list[str]:
+        """Return the robot's line in the table of COLUMNS."""
+        mocap = self.mocap
+        pose = self.pose
+        seen = mocap.rate > 0
+        return [
+            robot_name(self.robot.number),
+            f'{mocap.rate:.0f} Hz' if seen else 'silent',
+            _ms(mocap.jitter if seen else None),
+            _ms(mocap.largest_gap if seen else None),
+            _ms(mocap.age),
+            f'{pose[0]:.2f}, {pose[1]:.2f}, {round(math.degrees(pose[2]))} deg' if pose else '-',
+            ', '.join(dict.fromkeys(self.kinds)) or 'nobody',
+            'yes' if self.guarded else 'no',
+            '-' if self.battery is None else f'{self.battery:.0f} %',
+            _ms(self.round_trip),
+        ]
+
+    def findings(self, lab: Lab, bodies: list[str]) -> list[Finding]:
+        """Return what is not as it should be.
+
+        Args:
+            lab: The lab.
+            bodies: Names of the bodies that motion capture sends.
+        """
+        return [*self._of_mocap(lab, bodies), *self._of_commands(lab), *self._of_robot()]
+
+    def _finding(self, level: str, part: str, found: str, advice: str) -> Finding:
+        return Finding(level, f'{part} of {robot_name(self.robot.number)}', found, advice)
+
+    def _of_mocap(self, lab: Lab, bodies: list[str]) -> list[Finding]:
+        topic = lab.mocap.topic_of(self.robot)
+        if not self.mocap.rate:
+            seen = f'it sends {", ".join(bodies)}' if bodies else 'it sends no body at all'
+            advice = (
+                f'on {lab.mocap.topic} {seen}: is its driver running, is the robot in view, and '
+                'are preset and mocap_name in the lab file right?'
+            )
+            return [self._finding(PROBLEM, 'mocap', f'nothing on {topic}', advice)]
+        findings = []
+        if self.fault:
+            advice = 'look at the body in the motion capture system'
+            findings.append(self._finding(PROBLEM, 'mocap', self.fault, advice))
+        elif self.pose and lab.arena.distance(*self.pose[:2]) > 0:
+            advice = 'put it inside, or widen the arena in the lab file'
+            findings.append(self._finding(PROBLEM, 'place', 'outside the arena', advice))
+        if self.mocap.largest_gap > lab.timeouts.pose_s:
+            found = f'silent for {self.mocap.largest_gap:.1f} s'
+            advice = (
+                'the robot would stop: see that it stays in view, and that the network is quick'
+            )
+            findings.append(self._finding(PROBLEM, 'mocap', found, advice))
+        elif self.mocap.rate < _SLOW_HZ:
+            advice = f'let motion capture send at {_SLOW_HZ:g} Hz at least, better 50'
+            findings.append(self._finding(NOTE, 'mocap', f'only {self.mocap.rate:.1f} Hz', advice))
+        return findings
+
+    def _of_commands(self, lab: Lab) -> list[Finding]:
+        topic = self.robot.topic(CMD_VEL)
+        if not self.kinds:
+            advice = (
+                'start the robot (ros2 launch turtlebot3_bringup robot.launch.py namespace:=... '
+                'as in the lab file) with the same ROS_DOMAIN_ID; without multicast, name it as a '
+                'static peer in the lab file'
+            )
+            found = f'nothing listens to {topic}'
+            return [self._finding(PROBLEM, 'cmd_vel', found, advice)]
+        findings = []
+        strange = [kind for kind in self.kinds if kind not in CMD_VEL_TYPES]
+        others = [kind for kind in self.kinds if kind != lab.cmd_vel_type]
+        if strange:
+            advice = 'it should be geometry_msgs TwistStamped or Twist'
+            findings.append(self._finding(PROBLEM, 'cmd_vel', f'type {strange[0]}', advice))
+        elif lab.cmd_vel_type in CMD_VEL_TYPES and others:
+            found = f'it wants {others[0]}, the lab file says {lab.cmd_vel_type}'
+            advice = 'cmd_vel_type: auto in the lab file takes what each robot wants'
+            findings.append(self._finding(PROBLEM, 'cmd_vel', found, advice))
+        if self.contest:
+            advice = (
+                'stop what commands it; and give each robot a namespace of its own (one that was '
+                'started again is seen twice for up to 20 s)'
+            )
+            findings.append(self._finding(PROBLEM, 'cmd_vel', self.contest, advice))
+        if not self.guarded:
+            advice = (
+                'a robot keeps its last velocity when this machine or the network dies; install '
+                'cmd_vel_guard on the robots (docs/lab.md)'
+            )
+            findings.append(self._finding(NOTE, 'guard', 'not there', advice))
+        return findings
+
+    def _of_robot(self) -> list[Finding]:
+        findings = []
+        if self.battery is not None and self.battery < _LOW_PERCENT:
+            level = PROBLEM if self.battery < _EMPTY_PERCENT else NOTE
+            found = f'{self.battery:.0f} %'
+            findings.append(self._finding(level, 'battery', found, 'charge it'))
+        if self.round_trip is not None and self.round_trip > _SLOW_ROUND_TRIP_S:
+            found = f'{1e3 * self.round_trip:.0f} ms'
+            advice = 'the network is slow: use 5 GHz, one access point near the robots'
+            findings.append(self._finding(NOTE, 'round trip', found, advice))
+        return findings
+
+
+def _ms(seconds: float | None) -> str:
+    return '-' if seconds is None else f'{1e3 * seconds:.1f} ms'

@@ -1,0 +1,1 @@
+"""The emulated lab: robots, motion capture and faults."""

@@ -1,0 +1,101 @@
+"""TurtleBot3s as they really behave towards commands: an emulation of their fleet."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from setcmas_simu.robots import unicycle
+from setcmas_simu.robots.velocity_limits import VelocityLimits
+
+_RESOLUTION = 100  # 1/(m/s), 1/(rad/s): the robot's computer sends whole hundredths to OpenCR
+_INT32_MAX = 2**31 - 1
+_PUSH_SPEED = 0.4  # m/s
+_WHEEL_ERROR = 0.01  # standard deviation of a wheel's relative error in radius
+_FULL = 100.0  # percent
+_ENDURANCE_S = 2.5 * 3600  # of a Burger's battery, as ROBOTIS states it
+
+
+def truncated(velocity: float) -> float:
+    """Return a velocity (m/s or rad/s) as it reaches the motors: int32(100 v) / 100.
+
+    The conversion of turtlebot3_node; what is not a number becomes 0 and what is too large the
+    largest integer, as a Raspberry Pi's processor converts it.
+    """
+    if math.isnan(velocity):
+        return 0.0
+    return int(max(-_INT32_MAX, min(_INT32_MAX, _RESOLUTION * velocity))) / _RESOLUTION
+
+
+class EmulatedFleet:
+    """Robots that hold their last command whatever happens to who sent it.
+
+    Attributes:
+        poses: Where the robots really are: rows x, y in m and theta in rad, shape (3, N).
+        V: Forward speeds of their wheels over the last step in m/s, shape (N,).
+        omega: Turn rates over the last step in rad/s, shape (N,).
+        odometry: Where their wheels say they are, from (0, 0, 0) at the start, shape (3, N).
+        battery: Charge in percent, shape (N,).
+    """
+
+    def __init__(
+        self, start_poses: NDArray[np.float64], limits: VelocityLimits, rng: np.random.Generator
+    ) -> None:
+        """Place the robots.
+
+        Args:
+            start_poses: Rows x, y in m and theta in rad, shape (3, N).
+            limits: The limits of their firmware.
+            rng: Draws what differs between robots: the errors of their wheels.
+        """
+        nb_robots = start_poses.shape[1]
+        self.poses = np.array(start_poses, dtype=float)
+        self.odometry = np.zeros((3, nb_robots))
+        self.V = np.zeros(nb_robots)
+        self.omega = np.zeros(nb_robots)
+        self.battery = _FULL - rng.uniform(0.0, 20.0, nb_robots)
+        self._limits = limits
+        self._commands = np.zeros((2, nb_robots))
+        self._torque = np.ones(nb_robots)
+        self._pushes = np.zeros((2, nb_robots))
+        self._pushed_for = np.zeros(nb_robots)
+        self._wheel_errors = rng.normal(0.0, _WHEEL_ERROR, (2, nb_robots))
+
+    def command(self, index: int, V: float, omega: float) -> None:
+        """Let a robot follow a command (m/s, rad/s) until another one comes."""
+        self._commands[:, index] = truncated(V), truncated(omega)
+
+    def set_torque(self, index: int, on: bool) -> None:
+        """Switch the motors of a robot on or off; they are on at the start."""
+        self._torque[index] = on
+
+    def push_outwards(self, index: int, middle: tuple[float, float], duration: float) -> None:
+        """Let somebody push a robot away from a point (m) for a time (s); its wheels slip."""
+        away = self.poses[:2, index] - middle
+        distance = float(np.hypot(*away))
+        direction = away / distance if distance > 0 else np.array([1.0, 0.0])
+        self._pushes[:, index] = _PUSH_SPEED * direction
+        self._pushed_for[index] = duration
+
+    def step(self, Ts: float) -> None:
+        """Move all robots by one period of Ts s."""
+        self.V, self.omega = self._limits.saturate(*(self._commands * self._torque))
+        self.poses = unicycle.step(self.poses, self.V, self.omega, Ts)
+        self.poses[:2] += np.minimum(Ts, self._pushed_for) * self._pushes
+        self._pushed_for = np.maximum(0.0, self._pushed_for - Ts)
+        self.odometry = unicycle.step(self.odometry, *self.wheel_velocities(), Ts)
+        self.battery = np.maximum(0.0, self.battery - _FULL * Ts / _ENDURANCE_S)
+
+    def wheel_velocities(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Return forward speeds (m/s) and turn rates (rad/s) as the wheels measure them.
+
+        The left and the right wheel each have a radius that is a little wrong, so that straight
+        lines become arcs: the main systematic error of odometry (Borenstein and Feng, 1996).
+        """
+        separation = self._limits.wheel_separation
+        half = 0.5 * separation * self.omega
+        left = (self.V - half) * (1.0 + self._wheel_errors[0])
+        right = (self.V + half) * (1.0 + self._wheel_errors[1])
+        return 0.5 * (left + right), (right - left) / separation

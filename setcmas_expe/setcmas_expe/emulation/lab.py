@@ -1,0 +1,206 @@
+"""A lab without hardware: TurtleBot3s and motion capture as they really behave, and their faults.
+
+Run as `ros2 run setcmas_expe emulated_lab --nb-robots 8`.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import sys
+import time
+from functools import partial
+
+import numpy as np
+from nav_msgs.msg import Odometry
+from rclpy.clock import Clock, ClockType
+from rclpy.logging import LoggingSeverity, set_logger_level
+from std_msgs.msg import String
+
+from setcmas_expe.emulation import faults as emulated_faults
+from setcmas_expe.emulation.faults import parse_fault
+from setcmas_expe.emulation.fleet import EmulatedFleet
+from setcmas_expe.emulation.mocap import EmulatedMocap
+from setcmas_expe.emulation.mocap_driver import EmulatedMocapDriver
+from setcmas_expe.emulation.options import (
+    EMULATION_STARTED,
+    add_emulation_arguments,
+    emulated_start_poses,
+)
+from setcmas_expe.emulation.schedule import Schedule
+from setcmas_expe.emulation.turtlebot3 import EmulatedTurtleBot3, fill_odometry
+from setcmas_expe.lab.model import Lab, LabRobot
+from setcmas_expe.lab.options import chosen_lab
+from setcmas_expe.safety.cmd_vel_guard import CmdVelGuard
+from setcmas_simu.errors import SetcmasError
+from setcmas_simu.fleet import topics
+from setcmas_simu.robots.velocity_limits import ROBOT_MODELS
+from setcmas_simu.ros import qos
+from setcmas_simu.ros.process import FleetNode, ros_process, split_ros_arguments
+from setcmas_simu.simulator.robot_locks import RobotLocks
+
+_STEP_RATE_HZ = 50.0
+_LONGEST_STEP_S = 0.1  # a process that slept longer does not let its robots jump
+_WHEEL_ODOMETRY_HZ = 20.0
+_BATTERY_HZ = 1.0
+
+
+class EmulatedLab(FleetNode):
+    """Steps the robots, lets motion capture see them, and takes orders for faults."""
+
+    def __init__(self, lab: Lab, args: argparse.Namespace) -> None:
+        """Create the lab's nodes; nothing moves before `start`.
+
+        Args:
+            lab: The lab.
+            args: Parsed options of `add_emulation_arguments`.
+
+        Raises:
+            SetcmasError: A start pose is malformed, or another process emulates its robots.
+        """
+        super().__init__('emulated_lab')
+        numbers = [robot.number for robot in lab.robots]
+        self._locks = RobotLocks(numbers, os.environ.get('ROS_DOMAIN_ID', '0'))
+        arena = lab.arena
+        self._middle = ((arena.xmin + arena.xmax) / 2, (arena.ymin + arena.ymax) / 2)
+        rng = np.random.default_rng(args.seed)
+        waffle = ROBOT_MODELS['waffle']
+        firmware = waffle if lab.limits == waffle else ROBOT_MODELS['burger']
+        poses = emulated_start_poses(lab.arena, lab.nb_robots, args.poses, args.pose)
+        self._fleet = EmulatedFleet(poses, firmware, rng)
+        self._mocap = EmulatedMocap(lab.nb_robots, lab.mocap.y_up, rng)
+        self._driver = EmulatedMocapDriver(lab)
+        self._robots = [
+            EmulatedTurtleBot3(
+                robot,
+                args.robot_cmd_vel_type,
+                partial(self._fleet.command, index),
+                partial(self._fleet.set_torque, index),
+            )
+            for index, robot in enumerate(lab.robots)
+        ]
+        self._cmd_vel_guards = [
+            _guard(robot, args.robot_cmd_vel_type) for robot in lab.robots if args.guard
+        ]
+        self._truth = Odometry()
+        self._truth.header.frame_id = topics.WORLD_FRAME
+        self._truth_publishers = [
+            self.create_publisher(
+                Odometry,
+                topics.truth_topic(number),
+                qos.EVENT,
+                event_callbacks=qos.no_publisher_events(),
+            )
+            for number in numbers
+        ]
+        self.create_subscription(
+            String,
+            topics.EMULATED_FAULT,
+            self._on_fault,
+            qos.EVENT,
+            event_callbacks=qos.no_subscription_events(),
+        )
+        self._rate = max(_STEP_RATE_HZ, args.mocap_rate)
+        self._frames = Schedule(args.mocap_rate)
+        self._wheel_odometry = Schedule(_WHEEL_ODOMETRY_HZ)
+        self._batteries = Schedule(_BATTERY_HZ)
+        self._stepped = 0.0
+
+    @property
+    def nodes(self) -> list[FleetNode]:
+        """All nodes of the lab."""
+        return [self, self._driver, *self._robots, *self._cmd_vel_guards]
+
+    def start(self) -> None:
+        """Start to step."""
+        self._stepped = time.monotonic()
+        steady = Clock(clock_type=ClockType.STEADY_TIME)
+        self.create_timer(1.0 / self._rate, self._step, clock=steady)
+        self.get_logger().info(
+            f'{EMULATION_STARTED} with {len(self._robots)} TurtleBot3s; Ctrl-C stops'
+        )
+
+    def _step(self) -> None:
+        now = time.monotonic()
+        # By the clock and not by counting: robots roll on while this process is late.
+        self._fleet.step(min(now - self._stepped, _LONGEST_STEP_S))
+        self._stepped = now
+        self._publish_truth()
+        self._publish_frames(now)
+        self._publish_robots(now)
+
+    def _publish_truth(self) -> None:
+        self._truth.header.stamp = self.get_clock().now().to_msg()
+        poses = map(tuple, self._fleet.poses.T.tolist())
+        speeds = zip(self._fleet.V.tolist(), self._fleet.omega.tolist(), strict=True)
+        for publisher, pose, (V, omega) in zip(self._truth_publishers, poses, speeds, strict=True):
+            fill_odometry(self._truth, pose, V, omega)
+            publisher.publish(self._truth)
+
+    def _publish_frames(self, now: float) -> None:
+        # Stamps are of the system's clock, as those of a driver; latency is steady.
+        offset = time.time() - now
+        if self._frames.due(now):
+            self._mocap.capture(self._fleet.poses, now)
+        for sighting in self._mocap.due(now):
+            self._driver.publish(sighting, sighting.stamp + offset)
+
+    def _publish_robots(self, now: float) -> None:
+        stamp = self.get_clock().now().to_msg()
+        if self._wheel_odometry.due(now):
+            speeds = np.array(self._fleet.wheel_velocities()).T.tolist()
+            poses = map(tuple, self._fleet.odometry.T.tolist())
+            for robot, pose, (V, omega) in zip(self._robots, poses, speeds, strict=True):
+                robot.publish_odometry(stamp, pose, V, omega)
+        if self._batteries.due(now):
+            for robot, percent in zip(self._robots, self._fleet.battery.tolist(), strict=True):
+                robot.publish_battery(stamp, percent)
+
+    def _on_fault(self, message: String) -> None:
+        try:
+            fault = parse_fault(message.data)
+            if fault.robot > len(self._robots):
+                raise SetcmasError(
+                    f"fault '{fault}' is for robot {fault.robot}; "
+                    f'the lab has robots 1 to {len(self._robots)}'
+                )
+        except SetcmasError as error:
+            self.get_logger().warning(str(error))
+            return
+        self.get_logger().info(
+            f'{topics.robot_name(fault.robot)}, for {fault.duration:g} s: '
+            f'{emulated_faults.PURPOSES[fault.kind]}'
+        )
+        if fault.kind == emulated_faults.PUSH:
+            self._fleet.push_outwards(fault.robot - 1, self._middle, fault.duration)
+        else:
+            self._mocap.begin(fault, time.monotonic())
+
+
+def _guard(robot: LabRobot, cmd_vel_type: str) -> CmdVelGuard:
+    """Return the guard of a robot, which speaks up only when it stops the robot."""
+    name = f'{robot.namespace}.{topics.CMD_VEL_GUARD_NODE}'.replace('/', '.')
+    set_logger_level(name, LoggingSeverity.WARN)
+    return CmdVelGuard(cmd_vel_type, namespace=robot.namespace)
+
+
+def main(argv: list[str] | None = None) -> int:
+    """Emulate a lab until a signal arrives; returns the exit status."""
+    argv, ros_arguments = split_ros_arguments(sys.argv[1:] if argv is None else argv)
+    parser = argparse.ArgumentParser(prog='emulated_lab', description=__doc__)
+    add_emulation_arguments(parser)
+    args = parser.parse_args(argv)
+    with ros_process(ros_arguments) as process:
+        try:
+            lab = EmulatedLab(chosen_lab(args), args)
+        except SetcmasError as error:
+            print(f'error: {error}', file=sys.stderr)
+            return 2
+        process.add(*lab.nodes)
+        lab.start()
+        process.spin()
+    return 0
+
+
+if __name__ == '__main__':
+    sys.exit(main())

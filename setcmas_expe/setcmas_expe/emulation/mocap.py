@@ -1,0 +1,121 @@
+"""A motion capture system as it really behaves: noise, latency, and bodies that it loses."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from setcmas_expe.emulation import faults
+from setcmas_expe.emulation.faults import Fault
+from setcmas_simu.fleet.planar_pose import quaternion_of_yaw
+
+LATENCY_S = 0.01
+"""Time from the exposure of a frame to the driver's message, in s."""
+
+POSITION_NOISE = 2e-4
+"""Standard deviation of a coordinate, in m."""
+
+HEADING_NOISE = 2e-3
+"""Standard deviation of a heading, in rad."""
+
+_LATE_S = 1.0
+_JUMP = 1.0  # m
+_HEIGHT = 0.19  # m, of the markers on a Burger
+
+
+@dataclass(frozen=True)
+class Sighting:
+    """What the system tells of a body in one frame.
+
+    Attributes:
+        body: Index of the body it takes it for.
+        stamp: When the frame was taken, in s on the clock of `capture`.
+        position: x, y, z in m, in the axes of the system.
+        quaternion: x, y, z, w.
+    """
+
+    body: int
+    stamp: float
+    position: tuple[float, float, float]
+    quaternion: tuple[float, float, float, float]
+
+
+class EmulatedMocap:
+    """Sees robots, and keeps each sighting back until its latency is over."""
+
+    def __init__(self, nb_robots: int, y_up: bool, rng: np.random.Generator) -> None:
+        """Prepare.
+
+        Args:
+            nb_robots: How many bodies there are.
+            y_up: Whether the y axis of the system points upwards.
+            rng: Draws the noise.
+        """
+        self._nb_robots = nb_robots
+        self._y_up = y_up
+        self._rng = rng
+        self._faults: dict[tuple[str, int], float] = {}
+        self._last: dict[int, Sighting] = {}
+        self._waiting: list[tuple[float, Sighting]] = []
+        self._last_due: dict[int, float] = {}
+
+    def begin(self, fault: Fault, now: float) -> None:
+        """Let a fault begin at time now (s)."""
+        self._faults[fault.kind, fault.robot - 1] = now + fault.duration
+
+    def capture(self, poses: NDArray[np.float64], now: float) -> None:
+        """Take a frame.
+
+        Args:
+            poses: Where the robots are: rows x, y in m and theta in rad, shape (3, N).
+            now: Time in s.
+        """
+        self._faults = {key: until for key, until in self._faults.items() if until > now}
+        sigmas = ((POSITION_NOISE,), (POSITION_NOISE,), (HEADING_NOISE,))
+        seen = poses + self._rng.normal(0.0, sigmas, poses.shape)
+        for index, (x, y, theta) in enumerate(seen.T.tolist()):
+            sighting = self._spoilt(self._sighting(index, now, x, y, theta), index)
+            if sighting:
+                self._last[index] = sighting
+                delay = LATENCY_S + _LATE_S * self._has(faults.LATE, index)
+                # In order: what is held up holds up what follows.
+                self._last_due[index] = max(now + delay, self._last_due.get(index, now))
+                self._waiting.append((self._last_due[index], sighting))
+
+    def due(self, now: float) -> list[Sighting]:
+        """Return the sightings whose latency is over at time now (s), and forget them."""
+        ready = [sighting for at, sighting in self._waiting if at <= now]
+        self._waiting = [(at, sighting) for at, sighting in self._waiting if at > now]
+        return ready
+
+    def _has(self, kind: str, index: int) -> bool:
+        return (kind, index) in self._faults
+
+    def _sighting(self, index: int, now: float, x: float, y: float, theta: float) -> Sighting:
+        if self._has(faults.JUMP, index):
+            x -= math.copysign(_JUMP, x)
+        z, w = quaternion_of_yaw(theta)
+        if self._y_up:
+            return Sighting(self._name(index), now, (x, _HEIGHT, -y), (0.0, z, 0.0, w))
+        return Sighting(self._name(index), now, (x, y, _HEIGHT), (0.0, 0.0, z, w))
+
+    def _name(self, index: int) -> int:
+        """Return the body that the system takes a robot for."""
+        following, previous = (index + 1) % self._nb_robots, (index - 1) % self._nb_robots
+        if self._has(faults.SWAP, index):
+            return following
+        return previous if self._has(faults.SWAP, previous) else index
+
+    def _spoilt(self, sighting: Sighting, index: int) -> Sighting | None:
+        """Return what becomes of a sighting under the faults of its robot."""
+        if self._has(faults.DROPOUT, index):
+            return None
+        if self._has(faults.FROZEN, index) and index in self._last:
+            return replace(self._last[index], stamp=sighting.stamp)
+        for kind, value in ((faults.ZERO, 0.0), (faults.NAN, math.nan)):
+            if self._has(kind, index):
+                return replace(sighting, position=(value,) * 3, quaternion=(value,) * 4)
+        return sighting

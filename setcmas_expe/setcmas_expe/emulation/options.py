@@ -1,0 +1,79 @@
+"""Options of the emulated lab, the same for every command that starts one."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from setcmas_expe.lab.model import Arena
+from setcmas_expe.lab.options import add_lab_arguments
+from setcmas_simu.fleet.fleet import start_poses
+from setcmas_simu.fleet.pose_options import chosen_start_poses
+from setcmas_simu.simulator.options import CMD_VEL_TYPES, add_start_pose_arguments, rate
+
+MOCAP_RATE_HZ = 50.0
+"""Default rate of the emulated motion capture system, in Hz."""
+
+EMULATION_STARTED = 'emulating a lab'
+"""What the process of an emulated lab says when it is there."""
+
+_MARGIN = 0.5  # m, between start poses and the border of the arena
+_HALF_SQUARE = 5.0  # m, of the default start poses
+
+
+def add_emulation_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add every option of an emulated lab, and those that say which lab it is."""
+    add_lab_arguments(parser)
+    group = parser.add_argument_group('emulated lab')
+    add_start_pose_arguments(group)
+    group.add_argument(
+        '--seed', type=int, default=0, metavar='N', help='seed of noise (default: %(default)s)'
+    )
+    group.add_argument(
+        '--mocap-rate',
+        type=rate,
+        default=MOCAP_RATE_HZ,
+        metavar='HZ',
+        help='rate of the motion capture system (default: %(default)g)',
+    )
+    group.add_argument(
+        '--robot-cmd-vel-type',
+        choices=CMD_VEL_TYPES,
+        default=CMD_VEL_TYPES[0],
+        help='what the robots listen to: Jazzy or Humble (default: %(default)s)',
+    )
+    group.add_argument(
+        '--guard',
+        action=argparse.BooleanOptionalAction,
+        default=True,
+        help='run cmd_vel_guard on each robot, as a real lab should (default: yes)',
+    )
+
+
+def emulated_start_poses(
+    arena: Arena, nb_robots: int, poses: Path | None = None, pose: list[str] | None = None
+) -> NDArray[np.float64]:
+    """Return start poses: those of a simulation, drawn together until they fit into the arena.
+
+    Args:
+        arena: Where robots may be.
+        nb_robots: Size of the fleet.
+        poses: File with poses to be taken as they are.
+        pose: Options with poses to be taken as they are.
+
+    Returns:
+        Rows x, y in m and theta in rad, shape (3, nb_robots).
+
+    Raises:
+        SetcmasError: A given pose is malformed, or for a robot that is not in the fleet.
+    """
+    defaults = start_poses(nb_robots)
+    middle = np.array([[arena.xmin + arena.xmax], [arena.ymin + arena.ymax]]) / 2
+    halves = np.array([[arena.xmax - arena.xmin], [arena.ymax - arena.ymin]]) / 2
+    reach = max(_HALF_SQUARE, float(np.abs(defaults[:2]).max()))
+    scale = np.minimum(1.0, np.maximum(halves - _MARGIN, 0.5 * halves) / reach)
+    defaults[:2] = middle + scale * defaults[:2]
+    return chosen_start_poses(nb_robots, poses, pose, defaults)

@@ -1,0 +1,1 @@
+"""Description of a lab: robots, motion capture, arena, limits."""

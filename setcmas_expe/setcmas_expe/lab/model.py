@@ -1,0 +1,126 @@
+"""A lab: its robots, its motion capture system, and the limits that keep its robots safe."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from setcmas_expe.mocap.sources import topic_of
+from setcmas_simu.fleet.topics import robot_name
+from setcmas_simu.robots.velocity_limits import VelocityLimits
+
+
+@dataclass(frozen=True)
+class LabRobot:
+    """A real robot.
+
+    Attributes:
+        number: What control laws call it, from 1.
+        mocap_name: Name of its rigid body in the motion capture system.
+        namespace: Namespace of the robot's own nodes, without a slash.
+    """
+
+    number: int
+    mocap_name: str
+    namespace: str
+
+    @classmethod
+    def numbered(cls, number: int) -> LabRobot:
+        """Return the robot that is called tb3_<number> everywhere."""
+        return cls(number, robot_name(number), robot_name(number))
+
+    def topic(self, name: str) -> str:
+        """Return the full name of a topic of the robot's own nodes, such as /tb3_2/cmd_vel."""
+        return f'/{self.namespace}/{name}'
+
+
+@dataclass(frozen=True)
+class Mocap:
+    """A motion capture system.
+
+    Attributes:
+        preset: Name of its preset, or 'custom'.
+        topic: Template of the topic of a rigid body, with {name}.
+        message_type: One of mocap_sources.MESSAGE_TYPES.
+        y_up: Whether its y axis points upwards.
+    """
+
+    preset: str
+    topic: str
+    message_type: str
+    y_up: bool
+
+    def topic_of(self, robot: LabRobot) -> str:
+        """Return the topic on which the driver sends a robot's pose."""
+        return topic_of(self.topic, robot.mocap_name)
+
+
+@dataclass(frozen=True)
+class Arena:
+    """The box in which robots may move, in m."""
+
+    xmin: float
+    xmax: float
+    ymin: float
+    ymax: float
+
+    def distance(self, x: float, y: float) -> float:
+        """Return how far a point (m) is from the box, in m; 0 inside."""
+        return math.hypot(
+            max(self.xmin - x, 0.0, x - self.xmax), max(self.ymin - y, 0.0, y - self.ymax)
+        )
+
+    def outward_normals(self, x: float, y: float) -> list[tuple[float, float]]:
+        """Return the outward unit normal of each side that a point (m) is beyond."""
+        sides = (
+            (x > self.xmax, (1.0, 0.0)),
+            (x < self.xmin, (-1.0, 0.0)),
+            (y > self.ymax, (0.0, 1.0)),
+            (y < self.ymin, (0.0, -1.0)),
+        )
+        return [normal for beyond, normal in sides if beyond]
+
+
+@dataclass(frozen=True)
+class Timeouts:
+    """Ages in s from which what a robot depends on is too old."""
+
+    pose_s: float
+    command_s: float
+    pause_s: float
+
+
+@dataclass(frozen=True)
+class Lab:
+    """All that an experiment must know of its lab; `lab_file.load_lab` reads it.
+
+    Attributes:
+        robots: The robots, numbered 1 to N in this order.
+        mocap: The motion capture system.
+        arena: Where robots may be.
+        min_separation: Smallest distance between two robots' centres, in m.
+        limits: How fast robots are driven.
+        timeouts: When what a robot depends on is too old.
+        cmd_vel_type: 'twist_stamped', 'twist', or 'auto' for what each robot listens to.
+        joystick_button: Index of the button that starts and pauses, from 0.
+        joystick_topic: Where the joystick's messages come from.
+        static_peers: Addresses of the other machines, for networks without multicast.
+        discovery_server: Its address:port; empty if there is none.
+    """
+
+    robots: tuple[LabRobot, ...]
+    mocap: Mocap
+    arena: Arena
+    min_separation: float
+    limits: VelocityLimits
+    timeouts: Timeouts
+    cmd_vel_type: str
+    joystick_button: int
+    joystick_topic: str
+    static_peers: tuple[str, ...]
+    discovery_server: str
+
+    @property
+    def nb_robots(self) -> int:
+        """Number of robots."""
+        return len(self.robots)

@@ -1,0 +1,1 @@
+"""Motion capture: sources, samples and tracks of poses."""

@@ -1,0 +1,73 @@
+"""The mocap bridge of one robot: poses of a motion capture driver in, checked odometry out."""
+
+from __future__ import annotations
+
+import time
+
+from nav_msgs.msg import Odometry
+
+from setcmas_expe.lab.model import Lab, LabRobot
+from setcmas_expe.mocap.graph import doubt
+from setcmas_expe.mocap.messages import TYPES, sample_of
+from setcmas_expe.mocap.pose_track import PoseTrack
+from setcmas_expe.mocap.velocity_filter import VelocityFilter
+from setcmas_simu.fleet import topics
+from setcmas_simu.fleet.planar_pose import quaternion_of_yaw
+from setcmas_simu.ros import qos
+from setcmas_simu.ros.process import FleetNode
+
+
+class MocapBridge(FleetNode):
+    """Lets only poses through that can be believed.
+
+    Attributes:
+        robot: Number of the robot.
+        track: What is known of its pose.
+        speed: Its forward speed in m/s, as estimated last.
+        doubt: Why none of its poses is to be believed, whatever they are; empty if they may be.
+    """
+
+    def __init__(self, robot: LabRobot, lab: Lab) -> None:
+        """Create the node in the robot's namespace."""
+        super().__init__('mocap_bridge', namespace=topics.robot_name(robot.number))
+        self.robot = robot.number
+        self.track = PoseTrack(lab.arena, lab.limits)
+        self.speed = 0.0
+        self.doubt = ''
+        self.source = lab.mocap.topic_of(robot)
+        self._y_up = lab.mocap.y_up
+        self._filter = VelocityFilter()
+        self._odometry = Odometry(child_frame_id=topics.robot_name(robot.number))
+        self._odometry.header.frame_id = topics.WORLD_FRAME
+        self._publisher = self.create_publisher(
+            Odometry,
+            topics.mocap_topic(robot.number),
+            qos.STATE,
+            event_callbacks=qos.no_publisher_events(),
+        )
+        self.create_subscription(
+            TYPES[lab.mocap.message_type],
+            self.source,
+            self._on_message,
+            qos.SENSOR,
+            event_callbacks=qos.no_subscription_events(),
+        )
+
+    def look_around(self) -> None:
+        """See who sends the poses."""
+        self.doubt = doubt(self, self.source)
+
+    def _on_message(self, message: object) -> None:
+        now = time.monotonic()
+        sample = sample_of(message, self._y_up)
+        if not self.track.take(sample, now):
+            return
+        self.speed, turn_rate = self._filter.update(sample, now)
+        x, y, theta = sample.planar()
+        out = self._odometry
+        # Our own clock: all that is recorded here is to have one time.
+        out.header.stamp = self.get_clock().now().to_msg()
+        out.pose.pose.position.x, out.pose.pose.position.y = x, y
+        out.pose.pose.orientation.z, out.pose.pose.orientation.w = quaternion_of_yaw(theta)
+        out.twist.twist.linear.x, out.twist.twist.angular.z = self.speed, turn_rate
+        self._publisher.publish(out)

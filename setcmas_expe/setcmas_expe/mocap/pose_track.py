@@ -1,0 +1,191 @@
+"""The poses of one robot as motion capture tells them over time: which of them to believe."""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+
+from setcmas_expe.lab.model import Arena
+from setcmas_expe.mocap.sample import Pose, Sample, fault_of
+from setcmas_expe.mocap.stamp_clock import StampClock
+from setcmas_simu.fleet.planar_pose import wrap_angle
+from setcmas_simu.fleet.topics import robot_name
+from setcmas_simu.robots.velocity_limits import VelocityLimits
+
+JUMPED = 'jumped'
+FROZEN = 'frozen'
+
+_JUMPED_TROUBLE = 'it jumped (if somebody carried it: pause for a second, then start)'
+
+JUMP_MARGIN_M = 0.10
+"""What a pose may differ by beyond what the robot can have moved: noise, and late arrivals."""
+
+FROZEN_S = 0.4
+"""Time in s over which equal poses of a robot that is told to move mean that it is not seen."""
+
+_FROZEN_FRAMES = 4
+_JUMP_MARGIN_RAD = 0.6
+_BLIND_S = 0.8  # an unseen robot has stopped after that, so it cannot be further away
+_BAD_FOR_S = 0.1  # single bad frames are left out; only several in a row stop a robot
+_STEADY_S = 1.0
+_STEADY_M = 0.03
+_STEADY_RAD = 0.2
+
+
+class PoseTrack:
+    """Judges measurements one by one.
+
+    All times are in s on one steady clock.
+
+    Attributes:
+        pose: The last good pose (x, y in m, heading in rad); None before the first.
+        received: When it arrived; -inf before the first.
+        fault: Why poses are not believed at present; empty if they are.
+        rejected: How many measurements were bad, by reason, since this was last cleared.
+        jumped_to: Where the newest measurement is that was too far from the last good one.
+        swapped_with: The robot whose place this one seems to have taken; None if none.
+    """
+
+    def __init__(self, arena: Arena, limits: VelocityLimits) -> None:
+        """Start without a pose."""
+        self.pose: Pose | None = None
+        self.received = -math.inf
+        self.fault = ''
+        self.rejected: Counter[str] = Counter()
+        self.jumped_to: Pose | None = None
+        self.swapped_with: int | None = None
+        self._arena = arena
+        self._limits = limits
+        self._clock = StampClock()
+        self._lateness = 0.0
+        self._paused = True
+        self._moving_since = math.inf
+        self._last: Sample | None = None
+        self._same_since = math.inf
+        self._same_frames = 0
+        self._frozen = False
+        self._bad_since = math.inf
+        self._candidate: tuple[Pose, float] | None = None
+
+    @property
+    def trouble(self) -> str:
+        """Why poses are not believed at present, for people; empty if they are."""
+        if self.swapped_with is not None:
+            return f'it seems to have swapped places with {robot_name(self.swapped_with)}'
+        return _JUMPED_TROUBLE if self.fault == JUMPED else self.fault
+
+    def age(self, now: float) -> float:
+        """Return how old the last good pose is, in s; inf before the first."""
+        return now - self.received + self._lateness
+
+    def note_command(self, moving: bool, paused: bool, now: float) -> None:
+        """Note whether the robot is told to move at present, and whether all are paused."""
+        self._moving_since = min(self._moving_since, now) if moving else math.inf
+        self._paused = paused
+
+    def take(self, sample: Sample, now: float) -> bool:
+        """Judge a measurement (Z-up); returns whether it is good."""
+        lateness = self._clock.lateness(sample.stamp, now)
+        pose = sample.planar()
+        fault = fault_of(sample, self._arena) or self._fault_in_time(sample, pose, now)
+        if fault == JUMPED and self._has_settled(pose, now):
+            fault = None
+        if fault:
+            self._reject(fault, pose, now)
+            return False
+        self.pose, self.received, self._lateness = pose, now, lateness
+        self.fault = ''
+        self.jumped_to = self.swapped_with = self._candidate = None
+        self._bad_since = math.inf
+        return True
+
+    def _reject(self, fault: str, pose: Pose, now: float) -> None:
+        self.rejected[fault] += 1
+        self.jumped_to = pose if fault == JUMPED else None
+        self._bad_since = min(self._bad_since, now)
+        # What has been watched for a while needs no further proof.
+        if now - self._bad_since >= _BAD_FOR_S or fault == FROZEN:
+            self.fault = fault
+        if self.swapped_with is not None and fault != JUMPED:
+            self.swapped_with = None
+
+    def _fault_in_time(self, sample: Sample, pose: Pose, now: float) -> str | None:
+        if self._is_frozen(sample, now):
+            return FROZEN
+        return JUMPED if self._is_jump(pose, now) else None
+
+    def _is_frozen(self, sample: Sample, now: float) -> bool:
+        if self._last is None or not sample.same_place(self._last):
+            self._last, self._same_since, self._same_frames = sample, now, 0
+            self._frozen = False
+        self._same_frames += 1
+        if self._paused:  # another try, once somebody has looked
+            self._frozen = False
+        since = max(self._same_since, self._moving_since)
+        if now - since >= FROZEN_S and self._same_frames >= _FROZEN_FRAMES:
+            self._frozen = True  # for as long as they are equal: the robot stands from now on
+        return self._frozen
+
+    def _is_jump(self, pose: Pose, now: float) -> bool:
+        if self.pose is None:
+            return False
+        step = min(max(0.0, now - self.received), _BLIND_S)
+        moved = math.hypot(pose[0] - self.pose[0], pose[1] - self.pose[1])
+        turned = abs(float(wrap_angle(pose[2] - self.pose[2])))
+        return (
+            moved > self._limits.V_max * step + JUMP_MARGIN_M
+            or turned > self._limits.omega_max * step + _JUMP_MARGIN_RAD
+        )
+
+    def _has_settled(self, pose: Pose, now: float) -> bool:
+        """Return whether a robot that was carried away stands still at its new place."""
+        if not self._paused or self.swapped_with is not None:
+            self._candidate = None
+            return False
+        if self._candidate is None or not _near(self._candidate[0], pose):
+            self._candidate = pose, now
+        return now - self._candidate[1] >= _STEADY_S
+
+
+def _near(one: Pose, other: Pose) -> bool:
+    moved = math.hypot(one[0] - other[0], one[1] - other[1])
+    return moved < _STEADY_M and abs(float(wrap_angle(one[2] - other[2]))) < _STEADY_RAD
+
+
+def mark_swapped(tracks: dict[int, PoseTrack]) -> list[int]:
+    """Find robots that jumped to each other's places: exchanged names, not carried robots.
+
+    Two robots may have swapped, or more have moved up in a circle.
+
+    Returns:
+        The robots that were not marked before.
+    """
+    jumped = {number: track for number, track in tracks.items() if track.jumped_to}
+    taken = {
+        one: other
+        for one, track in jumped.items()
+        for other, previous in jumped.items()
+        if one != other and _took_place(track, previous)
+    }
+    found = [one for one in taken if jumped[one].swapped_with is None and _in_circle(one, taken)]
+    for one in found:
+        jumped[one].swapped_with = taken[one]
+    return found
+
+
+def _in_circle(one: int, taken: dict[int, int]) -> bool:
+    """Return whether the robot whose place was taken took a place, and so on back to the first."""
+    current: int | None = one
+    for _ in taken:
+        current = taken.get(current) if current is not None else None
+        if current == one:
+            return True
+    return False
+
+
+def _took_place(track: PoseTrack, other: PoseTrack) -> bool:
+    assert track.jumped_to is not None
+    assert other.pose is not None
+    x, y, _ = track.jumped_to
+    reach = JUMP_MARGIN_M + _BLIND_S * track._limits.V_max
+    return math.hypot(x - other.pose[0], y - other.pose[1]) <= reach

@@ -1,0 +1,88 @@
+"""One measurement of a motion capture system: turned Z-up, and checked by itself."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+
+from setcmas_expe.lab.model import Arena
+from setcmas_simu.fleet.planar_pose import yaw_of_quaternion
+
+Pose = tuple[float, float, float]
+
+NOT_FINITE = 'not a number'
+ZERO_POSE = 'exactly zero'
+NO_MEASUREMENT = 'a filler such as 9999999.999999'
+NO_ROTATION = 'orientation that is not a unit quaternion'
+TILTED = 'tilted (has the robot fallen over, or is y_up wrong in the lab file?)'
+FAR_AWAY = 'far outside the arena'
+
+FAR_M = 1.0
+"""Distance from the arena in m from which a pose is not believed any more."""
+
+_FILLER = 1e5  # m: no lab is that large
+_NORM_TOLERANCE = 0.02
+_LARGEST_TILT = math.radians(45)
+
+
+@dataclass(frozen=True)
+class Sample:
+    """What a driver sent.
+
+    Attributes:
+        position: x, y, z in m.
+        orientation: Quaternion x, y, z, w.
+        stamp: Time of the measurement on the driver's clock in s; 0 if it is not given.
+        twist: Linear velocity x, y, z (m/s) and turn rate about the vertical (rad/s); None if
+            the driver does not give them.
+    """
+
+    position: tuple[float, float, float]
+    orientation: tuple[float, float, float, float]
+    stamp: float = 0.0
+    twist: tuple[float, float, float, float] | None = None
+
+    def z_up(self) -> Sample:
+        """Return a measurement in Y-up axes, of world and body alike, in Z-up ones.
+
+        A quarter turn about x takes (x, y, z) to (x, -z, y); conjugating a quaternion with it
+        does the same to its vector part.
+        """
+        x, y, z = self.position
+        qx, qy, qz, qw = self.orientation
+        twist = self.twist
+        if twist is not None:
+            twist = (twist[0], -twist[2], twist[1], twist[3])
+        return replace(self, position=(x, -z, y), orientation=(qx, -qz, qy, qw), twist=twist)
+
+    def planar(self) -> Pose:
+        """Return x, y in m and the heading in rad."""
+        return (*self.position[:2], yaw_of_quaternion(*self.orientation))
+
+    def same_place(self, other: Sample) -> bool:
+        """Return whether position and orientation are the same to the last bit."""
+        return self.position == other.position and self.orientation == other.orientation
+
+
+def fault_of(sample: Sample, arena: Arena) -> str | None:
+    """Return what is wrong with a measurement, whatever came before it; None if nothing."""
+    x, y, _ = sample.position
+    if not all(map(math.isfinite, (*sample.position, *sample.orientation))):
+        return NOT_FINITE
+    if not any(sample.position):
+        return ZERO_POSE
+    if max(map(abs, sample.position)) > _FILLER:
+        return NO_MEASUREMENT
+    if abs(math.hypot(*sample.orientation) - 1.0) > _NORM_TOLERANCE:
+        return NO_ROTATION
+    if _tilt(sample.orientation) > _LARGEST_TILT:
+        return TILTED
+    return FAR_AWAY if arena.distance(x, y) > FAR_M else None
+
+
+def _tilt(orientation: tuple[float, float, float, float]) -> float:
+    """Return the angle in rad between the body's z axis and the vertical."""
+    qx, qy, qz, qw = orientation
+    norm = qx * qx + qy * qy + qz * qz + qw * qw
+    cosine = (qw * qw + qz * qz - qx * qx - qy * qy) / norm
+    return math.acos(max(-1.0, min(1.0, cosine)))

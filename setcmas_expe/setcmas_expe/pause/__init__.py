@@ -1,0 +1,1 @@
+"""Pause: keyboard, joystick and the node that starts and stops the fleet."""

@@ -1,0 +1,127 @@
+"""Watches the bridge process through its diagnostics, and stops the robots in its place."""
+
+from __future__ import annotations
+
+import time
+
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
+from rclpy.node import Node
+
+from setcmas_ctrl.controller.pause_watch import BY_WISH
+from setcmas_expe.lab.model import Lab
+from setcmas_expe.pause.console_protocol import RobotStatus
+from setcmas_expe.safety.decision import PAUSED
+from setcmas_simu.fleet import topics
+from setcmas_simu.ros import qos
+from setcmas_simu.ros.cmd_vel_publisher import CmdVelPublisher
+
+_SILENT_AFTER_S = 0.5  # the bridge sends five a second
+_FOLLOW_EVERY_S = 2.0
+_OBEYS_AFTER_S = 1.0  # a start is in what the bridge says by then
+
+
+class BridgeWatch:
+    """Knows what the bridge says, and can command zero to its robots.
+
+    Attributes:
+        died: Set when the bridge process is known to have ended.
+        ending: Set when the experiment ends: silence is no trouble any more.
+    """
+
+    def __init__(self, node: Node, lab: Lab) -> None:
+        """Watch through a node; publishers are ready in advance, for discovery takes time."""
+        self.died = self.ending = False
+        self._heard: float | None = None
+        self._robots: tuple[RobotStatus, ...] = ()
+        self._is_new = False
+        self._next_follow = 0.0
+        self._refused_since: float | None = None
+        self._topics = {robot.topic(topics.CMD_VEL) for robot in lab.robots}
+        self._cmd_vels = [
+            CmdVelPublisher(
+                node,
+                robot.number,
+                robot.topic(topics.CMD_VEL),
+                robot.topic(topics.ODOM),
+                lab.cmd_vel_type,
+                qos.ROBOT_COMMAND,
+            )
+            for robot in lab.robots
+        ]
+        node.create_subscription(
+            DiagnosticArray,
+            topics.DIAGNOSTICS,
+            self._on_diagnostics,
+            qos.STATE,
+            event_callbacks=qos.no_subscription_events(),
+        )
+
+    def trouble(self, now: float) -> str:
+        """Return why the bridge cannot be relied upon at a time (s); empty if it can."""
+        if now >= self._next_follow:
+            self._next_follow = now + _FOLLOW_EVERY_S
+            for cmd_vel in self._cmd_vels:
+                cmd_vel.follow_listeners()
+        if self.died:
+            return 'the bridge process has died; the pause node commands zero'
+        if self.ending or self._heard is None or now - self._heard <= _SILENT_AFTER_S:
+            return ''
+        return 'the bridge process is silent; the pause node commands zero'
+
+    def refusal(self, paused: bool, now: float) -> str:
+        """Return why the bridge holds robots that were let go; empty if it does not.
+
+        It holds them when this node was not heard for a while. They must not go on by themselves
+        once it is heard again.
+        """
+        held = [robot.reason for robot in self._robots if robot.state == PAUSED]
+        if paused or not held:
+            self._refused_since = None
+            return ''
+        if self._refused_since is None:
+            self._refused_since = now
+        return held[0] if now - self._refused_since > _OBEYS_AFTER_S else ''
+
+    def unreadiness(self) -> str:
+        """Return why robots cannot be started yet; empty if they can.
+
+        Whoever starts them sees them start: they do not begin by themselves some time later.
+        """
+        silent = self._heard is None or time.monotonic() - self._heard > _SILENT_AFTER_S
+        if silent or not self._robots:
+            return 'nothing is heard of the bridge process'
+        unready = [robot for robot in self._robots if not robot.ready]
+        return '; '.join(f'{robot.name} is {robot.reason}' for robot in unready[:1])
+
+    def command_zero(self) -> None:
+        """Stop all robots."""
+        for cmd_vel in self._cmd_vels:
+            cmd_vel.publish(0.0, 0.0)
+
+    def news(self, unless_old: bool) -> tuple[RobotStatus, ...]:
+        """Return the states of the robots; none if they are wanted only if new, and are not."""
+        news = () if unless_old and not self._is_new else self._robots
+        self._is_new = False
+        return news
+
+    def _on_diagnostics(self, message: DiagnosticArray) -> None:
+        # Drivers, robots and other experiments send diagnostics too.
+        ours = [status for status in message.status if status.hardware_id in self._topics]
+        if ours:
+            self._heard = time.monotonic()
+            self._robots = tuple(map(_robot_status, ours))
+            self._is_new = True
+
+
+def _robot_status(status: DiagnosticStatus) -> RobotStatus:
+    values = {item.key: item.value for item in status.values}
+    return RobotStatus(
+        name=status.name,
+        level=ord(status.level),
+        state=values.get('state', ''),
+        reason=status.message,
+        pose_age=values.get('pose_age', ''),
+        battery=values.get('battery', ''),
+        speed=values.get('speed', ''),
+        ready=values.get('state') != PAUSED or status.message == BY_WISH,
+    )

@@ -1,0 +1,55 @@
+"""Reads what the terminal's process writes to the standard input of the pause process."""
+
+from __future__ import annotations
+
+import queue
+import sys
+import threading
+import time
+from collections.abc import Callable, Iterator
+
+from setcmas_expe.pause.console_protocol import PAUSE, SILENT_AFTER_S, TOGGLE
+
+_CATCHES_UP_S = 0.2
+
+
+class ConsoleReader:
+    """Takes lines in a thread of its own; hands them out without waiting.
+
+    A key that comes after a silence, or together with others that were held up, was pressed some
+    time ago: the robots may have been paused since, and it must not start them.
+    """
+
+    def __init__(self, on_end: Callable[[], None]) -> None:
+        """Start to read; the thread calls `on_end` when the terminal's process is gone."""
+        self._lines: queue.SimpleQueue[str] = queue.SimpleQueue()
+        self._heard = time.monotonic()
+        self._told = False
+        self._on_end = on_end
+        threading.Thread(target=self._read, name='console', daemon=True).start()
+
+    def lines(self) -> Iterator[str]:
+        """Yield the lines that have come in since the last call."""
+        while not self._lines.empty():
+            yield self._lines.get()
+
+    @property
+    def stuck(self) -> bool:
+        """Whether the terminal was silent when that was looked at last."""
+        return self._told
+
+    def silent(self, now: float) -> bool:
+        """Return, once, whether nothing has come for so long that the terminal must be stuck."""
+        silent = now - self._heard > SILENT_AFTER_S
+        first, self._told = silent and not self._told, silent
+        return first
+
+    def _read(self) -> None:
+        late_until = 0.0
+        for line in map(str.strip, sys.stdin):
+            now = time.monotonic()
+            if now - self._heard > SILENT_AFTER_S:
+                late_until = now + _CATCHES_UP_S
+            self._heard = now
+            self._lines.put(PAUSE if line == TOGGLE and now < late_until else line)
+        self._on_end()

@@ -1,0 +1,201 @@
+"""The pause node: whether the robots of an experiment may move. It starts paused.
+
+Run as `ros2 run setcmas_expe pause`; `setcmas expe` does it for you.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+import time
+
+from rclpy.clock import Clock, ClockType
+from sensor_msgs.msg import Joy
+from std_msgs.msg import Bool
+
+from setcmas_expe.lab.model import Lab
+from setcmas_expe.lab.options import add_lab_arguments, chosen_lab
+from setcmas_expe.pause import console_protocol as console
+from setcmas_expe.pause.bridge_watch import BridgeWatch
+from setcmas_expe.pause.console_reader import ConsoleReader
+from setcmas_expe.pause.joystick import Joystick
+from setcmas_expe.pause.start_requests import REACTION_S, REPEATS_WITHIN_S, StartWishes
+from setcmas_expe.safety.stalls import HoldUps, time_since_boot
+from setcmas_simu.errors import SetcmasError
+from setcmas_simu.fleet import topics
+from setcmas_simu.ros import qos
+from setcmas_simu.ros.process import FleetNode, ros_process, split_ros_arguments
+
+RATE_HZ = 10.0
+"""Rate in Hz at which the pause state is sent."""
+
+_TICKS_PER_MESSAGE = 2  # keys are looked at twice as often as the state is sent
+
+
+class Pause(FleetNode):
+    """Decides between stand and go: by joystick, keyboard and /pause, and by their absence."""
+
+    def __init__(self, lab: Lab, keys: ConsoleReader | None) -> None:
+        """Create the node.
+
+        Args:
+            lab: Which robots there are, and which button of the joystick counts.
+            keys: What comes from the terminal; None without one.
+        """
+        super().__init__(topics.PAUSE_NODE)
+        self.paused = True
+        self.why = ''
+        self._shown = (True, '')
+        self._keys = keys
+        self._joystick = Joystick(lab.joystick_button)
+        self._joystick_told = False
+        self._button = lab.joystick_button
+        self._joystick_topic = lab.joystick_topic
+        self._ticks = 0
+        self._hold_ups = HoldUps(lab.timeouts.pause_s, time_since_boot())
+        self._wishes = StartWishes(time.monotonic())
+        self._repetition_told = self._haste_told = False
+        self._bridge = BridgeWatch(self, lab)
+        self._publisher = self.create_publisher(
+            Bool, topics.PAUSED, qos.STATE, event_callbacks=qos.no_publisher_events()
+        )
+        silent = {'event_callbacks': qos.no_subscription_events()}
+        self.create_subscription(Bool, topics.FLEET_PAUSE, self._on_wish, qos.EVENT, **silent)
+        self.create_subscription(Joy, lab.joystick_topic, self._on_joy, qos.SENSOR, **silent)
+        steady = Clock(clock_type=ClockType.STEADY_TIME)
+        self.create_timer(1.0 / (RATE_HZ * _TICKS_PER_MESSAGE), self._tick, clock=steady)
+
+    def set(self, paused: bool, why: str, by_itself: bool = False) -> None:
+        """Pause, or let the robots go; says so."""
+        if paused and not self.paused:
+            self._wishes.note_pause(by_itself, time.monotonic())
+        if (paused, why) != (self.paused, self.why):
+            self.get_logger().info(f'paused: {why}' if paused else f'started: {why}')
+        self.paused, self.why = paused, why
+        self.publish()
+
+    def wish(self, paused: bool, why: str) -> None:
+        """Pause; or let the robots go, if all of them are ready."""
+        unready = '' if paused else self._unreadiness()
+        if unready:
+            self.get_logger().warning(f'not started: {unready}')
+        else:
+            self.set(paused, why)
+
+    def toggle(self, why: str) -> None:
+        """Start if paused, else pause."""
+        hasty = self._wishes.hasty(time.monotonic())
+        if not (hasty and self.paused):
+            self._haste_told = False
+            self.wish(not self.paused, why)
+        elif not self._haste_told:
+            self._haste_told = True
+            self.get_logger().warning(f'not started: too soon; press once more ({REACTION_S:g} s)')
+
+    def _unreadiness(self) -> str:
+        """Return why robots cannot be started now; empty if they can."""
+        if self._hold_ups.recent(time_since_boot()):
+            return 'the pause node was held up, and the wish may be an old one'
+        if self._keys and self._keys.stuck:
+            return 'the terminal does not answer'
+        return self._bridge.unreadiness()
+
+    def publish(self) -> None:
+        """Send the state."""
+        self._publisher.publish(Bool(data=self.paused))
+
+    def _on_wish(self, message: Bool) -> None:
+        if not self._wishes.repeated(message.data, time.monotonic()):
+            self._repetition_told = False
+            self.wish(message.data, 'by /pause')
+        elif self.paused and not self._repetition_told:
+            self._repetition_told = True
+            self.get_logger().warning(
+                f'not started: false is repeated on /pause; send it once, and none for '
+                f'{REPEATS_WITHIN_S:g} s before'
+            )
+
+    def _on_joy(self, message: Joy) -> None:
+        if self._joystick.pressed(message.buttons, time.monotonic()):
+            # Two that contradict each other look like a button that is pressed all the time.
+            if self.paused and self.count_publishers(self._joystick_topic) > 1:
+                self.get_logger().warning(
+                    f'not started: several nodes publish {self._joystick_topic}'
+                )
+            else:
+                self.toggle('by joystick')
+        if self._joystick.missing_button and not self._joystick_told:
+            self._joystick_told = True
+            self.get_logger().warning(
+                f'the joystick has {len(message.buttons)} buttons, counted from 0; button '
+                f'{self._button} is not among them: set joystick.button in the lab file'
+            )
+
+    def _tick(self) -> None:
+        now = time.monotonic()
+        if self._hold_ups.live(time_since_boot()) and not self.paused:
+            self.set(True, 'the pause node was held up', by_itself=True)
+        if self._joystick.disappeared(now):
+            self.set(True, 'the joystick has disappeared', by_itself=True)
+        if self._keys:
+            self._serve_terminal(self._keys, now)
+        if self._bridge.ending:  # a bridge that hangs just now cannot stop its robots
+            self._bridge.command_zero()
+        if trouble := self._bridge.trouble(now):
+            self.set(True, trouble, by_itself=True)
+            self._bridge.command_zero()
+        if refusal := self._bridge.refusal(self.paused, now):
+            self.set(True, refusal.removeprefix('paused: '), by_itself=True)
+        self._ticks += 1
+        if self._ticks % _TICKS_PER_MESSAGE == 0:
+            self.publish()
+
+    def _serve_terminal(self, keys: ConsoleReader, now: float) -> None:
+        for line in keys.lines():
+            if line == console.TOGGLE:
+                self.toggle('by space bar')
+            elif line == console.PAUSE:
+                self._wishes.hasty(now)  # it is a press, too
+                self.set(True, 'by space bar')
+            elif line == console.GO:
+                self.wish(False, 'by command')
+            elif line == console.HALT:
+                self._bridge.died = True
+            elif line == console.END:
+                self._bridge.ending = True
+                self.set(True, 'the experiment ends')
+        if keys.silent(now) and not self._bridge.ending:
+            self.set(True, 'the terminal does not answer', by_itself=True)
+        # A bridge that hangs has no news, but that the robots are paused then is one.
+        robots = self._bridge.news(unless_old=(self.paused, self.why) == self._shown)
+        if robots:
+            self._shown = self.paused, self.why
+            print(console.Status(self.paused, self.why, robots).encode(), flush=True)
+
+
+def main(argv: list[str] | None = None) -> int:
+    """Serve until a signal arrives; returns the exit status."""
+    argv, ros_arguments = split_ros_arguments(sys.argv[1:] if argv is None else argv)
+    parser = argparse.ArgumentParser(prog='pause', description=__doc__)
+    add_lab_arguments(parser)
+    parser.add_argument(
+        '--console', action='store_true', help='keys come on standard input from setcmas expe'
+    )
+    args = parser.parse_args(argv)
+    try:
+        lab = chosen_lab(args)
+    except SetcmasError as error:
+        print(f'error: {error}', file=sys.stderr)
+        return 2
+    with ros_process(ros_arguments) as process:
+        node = Pause(lab, ConsoleReader(process.stop) if args.console else None)
+        process.add(node)
+        try:
+            process.spin()
+        finally:  # whatever happens in a callback
+            node.set(True, 'the pause node ends')
+    return 0
+
+
+if __name__ == '__main__':
+    sys.exit(main())

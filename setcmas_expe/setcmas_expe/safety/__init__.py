@@ -1,0 +1,1 @@
+"""Safety: what may move, and who stops it."""

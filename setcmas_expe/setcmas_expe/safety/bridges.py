@@ -1,0 +1,60 @@
+"""The bridge process of an experiment: motion capture in, commands to real robots out.
+
+Run as `ros2 run setcmas_expe bridges --lab lab.yaml`; `setcmas expe` does it for you.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+
+from setcmas_expe.lab.model import Lab
+from setcmas_expe.lab.options import add_lab_arguments, chosen_lab
+from setcmas_expe.mocap.bridge import MocapBridge
+from setcmas_expe.safety.arena_markers import publish_arena
+from setcmas_expe.safety.cmd_vel_bridge import CmdVelBridge
+from setcmas_expe.safety.stepper import SafetyStepper
+from setcmas_simu.errors import SetcmasError
+from setcmas_simu.fleet.fleet import format_robots
+from setcmas_simu.ros.process import FleetNode, ros_process, split_ros_arguments
+
+
+def _greet(node: FleetNode, lab: Lab, mocaps: list[MocapBridge]) -> None:
+    robots = format_robots([robot.number for robot in lab.robots])
+    arena = lab.arena
+    node.get_logger().info(
+        f'bridging robots {robots}: poses from {mocaps[0].source} ({lab.mocap.preset}), '
+        f'arena {arena.xmin:g} to {arena.xmax:g} by {arena.ymin:g} to {arena.ymax:g} m, '
+        f'up to {lab.limits.V_max:.2f} m/s'
+    )
+
+
+def main(argv: list[str] | None = None) -> int:
+    """Bridge until a signal arrives; returns the exit status."""
+    argv, ros_arguments = split_ros_arguments(sys.argv[1:] if argv is None else argv)
+    parser = argparse.ArgumentParser(prog='bridges', description=__doc__)
+    add_lab_arguments(parser)
+    args = parser.parse_args(argv)
+    try:
+        lab = chosen_lab(args)
+    except SetcmasError as error:
+        print(f'error: {error}', file=sys.stderr)
+        return 2
+    with ros_process(ros_arguments) as process:
+        node = FleetNode('bridges')
+        mocaps = [MocapBridge(robot, lab) for robot in lab.robots]
+        bridges = [CmdVelBridge(robot, lab) for robot in lab.robots]
+        process.add(node, *mocaps, *bridges)
+        publish_arena(node, lab)
+        stepper = SafetyStepper(node, lab, mocaps, bridges)
+        _greet(node, lab, mocaps)
+        try:
+            stepper.start()
+            process.spin()
+        finally:  # whatever happens in a callback, robots get their zero
+            stepper.stop()
+    return 0
+
+
+if __name__ == '__main__':
+    sys.exit(main())

@@ -1,0 +1,62 @@
+"""The state of every robot for people and programs: /diagnostics."""
+
+from __future__ import annotations
+
+import math
+
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
+from rclpy.node import Node
+
+from setcmas_expe.mocap.bridge import MocapBridge
+from setcmas_expe.safety.cmd_vel_bridge import CmdVelBridge
+from setcmas_expe.safety.decision import MOVING, Decision
+from setcmas_simu.fleet import topics
+from setcmas_simu.ros import qos
+
+
+class RobotDiagnostics:
+    """Publishes a status for each robot: OK, WARN (held at zero) or ERROR (lost)."""
+
+    def __init__(self, node: Node) -> None:
+        """Publish through a node."""
+        self._node = node
+        self._publisher = node.create_publisher(
+            DiagnosticArray,
+            topics.DIAGNOSTICS,
+            qos.STATE,
+            event_callbacks=qos.no_publisher_events(),
+        )
+
+    def publish(
+        self,
+        robots: list[tuple[MocapBridge, CmdVelBridge]],
+        decisions: dict[int, Decision],
+        now: float,
+    ) -> None:
+        """Publish what was decided for the robots at a time (s, steady)."""
+        message = DiagnosticArray()
+        message.header.stamp = self._node.get_clock().now().to_msg()
+        message.status = [
+            _status(mocap, bridge, decisions[bridge.robot], now) for mocap, bridge in robots
+        ]
+        self._publisher.publish(message)
+
+
+def _status(
+    mocap: MocapBridge, bridge: CmdVelBridge, decision: Decision, now: float
+) -> DiagnosticStatus:
+    level = DiagnosticStatus.OK if decision.state == MOVING else DiagnosticStatus.WARN
+    age = mocap.track.age(now)
+    values = {
+        'state': decision.state,
+        'pose_age': f'{age:.3f}' if math.isfinite(age) else '',
+        'battery': '' if bridge.battery is None else f'{bridge.battery:.0f}',
+        'speed': f'{mocap.speed:.3f}',
+    }
+    return DiagnosticStatus(
+        level=DiagnosticStatus.ERROR if decision.lost else level,
+        name=topics.robot_name(bridge.robot),
+        message=decision.reason,
+        hardware_id=bridge.topic,
+        values=[KeyValue(key=key, value=value) for key, value in values.items()],
+    )

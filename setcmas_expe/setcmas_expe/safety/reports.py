@@ -1,0 +1,104 @@
+"""What the bridge process tells people: stops, rejected poses, robots that do not listen."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from setcmas_expe.mocap.bridge import MocapBridge
+from setcmas_expe.safety.cmd_vel_bridge import CmdVelBridge
+from setcmas_expe.safety.decision import PAUSED, Decision
+from setcmas_expe.safety.stop_reports import StopReports
+from setcmas_simu.fleet.fleet import format_robots
+from setcmas_simu.fleet.topics import robot_name
+
+_REJECTED_EVERY_S = 1.0
+_GRAPH_EVERY_S = 2.0
+_SILENT_AFTER_S = 3.0
+
+
+class BridgeReports:
+    """Says each thing once, or once a second where it counts."""
+
+    def __init__(
+        self,
+        say: Callable[[str], None],
+        robots: list[tuple[MocapBridge, CmdVelBridge]],
+    ) -> None:
+        """Report through a function that shows a message to the user."""
+        self._say = say
+        self._robots = robots
+        self._stops = StopReports(say)
+        self._first: float | None = None
+        self._next_rejected = self._next_graph = 0.0
+        self._unheard: list[int] | None = None
+        self._told: set[tuple[str, int]] = set()
+        self._pause_was_heard = False
+        self._pause_is_silent = False
+
+    def update(self, decisions: dict[int, Decision], pause_is_silent: bool, now: float) -> None:
+        """Take what was decided at a time (s, steady) and say what is new."""
+        self._first = now if self._first is None else self._first
+        if not any(decision.state == PAUSED for decision in decisions.values()):
+            self._stops.update({robot: d.reason for robot, d in decisions.items()}, now)
+        self._tell_silence(pause_is_silent)
+        if now >= self._next_rejected:
+            self._next_rejected = now + _REJECTED_EVERY_S
+            self._tell_rejected()
+        if now >= self._next_graph:
+            self._next_graph = now + _GRAPH_EVERY_S
+            self._check_graph(now - self._first)
+
+    def _tell_silence(self, silent: bool) -> None:
+        self._pause_was_heard = self._pause_was_heard or not silent
+        if self._pause_was_heard and silent != self._pause_is_silent:
+            self._pause_is_silent = silent
+            self._say(
+                'all robots stopped: nothing is heard of the pause node'
+                if silent
+                else 'the pause node is heard again'
+            )
+
+    def _tell_rejected(self) -> None:
+        for mocap, _ in self._robots:
+            rejected = mocap.track.rejected
+            if rejected:
+                reasons = ', '.join(f'{count} {reason}' for reason, count in rejected.items())
+                self._say(f'{robot_name(mocap.robot)}: poses left out: {reasons}')
+                rejected.clear()
+
+    def _check_graph(self, running_s: float) -> None:
+        unheard = [
+            bridge.robot for _, bridge in self._robots if not bridge.cmd_vel.follow_listeners()
+        ]
+        if running_s < _SILENT_AFTER_S:  # others are still being discovered
+            return
+        if unheard != self._unheard:
+            self._tell_unheard(unheard)
+        unguarded = [bridge for _, bridge in self._robots if not bridge.cmd_vel.is_guarded()]
+        self._once(
+            'guard',
+            [bridge.robot for bridge in unguarded if bridge.robot not in unheard],
+            'no cmd_vel_guard on robots {}: if this computer or its network dies, they keep '
+            'their last velocity; docs/lab.md tells how to install it on a robot',
+        )
+        for _, bridge in self._robots:
+            if bridge.cmd_vel.mixed:
+                self._once('mixed', [bridge.robot], f'{bridge.cmd_vel.mixed} (robots {{}})')
+
+    def _tell_unheard(self, unheard: list[int]) -> None:
+        if unheard:
+            robot = next(b for _, b in self._robots if b.robot == unheard[0])
+            self._say(
+                f'nothing listens to the commands of robots {format_robots(unheard)} '
+                f'({robot.topic}): they will not move; is their bringup running, in this ROS '
+                'domain and namespace?'
+            )
+        elif self._unheard:
+            self._say('all robots listen now')
+        self._unheard = unheard
+
+    def _once(self, topic: str, robots: list[int], message: str) -> None:
+        new = [robot for robot in robots if (topic, robot) not in self._told]
+        self._told |= {(topic, robot) for robot in new}
+        if new:
+            self._say(message.format(format_robots(new)))

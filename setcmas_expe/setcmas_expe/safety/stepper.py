@@ -1,0 +1,102 @@
+"""The one timer of the bridge process: it decides what every robot is commanded."""
+
+from __future__ import annotations
+
+import time
+
+from rclpy.clock import Clock, ClockType
+from rclpy.node import Node
+
+from setcmas_ctrl.controller.pause_watch import SILENT, PauseWatch
+from setcmas_expe.lab.model import Lab
+from setcmas_expe.mocap.bridge import MocapBridge
+from setcmas_expe.mocap.pose_track import mark_swapped
+from setcmas_expe.safety.cmd_vel_bridge import CmdVelBridge
+from setcmas_expe.safety.decision import PAUSED, RATE_HZ, STOPPED, Decision, Situation, decide
+from setcmas_expe.safety.diagnostics import RobotDiagnostics
+from setcmas_expe.safety.reports import BridgeReports
+from setcmas_expe.safety.stalls import HoldUps, time_since_boot
+
+_DIAGNOSTICS_EVERY = 4  # steps
+_LOOK_AROUND_EVERY = 10  # steps
+_LAST_ZEROS = 5
+_ZERO = Decision(0.0, 0.0, STOPPED, '')
+
+
+class SafetyStepper:
+    """Sends every robot a command 20 times a second, zero whenever something is wrong."""
+
+    def __init__(
+        self, node: Node, lab: Lab, mocaps: list[MocapBridge], bridges: list[CmdVelBridge]
+    ) -> None:
+        """Prepare; nothing is sent before `start`.
+
+        Args:
+            node: The node that owns the timer and what concerns the whole fleet.
+            lab: The rules.
+            mocaps: The mocap bridge of each robot.
+            bridges: The cmd_vel bridge of each robot, in the same order.
+        """
+        self._node = node
+        self._lab = lab
+        self._robots = list(zip(mocaps, bridges, strict=True))
+        self._pause = PauseWatch(node, lab.timeouts.pause_s, latches=True)
+        self._diagnostics = RobotDiagnostics(node)
+        self._say = node.get_logger().warning
+        self._reports = BridgeReports(self._say, self._robots)
+        self._hold_ups = HoldUps(lab.timeouts.pause_s, time_since_boot())
+        self._steps = 0
+
+    def start(self) -> None:
+        """Start to send."""
+        self._hold_ups.live(time_since_boot())
+        # A steady clock: setting the system's time must not stop the watchdogs.
+        steady = Clock(clock_type=ClockType.STEADY_TIME)
+        self._node.create_timer(1.0 / RATE_HZ, self._step, clock=steady)
+
+    def stop(self) -> None:
+        """Command zero, several times in case one is lost; called while the process ends."""
+        for _ in range(_LAST_ZEROS):
+            for _, bridge in self._robots:
+                bridge.send(_ZERO)
+            time.sleep(1.0 / RATE_HZ)
+        for _, bridge in self._robots:
+            bridge.cmd_vel.wait_until_sent()
+
+    def _step(self) -> None:
+        now = time.monotonic()
+        if held_up := self._hold_ups.live(time_since_boot()):
+            # Messages that waited meanwhile look new, and somebody may have come near a robot.
+            self._pause.forget()
+            self._say(f'the bridge process was held up for {held_up:.1f} s: robots stay paused')
+        if self._steps % _LOOK_AROUND_EVERY == 0:
+            for mocap, bridge in self._robots:
+                mocap.look_around()
+                bridge.look_around()
+        tracks = {mocap.robot: mocap.track for mocap, _ in self._robots}
+        mark_swapped(tracks)
+        poses = {robot: track.pose for robot, track in tracks.items() if track.pose}
+        unseen = tuple(robot for robot in tracks if robot not in poses)
+        paused = self._pause.reason()
+        decisions = {}
+        for mocap, bridge in self._robots:
+            situation = Situation(
+                pose=mocap.track.pose,
+                pose_age=mocap.track.age(now),
+                pose_fault=mocap.doubt or mocap.track.trouble,
+                V=bridge.V,
+                omega=bridge.omega,
+                command_age=bridge.age(now),
+                paused=paused,
+                unseen=unseen,
+                contest=bridge.contest,
+                others={robot: pose for robot, pose in poses.items() if robot != mocap.robot},
+            )
+            decision = decisions[mocap.robot] = decide(situation, self._lab)
+            bridge.send(decision)
+            moving = decision.V != 0.0 or decision.omega != 0.0
+            mocap.track.note_command(moving, decision.state == PAUSED, now)
+        self._reports.update(decisions, paused == SILENT, now)
+        if self._steps % _DIAGNOSTICS_EVERY == 0:
+            self._diagnostics.publish(self._robots, decisions, now)
+        self._steps += 1

@@ -1,0 +1,1 @@
+"""The fleet: names, topics, colours and poses of the robots."""

@@ -1,0 +1,129 @@
+"""Start poses as users give them: `--poses FILE.yaml` and `--pose 3:1.0,2.0,1.57`."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import yaml
+from numpy.typing import NDArray
+
+from setcmas_simu.errors import SetcmasError
+from setcmas_simu.fleet.fleet import start_poses
+
+Pose = tuple[float, float, float]
+_FORM = 'x, y in m and theta in rad, such as [1.0, 2.0, 1.57]; theta may be left out'
+
+
+def parse_pose_option(text: str) -> tuple[int, Pose]:
+    """Return the robot and the pose of a text such as '3:1.0,2.0,1.57'.
+
+    Raises:
+        SetcmasError: The text has another form, or a value is not finite.
+    """
+    number, colon, values = text.partition(':')
+    if not colon or not number.strip().isdecimal() or int(number) < 1:
+        raise SetcmasError(
+            f"--pose '{text}' is not understood; accepted is ROBOT:x,y,theta, "
+            "such as '3:1.0,2.0,1.57'"
+        )
+    return int(number), _pose(values.split(','), f"--pose '{text}'")
+
+
+def load_poses(path: Path, nb_robots: int = 1) -> dict[int, Pose]:
+    """Return the start poses in a YAML file, by robot.
+
+    The file is a list with a pose for each robot from 1, or a mapping from robots (`3` or
+    `tb3_3`) to poses. A pose is a list of x, y (m) and theta (rad).
+
+    Args:
+        path: The file.
+        nb_robots: Size of the fleet: a list must have a pose for each of its robots.
+
+    Raises:
+        SetcmasError: The file cannot be read, has another form, or has too few poses.
+    """
+    try:
+        content = yaml.safe_load(path.read_text(encoding='utf-8'))
+    except OSError as error:
+        raise SetcmasError(f"poses file '{path}' cannot be read: {error.strerror}") from error
+    except (yaml.YAMLError, UnicodeDecodeError) as error:
+        reason = ' '.join(str(error).split())
+        raise SetcmasError(f"poses file '{path}' is not valid YAML: {reason}") from error
+    if isinstance(content, list):
+        if 0 < len(content) < nb_robots:
+            raise SetcmasError(
+                f"poses file '{path}' has {len(content)} poses; the fleet has {nb_robots} robots "
+                '(to place only some of them, write robots before the poses, such as '
+                "'3: [1, 2, 0]')"
+            )
+        content = dict(enumerate(content, start=1))
+    if not isinstance(content, dict) or not content:
+        raise SetcmasError(
+            f"poses file '{path}' holds {type(content).__name__}; accepted are a list of poses "
+            'or a mapping from robots to poses'
+        )
+    return {
+        _robot_number(robot, path): _pose(value, f"poses file '{path}', robot {robot}")
+        for robot, value in content.items()
+    }
+
+
+def chosen_start_poses(
+    nb_robots: int,
+    poses_file: Path | None = None,
+    pose_options: list[str] | None = None,
+    defaults: NDArray[np.float64] | None = None,
+) -> NDArray[np.float64]:
+    """Return the start poses of a fleet: the defaults, then the file's, then single ones.
+
+    Args:
+        nb_robots: Size of the fleet.
+        poses_file: A YAML file as `load_poses` reads it.
+        pose_options: Texts as `parse_pose_option` reads them.
+        defaults: Poses of robots for which nothing is given, shape (3, nb_robots);
+            `fleet.start_poses` unless told.
+
+    Returns:
+        Rows x, y in m and theta in rad, shape (3, nb_robots).
+
+    Raises:
+        SetcmasError: A pose is malformed, or for a robot that is not in the fleet.
+    """
+    chosen = load_poses(poses_file, nb_robots) if poses_file else {}
+    # A file may serve fleets of several sizes; a pose typed for a missing robot is a mistake.
+    chosen = {robot: pose for robot, pose in chosen.items() if robot <= nb_robots}
+    for text in pose_options or []:
+        robot, pose = parse_pose_option(text)
+        if robot > nb_robots:
+            raise SetcmasError(
+                f"--pose '{text}' is for robot {robot}; the fleet has robots 1 to {nb_robots}"
+            )
+        chosen[robot] = pose
+    poses = start_poses(nb_robots) if defaults is None else defaults.copy()
+    for robot, pose in chosen.items():
+        poses[:, robot - 1] = pose
+    return poses
+
+
+def _robot_number(key: Any, path: Path) -> int:
+    text = str(key).removeprefix('tb3_')
+    if not text.isdecimal() or int(text) < 1:
+        raise SetcmasError(
+            f"poses file '{path}' names robot '{key}'; accepted are numbers from 1 or tb3_1, ..."
+        )
+    return int(text)
+
+
+def _pose(values: Any, where: str) -> Pose:
+    try:
+        numbers = [float(value) for value in values]
+    except (TypeError, ValueError):
+        numbers = []
+    if len(numbers) == 2:
+        numbers.append(0.0)
+    if len(numbers) != 3 or not all(math.isfinite(number) for number in numbers):
+        raise SetcmasError(f'{where}: {values!r} is not a pose; accepted are {_FORM}')
+    return (numbers[0], numbers[1], numbers[2])

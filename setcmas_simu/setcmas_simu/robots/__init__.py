@@ -1,0 +1,1 @@
+"""Robot models: how commands move a robot."""

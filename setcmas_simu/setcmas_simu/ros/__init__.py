@@ -1,0 +1,1 @@
+"""What every process on ROS shares: start and end, quality of service, velocity commands."""

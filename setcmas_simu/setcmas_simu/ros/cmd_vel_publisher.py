@@ -1,0 +1,115 @@
+"""Publishes velocities with the message type that the listener wants."""
+
+from __future__ import annotations
+
+from geometry_msgs.msg import TwistStamped
+from rclpy.duration import Duration
+from rclpy.node import Node
+from rclpy.publisher import Publisher
+from rclpy.qos import QoSProfile
+
+from setcmas_ctrl.control.options import AUTO
+from setcmas_simu.fleet import topics
+from setcmas_simu.ros import cmd_vel_graph, qos
+from setcmas_simu.ros.cmd_vel_type import TYPES
+from setcmas_simu.simulator.options import CMD_VEL_TYPES
+
+_PREFERRED_TYPE = CMD_VEL_TYPES[0]
+_LAST_WORDS_S = 0.3
+
+
+class CmdVelPublisher:
+    """Commands one robot.
+
+    Attributes:
+        topic: Full name of its topic.
+        mixed: Which listeners want another type than the one that is published; None if none.
+    """
+
+    def __init__(
+        self,
+        node: Node,
+        robot: int,
+        topic: str,
+        odometry_topic: str,
+        cmd_vel_type: str = AUTO,
+        profile: QoSProfile = qos.COMMAND,
+    ) -> None:
+        """Publish through a node.
+
+        Args:
+            node: The node.
+            robot: Number of the robot.
+            topic: Full name of the topic.
+            odometry_topic: Topic that the robot itself publishes, which tells it from others.
+            cmd_vel_type: 'twist', 'twist_stamped', or 'auto' for what the robot listens to.
+            profile: Quality of service.
+        """
+        self.mixed: str | None = None
+        self._node = node
+        self._frame = topics.robot_name(robot)
+        self.topic = topic
+        self._odometry_topic = odometry_topic
+        self._auto = cmd_vel_type == AUTO
+        self._type = _PREFERRED_TYPE if self._auto else cmd_vel_type
+        self._profile = profile
+        self._publisher = self._create_publisher()
+
+    def publish(self, V: float, omega: float) -> None:
+        """Publish a forward speed (m/s) and a turn rate (rad/s)."""
+        message = TYPES[self._type]()
+        twist = message
+        if isinstance(message, TwistStamped):
+            message.header.stamp = self._node.get_clock().now().to_msg()
+            message.header.frame_id = self._frame
+            twist = message.twist
+        twist.linear.x, twist.angular.z = V, omega
+        self._publisher.publish(message)
+
+    def wait_until_sent(self) -> None:
+        """Wait, but not for long, until the last command has arrived."""
+        self._publisher.wait_for_all_acked(Duration(seconds=_LAST_WORDS_S))
+
+    def follow_listeners(self) -> bool:
+        """Match the type to what the robot listens to; False if nothing listens."""
+        found = cmd_vel_graph.listeners(self._node, self.topic)
+        wanted = cmd_vel_graph.types_of_robot(self._node, found, self._odometry_topic)
+        if self._auto and wanted:
+            self._use_type(wanted)
+        others = [f'{one.node} wants {one.kind}' for one in found if one.kind != self._type]
+        self.mixed = f'{self._frame} gets {self._type}, but {others[0]}' if others else None
+        return any(one.kind == self._type for one in found)
+
+    def other_commanders(self) -> list[str]:
+        """Return the full names of other nodes that command the robot to move."""
+        names = cmd_vel_graph.commanders(self._node, self.topic)
+        own = self._node.get_fully_qualified_name()
+        if own in names:
+            names.remove(own)
+        return names
+
+    def is_guarded(self) -> bool:
+        """Return whether a cmd_vel_guard stands by, on the robot."""
+        return cmd_vel_graph.is_guarded(self._node, self.topic)
+
+    def contest(self) -> str:
+        """Return who else may move the robot, or move in its place; empty if nobody."""
+        own = self._node.get_fully_qualified_name()
+        return cmd_vel_graph.contest(self._node, self.topic, own)
+
+    def _use_type(self, wanted: set[str]) -> None:
+        if self._type not in wanted:
+            # Whoever listens to the former type would keep the last command for ever.
+            self.publish(0.0, 0.0)
+            self._type = _PREFERRED_TYPE if _PREFERRED_TYPE in wanted else wanted.pop()
+            # One type at a time: DDS knows only one type of a topic within a process.
+            self._node.destroy_publisher(self._publisher)
+            self._publisher = self._create_publisher()
+
+    def _create_publisher(self) -> Publisher:
+        return self._node.create_publisher(
+            TYPES[self._type],
+            self.topic,
+            self._profile,
+            event_callbacks=qos.no_publisher_events(),
+        )

@@ -1,0 +1,72 @@
+"""A subscription that is asked for its messages, without an executor."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from typing import Any
+
+from rclpy.node import Node
+from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
+
+from setcmas_simu.ros import qos
+
+
+class PolledTopic:
+    """Hands the messages of a topic to a function when it is asked to.
+
+    An executor would wake up for each message and rebuild its wait set over all topics.
+    """
+
+    def __init__(
+        self,
+        node: Node,
+        kind: type,
+        name: str,
+        on_message: Callable[[Any], None],
+        profile: QoSProfile,
+    ) -> None:
+        """Subscribe.
+
+        Args:
+            node: Holds the subscription.
+            kind: Class of the messages.
+            name: Full name of the topic.
+            on_message: Takes a message.
+            profile: Quality of service; its depth bounds what waits to be taken.
+        """
+        self._node = node
+        self._on_message = on_message
+        self._depth = profile.depth
+        self._subscription = node.create_subscription(
+            kind, name, on_message, profile, event_callbacks=qos.no_subscription_events()
+        )
+
+    def take(self) -> None:
+        """Hand over what has come."""
+        for message in self._messages():
+            self._on_message(message)
+
+    def close(self) -> None:
+        """Unsubscribe."""
+        self._node.destroy_subscription(self._subscription)
+
+    def _messages(self) -> Iterator[Any]:
+        handle = self._subscription.handle
+        with handle:
+            for _ in range(self._depth):
+                taken = handle.take_message(self._subscription.msg_type, False)
+                if taken is None:
+                    return
+                yield taken[0]
+
+
+def suited_to(node: Node, name: str, depth: int) -> QoSProfile:
+    """Return the best quality of service that every publisher of a topic offers."""
+    offered = [info.qos_profile for info in node.get_publishers_info_by_topic(name)]
+    reliable = all(profile.reliability == ReliabilityPolicy.RELIABLE for profile in offered)
+    latched = all(profile.durability == DurabilityPolicy.TRANSIENT_LOCAL for profile in offered)
+    return QoSProfile(
+        depth=depth,
+        reliability=ReliabilityPolicy.RELIABLE if reliable else ReliabilityPolicy.BEST_EFFORT,
+        durability=DurabilityPolicy.TRANSIENT_LOCAL if latched else DurabilityPolicy.VOLATILE,
+    )

@@ -1,0 +1,127 @@
+"""The life of a process that holds nodes: start, spin, and an orderly end on any signal."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import signal
+import sys
+import time
+from collections.abc import Callable, Iterator
+from types import FrameType
+from typing import Any
+
+import rclpy
+from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
+from rclpy.node import Node
+from rclpy.parameter import Parameter
+from rclpy.signals import SignalHandlerOptions
+
+from setcmas_simu.ros.dds_setup import dds_setup
+
+STOP_SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
+_LONGEST_END_S = 10  # after that the kernel ends a process that hangs in its clean-up
+
+
+class FleetNode(Node):  # type: ignore[misc]  # rclpy has no types
+    """A node of a fleet: without the services that cost a process with many nodes its start."""
+
+    def __init__(self, node_name: str, **kwargs: Any) -> None:
+        """Create the node; arguments as for `rclpy.node.Node`."""
+        overrides = [
+            Parameter('start_type_description_service', Parameter.Type.BOOL, False),
+            *kwargs.pop('parameter_overrides', []),
+        ]
+        light = {'enable_rosout': False, 'start_parameter_services': False}
+        super().__init__(node_name, parameter_overrides=overrides, **(light | kwargs))
+
+
+class RosProcess:
+    """Spins the nodes of this process until a signal or `stop` asks it to end.
+
+    rclpy's own signal handlers invalidate the context at once, so nothing could be published any
+    more; here the handlers only note the wish, and robots get their zero velocity first.
+    """
+
+    def __init__(self) -> None:
+        """Create an executor; `ros_process` has initialised rclpy."""
+        self.executor = SingleThreadedExecutor()
+        self.stopping = False
+        self.on_stop_signal: Callable[[], None] | None = None
+        """Called in the signal handler, for what cannot wait until the callback returns."""
+
+    def add(self, *nodes: Node) -> None:
+        """Let the executor serve nodes."""
+        for node in nodes:
+            self.executor.add_node(node)
+
+    def stop(self) -> None:
+        """Let `spin` return after the callback that runs now."""
+        self.stopping = True
+
+    def spin(self) -> None:
+        """Serve callbacks until something asks to stop."""
+        with contextlib.suppress(ExternalShutdownException):
+            while not self.stopping:
+                # The timeout bounds the time to notice a signal, which does not wake a wait.
+                self.executor.spin_once(timeout_sec=0.25)
+
+    def spin_until(self, condition: Callable[[], bool], timeout_s: float) -> bool:
+        """Serve callbacks until a condition holds; False if it did not within the timeout."""
+        deadline = time.monotonic() + timeout_s
+        with contextlib.suppress(ExternalShutdownException):
+            while not self.stopping and not condition() and time.monotonic() < deadline:
+                self.executor.spin_once(timeout_sec=0.02)
+        return condition()
+
+    def take_signals(self) -> None:
+        """Let the signals that ask to stop do so."""
+        for signum in STOP_SIGNALS:
+            signal.signal(signum, self.handle_signal)
+
+    def handle_signal(self, _signum: int, _frame: FrameType | None) -> None:
+        """Note the wish to stop, and set the deadline for the clean-up."""
+        self.stopping = True
+        signal.alarm(_LONGEST_END_S)
+        if self.on_stop_signal:
+            self.on_stop_signal()
+
+
+@contextlib.contextmanager
+def ros_process(ros_arguments: list[str] | None = None) -> Iterator[RosProcess]:
+    """Initialise rclpy, hand out the process, and shut everything down at the end.
+
+    Args:
+        ros_arguments: What follows and includes `--ros-args`.
+    """
+    # No log files: students' home folders would fill, and what matters is on the screen.
+    arguments = [*(ros_arguments or []), '--ros-args', '--disable-external-lib-logs']
+    try:
+        with dds_setup():
+            rclpy.init(args=arguments, signal_handler_options=SignalHandlerOptions.NO)
+    except Exception as error:  # of several classes, some of them private to rclpy
+        reason = str(error).partition('\n')[0]
+        print(f'error: what follows --ros-args is not understood: {reason}', file=sys.stderr)
+        sys.exit(2)
+    process = RosProcess()
+    process.take_signals()
+    os.register_at_fork(after_in_child=_leave_signals)
+    try:
+        yield process
+    finally:
+        for signum in STOP_SIGNALS:
+            signal.signal(signum, signal.SIG_IGN)
+        process.executor.shutdown()
+        rclpy.try_shutdown()
+
+
+def _leave_signals() -> None:
+    """Let the signals that ask to stop end a process that a script has forked, without a word."""
+    for signum in STOP_SIGNALS:
+        signal.signal(signum, signal.SIG_DFL)
+
+
+def split_ros_arguments(argv: list[str]) -> tuple[list[str], list[str]]:
+    """Return the arguments before `--ros-args`, and from it on."""
+    cut = argv.index('--ros-args') if '--ros-args' in argv else len(argv)
+    return argv[:cut], argv[cut:]

@@ -1,0 +1,118 @@
+"""The one timer of a simulator process: it steps and publishes all its robots."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from functools import partial
+from typing import TYPE_CHECKING
+
+import numpy as np
+from rclpy.clock import Clock, ClockType
+from rclpy.node import Node
+from std_msgs.msg import Empty
+
+from setcmas_simu.fleet import topics
+from setcmas_simu.fleet.fleet import format_robots
+from setcmas_simu.robots.velocity_limits import VelocityLimits
+from setcmas_simu.robots.virtual_fleet import VirtualFleet
+from setcmas_simu.ros import qos
+from setcmas_simu.simulator.options import MAX_RATE_HZ
+from setcmas_simu.simulator.transforms import FleetTransforms
+
+if TYPE_CHECKING:
+    from setcmas_simu.simulator.virtual_robot import VirtualRobot
+
+_HOUSEKEEPING_S = 2.0
+
+
+class FleetStepper:
+    """Moves the virtual robots of a process at a fixed rate.
+
+    A timer for each robot would wake the executor N times a period, and rclpy rebuilds its wait
+    set over all entities at every wake-up.
+    """
+
+    def __init__(self, node: Node, robots: list[VirtualRobot], limits: VelocityLimits) -> None:
+        """Connect the robots' commands to a simulated fleet; nothing moves before `start`.
+
+        Args:
+            node: The node that owns the timer and what concerns the whole fleet.
+            robots: The robots; rate and cmd_timeout are the first one's parameters.
+            limits: How fast the robots can go.
+
+        Raises:
+            SetcmasError: A parameter of a robot makes no sense.
+        """
+        self._node = node
+        self._robots = robots
+        far = 1e6  # m, rad: excludes what is not finite
+        names = ('x0', 'y0', 'theta0')
+        poses = np.array([[robot.number(name, -far, far) for name in names] for robot in robots]).T
+        self._fleet = VirtualFleet(poses, limits, robots[0].number('cmd_timeout', least=1e-3))
+        self._period = 1.0 / robots[0].number('rate', least=0.1, most=MAX_RATE_HZ)
+        for index, robot in enumerate(robots):
+            robot.on_command = partial(self._fleet.command, index)
+            robot.on_reset = partial(self._fleet.reset, index)
+        node.create_subscription(
+            Empty,
+            topics.FLEET_RESET,
+            self._reset_all,
+            qos.EVENT,
+            event_callbacks=qos.no_subscription_events(),
+        )
+        self._transforms = FleetTransforms(
+            node, [(str(r.value('world_frame')), str(r.value('robot_frame'))) for r in robots]
+        )
+        self._missed = 0
+        self._last_step: float | None = None
+        self._next_housekeeping = 0.0
+        self._housekeeping: Callable[[], None] = lambda: None
+
+    def start(self, housekeeping: Callable[[], None]) -> None:
+        """Start to step; `housekeeping` is called every other second."""
+        self._housekeeping = housekeeping
+        # A steady clock: setting the system's time must not freeze the robots.
+        steady = Clock(clock_type=ClockType.STEADY_TIME)
+        self._node.create_timer(self._period, self._step, clock=steady)
+        robots = format_robots([robot.robot for robot in self._robots])
+        self._node.get_logger().info(
+            f'simulating robots {robots} at {1 / self._period:g} Hz; Ctrl-C stops'
+        )
+        self._step()
+
+    def _step(self) -> None:
+        now = time.monotonic()
+        self._fleet.step(self._period, now)
+        stamp = self._node.get_clock().now().to_msg()
+        poses = list(map(tuple, self._fleet.poses.T.tolist()))
+        speeds = zip(self._fleet.V.tolist(), self._fleet.omega.tolist(), strict=True)
+        # All odometries first and in one burst: what controls the robots wakes up less often.
+        for robot, pose, (V, omega) in zip(self._robots, poses, speeds, strict=True):
+            robot.publish_odometry(stamp, pose, V, omega)
+        for robot, pose in zip(self._robots, poses, strict=True):
+            robot.publish_picture(stamp, pose)
+        self._transforms.publish(stamp, self._fleet.poses)
+        self._count_missed_steps(now)
+        if now >= self._next_housekeeping:
+            self._next_housekeeping = now + _HOUSEKEEPING_S
+            self._report_missed_steps()
+            self._housekeeping()
+
+    def _count_missed_steps(self, now: float) -> None:
+        if self._last_step is not None:
+            self._missed += max(0, round((now - self._last_step) / self._period) - 1)
+        self._last_step = now
+
+    def _report_missed_steps(self) -> None:
+        if self._missed:
+            steps = 'step was' if self._missed == 1 else 'steps were'
+            self._node.get_logger().warning(
+                f'{self._missed} {steps} missed in the last {_HOUSEKEEPING_S:g} s: '
+                'this machine is too busy for the simulation'
+            )
+            self._missed = 0
+
+    def _reset_all(self, _: Empty) -> None:
+        for index in range(len(self._robots)):
+            self._fleet.reset(index)

@@ -1,0 +1,195 @@
+"""The virtual robot: cmd_vel in; odometry, pose and marker out. A process holds a fleet of them.
+
+Run as `ros2 run setcmas_simu virtual_robot --robots 1-4`, or for one robot with parameters:
+`--ros-args -p robot_no:=3 -p x0:=1.0 -p limits:=burger`.
+"""
+
+from __future__ import annotations
+
+import argparse
+import math
+import sys
+import time
+from collections.abc import Callable, Iterable
+from typing import Any
+
+from builtin_interfaces.msg import Time
+from geometry_msgs.msg import Pose, PoseStamped, Twist, TwistStamped
+from nav_msgs.msg import Odometry
+from rcl_interfaces.msg import ParameterDescriptor
+from std_msgs.msg import Empty
+from visualization_msgs.msg import Marker
+
+from setcmas_simu.errors import SetcmasError
+from setcmas_simu.fleet import topics
+from setcmas_simu.fleet.planar_pose import quaternion_of_yaw
+from setcmas_simu.robots.velocity_limits import limits_named
+from setcmas_simu.ros import qos
+from setcmas_simu.ros.cmd_vel_type import TYPES, velocities
+from setcmas_simu.ros.process import FleetNode, ros_process, split_ros_arguments
+from setcmas_simu.simulator.fleet_stepper import FleetStepper
+from setcmas_simu.simulator.options import add_simulation_arguments, simulated_robots
+from setcmas_simu.simulator.robot_marker import robot_marker
+from setcmas_simu.simulator.simulator_guard import SimulatorGuard
+
+Command = Callable[[float, float, float], None]
+
+
+class VirtualRobot(FleetNode):
+    """The ROS interface of one simulated robot; a FleetStepper moves it.
+
+    Parameters: robot_no, x0, y0 (m), theta0 (rad), rate (Hz), world_frame, robot_frame, limits,
+    cmd_timeout (s), cmd_vel_type.
+    """
+
+    def __init__(self, robot: int, defaults: dict[str, Any]) -> None:
+        """Create the node in the robot's namespace.
+
+        Args:
+            robot: Number of the robot.
+            defaults: Values of the parameters that `--ros-args` does not give.
+        """
+        self.robot = robot
+        self.on_command: Command = lambda *_: None
+        self.on_reset: Callable[[], None] = lambda: None
+
+        super().__init__(topics.VIRTUAL_ROBOT_NODE, namespace=topics.robot_name(robot))
+        # Dynamic typing: `-p x0:=2` is an integer to ROS, and must do.
+        dynamic = ParameterDescriptor(dynamic_typing=True)
+        names = {'world_frame': topics.WORLD_FRAME, 'robot_frame': topics.robot_name(robot)}
+        for name, value in (names | defaults | {'robot_no': robot}).items():
+            self.declare_parameter(name, value, dynamic)
+
+        silent = {'event_callbacks': qos.no_publisher_events()}
+        self._odom_publisher = self.create_publisher(Odometry, topics.ODOM, qos.STATE, **silent)
+        self._pose_publisher = self.create_publisher(PoseStamped, topics.POSE, qos.STATE, **silent)
+        self._marker_publisher = self.create_publisher(Marker, topics.MARKER, qos.STATE, **silent)
+        silent = {'event_callbacks': qos.no_subscription_events()}
+        self.create_subscription(
+            TYPES[self.choice('cmd_vel_type', TYPES)],
+            topics.CMD_VEL,
+            self._on_cmd_vel,
+            qos.COMMAND,
+            **silent,
+        )
+        self.create_subscription(
+            Empty, topics.RESET, lambda _: self.on_reset(), qos.EVENT, **silent
+        )
+
+        world = str(self.value('world_frame'))
+        self._odom = Odometry(child_frame_id=str(self.value('robot_frame')))
+        self._pose = PoseStamped()
+        self._marker = robot_marker(robot, world)
+        self._odom.header.frame_id = self._pose.header.frame_id = world
+
+    def value(self, name: str) -> Any:
+        """Return the value of a parameter."""
+        return self.get_parameter(name).value
+
+    def number(self, name: str, least: float = -math.inf, most: float = math.inf) -> float:
+        """Return the value of a numeric parameter.
+
+        Raises:
+            SetcmasError: The value is not a number between `least` and `most`.
+        """
+        value = self.value(name)
+        numeric = isinstance(value, (int, float)) and not isinstance(value, bool)
+        if not numeric or not least <= value <= most:
+            raise SetcmasError(
+                f'parameter {name} is {value!r}; accepted is a number from {least:g} to {most:g}'
+            )
+        return float(value)
+
+    def choice(self, name: str, accepted: Iterable[str]) -> str:
+        """Return the value of a parameter that is one of some words.
+
+        Raises:
+            SetcmasError: It is none of them.
+        """
+        value = self.value(name)
+        if value not in accepted:
+            raise SetcmasError(
+                f'parameter {name} is {value!r}; accepted are {", ".join(accepted)}'
+            )
+        return str(value)
+
+    def publish_odometry(
+        self, stamp: Time, pose: tuple[float, float, float], V: float, omega: float
+    ) -> None:
+        """Publish where the robot is (m, rad) and how fast it goes (m/s, rad/s)."""
+        self._odom.header.stamp = stamp
+        _fill(self._odom.pose.pose, pose)
+        self._odom.twist.twist.linear.x = V
+        self._odom.twist.twist.angular.z = omega
+        self._odom_publisher.publish(self._odom)
+
+    def publish_picture(self, stamp: Time, pose: tuple[float, float, float]) -> None:
+        """Publish the pose (m, rad) for displays, and the robot's marker at it."""
+        self._pose.header.stamp = self._marker.header.stamp = stamp
+        _fill(self._pose.pose, pose)
+        self._pose_publisher.publish(self._pose)
+        _fill(self._marker.pose, pose)
+        self._marker_publisher.publish(self._marker)
+
+    def _on_cmd_vel(self, message: Twist | TwistStamped) -> None:
+        self.on_command(*velocities(message), time.monotonic())
+
+
+def _fill(message: Pose, pose: tuple[float, float, float]) -> None:
+    message.position.x, message.position.y = pose[0], pose[1]
+    message.orientation.z, message.orientation.w = quaternion_of_yaw(pose[2])
+
+
+def robot_of_parameters() -> int:
+    """Return the robot number that `--ros-args -p robot_no:=N` gives; 1 without it."""
+    probe = FleetNode('virtual_robot', automatically_declare_parameters_from_overrides=True)
+    robot = probe.get_parameter('robot_no').value if probe.has_parameter('robot_no') else 1
+    probe.destroy_node()
+    if not isinstance(robot, int) or robot < 1:
+        raise SetcmasError(f'parameter robot_no is {robot!r}; accepted is a number from 1')
+    return robot
+
+
+def main(argv: list[str] | None = None) -> int:
+    """Simulate robots until a signal arrives; returns the exit status."""
+    argv, ros_arguments = split_ros_arguments(sys.argv[1:] if argv is None else argv)
+    parser = argparse.ArgumentParser(prog='virtual_robot', description=__doc__)
+    add_simulation_arguments(parser)
+    args = parser.parse_args(argv)
+    with ros_process(ros_arguments) as process:
+        try:
+            if args.robots is None and args.nb_robots is None:
+                args.robots = str(robot_of_parameters())
+            simulated = simulated_robots(args)
+            guard_node = FleetNode(f'{topics.VIRTUAL_ROBOT_NODE}s')
+            guard = SimulatorGuard(guard_node, simulated.robots)
+            nodes = [
+                VirtualRobot(
+                    robot,
+                    {
+                        'x0': x0,
+                        'y0': y0,
+                        'theta0': theta0,
+                        'rate': args.robot_rate,
+                        'limits': args.limits,
+                        'cmd_timeout': args.cmd_timeout,
+                        'cmd_vel_type': args.cmd_vel_type,
+                    },
+                )
+                for robot, (x0, y0, theta0) in zip(
+                    simulated.robots, simulated.start_poses.T.tolist(), strict=True
+                )
+            ]
+            stepper = FleetStepper(guard_node, nodes, limits_named(nodes[0].value('limits')))
+            guard.refuse_second_simulator()
+        except SetcmasError as error:
+            print(f'error: {error}', file=sys.stderr)
+            return 2
+        process.add(guard_node, *nodes)
+        stepper.start(guard.warn_of_latecomers)
+        process.spin()
+    return 0
+
+
+if __name__ == '__main__':
+    sys.exit(main())

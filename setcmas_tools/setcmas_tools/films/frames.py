@@ -1,0 +1,186 @@
+"""The pictures of a film: the fleet in the plane with trails, headings, time, communications."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+from matplotlib import rcParams
+from matplotlib.artist import Artist
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.collections import LineCollection, PolyCollection
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from numpy.typing import NDArray
+from PIL import Image
+
+from setcmas_tools.plots.references import draw_arena, draw_references
+from setcmas_tools.plots.style import edge_effects, legend, line_look, robot_handles
+from setcmas_tools.plots.trajectories import DART, fit_plane
+from setcmas_tools.records.fleet_grid import FleetGrid
+from setcmas_tools.records.fleet_table import FleetTable
+from setcmas_tools.run.description import RunDescription
+
+Floats = NDArray[np.float64]
+
+_SIZE_IN = (6.4, 5.4)  # at 100 dots an inch
+_ROBOT_SIZE = 0.022  # of the width of the plane that is shown
+_LEAST_ROBOT_M = 0.07  # half a TurtleBot3
+_FLASH_S = 0.5  # of the film
+_FLASH_POINTS = (10.0, 34.0)  # diameter of the ring at its start and at its end
+_FLASH_COLOUR = (0.9, 0.45, 0.0)
+_JOINT = 3  # positions by which pieces of a trail overlap
+
+
+class FilmFrames:
+    """Draws a frame at a time.
+
+    The trails stay on the canvas and grow by a piece a frame, and everything that is still is
+    drawn once, so that a frame costs the same at the end of a long run as at its beginning.
+    """
+
+    def __init__(
+        self,
+        grid: FleetGrid,
+        table: FleetTable,
+        run: RunDescription,
+        triggers: dict[int, Floats],
+        speed: float,
+    ) -> None:
+        """Draw what stays the same in all frames; made and used within `plot_style`.
+
+        Args:
+            grid: Poses at the times of the frames.
+            table: The fleet's motion, for the limits of the plane.
+            run: What the run was.
+            triggers: Times in s at which each robot communicated; empty if the run was not
+                event-triggered.
+            speed: How many times faster than the robots the film is.
+        """
+        self._grid = grid
+        self._triggers = triggers
+        self._speed = speed
+        self._positions = np.stack([grid.x, grid.y], axis=2)
+        self._all_triggers = np.sort(np.concatenate([*triggers.values(), []]))
+        self._figure = Figure(figsize=_SIZE_IN)
+        self._canvas: Any = FigureCanvasAgg(self._figure)  # untyped in matplotlib
+        self._axes = self._figure.add_subplot()
+        marks = draw_arena(self._axes, run.arena) if run.arena else []
+        if run.references:  # but for the places of a formation, which move along with it
+            still = replace(run.references, places=None)
+            marks += draw_references(self._axes, table, still)
+        fit_plane(self._axes, table)
+        self._axes.set_title(run.title)
+        flash = [_flash_handle()] if triggers else []
+        legend(self._axes, [*robot_handles(grid.robots), *marks, *flash])
+        self._add_moving_artists()
+        self._figure.draw_without_rendering()
+        width = np.ptp(self._axes.get_xlim())
+        self._robot_size = max(_LEAST_ROBOT_M, _ROBOT_SIZE * float(width))
+
+    def __len__(self) -> int:
+        """Return the number of frames."""
+        return len(self._grid.t)
+
+    def __iter__(self) -> Iterator[Image.Image]:
+        """Yield the frames, mode RGB."""
+        self._canvas.draw()
+        background = self._canvas.copy_from_bbox(self._figure.bbox)
+        for k in range(len(self)):
+            self._canvas.restore_region(background)
+            self._draw_trails(k)
+            background = self._canvas.copy_from_bbox(self._figure.bbox)
+            self._draw_robots(k)
+            yield Image.fromarray(np.asarray(self._canvas.buffer_rgba())[:, :, :3].copy())
+
+    def _add_moving_artists(self) -> None:
+        nb_robots = len(self._grid.robots)
+        looks = [line_look(robot, nb_robots) for robot in self._grid.robots]
+        colours = [look['color'] for look in looks]
+        widths = [look['linewidth'] for look in looks]
+        edged = [bool(edge_effects(c, w)) for c, w in zip(colours, widths, strict=True)]
+        edge_widths = [w + 1.2 if edge else 0.0 for w, edge in zip(widths, edged, strict=True)]
+        self._edges = LineCollection([], colors='0.25', linewidths=edge_widths, capstyle='butt')
+        self._trails = LineCollection([], colors=colours, linewidths=widths, capstyle='round')
+        self._robots = PolyCollection(
+            [], facecolors=colours, edgecolors='0.15', linewidths=0.7, closed=True
+        )
+        self._flashes = self._axes.scatter([], [], facecolors='none', linewidths=2.0)
+        self._clock = self._axes.text(
+            1.02,
+            0.0,
+            self._told(self._grid.t[-1]),  # the widest text of all: the layout makes room for it
+            transform=self._axes.transAxes,
+            va='bottom',
+            linespacing=1.5,
+            fontsize=rcParams['legend.fontsize'],
+        )
+        for lines in (self._edges, self._trails, self._robots):
+            self._axes.add_collection(lines, autolim=False)
+        for artist in self._moving():
+            artist.set_animated(True)
+
+    def _moving(self) -> list[Artist]:
+        return [self._edges, self._trails, self._flashes, self._robots, self._clock]
+
+    def _draw_trails(self, k: int) -> None:
+        if k == 0:
+            return
+        self._edges.set_segments(list(self._positions[:, k - 1 : k + 1]))
+        self._trails.set_segments(list(self._positions[:, max(0, k - _JOINT) : k + 1]))
+        self._axes.draw_artist(self._edges)
+        self._axes.draw_artist(self._trails)
+
+    def _draw_robots(self, k: int) -> None:
+        now = self._grid.t[k]
+        x, y, theta = (row[:, k, None] for row in (self._grid.x, self._grid.y, self._grid.theta))
+        along, across = self._robot_size * np.asarray(DART.vertices).T
+        darts = np.stack(
+            [
+                x + np.cos(theta) * along - np.sin(theta) * across,
+                y + np.sin(theta) * along + np.cos(theta) * across,
+            ],
+            axis=2,
+        )
+        self._robots.set_verts(list(darts))
+        self._clock.set_text(self._told(now))
+        if self._triggers:
+            self._set_flashes(k, now)
+            self._axes.draw_artist(self._flashes)
+        self._axes.draw_artist(self._robots)
+        self._axes.draw_artist(self._clock)
+
+    def _set_flashes(self, k: int, now: float) -> None:
+        """Show a ring around each robot that has communicated a moment ago; it grows and fades."""
+        age = np.array([_age(self._triggers.get(i), now) for i in self._grid.robots]) / _FLASH_S
+        age = np.clip(age / self._speed, 0.0, 1.0)
+        smallest, largest = _FLASH_POINTS
+        self._flashes.set_offsets(self._positions[:, k])
+        self._flashes.set_sizes((smallest + age * (largest - smallest)) ** 2)
+        self._flashes.set_edgecolor([(*_FLASH_COLOUR, 1.0 - each) for each in age])
+
+    def _told(self, now: float) -> str:
+        lines = [f't = {now:.1f} s']
+        if self._speed != 1.0:
+            lines.append(f'{self._speed:g} times as fast')
+        if self._triggers:
+            count = np.searchsorted(self._all_triggers, now, side='right')
+            lines.append(f'{count} states sent')
+        return '\n'.join(lines)
+
+
+def _flash_handle() -> Line2D:
+    look: dict[str, Any] = {
+        'markeredgecolor': _FLASH_COLOUR,
+        'markeredgewidth': 2.0,
+        'markerfacecolor': 'none',
+    }
+    return Line2D([], [], label='communication', linestyle='', marker='o', markersize=11.0, **look)
+
+
+def _age(times: Floats | None, now: float) -> float:
+    """Return how long before now (s) the last of these sorted times is."""
+    before = 0 if times is None else int(np.searchsorted(times, now, side='right'))
+    return now - float(times[before - 1]) if times is not None and before else np.inf

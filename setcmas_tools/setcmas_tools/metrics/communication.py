@@ -1,0 +1,58 @@
+"""How much the robots of a fleet told each other, and how much of it arrived."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from setcmas_tools.records.communication import CommunicationRecord
+
+
+@dataclass(frozen=True)
+class CommunicationMetrics:
+    """Messages of a run; those of a robot are the ones that it sent.
+
+    Attributes:
+        evaluations: Of triggering conditions; None if communication was periodic.
+        triggered_share: Part of the evaluations that triggered; None if it was periodic.
+        sent: States that robots broadcast.
+        received: Messages that arrived, over all links; None if nobody counted, as in ROS 1.
+        lost: Messages that were lost, over all links; None likewise.
+        loss_ratio: lost / (received + lost); None if there was no message.
+        received_by_others: Messages of each robot that arrived; empty if nobody counted.
+        lost_on_the_way: Messages of each robot that were lost; empty likewise.
+        mean_interval_s: Mean time between broadcasts of each robot; None for fewer than two.
+    """
+
+    evaluations: int | None
+    triggered_share: float | None
+    sent: int
+    received: int | None
+    lost: int | None
+    loss_ratio: float | None
+    received_by_others: dict[int, int]
+    lost_on_the_way: dict[int, int]
+    mean_interval_s: dict[int, float | None]
+
+
+def communication_metrics(record: CommunicationRecord) -> CommunicationMetrics:
+    """Return the sums over a record."""
+    robots = record.robots
+    sent = sum(counts.sent for counts in robots.values())
+    received = sum(counts.received for counts in robots.values())
+    lost = sum(counts.lost for counts in robots.values())
+    evaluations = len(record.triggers) or None
+    return CommunicationMetrics(
+        evaluations=evaluations,
+        triggered_share=sent / evaluations if evaluations else None,
+        sent=sent,
+        received=received if record.links else None,
+        lost=lost if record.links else None,
+        loss_ratio=lost / (received + lost) if received + lost else None,
+        received_by_others={i: counts.received for i, counts in robots.items() if record.links},
+        lost_on_the_way={i: counts.lost for i, counts in robots.items() if record.links},
+        mean_interval_s={
+            robot: counts.mean_interval if math.isfinite(counts.mean_interval) else None
+            for robot, counts in robots.items()
+        },
+    )

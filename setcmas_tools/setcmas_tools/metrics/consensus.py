@@ -1,0 +1,81 @@
+"""How well the robots of a fleet agree on their position, and how soon."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from setcmas_tools.records.fleet_grid import FleetGrid
+
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class ConsensusMetrics:
+    """Agreement on the position, from the first to the last time at which all robots are known.
+
+    Settling times are None if the disagreement is not below its bound at the end.
+    """
+
+    start_time_s: float
+    end_time_s: float
+    disagreement_at_start_m: float
+    disagreement_at_end_m: float
+    settling_time_2_percent_s: float | None
+    settling_time_5_percent_s: float | None
+    final_centre_x_m: float
+    final_centre_y_m: float
+
+
+def disagreement(x: Floats, y: Floats) -> Floats:
+    """Return the root mean square distance of N robots to their centre, in m, shape (K,).
+
+    It is |delta| / sqrt(N), with the disagreement vector delta = p - (1 1^T / N) p of
+    Olfati-Saber and Murray, IEEE Transactions on Automatic Control 49(9), 2004.
+
+    Args:
+        x: Positions in m, shape (N, K).
+        y: Positions in m, shape (N, K).
+    """
+    squares = (x - x.mean(axis=0)) ** 2 + (y - y.mean(axis=0)) ** 2
+    result: Floats = np.sqrt(squares.mean(axis=0))
+    return result
+
+
+def settling_time(t: Floats, values: Floats, share: float) -> float | None:
+    """Return the first time from which values stay at or below a share of the first one.
+
+    Source of the definition: Ogata, Modern Control Engineering, chapter 5 (2 % and 5 %).
+
+    Args:
+        t: Times in s, shape (K,), K at least 1.
+        values: What settles to zero, not negative, shape (K,).
+        share: Such as 0.02.
+
+    Returns:
+        A time out of `t`; None if the last value is above.
+    """
+    outside = np.flatnonzero(values > share * values[0])
+    settled = int(outside[-1]) + 1 if len(outside) else 0
+    return float(t[settled]) if settled < len(t) else None
+
+
+def consensus(grid: FleetGrid) -> ConsensusMetrics | None:
+    """Return how well a fleet agrees; None for one robot, or if all are never known at once."""
+    known = np.isfinite(grid.x).all(axis=0)
+    if len(grid.robots) < 2 or not known.any():
+        return None
+    t, x, y = grid.t[known], grid.x[:, known], grid.y[:, known]
+    values = disagreement(x, y)
+    return ConsensusMetrics(
+        start_time_s=float(t[0]),
+        end_time_s=float(t[-1]),
+        disagreement_at_start_m=float(values[0]),
+        disagreement_at_end_m=float(values[-1]),
+        settling_time_2_percent_s=settling_time(t, values, 0.02),
+        settling_time_5_percent_s=settling_time(t, values, 0.05),
+        final_centre_x_m=float(x[:, -1].mean()),
+        final_centre_y_m=float(y[:, -1].mean()),
+    )

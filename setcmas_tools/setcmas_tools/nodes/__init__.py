@@ -1,1 +1,0 @@
-"""The ROS nodes of the tools."""

@@ -1,0 +1,116 @@
+"""Communication of an offline run: the nodes' own links and conditions, without ROS."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+from numpy.typing import NDArray
+
+from setcmas_ctrl.communication.graph_changes import GraphChanges
+from setcmas_ctrl.communication.settings import Communication
+from setcmas_ctrl.communication.triggering import CONSEQUENCE
+from setcmas_ctrl.scripts.error_reports import ErrorReports
+from setcmas_tools.records.communication import CommunicationRecord, Counts, record_of
+
+Floats = NDArray[np.float64]
+
+
+class OfflineCommunication:
+    """What the robots of a simulated fleet tell each other."""
+
+    def __init__(
+        self, communication: Communication, nb_robots: int, say: Callable[[str], None]
+    ) -> None:
+        """Prepare.
+
+        Args:
+            communication: How the fleet communicates.
+            nb_robots: Size of the fleet.
+            say: Shows messages about failing triggering conditions.
+
+        Raises:
+            SetcmasError: A triggering condition cannot be loaded.
+        """
+        robots = range(1, nb_robots + 1)
+        self._graph = communication.graph
+        self._links = communication.links(robots)
+        self._reports = ErrorReports(say, CONSEQUENCE)
+        self._broadcasts = (
+            [communication.broadcast(robot, self._reports) for robot in robots]
+            if communication.event_triggered
+            else []
+        )
+        self._everybody = np.arange(nb_robots)
+        self._times: list[float] = []
+        self._triggered: list[NDArray[np.bool_]] = []
+        self._changes = GraphChanges(nb_robots)
+        self._begun = False
+
+    @property
+    def failed_robots(self) -> list[int]:
+        """The robots whose triggering condition has failed at some time, sorted."""
+        return self._reports.failed_robots
+
+    def measure(self, poses: Floats, V: Floats, t: float) -> None:
+        """Let robots send what they measure at time t (s).
+
+        Args:
+            poses: Rows x, y in m and theta in rad, shape (3, N).
+            V: Forward speeds in m/s, shape (N,).
+            t: Time in s.
+        """
+        self._times.append(t)
+        senders = self._everybody
+        if self._broadcasts:
+            states = zip(self._broadcasts, poses.T.tolist(), V.tolist(), strict=True)
+            triggered = np.array(
+                [one.is_triggered(tuple(pose), speed, t) for one, pose, speed in states]
+            )
+            self._triggered.append(triggered)
+            senders = np.flatnonzero(triggered)
+        self._links.send(senders, poses[:, senders], t)
+
+    def heard(self, poses: Floats, t: float) -> tuple[Floats, Floats]:
+        """Return what each robot knows at time t (s), and the adjacency matrix.
+
+        Args:
+            poses: The poses of all robots, shape (3, N).
+            t: Time in s.
+
+        Returns:
+            Poses by robot, shape (N, 3, N), NaN for robots that are not heard; and (N, N).
+        """
+        adjacency = self._graph.adjacency(t, poses[:2])
+        if not self._begun:
+            self._begun = True
+            self._links.begin(adjacency)
+        else:
+            self._links.connect(adjacency, t)
+        self._changes.note(t, adjacency)
+        return self._links.heard(poses, t), adjacency
+
+    def record(self) -> CommunicationRecord:
+        """Return what went over the links."""
+        counts = self._links.counts
+        intervals = counts.mean_interval
+        was_up = counts.sent > 0
+        for _, receiver, sender, _ in self._changes.rows:
+            was_up[receiver - 1, sender - 1] = True
+        links = {
+            (int(i) + 1, int(j) + 1): Counts(
+                int(counts.sent[i, j]),
+                int(counts.received[i, j]),
+                int(counts.lost[i, j]),
+                float(intervals[i, j]),
+            )
+            for i, j in zip(*np.nonzero(was_up), strict=True)
+        }
+        triggers = (
+            (t, index + 1, int(sent))
+            for t, row in zip(self._times, self._triggered, strict=False)
+            for index, sent in enumerate(row)
+        )
+        times = np.array(self._times)
+        broadcasts = {int(index) + 1: times for index in self._everybody}
+        return record_of(links, triggers, self._changes.rows, broadcasts)

@@ -1,0 +1,119 @@
+"""Distances between the robots of a fleet over time."""
+
+from __future__ import annotations
+
+import warnings
+from itertools import combinations
+from typing import Any
+
+import numpy as np
+from matplotlib import rcParams
+from matplotlib.artist import Artist
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from numpy.typing import NDArray
+
+from setcmas_tools.plots.style import legend, line_look, robot_colour, robot_handles, time_axis
+from setcmas_tools.records.fleet_grid import FleetGrid, on_grid
+from setcmas_tools.records.fleet_table import FleetTable
+from setcmas_tools.run.references import References
+
+Floats = NDArray[np.float64]
+
+_MOST_ROBOTS_IN_PAIRS = 5
+
+
+def draw_distances(
+    figure: Figure, table: FleetTable, references: References | None = None
+) -> None:
+    """Draw the distance of each pair of robots; of many robots, what summarises them.
+
+    Fleets of more than 5 get the smallest, mean and largest distance of all pairs, and below it
+    the distance of each robot to the centre of the fleet.
+
+    Args:
+        figure: An empty figure.
+        table: The motion of at least two robots.
+        references: What the robots were to reach, if that is known.
+    """
+    grid = on_grid(table)
+    if len(grid.robots) <= _MOST_ROBOTS_IN_PAIRS:
+        figure.set_size_inches(9.0, 5.0)
+        panels, draws = [figure.add_subplot()], [_draw_pairs]
+    else:
+        figure.set_size_inches(9.0, 6.4)
+        panels, draws = list(figure.subplots(2, sharex=True)), [_draw_range, _draw_to_centre]
+    marks = time_axis(panels, table.t[0], table.t[-1])
+    if references is not None and references.distance is not None:
+        marks.append(_draw_reference(panels[0], references.distance))
+    for axes, draw in zip(panels, draws, strict=True):
+        handles = draw(axes, grid)
+        axes.set_ylim(bottom=0.0)
+        legend(axes, handles + marks)
+        marks = []
+    panels[0].set_title('Distances between robots')
+    figure.align_ylabels()
+
+
+def _draw_reference(axes: Axes, distance: float) -> Line2D:
+    label = f'reference, {distance:g} m'
+    return axes.axhline(distance, color='0.15', linestyle=':', zorder=2.6, label=label)
+
+
+def _draw_pairs(axes: Axes, grid: FleetGrid) -> list[Artist]:
+    width = rcParams['lines.linewidth']
+    handles: list[Artist] = []
+    for i, j in combinations(range(len(grid.robots)), 2):
+        first, second = grid.robots[i], grid.robots[j]
+        look: dict[str, Any] = {
+            'color': robot_colour(first, len(grid.robots)),
+            'gapcolor': robot_colour(second, len(grid.robots)),
+            'linestyle': (0, (5, 5)),
+            'linewidth': 1.25 * width,
+        }
+        distance = np.hypot(grid.x[i] - grid.x[j], grid.y[i] - grid.y[j])
+        axes.plot(grid.t, distance, color='0.25', linewidth=1.8 * width)
+        axes.plot(grid.t, distance, **look)
+        handles.append(Line2D([], [], label=f'robots {first} and {second}', **look))
+    axes.set_ylabel('distance (m)')
+    return handles
+
+
+def _draw_range(axes: Axes, grid: FleetGrid) -> list[Artist]:
+    smallest, mean, largest = _range_over_pairs(grid)
+    axes.fill_between(grid.t, smallest, largest, color='0.88', linewidth=0)
+    (low,) = axes.plot(grid.t, smallest, color='0.2', linestyle=':', label='smallest')
+    (middle,) = axes.plot(grid.t, mean, color='0.2', label='mean')
+    (high,) = axes.plot(grid.t, largest, color='0.2', linestyle='--', label='largest')
+    axes.set_ylabel('distance of pairs (m)')
+    return [high, middle, low]
+
+
+def _range_over_pairs(grid: FleetGrid) -> tuple[Floats, Floats, Floats]:
+    # A robot at a time: all pairs at once would take gigabytes for a long run of 50 robots.
+    smallest = np.full(len(grid.t), np.nan)
+    largest = smallest.copy()
+    total, count = np.zeros(len(grid.t)), np.zeros(len(grid.t))
+    for i in range(len(grid.robots) - 1):
+        d = np.hypot(grid.x[i + 1 :] - grid.x[i], grid.y[i + 1 :] - grid.y[i])
+        smallest = np.fmin(smallest, np.fmin.reduce(d))
+        largest = np.fmax(largest, np.fmax.reduce(d))
+        total += np.nansum(d, axis=0)
+        count += np.isfinite(d).sum(axis=0)
+    mean = np.divide(total, count, out=np.full(len(grid.t), np.nan), where=count > 0)
+    for values in (smallest, mean, largest):
+        values[~grid.complete] = np.nan
+    return smallest, mean, largest
+
+
+def _draw_to_centre(axes: Axes, grid: FleetGrid) -> list[Artist]:
+    with warnings.catch_warnings():
+        warnings.simplefilter('ignore', RuntimeWarning)  # times at which no robot has a pose
+        centre = np.nanmean([grid.x, grid.y], axis=1)
+    centre[:, ~grid.complete] = np.nan
+    for robot, x, y in zip(grid.robots, grid.x, grid.y, strict=True):
+        distance = np.hypot(x - centre[0], y - centre[1])
+        axes.plot(grid.t, distance, **line_look(robot, len(grid.robots)))
+    axes.set_ylabel('distance to centre (m)')
+    return robot_handles(grid.robots)

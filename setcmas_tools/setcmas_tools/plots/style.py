@@ -1,0 +1,183 @@
+"""The look of all plots: style, lines of robots, legends, titles, and how figures are saved."""
+
+from __future__ import annotations
+
+import contextlib
+from collections.abc import Iterable, Iterator, Sequence
+from contextvars import ContextVar
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from matplotlib import rcParams, style
+from matplotlib.artist import Artist
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.patheffects import AbstractPathEffect, withStroke
+
+from setcmas_simu.errors import SetcmasError
+from setcmas_simu.fleet import fleet
+from setcmas_simu.fleet.fleet import Colour
+from setcmas_tools.plots import palette as plot_palette
+from setcmas_tools.plots.formats import PALETTES, PAPERS
+from setcmas_tools.plots.settings import PAPER, SCREEN
+
+_BRIGHT = 0.7
+"""Luminance from which a colour needs a dark edge on white paper."""
+_MANY_ROBOTS = 12
+"""Fleets from this size are drawn with thinner lines."""
+
+
+@dataclass(frozen=True)
+class _Choice:
+    palette: str = PALETTES[0]
+    paper: str | None = None
+
+
+_SCREEN_CHOICE = _Choice()
+_choice: ContextVar[_Choice] = ContextVar('_choice', default=_SCREEN_CHOICE)
+
+
+@contextlib.contextmanager
+def plot_style(palette: str = PALETTES[0], paper: str | None = None) -> Iterator[None]:
+    """Draw and save in the style of these plots, whatever the user's own settings are.
+
+    Args:
+        palette: One of `plot_formats.PALETTES`.
+        paper: One of `plot_formats.PAPERS` for fonts and sizes of a printed paper; None for
+            screens and slides.
+    """
+    token = _choice.set(_Choice(palette, paper))
+    try:
+        with style.context(['default', SCREEN | (PAPER if paper else {})]):
+            yield
+    finally:
+        _choice.reset(token)
+
+
+def check_style(palette: str, paper: str | None) -> None:
+    """See that a style exists.
+
+    Raises:
+        SetcmasError: It does not.
+    """
+    if palette not in PALETTES:
+        raise SetcmasError(f"palette '{palette}' is unknown; accepted are {', '.join(PALETTES)}")
+    if paper is not None and paper not in PAPERS:
+        raise SetcmasError(f"paper '{paper}' is unknown; accepted are {', '.join(PAPERS)}")
+
+
+def finish(figure: Figure, run: str = '') -> None:
+    """Add what the plot is of to its title; on paper, where a caption tells, fit it to its width.
+
+    Args:
+        figure: A plot that is drawn, with its name as the title of its first axes.
+        run: Such as 'consensus, 8 robots'.
+    """
+    paper = _choice.get().paper
+    if paper is None:
+        figure.axes[0].set_title(run, loc='right', fontsize=rcParams['font.size'], color='0.4')
+        return
+    for axes in figure.axes:
+        axes.set_title('')
+    width, height = figure.get_size_inches()
+    shape = height / width
+    if paper == 'page':
+        shape *= 0.75  # a figure across both columns is wide, not high
+    has_legend = any(axes.get_legend() for axes in figure.axes)
+    room = 0.5 if paper == 'column' and has_legend else 0.0  # in inches: it is above the axes
+    figure.set_size_inches(final_width(width), shape * final_width(width) + room)
+
+
+def final_width(width: float) -> float:
+    """Return the width in inches that a figure will have, which is drawn with one on screens."""
+    paper = _choice.get().paper
+    return PAPERS[paper] if paper else width
+
+
+def save(figure: Figure, path: Path) -> None:
+    """Write a figure; the same figure gives the same bytes.
+
+    Args:
+        figure: Made and saved within `plot_style`.
+        path: Its suffix, .png, .pdf or .svg, is the format.
+    """
+    date = {'.pdf': 'CreationDate', '.svg': 'Date'}.get(path.suffix)
+    figure.savefig(path, metadata={date: None} if date else {})
+
+
+def robot_colour(robot: int, nb_robots: int) -> Colour:
+    """Return the colour of a robot in a fleet of nb_robots, in the palette of this style."""
+    return plot_palette.robot_colour(_choice.get().palette, robot, nb_robots)
+
+
+def line_look(robot: int, nb_robots: int) -> dict[str, Any]:
+    """Return the keywords of the line of a robot in a fleet of nb_robots."""
+    palette = _choice.get().palette
+    width = rcParams['lines.linewidth'] * (1.0 if nb_robots < _MANY_ROBOTS else 0.7)
+    look: dict[str, Any] = {
+        'color': robot_colour(robot, nb_robots),
+        'linewidth': width,
+        'linestyle': plot_palette.robot_dashes(palette, robot, nb_robots),
+    }
+    if effects := edge_effects(look['color'], width):
+        look['path_effects'] = effects
+    if plot_palette.is_shared(palette, robot):
+        look |= {'alpha': 0.7, 'zorder': 1.9}  # behind the robots with a colour of their own
+    return look
+
+
+def edge_effects(colour: Colour, width: float) -> list[AbstractPathEffect]:
+    """Return a dark edge for a line of this width whose colour is too bright for white paper."""
+    red, green, blue = colour
+    if 0.2126 * red + 0.7152 * green + 0.0722 * blue < _BRIGHT:
+        return []
+    return [withStroke(linewidth=1.1 * width + 0.5, foreground='0.25')]
+
+
+def robot_handles(robots: list[int]) -> list[Artist]:
+    """Return legend entries: for each robot, or for some that stand for a large fleet."""
+    palette = _choice.get().palette
+    handles: list[Artist] = [
+        Line2D([], [], label=f'robot {robot}', **line_look(robot, len(robots)))
+        for robot in plot_palette.legend_robots(palette, robots)
+    ]
+    if greys := [robot for robot in robots if plot_palette.is_shared(palette, robot)]:
+        name = 'robot' if len(greys) == 1 else 'robots'
+        label = f'{name} {fleet.format_robots(greys).replace("-", "–")}'
+        handles.append(Line2D([], [], label=label, **line_look(greys[0], len(robots))))
+    return handles
+
+
+def legend(axes: Axes, handles: Iterable[Artist]) -> None:
+    """Put a legend where it covers nothing: right of the axes, in a paper's column above them."""
+    entries = list(handles)
+    if _choice.get().paper == 'column':
+        lines = [line for entry in entries for line in str(entry.get_label()).splitlines()]
+        longest = max(map(len, lines))
+        columns = int(3.3 / (0.3 + 0.043 * longest))  # in inches
+        axes.legend(
+            handles=entries, loc='lower left', bbox_to_anchor=(0.0, 1.01), borderaxespad=0.0,
+            ncols=max(1, columns),
+        )  # fmt: skip
+    else:
+        axes.legend(
+            handles=entries, loc='upper left', bbox_to_anchor=(1.01, 1.0), borderaxespad=0.0
+        )
+
+
+def time_axis(panels: Sequence[Axes], first: float, last: float) -> list[Artist]:
+    """Label the time axis (s) of panels, and mark the first command if data begin well before it.
+
+    Returns:
+        What to put in the legend.
+    """
+    panels[-1].set_xlabel('time (s)')
+    panels[-1].set_xlim(first, last if last > first else first + 1.0)
+    if -first < 0.01 * (last - first):
+        return []
+    look: dict[str, Any] = {'color': '0.55', 'linewidth': 1.0, 'linestyle': (0, (4, 3))}
+    for axes in panels:
+        axes.axvline(0.0, zorder=1, **look)
+    return [Line2D([], [], label='first command', **look)]

@@ -1,0 +1,102 @@
+"""The trajectories of a fleet in the plane."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+from matplotlib import rcParams
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.markers import MarkerStyle
+from matplotlib.path import Path as Outline
+from matplotlib.transforms import Affine2D
+
+from setcmas_tools.plots.lines import finite_rows, with_gaps
+from setcmas_tools.plots.references import draw_arena, draw_references
+from setcmas_tools.plots.style import edge_effects, legend, line_look, robot_colour, robot_handles
+from setcmas_tools.records.fleet_table import FleetTable
+from setcmas_tools.run.description import RunDescription
+
+DART = Outline([(1.0, 0.0), (-0.8, 0.7), (-0.4, 0.0), (-0.8, -0.7), (1.0, 0.0)], closed=True)
+"""Points to where the robot heads; along the x axis at heading 0."""
+_SMALLEST_SPAN_M = 1.0
+
+
+def draw_trajectories(
+    figure: Figure, table: FleetTable, run: RunDescription | None = None
+) -> None:
+    """Draw each robot's path with its start (ring) and its end (dart along its heading).
+
+    Args:
+        figure: An empty figure.
+        table: The fleet's motion.
+        run: What the robots were to reach and where they might be, as far as that is known.
+    """
+    figure.set_size_inches(8.0, 6.4)
+    axes = figure.add_subplot()
+    robots = table.robots
+    size = rcParams['lines.markersize'] * (1.5 if len(robots) < 12 else 1.1)
+    for robot in robots:
+        _draw_path(axes, table.of(robot), robot, len(robots), size)
+    marks = draw_references(axes, table, run.references) if run and run.references else []
+    marks += draw_arena(axes, run.arena) if run and run.arena else []
+    axes.set_title('Trajectories')
+    fit_plane(axes, table)
+    legend(axes, [*robot_handles(robots), *_end_handles(), *marks])
+
+
+def _draw_path(axes: Axes, path: FleetTable, robot: int, nb_robots: int, size: float) -> None:
+    path = finite_rows(path, 'x', 'y', 'theta')
+    if not len(path.t):
+        return
+    _, x, y = with_gaps(path.t, path.x, path.y)
+    axes.plot(x, y, **line_look(robot, nb_robots))
+    colour = robot_colour(robot, nb_robots)
+    edge: dict[str, Any] = {
+        'markeredgecolor': '0.15',
+        'markeredgewidth': size / 11,
+        'linestyle': '',
+    }
+    axes.plot(
+        path.x[:1], path.y[:1], marker='o', markersize=size * 0.8, markerfacecolor='white',
+        markeredgecolor=colour, markeredgewidth=size / 5, linestyle='', zorder=3,
+        path_effects=edge_effects(colour, size / 5),
+    )  # fmt: skip
+    dart = MarkerStyle(DART, transform=Affine2D().rotate(math.fmod(path.theta[-1], math.tau)))
+    axes.plot(
+        path.x[-1:], path.y[-1:], marker=dart, markersize=size, markerfacecolor=colour, zorder=4,
+        **edge,
+    )  # fmt: skip
+
+
+def fit_plane(axes: Axes, table: FleetTable) -> None:
+    """Show all positions of a fleet with equal scales, and a plane of some size at least.
+
+    A robot that hardly moves does not fill the plot with its noise.
+    """
+    rows = finite_rows(table, 'x', 'y')
+    if len(rows.t):
+        axes.update_datalim(np.column_stack([rows.x, rows.y]))
+    middle = (axes.dataLim.p0 + axes.dataLim.p1) / 2
+    axes.update_datalim([middle - _SMALLEST_SPAN_M / 2, middle + _SMALLEST_SPAN_M / 2])
+    axes.set(xlabel='x (m)', ylabel='y (m)')
+    axes.margins(0.06)
+    axes.autoscale_view()
+    axes.set_aspect('equal', adjustable='datalim')
+
+
+def _end_handles() -> list[Line2D]:
+    size = 1.3 * rcParams['lines.markersize']
+    look: dict[str, Any] = {
+        'linestyle': '',
+        'markersize': size,
+        'markeredgecolor': '0.15',
+        'markeredgewidth': size / 11,
+    }
+    return [
+        Line2D([], [], label='start', marker='o', markerfacecolor='white', **look),
+        Line2D([], [], label='end, heading', marker=MarkerStyle(DART), color='0.6', **look),
+    ]

@@ -1,0 +1,1 @@
+"""The process that records topics into a bag."""

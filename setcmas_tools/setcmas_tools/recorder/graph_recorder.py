@@ -1,0 +1,108 @@
+"""Records the topics of the graph, new ones as they appear."""
+
+from __future__ import annotations
+
+import sys
+
+from rclpy.node import Node
+
+from setcmas_tools.recorder.message_definitions import MessageDefinitions, UnknownDefinitionError
+from setcmas_tools.recorder.offered_qos import stored_qos
+from setcmas_tools.recorder.receive_clock import ReceiveClock
+from setcmas_tools.recorder.recorded_topic import NoPythonTypeError, Received, RecordedTopic
+from setcmas_tools.recorder.writer import BagWriter
+
+_LEFT_OUT = '/parameter_events'
+
+
+class GraphRecorder:
+    """Keeps a subscription to each topic and moves what comes to a bag."""
+
+    def __init__(self, node: Node, writer: BagWriter, chosen: list[str] | None = None) -> None:
+        """Start without any topic.
+
+        Args:
+            node: Sees the graph and holds the subscriptions.
+            writer: Takes the messages.
+            chosen: Full names of the topics to record; None for all.
+        """
+        self._node = node
+        self._writer = writer
+        self._chosen = chosen
+        self._clock = ReceiveClock()
+        self._definitions = MessageDefinitions()
+        self._topics: dict[str, RecordedTopic] = {}
+        # What was known of each topic at the last look: number of publishers, types.
+        self._seen: dict[str, tuple[int, list[str]]] = {}
+        self._told: set[str] = set()
+
+    @property
+    def recorded(self) -> list[str]:
+        """Names of the topics that somebody publishes."""
+        return [topic.name for topic in self._topics.values() if topic.connection]
+
+    def look(self) -> None:
+        """Follow the changes of the graph since the last look."""
+        for name, types in self._node.get_topic_names_and_types():
+            if self._is_wanted(name):
+                state = (self._node.count_publishers(name), types)
+                if state != self._seen.get(name):
+                    self._seen[name] = state
+                    self._follow(name, types)
+
+    def drain(self) -> None:
+        """Write what has come, in the order in which it came.
+
+        Raises:
+            OSError: The disk is full, or fails.
+        """
+        self._clock.update()
+        received = [message for topic in self._topics.values() for message in topic.take()]
+        self._write(received)
+
+    def _is_wanted(self, name: str) -> bool:
+        if self._chosen is not None:
+            return name in self._chosen
+        return name != _LEFT_OUT and '/_' not in name
+
+    def _follow(self, name: str, types: list[str]) -> None:
+        infos = self._node.get_publishers_info_by_topic(name)
+        offered = list(dict.fromkeys(info.topic_type for info in infos)) or types
+        topic = self._topics.get(name)
+        if topic is None or topic.msgtype not in offered:
+            topic = self._subscribe(name, offered[0])
+        if topic is None or not infos:
+            return
+        for other in set(offered) - {topic.msgtype}:
+            self._tell_once(f'{name} has a second type {other}: only {topic.msgtype} is recorded')
+        profiles = [info.qos_profile for info in infos if info.topic_type == topic.msgtype]
+        if not topic.connection:
+            topic.connection = self._writer.add_topic(
+                name, topic.msgtype, self._definitions.of(topic.msgtype), stored_qos(profiles)
+            )
+        self._write(topic.suit(profiles))
+
+    def _subscribe(self, name: str, msgtype: str) -> RecordedTopic | None:
+        previous = self._topics.pop(name, None)
+        if previous:
+            self._write(list(previous.take()))
+            previous.close()
+        try:
+            self._definitions.of(msgtype)
+            self._topics[name] = RecordedTopic(self._node, name, msgtype)
+        except (NoPythonTypeError, UnknownDefinitionError) as error:
+            self._tell_once(f'{name} ({msgtype}) is not recorded: {error}')
+        return self._topics.get(name)
+
+    def _write(self, received: list[Received]) -> None:
+        for message in sorted(received, key=lambda message: message.time_ns):
+            if not message.topic.connection:
+                self._follow(message.topic.name, [message.topic.msgtype])
+            if message.topic.connection:
+                stamp = self._clock.stamp(message.time_ns)
+                self._writer.write(message.topic.connection, stamp, message.data)
+
+    def _tell_once(self, line: str) -> None:
+        if line not in self._told:
+            self._told.add(line)
+            print(line, file=sys.stderr, flush=True)

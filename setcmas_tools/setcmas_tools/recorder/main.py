@@ -1,0 +1,91 @@
+"""Records topics into a rosbag2 bag until a signal asks to stop."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+import time
+from pathlib import Path
+
+from setcmas_simu.errors import SetcmasError
+from setcmas_simu.fleet import topics
+from setcmas_simu.ros.process import FleetNode, RosProcess, ros_process, split_ros_arguments
+from setcmas_tools.recorder.graph_recorder import GraphRecorder
+from setcmas_tools.recorder.writer import BagWriter
+
+_TAKE_PERIOD_S = 0.05
+_LOOK_PERIOD_S = 0.2
+_FLUSH_PERIOD_S = 1.0
+
+
+def main(argv: list[str] | None = None) -> int:
+    """Record; returns the exit status."""
+    own_arguments, ros_arguments = split_ros_arguments(sys.argv[1:] if argv is None else argv)
+    args = _parser().parse_args(own_arguments)
+    chosen = [f'/{name.lstrip("/")}' for name in args.topics] if args.topics else None
+    try:
+        with ros_process(ros_arguments) as process, BagWriter(args.output) as writer:
+            recorder = GraphRecorder(FleetNode(topics.RECORDER_NODE), writer, chosen)
+            _record(process, recorder, writer)
+    except SetcmasError as error:
+        return _fail(str(error), 2)
+    except OSError as error:
+        reason = f'{error.strerror}; what was written before is readable'
+        return _fail(f"recording to '{args.output}' stopped: {reason}", 1)
+    for name in sorted(set(chosen or []) - set(recorder.recorded)):
+        print(f'{name} was never published', file=sys.stderr)
+    print(_summary(writer), flush=True)
+    return 0
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(
+        prog='recorder',
+        description='Record all topics but /parameter_events and hidden ones (/_...) into a '
+        'rosbag2 bag, new topics as they appear, until Ctrl-C.',
+    )
+    parser.add_argument(
+        '-o', '--output', type=Path, required=True, metavar='DIR', help='the bag, to be created'
+    )
+    parser.add_argument(
+        '--topics', nargs='+', metavar='TOPIC', help='record these topics only, whichever they are'
+    )
+    return parser
+
+
+def _record(process: RosProcess, recorder: GraphRecorder, writer: BagWriter) -> None:
+    next_look = next_flush = 0.0
+    announced = False
+    nb_topics = 0
+    while not process.stopping:
+        now = time.monotonic()
+        if now >= next_look:
+            next_look = now + _LOOK_PERIOD_S
+            recorder.look()
+            # Wait for a look that finds no more: topics of a node appear one after another.
+            if not announced and 0 < nb_topics == len(recorder.recorded):
+                announced = True
+                topics_text = 'topic' if nb_topics == 1 else 'topics'
+                print(f'recording {nb_topics} {topics_text} to {writer.path}', flush=True)
+            nb_topics = len(recorder.recorded)
+        recorder.drain()
+        if now >= next_flush:
+            next_flush = now + _FLUSH_PERIOD_S
+            writer.flush()
+        time.sleep(_TAKE_PERIOD_S)
+    recorder.drain()
+
+
+def _summary(writer: BagWriter) -> str:
+    if not writer.count:
+        return f'nothing was recorded: no message came; {writer.path} is an empty bag'
+    return f'recorded {writer} to {writer.path}'
+
+
+def _fail(message: str, status: int) -> int:
+    print(f'error: {message}', file=sys.stderr, flush=True)
+    return status
+
+
+if __name__ == '__main__':
+    sys.exit(main())

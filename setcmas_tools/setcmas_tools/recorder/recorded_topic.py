@@ -1,0 +1,133 @@
+"""The subscription to one topic that is recorded, suited to its publishers."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from importlib import import_module
+from typing import Any
+
+from rclpy.node import Node
+from rclpy.qos import QoSProfile
+from rosbags.interfaces import Connection
+
+from setcmas_simu.ros.qos import no_subscription_events
+from setcmas_tools.recorder.offered_qos import (
+    DEPTH,
+    are_reliable,
+    are_transient_local,
+    subscription_qos,
+)
+
+
+class NoPythonTypeError(Exception):
+    """A message type that this machine has no Python package for."""
+
+
+@dataclass
+class Received:
+    """A message as it came.
+
+    Attributes:
+        time_ns: When, on the system's clock.
+        topic: Of which topic.
+        data: Serialised.
+    """
+
+    time_ns: int
+    topic: RecordedTopic
+    data: bytes
+
+
+class RecordedTopic:
+    """Takes the serialised messages of a topic without an executor.
+
+    An executor would wake up for each message and rebuild its wait set over all topics; asking
+    each topic for its messages 20 times a second costs a third of that.
+
+    Attributes:
+        name: Full name.
+        msgtype: Type of its messages.
+        connection: The topic in the bag; None until a publisher is known.
+    """
+
+    def __init__(self, node: Node, name: str, msgtype: str) -> None:
+        """Subscribe, reliably; publishers may not be known yet.
+
+        A subscription in time catches the first messages of a publisher that is still to come.
+
+        Raises:
+            NoPythonTypeError: The type's Python package is missing.
+        """
+        self.name = name
+        self.msgtype = msgtype
+        self.connection: Connection | None = None
+        self._node = node
+        self._class = _message_class(msgtype)
+        self._has_publishers = False
+        self._reliable, self._transient_local = True, False
+        self._taken_early: set[int] = set()
+        self._subscribe()
+
+    def suit(self, profiles: list[QoSProfile]) -> list[Received]:
+        """Subscribe anew if the publishers' qualities of service ask for it.
+
+        Args:
+            profiles: What each publisher offers, at least one.
+
+        Returns:
+            The messages that came before.
+        """
+        reliable, transient_local = are_reliable(profiles), are_transient_local(profiles)
+        if self._has_publishers:
+            # Never up again: kept messages would come a second time.
+            reliable &= self._reliable
+            transient_local &= self._transient_local
+        received = list(self.take())
+        self._has_publishers = True
+        if (reliable, transient_local) != (self._reliable, self._transient_local):
+            self._reliable, self._transient_local = reliable, transient_local
+            self._node.destroy_subscription(self._subscription)
+            self._subscribe()
+        return received
+
+    def take(self) -> Iterator[Received]:
+        """Yield the messages that have come."""
+        handle = self._subscription.handle
+        with handle:
+            for _ in range(DEPTH):
+                taken = handle.take_message(self._class, True)
+                if taken is None:
+                    return
+                data, info = taken
+                if self._is_new(info['source_timestamp']):
+                    yield Received(info['received_timestamp'], self, data)
+
+    def close(self) -> None:
+        """Unsubscribe."""
+        self._node.destroy_subscription(self._subscription)
+
+    def _subscribe(self) -> None:
+        self._subscription = self._node.create_subscription(
+            self._class,
+            self.name,
+            lambda _: None,
+            subscription_qos(self._reliable, self._transient_local),
+            raw=True,
+            event_callbacks=no_subscription_events(),
+        )
+
+    def _is_new(self, source_ns: int) -> bool:
+        if self._has_publishers:
+            # A publisher that keeps its messages sends them again to the second subscription.
+            return source_ns not in self._taken_early
+        self._taken_early.add(source_ns)
+        return True
+
+
+def _message_class(msgtype: str) -> Any:
+    package, kind, name = msgtype.split('/')
+    try:
+        return getattr(import_module(f'{package}.{kind}'), name)
+    except (ImportError, AttributeError) as error:
+        raise NoPythonTypeError(f'no Python package {package} with it is installed') from error

@@ -1,0 +1,1 @@
+"""Records of a fleet over time: poses and communication."""

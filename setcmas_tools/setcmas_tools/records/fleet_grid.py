@@ -1,0 +1,76 @@
+"""The motion of a fleet at common times, as distances between robots need it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from setcmas_tools.records.fleet_table import FleetTable
+
+Floats = NDArray[np.float64]
+
+LONGEST_GAP_S = 1.0
+"""Over longer gaps between two samples of a robot nothing is interpolated."""
+
+
+@dataclass(frozen=True)
+class FleetGrid:
+    """Poses at common times; NaN where a robot has none.
+
+    Attributes:
+        t: Times in s, shape (K,).
+        robots: Numbers of the N robots, sorted.
+        x: Positions in m, shape (N, K).
+        y: Positions in m, shape (N, K).
+        theta: Headings in rad, not wrapped, shape (N, K).
+    """
+
+    t: Floats
+    robots: list[int]
+    x: Floats
+    y: Floats
+    theta: Floats
+
+    @property
+    def complete(self) -> NDArray[np.bool_]:
+        """Whether no robot is missing, shape (K,).
+
+        A robot is missed between its first and its last pose, and for LONGEST_GAP_S beyond.
+        Elsewhere it is not part of the fleet.
+        """
+        known = np.isfinite(self.x)
+        seen = [self.t[row][[0, -1]] if row.any() else (np.inf, -np.inf) for row in known]
+        first, last = np.array(seen).T[:, :, None]
+        expected = (self.t >= first - LONGEST_GAP_S) & (self.t <= last + LONGEST_GAP_S)
+        return np.asarray(np.all(known | ~expected, axis=0))
+
+
+def on_grid(table: FleetTable, rate: float = 10.0) -> FleetGrid:
+    """Interpolate a table linearly at multiples of a period.
+
+    Args:
+        table: At least one row.
+        rate: Samples a second.
+    """
+    first, last = np.ceil(table.t[0] * rate), np.floor(table.t[-1] * rate)
+    t = np.arange(first, last + 1) / rate if first <= last else table.t[:1]
+    robots = table.robots
+    poses = np.array([_poses_at(t, table.of(robot)) for robot in robots])
+    return FleetGrid(t, robots, poses[:, 0], poses[:, 1], poses[:, 2])
+
+
+def _poses_at(t: Floats, robot: FleetTable) -> Floats:
+    known = np.isfinite(robot.x + robot.y + robot.theta)
+    robot = robot.rows(known)
+    if not len(robot.t):
+        return np.full((3, len(t)), np.nan)
+    columns = (robot.x, robot.y, np.unwrap(robot.theta))
+    poses = np.array([np.interp(t, robot.t, c, left=np.nan, right=np.nan) for c in columns])
+    if len(robot.t) > 1:
+        following = np.clip(np.searchsorted(robot.t, t), 1, len(robot.t) - 1)
+        before, after = robot.t[following - 1], robot.t[following]
+        in_gap = (after - before > LONGEST_GAP_S) & (before < t) & (t < after)
+        poses[:, in_gap] = np.nan
+    return poses

@@ -1,0 +1,1 @@
+"""Runs: folder, inputs, description and references."""

@@ -1,0 +1,118 @@
+"""Shows a running fleet on a page in the browser, until a signal asks to stop."""
+
+from __future__ import annotations
+
+import argparse
+import os
+import sys
+import time
+import webbrowser
+
+from setcmas_simu.errors import SetcmasError
+from setcmas_simu.ros.process import FleetNode, RosProcess, ros_process, split_ros_arguments
+from setcmas_tools.view.commands import FleetCommands
+from setcmas_tools.view.page.browser_options import EVERYWHERE, add_browser_arguments
+from setcmas_tools.view.page.controls import Actions
+from setcmas_tools.view.page.desktop import may_open_windows
+from setcmas_tools.view.page.page import Page, network_url
+from setcmas_tools.view.scene.fleet_scene import FleetScene, Known
+from setcmas_tools.view.topics import ViewedTopics
+
+_FRAME_S = 0.05
+_IDLE_S = 0.5
+_LOOK_S = 1.0
+_RECONNECT_S = 2.5
+"""How long a page that is still open from the last time gets to come back by itself."""
+
+
+class BrowserView:
+    """Takes what the topics tell, and draws it while somebody looks."""
+
+    def __init__(self, process: RosProcess, page: Page, read_only: bool) -> None:
+        """Build the page's content.
+
+        Args:
+            process: Asked whether to stop.
+            page: Where to draw.
+            read_only: Whether the buttons for robots are left out.
+        """
+        self._process = process
+        self._page = page
+        node = FleetNode('browser_view')
+        self._known = Known()
+        self._topics = ViewedTopics(node, self._known)
+        self._commands = None if read_only else FleetCommands(node)
+        actions = self._commands and Actions(self._commands.pause, self._reset)
+        self._scene = FleetScene(page.server, self._known, actions)
+
+    def run(self) -> None:
+        """Draw until a signal asks to stop."""
+        next_look = 0.0
+        begin = time.monotonic()
+        opened = not may_open_windows(os.environ, sys.platform)
+        while not self._process.stopping:
+            now = time.monotonic()
+            if now >= next_look:
+                next_look = now + _LOOK_S
+                self._look()
+            looked_at = self._page.has_viewers()
+            opened = opened or looked_at
+            if not opened and now - begin > _RECONNECT_S:
+                opened = True
+                webbrowser.open(self._page.url)
+            self._topics.take(now)
+            if looked_at:
+                self._scene.update(now)
+            period = _FRAME_S if looked_at else _IDLE_S
+            time.sleep(max(0.0, now + period - time.monotonic()))
+
+    def _look(self) -> None:
+        self._topics.look()
+        if self._commands and self._page.has_viewers():
+            self._commands.prepare()
+        # The pause node of an experiment repeats its state itself.
+        if self._commands and not self._known.real:
+            self._commands.follow_listeners(self._known.states.wished)
+
+    def _reset(self) -> None:
+        assert self._commands
+        self._commands.reset()
+        self._scene.clear_trails()
+
+
+def main(argv: list[str] | None = None) -> int:
+    """Show the fleet; returns the exit status."""
+    own_arguments, ros_arguments = split_ros_arguments(sys.argv[1:] if argv is None else argv)
+    parser = argparse.ArgumentParser(prog='browser_view', description=__doc__)
+    add_browser_arguments(parser.add_argument_group('page'))
+    args = parser.parse_args(own_arguments)
+    with ros_process(ros_arguments) as process:
+        try:
+            page = Page(args.host, args.port)
+        except SetcmasError as error:
+            print(f'error: {error}', file=sys.stderr)
+            return 2
+        try:
+            _announce(page, args)
+            BrowserView(process, page, args.read_only).run()
+        finally:
+            page.stop()
+    return 0
+
+
+def _announce(page: Page, args: argparse.Namespace) -> None:
+    taken = '' if page.port == args.port else f' (port {args.port} is taken)'
+    print(f'browser view: {page.url}{taken}', flush=True)
+    if args.host in EVERYWHERE:
+        print(f'browser view for other machines: {network_url(page.port)}', flush=True)
+    if args.host not in ('127.0.0.1', 'localhost', '::1') and not args.read_only:
+        print(
+            f'warning: with --host {args.host} anyone on the network can press the buttons that '
+            'start, pause and reset robots; --read-only removes them',
+            file=sys.stderr,
+            flush=True,
+        )
+
+
+if __name__ == '__main__':
+    sys.exit(main())

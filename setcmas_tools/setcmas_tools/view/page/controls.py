@@ -1,0 +1,160 @@
+"""The panel beside the scene: the fleet's figures, the buttons for robots, what the view shows."""
+
+from __future__ import annotations
+
+import io
+import threading
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import imageio.v3 as iio
+import numpy as np
+import viser
+
+from setcmas_tools.view.model.camera_places import VIEWS
+from setcmas_tools.view.model.trails import LENGTH_S, LONGEST_S
+from setcmas_tools.view.page.cameras import FollowingCamera
+from setcmas_tools.view.scene.ground_scene import HALF_M
+
+_FIGURES, _PAUSE, _RESET, _VIEW, _FOLLOW, _TRAILS, _SIZE, _SCREENSHOT = range(8)
+_SCREENSHOT_TIMEOUT_S = 15.0
+_WHITE = 255
+
+
+@dataclass
+class Actions:
+    """What the buttons do: pause (True) or start (False) the robots, and reset them."""
+
+    pause: Callable[[bool], None]
+    reset: Callable[[], None]
+
+
+class Controls:
+    """The panel.
+
+    Attributes:
+        trail_s: Length of the trails in s that the users have chosen.
+        size: How many times larger than in reality robots are drawn.
+        half_m: Half the side of the ground in m, which cameras show.
+    """
+
+    def __init__(self, server: viser.ViserServer, actions: Actions | None, size: float) -> None:
+        """Build the panel.
+
+        Args:
+            server: Of the page.
+            actions: None for a view that can only be looked at.
+            size: Of the robots, at first.
+        """
+        self._server = server
+        self.half_m = HALF_M
+        self._cameras: dict[int, FollowingCamera] = {}
+        self._lock = threading.Lock()  # browsers come and go in viser's threads
+        gui = server.gui
+        self._figures = gui.add_html('', order=_FIGURES)
+        self._pause: viser.GuiButtonHandle | None = None
+        self._reset: viser.GuiButtonHandle | None = None
+        self._paused = False
+        if actions:
+            self._add_buttons(actions)
+        views = gui.add_button_group('Camera', VIEWS, order=_VIEW)
+        views.on_click(lambda event: self._look(event.client, str(views.value)))
+        self._trail = gui.add_slider(
+            'Trails (s)', min=0, max=LONGEST_S, step=5, initial_value=LENGTH_S, order=_TRAILS
+        )
+        self._size = gui.add_slider(
+            'Robot size', min=1, max=6, step=0.5, initial_value=size, order=_SIZE,
+            hint='1 is the true size of a TurtleBot3',
+        )  # fmt: skip
+        screenshot = gui.add_button('Screenshot', icon=viser.Icon.CAMERA, order=_SCREENSHOT)
+        screenshot.on_click(lambda event: take_screenshot(event.client))
+        server.on_client_connect(self._come)
+        server.on_client_disconnect(self._go)
+
+    @property
+    def trail_s(self) -> float:
+        """Length of the trails in s."""
+        return float(self._trail.value)
+
+    @property
+    def size(self) -> float:
+        """How many times larger than in reality robots are drawn."""
+        return float(self._size.value)
+
+    @size.setter
+    def size(self, size: float) -> None:
+        self._size.value = size
+
+    def show_figures(self, text: str, paused: bool, can_reset: bool) -> None:
+        """Show the panel's text (HTML) and buttons that fit the state of the robots."""
+        self._figures.content = text
+        if self._pause and self._reset:
+            self._paused = paused
+            self._pause.label = 'Start' if paused else 'Pause'
+            self._pause.color = 'green' if paused else 'red'
+            self._reset.visible = can_reset
+
+    def offer(self, robots: list[int]) -> None:
+        """Let every browser follow one of these robots."""
+        for camera in self._followers():
+            camera.offer(robots)
+
+    def move_cameras(self, poses: dict[int, tuple[float, float, float]]) -> None:
+        """Let the cameras go along with the robots that they follow."""
+        for camera in self._followers():
+            camera.fit(self.half_m)
+            camera.update(poses)
+
+    def _add_buttons(self, actions: Actions) -> None:
+        gui = self._server.gui
+        pause = gui.add_button('Pause', color='red', order=_PAUSE)
+        pause.on_click(lambda _: actions.pause(not self._paused))
+        reset = gui.add_button(
+            'Reset', color='gray', order=_RESET, hint='all robots back to their start poses'
+        )
+        reset.on_click(lambda _: actions.reset())
+        self._pause, self._reset = pause, reset
+
+    def _followers(self) -> list[FollowingCamera]:
+        with self._lock:
+            return list(self._cameras.values())
+
+    def _come(self, client: viser.ClientHandle) -> None:
+        camera = FollowingCamera(client, _FOLLOW, self.half_m)
+        with self._lock:
+            self._cameras[client.client_id] = camera
+
+    def _go(self, client: viser.ClientHandle) -> None:
+        with self._lock:
+            self._cameras.pop(client.client_id, None)
+
+    def _look(self, client: viser.ClientHandle | None, name: str) -> None:
+        camera = self._cameras.get(client.client_id) if client else None
+        if camera:
+            camera.show(name, self.half_m)
+
+
+def take_screenshot(client: viser.ClientHandle | None) -> None:
+    """Let a browser save what it shows; one that is closed meanwhile wants it no more."""
+    if client is None:
+        return
+    camera = client.camera
+    try:
+        picture = client.get_render(
+            camera.image_height,
+            camera.image_width,
+            transport_format='png',
+            timeout=_SCREENSHOT_TIMEOUT_S,
+        ).astype(float)
+    except TimeoutError:
+        client.add_notification('No screenshot', 'The browser was too slow to draw it.')
+        return
+    except RuntimeError:  # it is closed, or cannot draw
+        return
+    alpha = picture[..., 3:] / _WHITE
+    flat = np.round(picture[..., :3] * alpha + _WHITE * (1 - alpha)).astype(np.uint8)
+    content = io.BytesIO()
+    iio.imwrite(content, flat, extension='.png')
+    name = time.strftime('setcmas_%Y%m%d-%H%M%S.png')
+    client.send_file_download(name, content.getvalue(), save_immediately=True)

@@ -1,0 +1,1 @@
+"""Scene of the view: shapes in three dimensions."""

@@ -1,0 +1,139 @@
+"""The whole picture: what is known of the fleet, drawn anew at every frame."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+import viser
+
+from setcmas_tools.view.model.communication import Flashes, Pairs
+from setcmas_tools.view.model.fleet_view import FleetView, Floats
+from setcmas_tools.view.model.marker_store import MarkerStore
+from setcmas_tools.view.model.robot_states import RobotStates
+from setcmas_tools.view.model.run_clock import RunClock
+from setcmas_tools.view.model.trails import Trails
+from setcmas_tools.view.page.controls import Actions, Controls
+from setcmas_tools.view.page.panel import RobotRow, panel_html
+from setcmas_tools.view.scene.ground_scene import HALF_M, LAB_HALF_M, GroundScene
+from setcmas_tools.view.scene.link_scene import LinkScene
+from setcmas_tools.view.scene.marker_scene import MarkerScene
+from setcmas_tools.view.scene.robot_scene import RobotScene
+from setcmas_tools.view.scene.trail_scene import TrailScene
+
+_PANEL_PERIOD_S = 0.25
+_SIMULATED_SIZE, _TRUE_SIZE = 2.5, 1.0
+_AMBIENT = 1.7  # of pi, which three.js takes for full light
+_SUN = np.array([-0.45, -0.35, 1.0])  # towards it
+NO_PAIRS: Pairs = np.empty((0, 2), np.int64)
+
+
+@dataclass
+class Known:
+    """What is known of a fleet.
+
+    Attributes:
+        real: Whether this is an experiment, so that robots cannot be reset.
+        both: Robot numbers of communication links that go both ways, shape (E, 2).
+        one_way: Of links that go one way, sender first, shape (F, 2).
+    """
+
+    fleet: FleetView = field(default_factory=FleetView)
+    states: RobotStates = field(default_factory=RobotStates)
+    clock: RunClock = field(default_factory=RunClock)
+    markers: MarkerStore = field(default_factory=MarkerStore)
+    flashes: Flashes = field(default_factory=Flashes)
+    both: Pairs = field(default_factory=lambda: NO_PAIRS)
+    one_way: Pairs = field(default_factory=lambda: NO_PAIRS)
+    real: bool = False
+
+
+class FleetScene:
+    """Draws what is known of a fleet on a page."""
+
+    def __init__(self, server: viser.ViserServer, known: Known, actions: Actions | None) -> None:
+        """Build the scene and the panel; without actions the robots cannot be commanded."""
+        self._server = server
+        self._known = known
+        scene = server.scene
+        _light(scene)
+        self._ground = GroundScene(scene)
+        self._robots = RobotScene(scene)
+        self._trails, self._trail_scene = Trails(), TrailScene(scene)
+        self._links = LinkScene(scene)
+        self._markers = MarkerScene(scene)
+        self.controls = Controls(server, actions, _SIMULATED_SIZE)
+        self._next_panel = 0.0
+        self._real = self._clear = False
+
+    def clear_trails(self) -> None:
+        """Forget the trails: robots have been put somewhere else."""
+        self._clear = True  # by the thread that draws
+
+    def update(self, now: float) -> None:
+        """Draw the picture of a time in s; browsers get it in one piece."""
+        with self._server.atomic():
+            self._draw(now)
+
+    def _draw(self, now: float) -> None:
+        known = self._known
+        known.fleet.forget(now)
+        known.markers.expire(now)
+        robots, poses = known.fleet.robots, known.fleet.poses(now)
+        flashes = known.flashes.strength(robots, now)
+        by_robot = dict(zip(robots, map(tuple, poses.T.tolist()), strict=True))
+        self._reach(poses)
+        self.controls.half_m = self._ground.half_m
+        if known.real != self._real:
+            self._real = known.real
+            self.controls.size = _TRUE_SIZE if known.real else _SIMULATED_SIZE
+        self._robots.show(robots, poses, known.fleet.lost(now), flashes, self.controls.size)
+        if self._clear:
+            self._clear = False
+            self._trails.clear()
+        self._trails.length_s = self.controls.trail_s
+        self._trails.extend(now, robots, poses[:2])
+        self._trail_scene.show(self._trails, self.controls.size)
+        self._links.show(known.both, known.one_way, robots, poses, flashes)
+        self._markers.show(known.markers, by_robot, now)
+        self.controls.move_cameras(by_robot)
+        if now >= self._next_panel:
+            self._next_panel = now + _PANEL_PERIOD_S
+            self._show_panel(now)
+
+    def _reach(self, poses: Floats) -> None:
+        distance = float(np.abs(poses[:2]).max(initial=0.0))
+        if self._known.real:
+            self._ground.reach(max(distance, self._known.markers.reach()), LAB_HALF_M)
+        else:
+            self._ground.reach(distance, HALF_M)
+
+    def _show_panel(self, now: float) -> None:
+        known = self._known
+        fleet, paused = known.fleet, known.states.paused(now)
+        columns = zip(fleet.robots, fleet.newest().T, fleet.speeds(), fleet.lost(now), strict=True)
+        rows = [
+            RobotRow(
+                robot,
+                float(speed),
+                (float(pose[0]), float(pose[1]), float(pose[2])),
+                *known.states.describe(robot, bool(lost), float(speed), now),
+                bool(lost),
+            )
+            for robot, pose, speed, lost in columns
+        ]
+        run = 'paused' if paused else known.clock.describe(now)
+        text = panel_html(rows, run, known.clock.seconds(now), fleet.disagreement(now))
+        self.controls.show_figures(text, paused, not known.real)
+        self.controls.offer(fleet.robots)
+
+
+def _light(scene: viser.SceneApi) -> None:
+    """Light the scene such that faces that look up show their colour as it is."""
+    scene.configure_environment_map(None)
+    scene.configure_default_lights(False)
+    scene.add_light_ambient('/lights/all_around', intensity=_AMBIENT)
+    sun = _SUN / np.linalg.norm(_SUN)
+    scene.add_light_directional(
+        '/lights/sun', intensity=(np.pi - _AMBIENT) / sun[2], position=tuple(50 * sun)
+    )

@@ -1,0 +1,93 @@
+"""The communication graph: a line between robots that hear each other, an arrow where one does."""
+
+from __future__ import annotations
+
+import numpy as np
+import viser
+from numpy.typing import NDArray
+
+from setcmas_simu.fleet import fleet
+from setcmas_tools.view.model.communication import Pairs
+from setcmas_tools.view.scene.tone import untoned
+
+Floats = NDArray[np.float64]
+
+_GREY = np.array([0.62, 0.66, 0.72])
+_HEIGHT_M = 0.03
+_WIDTH_M = 0.035
+_GAP_M = 0.28  # between an arrow's tip and the robot, of a robot in its true size times 2
+
+
+class LinkScene:
+    """Draws the links between robots."""
+
+    def __init__(self, scene: viser.SceneApi) -> None:
+        """Prepare; nothing is drawn yet."""
+        self._scene = scene
+        self._lines: viser.LineSegmentsHandle | None = None
+        self._arrows: viser.ArrowsHandle | None = None
+
+    def show(
+        self, both: Pairs, one_way: Pairs, robots: list[int], poses: Floats, flashes: Floats
+    ) -> None:
+        """Draw the links.
+
+        Args:
+            both: Robot numbers of links that go both ways, shape (E, 2).
+            one_way: Of links that go one way, sender first, shape (F, 2).
+            robots: Numbers of the robots that are there.
+            poses: Rows x, y in m and theta in rad, shape (3, N).
+            flashes: From 0 to 1, how lately each one communicated, shape (N,).
+        """
+        both, one_way = _columns(both, robots), _columns(one_way, robots)
+        points = np.column_stack([poses[0], poses[1], np.full(len(robots), _HEIGHT_M)])
+        own = np.array([fleet.plot_colour(robot) for robot in robots]).reshape(-1, 3)
+        lit = untoned(_GREY + flashes[:, None] * (own - _GREY))
+        # The whole link takes the colour of the robot that has just sent over it.
+        later = np.take_along_axis(both, flashes[both].argmax(axis=1)[:, None], axis=1)
+        self._lines = self._replace(
+            self._lines, both, points[both], np.repeat(lit[later], 2, axis=1)
+        )
+        ends = points[one_way]
+        along = ends[:, 1] - ends[:, 0]
+        length = np.linalg.norm(along, axis=1, keepdims=True)
+        ends[:, 1] -= along * np.minimum(_GAP_M / np.maximum(length, 1e-6), 0.5)
+        self._arrows = self._replace_arrows(self._arrows, ends, lit[one_way[:, 0]])
+
+    def _replace(
+        self,
+        handle: viser.LineSegmentsHandle | None,
+        pairs: Pairs,
+        points: Floats,
+        colours: Floats,
+    ) -> viser.LineSegmentsHandle | None:
+        if handle is not None and len(handle.points) == len(pairs):
+            handle.points, handle.colors = points, colours
+            return handle
+        if handle is not None:
+            handle.remove()
+        if not len(pairs):
+            return None
+        return self._scene.add_line_segments('/links', points, colours, thickness=_WIDTH_M)
+
+    def _replace_arrows(
+        self, handle: viser.ArrowsHandle | None, points: Floats, colours: Floats
+    ) -> viser.ArrowsHandle | None:
+        if handle is not None and len(handle.points) == len(points):
+            handle.points, handle.colors = points, colours
+            return handle
+        if handle is not None:
+            handle.remove()
+        if not len(points):
+            return None
+        return self._scene.add_arrows(
+            '/one_way_links', points, colours,
+            shaft_radius=0.012, head_radius=0.07, head_length=0.2,
+        )  # fmt: skip
+
+
+def _columns(pairs: Pairs, robots: list[int]) -> Pairs:
+    """Return the pairs whose robots are both there, as pairs of columns."""
+    column = {robot: index for index, robot in enumerate(robots)}
+    known = [(column[a], column[b]) for a, b in pairs.tolist() if a in column and b in column]
+    return np.array(known, dtype=np.int64).reshape(-1, 2)

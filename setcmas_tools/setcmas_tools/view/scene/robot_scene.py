@@ -1,0 +1,80 @@
+"""The robots: bodies in their colours, numbers above them, and rings that flash."""
+
+from __future__ import annotations
+
+import numpy as np
+import viser
+from numpy.typing import NDArray
+
+from setcmas_simu.fleet import fleet
+from setcmas_tools.view.scene.batch import Batch
+from setcmas_tools.view.scene.robot_mesh import HEIGHT_M, coloured_body, dark_body, unit_ring
+
+Floats = NDArray[np.float64]
+
+_DARK = np.array([0.16, 0.18, 0.21])
+_PALE = np.array([0.9, 0.91, 0.93])
+_PALENESS = 0.75
+_FLASH_FROM_M, _FLASH_TO_M = 0.15, 0.45  # radius of the ring, of a robot in its true size
+
+
+class RobotScene:
+    """Draws a fleet; what has not changed costs nothing."""
+
+    def __init__(self, scene: viser.SceneApi) -> None:
+        """Prepare; nothing is drawn yet."""
+        self._scene = scene
+        self._coloured = Batch(scene, '/robots/coloured', coloured_body())
+        self._dark = Batch(scene, '/robots/dark', dark_body())
+        self._rings = Batch(scene, '/robots/rings', unit_ring(), side='double')
+        self._labels: dict[int, viser.LabelHandle] = {}
+
+    def show(
+        self,
+        robots: list[int],
+        poses: Floats,
+        lost: NDArray[np.bool_],
+        flashes: Floats,
+        size: float,
+    ) -> None:
+        """Draw the fleet.
+
+        Args:
+            robots: Numbers, N of them.
+            poses: Rows x, y in m and theta in rad, shape (3, N).
+            lost: Which ones are to be faded, shape (N,).
+            flashes: How bright each one's ring is, from 0 to 1, shape (N,).
+            size: How many times larger than in reality.
+        """
+        n = len(robots)
+        positions = np.column_stack([poses[0], poses[1], np.zeros(n)])
+        half = 0.5 * poses[2]
+        zero = np.zeros(n)
+        wxyzs = np.column_stack([np.cos(half), zero, zero, np.sin(half)])
+        scales = np.full((n, 3), size)
+        colours = np.array([fleet.colour(robot) for robot in robots]).reshape(-1, 3)
+        faded = np.where(lost, _PALENESS, 0.0)[:, None]
+        self._coloured.show(positions, wxyzs, scales, colours + faded * (_PALE - colours))
+        self._dark.show(positions, wxyzs, scales, _DARK + faded * (_PALE - _DARK))
+        radii = _FLASH_FROM_M + (1.0 - flashes) * (_FLASH_TO_M - _FLASH_FROM_M)
+        radii = size * np.where(flashes > 0, radii, 0.0)
+        rings = np.column_stack([radii, radii, np.ones(n)])
+        self._rings.show(np.where(radii[:, None] > 0, positions, 0.0), wxyzs, rings, colours)
+        self._show_labels(robots, positions, lost, size)
+
+    def _show_labels(
+        self, robots: list[int], positions: Floats, lost: NDArray[np.bool_], size: float
+    ) -> None:
+        for robot in self._labels.keys() - set(robots):
+            self._labels.pop(robot).remove()
+        height = size * HEIGHT_M + 0.08
+        for robot, place, is_lost in zip(robots, positions.tolist(), lost, strict=True):
+            text = f'{robot} lost' if is_lost else str(robot)
+            position = (place[0], place[1], height)
+            if robot not in self._labels:
+                self._labels[robot] = self._scene.add_label(
+                    f'/numbers/{robot}', text, position=position, anchor='bottom-center'
+                )
+            label = self._labels[robot]
+            label.text = text
+            label.position = position

@@ -1,0 +1,186 @@
+"""The topics that the browser view listens to, new ones as they appear on the graph."""
+
+from __future__ import annotations
+
+import time
+from functools import partial
+from typing import Any
+
+import numpy as np
+from diagnostic_msgs.msg import DiagnosticArray
+from geometry_msgs.msg import Point32
+from nav_msgs.msg import Odometry
+from numpy.typing import NDArray
+from rclpy.node import Node
+from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
+from std_msgs.msg import Bool, Float32MultiArray, UInt16
+from visualization_msgs.msg import Marker, MarkerArray
+
+from setcmas_ctrl.communication.graph import with_known_rows
+from setcmas_simu.fleet import topics
+from setcmas_simu.fleet.planar_pose import yaw_of_quaternion
+from setcmas_simu.ros import qos
+from setcmas_simu.ros.polled_topic import PolledTopic, suited_to
+from setcmas_tools.view.model import communication
+from setcmas_tools.view.model.robot_states import Diagnosis
+from setcmas_tools.view.scene.fleet_scene import NO_PAIRS, Known
+
+_NEWEST = QoSProfile(depth=1, reliability=ReliabilityPolicy.BEST_EFFORT)
+_EVENTS = QoSProfile(depth=10, reliability=ReliabilityPolicy.BEST_EFFORT)
+_GRAPHS = QoSProfile(depth=10, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+"""Of several controller processes, each of which tells what its own robots hear."""
+_MARKER_DEPTH = 500  # as many as a trail of a control script keeps for those who come late
+_KINDS = {
+    'nav_msgs/msg/Odometry': Odometry,
+    'std_msgs/msg/UInt16': UInt16,
+    'visualization_msgs/msg/Marker': Marker,
+    'visualization_msgs/msg/MarkerArray': MarkerArray,
+}
+
+
+class ViewedTopics:
+    """Keeps what is known of a fleet up to date."""
+
+    def __init__(self, node: Node, known: Known) -> None:
+        """Listen to what concerns the whole fleet; `look` finds the robots."""
+        self._node = node
+        self._known = known
+        self._now = time.monotonic()
+        self._robots: dict[str, PolledTopic] = {}
+        self._commands: dict[str, PolledTopic] = {}
+        self._adjacency: NDArray[np.float64] = np.empty((0, 0))
+        self._graph_told = False
+        diagnosed = partial(PolledTopic, node, DiagnosticArray, topics.DIAGNOSTICS)
+        self._fleet = [
+            PolledTopic(node, Bool, topics.FLEET_PAUSE, self._on_pause, qos.EVENT),
+            PolledTopic(node, Bool, topics.PAUSED, self._on_paused, _NEWEST),
+            diagnosed(self._on_diagnostics, _EVENTS),
+            PolledTopic(
+                node,
+                Float32MultiArray,
+                topics.COMMUNICATION_GRAPH,
+                self._on_graph,
+                _GRAPHS,
+            ),
+        ]
+
+    def look(self) -> None:
+        """Follow the changes of the graph since the last look."""
+        found = {
+            name: _KINDS[types[0]]
+            for name, types in self._node.get_topic_names_and_types()
+            if types[0] in _KINDS and self._node.count_publishers(name)
+        }
+        mocap = [name for name in found if name.startswith('/mocap/')]
+        self._known.real = bool(mocap)
+        wanted = {name: kind for name, kind in found.items() if self._is_wanted(name, kind)}
+        gone = self._robots.keys() - wanted.keys()
+        for name in gone:
+            self._robots.pop(name).close()
+        self._known.markers.drop_topics(gone)  # what no script draws any more
+        for name in wanted.keys() - self._robots.keys():
+            self._robots[name] = self._subscribed(name, wanted[name])
+        self._look_for_commands()
+        self._look_for_graph()
+
+    def take(self, now: float) -> None:
+        """Take what has come until a time in s."""
+        self._now = now
+        for topic in (*self._robots.values(), *self._commands.values(), *self._fleet):
+            topic.take()
+
+    def _is_wanted(self, name: str, kind: type) -> bool:
+        robot = topics.robot_of(name)
+        if kind in (Marker, MarkerArray):
+            return robot is None or name != topics.robot_topic(robot, topics.MARKER)
+        if robot is None:
+            return False
+        if kind is UInt16:
+            return name == topics.robot_topic(robot, topics.TRIG_EVENT)
+        # A real TurtleBot3 publishes the odometry of its wheels under the usual name.
+        real = self._known.real
+        return name == (
+            topics.mocap_topic(robot) if real else topics.robot_topic(robot, topics.ODOM)
+        )
+
+    def _subscribed(self, name: str, kind: type) -> PolledTopic:
+        robot = topics.robot_of(name)
+        if kind is Odometry:
+            return PolledTopic(self._node, kind, name, partial(self._on_odometry, robot), _NEWEST)
+        if kind is UInt16:
+            on_event = partial(self._on_trigger, robot)
+            return PolledTopic(self._node, kind, name, on_event, _EVENTS)
+        on_markers = partial(self._on_marker if kind is Marker else self._on_markers, name)
+        profile = suited_to(self._node, name, _MARKER_DEPTH)
+        return PolledTopic(self._node, kind, name, on_markers, profile)
+
+    def _look_for_commands(self) -> None:
+        """Listen to the commands of one robot, whose first one begins the run."""
+        if self._commands:
+            name = next(iter(self._commands))
+            if self._node.count_publishers(name):
+                return
+            self._commands.pop(name).close()
+        for robot in self._known.fleet.robots:
+            name = topics.robot_topic(robot, topics.CMD_CART_VEL)
+            if self._node.count_publishers(name):
+                self._commands[name] = PolledTopic(
+                    self._node, Point32, name, self._on_command, _NEWEST
+                )
+                return
+
+    def _look_for_graph(self) -> None:
+        """Forget the communication graph when those who told it are gone."""
+        told = self._node.count_publishers(topics.COMMUNICATION_GRAPH) > 0
+        if self._graph_told and not told:
+            self._adjacency = np.empty((0, 0))
+            self._known.both, self._known.one_way = NO_PAIRS, NO_PAIRS
+        self._graph_told = told
+
+    def _on_odometry(self, robot: int, message: Odometry) -> None:
+        position, q = message.pose.pose.position, message.pose.pose.orientation
+        pose = (position.x, position.y, yaw_of_quaternion(q.x, q.y, q.z, q.w))
+        self._known.fleet.see(robot, pose, message.twist.twist.linear.x, self._now)
+
+    def _on_command(self, _: Point32) -> None:
+        # In experiments the time of the control laws stands still while they are paused.
+        paused = self._known.real and self._known.states.paused(self._now)
+        self._known.clock.heard(self._now, paused)
+
+    def _on_pause(self, message: Bool) -> None:
+        self._known.states.wish(message.data)
+
+    def _on_paused(self, message: Bool) -> None:
+        self._known.states.announce(message.data, self._now)
+
+    def _on_trigger(self, robot: int, message: UInt16) -> None:
+        if message.data:
+            self._known.flashes.trigger(robot, self._now)
+
+    def _on_diagnostics(self, message: DiagnosticArray) -> None:
+        for status in message.status:
+            robot = topics.robot_of(f'/{status.name}/')
+            if robot:
+                values = {item.key: item.value for item in status.values}
+                level = int.from_bytes(status.level, 'little')
+                reason = status.message if level else ''
+                self._known.states.diagnose(
+                    robot, Diagnosis(level, values.get('state', ''), reason, self._now)
+                )
+
+    def _on_graph(self, message: Float32MultiArray) -> None:
+        sizes = [dimension.size for dimension in message.layout.dim]
+        weights = communication.matrix(sizes, message.data.tolist())
+        if weights is None:
+            return
+        if weights.shape == self._adjacency.shape:
+            weights = with_known_rows(weights, self._adjacency)
+        self._adjacency = weights
+        self._known.both, self._known.one_way = communication.links(weights)
+
+    def _on_marker(self, topic: str, marker: Marker) -> None:
+        self._known.markers.apply(topic, marker, self._now)
+
+    def _on_markers(self, topic: str, message: Any) -> None:
+        for marker in message.markers:
+            self._on_marker(topic, marker)

@@ -1,0 +1,223 @@
+"""`setcmas expe` as its user sees it: keys, status lines, and a terminal that is given back."""
+
+import contextlib
+import fcntl
+import os
+import pty
+import re
+import signal
+import struct
+import subprocess
+import termios
+import time
+
+import numpy as np
+import psutil
+import pytest
+import yaml
+from processes import SETCMAS, run_setcmas
+
+from setcmas_tools.records.fleet_table import read_csv
+
+pytest.importorskip('rclpy')
+
+ESCAPE = re.compile('\x1b\\[[0-9;?]*[A-Za-z]')
+ALGO = ('--emulate', '--algo', 'nav_wp', '--no-joystick')
+
+
+class Terminal:
+    """A terminal of one's own with `setcmas expe` in it."""
+
+    def __init__(self, *options):
+        self.master, self.slave = pty.openpty()
+        fcntl.ioctl(self.slave, termios.TIOCSWINSZ, struct.pack('4H', 30, 110, 0, 0))
+        self.before = termios.tcgetattr(self.slave)
+        self.text = ''
+        self.process = subprocess.Popen(
+            [*SETCMAS, 'expe', *ALGO, *options],
+            stdin=self.slave,
+            stdout=self.slave,
+            stderr=self.slave,
+            env={**os.environ, 'TERM': 'xterm-256color'},
+            start_new_session=True,
+            preexec_fn=lambda: fcntl.ioctl(0, termios.TIOCSCTTY, 0),
+        )
+        os.set_blocking(self.master, False)
+
+    def read(self):
+        with contextlib.suppress(BlockingIOError, OSError):
+            self.text += ESCAPE.sub('', os.read(self.master, 65536).decode())
+        return self.text
+
+    def wait_for(self, pattern, timeout=40):
+        deadline = time.monotonic() + timeout
+        while not re.search(pattern, self.read(), re.DOTALL):
+            assert time.monotonic() < deadline, self.text
+            time.sleep(0.02)
+        self.text = ''
+
+    def press(self, key):
+        os.write(self.master, key.encode())
+
+    def wait(self, timeout=40):
+        deadline = time.monotonic() + timeout
+        while self.process.poll() is None:
+            assert time.monotonic() < deadline, self.text
+            self.read()
+            time.sleep(0.02)
+        return self.process.returncode
+
+    def close(self):
+        with contextlib.suppress(psutil.NoSuchProcess):
+            for child in psutil.Process(self.process.pid).children(recursive=True):
+                child.kill()
+        self.process.kill()
+        self.process.wait()
+        for descriptor in (self.master, self.slave):
+            with contextlib.suppress(OSError):
+                os.close(descriptor)
+
+
+@pytest.fixture
+def terminal(domain):
+    opened = Terminal('--nb-robots', '2')
+    yield opened
+    opened.close()
+
+
+def all_gone(children):
+    return psutil.wait_procs(children, 30)[1] == []
+
+
+def test_space_starts_and_pauses_and_q_gives_the_terminal_back(terminal):
+    terminal.wait_for('paused; the space bar or false on /pause starts the robots')
+    terminal.wait_for(r'PAUSED.*?tb3_1 +0\.\d\d s +\d+ % +0\.0\d m/s +paused +paused\s')
+    children = psutil.Process(terminal.process.pid).children()
+    assert len(children) == 4
+    assert termios.tcgetattr(terminal.slave) != terminal.before
+
+    terminal.press(' ')
+    terminal.wait_for(r'\[pause\] started: by space bar')
+    terminal.wait_for(r'RUNNING.*?tb3_2 +0\.\d\d s +\d+ % +0\.[12]\d m/s +moving')
+    terminal.press(' ')
+    terminal.wait_for('PAUSED')
+    terminal.press('q')
+
+    assert terminal.wait() == 0
+    assert termios.tcgetattr(terminal.slave) == terminal.before
+    assert all_gone(children)
+    assert 'Traceback' not in terminal.text
+
+
+@pytest.mark.parametrize('signum', [signal.SIGINT, signal.SIGTERM])
+def test_signals_give_the_terminal_back(terminal, signum):
+    terminal.wait_for('PAUSED')
+    children = psutil.Process(terminal.process.pid).children()
+    terminal.process.send_signal(signum)
+
+    assert terminal.wait() == 0
+    assert termios.tcgetattr(terminal.slave) == terminal.before
+    assert all_gone(children)
+
+
+def test_a_closed_terminal_ends_everything(terminal):
+    terminal.wait_for('PAUSED')
+    children = psutil.Process(terminal.process.pid).children()
+    os.close(terminal.slave)
+    os.close(terminal.master)
+
+    assert terminal.process.wait(40) == 0
+    assert all_gone(children)
+
+
+@pytest.mark.parametrize('victim', ['bridges', 'pause', 'controller'])
+def test_when_a_process_dies_everything_stops(terminal, victim):
+    terminal.wait_for('PAUSED')
+    children = psutil.Process(terminal.process.pid).children()
+    dying = next(child for child in children if victim in ' '.join(child.cmdline()))
+    terminal.text = ''
+    dying.kill()
+    status = terminal.wait()
+
+    assert status == 128 + signal.SIGKILL
+    assert f'(process {dying.pid}) was killed by SIGKILL' in terminal.read()
+    assert termios.tcgetattr(terminal.slave) == terminal.before
+    assert all_gone(children)
+
+
+def test_the_whole_job_in_an_emulated_lab(start, tmp_path):
+    process = start(
+        *SETCMAS, 'run', '--emulate', '--algo', 'consensus', '--nb-robots', '2', '--duration', '4',
+        '--output', 'out', cwd=tmp_path,
+    )  # fmt: skip
+
+    assert process.wait() == 0, process.output()
+    fleet = read_csv(tmp_path / 'out' / 'csv' / 'fleet.csv')
+    assert fleet.robots == [1, 2]
+    for robot in fleet.robots:  # motion capture at 50 Hz, not the wheel odometry at 20
+        motion = fleet.of(robot)
+        assert np.diff(motion.t).mean() < 0.035
+        assert np.abs(motion.v[motion.t < 0]).max(initial=0.0) < 0.05  # t = 0 is the start
+        assert motion.v[(motion.t > 2) & (motion.t < 4)].mean() > 0.1
+    assert (tmp_path / 'out' / 'plots' / 'trajectories.png').is_file()
+    assert '\x02' not in process.output()
+    recorded = yaml.safe_load((tmp_path / 'out' / 'run.yaml').read_text())['parameters']
+    assert recorded['arena'] == [-3, 3, -3, 3]
+    assert recorded['limits']['V_max'] == pytest.approx(0.2108)
+
+
+@pytest.mark.parametrize(
+    ('arguments', 'message'),
+    [
+        (('--lab', 'lab.yaml'), 'add --emulate'),
+        (('--emulate', '--limits', 'burger'), '--limits is for simulated robots'),
+        (('--emulate', '--cmd-timeout', '1'), '--cmd-timeout is for simulated robots'),
+    ],
+)
+def test_runs_do_not_mix_simulation_and_lab(arguments, message, tmp_path):
+    result = run_setcmas('run', '--algo', 'nav_wp', *arguments, cwd=tmp_path)
+
+    assert result.returncode == 2
+    assert message in result.stderr
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_without_a_terminal_the_status_is_a_line_now_and_then(start):
+    process = start(*SETCMAS, 'expe', *ALGO)
+    process.wait_for_output('there is no terminal to read keys from')
+    process.wait_for_output('PAUSED; tb3_1 paused (paused)')
+
+    assert process.end(signal.SIGTERM) == 0
+    assert '\x1b' not in process.output()
+    assert '\x02' not in process.output()
+
+
+@pytest.mark.parametrize(
+    ('arguments', 'message'),
+    [
+        (('--lab', 'none.yaml'), "'none.yaml' cannot be read"),
+        (('--lab', 'bad.yaml'), "bad.yaml, line 2: there is no key 'arena.z'"),
+        (('--arena', '1,0,0,1'), "--arena '1,0,0,1' is not understood"),
+        (('--joystick-button=-1',), '--joystick-button is -1'),
+        (('--min-separation', '0'), "'0' is not a number above 0"),
+        (('--pose', '1:0,0'), 'add --emulate'),
+    ],
+)
+def test_mistakes_are_told_before_anything_starts(arguments, message, tmp_path):
+    (tmp_path / 'bad.yaml').write_text('arena:\n  z: 1\n')
+    result = run_setcmas('expe', '--algo', 'nav_wp', *arguments, cwd=tmp_path)
+
+    assert result.returncode == 2
+    assert len(result.stderr.strip().splitlines()) == 1
+    assert message in result.stderr
+
+
+def test_a_lab_file_of_ones_own_is_written_once(tmp_path):
+    result = run_setcmas('new', '--lab', cwd=tmp_path)
+
+    assert result.returncode == 0
+    assert 'setcmas expe --emulate --lab lab.yaml' in result.stdout
+    assert (tmp_path / 'lab.yaml').read_text().startswith('# A lab:')
+    assert run_setcmas('new', '--lab', 'lab', cwd=tmp_path).returncode == 2
+    assert run_setcmas('new', '--lab', 'b106.yaml', cwd=tmp_path).returncode == 0
+    assert run_setcmas('new', cwd=tmp_path).returncode == 2

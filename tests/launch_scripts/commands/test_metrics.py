@@ -1,0 +1,102 @@
+import re
+
+import numpy as np
+import pytest
+import yaml
+from processes import run_setcmas
+
+from setcmas_tools.records.fleet_table import fleet_table, write_csv
+
+HEADER = 't,robot,x,y,theta,v,omega\n'
+
+
+@pytest.fixture
+def run(tmp_path):
+    """The folder of a run of two robots, 10 s, that is not of a built-in law."""
+    t = np.arange(0, 101) / 10
+    folder = tmp_path / 'out'
+    (folder / 'csv').mkdir(parents=True)
+    rows = [[ti, robot, 0.1 * ti * robot, robot, 0, 0.1, 0] for ti in t for robot in (1, 2)]
+    write_csv(fleet_table(rows), folder / 'csv' / 'fleet.csv')
+    return folder
+
+
+def test_the_table_and_the_file(run):
+    result = run_setcmas('metrics', 'out', cwd=run.parent)
+
+    assert result.returncode == 0, result.stderr
+    assert re.search(r'tb3_2 +2\.00', result.stdout)
+    assert 'least separation: 1.00 m at 0.0 s between robots 1 and 2' in result.stdout
+    assert 'the task is not known: --task {consensus,' in result.stdout
+    first = (run / 'metrics.yaml').read_bytes()
+    content = yaml.safe_load(first)
+    assert content['robots'][1]['path_length_m'] == 1.0
+    assert content['separation']['least_separation_robots'] == [1, 2]
+    for place in ('out', 'out/csv', 'out/csv/fleet.csv'):
+        (run / 'metrics.yaml').unlink()
+        assert run_setcmas('metrics', place, cwd=run.parent).returncode == 0
+        assert (run / 'metrics.yaml').read_bytes() == first
+
+
+def test_the_options(run):
+    (run.parent / 'mine.py').write_text('WPL = [[1.045, 1]]\ndef control(a, b, c, d): ...\n')
+
+    arguments = ('--task', 'waypoints', '--algo', 'mine', '--vnom', '0.1')
+    result = run_setcmas('metrics', 'out', *arguments, cwd=run.parent)
+
+    assert result.returncode == 0, result.stderr
+    content = yaml.safe_load((run / 'metrics.yaml').read_text())
+    assert content['task'] == 'waypoints'
+    assert content['waypoints']['reached_within_m'] == 0.1  # that of nav_wp
+    times = {1: [9.5, 9.6, 9.7, 9.8, 9.9, 10.0], 2: []}
+    assert content['waypoints']['reached_at_s'] == times
+    assert content['robots'][1]['time_in_saturation_s'] == 10.0
+
+
+def test_the_script_counts_as_it_was_in_the_run(run):
+    script = run.parent / 'mine.py'
+    script.write_text('WPL = [[5, 5]]\ndef control(a, b, c, d): ...\n')
+    (run / 'run.yaml').write_text(yaml.safe_dump({'parameters': {'script': str(script)}}))
+    kept = run / 'inputs' / 'algo' / 'mine.py'
+    kept.parent.mkdir(parents=True)
+    kept.write_text('WPL = [[1.0, 1]]\ndef control(a, b, c, d): ...\n')
+
+    result = run_setcmas('metrics', 'out', '--task', 'waypoints', cwd=run.parent)
+
+    assert result.returncode == 0, result.stderr
+    content = yaml.safe_load((run / 'metrics.yaml').read_text())
+    assert content['waypoints']['reached_at_s'][1][0] == 9.0
+
+
+def test_another_table_has_its_name_before_that_of_the_file(tmp_path):
+    (tmp_path / 'lab.csv').write_text(f'{HEADER}0,1,0,0,0,0,0\n')
+
+    assert run_setcmas('metrics', 'lab.csv', cwd=tmp_path).returncode == 0
+    assert (tmp_path / 'lab_metrics.yaml').is_file()
+
+
+@pytest.mark.parametrize(
+    ('arguments', 'message'),
+    [
+        (('nowhere',), "there is no 'nowhere'"),
+        (('empty',), 'no fleet.csv'),
+        (('out', '--task', 'dance'), "invalid choice: 'dance'"),
+        (('out', '--task', 'tracking'), 'name it with --algo'),
+        (('out', '--algo', 'consensu'), 'did you mean consensus'),
+        (('out', '--vnom', '-1'), "'-1' is not a number above 0"),
+        (('out', '--algo', 'nav_wp', '--task', 'formation'), 'nav_wp.py defines no PLACES'),
+        (('damaged.csv',), "'damaged.csv', line 2"),
+        (('broken.mcap',), 'broken.mcap'),
+    ],
+)
+def test_mistakes_are_told_in_one_line_with_status_2(run, arguments, message):
+    (run.parent / 'empty').mkdir()
+    (run.parent / 'damaged.csv').write_text(f'{HEADER}0,1,0\n')
+    (run.parent / 'broken.mcap').write_text('nothing of the kind')
+
+    result = run_setcmas('metrics', *arguments, cwd=run.parent)
+
+    assert result.returncode == 2
+    assert len(result.stderr.strip().splitlines()) == 1
+    assert message in result.stderr
+    assert not list(run.parent.glob('**/metrics.yaml'))

@@ -1,0 +1,65 @@
+import pytest
+from processes import run_setcmas
+
+from setcmas_ctrl.scripts.loader import builtin_folder, exercise_folder
+
+
+def test_the_new_script_runs_and_the_command_that_is_told_is_right(tmp_path):
+    result = run_setcmas('new', 'my_law', cwd=tmp_path)
+    told = result.stdout.splitlines()[-1].split()
+
+    assert result.returncode == 0
+    assert told == ['setcmas', 'run', '--algo', 'my_law', '--nb-robots', '5']
+    offline = run_setcmas('offline', *told[2:], '--duration', '2', '-o', 'out', cwd=tmp_path)
+    assert offline.returncode == 0, offline.stderr
+    assert 'tb3_5: I start at (0.0, 5.0) m' in offline.stdout
+    assert 'my_law  My control law' in run_setcmas('list', cwd=tmp_path).stdout
+
+
+@pytest.mark.parametrize(
+    ('arguments', 'source'),
+    [
+        (('mine', '--from', 'consensus'), builtin_folder() / 'consensus.py'),
+        (('mine.py', '--from', 'wp_nav'), builtin_folder() / 'nav_wp.py'),
+        (('mine', '--from', 'consensus', '--exercise'), exercise_folder() / 'consensus.py'),
+        (('mine', '--from', 'ctc', '--exercise'), exercise_folder() / 'ctc.py'),
+    ],
+)
+def test_a_law_or_an_exercise_is_copied(tmp_path, arguments, source):
+    assert run_setcmas('new', *arguments, cwd=tmp_path).returncode == 0
+    assert (tmp_path / 'mine.py').read_bytes() == source.read_bytes()
+
+
+def test_an_exercise_may_keep_its_name(tmp_path):
+    (tmp_path / 'wp_nav.py').touch()
+    assert run_setcmas('new', 'nav_wp', '--exercise', cwd=tmp_path).returncode == 0
+    assert (tmp_path / 'nav_wp.py').read_bytes() == (exercise_folder() / 'nav_wp.py').read_bytes()
+
+
+def test_the_triggering_condition_is_told_with_its_own_command(tmp_path):
+    told = run_setcmas('new', 'my_ctc', '--from', 'ctc', '--exercise', cwd=tmp_path).stdout
+
+    assert '--event-triggered --ctc my_ctc' in told
+
+
+@pytest.mark.parametrize(
+    ('arguments', 'message'),
+    [
+        (('taken',), "'taken.py' exists already and is kept"),
+        (('my-law',), 'letters, digits and _, such as my_law'),
+        (('class',), "'class' cannot be the name of a script"),
+        (('../law',), 'cannot be the name of a script'),
+        (('law', '--from', 'consensu'), 'did you mean consensus'),
+        (('law', '--exercise'), "there is no exercise 'law'; accepted are consensus, ctc"),
+    ],
+)
+def test_mistakes_are_told_in_one_line_and_nothing_is_written(tmp_path, arguments, message):
+    (tmp_path / 'taken.py').write_text('mine')
+
+    result = run_setcmas('new', *arguments, cwd=tmp_path)
+
+    assert result.returncode == 2
+    assert message in result.stderr
+    assert len(result.stderr.strip().splitlines()) == 1
+    assert (tmp_path / 'taken.py').read_text() == 'mine'
+    assert len(list(tmp_path.iterdir())) == 1

@@ -1,0 +1,248 @@
+import filecmp
+import signal
+
+import pytest
+import yaml
+from processes import SETCMAS, run_setcmas
+
+from setcmas_tools import simulate
+from setcmas_tools.records.fleet_table import read_csv
+
+
+def offline(tmp_path, *arguments):
+    result = run_setcmas('offline', *arguments, cwd=tmp_path)
+    assert result.returncode == 0, result.stderr
+    return result
+
+
+def files(folder):
+    return sorted(str(path.relative_to(folder)) for path in folder.rglob('*') if path.is_file())
+
+
+def test_the_layout_is_that_of_run(tmp_path):
+    result = offline(tmp_path, '--algo', 'consensus', '--nb-robots', '3', '--output', 'out')
+
+    assert {path.name for path in (tmp_path / 'out').iterdir()} == {
+        'csv',
+        'inputs',
+        'plots',
+        'metrics.yaml',
+        'run.yaml',
+    }
+    assert (tmp_path / 'out' / 'plots' / 'trajectories.png').is_file()
+    assert 'times real time' in result.stdout
+    record = yaml.safe_load((tmp_path / 'out' / 'run.yaml').read_text())
+    assert record['command'][:2] == ['setcmas', 'offline']
+    assert record['outcome'] == 'complete'
+    assert record['seed'] == 0
+
+
+def test_csv_to_plot_and_metrics_take_it_from_there(tmp_path):
+    offline(tmp_path, '--algo', 'nav_wp', '--output', 'out')
+
+    plots = run_setcmas('csv_to_plot', 'out', '-o', 'again', '--format', 'svg', cwd=tmp_path)
+    metrics = run_setcmas('metrics', 'out', cwd=tmp_path)
+
+    assert plots.returncode == 0, plots.stderr
+    assert list((tmp_path / 'again').glob('*.svg'))
+    assert metrics.returncode == 0, metrics.stderr
+    assert 'waypoint' in metrics.stdout
+
+
+def test_options_reach_the_engine(tmp_path):
+    offline(
+        tmp_path, '--algo', 'consensus', '--nb-robots', '2', '--duration', '3', '--output', 'out',
+        '--pose', '2:1,1,0.5', '--vnom', '0.3', '--komega', '2', '--limits', 'burger',
+        '--rate', '10', '--robot-rate', '20',
+    )  # fmt: skip
+    poses = [[5.0, 1.0], [5.0, 1.0], [0.0, 0.5]]
+    expected = simulate(
+        'consensus', 2, 3, poses=poses, vnom=0.3, komega=2, limits='burger', rate=10, robot_rate=20
+    )
+
+    table = read_csv(tmp_path / 'out' / 'csv' / 'fleet.csv')
+    assert table.x == pytest.approx(expected.table.x, abs=1e-8)
+    assert table.theta == pytest.approx(expected.table.theta, abs=1e-8)
+
+
+def test_the_same_command_twice_writes_the_same_bytes(tmp_path):
+    law = 'import random\nimport numpy as np\n'
+    law += 'def control(i, n, p, t):\n    return random.random(), np.random.rand()\n'
+    folders = [tmp_path / name for name in ('first', 'second')]
+    for folder in folders:
+        folder.mkdir()
+        (folder / 'law.py').write_text(law)
+        offline(folder, '--algo', 'law', '--nb-robots', '3', '--duration', '5', '--output', 'out')
+    first, second = (folder / 'out' for folder in folders)
+    names = [name for name in files(first) if name != 'run.yaml']  # it names the script's folder
+
+    assert files(first) == files(second)
+    assert filecmp.cmpfiles(first, second, names, shallow=False) == (names, [], [])
+
+
+def test_imperfect_communication_twice_writes_the_same_bytes(tmp_path):
+    (tmp_path / 'graph.yaml').write_text(
+        'graph: ring\nlinks:\n  - {link: 1 <- 2, loss: 0.9, delay: 0.5}\n'
+    )
+    arguments = (
+        '--algo', 'consensus', '--nb-robots', '4', '--duration', '5', '--graph', 'graph.yaml',
+        '--loss', '0.3', '--delay', '0.2', '--noise', '0.02', '--event-triggered',
+        '--output', 'out',
+    )  # fmt: skip
+    offline(tmp_path, *arguments)
+    first = {name: (tmp_path / 'out' / name).read_bytes() for name in files(tmp_path / 'out')}
+    offline(tmp_path, *arguments, '--overwrite')
+    changed = [
+        name for name, text in first.items() if (tmp_path / 'out' / name).read_bytes() != text
+    ]
+    record = yaml.safe_load(first['run.yaml'])
+
+    assert {'csv/communication.csv', 'csv/triggers.csv', 'csv/graph.csv'} <= set(first)
+    assert changed == ['run.yaml']  # it names the command, which was given --overwrite
+    assert record['parameters']['loss'] == 0.3
+    assert record['parameters']['graph'] == 'graph.yaml'
+    assert record['communication']['lost'] > 0
+
+
+def test_a_run_is_repeated_from_what_it_keeps(tmp_path):
+    given = {
+        'law.py': 'import gains\ndef control(i, n, p, t):\n    return gains.K, 0\n',
+        'gains.py': 'K = 0.3\n',
+        'when.py': 'def ctc(pos, last_pos, t):\n    return t > 1\n',
+        'switch.yaml': 'segments:\n  - {duration: 1, graph: ring}\n  - {graph: star}\n',
+        'places.yaml': 'tb3_1: [1, 2, 0]\n',
+    }
+    for name, text in given.items():
+        (tmp_path / name).write_text(text)
+    options = ('--nb-robots', '3', '--duration', '3', '--event-triggered', '--loss', '0.5')
+
+    def run(folder, **files):
+        named = [text for name, file in files.items() for text in (f'--{name}', str(file))]
+        assert offline(tmp_path, *options, *named, '--output', folder).returncode == 0
+        return {path.name: path.read_bytes() for path in (tmp_path / folder / 'csv').iterdir()}
+
+    names = {'algo': 'law', 'ctc': 'when', 'graph': 'switch.yaml', 'poses': 'places.yaml'}
+    first = run('first', **names)
+    for name in given:
+        (tmp_path / name).unlink()
+    inputs = yaml.safe_load((tmp_path / 'first' / 'run.yaml').read_text())['inputs']
+
+    assert run('again', **{name: f'first/{path}' for name, path in inputs.items()}) == first
+
+
+def test_another_seed_gives_another_run(tmp_path):
+    (tmp_path / 'law.py').write_text(
+        'import random\ndef control(i, n, p, t):\n    return random.random(), 0\n'
+    )
+    tables = []
+    for seed in ('1', '2'):
+        offline(tmp_path, '--algo', 'law', '--duration', '2', '--seed', seed, '--output', seed)
+        tables.append((tmp_path / seed / 'csv' / 'fleet.csv').read_bytes())
+
+    assert tables[0] != tables[1]
+
+
+@pytest.mark.parametrize(
+    ('arguments', 'message'),
+    [
+        (('--algo', 'consensu'), 'did you mean consensus'),
+        (('--algo', 'nav_wp', '--seed', '-1'), "'-1' is not a whole number from 0 to 4294967295"),
+        (('--algo', 'nav_wp', '--noise', 'x'), "'x' is not a number from 0"),
+        (('--algo', 'nav_wp', '--vnom', 'x'), "'x' is not a number above 0"),
+        (('--algo', 'nav_wp', '--pose', '2:0,0'), 'the fleet has robots 1 to 1'),
+        (('--algo', 'nav_wp', '--graph', 'rong'), "graph 'rong' is unknown; accepted are"),
+        (('--algo', 'nav_wp', '--loss', '2'), "'2' is not a number from 0 to 1"),
+        (('--algo', 'nav_wp', '--ctc', 'x.py'), "script 'x.py' of --ctc was not found"),
+    ],
+)
+def test_mistakes_are_told_in_one_line(tmp_path, arguments, message):
+    result = run_setcmas('offline', *arguments, cwd=tmp_path)
+
+    assert result.returncode == 2
+    assert message in result.stderr
+    assert len(result.stderr.strip().splitlines()) == 1
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_law_that_failed_is_told_at_the_end_and_by_the_exit_status(tmp_path):
+    (tmp_path / 'law.py').write_text('def control(i, n, p, t):\n    return (1 / (i - 2), 0)\n')
+    options = ('--nb-robots', '3', '--duration', '1', '--output', 'out')
+
+    result = run_setcmas('offline', '--algo', 'law', *options, cwd=tmp_path)
+
+    assert result.returncode == 1
+    assert result.stderr.splitlines()[-1].startswith(
+        'setcmas offline: complete, but law.py failed for robots 2;'
+    )
+    record = yaml.safe_load((tmp_path / 'out' / 'run.yaml').read_text())
+    assert record['outcome'] == 'complete, but law.py failed for robots 2'
+
+
+def test_a_condition_that_failed_is_not_the_fault_of_the_law(tmp_path):
+    (tmp_path / 'when.py').write_text('def ctc(pos, last_pos, t):\n    return None\n')
+    options = ('--nb-robots', '2', '--duration', '1', '--event-triggered', '--ctc', 'when.py')
+
+    result = run_setcmas('offline', '--algo', 'consensus', *options, cwd=tmp_path)
+
+    assert result.returncode == 1
+    last_line = result.stderr.splitlines()[-1]
+    assert 'complete, but the condition when.py failed for robots 1-2;' in last_line
+
+
+def test_ctrl_c_ends_an_endless_law_and_leaves_nothing(start, tmp_path):
+    (tmp_path / 'law.py').write_text(
+        'def control(i, n, p, t):\n    print("here", flush=True)\n    while True:\n        pass\n'
+    )
+    process = start(*SETCMAS, 'offline', '--algo', 'law', '--output', 'out', cwd=tmp_path)
+    process.wait_for_output('here')
+
+    assert process.end(signal.SIGINT) == 130
+    assert 'stopped by the user in law.py, line' in process.output()
+    assert not (tmp_path / 'out').exists()
+
+
+def test_an_earlier_run_is_kept_unless_it_is_to_be_replaced(tmp_path):
+    arguments = ('--algo', 'nav_wp', '--duration', '1', '--output', 'out')
+    offline(tmp_path, *arguments)
+
+    assert run_setcmas('offline', *arguments, cwd=tmp_path).returncode == 2
+    offline(tmp_path, *arguments, '--overwrite')
+
+
+def test_settings_and_an_exercise_reach_the_engine(tmp_path):
+    options = ('--nb-robots', '3', '--duration', '5')
+    offline(tmp_path, '--algo', 'consensus', *options, '--set', 'K=2e-1', '--output', 'set')
+    expected = simulate('consensus', 3, 5, settings={'K': 0.2})
+    offline(tmp_path, '--algo', 'consensus', *options, '--exercise', '--output', 'exercise')
+
+    assert read_csv(tmp_path / 'set' / 'csv' / 'fleet.csv').x == pytest.approx(
+        expected.table.x, abs=1e-8
+    )
+    record = yaml.safe_load((tmp_path / 'set' / 'run.yaml').read_text())
+    assert record['parameters']['set'] == {'K': 0.2}
+    table = read_csv(tmp_path / 'exercise' / 'csv' / 'fleet.csv')
+    assert (table.v == 0).all()
+
+
+def test_the_task_is_measured_with_the_settings_of_the_run(tmp_path):
+    arguments = ('--algo', 'traj_tracking', '--duration', '60', '--pose', '1:1,0,1.57')
+    offline(tmp_path, *arguments, '--set', 'R=1.0', '--output', 'out')
+
+    result = run_setcmas('metrics', 'out', cwd=tmp_path)
+
+    metrics = yaml.safe_load((tmp_path / 'out' / 'metrics.yaml').read_text())
+    assert result.returncode == 0
+    assert metrics['tracking']['fleet_tracking_error_rms_m'] < 0.1
+
+
+def test_a_thread_of_a_script_does_not_keep_the_command_from_ending(tmp_path):
+    (tmp_path / 'law.py').write_text(
+        'import threading, time\ndef work():\n    while True:\n'
+        '        print("still here")\n        time.sleep(0.01)\n'
+        'threading.Thread(target=work).start()\n'
+        'def control(i, n, p, t):\n    return 0.1, 0\n'
+    )
+    result = offline(tmp_path, '--algo', 'law', '--duration', '1', '--output', 'out')
+
+    assert 'times real time' in result.stdout
+    assert result.stdout.count('still here') == result.stdout.count('tb3_1: still here\n') > 0

@@ -1,0 +1,85 @@
+import re
+import subprocess
+import sys
+from dataclasses import replace
+
+import pytest
+
+from launch_scripts.processes import environment
+from launch_scripts.processes.experiment import experiment_environment
+from setcmas_expe.lab.file import default_lab
+from setcmas_simu.errors import SetcmasError
+
+
+def test_topics_stay_on_this_machine_unless_the_user_decides_otherwise(monkeypatch):
+    monkeypatch.delenv('ROS_AUTOMATIC_DISCOVERY_RANGE', raising=False)
+    assert environment.local_environment()['ROS_AUTOMATIC_DISCOVERY_RANGE'] == 'LOCALHOST'
+
+    monkeypatch.setenv('ROS_AUTOMATIC_DISCOVERY_RANGE', 'SUBNET')
+    assert environment.local_environment()['ROS_AUTOMATIC_DISCOVERY_RANGE'] == 'SUBNET'
+
+
+def test_an_emulated_lab_reaches_no_real_robot_whatever_the_user_has_set(monkeypatch):
+    monkeypatch.setenv('ROS_AUTOMATIC_DISCOVERY_RANGE', 'SUBNET')
+    monkeypatch.setenv('ROS_STATIC_PEERS', '192.168.1.21')
+    monkeypatch.setenv('ROS_DISCOVERY_SERVER', '192.168.1.10:11811')
+    monkeypatch.setenv('ROS_SUPER_CLIENT', 'TRUE')
+    monkeypatch.setenv('FASTRTPS_DEFAULT_PROFILES_FILE', 'out.xml')
+    lab = replace(default_lab(1), static_peers=('192.168.1.22',))
+    closed = experiment_environment(lab, emulated=True)
+
+    assert closed['ROS_AUTOMATIC_DISCOVERY_RANGE'] == 'LOCALHOST'
+    assert not [name for name in closed if name.startswith(('ROS_ST', 'ROS_DIS', 'ROS_SUP'))]
+    assert 'FASTRTPS_DEFAULT_PROFILES_FILE' not in closed
+    assert experiment_environment(lab, emulated=False)['ROS_STATIC_PEERS'] == '192.168.1.21'
+
+
+@pytest.mark.parametrize('name', ['robot1.invalid', 'robot..1'])
+def test_a_static_peer_that_does_not_exist_is_told_in_one_line(monkeypatch, name):
+    monkeypatch.delenv('ROS_STATIC_PEERS', raising=False)
+    lab = replace(default_lab(1), static_peers=('192.168.1.21', name))
+
+    with pytest.raises(SetcmasError, match=f"'{re.escape(name)}' is not known"):
+        experiment_environment(lab, emulated=False)
+
+
+def test_without_ros_a_verb_says_what_to_install(monkeypatch):
+    monkeypatch.setattr(environment.importlib.util, 'find_spec', lambda _: None)
+
+    with pytest.raises(SetcmasError, match=r"ROS 2 Jazzy is needed.*pip install 'ros-jazzy"):
+        environment.require_ros()
+
+
+def test_nodes_run_with_this_interpreter():
+    command = environment.node_command('some.module', ['--option', 'value'])
+
+    assert command[0] == sys.executable
+    assert command[-3:] == ['some.module', '--option', 'value']
+
+
+def test_an_empty_entry_of_pythonpath_is_left_out(monkeypatch):
+    monkeypatch.setenv('PYTHONPATH', ':/somewhere:.')
+
+    assert environment.local_environment()['PYTHONPATH'] == '/somewhere'
+
+
+def test_where_signals_are_missing_the_commands_can_be_imported():
+    code = (
+        'import enum, signal\n'
+        'gone = ("SIGHUP", "SIGKILL", "SIGTSTP")\n'
+        'names = [s.name for s in signal.Signals if s.name not in gone]\n'
+        'signal.Signals = enum.IntEnum("Signals", {n: int(signal.Signals[n]) for n in names})\n'
+        'del signal.SIGHUP, signal.SIGKILL, signal.SIGTSTP\n'
+        'from launch_scripts.cli import build_parser\nbuild_parser(None)'
+    )
+
+    subprocess.run([sys.executable, '-c', code], check=True)
+
+
+@pytest.mark.parametrize('domain', ['abc', '-1', '300', '1.5'])
+def test_a_domain_that_is_none_is_refused(monkeypatch, domain):
+    monkeypatch.setattr(environment.importlib.util, 'find_spec', lambda _: True)
+    monkeypatch.setenv('ROS_DOMAIN_ID', domain)
+
+    with pytest.raises(SetcmasError, match=f"ROS_DOMAIN_ID is '{domain}'; accepted are 0 to 101"):
+        environment.require_ros()

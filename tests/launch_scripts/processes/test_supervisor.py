@@ -1,0 +1,167 @@
+import os
+import signal
+import subprocess
+import sys
+import textwrap
+import time
+from pathlib import Path
+
+import psutil
+import pytest
+
+from launch_scripts.processes.child_process import ChildDiedError
+from launch_scripts.processes.supervisor import StoppedError, Supervisor
+
+SLEEPER = 'import time; print("ready", flush=True); time.sleep(600)'
+STUBBORN = 'import signal; signal.signal(signal.SIGINT, signal.SIG_IGN); ' + SLEEPER
+PARENT = 'import subprocess, sys; subprocess.Popen([sys.executable, "-c", {!r}]); {}'
+
+
+def python(code):
+    return [sys.executable, '-c', code]
+
+
+@pytest.fixture
+def supervisor():
+    with Supervisor(dict(os.environ), prefix=True) as supervisor:
+        supervisor.lines = []
+        supervisor.write = lambda line, _: supervisor.lines.append(line)
+        yield supervisor
+
+
+def gone(pid):
+    try:
+        return psutil.Process(pid).status() == psutil.STATUS_ZOMBIE
+    except psutil.NoSuchProcess:
+        return True
+
+
+def wait_until(condition, timeout=30):
+    deadline = time.monotonic() + timeout
+    while not condition():
+        assert time.monotonic() < deadline
+        time.sleep(0.02)
+
+
+def test_output_is_shown_in_whole_lines_with_the_name_of_its_process(supervisor):
+    code = (
+        'import os, time\nfor w in (b"a", b"b\\n", b"c\\n"):\n    os.write(1, w)\ntime.sleep(600)'
+    )
+    supervisor.start('one', python(code))
+    supervisor.run(until=lambda: len(supervisor.lines) == 2)
+
+    assert supervisor.lines == ['[one] ab', '[one] c']
+
+
+def test_a_process_that_dies_is_named_with_the_reason(supervisor):
+    supervisor.start('good', python(SLEEPER))
+    bad = supervisor.start('bad', python('import os; os._exit(3)'))
+
+    with pytest.raises(ChildDiedError, match=rf'bad \(process {bad.process.pid}\) ended.* 3') as e:
+        supervisor.run()
+    assert e.value.exit_status == 3
+
+
+def test_a_killed_process_is_named_with_the_signal(supervisor):
+    child = supervisor.start('bad', python(SLEEPER))
+    supervisor.run(until=lambda: supervisor.lines)
+    os.kill(child.process.pid, signal.SIGKILL)
+
+    with pytest.raises(ChildDiedError, match='killed by SIGKILL'):
+        supervisor.run()
+
+
+def test_the_last_words_of_a_process_are_shown(supervisor):
+    supervisor.start('bad', python('print("error: because of this"); raise SystemExit(2)'))
+
+    with pytest.raises(ChildDiedError) as caught:
+        supervisor.run()
+    assert supervisor.lines == ['[bad] error: because of this']
+    assert caught.value.exit_status == 2
+    assert str(caught.value) == ''  # it has been told
+
+
+def test_a_status_of_2_without_a_word_is_told(supervisor):
+    supervisor.start('bad', python('import os; os._exit(2)'))
+
+    with pytest.raises(ChildDiedError, match='ended by itself with exit status 2'):
+        supervisor.run()
+
+
+def test_a_reader_that_does_not_read_delays_neither_children_nor_a_stop(tmp_path):
+    path = tmp_path / 'done'
+    talker = f'print(("x" * 99 + "\\n") * 20_000); open({str(path)!r}, "w"); {SLEEPER}'
+    code = (
+        'import os, sys\n'
+        'from launch_scripts.processes.supervisor import StoppedError, Supervisor\n'
+        f'with Supervisor(dict(os.environ)) as s:\n    s.start("child", {python(talker)!r})\n'
+        '    try:\n        s.run()\n    except StoppedError:\n        pass\n'
+    )
+    launcher = subprocess.Popen(python(code), stdout=subprocess.PIPE, stderr=subprocess.DEVNULL)
+    wait_until(path.exists)  # 2 MB have gone somewhere, though nobody has read them
+    (child,) = psutil.Process(launcher.pid).children()
+
+    launcher.send_signal(signal.SIGTERM)
+
+    assert launcher.wait(30) == 0
+    wait_until(lambda: gone(child.pid))
+    launcher.stdout.close()
+
+
+def test_even_a_stubborn_process_is_stopped_with_all_that_it_started(supervisor):
+    grandchildren = 'print("ready", flush=True); import time; time.sleep(600)'
+    child = supervisor.start('child', python(PARENT.format(STUBBORN, grandchildren)))
+    supervisor.run(until=lambda: len(supervisor.lines) == 2)
+    family = [child.process.pid, *[p.pid for p in psutil.Process(child.process.pid).children()]]
+    assert len(family) == 2
+
+    supervisor.stop(child)
+
+    wait_until(lambda: all(map(gone, family)))
+
+
+def test_a_signal_asks_to_stop(supervisor):
+    supervisor.start('child', python(SLEEPER))
+    supervisor.run(until=lambda: supervisor.lines)
+    os.kill(os.getpid(), signal.SIGINT)
+
+    with pytest.raises(StoppedError):
+        supervisor.run()
+
+
+def test_handlers_of_signals_are_given_back():
+    before = signal.getsignal(signal.SIGINT)
+    with Supervisor({}):
+        assert signal.getsignal(signal.SIGINT) != before
+    assert signal.getsignal(signal.SIGINT) == before
+
+
+LAUNCHER = textwrap.dedent(
+    """
+    import os, sys
+    from launch_scripts.processes.supervisor import Supervisor
+    with Supervisor(dict(os.environ)) as supervisor:
+        child = supervisor.start('child', [sys.executable, '-c', {code!r}])
+        open({path!r}, 'w').write(str(child.process.pid))
+        supervisor.run()
+    """
+)
+
+
+@pytest.mark.parametrize('signum', [signal.SIGKILL, signal.SIGTERM, signal.SIGHUP])
+def test_when_the_launcher_dies_nothing_is_left(tmp_path, signum):
+    path = tmp_path / 'pid'
+    launcher = subprocess.Popen(
+        python(LAUNCHER.format(code=SLEEPER, path=str(path))),
+        stdout=subprocess.PIPE,
+        stderr=subprocess.DEVNULL,
+    )
+    assert launcher.stdout.readline() == b'ready\n'
+    child = int(Path(path).read_text())
+    assert not gone(child)
+
+    launcher.send_signal(signum)
+    launcher.wait()
+    launcher.stdout.close()
+
+    wait_until(lambda: gone(child))

@@ -1,0 +1,130 @@
+import math
+
+import numpy as np
+import pytest
+
+from setcmas_ctrl.communication.graph import (
+    PRESETS,
+    CommunicationGraph,
+    Segment,
+    checked_adjacency,
+    complete,
+    directed_ring,
+    laplacian,
+    neighbours,
+    path,
+    ring,
+    star,
+)
+from setcmas_simu.errors import SetcmasError
+
+NOWHERE = np.zeros((2, 4))
+
+
+def heard(adjacency):
+    return [neighbours(adjacency, robot + 1) for robot in range(len(adjacency))]
+
+
+def test_presets():
+    assert heard(complete(3)) == [[2, 3], [1, 3], [1, 2]]
+    assert heard(ring(4)) == [[2, 4], [1, 3], [2, 4], [1, 3]]
+    assert heard(path(4)) == [[2], [1, 3], [2, 4], [3]]
+    assert heard(star(4)) == [[2, 3, 4], [1], [1], [1]]
+    assert heard(directed_ring(4)) == [[2], [3], [4], [1]]
+
+
+@pytest.mark.parametrize('preset', PRESETS.values())
+def test_presets_of_small_fleets_have_no_robot_that_hears_itself(preset):
+    assert preset(1).tolist() == [[0.0]]
+    assert preset(2).tolist() == [[0.0, 1.0], [1.0, 0.0]]
+    assert preset(9).max() == 1.0
+
+
+@pytest.mark.parametrize('preset', PRESETS.values())
+def test_the_laplacian_has_one_zero_eigenvalue_where_all_are_connected(preset):
+    L = laplacian(preset(7))
+    eigenvalues = np.sort(np.linalg.eigvals(L).real)
+
+    np.testing.assert_allclose(L.sum(axis=1), 0.0)
+    assert eigenvalues[0] == pytest.approx(0.0, abs=1e-9)
+    assert eigenvalues[1] > 0.01
+
+
+def test_the_laplacian_of_two_pairs_has_two_zero_eigenvalues():
+    pairs = np.kron(np.eye(2), 1 - np.eye(2))
+
+    assert (np.abs(np.linalg.eigvalsh(laplacian(pairs))) < 1e-9).sum() == 2
+
+
+def test_the_laplacian_counts_weights_by_receiver():
+    assert laplacian(np.array([[0.0, 2.0], [0.5, 0.0]])).tolist() == [[2.0, -2.0], [-0.5, 0.5]]
+
+
+def graph(*durations, repeat=False):
+    matrices = [path(4), ring(4), star(4)]
+    return CommunicationGraph(
+        [Segment(str(k), d, matrices[k]) for k, d in enumerate(durations)], repeat
+    )
+
+
+@pytest.mark.parametrize(
+    ('repeat', 'names'), [(False, '000 001 111 222 222'), (True, '000 001 111 222 000')]
+)
+def test_segments_follow_each_other(repeat, names):
+    switching = graph(5, 3, 4, repeat=repeat)
+    times = [0, 1, 2, 3, 4, 5, 6, 7, 7.9, 8, 11, 11.9, 12, 14, 16.9]
+
+    found = ''.join(switching.segment(t).name for t in times)
+
+    assert found == names.replace(' ', '')
+
+
+def test_a_segment_begins_at_its_time_in_spite_of_rounding():
+    switching = graph(0.6, math.inf)
+
+    assert switching.segment(3 * 0.2).name == '1'
+    assert switching.segment(0.1 + 0.1 + 0.1 + 0.1 + 0.1 + 0.1).name == '1'
+
+
+def test_the_range_cuts_links_and_moves_with_the_robots():
+    segments = [Segment('', math.inf, checked_adjacency(2.0 * path(3), 3))]
+    near = CommunicationGraph(segments, reach=3.0)
+
+    assert heard(near.adjacency(0, np.array([[0.0, 3.0, 6.1], [0, 0, 0]]))) == [[2], [1], []]
+    weights = near.adjacency(0, np.array([[0.0, 1.0, 0.5], [0, 0, np.nan]]))
+    assert weights.tolist() == [[0, 2, 0], [2, 0, 0], [0, 0, 0]]
+
+
+def test_what_is_complete():
+    whole = [Segment('', math.inf, complete(3))]
+
+    assert CommunicationGraph(whole).is_complete
+    assert not CommunicationGraph(whole, reach=5.0).is_complete
+    assert not CommunicationGraph([Segment('', math.inf, path(3))]).is_complete
+    switching = [Segment('', 1.0, path(3)), *whole]
+    assert not CommunicationGraph(switching).is_complete
+
+
+def test_a_graph_cannot_be_changed_by_those_who_get_it():
+    switching = CommunicationGraph([Segment('', math.inf, complete(4))], reach=1.0)
+
+    with pytest.raises(ValueError, match='read-only'):
+        switching.adjacency(0, NOWHERE)[0, 1] = 5
+    with pytest.raises(ValueError, match='read-only'):
+        complete(3)[0, 1] = 5
+
+
+@pytest.mark.parametrize(
+    ('matrix', 'message'),
+    [
+        ([[0, 1]], r'shape \(1, 2\).*needs \(2, 2\)'),
+        ([[0, -1], [1, 0]], 'not negative'),
+        ([[0, float('nan')], [1, 0]], 'finite'),
+        ([[1, 1], [1, 0]], 'no robot hears itself'),
+        ([[0, 1], [1]], 'not a square of numbers'),
+        ([[0, 'a'], [1, 0]], "not a square of numbers: .*'a'"),
+    ],
+)
+def test_matrices_that_are_no_graph(matrix, message):
+    with pytest.raises(SetcmasError, match=message):
+        checked_adjacency(matrix, 2)

@@ -1,0 +1,149 @@
+import numpy as np
+import pytest
+
+from setcmas_ctrl.communication.channel import LinkChannel
+from setcmas_ctrl.communication.graph_file import load_graph
+from setcmas_simu.errors import SetcmasError
+
+
+@pytest.fixture
+def load(tmp_path):
+    def load(text):
+        path = tmp_path / 'graph.yaml'
+        path.write_text(text)
+        return load_graph(path)
+
+    return load
+
+
+def only(description, nb_robots):
+    (segment,) = description.segments(nb_robots)
+    return segment.adjacency.tolist()
+
+
+def test_a_preset(load):
+    assert only(load('graph: directed_ring\n'), 3) == [[0, 1, 0], [0, 0, 1], [1, 0, 0]]
+
+
+def test_a_matrix(load):
+    text = 'adjacency:\n  - [0, 0.5, 0]\n  - [1, 0, 0]\n  - [0, 2, 0]\n'
+
+    assert only(load(text), 3) == [[0, 0.5, 0], [1, 0, 0], [0, 2, 0]]
+
+
+def test_edges(load):
+    text = 'edges:\n  - 1 - 2\n  - 3 <- 2: 0.5\n  - 1->3\n'
+
+    assert only(load(text), 4) == [[0, 1, 0, 0], [1, 0, 0, 0], [1, 0.5, 0, 0], [0, 0, 0, 0]]
+
+
+def test_segments_and_links(load):
+    description = load(
+        'segments:\n'
+        '  - {name: apart, duration: 10, edges: [1 - 2, 3 - 4]}\n'
+        '  - {duration: 5, graph: complete}\n'
+        'repeat: true\n'
+        'links:\n'
+        '  - {link: 1 - 2, delay: 0.2}\n'
+        '  - {link: 3 <- 4, loss: 1, noise: 0.5}\n'
+    )
+    apart, together = description.segments(4)
+
+    assert (apart.name, apart.duration) == ('apart', 10.0)
+    assert (together.name, together.duration) == ('segment 2', 5.0)
+    np.testing.assert_array_equal(apart.adjacency, np.kron(np.eye(2), 1 - np.eye(2)))
+    np.testing.assert_array_equal(together.adjacency, 1 - np.eye(4))
+    assert description.repeat
+    assert description.links == [
+        LinkChannel(1, 2, delay=0.2),
+        LinkChannel(2, 1, delay=0.2),
+        LinkChannel(3, 4, loss=1.0, noise=0.5),
+    ]
+
+
+@pytest.mark.parametrize(
+    ('text', 'line', 'message'),
+    [
+        ('graph: rong\n', 1, "graph is 'rong'; accepted is one of complete, ring"),
+        (
+            '# comment\nedge:\n  - 1 - 2\n',
+            2,
+            "there is no key 'edge'; accepted are segments, graph",
+        ),
+        ('edges:\n  - 1 - 2\n  - 1 + 2\n', 3, "edges[1] is '1 + 2'; accepted is '1 - 2'"),
+        ('edges:\n  - 1 - 2\n  - 2 - 2\n', 3, 'no robot hears itself'),
+        ('edges:\n  - 1 - 2: heavy\n', 2, "is 'heavy'; accepted is a number from 0"),
+        (
+            'edges:\n  - [1, 2]\n',
+            2,
+            "edges[0] is [1, 2]; accepted is '1 - 2' (robots 1 and 2 hear",
+        ),
+        ('edges:\n  - 1 - 2\n  - 1 <- 2: 0.5\n', 3, "'1 <- 2' is there twice; leave one out"),
+        ('edges: []\n', 1, 'a list that is not empty'),
+        ('edges:\n  - {1 - 2: 1, 2 - 3: 1}\n', 2, 'or with a weight: 1 - 2: 0.5'),
+        ('adjacency:\n  - [0, 1]\n  - [1]\n', 1, 'rows of 2, 1 numbers'),
+        (
+            'adjacency:\n  - [0, 1]\n  - [-1, 0]\n',
+            3,
+            'adjacency[1][0] is -1; accepted is a number from 0',
+        ),
+        ('adjacency:\n  - [1, 1]\n  - [1, 0]\n', 1, 'no robot hears itself'),
+        ('graph: ring\nedges: [1 - 2]\n', 1, 'has graph and edges; accepted is one of'),
+        ('links:\n  - {link: 1 - 2}\n', 1, 'has no graph'),
+        ('graph: ring\nrepeat: true\n', 2, "'repeat' needs 'segments'"),
+        ('graph: ring\ngraph: path\n', 2, 'graph is there twice (first in line 1)'),
+        ('segments:\n  - {graph: ring}\n  - {graph: path}\n', 1, 'needs a duration'),
+        (
+            'segments:\n  - {graph: ring, duration: 0}\n',
+            2,
+            'duration is 0; accepted is a number above 0',
+        ),
+        ('segments:\n  - {graph: ring}\nedges: [1 - 2]\n', 3, "'edges' belongs into the segments"),
+        (
+            'graph: ring\nlinks:\n  - {link: 1 - 2, loss: 1.5}\n',
+            3,
+            'loss is 1.5; accepted is a number from 0 up to 1',
+        ),
+        ('graph: ring\nlinks:\n  - {loss: 0.5}\n', 3, "has no 'link'"),
+        ('graph: ring\nlinks:\n  - {link: 1 - 2, lost: 1}\n', 3, 'did you mean loss?'),
+        (
+            'segments:\n  - {graph: ring, duration: 1}\nrepeat: maybe\n',
+            3,
+            "repeat is 'maybe'; accepted is true or false",
+        ),
+        ('- 1\n', 1, 'accepted is a mapping with the keys segments, graph'),
+    ],
+)
+def test_mistakes_are_told_with_their_line(load, text, line, message):
+    with pytest.raises(SetcmasError) as error:
+        load(text)
+
+    assert f'graph.yaml, line {line}: ' in str(error.value)
+    assert message in str(error.value)
+    assert '\n' not in str(error.value)
+
+
+def test_robots_that_are_not_in_the_fleet(load):
+    description = load('edges:\n  - 1 - 2\n  - 2 - 9\n')
+
+    assert len(description.segments(9)) == 1
+    with pytest.raises(SetcmasError, match=r'line 3: it names robot 9; the fleet has robots 1 to'):
+        description.segments(8)
+
+
+def test_a_matrix_of_another_fleet(load):
+    with pytest.raises(SetcmasError, match=r'line 1: .* shape \(2, 2\); the fleet of 3 needs'):
+        load('adjacency:\n  - [0, 1]\n  - [1, 0]\n').segments(3)
+
+
+@pytest.mark.parametrize(
+    ('text', 'message'), [('', 'has no graph'), ('edges: [', 'line 1: not YAML')]
+)
+def test_files_that_are_no_yaml(load, text, message):
+    with pytest.raises(SetcmasError, match=message):
+        load(text)
+
+
+def test_a_file_that_is_not_there(tmp_path):
+    with pytest.raises(SetcmasError, match=r"'.*none\.yaml' cannot be read: No such file"):
+        load_graph(tmp_path / 'none.yaml')

@@ -1,0 +1,209 @@
+import numpy as np
+import pytest
+
+from setcmas_ctrl.communication.channel import Channel, LinkChannel
+from setcmas_ctrl.communication.graph import complete, directed_ring, path
+from setcmas_ctrl.communication.links import Links
+
+POSES = np.array([[1.0, 2.0, 3.0], [4.0, 5.0, 6.0], [0.1, 0.2, 0.3]])
+ALL = [0, 1, 2]
+
+
+def begun(graph=None, receivers=(1, 2, 3), seed=0, **channel):
+    """Links of 3 robots that have sent their poses at the start."""
+    links = Links(receivers, Channel.of(3, **channel), seed)
+    links.send(ALL, POSES, -0.1)
+    links.begin(complete(3) if graph is None else graph)
+    return links
+
+
+def moved(k):
+    return POSES + np.array([[0.1 * k], [0.0], [0.0]])
+
+
+def test_perfect_links_hand_over_the_newest_poses():
+    links = begun()
+    links.send(ALL, moved(1), 0.1)
+
+    np.testing.assert_array_equal(links.heard(moved(1), 0.2), [moved(1)] * 3)
+    assert links.counts.received.tolist() == (1 - np.eye(3)).tolist()
+    assert links.counts.lost.sum() == 0
+
+
+def test_robots_that_are_not_in_the_graph_are_nan():
+    heard = begun(path(3)).heard(POSES, 0.0)
+
+    assert np.isnan(heard[0, :, 2]).all()
+    assert np.isnan(heard[2, :, 0]).all()
+    np.testing.assert_array_equal(heard[0, :, :2], POSES[:, :2])
+
+
+def test_a_robot_always_knows_its_own_pose_exactly():
+    links = begun(np.zeros((3, 3)), loss=1.0, noise=1.0, delay=5.0)
+    own = moved(7)
+
+    heard = links.heard(own, 1.0)
+
+    for robot in range(3):
+        np.testing.assert_array_equal(heard[robot, :, robot], own[:, robot])
+    assert np.isfinite(heard).sum() == 9
+
+
+def test_what_was_sent_last_is_held():
+    links = begun()
+    links.send([1], moved(1)[:, [1]], 0.1)
+    heard = links.heard(moved(9), 5.0)
+
+    np.testing.assert_array_equal(heard[0, :, 1], moved(1)[:, 1])
+    np.testing.assert_array_equal(heard[0, :, 2], POSES[:, 2])
+
+
+def test_a_delayed_message_is_heard_when_it_arrives():
+    links = begun(delay=0.3)
+    seen = []
+    for k in range(1, 9):
+        links.send(ALL, moved(k), 0.1 * k)
+        seen.append(links.heard(moved(9), 0.1 * k)[0, 0, 1])
+
+    assert seen == pytest.approx([2.0, 2.0, 2.0, 2.1, 2.2, 2.3, 2.4, 2.5])
+    assert links.counts.received[0, 1] == 5
+    assert links.counts.last[0, 1] == pytest.approx(0.8)
+    assert links.counts.mean_interval[0, 1] == pytest.approx(0.1)
+
+
+def test_links_may_differ():
+    channel = Channel.of(
+        3, delay=0.1, links=[LinkChannel(1, 2, delay=0.0), LinkChannel(2, 1, 0.5)]
+    )
+    links = Links([1, 2, 3], channel, 0)
+    links.send(ALL, POSES, 0.0)
+    links.begin(complete(3))
+    links.send(ALL, moved(1), 0.0)
+
+    heard = links.heard(moved(1), 0.1)
+    assert heard[0, 0, 1] == 2.1
+    assert heard[1, 0, 0] == 1.0
+    assert heard[2, 0, 0] == 1.1
+    assert links.heard(moved(1), 0.5)[1, 0, 0] == 1.1
+
+
+def test_all_is_lost_on_a_dead_link_and_the_start_is_known():
+    links = begun(loss=1.0)
+    for k in range(1, 11):
+        links.send(ALL, moved(k), 0.1 * k)
+
+    np.testing.assert_array_equal(links.heard(POSES, 2.0)[0], POSES)
+    assert (links.counts.lost == 10 * (1 - np.eye(3))).all()
+    assert np.isnan(links.counts.mean_interval).all()
+
+
+def test_the_ratio_of_losses_is_the_one_asked_for():
+    links = begun(loss=0.3)
+    for k in range(3000):
+        links.send(ALL, POSES, 0.1 * k)
+    ratio = links.counts.lost.sum() / links.counts.sent.sum()
+
+    assert (links.counts.sent == 3000 * (1 - np.eye(3))).all()
+    assert (links.counts.sent == links.counts.lost + links.counts.received).all()
+    assert ratio == pytest.approx(0.3, abs=5 * np.sqrt(0.21 / 18000))
+
+
+def test_noise_has_the_deviation_asked_for_and_spares_the_heading():
+    links = begun(noise=0.02)
+    errors = []
+    for k in range(2000):
+        links.send(ALL, POSES, 0.1 * k)
+        errors.append(links.heard(POSES, 0.1 * k)[0] - POSES)
+    errors = np.array(errors)
+
+    assert (errors[:, 2] == 0).all()
+    assert (errors[:, :, 0] == 0).all()
+    assert errors[:, :2, 1:].std() == pytest.approx(0.02, rel=0.05)
+    assert abs(errors[:, :2, 1:].mean()) < 5 * 0.02 / np.sqrt(8000)
+    assert abs(np.corrcoef(errors[:, 0, 1], errors[:, 1, 1])[0, 1]) < 0.12
+    assert abs(np.corrcoef(errors[:-1, 0, 1], errors[1:, 0, 1])[0, 1]) < 0.12
+
+
+def outcome(links, order, receivers=ALL):
+    for k in range(50):
+        for sender in order:
+            links.send([sender], moved(k)[:, [sender]], 0.1 * k)
+    return links.heard(POSES[:, receivers], 9.0).copy(), links.counts.lost.copy()
+
+
+def test_what_happens_to_a_message_depends_on_its_link_and_number_only():
+    imperfect = {'loss': 0.4, 'noise': 0.1}
+    heard, lost = outcome(begun(**imperfect), ALL)
+    again, lost_again = outcome(begun(**imperfect), [2, 0, 1])
+    of_robot_2, lost_of_robot_2 = outcome(begun(receivers=[2], **imperfect), ALL, [1])
+
+    np.testing.assert_array_equal(heard, again)
+    np.testing.assert_array_equal(lost, lost_again)
+    np.testing.assert_array_equal(heard[1:2], of_robot_2)
+    np.testing.assert_array_equal(lost[1:2], lost_of_robot_2)
+
+
+def test_seeds_and_links_are_independent():
+    _, lost = outcome(begun(loss=0.5), ALL)
+    _, other = outcome(begun(loss=0.5, seed=1), ALL)
+
+    assert len(np.unique(lost[lost > 0])) > 2
+    assert (lost != other).any()
+
+
+def test_a_link_that_comes_up_brings_the_state_sent_last():
+    links = begun(directed_ring(3), delay=0.2)  # robot 1 hears robot 2
+    links.send([2], moved(5)[:, [2]], 1.0)
+    links.connect(complete(3), 2.0)
+
+    assert np.isnan(links.heard(POSES, 2.1)[0, 0, 2])
+    assert links.heard(POSES, 2.2)[0, 0, 2] == 3.5
+    assert links.counts.sent[0].tolist() == [0, 0, 1]
+
+
+def test_a_state_that_is_sent_once_more_is_not_lost_for_the_same_reason_again():
+    links = begun(path(3), loss=0.5)
+    for k in range(200):
+        links.connect(complete(3) if k % 2 else path(3), 0.1 * k)
+    sent, lost = links.counts.sent[0, 2], links.counts.lost[0, 2]
+
+    assert sent == 100
+    assert lost == pytest.approx(50, abs=25)
+
+
+def test_a_link_that_goes_down_forgets_and_loses_what_is_on_its_way():
+    links = begun(delay=0.2)
+    links.send(ALL, moved(1), 1.0)
+    links.connect(path(3), 1.1)
+    heard = links.heard(moved(1), 1.2)
+
+    assert np.isnan(heard[0, :, 2]).all()
+    assert heard[0, 0, 1] == 2.1
+    assert links.counts.lost.tolist() == [[0, 0, 1], [0, 0, 0], [1, 0, 0]]
+
+
+def test_what_arrives_before_its_link_goes_down_is_not_lost():
+    links = begun(delay=0.2)
+    links.send(ALL, moved(1), 1.0)
+    links.connect(path(3), 1.2)
+
+    assert np.isnan(links.heard(moved(1), 1.2)[0, :, 2]).all()
+    assert links.counts.lost.sum() == 0
+    assert (links.counts.received == 1 - np.eye(3)).all()
+
+
+def test_nothing_is_known_of_a_robot_that_never_sent():
+    links = Links([1], Channel.of(3), 0)
+    links.send([1], POSES[:, [1]], 0.0)
+    links.begin(complete(3))
+
+    assert np.isnan(links.last_sent[0]).tolist() == [True, False, True]
+    assert np.isnan(links.heard(POSES[:, [0]], 0.0)[0, 0]).tolist() == [False, False, True]
+
+
+def test_messages_do_not_pile_up_while_nobody_asks():
+    links = begun(delay=0.3)
+    for k in range(1000):
+        links.send(ALL, moved(k), 0.1 * k)
+
+    assert all(len(queue) <= 4 for queue in links._on_the_way.values())

@@ -1,0 +1,141 @@
+import numpy as np
+import pytest
+
+from setcmas_ctrl.control.control_law import ControlError, ControlLaw, checked_velocity
+from setcmas_ctrl.scripts.error_reports import ErrorReports
+
+POSES = np.zeros((3, 2))
+
+
+def law(tmp_path, body):
+    path = tmp_path / 'law.py'
+    path.write_text(f'import numpy as np\ndef control(i, n, poses, t):\n    {body}\n')
+    return ControlLaw(path, 2, 2)
+
+
+@pytest.mark.parametrize(
+    'result',
+    [
+        (1, 2),
+        [1.0, 2.0],
+        np.array([1, 2]),
+        np.array([[1.0], [2.0]]),
+        (np.float64(1), np.int32(2)),
+        (np.array([1.0]), np.array([2.0])),
+        (np.float32(1), 2),
+    ],
+)
+def test_two_numbers_in_any_form_will_do(result):
+    velocity = checked_velocity(result)
+
+    assert velocity == (1.0, 2.0)
+    assert [type(v) for v in velocity] == [float, float]
+
+
+@pytest.mark.parametrize(
+    ('result', 'message'),
+    [
+        (None, 'returned None: is a return missing'),
+        ((1, 2, 3), r'returned 3 values: \(1, 2, 3\)'),
+        (5, 'returned 1 value: 5'),
+        ((float('nan'), 0.0), 'not finite'),
+        ((0, float('inf')), 'not finite'),
+        ((np.float64('nan'), np.float32(0)), r'not finite: \(nan, 0.0\)'),
+        ('ab', "returned a str: 'ab'"),
+        (('1', '2'), 'returned a tuple'),
+        ((1j, 0), 'returned a tuple'),
+        ((None, 1), 'returned a tuple'),
+        ({}, 'returned a dict'),
+        ((1, [2, 3]), 'unlike shapes'),
+        (np.zeros((3, 2)), 'returned 6 values'),
+    ],
+)
+def test_anything_else_is_refused_with_what_it_was(result, message):
+    with pytest.raises(ValueError, match=message):
+        checked_velocity(result)
+
+
+def test_the_script_gets_its_number_the_fleet_and_the_time(tmp_path):
+    assert law(tmp_path, 'return i + n, t')(POSES, 1.5) == (4.0, 1.5)
+
+
+def test_the_script_cannot_change_the_poses_of_others(tmp_path):
+    poses = np.zeros((3, 2))
+
+    law(tmp_path, 'poses[:] = 9; return 0, 0')(poses, 0.0)
+
+    assert (poses == 0).all()
+
+
+@pytest.mark.parametrize(
+    ('body', 'message'),
+    [
+        ('return 1 / 0', r'law\.py, line 3: ZeroDivisionError.*\n    3 \| return 1 / 0'),
+        ('raise SystemExit', 'line 3: SystemExit'),
+        ('exec("1 / 0")', r'line 3: ZeroDivisionError.*\n    3 \| exec'),
+        ('return poses[7]', 'line 3: IndexError'),
+        ('return None', r'returned None.*expected are two finite numbers.*\n    2 \| def control'),
+        ('return control(i, n, poses, t)', 'line 3: RecursionError'),
+        ('raise type("Odd", (Exception,), {"__str__": lambda s: 1 / 0})', 'line 3: Odd: a Odd'),
+        ('return type("Odd", (), {"__repr__": lambda s: 1 / 0})()', 'returned a Odd: a Odd'),
+    ],
+)
+def test_failures_name_script_and_line_and_quote_it(tmp_path, body, message):
+    with pytest.raises(ControlError, match=message):
+        law(tmp_path, body)(POSES, 0.0)
+
+
+def test_results_that_differ_in_their_values_only_are_one_error(tmp_path):
+    said = []
+    reports = ErrorReports(said.append)
+    failing = law(tmp_path, 'return 0.1 * t, None')
+    for t in (0.0, 0.2, 0.4):
+        with pytest.raises(ControlError) as caught:
+            failing(POSES, t)
+        reports.failed(2, t, caught.value)
+
+    assert len(said) == 1
+
+
+def test_each_distinct_error_is_reported_once_and_counted(tmp_path):
+    said = []
+    reports = ErrorReports(said.append)
+    failing = law(tmp_path, 'return (1 / 0, 0) if t < 1 else poses[9] if t < 2 else (0, 0)')
+    for t in (0.0, 0.2, 0.4, 1.0, 1.2, 2.0, 2.2):
+        try:
+            failing(POSES, t)
+            reports.succeeded(2, t)
+        except ControlError as error:
+            reports.failed(2, t, error)
+
+    assert len(said) == 3
+    assert said[0].startswith('tb3_2 at t = 0.0 s: law.py, line 3: ZeroDivisionError')
+    assert 'tb3_2 is commanded zero' in said[0]
+    assert 'IndexError' in said[1]
+    assert said[2] == 'tb3_2 at t = 2.0 s: works again after 5 calls'
+    assert reports.summary() == [
+        'tb3_2: ZeroDivisionError in law.py, line 3 occurred 3 times',
+        'tb3_2: IndexError in law.py, line 3 occurred 2 times',
+    ]
+
+
+def test_robots_with_the_same_mistake_do_not_fill_the_screen(tmp_path):
+    said = []
+    reports = ErrorReports(said.append)
+    for robot in (1, 2, 3):
+        for t in (0.0, 0.2):
+            with pytest.raises(ControlError) as caught:
+                law(tmp_path, 'return 1 / 0, 0')(POSES, t)
+            reports.failed(robot, t, caught.value)
+
+    assert len(said) == 3
+    assert 'ZeroDivisionError' in said[0]
+    assert said[2] == 'tb3_3 at t = 0.0 s: the same error as tb3_1'
+    assert reports.summary() == [
+        'robots 1-3: ZeroDivisionError in law.py, line 3 occurred 6 times in all'
+    ]
+
+
+def test_the_users_interrupt_is_not_taken_for_a_fault_of_the_script(tmp_path):
+    with pytest.raises(KeyboardInterrupt):
+        law(tmp_path, 'raise KeyboardInterrupt')(POSES, 0.0)

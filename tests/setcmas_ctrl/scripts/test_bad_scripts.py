@@ -1,0 +1,150 @@
+"""Scripts with a mistake each: what the student reads, from real nodes.
+
+The scripts are in bad; comments at their top tell what must be in the output, and whether
+while the script is loaded (the controller ends with status 2) or while the robots run.
+"""
+
+import re
+import signal
+from pathlib import Path
+
+import pytest
+from processes import CTRL, SETCMAS, SIMU
+
+pytest.importorskip('rclpy')
+
+from ros_peer import position, velocity
+
+BAD = Path(__file__).parent / 'bad'
+SCRIPTS = sorted(path for path in BAD.glob('*.py') if not path.name.startswith('_'))
+
+
+def expected(path, when):
+    text = path.read_bytes().decode(errors='replace')
+    return re.findall(rf'^# {when}: (.*)$', text, re.MULTILINE)
+
+
+LOADING = [path for path in SCRIPTS if expected(path, 'load')]
+RUNNING = [path for path in SCRIPTS if expected(path, 'run')]
+
+
+def test_every_script_says_what_to_expect():
+    assert sorted(LOADING + RUNNING) == SCRIPTS
+    assert len(SCRIPTS) >= 20
+
+
+# A process for each script at a time would be too much for a small machine.
+@pytest.mark.parametrize('part', range(3))
+def test_mistakes_that_are_found_while_loading(start, part):
+    paths = LOADING[part::3]
+    processes = [start(*CTRL, '--algo', str(path), '--nb-robots', '1') for path in paths]
+    for path, process in zip(paths, processes, strict=True):
+        assert process.wait() == 2, path.name
+        for text in expected(path, 'load'):
+            assert text in process.output()
+        assert process.output().startswith('error: ')
+        assert 'Traceback' not in process.output()
+
+
+@pytest.mark.parametrize('part', range(3))
+def test_mistakes_that_are_found_while_running(start, part):
+    paths = RUNNING[part::3]
+    fleet = str(len(paths))
+    start(*SIMU, '--nb-robots', fleet).wait_for_output('simulating')
+    processes = [
+        start(*CTRL, '--algo', str(path), '--nb-robots', fleet, '--robots', str(robot))
+        for robot, path in enumerate(paths, start=1)
+    ]
+    for robot, (path, process) in enumerate(zip(paths, processes, strict=True), start=1):
+        for text in expected(path, 'run'):
+            process.wait_for_output(text)
+        output = process.output()
+        assert f'tb3_{robot}' in output
+        assert 'Traceback' not in output
+        assert output.count(expected(path, 'run')[0]) == 1  # repeated errors are counted
+    for process in processes:
+        process.popen.send_signal(signal.SIGINT)
+    assert {process.wait() for process in processes} <= {0, 1}
+
+
+def test_a_script_that_fails_for_one_robot_leaves_the_others_their_consensus(start, peer, script):
+    law = script(
+        """
+        import numpy as np
+        def control(robotNo, nbRobots, poses, t):
+            if robotNo == 2:
+                raise RuntimeError('only robot 2')
+            others = poses[:2, [0, 2, 3]].mean(axis=1)
+            v = others - poses[:2, robotNo - 1]
+            return v[0], v[1]
+        """
+    )
+    start(*SIMU, '--nb-robots', '4', '--pose', '1:0,0', '--pose', '3:1,0', '--pose', '4:0,1.5')
+    odometry = [peer.odometry(robot) for robot in (1, 2, 3, 4)]
+    process = start(*CTRL, '--algo', law, '--nb-robots', '4')
+
+    def spread():
+        points = [position(odometry[i][-1]) for i in (0, 2, 3)]
+        return max(max(axis) - min(axis) for axis in zip(*points, strict=True))
+
+    peer.wait_for(lambda: all(odometry))
+    begin = position(odometry[1][0])
+    assert spread() > 1
+    peer.wait_for(lambda: spread() < 0.3)
+    assert position(odometry[1][-1]) == begin
+    assert process.output().count('only robot 2') == 2  # the message, and the line that raised
+    assert process.end() == 1
+    assert 'tb3_2: RuntimeError in law.py, line 5 occurred' in process.output()
+
+
+def test_a_script_that_takes_all_memory_stops_its_own_robot_only(start, peer, script):
+    law = script(
+        """
+        import resource
+        import numpy as np
+        used = int(open('/proc/self/statm').read().split()[0]) * resource.getpagesize()
+        limit = used + 2**30  # so that the machine of the test survives
+        resource.setrlimit(resource.RLIMIT_AS, (limit, resource.RLIM_INFINITY))
+        def control(robotNo, nbRobots, poses, t):
+            taken = []
+            while robotNo == 1:
+                taken.append(np.empty(2**27, np.uint8))
+            return 0.2, 0
+        """
+    )
+    start(*SIMU, '--nb-robots', '2')
+    command = peer.cmd_vel(2)
+    process = start(*CTRL, '--algo', law, '--nb-robots', '2')
+
+    peer.wait_for(lambda: len(command) > 5 and velocity(command[-1])[0] > 0.1)
+    assert 'law.py, line 10: ' in process.wait_for_output('MemoryError')
+    assert process.end() == 1
+
+
+@pytest.mark.parametrize(
+    ('last_words', 'told'),
+    [
+        ('os._exit(1)', 'ended by itself with exit status 1'),
+        ('os.kill(os.getpid(), 9)', 'was killed by SIGKILL (out of memory?)'),
+        ('os.abort()', 'was killed by SIGABRT'),
+    ],
+)
+def test_a_script_that_kills_its_process_is_told_by_the_launcher(start, script, last_words, told):
+    law = script(
+        f'import os\ndef control(i, n, p, t):\n    print("last words")\n    {last_words}\n'
+    )
+    start(*SIMU, '--nb-robots', '1')
+    process = start(*SETCMAS, 'ctrl', '--algo', law)
+
+    assert process.wait() != 0
+    assert told in process.output()
+    assert 'tb3_1: last words' in process.output()
+
+
+def test_ctrl_c_ends_a_script_that_never_finishes_loading(start, script):
+    law = script('while True:\n    pass\ndef control(i, n, p, t):\n    return 0, 0\n')
+    process = start(*SETCMAS, 'ctrl', '--algo', law, '--nb-robots', '1')
+    process.wait_for_output('has been loading for 2 s')
+
+    assert process.end() == 0
+    assert 'Traceback' not in process.output()

@@ -1,0 +1,62 @@
+import threading
+from pathlib import Path
+
+import pytest
+
+from setcmas_ctrl.scripts.call_watch import CallWatch
+
+
+@pytest.fixture
+def watched():
+    said, spoken = [], threading.Event()
+
+    def say(message):
+        said.append(message)
+        spoken.set()
+
+    watch = CallWatch(Path(__file__), period=0.05, say=say, stuck_s=0.2)
+    yield watch, said, spoken
+    watch.close()
+
+
+def test_a_call_that_does_not_return_is_reported_with_its_line(watched):
+    watch, said, spoken = watched
+
+    with watch.call(3):
+        assert spoken.wait(30)  # the line that the report must name
+
+    assert 'tb3_3: control has not returned' in said[0]
+    assert 'assert spoken.wait(30)  # the line that the report must name' in said[0]
+
+
+def test_a_slow_step_is_told_by_what_was_called_in_it(watched):
+    watch, said, _ = watched
+
+    with watch.call(1):  # before the first control period
+        threading.Event().wait(0.1)
+    with watch.loading(1):
+        threading.Event().wait(0.1)
+    with watch.step(), watch.call(1):
+        assert watch.running_s >= 0
+    assert watch.running_s == 0
+    assert said == []
+
+    with watch.step(), watch.call(2):
+        threading.Event().wait(0.1)
+    assert len(said) == 1
+    assert f'{Path(__file__).name} took' in said[0]
+
+
+def test_only_functions_of_a_script_hang_not_its_loading(watched):
+    watch, said, spoken = watched
+
+    with watch.loading(1):
+        assert spoken.wait(30)
+    assert 'test_call_watch.py has been loading for' in said[0]
+    assert not watch.has_been_stuck
+
+    spoken.clear()
+    with watch.call(1, 'ctc', Path('when.py')):
+        assert spoken.wait(30)
+    assert 'tb3_1: ctc has not returned for' in said[1]
+    assert watch.has_been_stuck

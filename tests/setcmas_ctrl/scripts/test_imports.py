@@ -1,0 +1,118 @@
+import sys
+import textwrap
+
+import pytest
+
+from setcmas_ctrl.scripts.imports import helper_files
+from setcmas_ctrl.scripts.loader import load_control, load_script
+from setcmas_simu.errors import SetcmasError
+
+
+@pytest.fixture
+def folder(tmp_path):
+    def write(**files):
+        for name, text in files.items():
+            path = tmp_path / f'{name}.py'
+            path.parent.mkdir(exist_ok=True)
+            path.write_text(textwrap.dedent(text))
+        return tmp_path / 'law.py'
+
+    return write
+
+
+COUNTER = 'calls = 0\ndef count():\n    global calls\n    calls += 1\n    return calls\n'
+
+
+@pytest.mark.parametrize(
+    ('statement', 'call'),
+    [
+        ('import lazy_counter', 'lazy_counter.count()'),
+        ('from lazy_counter import count', 'count()'),
+        ('import lazy_package.inner', 'lazy_package.inner.count()'),
+        ('from lazy_package import inner', 'inner.count()'),
+        ('import lazy_package.inner as inner', 'inner.count()'),
+        ('from lazy_package.relative import count', 'count()'),
+        ('import lazy_indirect', 'lazy_indirect.count()'),
+    ],
+)
+@pytest.mark.parametrize('place', ['top', 'function'])
+def test_helpers_are_fresh_for_every_robot_wherever_they_are_imported(
+    folder, statement, call, place
+):
+    top, body = ('', statement) if place == 'function' else (statement, 'pass')
+    path = folder(
+        lazy_counter=COUNTER,
+        **{
+            'lazy_package/__init__': '',
+            'lazy_package/inner': COUNTER,
+            'lazy_package/relative': 'from .inner import count\n',
+        },
+        lazy_indirect='def count():\n    import lazy_counter\n    return lazy_counter.count()\n',
+        law=f'{top}\ndef control(i, n, p, t):\n    {body}\n    return {call}, 0\n',
+    )
+    first, second = load_control(path, 1), load_control(path, 2)
+
+    assert [first(1, 2, None, 0.0)[0] for _ in range(3)] == [1, 2, 3]
+    assert second(2, 2, None, 0.0)[0] == 1
+    assert not [name for name in sys.modules if name.startswith('lazy_')]
+    assert not [finder for finder in sys.meta_path if 'ScriptImports' in repr(finder)]
+
+
+def test_a_star_import_is_fresh_too(folder):
+    law = 'from star_counter import *\ndef control(i, n, p, t):\n    return count(), 0\n'
+    path = folder(star_counter=COUNTER, law=law)
+
+    assert [load_control(path, i)(i, 2, None, 0.0) for i in (1, 2)] == [(1, 0), (1, 0)]
+
+
+def test_the_newest_helper_is_loaded_though_it_is_as_long_and_as_old(folder, tmp_path):
+    law = 'import edited_helper\ndef control(i, n, p, t):\n    return edited_helper.V, 0\n'
+    values = []
+    for value in (1, 2):
+        path = folder(edited_helper=f'V = {value}\n', law=law)
+        values.append(load_control(path, 1)(1, 1, None, 0.0)[0])
+
+    assert values == [1, 2]
+    assert not (tmp_path / '__pycache__').exists()
+
+
+def test_files_of_helpers_are_known(folder, tmp_path):
+    path = folder(
+        known_helper='import known_inner\n',
+        known_inner='',
+        law='import known_helper, json\ndef control(i, n, p, t):\n    return 0, 0\n',
+    )
+
+    assert set(helper_files(load_script(path, 1))) == {
+        tmp_path / 'known_helper.py',
+        tmp_path / 'known_inner.py',
+    }
+
+
+def test_a_drawing_module_beside_the_script_is_not_the_one_of_ros_1(folder):
+    path = folder(
+        rviz_marker='import rospy\n',
+        law='import rviz_marker\n'
+        'def control(i, n, p, t):\n    rviz_marker.publish_marker(0, 0, 0, i)\n    return 1, 0\n',
+    )
+
+    assert load_control(path, 1)(1, 1, None, 0.0) == (1, 0)
+
+
+def test_what_a_helper_cannot_import_is_told_with_its_line(folder):
+    path = folder(
+        failing_helper='x = 1\nimport no_such_module\n',
+        law='import failing_helper\ndef control(i, n, p, t):\n    return 0, 0\n',
+    )
+
+    with pytest.raises(
+        SetcmasError, match=r'failing_helper\.py, line 2 \(imported by law\.py\): ModuleNotFound'
+    ):
+        load_control(path, 1)
+
+
+def test_a_folder_of_that_name_does_not_hide_an_installed_package(folder, tmp_path):
+    (tmp_path / 'colorsys').mkdir()
+    law = 'import colorsys\ndef control(i, n, p, t):\n    return colorsys.rgb_to_hls(0, 0, 0)\n'
+
+    assert load_control(folder(law=law), 1)(1, 1, None, 0.0) == (0, 0, 0)

@@ -1,0 +1,204 @@
+import sys
+import textwrap
+
+import pytest
+
+from setcmas_ctrl.scripts.loader import (
+    builtin_folder,
+    compile_script,
+    find_script,
+    load_control,
+    scripts_in,
+)
+from setcmas_simu.errors import SetcmasError
+
+
+@pytest.fixture
+def folder(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+def script(folder, text, name='law.py'):
+    path = folder / name
+    path.write_text(textwrap.dedent(text))
+    return path
+
+
+CONTROL = 'def control(robotNo, nbRobots, poses, t):\n    return 0, 0\n'
+
+
+def test_the_five_built_in_laws_are_found_by_name(folder):
+    names = [path.stem for path in scripts_in(builtin_folder())]
+
+    assert names == [
+        'consensus',
+        'leader_follower_distance_formation',
+        'leader_follower_formation',
+        'nav_wp',
+        'traj_tracking',
+    ]
+    assert [find_script(name) for name in names] == scripts_in(builtin_folder())
+
+
+@pytest.mark.parametrize('name', ['nav_wp', 'wp_nav', 'nav-wp'])
+def test_nav_wp_has_its_ros_1_name_too(name, folder):
+    assert find_script(name) == builtin_folder() / 'nav_wp.py'
+
+
+def test_a_script_in_the_current_folder_goes_before_a_built_in(folder):
+    path = script(folder, CONTROL, 'consensus.py')
+
+    assert find_script('consensus') == path
+
+
+def test_a_path_to_a_file_goes_before_all(folder):
+    (folder / 'elsewhere').mkdir()
+    path = script(folder / 'elsewhere', CONTROL, 'consensus.py')
+    script(folder, CONTROL, 'consensus.py')
+
+    assert find_script('elsewhere/consensus.py') == path
+
+
+def test_a_missing_script_is_told_with_the_nearest_names(folder):
+    script(folder, CONTROL, 'my_law.py')
+
+    with pytest.raises(SetcmasError, match=r"'my_lav' was not found: did you mean my_law\?") as e:
+        find_script('my_lav')
+    assert 'consensus' in str(e.value)
+    assert '\n' not in str(e.value)
+
+
+@pytest.mark.parametrize(
+    ('text', 'message'),
+    [
+        ('def control(:\n    pass\n', r'law\.py, line 1: SyntaxError.*\n    1 \| def control\(:'),
+        ('def control(a, b, c, d):\nreturn 0, 0\n', r'law\.py, line 2: IndentationError'),
+        ('x = 1\n', 'no function control'),
+        ('def Control(a, b, c, d):\n    pass\n', 'no function control'),
+        ('def control(a, b, c, d):\n    pass\n\0', r'law\.py.*null bytes'),
+    ],
+)
+def test_faults_are_found_without_running_the_script(folder, text, message):
+    path = script(folder, text)
+
+    with pytest.raises(SetcmasError, match=message):
+        compile_script(path)
+
+
+def test_a_folder_is_no_script(folder):
+    (folder / 'law.py').mkdir()
+
+    with pytest.raises(SetcmasError, match='not found') as caught:
+        find_script('law')
+    assert 'did you mean' not in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ('text', 'encoding', 'message'),
+    [
+        (CONTROL, 'utf-16', 'law.py has an invalid or missing encoding declaration; save it as'),
+        (f'# coding: lattin-1\n{CONTROL}', 'utf-8', 'law.py has an unknown encoding; save it as'),
+    ],
+)
+def test_a_script_that_is_no_text_of_a_known_encoding_is_told(folder, text, encoding, message):
+    path = folder / 'law.py'
+    path.write_text(text, encoding=encoding)
+
+    with pytest.raises(SetcmasError, match=message):
+        compile_script(path)
+
+
+@pytest.mark.parametrize(
+    ('text', 'message'),
+    [
+        (
+            'import no_such_module\n' + CONTROL,
+            r'line 1: ModuleNotFoundError.*\n    1 \| import no',
+        ),
+        ('1 / 0\n' + CONTROL, r'line 1: ZeroDivisionError'),
+        ('import sys\nsys.exit(3)\n' + CONTROL, r'line 2: SystemExit.*exit\(3\)'),
+        ('def control(a, b):\n    return 0, 0\n', r'control\(a, b\) does not take four arguments'),
+        ('control = 3\n', 'no function control'),
+    ],
+)
+def test_faults_while_loading_are_told_with_script_and_line(folder, text, message):
+    path = script(folder, text)
+
+    with pytest.raises(SetcmasError, match=message):
+        load_control(path, 1)
+
+
+@pytest.mark.parametrize(
+    'text',
+    [
+        CONTROL,
+        'def control(a, b, c, d):\n\treturn [0, 0]\n',
+        'def control(*arguments):\n    return 0, 0\n',
+        'def control(a, b, c, d, e=1):\n    return 0, 0\n',
+        'control = lambda i, n, p, t: (0, 0)\n',
+        'class C:\n    def __call__(self, i, n, p, t):\n        return 0, 0\ncontrol = C()\n',
+        'from helper_of_law import control\n',
+    ],
+)
+def test_any_callable_with_four_positional_arguments_will_do(folder, text):
+    script(folder, CONTROL, 'helper_of_law.py')
+    control = load_control(script(folder, text), 1)
+
+    assert tuple(control(1, 1, None, 0.0)) == (0, 0)
+
+
+def test_every_robot_gets_a_module_of_its_own(folder):
+    path = script(
+        folder,
+        """
+        calls = 0
+        def control(robotNo, nbRobots, poses, t):
+            global calls
+            calls += 1
+            return calls, 0
+        """,
+    )
+    first, second = load_control(path, 1), load_control(path, 2)
+
+    assert [first(1, 2, None, 0)[0] for _ in range(3)] == [1, 2, 3]
+    assert second(2, 2, None, 0) == (1, 0)
+
+
+def test_helper_modules_are_fresh_for_every_robot_too(folder):
+    script(folder, 'state = []\n', 'helper_with_state.py')
+    path = script(
+        folder,
+        """
+        import helper_with_state
+        def control(robotNo, nbRobots, poses, t):
+            helper_with_state.state.append(robotNo)
+            return len(helper_with_state.state), 0
+        """,
+    )
+    first, second = load_control(path, 1), load_control(path, 2)
+
+    assert first(1, 2, None, 0) == (1, 0)
+    assert second(2, 2, None, 0) == (1, 0)
+    assert 'helper_with_state' not in sys.modules
+
+
+def test_helper_packages_are_fresh_for_every_robot_too(folder):
+    (folder / 'my_package').mkdir()
+    (folder / 'my_package' / '__init__.py').write_text('state = []\n')
+    path = script(
+        folder,
+        """
+        import my_package
+        def control(robotNo, nbRobots, poses, t):
+            my_package.state.append(robotNo)
+            return len(my_package.state), 0
+        """,
+    )
+
+    assert [load_control(path, robot)(robot, 2, None, 0)[0] for robot in (1, 2)] == [1, 1]
+
+
+def test_a_name_too_long_for_a_file_is_not_found(folder):
+    with pytest.raises(SetcmasError, match='was not found'):
+        find_script('x' * 5000)

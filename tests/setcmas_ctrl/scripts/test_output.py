@@ -1,0 +1,173 @@
+import _thread
+import os
+import subprocess
+import sys
+import textwrap
+import time
+
+from setcmas_ctrl.scripts.loader import load_control
+from setcmas_ctrl.scripts.output import named_output
+
+
+def law(tmp_path, body, robot=2, top=''):
+    path = tmp_path / 'law.py'
+    body = textwrap.indent(textwrap.dedent(body), '    ')
+    path.write_text(f'{top}\ndef control(i, n, p, t):\n{body}\n    return 0, 0\n')
+    return load_control(path, robot)
+
+
+def test_what_a_script_prints_has_its_robots_name_before_every_line(tmp_path, capsys):
+    with named_output():
+        control = law(tmp_path, 'print("call", i)\nprint("a\\n\\nb")', top='print("loaded")')
+        control(2, 2, None, 0.0)
+        print('of somebody else')
+
+    expected = 'tb3_2: loaded\ntb3_2: call 2\ntb3_2: a\ntb3_2: \ntb3_2: b\nof somebody else\n'
+    assert capsys.readouterr().out == expected
+
+
+def test_pieces_of_a_line_are_put_together_and_the_last_line_ends(tmp_path, capsys):
+    body = """
+    import sys
+    sys.stdout.write(f'{t} ')
+    print(i, end='', flush=True)
+    sys.stderr.write('to stderr')
+    if t:
+        print(' end')
+        print('rest', end='')
+    """
+    with named_output():
+        first, second = (law(tmp_path, body, robot) for robot in (1, 2))
+        for t in (0, 1):
+            first(1, 2, None, t)
+            second(2, 2, None, t)
+
+    captured = capsys.readouterr()
+    assert captured.out.splitlines() == [
+        'tb3_1: 0 11 1 end',
+        'tb3_2: 0 21 2 end',
+        'tb3_1: rest',
+        'tb3_2: rest',
+    ]
+    assert captured.err == 'tb3_1: to stderrto stderr\ntb3_2: to stderrto stderr\n'
+
+
+def test_threads_of_scripts_do_not_mix_their_lines(tmp_path, capsys):
+    body = """
+    def work():
+        for k in range(200):
+            print('line', end=' ')
+            print(k)
+    import threading
+    threads.append(threading.Thread(target=work))
+    threads[-1].start()
+    """
+    threads = []
+    with named_output():
+        for robot in (1, 2, 3):
+            control = law(tmp_path, body, robot, top='threads = []')
+            control(robot, 3, None, 0.0)
+            threads += control.__globals__['threads']
+        for thread in threads:
+            thread.join()
+
+    lines = capsys.readouterr().out.splitlines()
+    for robot in (1, 2, 3):
+        mine = [line for line in lines if line.startswith(f'tb3_{robot}: ')]
+        assert mine == [f'tb3_{robot}: line {k}' for k in range(200)]
+    assert len(lines) == 600
+
+
+def test_the_stream_is_as_before_afterwards_and_has_all_that_it_had_meanwhile(capsys):
+    before = sys.stdout
+    with named_output():
+        assert sys.stdout.encoding == before.encoding
+        assert sys.stdout.isatty() is False
+        sys.stdout.writelines(['a', 'b\n'])
+    assert sys.stdout is before
+    assert capsys.readouterr().out == 'ab\n'
+
+
+def test_inside_another_naming_the_name_comes_once(tmp_path, capsys):
+    with named_output(), named_output():
+        law(tmp_path, 'print("x")')(2, 2, None, 0.0)
+
+    assert capsys.readouterr().out == 'tb3_2: x\n'
+
+
+def test_a_thread_that_fails_is_told_in_one_message(tmp_path, capsys):
+    body = """
+    threads.append(threading.Thread(target=lambda: 1 / 0))
+    threads[-1].start()
+    threads[-1].join()
+    """
+    with named_output():
+        law(tmp_path, body, top='import threading; threads = []')(2, 2, None, 0.0)
+
+    assert capsys.readouterr().err == (
+        'tb3_2: a thread of the script failed: law.py, line 4: ZeroDivisionError: '
+        'division by zero\n    4 | threads.append(threading.Thread(target=lambda: 1 / 0))\n'
+    )
+
+
+def test_a_script_that_closes_the_output_closes_it_for_nobody(tmp_path, capsys):
+    with named_output():
+        law(tmp_path, 'import sys\nsys.stdout.close()\nprint("x")')(2, 2, None, 0.0)
+    print('y')
+
+    assert capsys.readouterr().out == 'tb3_2: x\ny\n'
+
+
+def test_a_thread_may_be_a_mere_print_which_has_no_caller(capsys):
+    out, deadline = '', time.monotonic() + 30
+    with named_output():
+        _thread.start_new_thread(print, ('x',))
+        while out != 'x\n' and time.monotonic() < deadline:
+            out += capsys.readouterr().out
+            time.sleep(0.01)
+
+    assert out == 'x\n'
+
+
+THREAD_IN_PRINT = """
+import sys, threading
+from pathlib import Path
+from setcmas_ctrl.scripts.loader import load_script
+from setcmas_ctrl.scripts.output import named_output
+with named_output():
+    script = load_script(Path(sys.argv[1]), 1)
+    assert script.inside.wait(30)
+script.goes_on.set()
+script.thread.join()
+"""
+
+
+def test_a_thread_may_be_inside_of_print_when_the_naming_ends(tmp_path):
+    script = tmp_path / 'law.py'
+    script.write_text(
+        textwrap.dedent("""
+        import threading
+        inside, goes_on = threading.Event(), threading.Event()
+        class Slow:
+            def __str__(self):
+                inside.set()
+                return str(goes_on.wait(30))
+        thread = threading.Thread(target=lambda: print('a', Slow(), 'b'))
+        thread.start()
+        def control(robotNo, nbRobots, poses, t):
+            return 0, 0
+        """)
+    )
+
+    # Memory that is given back is overwritten at once, so that its use cannot go unnoticed.
+    result = subprocess.run(
+        [sys.executable, '-c', THREAD_IN_PRINT, str(script)],
+        env={**os.environ, 'PYTHONMALLOC': 'debug'},
+        capture_output=True,
+        text=True,
+        timeout=60,
+        check=False,
+    )
+
+    assert (result.returncode, result.stderr) == (0, '')
+    assert result.stdout == 'tb3_1: a \ntb3_1: True b\n'

@@ -1,0 +1,44 @@
+from setcmas_expe.doctor.findings import (
+    NOTE,
+    OK,
+    PROBLEM,
+    Finding,
+    advice_lines,
+    exit_status,
+    table,
+    verdict,
+)
+
+GOOD = Finding(OK, 'Python', '3.11')
+KNOWN = Finding(NOTE, 'shared memory', 'full', 'clean it')
+BAD = [Finding(PROBLEM, f'mocap of tb3_{i}', 'silent', 'start its driver') for i in (1, 2)]
+
+
+def test_problems_decide_verdict_and_exit_status():
+    assert (verdict([GOOD]), exit_status([GOOD])) == ('all well', 0)
+    assert (verdict([GOOD, KNOWN]), exit_status([GOOD, KNOWN])) == ('all well, with 1 note', 0)
+    assert verdict([GOOD, KNOWN, *BAD]).startswith('2 problems')
+    assert exit_status([GOOD, *BAD]) == 1
+
+
+def test_advice_is_given_once_and_problems_come_first():
+    assert advice_lines([KNOWN, GOOD, *BAD]) == [
+        '- mocap of tb3_1, mocap of tb3_2: start its driver',
+        '- shared memory: clean it',
+    ]
+
+
+def test_long_advice_is_wrapped():
+    lines = advice_lines([Finding(NOTE, 'network', 'slow', 'word ' * 60)])
+
+    assert len(lines) > 1
+    assert max(map(len, lines)) < 100
+
+
+def test_the_table_has_a_line_for_each_finding():
+    assert [line.split()[0] for line in table([GOOD, KNOWN, *BAD]).splitlines()] == [
+        'ok',
+        'note',
+        'PROBLEM',
+        'PROBLEM',
+    ]

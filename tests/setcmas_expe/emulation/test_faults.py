@@ -1,0 +1,32 @@
+import pytest
+
+from setcmas_expe.emulation.faults import DEFAULT_S, PURPOSES, Fault, parse_fault
+from setcmas_simu.errors import SetcmasError
+
+
+@pytest.mark.parametrize('kind', PURPOSES)
+def test_every_fault_is_understood_as_it_is_written(kind):
+    assert parse_fault(str(Fault(kind, 2, 1.5))) == Fault(kind, 2, 1.5)
+
+
+def test_a_fault_lasts_a_while_unless_told():
+    assert parse_fault('dropout 3') == Fault('dropout', 3, DEFAULT_S)
+
+
+@pytest.mark.parametrize(
+    ('text', 'told'),
+    [
+        ('', 'KIND ROBOT'),
+        ('dropout', 'KIND ROBOT'),
+        ('dropuot 1', 'dropout, zero'),
+        ('nan 0', 'KIND ROBOT'),
+        ('nan one', 'KIND ROBOT'),
+        ('nan 1 2 3', 'KIND ROBOT'),
+        ('nan 1 soon', "'soon'; accepted is a time"),
+        ('nan 1 -1', 'accepted is a time'),
+        ('nan 1 inf', 'accepted is a time'),
+    ],
+)
+def test_other_texts_are_mistakes(text, told):
+    with pytest.raises(SetcmasError, match=told):
+        parse_fault(text)

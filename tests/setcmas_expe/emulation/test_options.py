@@ -1,0 +1,29 @@
+import numpy as np
+import pytest
+
+from setcmas_expe.emulation.options import emulated_start_poses
+from setcmas_expe.lab.model import Arena
+from setcmas_simu.fleet.fleet import start_poses
+
+
+@pytest.mark.parametrize('nb_robots', [1, 2, 8, 20])
+def test_robots_start_inside_the_arena(nb_robots):
+    arena = Arena(-1.0, 3.0, 2.0, 8.0)
+    x, y, _ = emulated_start_poses(arena, nb_robots)
+
+    assert (x >= arena.xmin + 0.49).all()
+    assert (x <= arena.xmax - 0.49).all()
+    assert (y >= arena.ymin + 0.49).all()
+    assert (y <= arena.ymax - 0.49).all()
+
+
+def test_a_large_arena_has_the_start_poses_of_simulations():
+    poses = emulated_start_poses(Arena(-9.0, 9.0, -9.0, 9.0), 8)
+
+    np.testing.assert_allclose(poses, start_poses(8))
+
+
+def test_given_poses_are_taken_as_they_are():
+    poses = emulated_start_poses(Arena(-3.0, 3.0, -3.0, 3.0), 2, pose=['2:4,4,1'])
+
+    assert poses[:, 1].tolist() == [4.0, 4.0, 1.0]

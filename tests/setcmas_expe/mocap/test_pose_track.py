@@ -1,0 +1,227 @@
+import math
+
+import numpy as np
+import pytest
+
+from setcmas_expe.lab.model import Arena
+from setcmas_expe.mocap.pose_track import FROZEN, JUMPED, PoseTrack, mark_swapped
+from setcmas_expe.mocap.sample import NOT_FINITE, Sample
+from setcmas_simu.fleet.planar_pose import quaternion_of_yaw
+from setcmas_simu.robots.velocity_limits import ROBOT_MODELS
+
+RATE = 50.0
+NOISE = 1e-4
+
+
+class Tracker:
+    """A track with a clock of its own, fed at the rate of a motion capture system."""
+
+    def __init__(self, seed=0):
+        self.track = PoseTrack(Arena(-3, 3, -3, 3), ROBOT_MODELS['burger'])
+        self.now = 1000.0
+        self.rng = np.random.default_rng(seed)
+        self.moving = self.paused = False
+        self.latency = 0.0
+        self.clock = 5e8  # of the sender, which has nothing to do with ours
+
+    def feed(self, seconds, x=0.0, y=0.0, yaw=0.0, speed=0.0, noise=NOISE):
+        """Feed poses; returns how many of them were good."""
+        good = 0
+        for step in range(round(seconds * RATE)):
+            self.now += 1 / RATE
+            self.track.note_command(self.moving, self.paused, self.now)
+            dx, dy = self.rng.normal(0, noise, 2) if noise else (0.0, 0.0)
+            place = (x + step / RATE * speed + dx, y + dy, 0.1)
+            stamp = self.clock + self.now - self.latency
+            sample = Sample(place, (0.0, 0.0, *quaternion_of_yaw(yaw)), stamp)
+            good += self.track.take(sample, self.now)
+        return good
+
+    def silence(self, seconds):
+        self.now += seconds
+        self.track.note_command(self.moving, self.paused, self.now)
+
+
+@pytest.fixture
+def tracker():
+    return Tracker()
+
+
+def test_a_robot_that_drives_is_believed(tracker):
+    tracker.moving = True
+
+    assert tracker.feed(5.0, speed=0.21) == 250
+    assert tracker.track.fault == ''
+    assert tracker.track.pose[0] == pytest.approx(5.0 * 0.21, abs=0.01)
+    assert tracker.track.age(tracker.now) == pytest.approx(0.0, abs=1e-6)
+
+
+def test_before_the_first_pose_nothing_is_known(tracker):
+    assert tracker.track.pose is None
+    assert tracker.track.age(tracker.now) == math.inf
+
+
+def test_a_jump_is_not_believed_until_somebody_has_paused_and_it_stands_still(tracker):
+    tracker.moving = True
+    tracker.feed(1.0)
+    assert tracker.feed(5.0, x=1.0) == 0
+    assert tracker.track.fault == JUMPED
+    assert 'carried' in tracker.track.trouble
+    assert tracker.track.rejected == {JUMPED: 250}
+
+    tracker.moving, tracker.paused = False, True
+    assert tracker.feed(0.9, x=1.0) == 0  # not yet
+    assert tracker.feed(0.5, x=1.0) > 0
+
+    assert tracker.track.fault == tracker.track.trouble == ''
+    assert tracker.track.pose[0] == pytest.approx(1.0, abs=0.01)
+
+
+def test_a_robot_that_is_being_carried_is_not_believed_even_while_paused(tracker):
+    tracker.feed(1.0)
+    tracker.paused = True
+
+    assert tracker.feed(2.0, x=1.0, speed=0.5) == 0
+
+
+def test_single_bad_frames_are_left_out_without_stopping_the_robot(tracker):
+    tracker.moving = True
+    for _ in range(20):
+        tracker.feed(0.2)
+        assert tracker.feed(0.02, x=1.0) == 0
+        assert tracker.track.fault == ''
+
+
+def test_a_turned_body_is_a_jump(tracker):
+    tracker.feed(1.0)
+
+    assert tracker.feed(0.2, yaw=math.pi) == 0
+    assert tracker.track.fault == JUMPED
+
+
+def test_a_late_burst_is_not_a_jump(tracker):
+    tracker.moving = True
+    tracker.feed(1.0, speed=0.2)
+    tracker.silence(0.4)
+
+    assert tracker.feed(0.2, x=0.2 + 0.08, speed=0.2) == 10
+
+
+def test_frozen_poses_of_a_robot_that_is_told_to_move_are_not_believed(tracker):
+    tracker.moving = True
+    tracker.feed(1.0)
+    good = tracker.feed(1.0, noise=0)
+
+    assert good <= 0.45 * RATE
+    assert tracker.track.fault == FROZEN
+    tracker.moving = False  # it has been stopped; what is frozen stays frozen
+    assert tracker.feed(1.0, noise=0) == 0
+    assert tracker.feed(0.1) == 5  # the measurement lives again
+    assert tracker.track.fault == ''
+
+
+def test_a_robot_that_stands_may_have_equal_poses(tracker):
+    assert tracker.feed(5.0, noise=0) == 250
+    tracker.moving = True
+
+    assert tracker.feed(0.3, noise=0) == 15  # it has only just been told to move
+    assert tracker.feed(0.3, noise=0) < 10
+    assert tracker.track.fault == FROZEN
+
+
+def test_a_pause_gives_frozen_poses_another_try(tracker):
+    tracker.moving = True
+    tracker.feed(1.0, noise=0)
+    tracker.moving, tracker.paused = False, True
+
+    assert tracker.feed(0.2, noise=0) == 10
+
+
+def test_lateness_counts_as_age_whatever_the_clock_of_the_sender(tracker):
+    tracker.feed(2.0)
+    tracker.silence(0.8)
+    tracker.latency = 0.8
+    tracker.feed(1.0)
+
+    assert tracker.track.age(tracker.now) == pytest.approx(0.8, abs=0.01)
+    tracker.latency = 0.0
+    tracker.feed(0.1)
+    assert tracker.track.age(tracker.now) < 0.01
+
+
+@pytest.mark.parametrize('step', [-3600.0, 3600.0])
+def test_setting_the_clock_of_the_sender_is_no_lateness(tracker, step):
+    tracker.feed(2.0)
+    tracker.clock += step
+    tracker.feed(1.0)
+    tracker.clock -= step
+    tracker.feed(1.0)
+
+    assert tracker.track.age(tracker.now) < 0.01
+
+
+def test_bad_measurements_are_counted_by_reason(tracker):
+    tracker.feed(0.5)
+    assert tracker.feed(0.5, x=math.nan, noise=0) == 0
+
+    assert tracker.track.rejected == {NOT_FINITE: 25}
+    assert tracker.track.fault == NOT_FINITE
+
+
+def swapped_trackers():
+    one, two = Tracker(1), Tracker(2)
+    tracks = {1: one.track, 2: two.track}
+    one.feed(1.0, x=1.0)
+    two.feed(1.0, x=-1.0)
+    one.feed(0.3, x=-1.0)
+    two.feed(0.3, x=1.0)
+    assert mark_swapped(tracks) == [1, 2]
+    return one, two, tracks
+
+
+def test_swapped_names_are_recognised_and_not_taken_for_carried_robots():
+    one, two, tracks = swapped_trackers()
+    assert mark_swapped(tracks) == []  # told once
+    assert 'swapped places with tb3_2' in one.track.trouble
+    for tracker, x in ((one, -1.0), (two, 1.0)):
+        tracker.paused = True
+        assert tracker.feed(3.0, x=x) == 0
+
+
+def test_three_names_that_moved_up_during_a_pause_are_recognised():
+    trackers = {number: Tracker(number) for number in (1, 2, 3)}
+    places = (-2.0, 0.0, 2.0)
+    for number, tracker in trackers.items():
+        tracker.paused = True
+        tracker.feed(1.0, x=places[number - 1])
+    for number, tracker in trackers.items():
+        tracker.feed(0.3, x=places[number % 3])
+    tracks = {number: tracker.track for number, tracker in trackers.items()}
+
+    assert mark_swapped(tracks) == [1, 2, 3]
+    assert 'swapped places with tb3_1' in trackers[3].track.trouble
+    assert all(t.feed(3.0, x=places[n % 3]) == 0 for n, t in trackers.items())
+
+
+def test_swapped_names_that_are_put_right_are_forgiven():
+    one, two, _ = swapped_trackers()
+
+    assert one.feed(0.1, x=1.0) == two.feed(0.1, x=-1.0) == 5
+    assert one.track.trouble == two.track.trouble == ''
+
+
+def test_a_robot_that_jumped_alone_is_not_swapped():
+    one, two = Tracker(1), Tracker(2)
+    for tracker, x in ((one, 1.0), (two, -1.0)):
+        tracker.feed(1.0, x=x)
+    one.feed(0.5, x=-1.0)
+
+    assert mark_swapped({1: one.track, 2: two.track}) == []
+
+
+def test_a_robot_that_was_lost_cannot_come_back_far_away(tracker):
+    tracker.feed(1.0)
+    tracker.silence(60.0)
+
+    assert tracker.feed(0.5, x=1.0) == 0
+    assert tracker.feed(0.5, x=0.2) == 25

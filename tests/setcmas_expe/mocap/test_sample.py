@@ -1,0 +1,69 @@
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from setcmas_expe.lab.model import Arena
+from setcmas_expe.mocap.sample import (
+    FAR_AWAY,
+    NO_MEASUREMENT,
+    NO_ROTATION,
+    NOT_FINITE,
+    TILTED,
+    ZERO_POSE,
+    Sample,
+    fault_of,
+)
+from setcmas_simu.fleet.planar_pose import quaternion_of_yaw
+
+ARENA = Arena(-2.0, 2.0, -1.0, 1.0)
+
+
+def sample(x=0.5, y=0.2, yaw=0.3, z=0.1):
+    return Sample((x, y, z), (0.0, 0.0, *quaternion_of_yaw(yaw)))
+
+
+@pytest.mark.parametrize(
+    ('bad', 'fault'),
+    [
+        (sample(), None),
+        (sample(x=math.nan), NOT_FINITE),
+        (sample(z=math.inf), NOT_FINITE),
+        (replace(sample(), orientation=(0.0, 0.0, math.nan, 1.0)), NOT_FINITE),
+        (Sample((0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 0.0)), ZERO_POSE),
+        (Sample((0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0)), ZERO_POSE),
+        (sample(x=0.0, y=0.0), None),  # at the origin, but measured
+        (sample(x=9999999.999999, y=9999999.999999), NO_MEASUREMENT),
+        (replace(sample(), orientation=(0.0, 0.0, 0.0, 0.0)), NO_ROTATION),
+        (replace(sample(), orientation=(0.0, 0.0, 0.0, 0.9)), NO_ROTATION),
+        (replace(sample(), orientation=(0.0, 0.0, 0.0, 0.99)), None),
+        (replace(sample(), orientation=(1.0, 0.0, 0.0, 0.0)), TILTED),  # on its back
+        (replace(sample(), orientation=(0.2, 0.0, 0.0, math.sqrt(0.96))), None),
+        (sample(x=2.5), None),  # outside, but to be believed: it must be stopped
+        (sample(x=3.5), FAR_AWAY),
+        (sample(y=-2.5), FAR_AWAY),
+    ],
+)
+def test_what_is_wrong_with_a_measurement_by_itself(bad, fault):
+    assert fault_of(bad, ARENA) == fault
+
+
+def test_y_up_systems_are_turned_with_their_orientation():
+    for yaw in np.linspace(-3, 3, 7):
+        z, w = quaternion_of_yaw(yaw)
+        # The robot at x = 1, y = 2 on the floor, as a system with y upwards tells it.
+        told = Sample((1.0, 0.1, -2.0), (0.0, z, 0.0, w), twist=(0.3, 0.0, -0.4, 0.5))
+
+        turned = told.z_up()
+
+        assert turned.planar() == pytest.approx((1.0, 2.0, yaw))
+        assert turned.position[2] == 0.1
+        assert turned.twist == (0.3, 0.4, 0.0, 0.5)
+        assert fault_of(turned, Arena(-3, 3, -3, 3)) is None
+
+
+def test_a_wrong_y_up_is_noticed_as_soon_as_a_robot_has_turned():
+    z, w = quaternion_of_yaw(1.5)
+
+    assert fault_of(Sample((0.5, 0.1, -0.2), (0.0, z, 0.0, w)), ARENA) == TILTED

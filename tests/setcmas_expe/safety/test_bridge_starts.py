@@ -1,0 +1,124 @@
+"""Robots start because somebody starts them, never because a message comes (back)."""
+
+import signal
+import sys
+
+import pytest
+
+pytest.importorskip('rclpy')
+
+from geometry_msgs.msg import TwistStamped
+from lab_peer import LabPeer
+from nav_msgs.msg import Odometry
+from rclpy.node import Node
+from ros_peer import Peer
+from std_msgs.msg import Bool
+
+BRIDGES = [sys.executable, '-m', 'setcmas_expe.safety.bridges']
+STOP = (0.0, 0.0)
+GO = (0.1, 0.2)
+
+
+@pytest.fixture
+def bridges(start):
+    return start(*BRIDGES)
+
+
+@pytest.fixture
+def lab(peer, bridges):
+    lab = LabPeer(peer, ('tb3_1',))
+    lab.poses[1], lab.wanted[1] = (-1.0, 0.0, 0.5), GO
+    return lab
+
+
+def see_it_stand(lab, reason):
+    lab.peer.wait_for(lambda: reason in lab.status(1)[0].message)
+    lab.commands[1].clear()
+    lab.peer.spin(0.5)
+    assert lab.commands[1]
+    assert lab.last(1) == STOP
+    assert all(m.twist.linear.x == 0.0 for m in lab.commands[1])
+
+
+def test_a_go_of_an_earlier_experiment_starts_nothing(lab):
+    lab.paused = False
+    see_it_stand(lab, 'was not heard to pause first')
+
+    lab.paused = True
+    lab.peer.wait_for(lambda: lab.status(1)[0].message == 'paused')
+    lab.paused = False
+    lab.wait_for_command(1, GO)
+
+
+def test_a_pause_node_that_is_heard_again_starts_nothing(lab):
+    lab.let_go()
+    lab.wait_for_command(1, GO)
+    lab.paused = None
+    lab.wait_for_command(1, STOP)
+
+    lab.paused = False
+    see_it_stand(lab, 'was not heard to pause first')
+
+
+def test_a_bridge_that_hung_or_slept_with_the_laptop_starts_nothing(lab, bridges):
+    lab.let_go()
+    lab.wait_for_command(1, GO)
+    bridges.popen.send_signal(signal.SIGSTOP)
+    lab.peer.spin(1.0)
+    bridges.popen.send_signal(signal.SIGCONT)
+
+    bridges.wait_for_output('the bridge process was held up')
+    see_it_stand(lab, 'was not heard to pause first')
+
+
+def test_a_robot_stands_while_somebody_else_commands_it(lab):
+    lab.let_go()
+    lab.wait_for_command(1, GO)
+    rival = lab.peer.node.create_publisher(TwistStamped, '/tb3_1/cmd_vel', 1)
+
+    see_it_stand(lab, '/peer commands it too')
+    lab.peer.node.destroy_publisher(rival)
+    lab.wait_for_command(1, GO)
+
+
+def test_a_robot_stands_while_two_controllers_want_to_move_it(lab):
+    lab.let_go()
+    lab.wait_for_command(1, GO)
+    lab.peer.node.create_publisher(TwistStamped, '/tb3_1/cmd_vel_wanted', 1)
+
+    see_it_stand(lab, '2 controllers want to move it')
+
+
+def test_two_robots_that_were_set_up_as_one_stand(lab, domain):
+    lab.let_go()
+    lab.wait_for_command(1, GO)
+    with Peer(domain) as other:
+        robots = [
+            Node('turtlebot3_node', namespace='tb3_1', context=peer.context)
+            for peer in (lab.peer, other)
+        ]
+        for robot in robots:
+            robot.create_subscription(TwistStamped, 'cmd_vel', print, 10)
+
+        see_it_stand(lab, 'several robots listen to /tb3_1/cmd_vel')
+        for robot in robots:
+            robot.destroy_node()
+
+
+def test_poses_that_two_nodes_send_are_not_believed(lab):
+    lab.let_go()
+    lab.wait_for_command(1, GO)
+    lab.peer.node.create_publisher(Odometry, '/qualisys/tb3_1/odom', 1)
+
+    see_it_stand(lab, '2 nodes send it on /qualisys/tb3_1/odom')
+
+
+def test_the_end_of_a_second_experiment_starts_nothing(lab):
+    lab.let_go()
+    lab.wait_for_command(1, GO)
+    second = lab.peer.node.create_publisher(Bool, '/paused', 1)
+    lab.wait_for_command(1, STOP)
+    lab.peer.wait_for(lambda: 'several pause nodes' in lab.status(1)[0].message)
+    lab.peer.node.destroy_publisher(second)
+
+    see_it_stand(lab, 'was not heard to pause first')

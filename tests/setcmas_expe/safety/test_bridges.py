@@ -1,0 +1,160 @@
+import math
+import signal
+import sys
+
+import pytest
+
+pytest.importorskip('rclpy')
+
+from geometry_msgs.msg import Twist
+from lab_peer import LabPeer
+from nav_msgs.msg import Odometry
+from sensor_msgs.msg import BatteryState
+from visualization_msgs.msg import MarkerArray
+
+from setcmas_simu.ros import qos
+
+BRIDGES = [sys.executable, '-m', 'setcmas_expe.safety.bridges']
+STOP = (0.0, 0.0)
+
+
+@pytest.fixture
+def lab(peer):
+    return LabPeer(peer, ('tb3_1', 'tb3_2'))
+
+
+def let_go(lab):
+    """Let both robots move: all that a command needs is there."""
+    lab.poses.update({1: (-1.0, 0.0, 0.5), 2: (1.0, 0.0, 0.5)})
+    lab.wanted.update({1: (0.1, 0.2), 2: (0.05, 0.0)})
+    lab.let_go()
+    lab.wait_for_command(1, (0.1, 0.2))
+    lab.wait_for_command(2, (0.05, 0.0))
+
+
+def test_a_robot_moves_only_while_all_that_it_needs_is_there(start, peer, lab):
+    process = start(*BRIDGES, '--nb-robots', '2')
+    process.wait_for_output('bridging robots 1-2: poses from /qualisys/tb3_1/odom')
+    lab.wanted = {1: (0.1, 0.2), 2: (0.05, 0.0)}
+    lab.poses[1] = (-1.0, 0.0, 0.5)
+    lab.let_go()
+    peer.wait_for(lambda: 'robots 2 have not been seen yet' in process.output())
+    assert all(m.twist.linear.x == 0.0 for i in (1, 2) for m in lab.commands[i])
+
+    let_go(lab)
+    lab.poses[1] = None
+    lab.wait_for_command(1, STOP)
+    peer.wait_for(lambda: 'robot 1 stopped: no good pose for 0.5 s' in process.output())
+    lab.wait_for_command(2, (0.05, 0.0))
+
+    let_go(lab)
+    peer.wait_for(lambda: 'robot 1 free to move again' in process.output())
+    lab.poses[1] = (0.0, 0.0, 0.0)  # what a Vicon system sends for a lost body
+    lab.wait_for_command(1, STOP)
+    peer.wait_for(lambda: 'tb3_1: poses left out: ' in process.output())
+    assert 'exactly zero' in process.output()
+
+    for wanted, reason in ((None, 'no command for 0.5 s'), ((math.nan, 0.1), 'not a number')):
+        let_go(lab)
+        lab.wanted[1] = wanted
+        lab.wait_for_command(1, STOP)
+        peer.wait_for(lambda reason=reason: reason in process.output())
+
+    let_go(lab)
+    lab.noise = 0.0
+    lab.wait_for_command(1, STOP)
+    lab.wait_for_command(2, STOP)
+    peer.wait_for(lambda: 'stopped: pose not believed: frozen' in process.output())
+    lab.noise = 1e-5
+
+    let_go(lab)
+    lab.paused = True
+    lab.wait_for_command(1, STOP)
+    lab.wait_for_command(2, STOP)
+    let_go(lab)
+    lab.paused = None
+    lab.wait_for_command(1, STOP)
+    peer.wait_for(lambda: 'nothing is heard of the pause node' in process.output())
+
+    let_go(lab)
+    for robot in (1, 2):
+        lab.commands[robot].clear()
+    process.popen.send_signal(signal.SIGTERM)
+    peer.wait_for(lambda: process.popen.poll() is not None)
+    assert process.wait() == 0
+    peer.wait_for(lambda: lab.last(1) == lab.last(2) == STOP)
+    assert 'Traceback' not in process.output()
+
+
+def test_odometry_diagnostics_and_arena_are_told(start, peer, lab):
+    odometry = peer.listen(Odometry, '/mocap/tb3_1/odom')
+    arena = peer.listen(MarkerArray, '/arena', qos.LATCHED)
+    start(*BRIDGES, '--nb-robots', '2', '--arena=-2,2,-1,1')
+    battery = peer.publisher(BatteryState, '/tb3_1/battery_state', qos=qos.SENSOR)
+    let_go(lab)
+    peer.wait_for(lambda: odometry)
+    battery.publish(BatteryState(percentage=87.0))
+    peer.wait_for(lambda: lab.status(1)[1]['battery'] == '87')
+
+    assert odometry[-1].header.frame_id == 'world'
+    assert odometry[-1].child_frame_id == 'tb3_1'
+    assert odometry[-1].pose.pose.position.x == -1.0
+    status, values = lab.status(1)
+    assert (status.name, status.message, status.level) == ('tb3_1', '', b'\x00')
+    assert values['state'] == 'moving'
+    assert float(values['pose_age']) < 0.5
+    assert float(values['speed']) == pytest.approx(0.0, abs=0.01)
+    border, *discs = arena[0].markers
+    assert (border.ns, border.type) == ('arena', border.LINE_STRIP)
+    assert {(p.x, p.y) for p in border.points} == {(x, y) for x in (-2, 2) for y in (-1, 1)}
+    assert [(d.ns, d.id, d.header.frame_id, d.scale.x) for d in discs] == [
+        ('separation', i, f'tb3_{i}', 0.35) for i in (1, 2)
+    ]
+
+    lab.poses[2] = None
+    peer.wait_for(lambda: lab.status(2)[0].level == b'\x02')
+    lab.poses[1] = (2.5, 0.0, 0.0)  # carried outside, which takes a pause to be believed
+    lab.paused = True
+    peer.wait_for(lambda: lab.status(1)[0].level == b'\x02')
+    peer.wait_for(lambda: lab.status(1)[0].message == 'paused')
+    lab.poses[2] = (1.0, 0.0, 0.0)
+    lab.paused = False
+    peer.wait_for(lambda: 'outside the arena' in lab.status(1)[0].message)
+    assert lab.status(1)[1]['state'] == 'stopped'
+    assert lab.last(1) == (0.0, 0.2)  # it may turn
+    lab.wanted[1] = (-0.1, 0.0)  # backwards is inside
+    lab.wait_for_command(1, (-0.1, 0.0))
+
+
+def test_the_type_and_the_namespace_of_the_robot_are_followed(start, peer, tmp_path):
+    path = tmp_path / 'lab.yaml'
+    path.write_text(
+        'robots:\n- {number: 1, namespace: lab/red}\n- {number: 2, namespace: lab/blue}\n'
+    )
+    process = start(*BRIDGES, '--lab', str(path))
+    process.wait_for_output('nothing listens to the commands of robots 1-2 (/lab/red/cmd_vel)')
+    lab = LabPeer(peer, ('lab/red', 'lab/blue'), Twist)
+
+    let_go(lab)
+    for message in ('all robots listen now', 'no cmd_vel_guard on robots 1-2'):
+        peer.wait_for(lambda message=message: message in process.output())
+
+
+def test_swapped_names_stop_both_robots(start, peer, lab):
+    process = start(*BRIDGES, '--nb-robots', '2')
+    let_go(lab)
+    lab.poses = {1: lab.poses[2], 2: lab.poses[1]}
+    lab.wait_for_command(1, STOP)
+    lab.wait_for_command(2, STOP)
+
+    peer.wait_for(lambda: 'swapped places with tb3_2' in process.output())
+
+
+def test_a_mistake_in_the_lab_file_is_one_line(start, tmp_path):
+    path = tmp_path / 'lab.yaml'
+    path.write_text('limits: segway\n')
+    process = start(*BRIDGES, '--lab', str(path))
+
+    assert process.wait() == 2
+    assert process.output().startswith(f'error: {path}, line 1: limits is')
+    assert len(process.output().splitlines()) == 1

@@ -1,0 +1,54 @@
+import numpy as np
+import pytest
+
+from setcmas_simu.errors import SetcmasError
+from setcmas_simu.fleet.fleet import colour, format_robots, parse_robots, plot_colour, start_poses
+
+
+def test_one_robot_starts_at_the_origin():
+    np.testing.assert_array_equal(start_poses(1), np.zeros((3, 1)))
+
+
+def test_eight_robots_start_as_in_ros_1():
+    x = [5, 5, -5, -5, 0, 5, 0, -5]
+    y = [5, -5, -5, 5, 5, 0, -5, 0]
+
+    np.testing.assert_array_equal(start_poses(8), [x, y, np.zeros(8)])
+    np.testing.assert_array_equal(start_poses(3), start_poses(8)[:, :3])
+
+
+@pytest.mark.parametrize('nb_robots', [9, 50, 300])
+def test_further_robots_keep_a_metre_apart(nb_robots):
+    x, y, _ = start_poses(nb_robots)
+    distances = np.hypot(x[:, None] - x, y[:, None] - y)
+    np.fill_diagonal(distances, np.inf)
+
+    assert distances.min() >= 1.0
+
+
+def test_colours():
+    assert colour(1) == (1.0, 0.0, 0.0)
+    assert colour(4) == (1.0, 0.91, 0.31)
+    assert colour(5) == (1.0, 1.0, 1.0)
+    assert colour(9) == colour(50)
+    assert plot_colour(5) != (1.0, 1.0, 1.0)
+    assert plot_colour(6) == colour(6)
+
+
+@pytest.mark.parametrize(
+    ('text', 'robots'),
+    [('1', [1]), ('1-4', [1, 2, 3, 4]), ('7, 2-3', [2, 3, 7]), ('3,3,1-2', [1, 2, 3])],
+)
+def test_parse_robots(text, robots):
+    assert parse_robots(text) == robots
+
+
+@pytest.mark.parametrize('text', ['', '0', '4-1', 'a', '1-', '1,,2', '-3', '1.5', '99999'])
+def test_malformed_robots_are_refused(text):
+    with pytest.raises(SetcmasError, match='not understood'):
+        parse_robots(text)
+
+
+@pytest.mark.parametrize('text', ['1', '1-4', '1,3-5,9'])
+def test_format_robots_inverts_parse_robots(text):
+    assert format_robots(parse_robots(text)) == text

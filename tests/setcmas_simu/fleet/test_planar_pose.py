@@ -1,0 +1,28 @@
+import numpy as np
+import pytest
+
+from setcmas_simu.fleet.planar_pose import quaternion_of_yaw, wrap_angle, yaw_of_quaternion
+
+
+@pytest.mark.parametrize(
+    ('angle', 'wrapped'),
+    [(0, 0), (np.pi, np.pi), (-np.pi, np.pi), (1.5 * np.pi, -0.5 * np.pi), (7.0, 7 - 2 * np.pi)],
+)
+def test_wrap_angle(angle, wrapped):
+    assert wrap_angle(angle) == pytest.approx(wrapped)
+
+
+def test_wrap_angle_keeps_direction_and_interval():
+    angles = np.linspace(-50, 50, 1001)
+    wrapped = wrap_angle(angles)
+
+    assert ((wrapped > -np.pi) & (wrapped <= np.pi)).all()
+    np.testing.assert_allclose(np.exp(1j * wrapped), np.exp(1j * angles), atol=1e-9)
+
+
+@pytest.mark.parametrize('yaw', np.linspace(-3.1, 3.1, 13))
+def test_quaternion_round_trip(yaw):
+    z, w = quaternion_of_yaw(yaw)
+
+    assert yaw_of_quaternion(0.0, 0.0, z, w) == pytest.approx(yaw)
+    assert yaw_of_quaternion(0.0, 0.0, 5 * z, 5 * w) == pytest.approx(yaw)

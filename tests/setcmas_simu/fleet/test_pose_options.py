@@ -1,0 +1,75 @@
+import numpy as np
+import pytest
+
+from setcmas_simu.errors import SetcmasError
+from setcmas_simu.fleet.fleet import start_poses
+from setcmas_simu.fleet.pose_options import chosen_start_poses, load_poses, parse_pose_option
+
+
+@pytest.mark.parametrize(
+    ('text', 'pose'),
+    [('3:1.0,2.0,1.57', (3, (1.0, 2.0, 1.57))), ('1:-5, 5', (1, (-5.0, 5.0, 0.0)))],
+)
+def test_pose_option(text, pose):
+    assert parse_pose_option(text) == pose
+
+
+@pytest.mark.parametrize(
+    'text',
+    ['', '1', '1:', '0:1,2,3', 'a:1,2,3', '1:1', '1:1,2,3,4', '1:nan,0,0', '1:x,y', '1:1,inf'],
+)
+def test_malformed_pose_options_are_refused(text):
+    with pytest.raises(SetcmasError, match='accepted'):
+        parse_pose_option(text)
+
+
+@pytest.mark.parametrize(
+    'content',
+    ['[[1, 2, 3], [4, 5]]', '{1: [1, 2, 3], 2: [4, 5]}', 'tb3_1: [1, 2, 3]\ntb3_2: [4, 5]\n'],
+)
+def test_poses_file(tmp_path, content):
+    path = tmp_path / 'poses.yaml'
+    path.write_text(content)
+
+    assert load_poses(path) == {1: (1.0, 2.0, 3.0), 2: (4.0, 5.0, 0.0)}
+
+
+@pytest.mark.parametrize(
+    'content', ['', '[]', 'hello', '3', '[1, 2]', '[[1, two]]', '{a: [1, 2]}', '[[1, .nan]]', '[[']
+)
+def test_malformed_poses_files_are_refused_in_one_line(tmp_path, content):
+    path = tmp_path / 'poses.yaml'
+    path.write_text(content)
+
+    with pytest.raises(SetcmasError, match=r'poses\.yaml') as caught:
+        load_poses(path)
+    assert '\n' not in str(caught.value)
+
+
+def test_a_missing_poses_file_is_named(tmp_path):
+    with pytest.raises(SetcmasError, match=r'none\.yaml.*No such file'):
+        load_poses(tmp_path / 'none.yaml')
+
+
+def test_single_poses_go_before_the_file_and_the_file_before_defaults(tmp_path):
+    path = tmp_path / 'poses.yaml'
+    path.write_text('{1: [1, 1, 1], 2: [2, 2, 2], 7: [7, 7, 7]}')
+
+    poses = chosen_start_poses(3, path, ['2:9,9,9'])
+
+    np.testing.assert_array_equal(poses[:, :2].T, [[1, 1, 1], [9, 9, 9]])
+    np.testing.assert_array_equal(poses[:, 2], start_poses(3)[:, 2])
+
+
+def test_a_pose_for_a_robot_outside_the_fleet_is_refused():
+    with pytest.raises(SetcmasError, match='robots 1 to 3'):
+        chosen_start_poses(3, None, ['4:0,0,0'])
+
+
+def test_a_list_that_is_shorter_than_the_fleet_is_refused(tmp_path):
+    path = tmp_path / 'poses.yaml'
+    path.write_text('[[1, 1, 1], [2, 2, 2]]')
+
+    with pytest.raises(SetcmasError, match=r'has 2 poses; the fleet has 3 robots'):
+        chosen_start_poses(3, path)
+    assert chosen_start_poses(1, path).shape == (3, 1)

@@ -1,0 +1,46 @@
+import subprocess
+import sys
+
+import pytest
+
+from setcmas_simu.errors import SetcmasError
+from setcmas_simu.simulator.robot_locks import RobotLocks
+
+HOLDER = """
+import sys
+from setcmas_simu.simulator.robot_locks import RobotLocks
+locks = RobotLocks([1, 2], 'test')
+print('held', flush=True)
+sys.stdin.read()
+"""
+
+
+@pytest.fixture
+def holder(tmp_path, monkeypatch):
+    monkeypatch.setenv('TMPDIR', str(tmp_path))
+    monkeypatch.setattr('tempfile.tempdir', None)
+    process = subprocess.Popen(
+        [sys.executable, '-c', HOLDER], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
+    )
+    assert process.stdout.readline() == 'held\n'
+    yield process
+    process.kill()
+    process.communicate()
+
+
+def test_robots_of_another_process_are_refused_and_it_is_named(holder):
+    with pytest.raises(SetcmasError, match=f'robots 2 are already .* process {holder.pid} '):
+        RobotLocks([2, 3], 'test')
+    RobotLocks([3], 'test').release()
+
+
+def test_other_robots_and_other_domains_are_free(holder):
+    RobotLocks([3, 4], 'test').release()
+    RobotLocks([1, 2], 'another').release()
+
+
+def test_a_killed_process_leaves_no_lock(holder):
+    holder.kill()
+    holder.wait()
+
+    RobotLocks([1, 2], 'test').release()

@@ -1,0 +1,88 @@
+from pathlib import Path
+
+import pytest
+import yaml
+
+from setcmas_simu.fleet.fleet import colour
+from setcmas_simu.simulator.rviz_config import rviz_config
+
+ROOT = Path(__file__).parents[3]
+PLUGINS = ('Grid', 'Axes', 'Pose', 'Odometry', 'Marker', 'MarkerArray')
+CLASSES = {'rviz_common/Group', *(f'rviz_default_plugins/{name}' for name in PLUGINS)}
+TOPIC_KEYS = {
+    'Depth', 'Durability Policy', 'Filter size', 'History Policy', 'Reliability Policy', 'Value',
+}  # fmt: skip
+
+
+def displays(config):
+    """Return all displays of a parsed configuration, those in groups too."""
+    found, waiting = [], list(config['Visualization Manager']['Displays'])
+    while waiting:
+        display = waiting.pop()
+        found.append(display)
+        waiting += display.get('Displays', [])
+    return found
+
+
+def topics_of(text):
+    return {d['Topic']['Value']: d for d in displays(yaml.safe_load(text)) if 'Topic' in d}
+
+
+@pytest.mark.parametrize('experiment', [False, True])
+def test_classes_and_keys_are_those_of_rviz_2(experiment):
+    config = yaml.safe_load(rviz_config([1, 2], experiment))
+
+    assert [panel['Class'] for panel in config['Panels']] == ['rviz_common/Displays']
+    assert config['Visualization Manager']['Global Options']['Fixed Frame'] == 'world'
+    assert {display['Class'] for display in displays(config)} <= CLASSES
+    for display in displays(config):
+        kind = display['Class'].rpartition('/')[2]
+        if 'Topic' in display:
+            lacking = {'Filter size'} if kind == 'MarkerArray' else set()
+            assert set(display['Topic']) == TOPIC_KEYS - lacking
+        if kind.startswith('Marker'):
+            assert display['Namespaces'] == {}
+        if kind == 'Odometry':
+            assert {'Position Tolerance', 'Angle Tolerance', 'Keep', 'Shape'} <= set(display)
+            assert display['Covariance'] == {'Value': False}
+
+
+def test_what_a_simulation_shows():
+    shown = topics_of(rviz_config([1, 12]))
+
+    names = ('marker', 'pose', 'odom', 'wp_ref', 'traj_ref')
+    assert set(shown) == {f'/tb3_{i}/{name}' for i in (1, 12) for name in names}
+    assert shown['/tb3_1/odom']['Keep'] > 100
+
+
+def test_what_an_experiment_shows():
+    text = rviz_config([3], experiment=True)
+    shown = topics_of(text)
+
+    assert set(shown) == {'/arena', '/mocap/tb3_3/odom', '/tb3_3/wp_ref', '/tb3_3/traj_ref'}
+    keeps = [d['Keep'] for d in displays(yaml.safe_load(text)) if 'Keep' in d]
+    assert min(keeps) == 1
+    assert max(keeps) > 100
+
+
+@pytest.mark.parametrize('robot', [1, 4, 9])
+def test_arrows_have_the_colour_of_their_robot(robot):
+    shown = topics_of(rviz_config([robot]))
+
+    for display in (
+        shown[f'/tb3_{robot}/pose'],
+        shown[f'/tb3_{robot}/odom']['Shape'],
+    ):
+        channels = [int(channel) / 255 for channel in display['Color'].split('; ')]
+        assert channels == pytest.approx(colour(robot), abs=0.01)
+
+
+@pytest.mark.parametrize(
+    ('package', 'name', 'experiment'),
+    [('setcmas_simu', 'simulation_8', False), ('setcmas_expe', 'experiment_8', True)],
+)
+def test_installed_files_are_what_is_generated(package, name, experiment):
+    installed = ROOT / package / 'rviz' / f'{name}.rviz'
+
+    assert installed.read_text() == rviz_config(list(range(1, 9)), experiment)
+    assert f"['rviz/{name}.rviz']" in (ROOT / package / 'setup.py').read_text()

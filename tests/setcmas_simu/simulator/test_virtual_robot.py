@@ -1,0 +1,186 @@
+import signal
+
+import numpy as np
+import pytest
+from processes import SIMU
+
+pytest.importorskip('rclpy')
+
+from geometry_msgs.msg import PoseStamped, Twist, TwistStamped
+from nav_msgs.msg import Odometry
+from ros_peer import position, twist, twist_stamped
+from std_msgs.msg import Empty
+from visualization_msgs.msg import Marker
+
+from setcmas_simu.fleet.fleet import colour, start_poses
+
+
+def test_odometry_pose_and_marker_of_every_robot(start, peer):
+    start(*SIMU, '--nb-robots', '3', '--pose', '2:1,2,1.5')
+    odometry = [peer.odometry(robot) for robot in (1, 2, 3)]
+    pose = peer.listen(PoseStamped, '/tb3_2/pose')
+    marker = peer.listen(Marker, '/tb3_2/marker')
+    peer.wait_for(lambda: all(odometry) and pose and marker)
+
+    assert odometry[0][0].header.frame_id == 'world'
+    assert odometry[0][0].child_frame_id == 'tb3_1'
+    assert position(odometry[0][0]) == tuple(start_poses(3)[:2, 0])
+    assert position(odometry[1][0]) == (1.0, 2.0)
+    z, w = pose[0].pose.orientation.z, pose[0].pose.orientation.w
+    assert 2 * np.arctan2(z, w) == pytest.approx(1.5)
+    rgb = (marker[0].color.r, marker[0].color.g, marker[0].color.b)
+    assert rgb == pytest.approx(colour(2))
+    assert (marker[0].pose.position.x, marker[0].pose.position.y) == (1.0, 2.0)
+
+
+def test_odometry_comes_at_ten_hertz_in_steps_of_a_tenth_of_a_second(start, peer):
+    start(*SIMU, '--nb-robots', '1')
+    odometry = peer.odometry(1)
+    command = peer.publisher(TwistStamped, '/tb3_1/cmd_vel')
+    command.publish(twist_stamped(0.5, 0.0))
+    peer.wait_for(lambda: odometry and odometry[-1].twist.twist.linear.x == 0.5)
+
+    x = [position(message)[0] for message in peer.wait_for_new(odometry, 20)]
+
+    np.testing.assert_allclose(np.diff(x), 0.05, atol=1e-9)
+
+
+def test_reset_of_one_robot_and_of_the_fleet(start, peer):
+    start(*SIMU, '--nb-robots', '2')
+    odometry = [peer.odometry(robot) for robot in (1, 2)]
+    commands = [peer.publisher(TwistStamped, f'/tb3_{robot}/cmd_vel') for robot in (1, 2)]
+    reset_second = peer.publisher(Empty, '/tb3_2/reset')
+    reset_all = peer.publisher(Empty, '/reset')
+    homes = [tuple(start_poses(2)[:2, i]) for i in (0, 1)]
+
+    def drive_away():
+        for command in commands:
+            command.publish(twist_stamped(0.5, 0.0))
+        peer.wait_for(
+            lambda: all(position(o[-1]) != h for o, h in zip(odometry, homes, strict=True))
+        )
+
+    peer.wait_for(lambda: all(odometry))
+    drive_away()
+    reset_second.publish(Empty())
+    peer.wait_for(lambda: position(odometry[1][-1]) == homes[1])
+    assert position(odometry[0][-1]) != homes[0]
+
+    drive_away()
+    reset_all.publish(Empty())
+    peer.wait_for(lambda: all(position(o[-1]) == h for o, h in zip(odometry, homes, strict=True)))
+    assert odometry[0][-1].twist.twist.linear.x == 0.0
+
+
+def test_limits_of_a_burger(start, peer):
+    start(*SIMU, '--nb-robots', '1', '--limits', 'burger')
+    odometry = peer.odometry(1)
+    peer.publisher(TwistStamped, '/tb3_1/cmd_vel').publish(twist_stamped(0.5, 0.0))
+
+    peer.wait_for(lambda: odometry and odometry[-1].twist.twist.linear.x != 0.0)
+    assert odometry[-1].twist.twist.linear.x == pytest.approx(0.2108)
+
+
+def test_a_robot_stops_when_commands_stop_if_a_timeout_is_set(start, peer):
+    start(*SIMU, '--nb-robots', '1', '--cmd-timeout', '0.5')
+    odometry = peer.odometry(1)
+    peer.publisher(TwistStamped, '/tb3_1/cmd_vel').publish(twist_stamped(0.5, 0.0))
+
+    peer.wait_for(lambda: odometry and odometry[-1].twist.twist.linear.x == 0.5)
+    peer.wait_for(lambda: odometry[-1].twist.twist.linear.x == 0.0)
+    assert position(odometry[-1])[0] < 1.0
+
+
+def test_a_robot_can_listen_to_plain_twist(start, peer):
+    start(*SIMU, '--nb-robots', '1', '--cmd-vel-type', 'twist')
+    odometry = peer.odometry(1)
+    peer.publisher(Twist, '/tb3_1/cmd_vel').publish(twist(0.25, 0.0))
+
+    peer.wait_for(lambda: odometry and odometry[-1].twist.twist.linear.x == 0.25)
+
+
+def test_parameters_of_a_single_robot(start, peer):
+    parameters = ('robot_no:=3', 'x0:=2', 'y0:=-1.5', 'limits:=burger', 'robot_frame:=base')
+    start(*SIMU, '--ros-args', *[word for p in parameters for word in ('-p', p)])
+    odometry = peer.odometry(3)
+    peer.wait_for(lambda: odometry)
+
+    assert position(odometry[0]) == (2.0, -1.5)
+    assert odometry[0].child_frame_id == 'base'
+
+
+def test_a_part_of_a_fleet_starts_where_it_does_in_the_whole(start, peer):
+    start(*SIMU, '--nb-robots', '8', '--robots', '5-6')
+    odometry = [peer.odometry(robot) for robot in (1, 5, 6)]
+    peer.wait_for(lambda: odometry[1] and odometry[2])
+
+    assert not odometry[0]
+    assert position(odometry[1][0]) == (0.0, 5.0)
+    assert position(odometry[2][0]) == (5.0, 0.0)
+
+
+def test_a_second_simulator_of_the_same_robots_refuses_to_start(start, peer):
+    first = start(*SIMU, '--nb-robots', '4')
+    first.wait_for_output('simulating robots 1-4')
+    odometry = peer.odometry(3)
+
+    second = start(*SIMU, '--nb-robots', '3')
+    assert second.wait() == 2
+    assert f'robots 1-3 are already simulated by process {first.pid}' in second.output()
+    third = start(*SIMU, '--robots', '5-6')
+    third.wait_for_output('simulating robots 5-6')
+
+    peer.wait_for_new(odometry, 5)
+    assert 'fight' not in first.output()
+
+
+def test_a_simulator_refuses_robots_whose_odometry_others_publish(start, peer):
+    peer.node.create_publisher(Odometry, '/tb3_2/odom', 10)  # such as a real robot
+
+    process = start(*SIMU, '--nb-robots', '3', env={'ROS_AUTOMATIC_DISCOVERY_RANGE': 'SUBNET'})
+    peer.executor.spin_once(timeout_sec=0.1)
+
+    assert process.wait() == 2
+    assert 'robots 2 are already there' in process.output()
+    assert 'node /peer publishes' in process.output()
+
+
+def test_after_a_crash_a_simulator_can_be_started_again(start):
+    first = start(*SIMU, '--nb-robots', '2')
+    first.wait_for_output('simulating')
+    first.end(signal.SIGKILL)
+
+    start(*SIMU, '--nb-robots', '2').wait_for_output('simulating robots 1-2')
+
+
+@pytest.mark.parametrize('signum', [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
+def test_signals_end_the_process_well(start, signum):
+    process = start(*SIMU, '--nb-robots', '2')
+    process.wait_for_output('simulating')
+
+    assert process.end(signum) == 0
+    assert 'Traceback' not in process.output()
+
+
+@pytest.mark.parametrize(
+    ('arguments', 'message'),
+    [
+        (('--robots', '0'), "robots '0' are not understood"),
+        (('--nb-robots', '2', '--robots', '1-3'), 'the fleet has robots 1 to 2'),
+        (('--nb-robots', '2', '--pose', '3:1,1'), 'is for robot 3'),
+        (('--ros-args', '-p', 'robot_no:=0'), 'robot_no'),
+        (('--ros-args', '-p', 'x0:=here'), 'x0'),
+        (('--ros-args', '-p', 'limits:=segway'), 'segway'),
+        (('--ros-args', '-p', 'rate:=0'), 'rate'),
+        (('--ros-args', '-p', 'x0:=.nan'), 'x0'),
+        (('--ros-args', '-p', 'cmd_timeout:=-1'), 'cmd_timeout'),
+        (('--ros-args', '-p', 'cmd_vel_type:=pose'), 'accepted are twist_stamped, twist'),
+        (('--ros-args', '-p', 'foo'), 'not understood'),
+    ],
+)
+def test_mistakes_are_told_without_a_traceback(start, arguments, message):
+    process = start(*SIMU, *arguments)
+
+    assert process.wait() == 2
+    assert message in process.output()
+    assert 'Traceback' not in process.output()

@@ -1,0 +1,241 @@
+"""Offline runs over graphs and imperfect links, compared with what theory says."""
+
+import numpy as np
+import pytest
+
+from setcmas_ctrl.communication.graph import PRESETS, laplacian
+from setcmas_simu.errors import SetcmasError
+from setcmas_tools import simulate
+
+
+def spread(run):
+    """Return the largest distance of a robot to the fleet's centre, over time, in m."""
+    positions = run.poses[:, :2]
+    return np.hypot(*(positions - positions.mean(axis=2, keepdims=True)).swapaxes(0, 1)).max(
+        axis=1
+    )
+
+
+def test_event_triggered_consensus_is_that_of_the_ros_1_stack():
+    run = simulate('consensus', 8, 43.0, event_triggered=True)
+    record = run.communication
+
+    assert 0.03 < record.triggers[:, 2].mean() < 0.09
+    assert all(15 <= counts.sent <= 33 for counts in record.robots.values())
+    assert spread(run)[-1] < 0.3
+    assert len(record.triggers) == 8 * len(run.t)
+
+
+def test_periodic_and_perfect_links_change_nothing():
+    plain = simulate('consensus', 5, 20.0)
+    matrix = simulate('consensus', 5, 20.0, graph=1.0 - np.eye(5))
+    over_links = simulate('consensus', 5, 20.0, range=1000.0)
+
+    assert plain.communication is None
+    assert matrix.communication is None
+    assert over_links.communication.links
+    np.testing.assert_array_equal(over_links.poses, plain.poses)
+
+
+@pytest.mark.parametrize('graph', [name for name in PRESETS if name != 'complete'])
+def test_consensus_converges_on_connected_graphs(graph):
+    run = simulate('consensus', 8, 150.0, graph=graph)
+
+    # The end of a path moves slower than robots can (1 cm/s) when it is 0.06 m from its neighbour.
+    assert spread(run)[-1] < 0.45
+    assert spread(run)[0] > 5
+
+
+@pytest.mark.parametrize('graph', ['ring', 'star', 'path'])
+def test_consensus_converges_at_the_rate_of_theory(graph):
+    # p' = -K (I + D)^-1 L p; far from its limits of speed, once turned, a fleet follows it.
+    A = PRESETS[graph](5)
+    rates = np.linalg.eigvals(0.5 * laplacian(A) / (1 + A.sum(axis=1, keepdims=True))).real
+    slowest = np.sort(rates)[1]
+    run = simulate(
+        'consensus', 5, 60.0, graph=graph, vnom=50.0, komega=50.0, rate=50, robot_rate=100
+    )
+    positions = run.poses[:, 0]
+    disagreement = np.linalg.norm(positions - positions.mean(axis=1, keepdims=True), axis=1)
+    seen = (run.t > 6) & (disagreement > 0.5)
+    slope = -np.polyfit(run.t[seen], np.log(disagreement[seen]), 1)[0]
+
+    assert slope == pytest.approx(slowest, rel=0.15)
+
+
+def test_two_pairs_become_two_clusters():
+    run = simulate('consensus', 4, 60.0, graph=np.kron(np.eye(2), 1 - np.eye(2)))
+    end = run.poses[-1, :2]
+
+    assert np.hypot(*(end[:, 0] - end[:, 1])) < 0.1
+    assert np.hypot(*(end[:, 2] - end[:, 3])) < 0.1
+    assert np.hypot(*(end[:, 0] - end[:, 2])) > 9
+
+
+def test_a_leader_that_hears_nobody_is_met_by_its_followers(tmp_path):
+    (tmp_path / 'tree.yaml').write_text('edges: [1 -> 2, 2 -> 3, 1 -> 4]\n')
+    run = simulate('consensus', 4, 60.0, graph=tmp_path / 'tree.yaml')
+
+    assert (run.poses[-1, :2, 0] == run.poses[0, :2, 0]).all()
+    assert spread(run)[-1] < 0.2
+
+
+def test_weights_count():
+    A = np.array([[0, 9.0, 1.0], [0, 0, 0], [0, 0, 0]])
+    run = simulate('consensus', 3, 0.2, graph=A, vnom=100.0)
+    p = run.poses[0, :2]
+    expected = -0.5 / 11 * (9 * (p[:, 0] - p[:, 1]) + (p[:, 0] - p[:, 2]))
+
+    np.testing.assert_allclose(run.velocities[0, :, 0], expected)
+
+
+def test_a_delay_is_seen_by_the_laws():
+    seen = []
+
+    def law(robotNo, nbRobots, poses, t):
+        if robotNo == 1:
+            seen.append((poses[0, 0], poses[0, 1]))
+        return 0.5, 0.0
+
+    simulate(law, 2, 2.0, poses=np.zeros((3, 2)), delay=0.4)
+    own, other = np.array(seen).T
+
+    np.testing.assert_allclose(own, 0.1 * np.arange(10), atol=1e-9)
+    np.testing.assert_allclose(other, np.maximum(own - 0.2, 0.0), atol=1e-9)
+
+
+def test_switching_graphs_change_who_is_heard(tmp_path):
+    (tmp_path / 'switch.yaml').write_text(
+        'segments:\n  - {duration: 1, edges: [1 - 2]}\n  - {duration: 0.6, edges: [1 - 3]}\n'
+        'repeat: true\n'
+    )
+    seen = []
+
+    def law(robotNo, nbRobots, poses, t):
+        if robotNo == 1:
+            seen.append(''.join('-+'[int(np.isfinite(x))] for x in poses[0]))
+        return 0.0, 0.0
+
+    run = simulate(law, 3, 3.2, graph=tmp_path / 'switch.yaml')
+
+    assert seen == 2 * (5 * ['++-'] + 3 * ['+-+'])
+    assert run.communication.changes[:4].tolist() == [
+        [0, 1, 2, 1],
+        [0, 2, 1, 1],
+        [1, 1, 2, 0],
+        [1, 1, 3, 1],
+    ]
+    np.testing.assert_array_equal(
+        run.communication.adjacency(1.2, 3), [[0, 0, 1], [0, 0, 0], [1, 0, 0]]
+    )
+
+
+def test_robots_out_of_range_are_not_heard():
+    def law(robotNo, nbRobots, poses, t):
+        heard = np.isfinite(poses[0])
+        assert (np.hypot(*(poses[:2, heard] - poses[:2, robotNo - 1, None])) <= 3.0).all()
+        return (0.5, 0.0) if robotNo == 1 else (0.0, 0.0)
+
+    run = simulate(law, 2, 10.0, poses=[[-3.95, 0], [0, 0], [0, 0]], range=3.0)
+
+    assert not run.failed_robots
+    assert run.communication.changes.tolist() == [[2, 1, 2, 1], [2, 2, 1, 1]]
+    assert run.communication.links[1, 2].sent == 81  # from 2 s to 10 s
+
+
+def test_the_same_seed_gives_the_same_run_and_another_one_another():
+    imperfect = {'loss': 0.3, 'noise': 0.02, 'delay': 0.2, 'event_triggered': True, 'range': 8.0}
+    first, second, third = (
+        simulate('consensus', 6, 20.0, seed=seed, **imperfect) for seed in (1, 1, 2)
+    )
+
+    np.testing.assert_array_equal(first.poses, second.poses)
+    assert first.communication.links == second.communication.links
+    assert not np.array_equal(first.poses, third.poses)
+
+
+def test_what_is_sent_is_received_or_lost():
+    run = simulate('consensus', 6, 30.0, graph='ring', loss=0.3)
+    links = run.communication.links.values()
+    sent, lost = (sum(getattr(link, name) for link in links) for name in ('sent', 'lost'))
+
+    assert len(links) == 12
+    assert all(link.sent == link.received + link.lost == 300 for link in links)
+    assert lost / sent == pytest.approx(0.3, abs=5 * np.sqrt(0.21 / sent))
+    assert all(counts.sent == 301 for counts in run.communication.robots.values())
+    assert sum(counts.lost for counts in run.communication.robots.values()) == lost
+
+
+def late(pos, last_pos, t):
+    return t > 4.95
+
+
+def broken(pos, last_pos, t):
+    return 1 / 0
+
+
+def test_conditions_of_ones_own():
+    run = simulate('consensus', 3, 5.0, event_triggered=True, ctc=late)
+
+    assert [counts.sent for counts in run.communication.robots.values()] == [2, 2, 2]
+
+
+def test_a_failing_condition_is_a_failure_of_its_robot():
+    said = []
+    run = simulate('consensus', 2, 3.0, event_triggered=True, ctc=broken, say=said.append)
+
+    assert run.failed_robots == [1, 2]
+    assert [counts.sent for counts in run.communication.robots.values()] == [31, 31]
+    assert len(said) == 2
+
+
+def test_a_law_that_reads_a_forbidden_column_is_told_whom_it_does_not_hear():
+    said = []
+
+    def law(robotNo, nbRobots, poses, t):
+        return poses[0].mean(), 0.0
+
+    run = simulate(law, 5, 1.0, graph='path', say=said.append)
+
+    assert run.failed_robots == [1, 2, 3, 4, 5]
+    assert 'tb3_2 does not hear robots 4-5' in said[1]
+
+
+def test_a_law_that_stumbles_over_a_forbidden_column_is_told_so_too():
+    said = []
+
+    def law(robotNo, nbRobots, poses, t):
+        return (int(poses[0, 2]), 0) if robotNo == 1 else (nameless, 0)  # noqa: F821
+
+    simulate(law, 3, 1.0, graph='path', say=said.append)
+
+    assert 'cannot convert float NaN to integer' in said[0]
+    assert 'tb3_1 does not hear robot 3: poses is NaN there' in said[0]
+    assert 'NameError' in said[1]
+    assert 'does not hear' not in said[1]
+
+
+@pytest.mark.parametrize(
+    ('options', 'message'),
+    [
+        ({'graph': 'rong'}, 'is unknown'),
+        ({'graph': np.zeros((2, 2))}, r'needs \(3, 3\)'),
+        ({'loss': -0.1}, 'loss is -0.1'),
+        ({'ctc': lambda: 0}, '--ctc has an effect'),
+        ({'ctc': lambda: 0, 'event_triggered': True}, 'takes neither 3 nor 5'),
+    ],
+)
+def test_arguments_that_make_no_sense_are_refused(options, message):
+    with pytest.raises(SetcmasError, match=message):
+        simulate('consensus', 3, 1.0, **options)
+
+
+def test_a_thousand_robots_in_a_ring():
+    def law(robotNo, nbRobots, poses, t):
+        return 0.1 * np.nanmean(poses[0] - poses[0, robotNo - 1]), 0.0
+
+    run = simulate(law, 1000, 1.0, graph='ring', loss=0.1)
+
+    assert np.isfinite(run.poses).all()
+    assert not run.failed_robots
+    assert len(run.communication.links) == 2000

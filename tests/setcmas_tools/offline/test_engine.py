@@ -1,0 +1,162 @@
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+from ros1_recordings import WP_NAV, needs_recordings
+
+from setcmas_simu.errors import SetcmasError
+from setcmas_simu.fleet.fleet import start_poses
+from setcmas_tools import simulate
+from setcmas_tools.metrics.trajectory_comparison import compare
+from setcmas_tools.records.fleet_table import read_csv
+
+
+def forward(robotNo, nbRobots, poses, t):
+    return 0.3, 0.0
+
+
+def test_shapes_and_times():
+    run = simulate('consensus', nb_robots=3, duration=2.0)
+
+    assert run.t.shape == (21,)
+    assert run.poses.shape == (21, 3, 3)
+    assert run.V.shape == run.omega.shape == (21, 3)
+    np.testing.assert_allclose(run.control_t, np.arange(10) / 5)
+    assert run.velocities.shape == (10, 2, 3)
+    assert run.call_time.shape == (3,)
+    assert (run.call_time > 0).all()
+
+
+def test_a_straight_line_is_exact():
+    run = simulate(forward, duration=10)
+
+    np.testing.assert_allclose(run.poses[:, 0, 0], 0.3 * run.t, atol=1e-12)
+    np.testing.assert_allclose(run.V[1:, 0], 0.3)
+    assert run.V[0, 0] == 0.0
+
+
+def test_laws_are_called_with_the_poses_of_their_time():
+    seen = []
+
+    def law(robotNo, nbRobots, poses, t):
+        seen.append((t, poses[0, 0]))
+        return 0.5, 0.0
+
+    simulate(law, duration=1.0)
+
+    np.testing.assert_allclose(seen, [(t, 0.5 * t) for t in (0.0, 0.2, 0.4, 0.6, 0.8)], atol=1e-12)
+
+
+@pytest.mark.parametrize(
+    ('rate', 'robot_rate', 'calls'), [(10, 10, 20), (3, 10, 6), (50, 10, 100)]
+)
+def test_other_rates(rate, robot_rate, calls):
+    run = simulate(forward, duration=2.0, rate=rate, robot_rate=robot_rate)
+
+    assert len(run.control_t) == calls
+    np.testing.assert_allclose(run.control_t, np.arange(calls) / rate)
+    assert run.poses[-1, 0, 0] == pytest.approx(0.6)
+
+
+def test_between_two_states_of_the_robots_laws_see_the_older_one_and_command_the_next():
+    seen = []
+
+    def law(robotNo, nbRobots, poses, t):
+        seen.append((round(t, 2), round(poses[0, 0], 3)))
+        return (0.5, 0.0) if t > 0.2 else (0.1, 0.0)
+
+    simulate(law, duration=0.6, rate=20 / 3)
+
+    # The states are 0 m, 0.01 m (at t = 0.1 s), 0.02 m, 0.03 m, 0.08 m (at t = 0.4 s), ...
+    assert seen == [(0.0, 0.0), (0.15, 0.01), (0.3, 0.03), (0.45, 0.08)]
+
+
+def test_the_table_has_a_row_for_each_robot_at_each_time():
+    run = simulate('consensus', nb_robots=4, duration=1.0)
+    table = run.table
+
+    assert len(table.t) == 11 * 4
+    np.testing.assert_array_equal(table.robot[:4], [1, 2, 3, 4])
+    np.testing.assert_array_equal(table.of(3).x, run.poses[:, 0, 2])
+    np.testing.assert_array_equal(table.of(3).theta, run.poses[:, 2, 2])
+    np.testing.assert_array_equal(table.of(2).omega, run.omega[:, 1])
+
+
+def test_equal_runs_are_equal_to_the_last_bit():
+    first, second = (simulate('leader_follower_formation', 5, 20.0) for _ in range(2))
+
+    for name in ('t', 'poses', 'V', 'omega', 'velocities'):
+        assert (getattr(first, name) == getattr(second, name)).all()
+
+
+def test_start_poses_limits_and_gains():
+    poses = np.array([[1.0], [2.0], [np.pi / 2]])
+    run = simulate(forward, duration=1, poses=poses, vnom=0.25, komega=2.0)
+    burger = simulate(forward, duration=1, poses=poses, limits='burger')
+
+    np.testing.assert_array_equal(run.poses[0], poses)
+    assert 0.15 < burger.V.max() <= 0.2108
+    np.testing.assert_allclose(run.velocities[0, :, 0], [0.25, 0.0])
+    assert run.omega[1, 0] == pytest.approx(-2.0 * np.pi / 2)
+    np.testing.assert_array_equal(simulate(forward, 8, 1).poses[0], start_poses(8))
+
+
+@pytest.mark.parametrize(
+    'arguments',
+    [
+        {'nb_robots': 2, 'poses': np.zeros((3, 1))},
+        {'poses': [[np.nan], [0], [0]]},
+        {'duration': 0},
+        {'rate': -1},
+        {'limits': 'segway'},
+    ],
+)
+def test_arguments_that_make_no_sense_are_refused(arguments):
+    with pytest.raises(SetcmasError):
+        simulate(forward, **arguments)
+
+
+def test_a_failing_robot_stands_and_is_reported_once():
+    said = []
+
+    def law(robotNo, nbRobots, poses, t):
+        return (1 / 0, 0) if robotNo == 2 and t < 0.7 else (0.1, 0.0)
+
+    run = simulate(law, 2, 2.0, say=said.append)
+
+    assert (run.poses[:8, 0, 1] == run.poses[0, 0, 1]).all()
+    assert run.poses[-1, 0, 1] > run.poses[0, 0, 1]
+    assert len(said) == 2
+    assert 'tb3_2 at t = 0.0 s' in said[0]
+    assert 'ZeroDivisionError' in said[0]
+    assert 'works again after 4 calls' in said[1]
+
+
+def test_ros_is_not_imported():
+    code = (
+        'import sys\nfrom setcmas_tools import simulate\nsimulate("nav_wp", 2, 1.0)\n'
+        'print([m for m in sys.modules if m.startswith("rclpy") or m.endswith("_msgs")])'
+    )
+    result = subprocess.run([sys.executable, '-c', code], capture_output=True, text=True)
+
+    assert result.stdout == '[]\n', result.stderr
+
+
+@needs_recordings
+def test_nav_wp_follows_the_recording_of_the_ros_1_stack():
+    run = simulate('nav_wp', duration=60, poses=[[5], [5], [0]])
+    theirs = read_csv(WP_NAV)
+
+    comparison = compare(run.t, run.poses[:, :2, 0].T, theirs.t, (theirs.x, theirs.y))
+
+    assert comparison.rms < 0.05
+
+
+def test_a_run_tells_of_itself_in_one_line():
+    assert repr(simulate(forward, 2, 1.0)) == 'OfflineRun(2 robots, 10 steps, 1 s)'
+
+
+def test_no_robots_make_no_run():
+    with pytest.raises(SetcmasError, match='nb_robots is 0'):
+        simulate(forward, 0)

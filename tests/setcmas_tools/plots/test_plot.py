@@ -1,0 +1,167 @@
+import struct
+import subprocess
+import sys
+
+import matplotlib as mpl
+import numpy as np
+import pytest
+from circling_fleets import circling_fleet, drawn
+from matplotlib.figure import Figure
+
+from setcmas_simu.errors import SetcmasError
+from setcmas_tools.plots.plot import plot
+from setcmas_tools.plots.style import plot_style
+from setcmas_tools.plots.time_series import draw_heading, draw_positions
+from setcmas_tools.plots.trajectories import draw_trajectories
+from setcmas_tools.records.fleet_table import fleet_table, write_csv
+
+NAMES = ['trajectories', 'positions', 'heading', 'velocities', 'distances']
+
+
+@pytest.mark.parametrize('nb_robots', [1, 8])
+def test_plots_of_a_run(run, nb_robots):
+    folder = run(nb_robots)
+    paths = plot(folder)
+
+    names = NAMES if nb_robots > 1 else NAMES[:4]
+    assert paths == [folder / 'plots' / f'{name}.png' for name in names]
+    for path in paths:
+        content = path.read_bytes()
+        assert content.startswith(b'\x89PNG')
+        width, height = struct.unpack('>II', content[16:24])
+        dots_per_metre = struct.unpack('>I', content[content.index(b'pHYs') + 4 :][:4])[0]
+        assert dots_per_metre == round(150 / 0.0254)
+        assert width >= 1200
+        assert height >= 700
+
+
+@pytest.mark.parametrize('given', ['.', 'csv', 'csv/fleet.csv'])
+def test_what_can_be_given(run, given):
+    folder = run(2)
+
+    assert plot(folder / given)[0].parent == folder / 'plots'
+    assert plot(folder / given, folder / 'figures')[0].parent == folder / 'figures'
+
+
+def test_a_fleet_csv_on_its_own(tmp_path):
+    write_csv(circling_fleet(2), tmp_path / 'somewhere.csv')
+
+    assert plot(tmp_path / 'somewhere.csv')[0].parent == tmp_path / 'plots'
+
+
+@pytest.mark.parametrize('paper', [None, 'column'])
+def test_vector_formats_embed_their_fonts(run, paper):
+    paths = plot(run(8), formats=['pdf', 'svg'], paper=paper)
+
+    for path in paths:
+        content = path.read_bytes()
+        if path.suffix == '.pdf':
+            assert b'/FontFile2' in content
+            assert b'/Type3' not in content
+        else:
+            assert b'<text' not in content
+
+
+def test_equal_tables_give_equal_bytes(run):
+    formats = ['png', 'pdf', 'svg']
+    first = [path.read_bytes() for path in plot(run(4), formats=formats)]
+
+    assert [path.read_bytes() for path in plot(run(4), formats=formats)] == first
+
+
+def test_the_users_settings_stay_and_do_not_matter(run):
+    with mpl.rc_context():
+        expected = [path.read_bytes() for path in plot(run(2))]
+        mpl.rcParams['lines.linewidth'] = 9.0
+        mpl.rcParams['font.size'] = 30
+        before = dict(mpl.rcParams)
+
+        assert [path.read_bytes() for path in plot(run(2))] == expected
+        assert dict(mpl.rcParams) == before
+
+
+def test_plane_has_equal_scales():
+    (axes,) = drawn(draw_trajectories, 3).axes
+    box = axes.get_window_extent()
+    (x0, x1), (y0, y1) = axes.get_xlim(), axes.get_ylim()
+
+    assert box.width / (x1 - x0) == pytest.approx(box.height / (y1 - y0), rel=0.002)
+
+
+def test_headings_have_no_jumps():
+    (axes,) = drawn(draw_heading, 3).axes
+    lines = [line.get_ydata() for line in axes.get_lines() if len(line.get_ydata()) > 2]
+
+    assert len(lines) == 3
+    for theta in lines:
+        assert np.abs(np.diff(theta)).max() < 0.1
+        assert theta[-1] - theta[0] == pytest.approx(3 * np.pi, rel=0.01)
+
+
+def test_lines_break_where_data_are_missing(run):
+    table = circling_fleet(8)
+    lost = (table.robot == 2) & (table.t > 3) & (table.t < 6)
+    table.x[lost] = np.nan
+    table = table.rows(~((table.robot == 3) & (table.t > 4) & (table.t < 7)))
+    folder = run(8)
+    write_csv(table, folder / 'csv' / 'fleet.csv')
+
+    assert len(plot(folder)) == 5
+    with plot_style():
+        figure = Figure()
+        draw_positions(figure, table)
+    breaks = [np.isnan(line.get_ydata()).sum() for line in figure.axes[0].get_lines()[:8]]
+    assert breaks == [0, 1, 1, 0, 0, 0, 0, 0]
+
+
+def test_a_robot_that_never_has_a_pose_and_a_single_row(tmp_path):
+    nan = float('nan')
+    for rows in ([[0, 1, 0, 0, 0, 0, 0]], [[0, 1, 0, 0, 0, 0, 0], [1, 2, nan, nan, nan, 0, 0]]):
+        write_csv(fleet_table(rows), tmp_path / 'fleet.csv')
+        assert plot(tmp_path / 'fleet.csv')
+
+
+def test_without_a_screen_nothing_can_be_shown():
+    code = (
+        'import sys; from pathlib import Path; from setcmas_tools.plots.plot import plot\n'
+        'from setcmas_tools.records.fleet_table import fleet_table, write_csv\n'
+        'import tempfile\n'
+        'from setcmas_simu.errors import SetcmasError\n'
+        'with tempfile.TemporaryDirectory() as folder:\n'
+        '    path = Path(folder) / "fleet.csv"\n'
+        '    write_csv(fleet_table([[0, 1, 0, 0, 0, 0, 0]]), path)\n'
+        '    plot(path)\n'
+        '    assert "matplotlib.pyplot" not in sys.modules\n'
+        '    try:\n'
+        '        plot(path, show=True)\n'
+        '    except SetcmasError as error:\n'
+        '        print(error, len(list((Path(folder) / "plots").iterdir())))\n'
+    )
+    environment = {'PATH': '', 'PYTHONPATH': ':'.join(sys.path), 'MPLBACKEND': 'agg'}
+    result = subprocess.run(
+        [sys.executable, '-c', code], env=environment, capture_output=True, text=True, check=True
+    )
+
+    assert 'there is no screen to show plots on' in result.stdout
+    assert result.stdout.endswith(' 4\n')
+    assert not result.stderr
+
+
+def test_mistakes_get_one_line(tmp_path, run):
+    with pytest.raises(SetcmasError, match='there is no'):
+        plot(tmp_path / 'missing')
+    with pytest.raises(SetcmasError, match=r'there is no fleet\.csv'):
+        plot(tmp_path)
+    (tmp_path / 'bag').mkdir()
+    with pytest.raises(SetcmasError, match='make it with bag_to_csv'):
+        plot(tmp_path)
+    folder = run(1)
+    with pytest.raises(SetcmasError, match="format 'gif' is unknown; accepted are png, pdf, svg"):
+        plot(folder, formats=['gif'])
+    with pytest.raises(SetcmasError, match="palette 'grey' is unknown; accepted are robots, ok"):
+        plot(folder, palette='grey')
+    with pytest.raises(SetcmasError, match="paper 'a4' is unknown; accepted are column, page"):
+        plot(folder, paper='a4')
+    (tmp_path / 'taken').write_text('a file')
+    with pytest.raises(SetcmasError, match='cannot be written'):
+        plot(folder, tmp_path / 'taken')

@@ -1,0 +1,122 @@
+import pytest
+import yaml
+
+from setcmas_simu.errors import SetcmasError
+from setcmas_tools.run.folder import RunFolder
+from setcmas_tools.run.inputs import RunInput
+
+
+def test_an_earlier_run_is_not_lost_by_mistake(tmp_path):
+    folder = RunFolder(tmp_path / 'out')
+    folder.check(overwrite=False)
+    folder.create()
+    folder.bag.mkdir()
+    folder.write_record({}, 'not finished', 0)
+
+    with pytest.raises(SetcmasError, match=r'holds an earlier run.*--overwrite'):
+        folder.check(overwrite=False)
+    folder.check(overwrite=True)
+
+
+def test_a_folder_that_is_no_run_is_never_overwritten(tmp_path):
+    (tmp_path / 'csv').mkdir()
+
+    with pytest.raises(SetcmasError, match=r'holds csv and no run\.yaml'):
+        RunFolder(tmp_path).check(overwrite=True)
+
+
+def test_what_a_run_created_that_never_began_is_removed(tmp_path):
+    folder = RunFolder(tmp_path / 'out')
+    folder.create()
+    folder.bag.mkdir()
+    folder.discard()
+    assert not folder.path.exists()
+
+    folder.create()
+    (folder.path / 'mine').touch()
+    folder.discard()
+    assert [path.name for path in folder.path.iterdir()] == ['mine']
+
+
+def test_overwriting_removes_the_earlier_run_and_nothing_else(tmp_path):
+    for name in ('bag', 'csv', 'plots', 'mine'):
+        (tmp_path / name).mkdir()
+    (tmp_path / 'run.yaml').touch()
+
+    RunFolder(tmp_path).create()
+
+    assert [path.name for path in tmp_path.iterdir()] == ['mine']
+
+
+def test_a_file_is_no_folder(tmp_path):
+    (tmp_path / 'out').touch()
+
+    with pytest.raises(SetcmasError, match='is not a folder'):
+        RunFolder(tmp_path / 'out').check(overwrite=True)
+
+
+def test_a_folder_that_cannot_be_created_is_told(tmp_path):
+    (tmp_path / 'file').touch()
+
+    with pytest.raises(SetcmasError, match='cannot be written'):
+        RunFolder(tmp_path / 'file' / 'out').create()
+
+
+def test_the_record_of_a_run(tmp_path):
+    RunFolder(tmp_path).write_record({'nb_robots': 8}, 'complete', 0, 1.7e9)
+
+    record = yaml.safe_load((tmp_path / 'run.yaml').read_text())
+    assert record['outcome'] == 'complete'
+    assert record['parameters'] == {'nb_robots': 8}
+    assert record['versions']['setcmas']
+    assert record['host']['name']
+    assert record['started'].startswith('2023-11-14')
+
+
+def test_what_a_run_is_given_is_kept(tmp_path):
+    (tmp_path / 'law.py').write_text('import gains')
+    (tmp_path / 'gains.py').write_text('K = 1')
+    (tmp_path / 'ring.yaml').write_text('graph: ring')
+    inputs = [
+        RunInput('algo', tmp_path / 'law.py'),
+        RunInput('ctc', tmp_path / 'law.py'),
+        RunInput('graph', tmp_path / 'ring.yaml'),
+    ]
+    folder = RunFolder(tmp_path / 'out', inputs)
+    folder.create()
+    folder.write_record({}, 'complete', 0)
+    (tmp_path / 'ring.yaml').write_text('graph: path')
+
+    kept = folder.path / 'inputs'
+    assert {path.relative_to(kept).as_posix() for path in kept.rglob('*') if path.is_file()} == {
+        'algo/law.py',
+        'algo/gains.py',
+        'ctc/law.py',
+        'ctc/gains.py',
+        'graph/ring.yaml',
+    }
+    assert (kept / 'graph' / 'ring.yaml').read_text() == 'graph: ring'
+    record = yaml.safe_load((folder.path / 'run.yaml').read_text())
+    assert record['inputs'] == {
+        'algo': 'inputs/algo/law.py',
+        'ctc': 'inputs/ctc/law.py',
+        'graph': 'inputs/graph/ring.yaml',
+    }
+
+
+def test_a_run_does_not_replace_what_it_is_given(tmp_path):
+    (tmp_path / 'law.py').touch()
+    out = tmp_path / 'out'
+    first = RunFolder(out, [RunInput('algo', tmp_path / 'law.py')])
+    first.create()
+    first.write_record({}, 'complete', 0)
+    kept = RunInput('algo', out / 'inputs' / 'algo' / 'law.py')
+
+    with pytest.raises(SetcmasError, match='is part of the earlier run'):
+        RunFolder(out, [kept]).check(overwrite=True)
+    RunFolder(tmp_path / 'again', [kept]).check(overwrite=True)
+
+
+def test_an_input_that_has_gone_is_told(tmp_path):
+    with pytest.raises(SetcmasError, match=r"gone\.yaml' cannot be read: No such file"):
+        RunInput('graph', tmp_path / 'gone.yaml')

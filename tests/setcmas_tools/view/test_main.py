@@ -1,0 +1,216 @@
+"""The page of the browser view, in a real browser."""
+
+import contextlib
+import io
+import re
+import shutil
+import threading
+
+import numpy as np
+import pytest
+from processes import CTRL, NO_WINDOWS, SETCMAS, SIMU
+
+pytest.importorskip('rclpy')
+from geometry_msgs.msg import Point
+from ros_peer import position, velocity
+from std_msgs.msg import Float32MultiArray, MultiArrayDimension, UInt16
+from visualization_msgs.msg import Marker
+
+from setcmas_simu.fleet import fleet
+from setcmas_simu.ros import qos
+
+needs_browser = pytest.mark.skipif(
+    not (shutil.which('chromium') and shutil.which('chromedriver')),
+    reason='chromium and chromium-driver are not installed',
+)
+
+
+def page_of(process):
+    process.wait_for_output('browser view: http')
+    return re.search(r'http://\S+', process.output()).group()
+
+
+def picture(browser):
+    from PIL import Image
+
+    return np.asarray(Image.open(io.BytesIO(browser.get_screenshot_as_png())).convert('RGB')) / 255
+
+
+def share_of(colour, pixels):
+    """Return the number of pixels in a colour's hue, or as dark or as pale as it is."""
+    low, high = pixels.min(axis=-1), pixels.max(axis=-1)
+    chroma = (pixels - low[..., None]) / np.maximum(high - low, 1e-6)[..., None]
+    if np.ptp(colour) < 0.1:
+        return int(((high - low < 0.06) & (abs(high - colour[0]) < 0.08)).sum())
+    own = (np.array(colour) - min(colour)) / np.ptp(colour)
+    saturated = high - low > 0.5 * np.ptp(colour)
+    return int((saturated & (np.abs(chroma - own).max(axis=-1) < 0.22)).sum())
+
+
+def robots_seen(browser):
+    """Return the robots whose colours are in the picture left of the panel."""
+    pixels = picture(browser)
+    pixels = pixels[:, : int(0.62 * pixels.shape[1])]
+    return [robot for robot in range(1, 9) if share_of(fleet.colour(robot), pixels) >= 8]
+
+
+@contextlib.contextmanager
+def repeated(action):
+    """Do something ten times a second: a picture may take longer than a flash lasts."""
+    done = threading.Event()
+
+    def repeat():
+        while not done.wait(0.1):
+            action()
+
+    thread = threading.Thread(target=repeat)
+    thread.start()
+    try:
+        yield
+    finally:
+        done.set()
+        thread.join()
+
+
+@needs_browser
+def test_eight_robots_in_a_browser(start, peer):
+    pytest.importorskip('viser')
+    from browser import buttons, close_notifications, open_browser, wait_for, wait_for_text
+
+    odometry = {robot: peer.odometry(robot) for robot in range(1, 9)}
+    commands = {robot: peer.cmd_vel(robot) for robot in range(1, 9)}
+    view = start(*SETCMAS, 'view', env=NO_WINDOWS)
+    url = page_of(view)
+
+    def all_commands(condition):
+        return all(kept and condition(velocity(kept[-1])) for kept in commands.values())
+
+    with open_browser(1000, 640) as browser:
+        browser.get(url)
+        wait_for_text(browser, 'Follow')  # the page is there before the fleet
+        start(*SIMU, '--nb-robots', '8').wait_for_output('simulating')
+        peer.wait_for(lambda: all(odometry.values()))
+        homes = {robot: position(odometry[robot][-1]) for robot in odometry}
+        wait_for_text(browser, '8 robots')
+        wait_for_text(browser, 'standing')
+        close_notifications(browser)
+        buttons(browser)['Top'].click()
+        wait_for(lambda: robots_seen(browser) == list(range(1, 9)))
+
+        ctrl = start(*CTRL, '--algo', 'leader_follower_formation')
+        ctrl.wait_for_output('controlling robots 1-8')
+        wait_for_text(browser, 'run time')
+        wait_for_text(browser, 'moving')
+        peer.wait_for(lambda: all_commands(lambda v: v != (0.0, 0.0)))
+
+        first = browser.current_window_handle
+        browser.switch_to.new_window('window')
+        browser.get(url)
+        wait_for_text(browser, '8 robots')
+        buttons(browser)['Pause'].click()
+        peer.wait_for(lambda: all_commands(lambda v: v == (0.0, 0.0)))
+        browser.close()
+        browser.switch_to.window(first)
+        wait_for_text(browser, 'paused')
+        wait_for(lambda: 'Start' in buttons(browser))
+
+        buttons(browser)['Reset'].click()
+        peer.wait_for(lambda: all(position(odometry[r][-1]) == homes[r] for r in homes))
+        buttons(browser)['Start'].click()
+        peer.wait_for(lambda: all_commands(lambda v: v != (0.0, 0.0)))
+        wait_for(lambda: 'Pause' in buttons(browser))
+
+        buttons(browser)['Pause'].click()
+        peer.wait_for(lambda: all_commands(lambda v: v == (0.0, 0.0)))
+        ctrl.end()
+        ctrl = start(*CTRL, '--algo', 'leader_follower_formation')
+        ctrl.wait_for_output('controlling robots 1-8')
+        peer.wait_for_new(commands[1], 3)  # a controller that comes later is told of the pause
+        peer.wait_for(lambda: all_commands(lambda v: v == (0.0, 0.0)))
+        watch = start(*SETCMAS, 'view', '--read-only', '--host', '0.0.0.0', env=NO_WINDOWS)
+        browser.switch_to.new_window('window')
+        browser.get(page_of(watch))
+        wait_for_text(browser, '8 robots')
+        assert 'Screenshot' in buttons(browser)
+        assert not {'Pause', 'Start', 'Reset'} & set(buttons(browser))
+    assert view.end() == 0
+    assert 'Traceback' not in view.output()
+    assert len(view.output().splitlines()) == 1, view.output()
+    assert 'anyone' not in watch.output()
+
+
+@needs_browser
+def test_what_is_drawn_communicated_and_lost(start, peer):
+    pytest.importorskip('viser')
+    from browser import buttons, close_notifications, open_browser, wait_for, wait_for_text
+
+    simu = start(*SIMU, '--nb-robots', '2', '--pose', '1:-3,0', '--pose', '2:3,0')
+    view = start(*SETCMAS, 'view', '--host', '0.0.0.0', env=NO_WINDOWS)
+    markers = peer.node.create_publisher(Marker, '/tb3_1/goal', qos.LATCHED)
+    graph = peer.node.create_publisher(Float32MultiArray, '/communication_graph', qos.LATCHED)
+    events = peer.node.create_publisher(UInt16, '/tb3_1/trig_event', 10)
+    cyan, orange = (0.0, 0.8, 0.8), (0.9, 0.5, 0.0)
+    goal = Marker(type=Marker.CUBE)
+    goal.header.frame_id = 'world'
+    goal.scale.x = goal.scale.y = goal.scale.z = 1.5
+    goal.pose.position.y = 3.0
+    goal.color.g, goal.color.b, goal.color.a = 0.8, 0.8, 1.0
+    markers.publish(goal)
+    line = Marker(type=Marker.LINE_STRIP, id=1, points=[Point(y=-3.0), Point(x=3.0, y=-3.0)])
+    line.header.frame_id = 'world'
+    line.scale.x = 0.4
+    line.color.r, line.color.g, line.color.a = (*orange[:2], 1.0)
+    other = peer.node.create_publisher(Marker, '/tb3_2/way', qos.LATCHED)
+    other.publish(line)
+    sizes = [MultiArrayDimension(label=label, size=2) for label in ('receiver', 'sender')]
+    message = Float32MultiArray(data=[0.0, 1.0, 1.0, 0.0])
+    message.layout.dim = sizes
+    graph.publish(message)
+
+    with open_browser(1000, 640) as browser:
+        browser.get(page_of(view))
+        wait_for_text(browser, '2 robots')
+        close_notifications(browser)
+        buttons(browser)['Top'].click()
+
+        def left_of_the_panel():
+            return picture(browser)[:, :620]
+
+        def link_is_red():
+            """Whether the link glows in the colour of its sender halfway to robot 2."""
+            pixels = left_of_the_panel()
+            middle = pixels[:, pixels.shape[1] // 2 - 40 : pixels.shape[1] // 2 + 40]
+            return share_of((1.0, 0.0, 0.0), middle) > 3
+
+        wait_for(lambda: share_of(cyan, left_of_the_panel()) > 100)
+        wait_for(lambda: share_of(orange, left_of_the_panel()) > 100)
+        with repeated(lambda: events.publish(UInt16(data=1))):
+            wait_for(link_is_red)
+        goal.action = Marker.DELETE
+        markers.publish(goal)
+        wait_for(lambda: share_of(cyan, left_of_the_panel()) == 0)
+        peer.node.destroy_publisher(other)
+        wait_for(lambda: share_of(orange, left_of_the_panel()) == 0)
+        peer.node.destroy_publisher(graph)
+        with repeated(lambda: events.publish(UInt16(data=1))):
+            wait_for(lambda: not link_is_red())
+
+        start(*SIMU, '--nb-robots', '3', '--robots', '3')
+        wait_for_text(browser, '3 robots')
+        simu.end()
+        wait_for_text(browser, 'lost')
+        assert view.popen.poll() is None
+    assert 'anyone on the network can press the buttons' in view.output()
+
+
+def test_a_taken_port_and_an_end_without_any_robots(start):
+    pytest.importorskip('viser')
+    first = start(*SETCMAS, 'view', '--port', '18980', env=NO_WINDOWS)
+    port = page_of(first).rpartition(':')[2]
+    second = start(*SETCMAS, 'view', '--port', port, env=NO_WINDOWS)
+
+    assert page_of(second) != page_of(first)
+    assert f'(port {port} is taken)' in second.output()
+    for process in (first, second):
+        assert process.end() == 0
+        assert 'Traceback' not in process.output()
