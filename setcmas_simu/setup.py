@@ -23,7 +23,7 @@ setup(
     zip_safe=False,
     entry_points={
         'console_scripts': [
-            'virtual_robot = setcmas_simu.simulator.virtual_robot:main',
+            'virtual_robot = setcmas_simu.simulator.main:main',
         ],
     },
 )

@@ -9,7 +9,7 @@ import time
 from pathlib import Path
 
 SETCMAS = [str(Path(sys.executable).parent / 'setcmas')]
-SIMU = [sys.executable, '-m', 'setcmas_simu.simulator.virtual_robot']
+SIMU = [sys.executable, '-m', 'setcmas_simu.simulator.main']
 CTRL = [sys.executable, '-m', 'setcmas_ctrl.controller.main']
 NO_WINDOWS = {'CI': 'true'}
 """Environment of commands that would open a browser on a developer's desktop."""

@@ -3,8 +3,9 @@ import pytest
 
 from setcmas_ctrl import network
 from setcmas_ctrl.communication.graph import path, star
-from setcmas_ctrl.control.control_law import ControlError, ControlLaw
+from setcmas_ctrl.control.control_law import ControlLaw
 from setcmas_ctrl.scripts.error_reports import ErrorReports
+from setcmas_ctrl.scripts.failures import ControlError
 
 POSES = np.zeros((3, 4))
 

@@ -15,30 +15,14 @@ import argparse
 
 from launch_scripts.options.rviz import shown_robots
 from launch_scripts.options.view_options import NONE, add_view_arguments, view_beside
-from launch_scripts.processes.environment import node_command, require_ros
+from launch_scripts.processes.environment import require_ros
 from launch_scripts.processes.foreground import run_in_foreground
 from launch_scripts.processes.node_arguments import node_arguments
-from setcmas_ctrl.communication.options import OPTIONS as COMMUNICATION
+from launch_scripts.processes.node_commands import CONTROLLER, CONTROLLER_OPTIONS, node_command
 from setcmas_ctrl.communication.options import add_communication_arguments, check_communication
 from setcmas_ctrl.control.options import add_fleet_arguments, add_law_arguments, add_watch_argument
 from setcmas_ctrl.scripts.loader import compile_script, find_script
 from setcmas_ctrl.scripts.settings import parse_settings
-
-MODULE = 'setcmas_ctrl.controller.main'
-OPTIONS = (
-    'algo',
-    'exercise',
-    'set',
-    'watch',
-    'vnom',
-    'komega',
-    'rate',
-    'seed',
-    'nb_robots',
-    'robots',
-    'cmd_vel_type',
-    *COMMUNICATION,
-)
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -58,5 +42,5 @@ def main(args: argparse.Namespace) -> int:
     check_communication(args, args.nb_robots)
     require_ros()
     with view_beside(args, robots) as companions:
-        command = node_command(MODULE, node_arguments(args, OPTIONS))
+        command = node_command(CONTROLLER, node_arguments(args, CONTROLLER_OPTIONS))
         return run_in_foreground('ctrl', command, companions)

@@ -16,13 +16,13 @@ import argparse
 import time
 
 from launch_scripts.processes.child_process import Child, ChildDiedError
-from launch_scripts.processes.environment import node_command, require_ros
+from launch_scripts.processes.environment import require_ros
 from launch_scripts.processes.experiment import (
-    EMULATED_LAB,
     emulation_arguments,
     experiment_environment,
 )
 from launch_scripts.processes.node_arguments import node_arguments
+from launch_scripts.processes.node_commands import DOCTOR, EMULATED_LAB, node_command
 from launch_scripts.processes.run_to_end import run_to_end
 from launch_scripts.processes.supervisor import StoppedError, Supervisor
 from launch_scripts.terminal.output_lines import Stream, write_line
@@ -49,7 +49,7 @@ def main(args: argparse.Namespace) -> int:
     if args.emulate:
         args.nb_robots = lab.nb_robots
     arguments = node_arguments(args, LAB_OPTIONS) + ['--nudge'] * args.nudge
-    command = node_command('setcmas_expe.doctor.main', arguments)
+    command = node_command(DOCTOR, arguments)
     environment = experiment_environment(lab, args.emulate)
     if not args.emulate:
         return run_to_end(command, environment)

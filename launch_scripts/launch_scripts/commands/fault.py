@@ -10,10 +10,11 @@ from __future__ import annotations
 
 import argparse
 
-from launch_scripts.processes.environment import local_environment, node_command, require_ros
+from launch_scripts.processes.environment import local_environment, require_ros
+from launch_scripts.processes.node_commands import INJECT_FAULT, node_command
 from launch_scripts.processes.run_to_end import run_to_end
 from setcmas_expe.emulation.faults import DEFAULT_S, PURPOSES
-from setcmas_simu.simulator.options import count, positive
+from setcmas_simu.options import count, positive
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -38,6 +39,4 @@ def main(args: argparse.Namespace) -> int:
     """Order the fault; returns the exit status."""
     require_ros()
     order = [args.kind, str(args.robot), str(args.seconds)]
-    return run_to_end(
-        node_command('setcmas_expe.emulation.inject_fault', order), local_environment()
-    )
+    return run_to_end(node_command(INJECT_FAULT, order), local_environment())

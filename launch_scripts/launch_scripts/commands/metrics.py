@@ -20,7 +20,7 @@ from typing import TYPE_CHECKING
 
 from launch_scripts.terminal.output_lines import warn
 from setcmas_simu.errors import SetcmasError
-from setcmas_simu.simulator.options import positive
+from setcmas_simu.options import positive
 from setcmas_tools.run.references import TASKS
 
 if TYPE_CHECKING:

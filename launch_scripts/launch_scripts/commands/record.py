@@ -15,11 +15,10 @@ import argparse
 import time
 from pathlib import Path
 
-from launch_scripts.processes.environment import node_command, require_ros
+from launch_scripts.processes.environment import require_ros
 from launch_scripts.processes.foreground import run_in_foreground
+from launch_scripts.processes.node_commands import recorder_command
 from setcmas_simu.errors import SetcmasError
-
-MODULE = 'setcmas_tools.recorder.main'
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -30,12 +29,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         '--topics', nargs='+', metavar='TOPIC', help='record only these (default: all)'
     )
-
-
-def recorder_command(output: Path, topics: list[str] | None = None) -> list[str]:
-    """Return the command line that records into a folder."""
-    chosen = ['--topics', *topics] if topics else []
-    return node_command(MODULE, ['-o', str(output), *chosen])
 
 
 def main(args: argparse.Namespace) -> int:

@@ -12,22 +12,11 @@ from __future__ import annotations
 import argparse
 
 from launch_scripts.options.view_options import add_view_arguments, view_beside
-from launch_scripts.processes.environment import node_command, require_ros
+from launch_scripts.processes.environment import require_ros
 from launch_scripts.processes.foreground import run_in_foreground
 from launch_scripts.processes.node_arguments import node_arguments
+from launch_scripts.processes.node_commands import SIMULATOR, SIMULATOR_OPTIONS, node_command
 from setcmas_simu.simulator.options import add_simulation_arguments, simulated_robots
-
-MODULE = 'setcmas_simu.simulator.virtual_robot'
-OPTIONS = (
-    'nb_robots',
-    'robots',
-    'poses',
-    'pose',
-    'limits',
-    'cmd_timeout',
-    'robot_rate',
-    'cmd_vel_type',
-)
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -43,5 +32,5 @@ def main(args: argparse.Namespace) -> int:
     simulated = simulated_robots(args)  # mistakes are told before anything starts
     require_ros()
     with view_beside(args, simulated.robots) as companions:
-        command = node_command(MODULE, node_arguments(args, OPTIONS))
+        command = node_command(SIMULATOR, node_arguments(args, SIMULATOR_OPTIONS))
         return run_in_foreground('simu', command, companions)

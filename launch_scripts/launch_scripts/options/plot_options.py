@@ -6,7 +6,7 @@ import argparse
 from collections.abc import Callable, Iterable
 from pathlib import Path
 
-from setcmas_simu.simulator.options import positive
+from setcmas_simu.options import positive
 from setcmas_tools.plots.formats import FILMS, FORMATS, PALETTES, PAPERS
 
 BEST = 'best'

@@ -14,12 +14,11 @@ from setcmas_ctrl.communication.options import add_communication_arguments
 from setcmas_ctrl.control.options import add_law_arguments
 from setcmas_ctrl.scripts.settings import parse_settings
 from setcmas_expe.lab.model import Lab
+from setcmas_simu.options import count, positive
 from setcmas_simu.simulator.options import (
     add_limits_argument,
     add_robot_rate_argument,
     add_start_pose_arguments,
-    count,
-    positive,
 )
 
 _RECORDED = (

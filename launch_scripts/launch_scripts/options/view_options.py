@@ -11,14 +11,12 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 
 from launch_scripts.options.rviz import Companion, add_rviz_argument, rviz_beside, why_no_rviz
-from launch_scripts.processes.environment import node_command
+from launch_scripts.processes.node_commands import BROWSER_VIEW, node_command
 from launch_scripts.terminal.output_lines import warn
 from setcmas_simu.errors import SetcmasError
 from setcmas_tools.view.page.browser_options import INSTALL_VISER
 
 AUTO, BROWSER, NONE = 'auto', 'browser', 'none'
-
-MODULE = 'setcmas_tools.view.main'
 
 
 @dataclass(frozen=True)
@@ -107,4 +105,4 @@ def has_viser() -> bool:
 
 def browser_command(arguments: Sequence[str] = ()) -> list[str]:
     """Return the command line that serves the page."""
-    return node_command(MODULE, arguments)
+    return node_command(BROWSER_VIEW, arguments)

@@ -5,7 +5,6 @@ from __future__ import annotations
 import importlib.util
 import os
 import socket
-import sys
 from collections.abc import Sequence
 
 from launch_scripts.terminal.output_lines import LOG_FORMAT
@@ -15,10 +14,6 @@ ROS_WHEELS = "pip install 'ros-jazzy-rclpy[fastrtps]' ros-jazzy-common-interface
 """Installs what the nodes need, on Linux x86_64 with Python 3.10 to 3.13."""
 
 _ROS_PACKAGES = ('rclpy', 'geometry_msgs', 'nav_msgs', 'std_msgs', 'visualization_msgs')
-_RUN_MODULE = (
-    'import runpy, sys; del sys.path[0]; '
-    "runpy.run_module(sys.argv.pop(1), run_name='__main__', alter_sys=True)"
-)
 _LARGEST_DOMAIN = 101  # beyond, ports collide with those that systems hand out
 _DISCOVERY_RANGE = 'ROS_AUTOMATIC_DISCOVERY_RANGE'
 _WAYS_OUT = (
@@ -113,11 +108,3 @@ def _environment(discovery_range: str) -> dict[str, str]:
         folders = environment['PYTHONPATH'].split(os.pathsep)
         environment['PYTHONPATH'] = os.pathsep.join(f for f in folders if f not in ('', '.'))
     return environment
-
-
-def node_command(module: str, arguments: Sequence[str] = ()) -> list[str]:
-    """Return the command line that runs a module of nodes."""
-    # The current folder stays out of the search path, or else a file such as random.py in a
-    # student's folder would hide Python's own. Python 3.10 has no option for it.
-    run_module = ['-P', '-m'] if sys.version_info >= (3, 11) else ['-c', _RUN_MODULE]
-    return [sys.executable, *run_module, module, *arguments]

@@ -8,10 +8,18 @@ import os
 from collections.abc import Sequence
 from pathlib import Path
 
-from launch_scripts.commands import ctrl
 from launch_scripts.processes.child_process import Child
-from launch_scripts.processes.environment import closed_environment, lab_environment, node_command
+from launch_scripts.processes.environment import closed_environment, lab_environment
 from launch_scripts.processes.node_arguments import node_arguments
+from launch_scripts.processes.node_commands import (
+    BRIDGES,
+    CONTROLLER,
+    CONTROLLER_OPTIONS,
+    EMULATED_LAB,
+    JOYSTICK_READER,
+    PAUSE,
+    node_command,
+)
 from launch_scripts.processes.supervisor import Supervisor
 from launch_scripts.terminal.output_lines import Stream
 from launch_scripts.terminal.status_display import StatusDisplay
@@ -19,15 +27,9 @@ from setcmas_expe.lab.model import Lab
 from setcmas_expe.lab.options import LAB_OPTIONS
 from setcmas_expe.pause import console_protocol
 
-EMULATED_LAB = 'setcmas_expe.emulation.lab'
-"""The module of the emulated lab."""
-
-_BRIDGES = 'setcmas_expe.safety.bridges'
-_PAUSE = 'setcmas_expe.pause.node'
-_JOYSTICK_READER = 'setcmas_expe.pause.joystick_reader'
 _EMULATION_OPTIONS = ('poses', 'pose', 'seed')
 _CTRL_OPTIONS = tuple(
-    name for name in ctrl.OPTIONS if name not in ('nb_robots', 'robots', 'cmd_vel_type')
+    name for name in CONTROLLER_OPTIONS if name not in ('nb_robots', 'robots', 'cmd_vel_type')
 )
 _TAKE_OVER_S = 0.5
 
@@ -66,14 +68,14 @@ class Experiment:
             command = node_command(EMULATED_LAB, emulation_arguments(args, lab_options))
             self._emulated = [supervisor.start('lab', command)]
         options = node_arguments(args, lab_options)
-        self._bridges = supervisor.start('bridge', node_command(_BRIDGES, options))
-        pause = node_command(_PAUSE, [*options, '--console'])
+        self._bridges = supervisor.start('bridge', node_command(BRIDGES, options))
+        pause = node_command(PAUSE, [*options, '--console'])
         self._pause = supervisor.start('pause', pause, listens=True)
         laws = ['--experiment', '--nb-robots', str(lab.nb_robots)]
         laws += ['--pause-timeout', str(lab.timeouts.pause_s)]
         laws += ['--recorded'] if recorded else []
         laws += node_arguments(args, _CTRL_OPTIONS)
-        self._ctrl = supervisor.start('ctrl', node_command(ctrl.MODULE, laws))
+        self._ctrl = supervisor.start('ctrl', node_command(CONTROLLER, laws))
 
     def start_joystick(self, command: list[str]) -> None:
         """Start the process that reads a joystick."""
@@ -144,5 +146,5 @@ def joystick_command(topic: str) -> list[str] | None:
         if prefix and executable.is_file():
             return [str(executable), *remap]
     if importlib.util.find_spec('pygame'):
-        return node_command(_JOYSTICK_READER, remap)
+        return node_command(JOYSTICK_READER, remap)
     return None

@@ -5,18 +5,25 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from launch_scripts.commands import ctrl, simu
-from launch_scripts.commands.record import recorder_command
-from launch_scripts.processes.environment import node_command
 from launch_scripts.processes.experiment import Experiment
 from launch_scripts.processes.node_arguments import node_arguments
+from launch_scripts.processes.node_commands import (
+    CONTROLLER,
+    CONTROLLER_OPTIONS,
+    SIMULATOR,
+    SIMULATOR_OPTIONS,
+    node_command,
+    recorder_command,
+)
 from launch_scripts.processes.supervisor import Supervisor
 from setcmas_ctrl.control.options import CONTROL_STARTED
 from setcmas_expe.lab.model import Lab
 from setcmas_expe.pause import console_protocol
 
-_SIMU_OPTIONS = tuple(name for name in simu.OPTIONS if name not in ('robots', 'cmd_vel_type'))
-_CTRL_OPTIONS = tuple(name for name in ctrl.OPTIONS if name not in ('robots', 'cmd_vel_type'))
+_SIMU_OPTIONS = tuple(name for name in SIMULATOR_OPTIONS if name not in ('robots', 'cmd_vel_type'))
+_CTRL_OPTIONS = tuple(
+    name for name in CONTROLLER_OPTIONS if name not in ('robots', 'cmd_vel_type')
+)
 
 
 class SimulatedRun:
@@ -33,9 +40,9 @@ class SimulatedRun:
         self.status = 0
         self._supervisor = supervisor
         self._recorder = supervisor.start('record', recorder_command(bag))
-        robots = node_command(simu.MODULE, node_arguments(args, _SIMU_OPTIONS))
+        robots = node_command(SIMULATOR, node_arguments(args, _SIMU_OPTIONS))
         self._simulator = supervisor.start('simu', robots)
-        laws = node_command(ctrl.MODULE, ['--recorded', *node_arguments(args, _CTRL_OPTIONS)])
+        laws = node_command(CONTROLLER, ['--recorded', *node_arguments(args, _CTRL_OPTIONS)])
         self._ctrl = supervisor.start('ctrl', laws)
 
     def read(self, line: str) -> bool:

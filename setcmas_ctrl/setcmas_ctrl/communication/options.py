@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import math
 from typing import Any
 
 from setcmas_ctrl.communication.graph import COMPLETE, PRESETS
@@ -15,26 +14,10 @@ from setcmas_ctrl.communication.settings import (
 )
 from setcmas_ctrl.communication.triggering import CTC
 from setcmas_ctrl.scripts.loader import compile_script
-from setcmas_simu.simulator.options import number, positive
+from setcmas_simu.options import not_negative, positive, probability
 
 OPTIONS = ('event_triggered', 'ctc', 'graph', 'range', 'delay', 'loss', 'noise')
 """Names of the options; without any of them all robots know the newest pose of each other."""
-
-
-def not_negative(text: str) -> float:
-    """Return a finite number from 0 (type of an option)."""
-    value = number(text)
-    if not (math.isfinite(value) and value >= 0):
-        raise argparse.ArgumentTypeError(f"'{text}' is not a number from 0")
-    return value
-
-
-def probability(text: str) -> float:
-    """Return a number from 0 to 1 (type of an option)."""
-    value = number(text)
-    if not 0 <= value <= 1:
-        raise argparse.ArgumentTypeError(f"'{text}' is not a number from 0 to 1")
-    return value
 
 
 def add_communication_arguments(parser: argparse.ArgumentParser) -> None:

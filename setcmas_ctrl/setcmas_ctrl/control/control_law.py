@@ -13,14 +13,13 @@ from numpy.typing import NDArray
 
 from setcmas_ctrl import network
 from setcmas_ctrl.communication.graph import complete
+from setcmas_ctrl.scripts.failures import ControlError, failure_of
 from setcmas_ctrl.scripts.function import checked_control
 from setcmas_ctrl.scripts.imports import helper_files
 from setcmas_ctrl.scripts.loader import load_script
 from setcmas_ctrl.scripts.messages import (
-    describe_failure,
     quoted_line,
     safe_text,
-    script_place,
     unheard_robots,
 )
 from setcmas_ctrl.scripts.settings import Settings
@@ -29,19 +28,6 @@ from setcmas_ctrl.scripts.stop_call import AbandonCall, StopCall
 Velocity = tuple[float, float]
 _RAISED_BY_NAN = (ValueError, FloatingPointError)  # by int, round, numpy.linalg, scipy
 _EXPECTED = 'expected are two finite numbers: return vx, vy'
-
-
-class ControlError(Exception):
-    """A call of `control` failed.
-
-    Attributes:
-        key: The same for errors that a student would call the same.
-    """
-
-    def __init__(self, message: str, key: object) -> None:
-        """Store the message and what identifies the error."""
-        super().__init__(message)
-        self.key = key
 
 
 class ControlLaw:
@@ -135,12 +121,6 @@ class ControlLaw:
     def failure(self, error: BaseException) -> ControlError:
         """Return what to tell of an error that the script raised."""
         return failure_of(error, self.path)
-
-
-def failure_of(error: BaseException, path: Path) -> ControlError:
-    """Return what to tell of an error that a function of a script raised."""
-    key = (type(error).__name__, *script_place(error, path))
-    return ControlError(describe_failure(error, path), key)
 
 
 def checked_velocity(result: Any) -> Velocity:

@@ -9,12 +9,11 @@ from setcmas_ctrl.control.si_to_uni import KOMEGA
 from setcmas_ctrl.scripts.random_seed import SEED, seed
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet.fleet import parse_robots
-from setcmas_simu.simulator.options import CMD_VEL_TYPES, count, positive, rate
+from setcmas_simu.fleet.topics import AUTO, CMD_VEL_TYPES
+from setcmas_simu.options import count, positive, rate
 
 RATE_HZ = 5.0
 """Default rate of control, in Hz."""
-
-AUTO = 'auto'
 
 SCRIPT_FAILED = 1
 """Exit status after a control script has failed for some robot."""

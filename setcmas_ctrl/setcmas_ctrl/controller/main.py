@@ -13,7 +13,6 @@ import sys
 from functools import partial
 from pathlib import Path
 
-from geometry_msgs.msg import Point32
 from std_msgs.msg import Bool
 
 from setcmas_ctrl import drawing
@@ -30,6 +29,7 @@ from setcmas_ctrl.control.options import (
 )
 from setcmas_ctrl.controller.canvas import MarkerCanvas
 from setcmas_ctrl.controller.communication import FleetCommunication
+from setcmas_ctrl.controller.controller import Controller
 from setcmas_ctrl.controller.discovery import wait_for_fleet
 from setcmas_ctrl.controller.event_triggered_comm import broadcasters
 from setcmas_ctrl.controller.odometry import FleetOdometry
@@ -47,28 +47,9 @@ from setcmas_ctrl.scripts.settings import parse_settings
 from setcmas_ctrl.scripts.stop_call import StopCall
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet import topics
+from setcmas_simu.options import positive
 from setcmas_simu.ros import qos
 from setcmas_simu.ros.process import FleetNode, RosProcess, ros_process, split_ros_arguments
-from setcmas_simu.simulator.options import positive
-
-
-class Controller(FleetNode):
-    """Publishes the velocity that one robot's control law wants."""
-
-    def __init__(self, law: ControlLaw) -> None:
-        """Create the node in the robot's namespace."""
-        super().__init__('controller', namespace=topics.robot_name(law.robot))
-        self.law = law
-        self.robot = law.robot
-        self._publisher = self.create_publisher(
-            Point32, topics.CMD_CART_VEL, qos.COMMAND, event_callbacks=qos.no_publisher_events()
-        )
-        self._message = Point32()
-
-    def publish(self, vx: float, vy: float) -> None:
-        """Publish a velocity (m/s) in the world frame."""
-        self._message.x, self._message.y = vx, vy
-        self._publisher.publish(self._message)
 
 
 def load_laws(

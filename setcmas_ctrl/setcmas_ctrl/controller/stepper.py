@@ -5,16 +5,17 @@ from __future__ import annotations
 import time
 from collections.abc import Iterable
 from itertools import repeat
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 from rclpy.clock import Clock, ClockType
 from rclpy.node import Node
 
-from setcmas_ctrl.control.control_law import ControlError, ControlLaw
+from setcmas_ctrl.control.control_law import ControlLaw
 from setcmas_ctrl.control.options import CONTROL_STARTED
 from setcmas_ctrl.control.saturation import saturate
+from setcmas_ctrl.controller.communication import FleetCommunication
+from setcmas_ctrl.controller.controller import Controller
 from setcmas_ctrl.controller.graph_watch import GraphWatch
 from setcmas_ctrl.controller.odometry import POSE_TIMEOUT_S, FleetOdometry
 from setcmas_ctrl.controller.pause_watch import PauseWatch
@@ -22,14 +23,11 @@ from setcmas_ctrl.controller.si_to_uni import SiToUni
 from setcmas_ctrl.controller.start import fall_in_step, wait_for_poses, wait_for_states
 from setcmas_ctrl.scripts.call_watch import CallWatch
 from setcmas_ctrl.scripts.error_reports import ErrorReports
+from setcmas_ctrl.scripts.failures import ControlError
 from setcmas_ctrl.scripts.stop_call import AbandonCall
 from setcmas_simu.fleet.fleet import format_robots
 from setcmas_simu.fleet.topics import robot_name
 from setcmas_simu.ros.process import RosProcess
-
-if TYPE_CHECKING:
-    from setcmas_ctrl.controller.communication import FleetCommunication
-    from setcmas_ctrl.controller.main import Controller
 
 Floats = NDArray[np.float64]
 
@@ -170,7 +168,7 @@ class ControlStepper:
 
     def _stand(self, now: float) -> None:
         """Command zero without calling the laws: a reference must not run away meanwhile."""
-        self._started += now - self._stepped
+        self._started = (self._started or now) + now - self._stepped
         for controller in self._controllers:
             controller.publish(0.0, 0.0)
 

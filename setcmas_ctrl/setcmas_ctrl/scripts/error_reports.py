@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections import Counter, defaultdict
 from collections.abc import Callable
 
-from setcmas_ctrl.control.control_law import ControlError
+from setcmas_ctrl.scripts.failures import ControlError
 from setcmas_simu.fleet.fleet import format_robots
 from setcmas_simu.fleet.topics import robot_name
 

@@ -8,6 +8,7 @@ from __future__ import annotations
 import argparse
 import sys
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from tabulate import tabulate
 
@@ -16,6 +17,9 @@ from setcmas_expe.doctor.findings import Finding, advice_lines, exit_status, tab
 from setcmas_expe.lab.model import Lab
 from setcmas_expe.lab.options import add_lab_arguments, chosen_lab
 from setcmas_simu.errors import SetcmasError
+
+if TYPE_CHECKING:
+    from setcmas_simu.ros.process import RosProcess
 
 _WATCH_S = 3.0
 _SIGHT_S = 2.0

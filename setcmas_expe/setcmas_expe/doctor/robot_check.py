@@ -9,8 +9,7 @@ from setcmas_expe.doctor.arrival_statistics import ArrivalStatistics
 from setcmas_expe.doctor.findings import NOTE, PROBLEM, Finding
 from setcmas_expe.lab.model import Lab, LabRobot
 from setcmas_expe.mocap.sample import Pose
-from setcmas_simu.fleet.topics import CMD_VEL, robot_name
-from setcmas_simu.simulator.options import CMD_VEL_TYPES
+from setcmas_simu.fleet.topics import CMD_VEL, CMD_VEL_TYPES, robot_name
 
 _SLOW_HZ = 10.0
 _LOW_PERCENT = 30.0

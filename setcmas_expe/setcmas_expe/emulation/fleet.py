@@ -55,7 +55,7 @@ class EmulatedFleet:
         self.odometry = np.zeros((3, nb_robots))
         self.V = np.zeros(nb_robots)
         self.omega = np.zeros(nb_robots)
-        self.battery = _FULL - rng.uniform(0.0, 20.0, nb_robots)
+        self.battery = _FULL - rng.uniform(0.0, 20.0, (nb_robots,))
         self._limits = limits
         self._commands = np.zeros((2, nb_robots))
         self._torque = np.ones(nb_robots)

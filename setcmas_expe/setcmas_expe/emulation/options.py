@@ -8,11 +8,13 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from setcmas_expe.lab.model import Arena
+from setcmas_expe.arena import Arena
 from setcmas_expe.lab.options import add_lab_arguments
 from setcmas_simu.fleet.fleet import start_poses
 from setcmas_simu.fleet.pose_options import chosen_start_poses
-from setcmas_simu.simulator.options import CMD_VEL_TYPES, add_start_pose_arguments, rate
+from setcmas_simu.fleet.topics import CMD_VEL_TYPES
+from setcmas_simu.options import rate
+from setcmas_simu.simulator.options import add_start_pose_arguments
 
 MOCAP_RATE_HZ = 50.0
 """Default rate of the emulated motion capture system, in Hz."""

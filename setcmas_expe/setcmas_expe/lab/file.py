@@ -8,13 +8,12 @@ from collections.abc import Callable
 from importlib import resources
 from pathlib import Path
 
-from setcmas_ctrl.control.options import AUTO
-from setcmas_expe.lab.model import Arena, Lab, LabRobot, Mocap, Timeouts
+from setcmas_expe.arena import Arena
+from setcmas_expe.lab.model import Lab, LabRobot, Mocap, Timeouts
 from setcmas_expe.mocap.sources import CUSTOM, MESSAGE_TYPES, PRESETS, check_template
 from setcmas_simu.errors import SetcmasError
-from setcmas_simu.fleet.topics import robot_name
+from setcmas_simu.fleet.topics import AUTO, CMD_VEL_TYPES, robot_name
 from setcmas_simu.robots.velocity_limits import ROBOT_MODELS, VelocityLimits
-from setcmas_simu.simulator.options import CMD_VEL_TYPES
 from setcmas_simu.yaml_entries import Entry, read_entries
 
 DEFAULT_FILE = Path(str(resources.files('setcmas_expe') / 'config' / 'lab.yaml'))

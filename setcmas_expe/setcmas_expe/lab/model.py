@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 
+from setcmas_expe.arena import Arena
 from setcmas_expe.mocap.sources import topic_of
 from setcmas_simu.fleet.topics import robot_name
 from setcmas_simu.robots.velocity_limits import VelocityLimits
@@ -53,32 +53,6 @@ class Mocap:
     def topic_of(self, robot: LabRobot) -> str:
         """Return the topic on which the driver sends a robot's pose."""
         return topic_of(self.topic, robot.mocap_name)
-
-
-@dataclass(frozen=True)
-class Arena:
-    """The box in which robots may move, in m."""
-
-    xmin: float
-    xmax: float
-    ymin: float
-    ymax: float
-
-    def distance(self, x: float, y: float) -> float:
-        """Return how far a point (m) is from the box, in m; 0 inside."""
-        return math.hypot(
-            max(self.xmin - x, 0.0, x - self.xmax), max(self.ymin - y, 0.0, y - self.ymax)
-        )
-
-    def outward_normals(self, x: float, y: float) -> list[tuple[float, float]]:
-        """Return the outward unit normal of each side that a point (m) is beyond."""
-        sides = (
-            (x > self.xmax, (1.0, 0.0)),
-            (x < self.xmin, (-1.0, 0.0)),
-            (y > self.ymax, (0.0, 1.0)),
-            (y < self.ymin, (0.0, -1.0)),
-        )
-        return [normal for beyond, normal in sides if beyond]
 
 
 @dataclass(frozen=True)

@@ -7,13 +7,14 @@ import math
 from dataclasses import replace
 from pathlib import Path
 
-from setcmas_ctrl.control.options import AUTO
+from setcmas_expe.arena import Arena
 from setcmas_expe.lab.file import DEFAULT_FILE, load_lab
-from setcmas_expe.lab.model import Arena, Lab
+from setcmas_expe.lab.model import Lab
 from setcmas_expe.mocap.sources import PRESETS
 from setcmas_simu.errors import SetcmasError
+from setcmas_simu.fleet.topics import AUTO, CMD_VEL_TYPES
+from setcmas_simu.options import count, positive
 from setcmas_simu.robots.velocity_limits import ROBOT_MODELS
-from setcmas_simu.simulator.options import CMD_VEL_TYPES, count, positive
 
 LAB_OPTIONS = (
     'lab',

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections import Counter
 
-from setcmas_expe.lab.model import Arena
+from setcmas_expe.arena import Arena
 from setcmas_expe.mocap.sample import Pose, Sample, fault_of
 from setcmas_expe.mocap.stamp_clock import StampClock
 from setcmas_simu.fleet.planar_pose import wrap_angle

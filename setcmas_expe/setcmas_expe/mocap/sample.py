@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, replace
 
-from setcmas_expe.lab.model import Arena
+from setcmas_expe.arena import Arena
 from setcmas_simu.fleet.planar_pose import yaw_of_quaternion
 
 Pose = tuple[float, float, float]

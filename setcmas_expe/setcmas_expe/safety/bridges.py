@@ -10,9 +10,9 @@ import sys
 
 from setcmas_expe.lab.model import Lab
 from setcmas_expe.lab.options import add_lab_arguments, chosen_lab
-from setcmas_expe.mocap.bridge import MocapBridge
 from setcmas_expe.safety.arena_markers import publish_arena
 from setcmas_expe.safety.cmd_vel_bridge import CmdVelBridge
+from setcmas_expe.safety.mocap_bridge import MocapBridge
 from setcmas_expe.safety.stepper import SafetyStepper
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet.fleet import format_robots

@@ -13,15 +13,16 @@ import time
 from geometry_msgs.msg import Twist, TwistStamped
 from rclpy.clock import Clock, ClockType
 from rclpy.duration import Duration
+from rclpy.publisher import Publisher
 from rclpy.subscription import Subscription
 
-from setcmas_ctrl.control.options import AUTO
 from setcmas_expe.safety.stop_on_silence import SILENCE_S, StopOnSilence
 from setcmas_simu.fleet import topics
+from setcmas_simu.fleet.topics import AUTO, CMD_VEL_TYPES
+from setcmas_simu.options import positive
 from setcmas_simu.ros import cmd_vel_graph, qos
 from setcmas_simu.ros.cmd_vel_type import TYPES, velocities
 from setcmas_simu.ros.process import FleetNode, ros_process, split_ros_arguments
-from setcmas_simu.simulator.options import CMD_VEL_TYPES, positive
 
 _RATE_HZ = 20.0
 _LOOK_EVERY_S = 1.0
@@ -49,6 +50,7 @@ class CmdVelGuard(FleetNode):
         self._kind = ''
         self._was_commanded = False
         self._subscription: Subscription | None = None
+        self._publisher: Publisher
         self._topic = self.resolve_topic_name(topics.CMD_VEL)
         steady = Clock(clock_type=ClockType.STEADY_TIME)
         # Runs only while there is something to watch: a Raspberry Pi has other things to do.

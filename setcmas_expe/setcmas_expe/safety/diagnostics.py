@@ -7,9 +7,9 @@ import math
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from rclpy.node import Node
 
-from setcmas_expe.mocap.bridge import MocapBridge
 from setcmas_expe.safety.cmd_vel_bridge import CmdVelBridge
 from setcmas_expe.safety.decision import MOVING, Decision
+from setcmas_expe.safety.mocap_bridge import MocapBridge
 from setcmas_simu.fleet import topics
 from setcmas_simu.ros import qos
 

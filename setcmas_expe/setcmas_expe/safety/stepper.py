@@ -9,11 +9,11 @@ from rclpy.node import Node
 
 from setcmas_ctrl.controller.pause_watch import SILENT, PauseWatch
 from setcmas_expe.lab.model import Lab
-from setcmas_expe.mocap.bridge import MocapBridge
 from setcmas_expe.mocap.pose_track import mark_swapped
 from setcmas_expe.safety.cmd_vel_bridge import CmdVelBridge
 from setcmas_expe.safety.decision import PAUSED, RATE_HZ, STOPPED, Decision, Situation, decide
 from setcmas_expe.safety.diagnostics import RobotDiagnostics
+from setcmas_expe.safety.mocap_bridge import MocapBridge
 from setcmas_expe.safety.reports import BridgeReports
 from setcmas_expe.safety.stalls import HoldUps, time_since_boot
 

@@ -32,6 +32,11 @@ COMMUNICATION_GRAPH = '/communication_graph'
 EMULATED_FAULT = '/emulated_lab/fault'
 TF = '/tf'
 
+CMD_VEL_TYPES = ('twist_stamped', 'twist')
+"""Message types of cmd_vel, the usual one first."""
+AUTO = 'auto'
+"""Stands for the type of cmd_vel that a robot listens to."""
+
 VIRTUAL_ROBOT_NODE = 'virtual_robot'
 RECORDER_NODE = 'recorder'
 RECORDER_NODES = (RECORDER_NODE, 'rosbag2_recorder')

@@ -8,11 +8,10 @@ from rclpy.node import Node
 from rclpy.publisher import Publisher
 from rclpy.qos import QoSProfile
 
-from setcmas_ctrl.control.options import AUTO
 from setcmas_simu.fleet import topics
+from setcmas_simu.fleet.topics import AUTO, CMD_VEL_TYPES
 from setcmas_simu.ros import cmd_vel_graph, qos
 from setcmas_simu.ros.cmd_vel_type import TYPES
-from setcmas_simu.simulator.options import CMD_VEL_TYPES
 
 _PREFERRED_TYPE = CMD_VEL_TYPES[0]
 _LAST_WORDS_S = 0.3

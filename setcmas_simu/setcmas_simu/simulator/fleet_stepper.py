@@ -5,7 +5,6 @@ from __future__ import annotations
 import time
 from collections.abc import Callable
 from functools import partial
-from typing import TYPE_CHECKING
 
 import numpy as np
 from rclpy.clock import Clock, ClockType
@@ -14,14 +13,12 @@ from std_msgs.msg import Empty
 
 from setcmas_simu.fleet import topics
 from setcmas_simu.fleet.fleet import format_robots
+from setcmas_simu.options import MAX_RATE_HZ
 from setcmas_simu.robots.velocity_limits import VelocityLimits
 from setcmas_simu.robots.virtual_fleet import VirtualFleet
 from setcmas_simu.ros import qos
-from setcmas_simu.simulator.options import MAX_RATE_HZ
 from setcmas_simu.simulator.transforms import FleetTransforms
-
-if TYPE_CHECKING:
-    from setcmas_simu.simulator.virtual_robot import VirtualRobot
+from setcmas_simu.simulator.virtual_robot import VirtualRobot
 
 _HOUSEKEEPING_S = 2.0
 

@@ -13,11 +13,10 @@ from numpy.typing import NDArray
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet.fleet import parse_robots
 from setcmas_simu.fleet.pose_options import chosen_start_poses
+from setcmas_simu.fleet.topics import CMD_VEL_TYPES
+from setcmas_simu.options import count, positive, rate
 from setcmas_simu.robots.unicycle import RATE_HZ
 from setcmas_simu.robots.velocity_limits import MODELS
-
-CMD_VEL_TYPES = ('twist_stamped', 'twist')
-MAX_RATE_HZ = 200.0
 
 
 @dataclass(frozen=True)
@@ -31,37 +30,6 @@ class SimulatedRobots:
 
     robots: list[int]
     start_poses: NDArray[np.float64]
-
-
-def number(text: str) -> float:
-    """Return the number that a text tells; NaN if it tells none, which no option accepts."""
-    try:
-        return float(text)
-    except ValueError:
-        return math.nan
-
-
-def positive(text: str) -> float:
-    """Return a finite number above 0 (type of an option)."""
-    value = number(text)
-    if not (math.isfinite(value) and value > 0):
-        raise argparse.ArgumentTypeError(f"'{text}' is not a number above 0")
-    return value
-
-
-def rate(text: str) -> float:
-    """Return a rate in Hz that a process can keep (type of an option)."""
-    value = positive(text)
-    if value > MAX_RATE_HZ:
-        raise argparse.ArgumentTypeError(f"'{text}' Hz is above {MAX_RATE_HZ:g} Hz")
-    return value
-
-
-def count(text: str) -> int:
-    """Return a whole number of robots from 1 (type of an option)."""
-    if not text.isdecimal() or int(text) < 1:
-        raise argparse.ArgumentTypeError(f"'{text}' is not a number of robots from 1")
-    return int(text)
 
 
 def add_start_pose_arguments(group: argparse._ArgumentGroup) -> None:

@@ -1,14 +1,8 @@
-"""The virtual robot: cmd_vel in; odometry, pose and marker out. A process holds a fleet of them.
-
-Run as `ros2 run setcmas_simu virtual_robot --robots 1-4`, or for one robot with parameters:
-`--ros-args -p robot_no:=3 -p x0:=1.0 -p limits:=burger`.
-"""
+"""The ROS interface of one virtual robot: cmd_vel in; odometry, pose and marker out."""
 
 from __future__ import annotations
 
-import argparse
 import math
-import sys
 import time
 from collections.abc import Callable, Iterable
 from typing import Any
@@ -23,14 +17,10 @@ from visualization_msgs.msg import Marker
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet import topics
 from setcmas_simu.fleet.planar_pose import quaternion_of_yaw
-from setcmas_simu.robots.velocity_limits import limits_named
 from setcmas_simu.ros import qos
 from setcmas_simu.ros.cmd_vel_type import TYPES, velocities
-from setcmas_simu.ros.process import FleetNode, ros_process, split_ros_arguments
-from setcmas_simu.simulator.fleet_stepper import FleetStepper
-from setcmas_simu.simulator.options import add_simulation_arguments, simulated_robots
+from setcmas_simu.ros.process import FleetNode
 from setcmas_simu.simulator.robot_marker import robot_marker
-from setcmas_simu.simulator.simulator_guard import SimulatorGuard
 
 Command = Callable[[float, float, float], None]
 
@@ -138,58 +128,3 @@ class VirtualRobot(FleetNode):
 def _fill(message: Pose, pose: tuple[float, float, float]) -> None:
     message.position.x, message.position.y = pose[0], pose[1]
     message.orientation.z, message.orientation.w = quaternion_of_yaw(pose[2])
-
-
-def robot_of_parameters() -> int:
-    """Return the robot number that `--ros-args -p robot_no:=N` gives; 1 without it."""
-    probe = FleetNode('virtual_robot', automatically_declare_parameters_from_overrides=True)
-    robot = probe.get_parameter('robot_no').value if probe.has_parameter('robot_no') else 1
-    probe.destroy_node()
-    if not isinstance(robot, int) or robot < 1:
-        raise SetcmasError(f'parameter robot_no is {robot!r}; accepted is a number from 1')
-    return robot
-
-
-def main(argv: list[str] | None = None) -> int:
-    """Simulate robots until a signal arrives; returns the exit status."""
-    argv, ros_arguments = split_ros_arguments(sys.argv[1:] if argv is None else argv)
-    parser = argparse.ArgumentParser(prog='virtual_robot', description=__doc__)
-    add_simulation_arguments(parser)
-    args = parser.parse_args(argv)
-    with ros_process(ros_arguments) as process:
-        try:
-            if args.robots is None and args.nb_robots is None:
-                args.robots = str(robot_of_parameters())
-            simulated = simulated_robots(args)
-            guard_node = FleetNode(f'{topics.VIRTUAL_ROBOT_NODE}s')
-            guard = SimulatorGuard(guard_node, simulated.robots)
-            nodes = [
-                VirtualRobot(
-                    robot,
-                    {
-                        'x0': x0,
-                        'y0': y0,
-                        'theta0': theta0,
-                        'rate': args.robot_rate,
-                        'limits': args.limits,
-                        'cmd_timeout': args.cmd_timeout,
-                        'cmd_vel_type': args.cmd_vel_type,
-                    },
-                )
-                for robot, (x0, y0, theta0) in zip(
-                    simulated.robots, simulated.start_poses.T.tolist(), strict=True
-                )
-            ]
-            stepper = FleetStepper(guard_node, nodes, limits_named(nodes[0].value('limits')))
-            guard.refuse_second_simulator()
-        except SetcmasError as error:
-            print(f'error: {error}', file=sys.stderr)
-            return 2
-        process.add(guard_node, *nodes)
-        stepper.start(guard.warn_of_latecomers)
-        process.spin()
-    return 0
-
-
-if __name__ == '__main__':
-    sys.exit(main())

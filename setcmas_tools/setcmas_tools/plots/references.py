@@ -10,7 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 from numpy.typing import NDArray
 
-from setcmas_expe.lab.model import Arena
+from setcmas_expe.arena import Arena
 from setcmas_tools.plots.lines import finite_rows
 from setcmas_tools.records.fleet_table import FleetTable
 from setcmas_tools.run.references import References

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from setcmas_expe.lab.model import Arena
+from setcmas_expe.arena import Arena
 from setcmas_simu.errors import SetcmasError
 from setcmas_tools.run.files import run_parameters
 from setcmas_tools.run.references import References, references, script_of_run, task_of

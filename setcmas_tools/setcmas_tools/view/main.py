@@ -11,11 +11,11 @@ import webbrowser
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.ros.process import FleetNode, RosProcess, ros_process, split_ros_arguments
 from setcmas_tools.view.commands import FleetCommands
+from setcmas_tools.view.fleet_scene import FleetScene, Known
 from setcmas_tools.view.page.browser_options import EVERYWHERE, add_browser_arguments
 from setcmas_tools.view.page.controls import Actions
 from setcmas_tools.view.page.desktop import may_open_windows
 from setcmas_tools.view.page.page import Page, network_url
-from setcmas_tools.view.scene.fleet_scene import FleetScene, Known
 from setcmas_tools.view.topics import ViewedTopics
 
 _FRAME_S = 0.05
@@ -42,7 +42,7 @@ class BrowserView:
         self._known = Known()
         self._topics = ViewedTopics(node, self._known)
         self._commands = None if read_only else FleetCommands(node)
-        actions = self._commands and Actions(self._commands.pause, self._reset)
+        actions = Actions(self._commands.pause, self._reset) if self._commands else None
         self._scene = FleetScene(page.server, self._known, actions)
 
     def run(self) -> None:

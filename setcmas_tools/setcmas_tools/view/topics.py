@@ -21,9 +21,9 @@ from setcmas_simu.fleet import topics
 from setcmas_simu.fleet.planar_pose import yaw_of_quaternion
 from setcmas_simu.ros import qos
 from setcmas_simu.ros.polled_topic import PolledTopic, suited_to
+from setcmas_tools.view.fleet_scene import NO_PAIRS, Known
 from setcmas_tools.view.model import communication
 from setcmas_tools.view.model.robot_states import Diagnosis
-from setcmas_tools.view.scene.fleet_scene import NO_PAIRS, Known
 
 _NEWEST = QoSProfile(depth=1, reliability=ReliabilityPolicy.BEST_EFFORT)
 _EVENTS = QoSProfile(depth=10, reliability=ReliabilityPolicy.BEST_EFFORT)
@@ -104,7 +104,7 @@ class ViewedTopics:
         )
 
     def _subscribed(self, name: str, kind: type) -> PolledTopic:
-        robot = topics.robot_of(name)
+        robot = topics.robot_of(name) or 0  # markers may be the fleet's
         if kind is Odometry:
             return PolledTopic(self._node, kind, name, partial(self._on_odometry, robot), _NEWEST)
         if kind is UInt16:

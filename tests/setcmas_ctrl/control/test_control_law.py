@@ -1,8 +1,9 @@
 import numpy as np
 import pytest
 
-from setcmas_ctrl.control.control_law import ControlError, ControlLaw, checked_velocity
+from setcmas_ctrl.control.control_law import ControlLaw, checked_velocity
 from setcmas_ctrl.scripts.error_reports import ErrorReports
+from setcmas_ctrl.scripts.failures import ControlError
 
 POSES = np.zeros((3, 2))
 

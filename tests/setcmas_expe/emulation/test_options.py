@@ -1,8 +1,8 @@
 import numpy as np
 import pytest
 
+from setcmas_expe.arena import Arena
 from setcmas_expe.emulation.options import emulated_start_poses
-from setcmas_expe.lab.model import Arena
 from setcmas_simu.fleet.fleet import start_poses
 
 

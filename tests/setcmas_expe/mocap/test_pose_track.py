@@ -3,7 +3,7 @@ import math
 import numpy as np
 import pytest
 
-from setcmas_expe.lab.model import Arena
+from setcmas_expe.arena import Arena
 from setcmas_expe.mocap.pose_track import FROZEN, JUMPED, PoseTrack, mark_swapped
 from setcmas_expe.mocap.sample import NOT_FINITE, Sample
 from setcmas_simu.fleet.planar_pose import quaternion_of_yaw

@@ -4,7 +4,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from setcmas_expe.lab.model import Arena
+from setcmas_expe.arena import Arena
 from setcmas_expe.mocap.sample import (
     FAR_AWAY,
     NO_MEASUREMENT,

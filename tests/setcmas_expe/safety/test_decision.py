@@ -7,8 +7,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from setcmas_expe.arena import Arena
 from setcmas_expe.lab.file import default_lab
-from setcmas_expe.lab.model import Arena
 from setcmas_expe.safety.decision import HOLD_S, MOVING, PAUSED, STOPPED, Situation, decide
 
 LAB = replace(default_lab(3), arena=Arena(-2.0, 2.0, -1.0, 1.0))

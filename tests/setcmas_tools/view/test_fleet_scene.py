@@ -3,9 +3,9 @@ import pytest
 
 pytest.importorskip('viser')
 from setcmas_simu.fleet import fleet
+from setcmas_tools.view.fleet_scene import NO_PAIRS, FleetScene, Known
 from setcmas_tools.view.model.communication import links
 from setcmas_tools.view.page.page import Page
-from setcmas_tools.view.scene.fleet_scene import NO_PAIRS, FleetScene, Known
 from setcmas_tools.view.scene.tone import untoned
 
 GREY_LINK = untoned([0.62, 0.66, 0.72])

@@ -1,0 +1,65 @@
+"""Command lines of the node processes."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+
+from setcmas_ctrl.communication.options import OPTIONS as COMMUNICATION
+
+SIMULATOR = 'setcmas_simu.simulator.main'
+CONTROLLER = 'setcmas_ctrl.controller.main'
+EMULATED_LAB = 'setcmas_expe.emulation.lab'
+BRIDGES = 'setcmas_expe.safety.bridges'
+PAUSE = 'setcmas_expe.pause.node'
+JOYSTICK_READER = 'setcmas_expe.pause.joystick_reader'
+DOCTOR = 'setcmas_expe.doctor.main'
+INJECT_FAULT = 'setcmas_expe.emulation.inject_fault'
+RECORDER = 'setcmas_tools.recorder.main'
+BROWSER_VIEW = 'setcmas_tools.view.main'
+
+SIMULATOR_OPTIONS = (
+    'nb_robots',
+    'robots',
+    'poses',
+    'pose',
+    'limits',
+    'cmd_timeout',
+    'robot_rate',
+    'cmd_vel_type',
+)
+
+CONTROLLER_OPTIONS = (
+    'algo',
+    'exercise',
+    'set',
+    'watch',
+    'vnom',
+    'komega',
+    'rate',
+    'seed',
+    'nb_robots',
+    'robots',
+    'cmd_vel_type',
+    *COMMUNICATION,
+)
+
+_RUN_MODULE = (
+    'import runpy, sys; del sys.path[0]; '
+    "runpy.run_module(sys.argv.pop(1), run_name='__main__', alter_sys=True)"
+)
+
+
+def node_command(module: str, arguments: Sequence[str] = ()) -> list[str]:
+    """Return the command line that runs a module of nodes."""
+    # The current folder stays out of the search path, or else a file such as random.py in a
+    # student's folder would hide Python's own. Python 3.10 has no option for it.
+    run_module = ['-P', '-m'] if sys.version_info >= (3, 11) else ['-c', _RUN_MODULE]
+    return [sys.executable, *run_module, module, *arguments]
+
+
+def recorder_command(output: Path, topics: list[str] | None = None) -> list[str]:
+    """Return the command line that records into a folder."""
+    chosen = ['--topics', *topics] if topics else []
+    return node_command(RECORDER, ['-o', str(output), *chosen])

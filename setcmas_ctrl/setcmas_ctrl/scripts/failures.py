@@ -1,0 +1,26 @@
+"""Failure of a function that a script defines."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from setcmas_ctrl.scripts.messages import describe_failure, script_place
+
+
+class ControlError(Exception):
+    """A call of `control` failed.
+
+    Attributes:
+        key: The same for errors that a student would call the same.
+    """
+
+    def __init__(self, message: str, key: object) -> None:
+        """Store the message and what identifies the error."""
+        super().__init__(message)
+        self.key = key
+
+
+def failure_of(error: BaseException, path: Path) -> ControlError:
+    """Return what to tell of an error that a function of a script raised."""
+    key = (type(error).__name__, *script_place(error, path))
+    return ControlError(describe_failure(error, path), key)

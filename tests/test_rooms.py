@@ -1,0 +1,156 @@
+"""The house: who imports whom, and which modules may import ROS.
+
+A room is a folder of a package, or a module that stands beside the folders. Imports point from the
+later package to the earlier one, and rooms import each other in no circle, annotations included.
+"""
+
+import ast
+import graphlib
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[1]
+PACKAGES = ('setcmas_simu', 'setcmas_ctrl', 'setcmas_expe', 'setcmas_tools', 'launch_scripts')
+ROS = ('rclpy', 'rcl_interfaces', 'builtin_interfaces', 'tf2_ros', 'std_srvs')
+
+MAY_IMPORT_ROS = """
+setcmas_ctrl.controller.canvas
+setcmas_ctrl.controller.communication
+setcmas_ctrl.controller.controller
+setcmas_ctrl.controller.discovery
+setcmas_ctrl.controller.event_triggered_comm
+setcmas_ctrl.controller.graph_watch
+setcmas_ctrl.controller.main
+setcmas_ctrl.controller.odometry
+setcmas_ctrl.controller.pause_watch
+setcmas_ctrl.controller.pose_to_odom
+setcmas_ctrl.controller.reloader
+setcmas_ctrl.controller.si_to_uni
+setcmas_ctrl.controller.stepper
+setcmas_expe.doctor.fleets_in_sight
+setcmas_expe.doctor.lab_watch
+setcmas_expe.doctor.round_trip
+setcmas_expe.emulation.inject_fault
+setcmas_expe.emulation.lab
+setcmas_expe.emulation.mocap_driver
+setcmas_expe.emulation.turtlebot3
+setcmas_expe.mocap.graph
+setcmas_expe.mocap.messages
+setcmas_expe.pause.bridge_watch
+setcmas_expe.pause.joystick_reader
+setcmas_expe.pause.node
+setcmas_expe.safety.arena_markers
+setcmas_expe.safety.cmd_vel_bridge
+setcmas_expe.safety.cmd_vel_guard
+setcmas_expe.safety.diagnostics
+setcmas_expe.safety.mocap_bridge
+setcmas_expe.safety.stepper
+setcmas_simu.ros.cmd_vel_graph
+setcmas_simu.ros.cmd_vel_publisher
+setcmas_simu.ros.cmd_vel_type
+setcmas_simu.ros.dds_setup
+setcmas_simu.ros.polled_topic
+setcmas_simu.ros.process
+setcmas_simu.ros.qos
+setcmas_simu.simulator.fleet_stepper
+setcmas_simu.simulator.robot_marker
+setcmas_simu.simulator.simulator_guard
+setcmas_simu.simulator.transforms
+setcmas_simu.simulator.virtual_robot
+setcmas_tools.recorder.graph_recorder
+setcmas_tools.recorder.offered_qos
+setcmas_tools.recorder.recorded_topic
+setcmas_tools.view.commands
+setcmas_tools.view.topics
+""".split()
+
+
+def modules():
+    """Return the path of each module of the product by its dotted name."""
+    found = {}
+    for package in PACKAGES:
+        for path in (ROOT / package / package).rglob('*.py'):
+            parts = path.relative_to(ROOT / package).with_suffix('').parts
+            found['.'.join(parts).removesuffix('.__init__')] = path
+    return found
+
+
+MODULES = modules()
+
+
+def imports(path):
+    """Return the dotted names of what a module imports, anywhere in it."""
+    names = set()
+    for node in ast.walk(ast.parse(path.read_text())):
+        if isinstance(node, ast.Import):
+            names |= {alias.name for alias in node.names}
+        elif isinstance(node, ast.ImportFrom):
+            assert not node.level, f'{path}: a relative import'
+            whole = {f'{node.module}.{alias.name}' for alias in node.names}
+            names |= {name if name in MODULES else node.module for name in whole}
+    return names
+
+
+IMPORTS = {name: imports(path) for name, path in MODULES.items()}
+
+
+def room(module):
+    """Return the room that a module is in: the folder below its package, or itself."""
+    return '.'.join(module.split('.')[:2])
+
+
+def circle(graph):
+    """Return a circle in a graph, or None."""
+    try:
+        graphlib.TopologicalSorter(graph).prepare()
+    except graphlib.CycleError as error:
+        return error.args[1]
+    return None
+
+
+@pytest.mark.parametrize('package', PACKAGES)
+def test_dependencies_point_one_way(package):
+    later = PACKAGES[PACKAGES.index(package) + 1 :]
+    for module, names in IMPORTS.items():
+        if module.split('.')[0] == package:
+            assert not [name for name in names if name.split('.')[0] in later], module
+
+
+def test_modules_import_each_other_in_no_circle():
+    assert circle({name: names & MODULES.keys() for name, names in IMPORTS.items()}) is None
+
+
+def test_rooms_import_each_other_in_no_circle():
+    graph = {}
+    for module, names in IMPORTS.items():
+        ours = {room(name) for name in names if name in MODULES}
+        graph.setdefault(room(module), set()).update(ours - {room(module)})
+    assert circle(graph) is None
+
+
+def test_folders_inside_a_room_import_each_other_in_no_circle():
+    graph = {}
+    for module, names in IMPORTS.items():
+        folder = module.rpartition('.')[0]
+        ours = {name.rpartition('.')[0] for name in names if name in MODULES}
+        graph.setdefault(folder, set()).update(ours - {folder})
+    inner = {folder: names for folder, names in graph.items() if folder.count('.') >= 2}
+    assert circle({folder: names & inner.keys() for folder, names in inner.items()}) is None
+
+
+def test_only_these_modules_import_ros():
+    found = []
+    for module, names in IMPORTS.items():
+        tops = {name.split('.')[0] for name in names}
+        if any(top in ROS or top.endswith('_msgs') for top in tops):
+            found.append(module)
+    assert sorted(found) == MAY_IMPORT_ROS
+
+
+def test_a_room_holds_at_most_a_dozen_files_and_scripts():
+    for package in PACKAGES:
+        for folder in (ROOT / package / package).rglob('*'):
+            if folder.is_dir() and folder.name not in ('__pycache__', 'commands'):
+                inside = [path for path in folder.glob('*.py') if path.name != '__init__.py']
+                assert len(inside) <= 15, f'{folder}: {len(inside)} files'
