@@ -55,9 +55,9 @@ def test_every_script_runs(tmp_path, function):
         said = []
 
         if function == 'ctc':
-            simulate('consensus', 3, 5, event_triggered=True, ctc=path, say=said.append)
+            simulate('consensus', 3, 5, event_triggered=True, ctc=path, warn=said.append)
         else:
-            simulate(path, 3, 5, say=said.append)
+            simulate(path, 3, 5, warn=said.append)
         assert said == []
 
     assert len(scripts) >= 1

@@ -14,56 +14,56 @@ ROOT = Path(__file__).parents[1]
 PACKAGES = ('setcmas_simu', 'setcmas_ctrl', 'setcmas_expe', 'setcmas_tools', 'launch_scripts')
 ROS = ('rclpy', 'rcl_interfaces', 'builtin_interfaces', 'tf2_ros', 'std_srvs')
 
-MAY_IMPORT_ROS = """
-setcmas_ctrl.controller.canvas
-setcmas_ctrl.controller.communication
-setcmas_ctrl.controller.controller
-setcmas_ctrl.controller.discovery
-setcmas_ctrl.controller.event_triggered_comm
-setcmas_ctrl.controller.graph_watch
-setcmas_ctrl.controller.main
-setcmas_ctrl.controller.odometry
-setcmas_ctrl.controller.pause_watch
-setcmas_ctrl.controller.pose_to_odom
-setcmas_ctrl.controller.reloader
-setcmas_ctrl.controller.si_to_uni
-setcmas_ctrl.controller.stepper
-setcmas_expe.doctor.fleets_in_sight
-setcmas_expe.doctor.lab_watch
-setcmas_expe.doctor.round_trip
-setcmas_expe.emulation.inject_fault
-setcmas_expe.emulation.lab
-setcmas_expe.emulation.mocap_driver
-setcmas_expe.emulation.turtlebot3
-setcmas_expe.mocap.graph
-setcmas_expe.mocap.messages
-setcmas_expe.pause.bridge_watch
-setcmas_expe.pause.joystick_reader
-setcmas_expe.pause.node
-setcmas_expe.safety.arena_markers
-setcmas_expe.safety.cmd_vel_bridge
-setcmas_expe.safety.cmd_vel_guard
-setcmas_expe.safety.diagnostics
-setcmas_expe.safety.mocap_bridge
-setcmas_expe.safety.stepper
-setcmas_simu.ros.cmd_vel_graph
-setcmas_simu.ros.cmd_vel_publisher
-setcmas_simu.ros.cmd_vel_type
-setcmas_simu.ros.dds_setup
-setcmas_simu.ros.polled_topic
-setcmas_simu.ros.process
-setcmas_simu.ros.qos
-setcmas_simu.simulator.fleet_stepper
-setcmas_simu.simulator.robot_marker
-setcmas_simu.simulator.simulator_guard
-setcmas_simu.simulator.transforms
-setcmas_simu.simulator.virtual_robot
-setcmas_tools.recorder.graph_recorder
-setcmas_tools.recorder.offered_qos
-setcmas_tools.recorder.recorded_topic
-setcmas_tools.view.commands
-setcmas_tools.view.topics
-""".split()
+MAY_IMPORT_ROS = [
+    'setcmas_ctrl.controller.canvas',
+    'setcmas_ctrl.controller.communication',
+    'setcmas_ctrl.controller.controller',
+    'setcmas_ctrl.controller.discovery',
+    'setcmas_ctrl.controller.event_triggered_comm',
+    'setcmas_ctrl.controller.graph_watch',
+    'setcmas_ctrl.controller.main',
+    'setcmas_ctrl.controller.odometry',
+    'setcmas_ctrl.controller.pause_watch',
+    'setcmas_ctrl.controller.pose_to_odom',
+    'setcmas_ctrl.controller.reloader',
+    'setcmas_ctrl.controller.si_to_uni',
+    'setcmas_ctrl.controller.stepper',
+    'setcmas_expe.doctor.fleets_in_sight',
+    'setcmas_expe.doctor.lab_watch',
+    'setcmas_expe.doctor.round_trip',
+    'setcmas_expe.emulation.inject_fault',
+    'setcmas_expe.emulation.lab',
+    'setcmas_expe.emulation.mocap_driver',
+    'setcmas_expe.emulation.turtlebot3',
+    'setcmas_expe.mocap.graph',
+    'setcmas_expe.mocap.messages',
+    'setcmas_expe.pause.bridge_watch',
+    'setcmas_expe.pause.joystick_reader',
+    'setcmas_expe.pause.node',
+    'setcmas_expe.safety.arena_markers',
+    'setcmas_expe.safety.cmd_vel_bridge',
+    'setcmas_expe.safety.cmd_vel_guard',
+    'setcmas_expe.safety.diagnostics',
+    'setcmas_expe.safety.mocap_bridge',
+    'setcmas_expe.safety.stepper',
+    'setcmas_simu.ros.cmd_vel_graph',
+    'setcmas_simu.ros.cmd_vel_publisher',
+    'setcmas_simu.ros.cmd_vel_type',
+    'setcmas_simu.ros.dds_setup',
+    'setcmas_simu.ros.polled_topic',
+    'setcmas_simu.ros.process',
+    'setcmas_simu.ros.qos',
+    'setcmas_simu.simulator.fleet_stepper',
+    'setcmas_simu.simulator.robot_marker',
+    'setcmas_simu.simulator.simulator_guard',
+    'setcmas_simu.simulator.transforms',
+    'setcmas_simu.simulator.virtual_robot',
+    'setcmas_tools.recorder.graph_recorder',
+    'setcmas_tools.recorder.offered_qos',
+    'setcmas_tools.recorder.recorded_topic',
+    'setcmas_tools.view.commands',
+    'setcmas_tools.view.topics',
+]
 
 
 def modules():

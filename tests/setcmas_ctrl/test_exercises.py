@@ -46,7 +46,7 @@ def test_each_states_goal_formula_observations_and_commands_and_leaves_the_maths
 def test_as_it_is_the_robots_stand_still_without_an_error(path):
     said = []
 
-    run = simulate(path, nb_robots=6, duration=5, say=said.append)
+    run = simulate(path, nb_robots=6, duration=5, warn=said.append)
 
     assert said == []
     assert (run.velocities == 0).all()

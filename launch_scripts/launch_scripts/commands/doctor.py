@@ -61,11 +61,11 @@ def main(args: argparse.Namespace) -> int:
             return 130
         except ChildDiedError as death:
             if str(death):
-                supervisor.say(f'setcmas doctor: {death}')
+                supervisor.warn(f'setcmas doctor: {death}')
             return death.exit_status
         status = run_to_end(command, environment)
         if not lab_process.running():
-            supervisor.say(f'setcmas doctor: {lab_process.obituary()}')
+            supervisor.warn(f'setcmas doctor: {lab_process.obituary()}')
             return 1
         return status
 

@@ -109,7 +109,7 @@ def _run(
         return max(status, 0)
     except ChildDiedError as death:
         if str(death):
-            supervisor.say(f'setcmas expe: {death}; everything is stopped')
+            supervisor.warn(f'setcmas expe: {death}; everything is stopped')
         experiment.stop()
         return death.exit_status
     return 0
@@ -128,6 +128,6 @@ def _explain(
     ways = ['the space bar'] if keyboard.there else []
     ways += [f'button {lab.joystick_button} of the joystick'] if command else []
     ways += ['false on /pause']
-    supervisor.say(f'paused; {" or ".join(ways)} starts the robots ({KEYS})')
+    supervisor.warn(f'paused; {" or ".join(ways)} starts the robots ({KEYS})')
     if not keyboard.there and sys.stdin is not None:
-        supervisor.say('there is no terminal to read keys from')
+        supervisor.warn('there is no terminal to read keys from')

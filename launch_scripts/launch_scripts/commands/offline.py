@@ -25,7 +25,7 @@ from tqdm import tqdm
 
 from launch_scripts.options.run_options import add_run_arguments, output_folder, parameters
 from launch_scripts.terminal.output_lines import warn
-from launch_scripts.terminal.progress_output import output_above_bar
+from launch_scripts.terminal.progress_output import progress_output
 from setcmas_ctrl.communication.options import check_communication, communication_values
 from setcmas_ctrl.control.options import SCRIPT_FAILED
 from setcmas_ctrl.scripts.loader import compile_script, find_script
@@ -124,7 +124,7 @@ def _simulate(args: argparse.Namespace, script: str, settings: Mapping[str, Any]
 
     with (
         tqdm(total=args.duration, desc='running', bar_format=_BAR, disable=None) as bar,
-        output_above_bar(),
+        progress_output(),
     ):
         return simulate(
             script,
@@ -139,6 +139,6 @@ def _simulate(args: argparse.Namespace, script: str, settings: Mapping[str, Any]
             seed=args.seed,
             settings=settings,
             **communication_values(args),
-            say=warn,
+            warn=warn,
             progress=lambda now: bar.update(now - bar.n),
         )

@@ -144,7 +144,7 @@ def _robots_run(
             deadline = time.monotonic() + _START_TIMEOUT_S
             supervisor.run(lambda: run.started or time.monotonic() > deadline, run.tick)
             if not run.started:
-                supervisor.say(
+                supervisor.warn(
                     f'setcmas run: the robots did not start within {_START_TIMEOUT_S:g} s'
                 )
                 return 1, 'the robots did not start'
@@ -157,7 +157,7 @@ def _robots_run(
             return 130, 'stopped by the user'
         except ChildDiedError as death:
             if str(death):
-                supervisor.say(f'setcmas run: {death}; the others are stopped')
+                supervisor.warn(f'setcmas run: {death}; the others are stopped')
             return death.exit_status, str(death) or _NOT_BEGUN
         finally:
             run.stop()

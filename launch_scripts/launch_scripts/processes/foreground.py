@@ -32,7 +32,7 @@ def run_in_foreground(
             return exit_status_after_stop(child.process.returncode)
         except ChildDiedError as death:
             if str(death):
-                supervisor.say(f'setcmas: {death}')
+                supervisor.warn(f'setcmas: {death}')
             return death.exit_status
     return 0
 

@@ -109,7 +109,7 @@ class Supervisor:
                 self._show_output(0)
                 if child.needed:
                     raise child.obituary()
-                self.say(f'{child.name} has ended; the robots go on')
+                self.warn(f'{child.name} has ended; the robots go on')
                 self.stop(child)
 
     def wait(self, seconds: float) -> None:
@@ -118,7 +118,7 @@ class Supervisor:
         while time.monotonic() < deadline:
             self._show_output(0.02)
 
-    def say(self, message: str) -> None:
+    def warn(self, message: str) -> None:
         """Show a message of the command itself."""
         self.write(message, self.stderr)
 

@@ -10,7 +10,7 @@ from typing import IO, Any, cast
 from tqdm import tqdm
 
 
-class _AboveBar:
+class _ProgressOutput:
     def __init__(self, stream: IO[str], bar_stream: IO[str]) -> None:
         self._stream = stream
         self._bar_stream = bar_stream
@@ -24,11 +24,11 @@ class _AboveBar:
 
 
 @contextlib.contextmanager
-def output_above_bar() -> Iterator[None]:
+def progress_output() -> Iterator[None]:
     """Take a bar on stderr away while something else is written, which must be whole lines."""
     bar = sys.stderr
     with (
-        contextlib.redirect_stdout(cast(IO[str], _AboveBar(sys.stdout, bar))),
-        contextlib.redirect_stderr(cast(IO[str], _AboveBar(sys.stderr, bar))),
+        contextlib.redirect_stdout(cast(IO[str], _ProgressOutput(sys.stdout, bar))),
+        contextlib.redirect_stderr(cast(IO[str], _ProgressOutput(sys.stderr, bar))),
     ):
         yield

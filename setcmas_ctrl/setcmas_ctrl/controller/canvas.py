@@ -55,7 +55,6 @@ class MarkerCanvas:
                 kind,
                 topics.robot_topic(robot, name + suffix),
                 _TRAIL if kind is MarkerArray else qos.LATCHED,
-                event_callbacks=qos.no_publisher_events(),
             )
         return self._publishers[key]
 

@@ -47,18 +47,17 @@ class FleetCommunication:
         self._nb_robots = odometry.poses.shape[1]
         self._graph = GraphChanges(self._nb_robots)
         self._segment = ''
-        self._say = node.get_logger().info
+        self._warn = node.get_logger().info
         self._begun = False
         self._next_graph = self._next_counts = 0.0
-        silent = {'event_callbacks': qos.no_publisher_events()}
         self._graph_publisher = None
         if not communication.reaches_all:
             self._graph_publisher = node.create_publisher(
-                Float32MultiArray, topics.COMMUNICATION_GRAPH, qos.LATCHED, **silent
+                Float32MultiArray, topics.COMMUNICATION_GRAPH, qos.LATCHED
             )
         self._counts_publishers = [
             node.create_publisher(
-                Float64MultiArray, topics.robot_topic(robot, topics.LINKS), qos.LATCHED, **silent
+                Float64MultiArray, topics.robot_topic(robot, topics.LINKS), qos.LATCHED
             )
             for robot in robots
         ]
@@ -82,7 +81,6 @@ class FleetCommunication:
             topics.robot_topic(robot, topics.TRIG_ODOM),
             take_state,
             qos.LATCHED,
-            event_callbacks=qos.no_subscription_events(),
         )
 
     def missing(self) -> list[int]:
@@ -121,7 +119,7 @@ class FleetCommunication:
         segment = self._communication.graph.segment(t).name
         if segment != self._segment and self._graph_publisher:
             self._segment = segment
-            self._say(f'graph at t = {t:.1f} s: {segment}')
+            self._warn(f'graph at t = {t:.1f} s: {segment}')
 
     def stop(self) -> None:
         """Publish the final counts, and wait, but not for long, until they have arrived."""

@@ -18,9 +18,7 @@ class Controller(FleetNode):
         super().__init__('controller', namespace=topics.robot_name(law.robot))
         self.law = law
         self.robot = law.robot
-        self._publisher = self.create_publisher(
-            Point32, topics.CMD_CART_VEL, qos.COMMAND, event_callbacks=qos.no_publisher_events()
-        )
+        self._publisher = self.create_publisher(Point32, topics.CMD_CART_VEL, qos.COMMAND)
         self._message = Point32()
 
     def publish(self, vx: float, vy: float) -> None:

@@ -103,5 +103,4 @@ class _Fleet:
             topics.odometry_topic(robot),
             lambda _: self._heard.add(robot),
             qos.STATE,
-            event_callbacks=qos.no_subscription_events(),
         )

@@ -47,10 +47,9 @@ class EventTriggeredComm(FleetNode):
         self._broadcast = broadcast
         self._clock = clock
         self._watch = watch
-        silent = {'event_callbacks': qos.no_publisher_events()}
-        self._events = self.create_publisher(UInt16, topics.TRIG_EVENT, qos.EVENT, **silent)
+        self._events = self.create_publisher(UInt16, topics.TRIG_EVENT, qos.EVENT)
         # Latched: who starts late holds the state that was sent last.
-        self._states = self.create_publisher(Odometry, topics.TRIG_ODOM, qos.LATCHED, **silent)
+        self._states = self.create_publisher(Odometry, topics.TRIG_ODOM, qos.LATCHED)
 
     def take(self, message: Odometry, pose: Pose) -> None:
         """Decide on an odometry; its pose is x, y in m and theta in rad."""

@@ -25,7 +25,7 @@ class GraphWatch:
         node: Node,
         odometry: FleetOdometry,
         followers: list[SiToUni],
-        say: Callable[[str], None],
+        warn: Callable[[str], None],
     ) -> None:
         """Prepare.
 
@@ -33,12 +33,12 @@ class GraphWatch:
             node: The node through which the graph is seen.
             odometry: The fleet that this process knows.
             followers: The si_to_uni nodes of this process.
-            say: Shows a message to the user.
+            warn: Shows a message to the user.
         """
         self._node = node
         self._odometry = odometry
         self._followers = followers
-        self._say = say
+        self._warn = warn
         self._next_check = 0.0
         self._unheard: set[int] = set()
         self._unheard_since = 0.0
@@ -89,7 +89,7 @@ class GraphWatch:
             self._unheard_told = False
         elif unheard and not self._unheard_told and now - self._unheard_since > _PATIENCE_S:
             self._unheard_told = True
-            self._say(
+            self._warn(
                 f'nothing listens to cmd_vel of robots {format_robots(sorted(unheard))} with a '
                 'type that is published: they will not move'
             )
@@ -98,13 +98,13 @@ class GraphWatch:
         for follower in self._followers:
             if follower.cmd_vel.mixed and follower.robot not in self._mixed_told:
                 self._mixed_told.add(follower.robot)
-                self._say(f'{follower.cmd_vel.mixed}; choose with --cmd-vel-type')
+                self._warn(f'{follower.cmd_vel.mixed}; choose with --cmd-vel-type')
 
     def _notice_latecomers(self) -> None:
         present = set(robots_with_odometry(self._node, self._odometry.topic_of))
         if latecomers := present - self._known:
             self._known |= latecomers
-            self._say(
+            self._warn(
                 f'robots {format_robots(sorted(latecomers))} have appeared; this controller does '
                 'not know them: start it again, or with --nb-robots, to include them'
             )
@@ -118,7 +118,7 @@ class GraphWatch:
         }
         if rivals:
             self._contested |= set(rivals)
-            self._say(
+            self._warn(
                 f'another controller commands robots {format_robots(sorted(rivals))} too '
                 f'({next(iter(rivals.values()))}): they fight; stop one of them'
             )

@@ -87,13 +87,13 @@ def build(args: argparse.Namespace, process: RosProcess, node: FleetNode) -> Con
     end_stuck_script(process, watch)
     load = partial(load_laws, args, path, robots, nb_robots, watch)
     controllers = [Controller(law) for law in load()]
-    tells = chosen_communication(args, nb_robots)
+    communication = chosen_communication(args, nb_robots)
     # With event-triggered broadcast the other robots are known by what they send only.
     odometry = FleetOdometry(
         node,
         nb_robots,
         topics.mocap_topic if args.experiment else topics.odometry_topic,
-        robots if tells.event_triggered else None,
+        robots if communication.event_triggered else None,
     )
     command = topics.CMD_VEL_WANTED if args.experiment else topics.CMD_VEL
     followers = [
@@ -102,20 +102,20 @@ def build(args: argparse.Namespace, process: RosProcess, node: FleetNode) -> Con
     process.add(*controllers, *followers)
     pause = PauseWatch(node, args.pause_timeout) if args.experiment else None
     if not pause:
-        _follow_wishes(node, followers)
+        _follow_pause(node, followers)
     stepper = ControlStepper(
         node, odometry, controllers, followers, args.rate, args.vnom, watch, pause
     )
     if args.watch:
         laws = [controller.law for controller in controllers]
         ScriptReloader(node, stepper, laws, load, watch, args.pause_timeout)
-    connect(stepper, tells, robots, process, node, odometry)
+    connect(stepper, communication, robots, process, node, odometry)
     return stepper
 
 
 def connect(
     stepper: ControlStepper,
-    tells: Communication,
+    communication: Communication,
     robots: list[int],
     process: RosProcess,
     node: FleetNode,
@@ -126,16 +126,18 @@ def connect(
     Raises:
         SetcmasError: A triggering condition cannot be loaded.
     """
-    if not tells.is_ideal:
-        stepper.communication = FleetCommunication(node, odometry, tells, robots)
-    if tells.event_triggered:
+    if not communication.is_ideal:
+        stepper.communication = FleetCommunication(node, odometry, communication, robots)
+    if communication.event_triggered:
         reports = stepper.condition_reports = ErrorReports(node.get_logger().warning, CONSEQUENCE)
         process.add(
-            *broadcasters(robots, tells, odometry, reports, lambda: stepper.t, stepper.watch)
+            *broadcasters(
+                robots, communication, odometry, reports, lambda: stepper.t, stepper.watch
+            )
         )
 
 
-def _follow_wishes(node: FleetNode, followers: list[SiToUni]) -> None:
+def _follow_pause(node: FleetNode, followers: list[SiToUni]) -> None:
     """Pause the fleet, or let it go on, as /pause says; tell so, as it may come from elsewhere."""
 
     def follow(message: Bool) -> None:
@@ -144,8 +146,7 @@ def _follow_wishes(node: FleetNode, followers: list[SiToUni]) -> None:
         for follower in followers:
             follower.pause(message.data)
 
-    silent = {'event_callbacks': qos.no_subscription_events()}
-    node.create_subscription(Bool, topics.FLEET_PAUSE, follow, qos.EVENT, **silent)
+    node.create_subscription(Bool, topics.FLEET_PAUSE, follow, qos.EVENT)
 
 
 def main(argv: list[str] | None = None) -> int:

@@ -58,7 +58,6 @@ class FleetOdometry:
                 topic_of(robot),
                 partial(self._on_odometry, robot - 1),
                 qos.STATE,
-                event_callbacks=qos.no_subscription_events(),
             )
 
     def listen(self, robot: int, listener: Listener) -> None:

@@ -45,7 +45,6 @@ class PauseWatch:
             topics.PAUSED,
             self._on_paused,
             qos.STATE,
-            event_callbacks=qos.no_subscription_events(),
         )
 
     def reason(self) -> str:

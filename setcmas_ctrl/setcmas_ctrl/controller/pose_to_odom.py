@@ -35,16 +35,13 @@ class PoseToOdom(FleetNode):
         """
         super().__init__('pose_to_odom', namespace=topics.robot_name(robot))
         self._last: tuple[float, tuple[float, float, float]] | None = None
-        self._publisher = self.create_publisher(
-            Odometry, topics.ODOM, qos.STATE, event_callbacks=qos.no_publisher_events()
-        )
+        self._publisher = self.create_publisher(Odometry, topics.ODOM, qos.STATE)
         self._message = Odometry(child_frame_id=topics.robot_name(robot))
         self.create_subscription(
             PoseStamped,
             pose_topic.replace('{name}', topics.robot_name(robot)),
             self._on_pose,
             qos.SENSOR,
-            event_callbacks=qos.no_subscription_events(),
         )
 
     def _on_pose(self, message: PoseStamped) -> None:

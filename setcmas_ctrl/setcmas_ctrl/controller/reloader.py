@@ -21,7 +21,6 @@ from setcmas_ctrl.scripts.stop_call import AbandonCall
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet import topics
 from setcmas_simu.fleet.fleet import format_robots
-from setcmas_simu.ros import qos
 
 _POLL_EVERY_S = 0.1
 
@@ -65,9 +64,7 @@ class ScriptReloader:
         self._last_moving = -math.inf
         clock = Clock(clock_type=ClockType.STEADY_TIME)
         node.create_timer(_POLL_EVERY_S, self._poll, clock=clock)
-        node.create_subscription(
-            Bool, topics.PAUSED, self._on_paused, 1, event_callbacks=qos.no_subscription_events()
-        )
+        node.create_subscription(Bool, topics.PAUSED, self._on_paused, 1)
         self._thread = threading.get_ident()
         signal.signal(signal.SIGUSR1, self._abandon_stuck_call)
         watch.while_stuck = self._poll_while_stuck

@@ -48,12 +48,11 @@ class SiToUni(FleetNode):
             topics.odometry_topic(robot),
             cmd_vel_type,
         )
-        silent = {'event_callbacks': qos.no_subscription_events()}
         self.create_subscription(
-            Point32, topics.CMD_CART_VEL, self._on_wanted_velocity, qos.COMMAND, **silent
+            Point32, topics.CMD_CART_VEL, self._on_wanted_velocity, qos.COMMAND
         )
         self.create_subscription(
-            Bool, topics.PAUSE, lambda message: self.pause(message.data), qos.EVENT, **silent
+            Bool, topics.PAUSE, lambda message: self.pause(message.data), qos.EVENT
         )
 
     def pause(self, paused: bool) -> None:

@@ -17,37 +17,37 @@ if TYPE_CHECKING:
 _REMIND_EVERY_S = 2.0
 _AFTER_ODOMETRY_S = 0.02
 
-Say = Callable[[str], None]
+Warn = Callable[[str], None]
 
 
 def wait_for_poses(
-    process: RosProcess, odometry: FleetOdometry, say: Say, experiment: bool
+    process: RosProcess, odometry: FleetOdometry, warn: Warn, experiment: bool
 ) -> None:
     """Wait until the pose of every robot is known, and say whose is not.
 
     Args:
         process: Serves the subscriptions meanwhile.
         odometry: The poses of the fleet.
-        say: Shows a message to the user.
+        warn: Shows a message to the user.
         experiment: Whether poses come from motion capture.
     """
     source = 'does motion capture see them' if experiment else 'is their simulator running'
     _wait(
         process,
         odometry.missing,
-        lambda missing: say(
+        lambda missing: warn(
             f'waiting for the odometry of robots {format_robots(missing)} '
             f'({odometry.topic_of(missing[0])}); {source}?'
         ),
     )
 
 
-def wait_for_states(process: RosProcess, communication: FleetCommunication, say: Say) -> None:
+def wait_for_states(process: RosProcess, communication: FleetCommunication, warn: Warn) -> None:
     """Wait until every robot that sends its state when triggered has sent one."""
     _wait(
         process,
         communication.missing,
-        lambda missing: say(
+        lambda missing: warn(
             f'waiting for the states of robots {format_robots(missing)} '
             f'({robot_topic(missing[0], TRIG_ODOM)}); '
             'is their controller running with --event-triggered?'

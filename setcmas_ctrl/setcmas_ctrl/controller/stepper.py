@@ -68,18 +68,18 @@ class ControlStepper:
         self._period = 1.0 / rate
         self._vnom = vnom
         self._pause = pause
-        self._say = node.get_logger().warning
-        self._reports = ErrorReports(self._say)
+        self._warn = node.get_logger().warning
+        self._reports = ErrorReports(self._warn)
         self._failed = False
         self._has_laws = True
         self.watch = watch
         self._started: float | None = None  # set by the first step
         self.communication: FleetCommunication | None = None
         """What each robot hears of the fleet; None if all robots know all poses."""
-        self.condition_reports = ErrorReports(self._say)
+        self.condition_reports = ErrorReports(self._warn)
         """The errors of triggering conditions."""
         self._stepped = 0.0
-        self._graph = GraphWatch(node, odometry, followers, self._say)
+        self._graph = GraphWatch(node, odometry, followers, self._warn)
         self._lost: set[int] = set()
 
     def start(self, process: RosProcess, recorded: bool = False) -> None:
@@ -89,9 +89,9 @@ class ControlStepper:
             process: Spun meanwhile.
             recorded: Whether a recorder is sure to come, and is waited for.
         """
-        wait_for_poses(process, self._odometry, self._say, self._pause is not None)
+        wait_for_poses(process, self._odometry, self._warn, self._pause is not None)
         if self.communication:
-            wait_for_states(process, self.communication, self._say)
+            wait_for_states(process, self.communication, self._warn)
         # A robot, and a recorder if there is or will be one, are to get the very first command.
         process.spin_until(lambda: not self._graph.unheard_robots(), _LISTENERS_WAIT_S)
         if recorded:
@@ -131,7 +131,7 @@ class ControlStepper:
         """Go on with other laws, with t from 0 and errors counted anew; none: all robots stand."""
         self._tell_counts()
         self._failed = self.failed
-        self._reports = ErrorReports(self._say)
+        self._reports = ErrorReports(self._warn)
         self._has_laws = laws != []
         for controller, law in zip(self._controllers, laws, strict=False):
             controller.law = law
@@ -147,11 +147,11 @@ class ControlStepper:
             self.communication.stop()
         self._tell_counts()
         for line in self.condition_reports.summary():
-            self._say(line)
+            self._warn(line)
 
     def _tell_counts(self) -> None:
         for line in self._reports.summary():
-            self._say(line)
+            self._warn(line)
 
     def _step(self) -> None:
         now = time.monotonic()
@@ -198,9 +198,9 @@ class ControlStepper:
             robot, age = controller.robot, self._odometry.age(controller.robot)
             if age > timeout_s and robot not in self._lost:
                 self._lost.add(robot)
-                self._say(
+                self._warn(
                     f'{robot_name(robot)}: no odometry for {age:.1f} s; it is commanded zero'
                 )
             elif age <= timeout_s and robot in self._lost:
                 self._lost.remove(robot)
-                self._say(f'{robot_name(robot)}: odometry is back')
+                self._warn(f'{robot_name(robot)}: odometry is back')

@@ -33,7 +33,7 @@ class CallWatch:
         self,
         path: Path,
         period: float,
-        say: Callable[[str], None],
+        warn: Callable[[str], None],
         stuck_s: float = STUCK_S,
     ) -> None:
         """Start to watch.
@@ -41,11 +41,11 @@ class CallWatch:
         Args:
             path: The script.
             period: Control period in s, which the calls for all robots are to fit into.
-            say: Shows a message to the user; called from either thread.
+            warn: Shows a message to the user; called from either thread.
             stuck_s: Duration in s from which a call is stuck.
         """
         self._path = path
-        self._say = say
+        self._warn = warn
         self._stuck_s = stuck_s
         self.while_stuck: Callable[[], None] | None = None
         """Called now and then, from the watching thread, while a call is stuck."""
@@ -53,7 +53,7 @@ class CallWatch:
         """Whether a function of a script has been stuck at some time."""
         self._call: _Call | None = None
         self._stuck: _Call | None = None
-        self._slow = SlowCalls(period, say)
+        self._slow = SlowCalls(period, warn)
         self._counting = False
         self._caller = threading.get_ident()
         self._closed = threading.Event()
@@ -117,7 +117,7 @@ class CallWatch:
             if call != self._stuck:
                 self._stuck = call
                 self.has_been_stuck |= call.function != ''
-                self._say(self._describe(call))
+                self._warn(self._describe(call))
             if self.while_stuck:
                 self.while_stuck()
 

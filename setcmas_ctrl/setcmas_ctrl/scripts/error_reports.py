@@ -16,14 +16,14 @@ STANDS = 'is commanded zero; the other robots go on'
 class ErrorReports:
     """Turns the errors of a fleet's scripts into messages that are not repeated."""
 
-    def __init__(self, say: Callable[[str], None], consequence: str = STANDS) -> None:
+    def __init__(self, warn: Callable[[str], None], consequence: str = STANDS) -> None:
         """Report through a function that shows a message to the user.
 
         Args:
-            say: Shows a message to the user.
+            warn: Shows a message to the user.
             consequence: What happens to a robot whose script fails, after its name.
         """
-        self._say = say
+        self._warn = warn
         self._consequence = consequence
         self._counts: Counter[tuple[int, object]] = Counter()
         self._failing: Counter[int] = Counter()
@@ -37,16 +37,16 @@ class ErrorReports:
             name = robot_name(robot)
             first = self._first.setdefault(str(error), robot)
             if first == robot:
-                self._say(f'{name} at t = {t:.1f} s: {error}\n    {name} {self._consequence}')
+                self._warn(f'{name} at t = {t:.1f} s: {error}\n    {name} {self._consequence}')
             else:
-                self._say(f'{name} at t = {t:.1f} s: the same error as {robot_name(first)}')
+                self._warn(f'{name} at t = {t:.1f} s: the same error as {robot_name(first)}')
 
     def succeeded(self, robot: int, t: float) -> None:
         """Note that a robot's script did its work at time t (s)."""
         if robot in self._failing:
             count = self._failing.pop(robot)
             calls = 'call' if count == 1 else 'calls'
-            self._say(f'{robot_name(robot)} at t = {t:.1f} s: works again after {count} {calls}')
+            self._warn(f'{robot_name(robot)} at t = {t:.1f} s: works again after {count} {calls}')
 
     @property
     def failed_robots(self) -> list[int]:

@@ -14,15 +14,15 @@ _REPORT_EVERY_S = 5.0
 class SlowCalls:
     """Adds up, script by script, how long the calls of a control period take."""
 
-    def __init__(self, period: float, say: Callable[[str], None]) -> None:
+    def __init__(self, period: float, warn: Callable[[str], None]) -> None:
         """Report through a function that shows a message to the user.
 
         Args:
             period: Control period in s.
-            say: Shows a message to the user.
+            warn: Shows a message to the user.
         """
         self._period = period
-        self._say = say
+        self._warn = warn
         self._spent: defaultdict[Path, defaultdict[int, float]] = defaultdict(
             lambda: defaultdict(float)
         )
@@ -47,7 +47,7 @@ class SlowCalls:
         longest, robot = max((duration, robot) for robot, duration in spent.items())
         count = f'{self._times[path]} time' + ('s' if self._times[path] > 1 else '')
         robots = f'{len(spent)} robot{"s" * (len(spent) > 1)}'
-        self._say(
+        self._warn(
             f'{path.name} took {sum(spent.values()):.2f} s for {robots} '
             f'({longest:.2f} s for {robot_name(robot)}), longer than the control period of '
             f'{self._period:.2f} s ({count} so far)'

@@ -57,7 +57,7 @@ class LabExamination:
                 poses.get(number),
                 self._watch.fault(number),
                 [one.kind for one in self._watch.listeners(watch.robot)],
-                self._watch.contest(watch.robot, topics.CMD_VEL_BRIDGE_NODE),
+                self._watch.rival(watch.robot, topics.CMD_VEL_BRIDGE_NODE),
                 self._watch.is_guarded(watch.robot),
                 watch.battery,
                 round_trip(self._process, self._watch, watch.robot),

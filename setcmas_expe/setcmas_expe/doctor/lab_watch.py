@@ -14,11 +14,11 @@ from sensor_msgs.msg import BatteryState
 
 from setcmas_expe.doctor.arrival_statistics import ArrivalStatistics, arrival_statistics
 from setcmas_expe.lab.model import Lab, LabRobot
-from setcmas_expe.mocap.graph import doubt
+from setcmas_expe.mocap.graph import source_conflict
 from setcmas_expe.mocap.messages import TYPES, sample_of
 from setcmas_expe.mocap.sample import Pose, Sample, fault_of
 from setcmas_simu.fleet import topics
-from setcmas_simu.ros import cmd_vel_graph, qos
+from setcmas_simu.ros import cmd_vel_graph
 from setcmas_simu.ros.cmd_vel_graph import Endpoint
 from setcmas_simu.ros.process import FleetNode
 
@@ -60,7 +60,6 @@ class LabWatch(FleetNode):
         self.lab = lab
         self.robots = {robot.number: RobotWatch(robot) for robot in lab.robots}
         self._begin = time.time()
-        silent = {'event_callbacks': qos.no_subscription_events()}
         for watch in self.robots.values():
             robot = watch.robot
             for kind, topic, callback in (
@@ -68,7 +67,7 @@ class LabWatch(FleetNode):
                 (Odometry, robot.topic(topics.ODOM), self._on_wheel_odometry),
                 (BatteryState, robot.topic(topics.BATTERY), self._on_battery),
             ):
-                self.create_subscription(kind, topic, partial(callback, watch), _BURST, **silent)
+                self.create_subscription(kind, topic, partial(callback, watch), _BURST)
 
     def forget(self) -> None:
         """Begin anew with the statistics of motion capture."""
@@ -97,17 +96,17 @@ class LabWatch(FleetNode):
 
     def fault(self, robot: int) -> str | None:
         """Return what is wrong with a robot's poses; None if nothing."""
-        return self.robots[robot].fault or self.pose_doubt(robot) or None
+        return self.robots[robot].fault or self.source_conflict(robot) or None
 
-    def pose_doubt(self, robot: int) -> str:
+    def source_conflict(self, robot: int) -> str:
         """Return why none of a robot's poses is to be believed; empty if they may be."""
-        return doubt(self, self.lab.mocap.topic_of(self.robots[robot].robot))
+        return source_conflict(self, self.lab.mocap.topic_of(self.robots[robot].robot))
 
     def listeners(self, robot: LabRobot) -> list[Endpoint]:
         """Return who listens to a robot's commands, bystanders aside."""
         return cmd_vel_graph.listeners(self, robot.topic(topics.CMD_VEL))
 
-    def contest(self, robot: LabRobot, own: str = '') -> str:
+    def rival(self, robot: LabRobot, own: str = '') -> str:
         """Return who may move a robot, or moves in its place; empty if nobody.
 
         Args:
@@ -115,7 +114,7 @@ class LabWatch(FleetNode):
             own: Base name of the node that may; none by default.
         """
         own = topics.robot_topic(robot.number, own) if own else ''
-        return cmd_vel_graph.contest(self, robot.topic(topics.CMD_VEL), own)
+        return cmd_vel_graph.rival(self, robot.topic(topics.CMD_VEL), own)
 
     def is_guarded(self, robot: LabRobot) -> bool:
         """Return whether a cmd_vel_guard watches over a robot."""

@@ -50,8 +50,8 @@ class Nudger:
         """Return why a robot must not be nudged and what to do; None if it may be."""
         if self._watch.count_publishers(topics.PAUSED):
             return 'an experiment is running', 'end the experiment (q in its terminal) first'
-        if contest := self._watch.contest(robot):
-            return contest, 'stop it first'
+        if rival := self._watch.rival(robot):
+            return rival, 'stop it first'
         if not self._watch.is_guarded(robot):
             return 'no cmd_vel_guard on it', 'install it on the robot (docs/lab.md): ' + _UNGUARDED
         poses = self._watch.poses()
@@ -59,8 +59,10 @@ class Nudger:
         if unseen:
             names = ', '.join(map(robot_name, unseen))
             return f'{names} not seen', 'motion capture must see every robot of the lab'
-        if doubt := next(filter(None, map(self._watch.pose_doubt, self._watch.robots)), ''):
-            return doubt, 'end the other sender: nobody knows which poses are true'
+        if source_conflict := next(
+            filter(None, map(self._watch.source_conflict, self._watch.robots)), ''
+        ):
+            return source_conflict, 'end the other sender: nobody knows which poses are true'
         why = nudge.obstacle(robot.number, poses, self._lab)
         return (why, 'put it where it has 20 cm to all sides') if why else None
 
@@ -121,7 +123,7 @@ class Nudger:
             commands.publish(phase.V, phase.omega)
             self._process.spin_until(lambda: False, min(_PERIOD_S, phase.duration - elapsed))
             self._watch_over(start)
-            if trouble := commands.contest() or self._watch.pose_doubt(robot.number):
+            if trouble := commands.rival() or self._watch.source_conflict(robot.number):
                 raise _BrokenOff(trouble)
             speed = self._watch.robots[robot.number].wheel_speed
             if delay is None and speed and speed[1] > begin and abs(speed[0]) > _ROLLS:

@@ -40,7 +40,7 @@ class RobotCheck:
         pose: The newest good one (m, rad); None if there is none.
         fault: What is wrong with its poses; None if nothing.
         kinds: The message types that the listeners of its cmd_vel want.
-        contest: Who else may move it, or move in its place; empty if nobody.
+        rival: Who else may move it, or move in its place; empty if nobody.
         guarded: Whether a cmd_vel_guard watches over it.
         battery: Charge in percent; None if it is not known.
         round_trip: Time of a service call in s; None if it does not answer.
@@ -51,7 +51,7 @@ class RobotCheck:
     pose: Pose | None
     fault: str | None
     kinds: list[str]
-    contest: str
+    rival: str
     guarded: bool
     battery: float | None
     round_trip: float | None
@@ -133,12 +133,12 @@ class RobotCheck:
             found = f'it wants {others[0]}, the lab file says {lab.cmd_vel_type}'
             advice = 'cmd_vel_type: auto in the lab file takes what each robot wants'
             findings.append(self._finding(PROBLEM, 'cmd_vel', found, advice))
-        if self.contest:
+        if self.rival:
             advice = (
                 'stop what commands it; and give each robot a namespace of its own (one that was '
                 'started again is seen twice for up to 20 s)'
             )
-            findings.append(self._finding(PROBLEM, 'cmd_vel', self.contest, advice))
+            findings.append(self._finding(PROBLEM, 'cmd_vel', self.rival, advice))
         if not self.guarded:
             advice = (
                 'a robot keeps its last velocity when this machine or the network dies; install '

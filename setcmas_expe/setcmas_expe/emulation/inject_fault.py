@@ -30,9 +30,7 @@ def inject(process: RosProcess, fault: Fault) -> None:
     """
     node = FleetNode('inject_fault')
     process.add(node)
-    publisher = node.create_publisher(
-        String, topics.EMULATED_FAULT, qos.EVENT, event_callbacks=qos.no_publisher_events()
-    )
+    publisher = node.create_publisher(String, topics.EMULATED_FAULT, qos.EVENT)
     if not process.spin_until(lambda: publisher.get_subscription_count() > 0, _DISCOVERY_S):
         raise SetcmasError(
             f'there is no emulated lab in ROS domain {os.environ.get("ROS_DOMAIN_ID", "0")}: '

@@ -89,7 +89,6 @@ class EmulatedLab(FleetNode):
                 Odometry,
                 topics.truth_topic(number),
                 qos.EVENT,
-                event_callbacks=qos.no_publisher_events(),
             )
             for number in numbers
         ]
@@ -98,7 +97,6 @@ class EmulatedLab(FleetNode):
             topics.EMULATED_FAULT,
             self._on_fault,
             qos.EVENT,
-            event_callbacks=qos.no_subscription_events(),
         )
         self._rate = max(_STEP_RATE_HZ, args.mocap_rate)
         self._frames = Schedule(args.mocap_rate)

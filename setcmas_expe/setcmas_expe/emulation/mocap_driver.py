@@ -33,7 +33,6 @@ class EmulatedMocapDriver(FleetNode):
                 self._type,
                 lab.mocap.topic_of(robot),
                 qos.SENSOR,
-                event_callbacks=qos.no_publisher_events(),
             )
             for robot in lab.robots
         ]

@@ -14,7 +14,6 @@ from std_srvs.srv import SetBool
 from setcmas_expe.lab.model import LabRobot
 from setcmas_simu.fleet import topics
 from setcmas_simu.fleet.planar_pose import quaternion_of_yaw
-from setcmas_simu.ros import qos
 from setcmas_simu.ros.cmd_vel_type import TYPES, velocities
 from setcmas_simu.ros.process import FleetNode
 
@@ -48,20 +47,16 @@ class EmulatedTurtleBot3(FleetNode):
         super().__init__(NODE_NAME, namespace=robot.namespace, start_parameter_services=True)
         self._on_command = on_command
         self._on_torque = on_torque
-        silent = {'event_callbacks': qos.no_publisher_events()}
         self._odom = Odometry(child_frame_id='base_footprint')
         self._odom.header.frame_id = 'odom'
-        self._odom_publisher = self.create_publisher(Odometry, topics.ODOM, _QOS, **silent)
+        self._odom_publisher = self.create_publisher(Odometry, topics.ODOM, _QOS)
         self._battery = BatteryState(present=True, design_capacity=1.8)
-        self._battery_publisher = self.create_publisher(
-            BatteryState, topics.BATTERY, _QOS, **silent
-        )
+        self._battery_publisher = self.create_publisher(BatteryState, topics.BATTERY, _QOS)
         self.create_subscription(
             TYPES[cmd_vel_type],
             topics.CMD_VEL,
             self._on_cmd_vel,
             _QOS,
-            event_callbacks=qos.no_subscription_events(),
         )
         self.create_service(SetBool, 'motor_power', self._on_motor_power)
 

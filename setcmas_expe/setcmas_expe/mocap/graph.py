@@ -5,7 +5,7 @@ from __future__ import annotations
 from rclpy.node import Node
 
 
-def doubt(node: Node, source: str) -> str:
+def source_conflict(node: Node, source: str) -> str:
     """Return why no pose on a topic is to be believed; empty if they may be.
 
     A second sender may be an emulated lab or a bag that is played: its poses are as plausible.

@@ -53,7 +53,6 @@ class BridgeWatch:
             topics.DIAGNOSTICS,
             self._on_diagnostics,
             qos.STATE,
-            event_callbacks=qos.no_subscription_events(),
         )
 
     def trouble(self, now: float) -> str:

@@ -35,9 +35,7 @@ class JoystickReader(FleetNode):
         pygame.display.init()
         pygame.joystick.init()
         self._joystick: pygame.joystick.JoystickType | None = None
-        self._publisher = self.create_publisher(
-            Joy, 'joy', qos.STATE, event_callbacks=qos.no_publisher_events()
-        )
+        self._publisher = self.create_publisher(Joy, 'joy', qos.STATE)
         self._message = Joy()
         steady = Clock(clock_type=ClockType.STEADY_TIME)
         self.create_timer(1.0 / RATE_HZ, self._read, clock=steady)

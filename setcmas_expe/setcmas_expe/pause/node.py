@@ -19,8 +19,8 @@ from setcmas_expe.pause import console_protocol as console
 from setcmas_expe.pause.bridge_watch import BridgeWatch
 from setcmas_expe.pause.console_reader import ConsoleReader
 from setcmas_expe.pause.joystick import Joystick
-from setcmas_expe.pause.start_requests import REACTION_S, REPEATS_WITHIN_S, StartWishes
-from setcmas_expe.safety.stalls import HoldUps, time_since_boot
+from setcmas_expe.pause.start_requests import REACTION_S, REPEATS_WITHIN_S, StartRequests
+from setcmas_expe.safety.stalls import StallDetector, time_since_boot
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet import topics
 from setcmas_simu.ros import qos
@@ -52,23 +52,20 @@ class Pause(FleetNode):
         self._button = lab.joystick_button
         self._joystick_topic = lab.joystick_topic
         self._ticks = 0
-        self._hold_ups = HoldUps(lab.timeouts.pause_s, time_since_boot())
-        self._wishes = StartWishes(time.monotonic())
+        self._stalls = StallDetector(lab.timeouts.pause_s, time_since_boot())
+        self._requests = StartRequests(time.monotonic())
         self._repetition_told = self._haste_told = False
         self._bridge = BridgeWatch(self, lab)
-        self._publisher = self.create_publisher(
-            Bool, topics.PAUSED, qos.STATE, event_callbacks=qos.no_publisher_events()
-        )
-        silent = {'event_callbacks': qos.no_subscription_events()}
-        self.create_subscription(Bool, topics.FLEET_PAUSE, self._on_wish, qos.EVENT, **silent)
-        self.create_subscription(Joy, lab.joystick_topic, self._on_joy, qos.SENSOR, **silent)
+        self._publisher = self.create_publisher(Bool, topics.PAUSED, qos.STATE)
+        self.create_subscription(Bool, topics.FLEET_PAUSE, self._on_request, qos.EVENT)
+        self.create_subscription(Joy, lab.joystick_topic, self._on_joy, qos.SENSOR)
         steady = Clock(clock_type=ClockType.STEADY_TIME)
         self.create_timer(1.0 / (RATE_HZ * _TICKS_PER_MESSAGE), self._tick, clock=steady)
 
     def set(self, paused: bool, why: str, by_itself: bool = False) -> None:
         """Pause, or let the robots go; says so."""
         if paused and not self.paused:
-            self._wishes.note_pause(by_itself, time.monotonic())
+            self._requests.note_pause(by_itself, time.monotonic())
         if (paused, why) != (self.paused, self.why):
             self.get_logger().info(f'paused: {why}' if paused else f'started: {why}')
         self.paused, self.why = paused, why
@@ -84,7 +81,7 @@ class Pause(FleetNode):
 
     def toggle(self, why: str) -> None:
         """Start if paused, else pause."""
-        hasty = self._wishes.hasty(time.monotonic())
+        hasty = self._requests.hasty(time.monotonic())
         if not (hasty and self.paused):
             self._haste_told = False
             self.wish(not self.paused, why)
@@ -94,7 +91,7 @@ class Pause(FleetNode):
 
     def _unreadiness(self) -> str:
         """Return why robots cannot be started now; empty if they can."""
-        if self._hold_ups.recent(time_since_boot()):
+        if self._stalls.recent(time_since_boot()):
             return 'the pause node was held up, and the wish may be an old one'
         if self._keys and self._keys.stuck:
             return 'the terminal does not answer'
@@ -104,8 +101,8 @@ class Pause(FleetNode):
         """Send the state."""
         self._publisher.publish(Bool(data=self.paused))
 
-    def _on_wish(self, message: Bool) -> None:
-        if not self._wishes.repeated(message.data, time.monotonic()):
+    def _on_request(self, message: Bool) -> None:
+        if not self._requests.repeated(message.data, time.monotonic()):
             self._repetition_told = False
             self.wish(message.data, 'by /pause')
         elif self.paused and not self._repetition_told:
@@ -133,7 +130,7 @@ class Pause(FleetNode):
 
     def _tick(self) -> None:
         now = time.monotonic()
-        if self._hold_ups.live(time_since_boot()) and not self.paused:
+        if self._stalls.tick(time_since_boot()) and not self.paused:
             self.set(True, 'the pause node was held up', by_itself=True)
         if self._joystick.disappeared(now):
             self.set(True, 'the joystick has disappeared', by_itself=True)
@@ -155,7 +152,7 @@ class Pause(FleetNode):
             if line == console.TOGGLE:
                 self.toggle('by space bar')
             elif line == console.PAUSE:
-                self._wishes.hasty(now)  # it is a press, too
+                self._requests.hasty(now)  # it is a press, too
                 self.set(True, 'by space bar')
             elif line == console.GO:
                 self.wish(False, 'by command')

@@ -12,7 +12,7 @@ REACTION_S = 1.0
 does a key or a button that is held down, and repeats itself, or that bounces."""
 
 
-class StartWishes:
+class StartRequests:
     """Judges wishes to start; all times in s on a steady clock."""
 
     def __init__(self, now: float) -> None:

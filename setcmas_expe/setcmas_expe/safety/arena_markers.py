@@ -16,9 +16,7 @@ _DISC_M = 0.005
 
 def publish_arena(node: Node, lab: Lab) -> None:
     """Publish the arena's border and a disc around each robot, kept for late displays."""
-    publisher = node.create_publisher(
-        MarkerArray, topics.ARENA, qos.LATCHED, event_callbacks=qos.no_publisher_events()
-    )
+    publisher = node.create_publisher(MarkerArray, topics.ARENA, qos.LATCHED)
     robots = [_separation(robot.number, lab.min_separation) for robot in lab.robots]
     publisher.publish(MarkerArray(markers=[_border(lab), *robots]))
 

@@ -26,7 +26,7 @@ class CmdVelBridge(FleetNode):
         cmd_vel: Publishes to the robot.
         V: Forward speed that is wanted, in m/s.
         omega: Turn rate that is wanted, in rad/s.
-        contest: Who else may move the robot, or move in its place; empty if nobody.
+        rival: Who else may move the robot, or move in its place; empty if nobody.
         battery: Charge in percent; None if the robot does not tell.
     """
 
@@ -36,7 +36,7 @@ class CmdVelBridge(FleetNode):
         self.robot = robot.number
         self.topic = robot.topic(topics.CMD_VEL)
         self.V = self.omega = 0.0
-        self.contest = ''
+        self.rival = ''
         self.battery: float | None = None
         self._received = -math.inf
         self._wanted = topics.robot_topic(robot.number, topics.CMD_VEL_WANTED)
@@ -48,16 +48,14 @@ class CmdVelBridge(FleetNode):
             lab.cmd_vel_type,
             qos.ROBOT_COMMAND,
         )
-        silent = {'event_callbacks': qos.no_subscription_events()}
         self.create_subscription(
             TwistStamped,
             self._wanted,
             self._on_wanted,
             qos.COMMAND,
-            **silent,
         )
         self.create_subscription(
-            BatteryState, robot.topic(topics.BATTERY), self._on_battery, qos.SENSOR, **silent
+            BatteryState, robot.topic(topics.BATTERY), self._on_battery, qos.SENSOR
         )
 
     def age(self, now: float) -> float:
@@ -68,7 +66,7 @@ class CmdVelBridge(FleetNode):
         """See who else commands the robot, or is taken for it."""
         controllers = self.count_publishers(self._wanted)
         several = f'{controllers} controllers want to move it' if controllers > 1 else ''
-        self.contest = self.cmd_vel.contest() or several
+        self.rival = self.cmd_vel.rival() or several
 
     def send(self, decision: Decision) -> None:
         """Command the robot."""

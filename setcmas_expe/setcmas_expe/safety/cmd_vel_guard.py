@@ -84,15 +84,12 @@ class CmdVelGuard(FleetNode):
             self.destroy_subscription(self._subscription)
             self.destroy_publisher(self._publisher)
         self._kind = kind
-        self._publisher = self.create_publisher(
-            TYPES[kind], topics.CMD_VEL, qos.COMMAND, event_callbacks=qos.no_publisher_events()
-        )
+        self._publisher = self.create_publisher(TYPES[kind], topics.CMD_VEL, qos.COMMAND)
         self._subscription = self.create_subscription(
             TYPES[kind],
             topics.CMD_VEL,
             self._on_cmd_vel,
             qos.COMMAND,
-            event_callbacks=qos.no_subscription_events(),
         )
         # The robot may be moving, and whoever commanded it dead: nobody can ask it.
         self._logic = StopOnSilence(time.monotonic(), self._silence_s)

@@ -43,7 +43,7 @@ class Situation:
         omega: Turn rate that its controller wants, in rad/s.
         command_age: Age of that wish in s; inf before the first.
         paused: Why all robots are paused; empty if they are not.
-        contest: Who else may move the robot, or move in its place; empty if nobody.
+        rival: Who else may move the robot, or move in its place; empty if nobody.
         unseen: Robots that have not been seen since the start.
         others: Last good poses of the other robots, by number.
     """
@@ -55,7 +55,7 @@ class Situation:
     omega: float
     command_age: float
     paused: str
-    contest: str
+    rival: str
     unseen: tuple[int, ...]
     others: Mapping[int, Pose]
 
@@ -128,8 +128,8 @@ def _held(situation: Situation, lab: Lab) -> Decision | None:
 
 def _unreadiness(situation: Situation, timeout_s: float) -> str:
     """Return why a robot whose pose is known must stand; empty if it need not."""
-    if situation.contest:
-        return situation.contest
+    if situation.rival:
+        return situation.rival
     if situation.unseen:
         return f'robots {format_robots(list(situation.unseen))} have not been seen yet'
     if not situation.command_age <= timeout_s:

@@ -24,7 +24,6 @@ class RobotDiagnostics:
             DiagnosticArray,
             topics.DIAGNOSTICS,
             qos.STATE,
-            event_callbacks=qos.no_publisher_events(),
         )
 
     def publish(

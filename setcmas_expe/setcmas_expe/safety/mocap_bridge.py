@@ -7,7 +7,7 @@ import time
 from nav_msgs.msg import Odometry
 
 from setcmas_expe.lab.model import Lab, LabRobot
-from setcmas_expe.mocap.graph import doubt
+from setcmas_expe.mocap.graph import source_conflict
 from setcmas_expe.mocap.messages import TYPES, sample_of
 from setcmas_expe.mocap.pose_track import PoseTrack
 from setcmas_expe.mocap.velocity_filter import VelocityFilter
@@ -24,7 +24,7 @@ class MocapBridge(FleetNode):
         robot: Number of the robot.
         track: What is known of its pose.
         speed: Its forward speed in m/s, as estimated last.
-        doubt: Why none of its poses is to be believed, whatever they are; empty if they may be.
+        source_conflict: Why none of its poses is to be believed; empty if they may be.
     """
 
     def __init__(self, robot: LabRobot, lab: Lab) -> None:
@@ -33,7 +33,7 @@ class MocapBridge(FleetNode):
         self.robot = robot.number
         self.track = PoseTrack(lab.arena, lab.limits)
         self.speed = 0.0
-        self.doubt = ''
+        self.source_conflict = ''
         self.source = lab.mocap.topic_of(robot)
         self._y_up = lab.mocap.y_up
         self._filter = VelocityFilter()
@@ -43,19 +43,17 @@ class MocapBridge(FleetNode):
             Odometry,
             topics.mocap_topic(robot.number),
             qos.STATE,
-            event_callbacks=qos.no_publisher_events(),
         )
         self.create_subscription(
             TYPES[lab.mocap.message_type],
             self.source,
             self._on_message,
             qos.SENSOR,
-            event_callbacks=qos.no_subscription_events(),
         )
 
     def look_around(self) -> None:
         """See who sends the poses."""
-        self.doubt = doubt(self, self.source)
+        self.source_conflict = source_conflict(self, self.source)
 
     def _on_message(self, message: object) -> None:
         now = time.monotonic()

@@ -21,13 +21,13 @@ class BridgeReports:
 
     def __init__(
         self,
-        say: Callable[[str], None],
+        warn: Callable[[str], None],
         robots: list[tuple[MocapBridge, CmdVelBridge]],
     ) -> None:
         """Report through a function that shows a message to the user."""
-        self._say = say
+        self._warn = warn
         self._robots = robots
-        self._stops = StopReports(say)
+        self._stops = StopReports(warn)
         self._first: float | None = None
         self._next_rejected = self._next_graph = 0.0
         self._unheard: list[int] | None = None
@@ -52,7 +52,7 @@ class BridgeReports:
         self._pause_was_heard = self._pause_was_heard or not silent
         if self._pause_was_heard and silent != self._pause_is_silent:
             self._pause_is_silent = silent
-            self._say(
+            self._warn(
                 'all robots stopped: nothing is heard of the pause node'
                 if silent
                 else 'the pause node is heard again'
@@ -63,7 +63,7 @@ class BridgeReports:
             rejected = mocap.track.rejected
             if rejected:
                 reasons = ', '.join(f'{count} {reason}' for reason, count in rejected.items())
-                self._say(f'{robot_name(mocap.robot)}: poses left out: {reasons}')
+                self._warn(f'{robot_name(mocap.robot)}: poses left out: {reasons}')
                 rejected.clear()
 
     def _check_graph(self, running_s: float) -> None:
@@ -88,17 +88,17 @@ class BridgeReports:
     def _tell_unheard(self, unheard: list[int]) -> None:
         if unheard:
             robot = next(b for _, b in self._robots if b.robot == unheard[0])
-            self._say(
+            self._warn(
                 f'nothing listens to the commands of robots {format_robots(unheard)} '
                 f'({robot.topic}): they will not move; is their bringup running, in this ROS '
                 'domain and namespace?'
             )
         elif self._unheard:
-            self._say('all robots listen now')
+            self._warn('all robots listen now')
         self._unheard = unheard
 
     def _once(self, topic: str, robots: list[int], message: str) -> None:
         new = [robot for robot in robots if (topic, robot) not in self._told]
         self._told |= {(topic, robot) for robot in new}
         if new:
-            self._say(message.format(format_robots(new)))
+            self._warn(message.format(format_robots(new)))

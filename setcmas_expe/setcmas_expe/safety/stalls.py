@@ -1,4 +1,4 @@
-"""Notices that a process was held up, for what it knew before may not be true any more."""
+"""Detector of stalls of a process: what it knew before may not be true any more."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ def time_since_boot() -> float:
     return time.monotonic()
 
 
-class HoldUps:
+class StallDetector:
     """Watches for gaps between signs of life: stopped, starved, or asleep with the machine."""
 
     def __init__(self, longest_s: float, now: float) -> None:
@@ -32,7 +32,7 @@ class HoldUps:
         self._lived = now
         self._ended = -float('inf')
 
-    def live(self, now: float) -> float:
+    def tick(self, now: float) -> float:
         """Take a sign of life; returns how long the process was held up before, 0 if not."""
         gap = now - self._lived
         self._lived = now

@@ -15,7 +15,7 @@ from setcmas_expe.safety.decision import PAUSED, RATE_HZ, STOPPED, Decision, Sit
 from setcmas_expe.safety.diagnostics import RobotDiagnostics
 from setcmas_expe.safety.mocap_bridge import MocapBridge
 from setcmas_expe.safety.reports import BridgeReports
-from setcmas_expe.safety.stalls import HoldUps, time_since_boot
+from setcmas_expe.safety.stalls import StallDetector, time_since_boot
 
 _DIAGNOSTICS_EVERY = 4  # steps
 _LOOK_AROUND_EVERY = 10  # steps
@@ -42,14 +42,14 @@ class SafetyStepper:
         self._robots = list(zip(mocaps, bridges, strict=True))
         self._pause = PauseWatch(node, lab.timeouts.pause_s, latches=True)
         self._diagnostics = RobotDiagnostics(node)
-        self._say = node.get_logger().warning
-        self._reports = BridgeReports(self._say, self._robots)
-        self._hold_ups = HoldUps(lab.timeouts.pause_s, time_since_boot())
+        self._warn = node.get_logger().warning
+        self._reports = BridgeReports(self._warn, self._robots)
+        self._stalls = StallDetector(lab.timeouts.pause_s, time_since_boot())
         self._steps = 0
 
     def start(self) -> None:
         """Start to send."""
-        self._hold_ups.live(time_since_boot())
+        self._stalls.tick(time_since_boot())
         # A steady clock: setting the system's time must not stop the watchdogs.
         steady = Clock(clock_type=ClockType.STEADY_TIME)
         self._node.create_timer(1.0 / RATE_HZ, self._step, clock=steady)
@@ -65,10 +65,12 @@ class SafetyStepper:
 
     def _step(self) -> None:
         now = time.monotonic()
-        if held_up := self._hold_ups.live(time_since_boot()):
+        if stalled_for := self._stalls.tick(time_since_boot()):
             # Messages that waited meanwhile look new, and somebody may have come near a robot.
             self._pause.forget()
-            self._say(f'the bridge process was held up for {held_up:.1f} s: robots stay paused')
+            self._warn(
+                f'the bridge process was held up for {stalled_for:.1f} s: robots stay paused'
+            )
         if self._steps % _LOOK_AROUND_EVERY == 0:
             for mocap, bridge in self._robots:
                 mocap.look_around()
@@ -83,13 +85,13 @@ class SafetyStepper:
             situation = Situation(
                 pose=mocap.track.pose,
                 pose_age=mocap.track.age(now),
-                pose_fault=mocap.doubt or mocap.track.trouble,
+                pose_fault=mocap.source_conflict or mocap.track.trouble,
                 V=bridge.V,
                 omega=bridge.omega,
                 command_age=bridge.age(now),
                 paused=paused,
                 unseen=unseen,
-                contest=bridge.contest,
+                rival=bridge.rival,
                 others={robot: pose for robot, pose in poses.items() if robot != mocap.robot},
             )
             decision = decisions[mocap.robot] = decide(situation, self._lab)

@@ -13,9 +13,9 @@ OVER_AFTER_S = 0.5
 class StopReports:
     """Turns the reasons of each moment into messages that are not repeated."""
 
-    def __init__(self, say: Callable[[str], None]) -> None:
+    def __init__(self, warn: Callable[[str], None]) -> None:
         """Report through a function that shows a message to the user."""
-        self._say = say
+        self._warn = warn
         self._told: dict[int, str] = {}
         self._gone_since: dict[int, float] = {}
 
@@ -36,9 +36,9 @@ class StopReports:
                 del self._told[robot], self._gone_since[robot]
                 over.append(robot)
         for reason, robots in started.items():
-            self._say(f'{_robots(robots)} stopped: {reason}')
+            self._warn(f'{_robots(robots)} stopped: {reason}')
         if over:
-            self._say(f'{_robots(over)} free to move again')
+            self._warn(f'{_robots(over)} free to move again')
 
 
 def _robots(robots: list[int]) -> str:

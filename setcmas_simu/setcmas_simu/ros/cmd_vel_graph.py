@@ -69,7 +69,7 @@ def commanders(node: Node, topic: str) -> list[str]:
     ]
 
 
-def contest(node: Node, topic: str, own: str = '') -> str:
+def rival(node: Node, topic: str, own: str = '') -> str:
     """Return who else may move a robot, or move in its place; empty if nobody.
 
     Args:

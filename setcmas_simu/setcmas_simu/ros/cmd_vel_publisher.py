@@ -91,10 +91,10 @@ class CmdVelPublisher:
         """Return whether a cmd_vel_guard stands by, on the robot."""
         return cmd_vel_graph.is_guarded(self._node, self.topic)
 
-    def contest(self) -> str:
+    def rival(self) -> str:
         """Return who else may move the robot, or move in its place; empty if nobody."""
         own = self._node.get_fully_qualified_name()
-        return cmd_vel_graph.contest(self._node, self.topic, own)
+        return cmd_vel_graph.rival(self._node, self.topic, own)
 
     def _use_type(self, wanted: set[str]) -> None:
         if self._type not in wanted:
@@ -110,5 +110,4 @@ class CmdVelPublisher:
             TYPES[self._type],
             self.topic,
             self._profile,
-            event_callbacks=qos.no_publisher_events(),
         )

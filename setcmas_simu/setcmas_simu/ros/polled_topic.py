@@ -8,8 +8,6 @@ from typing import Any
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 
-from setcmas_simu.ros import qos
-
 
 class PolledTopic:
     """Hands the messages of a topic to a function when it is asked to.
@@ -37,9 +35,7 @@ class PolledTopic:
         self._node = node
         self._on_message = on_message
         self._depth = profile.depth
-        self._subscription = node.create_subscription(
-            kind, name, on_message, profile, event_callbacks=qos.no_subscription_events()
-        )
+        self._subscription = node.create_subscription(kind, name, on_message, profile)
 
     def take(self) -> None:
         """Hand over what has come."""

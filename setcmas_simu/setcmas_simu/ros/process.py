@@ -12,10 +12,13 @@ from types import FrameType
 from typing import Any
 
 import rclpy
+from rclpy.event_handler import PublisherEventCallbacks, SubscriptionEventCallbacks
 from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.parameter import Parameter
+from rclpy.publisher import Publisher
 from rclpy.signals import SignalHandlerOptions
+from rclpy.subscription import Subscription
 
 from setcmas_simu.ros.dds_setup import dds_setup
 
@@ -34,6 +37,17 @@ class FleetNode(Node):  # type: ignore[misc]  # rclpy has no types
         ]
         light = {'enable_rosout': False, 'start_parameter_services': False}
         super().__init__(node_name, parameter_overrides=overrides, **(light | kwargs))
+
+    def create_publisher(self, *args: Any, **kwargs: Any) -> Publisher:
+        """Create a publisher without the event callbacks that the executor would wait for."""
+        kwargs.setdefault('event_callbacks', PublisherEventCallbacks(use_default_callbacks=False))
+        return super().create_publisher(*args, **kwargs)
+
+    def create_subscription(self, *args: Any, **kwargs: Any) -> Subscription:
+        """Create a subscription without the event callbacks that the executor would wait for."""
+        silent = SubscriptionEventCallbacks(use_default_callbacks=False)
+        kwargs.setdefault('event_callbacks', silent)
+        return super().create_subscription(*args, **kwargs)
 
 
 class RosProcess:

@@ -1,9 +1,8 @@
-"""Quality of service of the fleet's topics, and the switch for event callbacks."""
+"""Quality of service of the fleet's topics."""
 
 from __future__ import annotations
 
 from rclpy.duration import Duration
-from rclpy.event_handler import PublisherEventCallbacks, SubscriptionEventCallbacks
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 
 STATE = QoSProfile(depth=1)
@@ -25,13 +24,3 @@ EVENT = QoSProfile(depth=10)
 
 LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 """Kept for those who subscribe late."""
-
-
-def no_publisher_events() -> PublisherEventCallbacks:
-    """Return callbacks for `create_publisher` that add no waitable to the executor's wait set."""
-    return PublisherEventCallbacks(use_default_callbacks=False)
-
-
-def no_subscription_events() -> SubscriptionEventCallbacks:
-    """Return callbacks for `create_subscription` that add no waitable to the wait set."""
-    return SubscriptionEventCallbacks(use_default_callbacks=False)

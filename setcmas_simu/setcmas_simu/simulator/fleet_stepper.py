@@ -56,7 +56,6 @@ class FleetStepper:
             topics.FLEET_RESET,
             self._reset_all,
             qos.EVENT,
-            event_callbacks=qos.no_subscription_events(),
         )
         self._transforms = FleetTransforms(
             node, [(str(r.value('world_frame')), str(r.value('robot_frame'))) for r in robots]

@@ -37,9 +37,7 @@ class FleetTransforms:
             transform = TransformStamped(child_frame_id=child)
             transform.header.frame_id = parent
             self._message.transforms.append(transform)
-        self._publisher = node.create_publisher(
-            TFMessage, TF, qos.EVENT, event_callbacks=qos.no_publisher_events()
-        )
+        self._publisher = node.create_publisher(TFMessage, TF, qos.EVENT)
 
     def publish(self, stamp: Time, poses: NDArray[np.float64]) -> None:
         """Publish the poses, shape (3, N), of the robots in the order of the frames."""

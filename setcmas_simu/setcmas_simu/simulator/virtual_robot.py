@@ -50,21 +50,16 @@ class VirtualRobot(FleetNode):
         for name, value in (names | defaults | {'robot_no': robot}).items():
             self.declare_parameter(name, value, dynamic)
 
-        silent = {'event_callbacks': qos.no_publisher_events()}
-        self._odom_publisher = self.create_publisher(Odometry, topics.ODOM, qos.STATE, **silent)
-        self._pose_publisher = self.create_publisher(PoseStamped, topics.POSE, qos.STATE, **silent)
-        self._marker_publisher = self.create_publisher(Marker, topics.MARKER, qos.STATE, **silent)
-        silent = {'event_callbacks': qos.no_subscription_events()}
+        self._odom_publisher = self.create_publisher(Odometry, topics.ODOM, qos.STATE)
+        self._pose_publisher = self.create_publisher(PoseStamped, topics.POSE, qos.STATE)
+        self._marker_publisher = self.create_publisher(Marker, topics.MARKER, qos.STATE)
         self.create_subscription(
             TYPES[self.choice('cmd_vel_type', TYPES)],
             topics.CMD_VEL,
             self._on_cmd_vel,
             qos.COMMAND,
-            **silent,
         )
-        self.create_subscription(
-            Empty, topics.RESET, lambda _: self.on_reset(), qos.EVENT, **silent
-        )
+        self.create_subscription(Empty, topics.RESET, lambda _: self.on_reset(), qos.EVENT)
 
         world = str(self.value('world_frame'))
         self._odom = Odometry(child_frame_id=str(self.value('robot_frame')))

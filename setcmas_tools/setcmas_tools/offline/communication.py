@@ -20,14 +20,14 @@ class OfflineCommunication:
     """What the robots of a simulated fleet tell each other."""
 
     def __init__(
-        self, communication: Communication, nb_robots: int, say: Callable[[str], None]
+        self, communication: Communication, nb_robots: int, warn: Callable[[str], None]
     ) -> None:
         """Prepare.
 
         Args:
             communication: How the fleet communicates.
             nb_robots: Size of the fleet.
-            say: Shows messages about failing triggering conditions.
+            warn: Shows messages about failing triggering conditions.
 
         Raises:
             SetcmasError: A triggering condition cannot be loaded.
@@ -35,7 +35,7 @@ class OfflineCommunication:
         robots = range(1, nb_robots + 1)
         self._graph = communication.graph
         self._links = communication.links(robots)
-        self._reports = ErrorReports(say, CONSEQUENCE)
+        self._reports = ErrorReports(warn, CONSEQUENCE)
         self._broadcasts = (
             [communication.broadcast(robot, self._reports) for robot in robots]
             if communication.event_triggered

@@ -107,7 +107,7 @@ def simulate(
     delay: float = 0.0,
     loss: float = 0.0,
     noise: float = 0.0,
-    say: Callable[[str], None] = print,
+    warn: Callable[[str], None] = print,
     progress: Callable[[float], object] | None = None,
 ) -> OfflineRun:
     """Run a control law on simulated robots, thousands of times faster than real time.
@@ -147,7 +147,7 @@ def simulate(
         delay: By how much later messages arrive, in s.
         loss: Probability that a message is lost.
         noise: Standard deviation of received positions in m.
-        say: Shows messages about a failing law; its robot is commanded zero then.
+        warn: Shows messages about a failing law; its robot is commanded zero then.
         progress: Called now and then with the time that the run has reached, in s.
 
     Raises:
@@ -175,11 +175,11 @@ def simulate(
         seed=seed,
     )
     seed_scripts(seed)
-    radio = None if tells.is_ideal else OfflineCommunication(tells, nb_robots, say)
+    radio = None if tells.is_ideal else OfflineCommunication(tells, nb_robots, warn)
     fleet = VirtualFleet(start, limits_named(limits))
     nb_steps = max(1, round(duration * robot_rate))
     with named_output():
-        controllers = FleetLaws(load_laws(algo, nb_robots, settings), vnom, komega, say)
+        controllers = FleetLaws(load_laws(algo, nb_robots, settings), vnom, komega, warn)
         return _run(fleet, controllers, radio, nb_steps, 1 / robot_rate, rate, progress)
 
 

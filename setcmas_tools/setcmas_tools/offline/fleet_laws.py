@@ -43,7 +43,7 @@ class FleetLaws:
     """The control laws of a fleet, from the poses to the robots' commands."""
 
     def __init__(
-        self, laws: Sequence[ControlLaw], vnom: float, komega: float, say: Callable[[str], None]
+        self, laws: Sequence[ControlLaw], vnom: float, komega: float, warn: Callable[[str], None]
     ) -> None:
         """Prepare.
 
@@ -51,12 +51,12 @@ class FleetLaws:
             laws: The laws of robots 1 to N.
             vnom: Largest speed in m/s.
             komega: Gain on the heading error in 1/s.
-            say: Shows messages about failing laws.
+            warn: Shows messages about failing laws.
         """
         self._laws = laws
         self._vnom = vnom
         self._komega = komega
-        self._reports = ErrorReports(say)
+        self._reports = ErrorReports(warn)
         self._failing = False
         self.call_time: Floats = np.zeros(len(laws))
 

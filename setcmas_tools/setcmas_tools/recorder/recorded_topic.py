@@ -11,7 +11,6 @@ from rclpy.node import Node
 from rclpy.qos import QoSProfile
 from rosbags.interfaces import Connection
 
-from setcmas_simu.ros.qos import no_subscription_events
 from setcmas_tools.recorder.offered_qos import (
     DEPTH,
     are_reliable,
@@ -114,7 +113,6 @@ class RecordedTopic:
             lambda _: None,
             subscription_qos(self._reliable, self._transient_local),
             raw=True,
-            event_callbacks=no_subscription_events(),
         )
 
     def _is_new(self, source_ns: int) -> bool:

@@ -27,13 +27,8 @@ class FleetCommands:
     def prepare(self) -> None:
         """Make the publishers, so that listeners know them when a button is pressed."""
         if self._pause is None:
-            silent = {'event_callbacks': qos.no_publisher_events()}
-            self._pause = self._node.create_publisher(
-                Bool, topics.FLEET_PAUSE, qos.EVENT, **silent
-            )
-            self._reset = self._node.create_publisher(
-                Empty, topics.FLEET_RESET, qos.EVENT, **silent
-            )
+            self._pause = self._node.create_publisher(Bool, topics.FLEET_PAUSE, qos.EVENT)
+            self._reset = self._node.create_publisher(Empty, topics.FLEET_RESET, qos.EVENT)
 
     def pause(self, paused: bool) -> None:
         """Ask the robots to stand (True), or to go on."""

@@ -29,7 +29,7 @@ NO_PAIRS: Pairs = np.empty((0, 2), np.int64)
 
 
 @dataclass
-class Known:
+class FleetState:
     """What is known of a fleet.
 
     Attributes:
@@ -51,10 +51,12 @@ class Known:
 class FleetScene:
     """Draws what is known of a fleet on a page."""
 
-    def __init__(self, server: viser.ViserServer, known: Known, actions: Actions | None) -> None:
+    def __init__(
+        self, server: viser.ViserServer, state: FleetState, actions: Actions | None
+    ) -> None:
         """Build the scene and the panel; without actions the robots cannot be commanded."""
         self._server = server
-        self._known = known
+        self._state = state
         scene = server.scene
         _light(scene)
         self._ground = GroundScene(scene)
@@ -76,26 +78,26 @@ class FleetScene:
             self._draw(now)
 
     def _draw(self, now: float) -> None:
-        known = self._known
-        known.fleet.forget(now)
-        known.markers.expire(now)
-        robots, poses = known.fleet.robots, known.fleet.poses(now)
-        flashes = known.flashes.strength(robots, now)
+        state = self._state
+        state.fleet.forget(now)
+        state.markers.expire(now)
+        robots, poses = state.fleet.robots, state.fleet.poses(now)
+        flashes = state.flashes.strength(robots, now)
         by_robot = dict(zip(robots, map(tuple, poses.T.tolist()), strict=True))
         self._reach(poses)
         self.controls.half_m = self._ground.half_m
-        if known.real != self._real:
-            self._real = known.real
-            self.controls.size = _TRUE_SIZE if known.real else _SIMULATED_SIZE
-        self._robots.show(robots, poses, known.fleet.lost(now), flashes, self.controls.size)
+        if state.real != self._real:
+            self._real = state.real
+            self.controls.size = _TRUE_SIZE if state.real else _SIMULATED_SIZE
+        self._robots.show(robots, poses, state.fleet.lost(now), flashes, self.controls.size)
         if self._clear:
             self._clear = False
             self._trails.clear()
         self._trails.length_s = self.controls.trail_s
         self._trails.extend(now, robots, poses[:2])
         self._trail_scene.show(self._trails, self.controls.size)
-        self._links.show(known.both, known.one_way, robots, poses, flashes)
-        self._markers.show(known.markers, by_robot, now)
+        self._links.show(state.both, state.one_way, robots, poses, flashes)
+        self._markers.show(state.markers, by_robot, now)
         self.controls.move_cameras(by_robot)
         if now >= self._next_panel:
             self._next_panel = now + _PANEL_PERIOD_S
@@ -103,28 +105,28 @@ class FleetScene:
 
     def _reach(self, poses: Floats) -> None:
         distance = float(np.abs(poses[:2]).max(initial=0.0))
-        if self._known.real:
-            self._ground.reach(max(distance, self._known.markers.reach()), LAB_HALF_M)
+        if self._state.real:
+            self._ground.reach(max(distance, self._state.markers.reach()), LAB_HALF_M)
         else:
             self._ground.reach(distance, HALF_M)
 
     def _show_panel(self, now: float) -> None:
-        known = self._known
-        fleet, paused = known.fleet, known.states.paused(now)
+        state = self._state
+        fleet, paused = state.fleet, state.states.paused(now)
         columns = zip(fleet.robots, fleet.newest().T, fleet.speeds(), fleet.lost(now), strict=True)
         rows = [
             RobotRow(
                 robot,
                 float(speed),
                 (float(pose[0]), float(pose[1]), float(pose[2])),
-                *known.states.describe(robot, bool(lost), float(speed), now),
+                *state.states.describe(robot, bool(lost), float(speed), now),
                 bool(lost),
             )
             for robot, pose, speed, lost in columns
         ]
-        run = 'paused' if paused else known.clock.describe(now)
-        text = panel_html(rows, run, known.clock.seconds(now), fleet.disagreement(now))
-        self.controls.show_figures(text, paused, not known.real)
+        run = 'paused' if paused else state.clock.describe(now)
+        text = panel_html(rows, run, state.clock.seconds(now), fleet.disagreement(now))
+        self.controls.show_figures(text, paused, not state.real)
         self.controls.offer(fleet.robots)
 
 

@@ -11,7 +11,7 @@ import webbrowser
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.ros.process import FleetNode, RosProcess, ros_process, split_ros_arguments
 from setcmas_tools.view.commands import FleetCommands
-from setcmas_tools.view.fleet_scene import FleetScene, Known
+from setcmas_tools.view.fleet_scene import FleetScene, FleetState
 from setcmas_tools.view.page.browser_options import EVERYWHERE, add_browser_arguments
 from setcmas_tools.view.page.controls import Actions
 from setcmas_tools.view.page.desktop import may_open_windows
@@ -39,11 +39,11 @@ class BrowserView:
         self._process = process
         self._page = page
         node = FleetNode('browser_view')
-        self._known = Known()
-        self._topics = ViewedTopics(node, self._known)
+        self._state = FleetState()
+        self._topics = ViewedTopics(node, self._state)
         self._commands = None if read_only else FleetCommands(node)
         actions = Actions(self._commands.pause, self._reset) if self._commands else None
-        self._scene = FleetScene(page.server, self._known, actions)
+        self._scene = FleetScene(page.server, self._state, actions)
 
     def run(self) -> None:
         """Draw until a signal asks to stop."""
@@ -71,8 +71,8 @@ class BrowserView:
         if self._commands and self._page.has_viewers():
             self._commands.prepare()
         # The pause node of an experiment repeats its state itself.
-        if self._commands and not self._known.real:
-            self._commands.follow_listeners(self._known.states.wished)
+        if self._commands and not self._state.real:
+            self._commands.follow_listeners(self._state.states.wished)
 
     def _reset(self) -> None:
         assert self._commands

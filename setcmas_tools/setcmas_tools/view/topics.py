@@ -21,7 +21,7 @@ from setcmas_simu.fleet import topics
 from setcmas_simu.fleet.planar_pose import yaw_of_quaternion
 from setcmas_simu.ros import qos
 from setcmas_simu.ros.polled_topic import PolledTopic, suited_to
-from setcmas_tools.view.fleet_scene import NO_PAIRS, Known
+from setcmas_tools.view.fleet_scene import NO_PAIRS, FleetState
 from setcmas_tools.view.model import communication
 from setcmas_tools.view.model.robot_states import Diagnosis
 
@@ -41,10 +41,10 @@ _KINDS = {
 class ViewedTopics:
     """Keeps what is known of a fleet up to date."""
 
-    def __init__(self, node: Node, known: Known) -> None:
+    def __init__(self, node: Node, state: FleetState) -> None:
         """Listen to what concerns the whole fleet; `look` finds the robots."""
         self._node = node
-        self._known = known
+        self._state = state
         self._now = time.monotonic()
         self._robots: dict[str, PolledTopic] = {}
         self._commands: dict[str, PolledTopic] = {}
@@ -72,12 +72,12 @@ class ViewedTopics:
             if types[0] in _KINDS and self._node.count_publishers(name)
         }
         mocap = [name for name in found if name.startswith('/mocap/')]
-        self._known.real = bool(mocap)
+        self._state.real = bool(mocap)
         wanted = {name: kind for name, kind in found.items() if self._is_wanted(name, kind)}
         gone = self._robots.keys() - wanted.keys()
         for name in gone:
             self._robots.pop(name).close()
-        self._known.markers.drop_topics(gone)  # what no script draws any more
+        self._state.markers.drop_topics(gone)  # what no script draws any more
         for name in wanted.keys() - self._robots.keys():
             self._robots[name] = self._subscribed(name, wanted[name])
         self._look_for_commands()
@@ -98,7 +98,7 @@ class ViewedTopics:
         if kind is UInt16:
             return name == topics.robot_topic(robot, topics.TRIG_EVENT)
         # A real TurtleBot3 publishes the odometry of its wheels under the usual name.
-        real = self._known.real
+        real = self._state.real
         return name == (
             topics.mocap_topic(robot) if real else topics.robot_topic(robot, topics.ODOM)
         )
@@ -121,7 +121,7 @@ class ViewedTopics:
             if self._node.count_publishers(name):
                 return
             self._commands.pop(name).close()
-        for robot in self._known.fleet.robots:
+        for robot in self._state.fleet.robots:
             name = topics.robot_topic(robot, topics.CMD_CART_VEL)
             if self._node.count_publishers(name):
                 self._commands[name] = PolledTopic(
@@ -134,28 +134,28 @@ class ViewedTopics:
         told = self._node.count_publishers(topics.COMMUNICATION_GRAPH) > 0
         if self._graph_told and not told:
             self._adjacency = np.empty((0, 0))
-            self._known.both, self._known.one_way = NO_PAIRS, NO_PAIRS
+            self._state.both, self._state.one_way = NO_PAIRS, NO_PAIRS
         self._graph_told = told
 
     def _on_odometry(self, robot: int, message: Odometry) -> None:
         position, q = message.pose.pose.position, message.pose.pose.orientation
         pose = (position.x, position.y, yaw_of_quaternion(q.x, q.y, q.z, q.w))
-        self._known.fleet.see(robot, pose, message.twist.twist.linear.x, self._now)
+        self._state.fleet.see(robot, pose, message.twist.twist.linear.x, self._now)
 
     def _on_command(self, _: Point32) -> None:
         # In experiments the time of the control laws stands still while they are paused.
-        paused = self._known.real and self._known.states.paused(self._now)
-        self._known.clock.heard(self._now, paused)
+        paused = self._state.real and self._state.states.paused(self._now)
+        self._state.clock.heard(self._now, paused)
 
     def _on_pause(self, message: Bool) -> None:
-        self._known.states.wish(message.data)
+        self._state.states.wish(message.data)
 
     def _on_paused(self, message: Bool) -> None:
-        self._known.states.announce(message.data, self._now)
+        self._state.states.announce(message.data, self._now)
 
     def _on_trigger(self, robot: int, message: UInt16) -> None:
         if message.data:
-            self._known.flashes.trigger(robot, self._now)
+            self._state.flashes.trigger(robot, self._now)
 
     def _on_diagnostics(self, message: DiagnosticArray) -> None:
         for status in message.status:
@@ -164,7 +164,7 @@ class ViewedTopics:
                 values = {item.key: item.value for item in status.values}
                 level = int.from_bytes(status.level, 'little')
                 reason = status.message if level else ''
-                self._known.states.diagnose(
+                self._state.states.diagnose(
                     robot, Diagnosis(level, values.get('state', ''), reason, self._now)
                 )
 
@@ -176,10 +176,10 @@ class ViewedTopics:
         if weights.shape == self._adjacency.shape:
             weights = with_known_rows(weights, self._adjacency)
         self._adjacency = weights
-        self._known.both, self._known.one_way = communication.links(weights)
+        self._state.both, self._state.one_way = communication.links(weights)
 
     def _on_marker(self, topic: str, marker: Marker) -> None:
-        self._known.markers.apply(topic, marker, self._now)
+        self._state.markers.apply(topic, marker, self._now)
 
     def _on_markers(self, topic: str, message: Any) -> None:
         for marker in message.markers:

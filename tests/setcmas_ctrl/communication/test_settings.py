@@ -39,13 +39,13 @@ def test_each_option_changes_it(option):
 
 
 def test_options_reach_the_links():
-    tells = chosen('--graph=path', '--range=3', '--delay=0.2', '--loss=0.1', '--noise=0.02')
+    settings = chosen('--graph=path', '--range=3', '--delay=0.2', '--loss=0.1', '--noise=0.02')
 
-    assert tells.graph.adjacency(0, np.zeros((2, 4)))[0].tolist() == [0, 1, 0, 0]
-    assert tells.graph.adjacency(0, np.array([[0.0, 4, 8, 9], [0] * 4])).sum() == 2
-    assert (tells.channel.delay == 0.2).all()
-    assert (tells.channel.loss == 0.1).all()
-    assert (tells.channel.noise == 0.02).all()
+    assert settings.graph.adjacency(0, np.zeros((2, 4)))[0].tolist() == [0, 1, 0, 0]
+    assert settings.graph.adjacency(0, np.array([[0.0, 4, 8, 9], [0] * 4])).sum() == 2
+    assert (settings.channel.delay == 0.2).all()
+    assert (settings.channel.loss == 0.1).all()
+    assert (settings.channel.noise == 0.02).all()
 
 
 def test_names_with_a_dash():

@@ -10,11 +10,11 @@ from setcmas_ctrl.scripts.call_watch import CallWatch
 def watched():
     said, spoken = [], threading.Event()
 
-    def say(message):
+    def warn(message):
         said.append(message)
         spoken.set()
 
-    watch = CallWatch(Path(__file__), period=0.05, say=say, stuck_s=0.2)
+    watch = CallWatch(Path(__file__), period=0.05, warn=warn, stuck_s=0.2)
     yield watch, said, spoken
     watch.close()
 

@@ -23,7 +23,7 @@ PRINTED = {
 def test_without_ros(name, capsys):
     said = []
 
-    run = simulate(FOLDER / f'{name}.py', nb_robots=3, duration=30, say=said.append)
+    run = simulate(FOLDER / f'{name}.py', nb_robots=3, duration=30, warn=said.append)
 
     assert said == []
     assert np.abs(run.poses[-1, :2] - run.poses[0, :2]).max() > 0.5

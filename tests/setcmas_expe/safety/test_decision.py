@@ -20,7 +20,7 @@ FREE = Situation(
     omega=0.2,
     command_age=0.1,
     paused='',
-    contest='',
+    rival='',
     unseen=(),
     others={2: (1.5, 0.5, 0.0), 3: (-1.5, 0.5, 0.0)},
 )
@@ -45,7 +45,7 @@ def test_a_robot_that_nothing_speaks_against_gets_its_command():
         ({'paused': 'paused', 'pose': None}, PAUSED, 'paused; not seen yet', True),
         ({'paused': 'paused', 'command_age': math.inf}, PAUSED, 'paused; no command', False),
         ({'unseen': (2, 3)}, STOPPED, 'robots 2-3 have not been seen yet', False),
-        ({'contest': '/joy commands it too'}, STOPPED, '/joy commands it too', False),
+        ({'rival': '/joy commands it too'}, STOPPED, '/joy commands it too', False),
         ({'pose': None, 'unseen': (1,)}, STOPPED, 'not seen yet', True),
         ({'pose': None}, STOPPED, 'not seen yet', True),
         ({'pose_fault': 'frozen'}, STOPPED, 'pose not believed: frozen', True),
@@ -70,7 +70,7 @@ def test_every_combination_of_what_is_missing_is_zero():
     bad = [
         {'paused': 'paused'},
         {'unseen': (2,)},
-        {'contest': 'several robots listen'},
+        {'rival': 'several robots listen'},
         {'pose_fault': 'jumped'},
         {'pose_age': 3.0},
         {'command_age': 3.0},

@@ -182,7 +182,7 @@ def test_conditions_of_ones_own():
 
 def test_a_failing_condition_is_a_failure_of_its_robot():
     said = []
-    run = simulate('consensus', 2, 3.0, event_triggered=True, ctc=broken, say=said.append)
+    run = simulate('consensus', 2, 3.0, event_triggered=True, ctc=broken, warn=said.append)
 
     assert run.failed_robots == [1, 2]
     assert [counts.sent for counts in run.communication.robots.values()] == [31, 31]
@@ -195,7 +195,7 @@ def test_a_law_that_reads_a_forbidden_column_is_told_whom_it_does_not_hear():
     def law(robotNo, nbRobots, poses, t):
         return poses[0].mean(), 0.0
 
-    run = simulate(law, 5, 1.0, graph='path', say=said.append)
+    run = simulate(law, 5, 1.0, graph='path', warn=said.append)
 
     assert run.failed_robots == [1, 2, 3, 4, 5]
     assert 'tb3_2 does not hear robots 4-5' in said[1]
@@ -207,7 +207,7 @@ def test_a_law_that_stumbles_over_a_forbidden_column_is_told_so_too():
     def law(robotNo, nbRobots, poses, t):
         return (int(poses[0, 2]), 0) if robotNo == 1 else (nameless, 0)  # noqa: F821
 
-    simulate(law, 3, 1.0, graph='path', say=said.append)
+    simulate(law, 3, 1.0, graph='path', warn=said.append)
 
     assert 'cannot convert float NaN to integer' in said[0]
     assert 'tb3_1 does not hear robot 3: poses is NaN there' in said[0]

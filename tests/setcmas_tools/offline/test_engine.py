@@ -123,7 +123,7 @@ def test_a_failing_robot_stands_and_is_reported_once():
     def law(robotNo, nbRobots, poses, t):
         return (1 / 0, 0) if robotNo == 2 and t < 0.7 else (0.1, 0.0)
 
-    run = simulate(law, 2, 2.0, say=said.append)
+    run = simulate(law, 2, 2.0, warn=said.append)
 
     assert (run.poses[:8, 0, 1] == run.poses[0, 0, 1]).all()
     assert run.poses[-1, 0, 1] > run.poses[0, 0, 1]

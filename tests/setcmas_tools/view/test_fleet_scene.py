@@ -3,7 +3,7 @@ import pytest
 
 pytest.importorskip('viser')
 from setcmas_simu.fleet import fleet
-from setcmas_tools.view.fleet_scene import NO_PAIRS, FleetScene, Known
+from setcmas_tools.view.fleet_scene import NO_PAIRS, FleetScene, FleetState
 from setcmas_tools.view.model.communication import links
 from setcmas_tools.view.page.page import Page
 from setcmas_tools.view.scene.tone import untoned
@@ -12,15 +12,15 @@ GREY_LINK = untoned([0.62, 0.66, 0.72])
 
 
 @pytest.fixture
-def known():
-    return Known()
+def state():
+    return FleetState()
 
 
 @pytest.fixture
-def draw(known):
+def draw(state):
     """Draw what is known at a time, on a page that nobody looks at; returns viser's bodies."""
     page = Page('127.0.0.1', 18995)
-    scene = FleetScene(page.server, known, None)
+    scene = FleetScene(page.server, state, None)
 
     def draw_at(now):
         scene.update(now)
@@ -30,48 +30,48 @@ def draw(known):
     page.stop()
 
 
-def see(known, robots, now):
+def see(state, robots, now):
     for robot in robots:
-        known.fleet.see(robot, (float(robot), 0.5 * now, 0.1), 0.5, now)
+        state.fleet.see(robot, (float(robot), 0.5 * now, 0.1), 0.5, now)
 
 
-def test_fleets_that_come_grow_and_go(known, draw):
+def test_fleets_that_come_grow_and_go(state, draw):
     draw(0.0)
-    see(known, [1], 1.0)
+    see(state, [1], 1.0)
     draw(1.0)
-    see(known, range(1, 51), 2.0)
+    see(state, range(1, 51), 2.0)
     assert '/numbers/50' in draw(2.0)
     draw(60.0)
-    see(known, [2], 61.0)
+    see(state, [2], 61.0)
     bodies = draw(61.0)
 
     assert '/numbers/2' in bodies
     assert '/numbers/50' not in bodies
 
 
-def test_a_robot_that_is_told_to_be_very_far_away_does_not_take_the_ground_along(known, draw):
-    known.fleet.see(1, (1e12, 0.0, 0.0), 0.5, 1.0)
+def test_a_robot_that_is_told_to_be_very_far_away_does_not_take_the_ground_along(state, draw):
+    state.fleet.see(1, (1e12, 0.0, 0.0), 0.5, 1.0)
     bodies = draw(1.0)
 
     assert sum(name.startswith('/metres/') for name in bodies) < 100
 
 
-def test_links_one_way_are_arrows_in_the_colour_of_who_has_just_sent(known, draw):
-    see(known, [1, 2, 3], 1.0)
+def test_links_one_way_are_arrows_in_the_colour_of_who_has_just_sent(state, draw):
+    see(state, [1, 2, 3], 1.0)
     ring = np.roll(np.eye(3), 1, axis=1)  # robot 1 hears 2, 2 hears 3, 3 hears 1
-    known.both, known.one_way = links(ring)
-    known.flashes.trigger(2, 1.0)
+    state.both, state.one_way = links(ring)
+    state.flashes.trigger(2, 1.0)
     arrows = draw(1.0)['/one_way_links']
     assert arrows.points.shape == (3, 2, 3)
-    sender = known.one_way[:, 0].tolist().index(2)
+    sender = state.one_way[:, 0].tolist().index(2)
     own = untoned(fleet.plot_colour(2))
     np.testing.assert_allclose(arrows.colors[sender] / 255, own, atol=0.01)
     later = draw(3.0)['/one_way_links']
     np.testing.assert_allclose(later.colors[sender] / 255, GREY_LINK, atol=0.01)
 
-    known.both, known.one_way = links(ring + ring.T)
+    state.both, state.one_way = links(ring + ring.T)
     bodies = draw(3.1)
     assert bodies['/links'].points.shape == (3, 2, 3)
     assert '/one_way_links' not in bodies
-    known.both, known.one_way = NO_PAIRS, NO_PAIRS
+    state.both, state.one_way = NO_PAIRS, NO_PAIRS
     assert '/links' not in draw(3.2)
