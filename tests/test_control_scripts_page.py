@@ -23,7 +23,7 @@ PAGE = (ROOT / 'docs' / 'control_scripts.md').read_text()
     ],
 )
 def test_messages_are_those_of_the_program(message):
-    sources = (ROOT / 'setcmas_ctrl' / 'setcmas_ctrl').glob('*.py')
+    sources = (ROOT / 'setcmas_ctrl' / 'setcmas_ctrl').rglob('*.py')
 
     assert message.strip() in PAGE
     assert any(message in source.read_text() for source in sources)

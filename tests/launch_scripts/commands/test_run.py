@@ -102,7 +102,7 @@ def wait_for_growth(path):
         time.sleep(0.05)
 
 
-@pytest.mark.parametrize('victim', ['virtual_robot', 'controller', 'recorder'])
+@pytest.mark.parametrize('victim', ['simulator', 'controller', 'recorder'])
 def test_when_a_process_dies_the_launcher_says_so_and_stops_the_rest(start, tmp_path, victim):
     process = start(
         *SETCMAS, 'run', '--algo', 'consensus', '--nb-robots', '2', '--output', 'out', cwd=tmp_path

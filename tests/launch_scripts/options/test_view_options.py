@@ -77,7 +77,9 @@ def test_the_page_beside_a_simulation_ends_with_it_and_not_the_other_way_round(s
     process.wait_for_output('browser view: http://127.0.0.1:')
     process.wait_for_output('simulating robots 1')
     nodes = psutil.Process(process.pid).children()
-    page = next(node for node in nodes if any('browser_view' in word for word in node.cmdline()))
+    page = next(
+        node for node in nodes if any('setcmas_tools.view.main' in word for word in node.cmdline())
+    )
 
     page.terminate()
     process.wait_for_output('view has ended; the robots go on')

@@ -50,13 +50,6 @@ def test_without_ros_a_verb_says_what_to_install(monkeypatch):
         environment.require_ros()
 
 
-def test_nodes_run_with_this_interpreter():
-    command = environment.node_command('some.module', ['--option', 'value'])
-
-    assert command[0] == sys.executable
-    assert command[-3:] == ['some.module', '--option', 'value']
-
-
 def test_an_empty_entry_of_pythonpath_is_left_out(monkeypatch):
     monkeypatch.setenv('PYTHONPATH', ':/somewhere:.')
 
