@@ -11,7 +11,6 @@ from importlib import metadata
 
 from setcmas_expe.doctor.findings import NOTE, OK, PROBLEM, Finding
 from setcmas_expe.doctor.multicast import multicast_finding
-from setcmas_expe.doctor.shared_memory import shared_memory_finding
 
 _PYTHONS = ((3, 10), (3, 13))
 _PACKAGES = ('rclpy', 'nav_msgs', 'sensor_msgs', 'diagnostic_msgs', 'std_srvs')
@@ -27,7 +26,7 @@ def environment_findings() -> list[Finding]:
     findings = [python_finding(sys.version_info[:2]), ros_finding(), rmw_finding(variables)]
     findings += [domain_finding(variables), discovery_finding(variables)]
     if sys.platform == 'linux':
-        findings += [multicast_finding(), shared_memory_finding()]
+        findings.append(multicast_finding())
     return findings
 
 

@@ -1,4 +1,4 @@
-"""The files of a bag: which they are, and the reader that suits each of them."""
+"""Files of a bag, and the reader for each of them."""
 
 from __future__ import annotations
 
@@ -12,11 +12,9 @@ from rosbags.rosbag2 import Reader as Ros2Reader
 
 from setcmas_simu.errors import SetcmasError
 from setcmas_tools.bags.mcap_salvage import McapSalvage
-from setcmas_tools.bags.ros1_salvage import Ros1Salvage
 from setcmas_tools.bags.source import BagSource, IndexedSource, one_line
-from setcmas_tools.bags.sqlite_salvage import SqliteSalvage
 
-_ACCEPTED = 'a rosbag2 folder, an .mcap or a .db3 file, or a ROS 1 .bag file'
+_BAGS = 'a rosbag2 folder, an .mcap or a .db3 file, or a ROS 1 .bag file'
 
 
 def open_sources(path: Path, stack: ExitStack) -> list[BagSource]:
@@ -35,7 +33,7 @@ def open_sources(path: Path, stack: ExitStack) -> list[BagSource]:
         OSError: A file cannot be read for a reason outside of it.
     """
     if not path.exists():
-        raise SetcmasError(f"there is no bag '{path}'; accepted are {_ACCEPTED}")
+        raise SetcmasError(f"there is no bag '{path}'; it must be {_BAGS}")
     if path.is_dir() and _is_compressed(path):
         return [_opened(_open_folder, path, stack)]
     sources, failures = [], []
@@ -65,7 +63,7 @@ def _files(path: Path) -> list[Path]:
     if not files and (path / 'bag').is_dir():
         return _files(path / 'bag')
     if not files:
-        raise SetcmasError(f"folder '{path}' is not a bag; accepted are {_ACCEPTED}")
+        raise SetcmasError(f"folder '{path}' is not a bag; it must be {_BAGS}")
     return files
 
 
@@ -86,7 +84,7 @@ def _open_file(file: Path) -> BagSource:
         '.active': _open_ros1,  # x.bag.active, of a rosbag that was killed
     }
     if file.suffix not in openers:
-        raise SetcmasError(f"'{file}' is not a bag; accepted are {_ACCEPTED}")
+        raise SetcmasError(f"'{file}' is not a bag; it must be {_BAGS}")
     if not file.stat().st_size:
         raise SetcmasError(f"bag '{file}' is empty: nothing was ever written to it")
     return openers[file.suffix](file)
@@ -100,24 +98,28 @@ def _open_mcap(file: Path) -> BagSource:
 
 
 def _open_db3(file: Path) -> BagSource:
-    if Path(f'{file}-wal').exists():  # of a killed recorder; rosbags would not look into it
-        return SqliteSalvage(file)
-    try:
-        return IndexedSource(file, Ros2Reader(file))
-    except Exception:  # damaged, or its path has a character that SQLite's addresses reserve
-        return SqliteSalvage(file)
+    if Path(f'{file}-wal').exists():  # rosbags would not look into it
+        raise SetcmasError(
+            f"bag '{file}' was not closed; this closes it: "
+            f"sqlite3 '{file}' 'PRAGMA journal_mode=DELETE'"
+        )
+    return _open_whole(
+        file,
+        Ros2Reader,
+        'it must be whole (sqlite3 FILE .recover saves a cut one), with no #, ? or % in its path',
+    )
 
 
 def _open_ros1(file: Path) -> BagSource:
-    try:
-        return IndexedSource(file, Ros1Reader(file))
-    except Exception:  # without an index, or damaged
-        return Ros1Salvage(file)
+    return _open_whole(file, Ros1Reader, 'it must be whole (rosbag reindex repairs a cut one)')
 
 
 def _open_folder(folder: Path) -> BagSource:
+    return _open_whole(folder, Ros2Reader, 'a compressed bag must be whole')
+
+
+def _open_whole(path: Path, reader: type[Ros1Reader] | type[Ros2Reader], advice: str) -> BagSource:
     try:
-        return IndexedSource(folder, Ros2Reader(folder))
-    except Exception as error:
-        reason = one_line(error)
-        raise SetcmasError(f"compressed bag '{folder}' cannot be read: {reason}") from error
+        return IndexedSource(path, reader(path))
+    except Exception as error:  # a damaged file makes any of several libraries fail
+        raise SetcmasError(f"bag '{path}' cannot be read ({one_line(error)}); {advice}") from error

@@ -12,13 +12,20 @@ from typing import Any
 from mcap.exceptions import InvalidMagic, McapError
 from mcap.records import Channel, Chunk, DataEnd, Message, Schema
 from mcap.stream_reader import StreamReader, breakup_chunk
-from rosbags.interfaces import Connection, ConnectionExtRosbag2
+from rosbags.interfaces import (
+    Connection,
+    ConnectionExtRosbag2,
+    MessageDefinition,
+    MessageDefinitionFormat,
+)
 
 from setcmas_simu.errors import SetcmasError
-from setcmas_tools.bags.source import Entry, Extent, message_definition
+from setcmas_tools.bags.source import Entry, Extent
 
 _GARBAGE = (McapError, MemoryError, OverflowError, ValueError, struct.error)
 """What reading provokes where records should be."""
+
+_FORMATS = {'ros2msg': MessageDefinitionFormat.MSG, 'ros2idl': MessageDefinitionFormat.IDL}
 
 _LARGEST_CHUNK = 2**26
 """Bytes by which a cut record may be longer than its file; what claims more is garbage."""
@@ -103,13 +110,13 @@ class McapSalvage:
 
     def _connection(self, channel: Channel, count: int) -> Connection:
         schema = self._schemas.get(channel.schema_id)
-        encoding = schema.encoding if schema else ''
+        form = _FORMATS.get(schema.encoding if schema else '', MessageDefinitionFormat.NONE)
         text = schema.data.decode(errors='replace') if schema else ''
         return Connection(
             channel.id,
             channel.topic,
             schema.name if schema else '',
-            message_definition(encoding, text),
+            MessageDefinition(form, text),
             '',
             count,
             ConnectionExtRosbag2(channel.message_encoding, []),

@@ -1,4 +1,4 @@
-"""What every reader of a bag's file offers, and the reader of files in good order."""
+"""Source of messages: one file of a bag, and the reader of files in good order."""
 
 from __future__ import annotations
 
@@ -7,21 +7,14 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Protocol
 
-from rosbags.interfaces import Connection, MessageDefinition, MessageDefinitionFormat
+from rosbags.interfaces import Connection
 from rosbags.rosbag1 import Reader as Ros1Reader
 from rosbags.rosbag2 import Reader as Ros2Reader
 
 Entry = tuple[Connection, int, bytes]
 """Connection, receive time in ns, and the serialised message."""
 
-
 _LONGEST_REASON = 120
-_FORMATS = {'ros2msg': MessageDefinitionFormat.MSG, 'ros2idl': MessageDefinitionFormat.IDL}
-
-
-def message_definition(encoding: str, text: str) -> MessageDefinition:
-    """Return a definition as a bag stores it; one without content if the encoding is unknown."""
-    return MessageDefinition(_FORMATS.get(encoding, MessageDefinitionFormat.NONE), text)
 
 
 def one_line(error: Exception) -> str:

@@ -1,11 +1,8 @@
-import fcntl
-
 import pytest
 
 from setcmas_expe.doctor.environment import discovery_finding, domain_finding, python_finding
-from setcmas_expe.doctor.findings import NOTE, OK, PROBLEM
+from setcmas_expe.doctor.findings import OK, PROBLEM
 from setcmas_expe.doctor.multicast import multicast_works
-from setcmas_expe.doctor.shared_memory import shared_memory_finding, stale_segments
 
 
 @pytest.mark.parametrize(
@@ -37,22 +34,6 @@ def test_discovery(variables, level, told):
 
     assert finding.level == level
     assert told in finding.found
-
-
-def test_segments_that_nobody_holds_are_stale(tmp_path):
-    for name in ('0123456789abcdef', 'fedcba9876543210'):
-        (tmp_path / f'fastrtps_{name}').write_bytes(bytes(60_000_000))
-        (tmp_path / f'fastrtps_{name}_el').touch()
-    (tmp_path / 'fastrtps_port7410').touch()
-    with (tmp_path / 'fastrtps_0123456789abcdef_el').open() as living:
-        fcntl.flock(living, fcntl.LOCK_EX)
-        stale = stale_segments(tmp_path)
-        finding = shared_memory_finding(tmp_path)
-
-    assert [path.name for path in stale] == ['fastrtps_fedcba9876543210']
-    assert finding.level == NOTE
-    assert '1 leftovers' in finding.found
-    assert 'fastdds shm clean' in finding.advice
 
 
 def test_multicast_fails_through_an_address_that_this_machine_does_not_have():

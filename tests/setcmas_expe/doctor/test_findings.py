@@ -10,7 +10,7 @@ from setcmas_expe.doctor.findings import (
 )
 
 GOOD = Finding(OK, 'Python', '3.11')
-KNOWN = Finding(NOTE, 'shared memory', 'full', 'clean it')
+KNOWN = Finding(NOTE, 'time of robots', 'off', 'set it')
 BAD = [Finding(PROBLEM, f'mocap of tb3_{i}', 'silent', 'start its driver') for i in (1, 2)]
 
 
@@ -24,7 +24,7 @@ def test_problems_decide_verdict_and_exit_status():
 def test_advice_is_given_once_and_problems_come_first():
     assert advice_lines([KNOWN, GOOD, *BAD]) == [
         '- mocap of tb3_1, mocap of tb3_2: start its driver',
-        '- shared memory: clean it',
+        '- time of robots: set it',
     ]
 
 

@@ -17,7 +17,7 @@ def test_this_machine(start):
     output = doctor.wait_for_output('all well')
 
     assert doctor.wait() == 0
-    for what in ('Python', 'ROS 2', 'ROS domain', 'discovery', 'multicast', 'shared memory'):
+    for what in ('Python', 'ROS 2', 'ROS domain', 'discovery', 'multicast'):
         assert what in output
     assert 'none in sight' in output
 

@@ -1,3 +1,5 @@
+import contextlib
+import re
 import shutil
 import sqlite3
 
@@ -136,11 +138,11 @@ def test_topics_that_disagree_on_a_type(tmp_path):
     ('name', 'content', 'reason'),
     [
         ('missing.mcap', None, 'there is no bag'),
-        ('notes.txt', b'hello', 'is not a bag; accepted are'),
+        ('notes.txt', b'hello', 'is not a bag; it must be'),
         ('empty.mcap', b'', 'is empty'),
         ('wrong.mcap', b'hello' * 20, 'is not mcap'),
-        ('wrong.db3', b'hello' * 20, 'cannot be read as a bag'),
-        ('wrong.bag', b'hello' * 20, 'is not a ROS 1 bag'),
+        ('wrong.db3', b'hello' * 20, 'cannot be read (Cannot open database'),
+        ('wrong.bag', b'hello' * 20, 'cannot be read (File magic is invalid.)'),
     ],
 )
 def test_what_is_not_a_bag_gets_one_line(tmp_path, name, content, reason):
@@ -156,8 +158,47 @@ def test_what_is_not_a_bag_gets_one_line(tmp_path, name, content, reason):
     assert '\n' not in str(error.value)
 
 
+@pytest.mark.parametrize('kind', ['sqlite3', 'ros1'])
+def test_cut_bags_of_other_kinds_than_ours_get_one_line_with_what_saves_them(
+    tmp_path, write_bag, write_ros1_bag, points, kind
+):
+    if kind == 'ros1':
+        path = write_ros1_bag(tmp_path / 'old.bag', points)
+    else:
+        path = only_file(write_bag(tmp_path / 'bag', points, kind), '*.db3')
+    path.write_bytes(path.read_bytes()[:5000])
+
+    with pytest.raises(SetcmasError, match='it must be whole') as error, open_bag(path):
+        pass
+    assert str(error.value).startswith(f"bag '{path}' cannot be read (")
+    assert {'sqlite3': 'sqlite3 FILE .recover', 'ros1': 'rosbag reindex'}[kind] in str(error.value)
+    assert '\n' not in str(error.value)
+
+
+def test_database_that_was_not_closed_is_refused_with_the_command_that_closes_it(
+    tmp_path, write_bag, points
+):
+    file = only_file(write_bag(tmp_path / 'bag', points, 'sqlite3'), '*.db3')
+    database = sqlite3.connect(file)
+    database.execute('PRAGMA journal_mode=WAL')
+    database.execute('DELETE FROM messages WHERE id > 150')
+    database.commit()
+    killed = tmp_path / 'killed'
+    killed.mkdir()
+    for part in file.parent.glob('*.db3*'):
+        shutil.copy(part, killed)
+    database.close()
+
+    with pytest.raises(SetcmasError, match='was not closed') as error, open_bag(killed):
+        pass
+    command, statement = re.search(r"closes it: sqlite3 '(.*)' '(.*)'", str(error.value)).groups()
+    with contextlib.closing(sqlite3.connect(command)) as closing:
+        closing.execute(statement)
+    assert read(killed) == (list(range(150)), [])
+
+
 def test_folder_that_is_not_a_bag(tmp_path):
-    with pytest.raises(SetcmasError, match='is not a bag; accepted are'), open_bag(tmp_path):
+    with pytest.raises(SetcmasError, match='is not a bag; it must be'), open_bag(tmp_path):
         pass
 
 
