@@ -1,6 +1,6 @@
 import numpy as np
 import pytest
-from ros1_recordings import CONSENSUS, WP_NAV, needs_recordings
+from ros1_recordings import CONSENSUS, WP_NAV
 
 from setcmas_ctrl.control.control_law import ControlLaw
 from setcmas_ctrl.control.saturation import saturate
@@ -53,14 +53,12 @@ def rms_after_shift(history, grid, positions, max_shift=0.5):
     return best
 
 
-@needs_recordings
 def test_nav_wp_follows_the_recording_of_the_ros_1_stack():
     history = simulate('nav_wp', np.array([[5.0], [5.0], [0.0]]), 61)
 
     assert rms_after_shift(history, *reference(WP_NAV)) < 0.05
 
 
-@needs_recordings
 def test_consensus_follows_the_recording_of_the_ros_1_stack():
     # Its eight controllers started one after the other, so the robots set off apart.
     table = np.loadtxt(CONSENSUS, delimiter=',', skiprows=1)

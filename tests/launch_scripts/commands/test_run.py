@@ -9,7 +9,7 @@ import psutil
 import pytest
 import yaml
 from processes import SETCMAS, run_setcmas
-from ros1_recordings import WP_NAV, needs_recordings
+from ros1_recordings import WP_NAV
 
 pytest.importorskip('rclpy')
 
@@ -192,7 +192,6 @@ def test_three_terminals(start, tmp_path):
     assert all(Path(tmp_path, line).is_file() for line in plots.stdout.splitlines())
 
 
-@needs_recordings
 def test_nav_wp_over_ros_goes_the_way_of_the_recording_of_the_ros_1_stack(domain, tmp_path):
     from setcmas_tools.records.fleet_table import read_csv
 

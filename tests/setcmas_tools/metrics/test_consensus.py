@@ -3,7 +3,7 @@ import math
 import numpy as np
 import pytest
 from metrics_runs import T, table
-from ros1_recordings import CONSENSUS, needs_recordings
+from ros1_recordings import CONSENSUS
 
 from setcmas_tools import simulate
 from setcmas_tools.metrics.compute import compute, measure
@@ -40,7 +40,6 @@ def test_settling_is_for_good():
     assert never.settling_time_2_percent_s is None
 
 
-@needs_recordings
 def test_the_recording_of_the_ros_1_stack():
     metrics = compute(CONSENSUS)
 

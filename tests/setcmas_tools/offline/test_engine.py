@@ -3,7 +3,7 @@ import sys
 
 import numpy as np
 import pytest
-from ros1_recordings import WP_NAV, needs_recordings
+from ros1_recordings import WP_NAV
 
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet.fleet import start_poses
@@ -143,7 +143,6 @@ def test_ros_is_not_imported():
     assert result.stdout == '[]\n', result.stderr
 
 
-@needs_recordings
 def test_nav_wp_follows_the_recording_of_the_ros_1_stack():
     run = simulate('nav_wp', duration=60, poses=[[5], [5], [0]])
     theirs = read_csv(WP_NAV)
