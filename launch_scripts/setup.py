@@ -21,11 +21,4 @@ setup(
     ],
     python_requires='>=3.10',
     zip_safe=False,
-    entry_points={
-        'console_scripts': [
-            'setcmas = launch_scripts.cli:main',
-            'bag_to_csv = launch_scripts.cli:bag_to_csv',
-            'csv_to_plot = launch_scripts.cli:csv_to_plot',
-        ],
-    },
 )

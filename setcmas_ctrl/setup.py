@@ -20,11 +20,4 @@ setup(
     ],
     python_requires='>=3.10',
     zip_safe=False,
-    entry_points={
-        'console_scripts': [
-            'controller = setcmas_ctrl.controller.main:run',
-            'event_triggered_comm = setcmas_ctrl.controller.event_triggered_comm:run',
-            'pose_to_odom = setcmas_ctrl.controller.pose_to_odom:main',
-        ],
-    },
 )

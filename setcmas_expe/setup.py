@@ -21,15 +21,4 @@ setup(
     ],
     python_requires='>=3.10',
     zip_safe=False,
-    entry_points={
-        'console_scripts': [
-            'bridges = setcmas_expe.safety.bridges:main',
-            'cmd_vel_guard = setcmas_expe.safety.cmd_vel_guard:main',
-            'doctor = setcmas_expe.doctor.main:main',
-            'emulated_lab = setcmas_expe.emulation.lab:main',
-            'inject_fault = setcmas_expe.emulation.inject_fault:main',
-            'joystick_reader = setcmas_expe.pause.joystick_reader:main',
-            'pause = setcmas_expe.pause.node:main',
-        ],
-    },
 )

@@ -21,9 +21,4 @@ setup(
     ],
     python_requires='>=3.10',
     zip_safe=False,
-    entry_points={
-        'console_scripts': [
-            'virtual_robot = setcmas_simu.simulator.main:main',
-        ],
-    },
 )

@@ -20,10 +20,4 @@ setup(
     ],
     python_requires='>=3.10',
     zip_safe=False,
-    entry_points={
-        'console_scripts': [
-            'browser_view = setcmas_tools.view.main:main',
-            'recorder = setcmas_tools.recorder.main:main',
-        ],
-    },
 )

@@ -6,6 +6,8 @@ import shutil
 import signal
 import subprocess
 import sys
+from configparser import ConfigParser
+from importlib.metadata import distribution
 from pathlib import Path
 from xml.etree import ElementTree
 
@@ -14,6 +16,11 @@ import pytest
 from setcmas_simu import __version__
 
 ROOT = Path(__file__).parents[2]
+HELP = 'setcmas --help'
+DOORS = (
+    'python3 -c "from importlib.metadata import distribution;'
+    "print(distribution('setcmas_ctrl').entry_points.groups)\""
+)
 PACKAGES = ('setcmas_simu', 'setcmas_ctrl', 'setcmas_expe', 'setcmas_tools', 'launch_scripts')
 
 
@@ -30,10 +37,35 @@ def test_manifest(package):
 
 @pytest.mark.parametrize('package', PACKAGES)
 def test_every_executable_exists(package):
-    setup = (ROOT / package / 'setup.py').read_text()
-    for module, function in re.findall(r"= ([\w.]+):(\w+)'", setup):
+    for target in declared(package)['console_scripts'].values():
+        module, _, function = target.partition(':')
         path = ROOT / package / f'{module.replace(".", "/")}.py'
         assert f'def {function}(' in path.read_text(), path
+
+
+def test_pip_installs_the_doors_that_the_packages_declare():
+    doors = {}
+    for package in PACKAGES:
+        for group, targets in declared(package).items():
+            if group.startswith('setcmas.'):
+                doors.setdefault(group, {}).update(targets)
+    installed = {}
+    for entry in distribution('setcmas').entry_points:
+        if entry.group.startswith('setcmas.'):
+            installed.setdefault(entry.group, {})[entry.name] = entry.value
+
+    assert installed == doors, 'pip install --no-deps -e . installs them anew'
+    assert doors
+
+
+def declared(package):
+    """Return the entry points in the setup.cfg of a package by group and name."""
+    config = ConfigParser(delimiters='=')
+    config.read(ROOT / package / 'setup.cfg')
+    return {
+        group: dict(re.findall(r'^(\S+) = (\S+)$', lines, re.MULTILINE))
+        for group, lines in config['options.entry_points'].items()
+    }
 
 
 def test_nothing_at_the_root_makes_colcon_take_it_for_a_package():
@@ -68,7 +100,7 @@ def test_colcon_builds_the_five_packages(start, domain, tmp_path, option):
         assert (tmp_path / 'install' / package / 'share' / package / f'rviz/{name}.rviz').is_file()
 
     sourced = subprocess.run(
-        ['bash', '-c', 'source install/setup.bash && command -v setcmas && setcmas --help'],
+        ['bash', '-c', f'source install/setup.bash && command -v setcmas && {HELP} && {DOORS}'],
         cwd=tmp_path,
         env=environment,
         capture_output=True,
@@ -77,6 +109,7 @@ def test_colcon_builds_the_five_packages(start, domain, tmp_path, option):
     )
     assert sourced.stdout.startswith(str(tmp_path / 'install' / 'launch_scripts'))
     assert 'simulate robots' in sourced.stdout
+    assert 'setcmas.algorithms' in sourced.stdout
 
     executable = tmp_path / 'install' / 'setcmas_simu' / 'lib' / 'setcmas_simu' / 'virtual_robot'
     command = f'source install/setup.bash && exec {executable} --nb-robots 2'

@@ -1,0 +1,133 @@
+"""Doors, with packages that are really installed: folders with metadata on the path."""
+
+import subprocess
+import sys
+
+import pytest
+
+from setcmas_simu.doors import Door, MisfitError, ScriptDoor, instance_of
+from setcmas_simu.errors import SetcmasError
+
+GROUP = 'setcmas.test_things'
+THINGS = Door(GROUP, 'thing', instance_of(int))
+LAWS = ScriptDoor('setcmas.algorithms', 'control law')
+
+
+@pytest.fixture
+def install(tmp_path, monkeypatch):
+    """Return a function that installs a package of one module, as pip would lay it out."""
+    monkeypatch.syspath_prepend(tmp_path)
+
+    def add(package, code, group=GROUP, **names):
+        (tmp_path / f'{package}.py').write_text(code)
+        metadata = tmp_path / f'{package}-1.2.dist-info'
+        metadata.mkdir()
+        (metadata / 'METADATA').write_text(f'Metadata-Version: 2.1\nName: {package}\nVersion: 1.2')
+        lines = [f'{name} = {package}{target}\n' for name, target in names.items()]
+        (metadata / 'entry_points.txt').write_text(f'[{group}]\n' + ''.join(lines))
+
+    import setcmas_simu.doors
+
+    setcmas_simu.doors._offers.cache_clear()
+    yield add
+    setcmas_simu.doors._offers.cache_clear()
+
+
+def test_a_thing_of_a_package_is_found_by_name(install):
+    install('pack_a', 'ONE = 1\nTWO = 2\n', one=':ONE', two=':TWO')
+
+    assert list(THINGS.offers()) == ['one', 'two']
+    assert (THINGS.offer('two').package, THINGS.offer('two').version) == ('pack_a', '1.2')
+    assert not THINGS.offer('two').shipped
+    assert THINGS.get('two') == 2
+
+
+def test_nothing_is_imported_before_it_is_asked_for(install):
+    install('pack_b', 'raise RuntimeError("too early")\n', one=':ONE')
+
+    assert list(THINGS.offers()) == ['one']
+    assert 'pack_b' not in sys.modules
+
+
+@pytest.mark.parametrize(
+    ('code', 'reason'),
+    [
+        (
+            'x = 1\nraise RuntimeError("no\\nhardware")',
+            r'RuntimeError: no hardware \(\w+\.py, line 2',
+        ),
+        ('import no_such_module', 'ModuleNotFoundError.*no_such_module'),
+        ('def f(:', 'SyntaxError.*line 1'),
+        ('import sys\nsys.exit(3)', 'SystemExit: 3'),
+        ('OTHER = 1', 'AttributeError.*ONE'),
+        ('ONE = "1"', 'it is a str; it must be a int'),
+    ],
+    ids=['raises', 'imports', 'syntax', 'exits', 'lacks', 'does_not_fit'],
+)
+def test_a_plugin_that_cannot_be_used_is_told_in_one_line_and_the_others_go_on(
+    install, request, code, reason
+):
+    package = f'pack_{request.node.callspec.id}'
+    install(package, code, one=':ONE')
+    install(f'good_{package}', 'TWO = 2', two=':TWO')
+    told = []
+
+    with pytest.raises(
+        SetcmasError, match=f"thing 'one' of package {package} 1.2 .*{reason}"
+    ) as e:
+        THINGS.get('one')
+
+    assert '\n' not in str(e.value)
+    assert THINGS.usable(told.append) == {'two': 2}
+    assert told == [str(e.value)]
+
+
+def test_an_unknown_name_is_told_with_those_that_exist(install):
+    install('pack_c', 'ONE = 1', first=':ONE', second=':ONE')
+
+    with pytest.raises(SetcmasError, match=r"no thing 'frst'; must be one of first, second; did"):
+        THINGS.get('frst')
+
+
+def test_a_door_without_anything_says_that_the_installation_is_incomplete(install):
+    with pytest.raises(SetcmasError, match='no thing is installed; install setcmas again'):
+        THINGS.get('one')
+
+
+def test_what_ships_goes_before_a_plugin_of_the_same_name_and_the_user_is_told(install, capsys):
+    install('pack_d', '', group='setcmas.algorithms', consensus='', own='')
+
+    assert LAWS.offer('consensus').package == 'setcmas'
+    assert LAWS.offer('consensus').hidden == ('pack_d',)
+    assert LAWS.file('consensus').parent.name == 'algorithms'
+    assert capsys.readouterr().err.count("control law 'consensus' is that of setcmas") == 1
+    assert list(LAWS.offers())[-1] == 'own'
+
+
+def test_a_script_is_found_as_a_file_and_not_run(install, tmp_path):
+    install('pack_e', 'raise RuntimeError', group='setcmas.algorithms', own='', lost='_no_module')
+
+    assert LAWS.file('own') == tmp_path / 'pack_e.py'
+    with pytest.raises(SetcmasError, match=r"'lost' of package pack_e .*no_module was not found"):
+        LAWS.file('lost')
+
+
+def test_a_check_of_ones_own_says_why_a_thing_does_not_fit(install):
+    def check(thing):
+        raise MisfitError('it must have wheels')
+
+    install('pack_f', 'ONE = 1', one=':ONE')
+
+    with pytest.raises(SetcmasError, match=r'cannot be used: it must have wheels$'):
+        Door(GROUP, 'thing', check).get('one')
+
+
+def test_help_looks_no_door_up():
+    code = (
+        'import sys\nfrom launch_scripts.cli import main\n'
+        'try:\n    main(["--help"])\nexcept SystemExit:\n    pass\n'
+        'print("importlib.metadata" in sys.modules)'
+    )
+    result = subprocess.run([sys.executable, '-c', code], capture_output=True, text=True)
+
+    assert result.stdout.endswith('False\n')
