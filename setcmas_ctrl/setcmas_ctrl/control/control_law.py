@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import re
+import warnings
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -26,6 +27,7 @@ from setcmas_ctrl.scripts.settings import Settings
 from setcmas_ctrl.scripts.stop_call import AbandonCall, StopCall
 
 Velocity = tuple[float, float]
+_FLOATS = (float, np.float64)
 _RAISED_BY_NAN = (ValueError, FloatingPointError)  # by int, round, numpy.linalg, scipy
 _EXPECTED = 'expected are two finite numbers: return vx, vy'
 
@@ -135,12 +137,18 @@ def checked_velocity(result: Any) -> Velocity:
         raise ValueError('control returned None: is a return missing?')
     if type(result) is tuple and len(result) == 2:
         vx, vy = result
-        if isinstance(vx, float) and isinstance(vy, float):  # the usual case, np.float64 too
+        if type(vx) in _FLOATS and type(vy) in _FLOATS:  # the usual case
             return _finite(float(vx), float(vy), result)
     try:
-        array = np.asarray(result)
-    except Exception:
+        with warnings.catch_warnings():
+            warnings.simplefilter('ignore')  # numpy's, of masked values: they are refused
+            array = np.ma.asarray(result)
+    except (StopCall, AbandonCall):
+        raise
+    except BaseException:  # it may be an object of the script's own
         raise ValueError(f'control returned values of unlike shapes: {_short(result)}') from None
+    if np.ma.is_masked(array):
+        raise ValueError(f'control returned a masked value: {_short(result)}')
     if array.dtype.kind not in 'iufb':
         raise ValueError(f'control returned a {type(result).__name__}: {_short(result)}')
     if array.size != 2:

@@ -7,9 +7,11 @@ import contextlib
 import difflib
 import importlib
 import linecache
+import stat
 import sys
 import tokenize
 import types
+import warnings
 from importlib import resources
 from pathlib import Path
 from typing import Any
@@ -18,11 +20,15 @@ from setcmas_ctrl.scripts.function import CONTROL, Control, check_defines, check
 from setcmas_ctrl.scripts.imports import ScriptImports
 from setcmas_ctrl.scripts.messages import describe_failure
 from setcmas_ctrl.scripts.settings import CALL, Settings, apply_settings, converted
-from setcmas_ctrl.scripts.stop_call import AbandonCall, StopCall
+from setcmas_ctrl.scripts.stop_call import AbandonCall, StopCall, scripts_own
 from setcmas_simu.errors import SetcmasError
+from setcmas_simu.fleet.topics import robot_name
 
 ALIASES = {'wp_nav': 'nav_wp'}
 """Other names of built-in control laws."""
+
+_doubts: dict[Path, list[str]] = {}  # what Python found odd in the syntax of each script
+_told: set[str] = set()
 
 
 def builtin_folder() -> Path:
@@ -57,7 +63,8 @@ def find_script(name: str, exercise: bool = False) -> Path:
     for path in candidates:
         with contextlib.suppress(OSError):  # such as a name too long to be one
             if path.is_file():
-                return path.resolve()
+                return _no_notebook(path.resolve())
+    _refuse_other_kinds(Path(name))
     folders['in this folder'] = Path.cwd()
     names = {title: [path.stem for path in scripts_in(f)] for title, f in folders.items()}
     known = [*dict.fromkeys(stem for stems in names.values() for stem in stems), *ALIASES]
@@ -67,6 +74,27 @@ def find_script(name: str, exercise: bool = False) -> Path:
         f"control script '{name}' was not found: {hint}"
         + '; '.join(f'{title}: {", ".join(stems) or "none"}' for title, stems in names.items())
     )
+
+
+def _no_notebook(path: Path) -> Path:
+    if path.suffix == '.ipynb':
+        raise SetcmasError(
+            f"'{path.name}' is a notebook; begin its cell with `%%writefile {path.stem}.py`, and "
+            f'give --algo {path.stem}.py'
+        )
+    return path
+
+
+def _refuse_other_kinds(path: Path) -> None:
+    """Tell of a path that is there and no file."""
+    try:
+        mode = path.stat().st_mode
+    except PermissionError as error:
+        raise SetcmasError(f"control script '{path}' cannot be read: {error.strerror}") from error
+    except (OSError, ValueError):
+        return
+    kind = 'a folder' if stat.S_ISDIR(mode) else 'no regular file'
+    raise SetcmasError(f"control script '{path}' is {kind}; it must be a .py file")
 
 
 def compile_script(
@@ -88,15 +116,30 @@ def compile_script(
     lines = source.splitlines(keepends=True)
     linecache.cache[str(path)] = (len(source), None, lines, str(path))
     try:
-        tree = ast.parse(source, str(path))
-        code = compile(tree, str(path), 'exec')
+        with warnings.catch_warnings(record=True) as doubts:
+            warnings.simplefilter('always', SyntaxWarning)
+            tree = ast.parse(source, str(path))
+            code = compile(tree, str(path), 'exec')
     except (SyntaxError, ValueError) as error:
         raise SetcmasError(describe_failure(error, path)) from error
+    except (RecursionError, MemoryError) as error:
+        raise SetcmasError(
+            f'{path.name}: an expression is nested too deeply for Python ({type(error).__name__})'
+        ) from error
     check_defines(tree, expected, path)
     if settings:
         apply_settings(tree, settings, path.name)
         code = compile(tree, str(path), 'exec')
+    _doubts[path] = [f'{path.name}, line {doubt.lineno}: {doubt.message}' for doubt in doubts]
     return code
+
+
+def _tell_doubts(path: Path) -> None:
+    """Show what Python finds odd in a script, once for all robots."""
+    for doubt in _doubts.get(path, ()):
+        if doubt not in _told:
+            _told.add(doubt)
+            print(f'warning: {doubt}', file=sys.stderr, flush=True)
 
 
 def _read(path: Path) -> str:
@@ -145,6 +188,7 @@ def load_script(
     """
     settings = settings or {}
     code = compile_script(path, expected, settings)
+    _tell_doubts(path)
 
     def setting(name: str, own: Any) -> Any:
         return converted(name, own, settings[name], path.name)
@@ -159,10 +203,14 @@ def load_script(
     importlib.invalidate_caches()
     try:
         exec(code, module.__dict__)
-    except (KeyboardInterrupt, StopCall, AbandonCall, SetcmasError):
+    except (StopCall, AbandonCall, SetcmasError):
         raise
     except BaseException as error:
-        raise SetcmasError(describe_failure(error, path)) from error
+        if isinstance(error, KeyboardInterrupt) and not scripts_own(error):
+            raise
+        # What fails for one robot alone is told with its name.
+        name = f'{robot_name(robot)}: ' if robot > 1 else ''
+        raise SetcmasError(f'{name}{describe_failure(error, path)}') from error
     for name in settings:
         if name not in vars(module):
             raise SetcmasError(f"--set {name}: {path.name} has no module-level name '{name}'")

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from setcmas_ctrl.scripts.imports import robot_of_frame
+from setcmas_ctrl.scripts.stop_call import AbandonCall, StopCall
 from setcmas_simu.fleet.fleet import format_robots
 from setcmas_simu.fleet.topics import robot_name
 
@@ -57,13 +58,32 @@ def describe_failure(error: BaseException, path: Path) -> str:
         error: What compiling, loading or calling the script raised.
         path: The script.
     """
+    try:
+        return _described(error, path)
+    except (StopCall, AbandonCall):
+        raise
+    except BaseException:  # an exception of the script's own may hold anything
+        return f'{path.name}: {type(error).__name__}'
+
+
+def _described(error: BaseException, path: Path) -> str:
     if isinstance(error, SyntaxError):
         file = Path(error.filename) if error.filename else path
         what = f'{type(error).__name__}: {error.msg}'
         quoted = quoted_line(file, error.lineno, indented=True)
         return f'{described_place(file, error.lineno, path)}: {what}{quoted}'
     file, line = script_place(error, path)
-    return f'{described_place(file, line, path)}: {summarise(error)}{quoted_line(file, line)}'
+    what = f'{summarise(error)}{_advice(error)}'
+    return f'{described_place(file, line, path)}: {what}{quoted_line(file, line)}'
+
+
+def _advice(error: BaseException) -> str:
+    """Return what to do about an error that comes of how scripts are run; empty for others."""
+    if isinstance(error, EOFError):
+        return '; a script cannot be asked anything: input() and sys.stdin have nothing to read'
+    if isinstance(error, ImportError) and 'relative import' in str(error):
+        return '; write `from helper import ...` without the dot'
+    return ''
 
 
 def described_place(file: Path, line: int | None, path: Path) -> str:
@@ -99,8 +119,18 @@ def summarise(error: BaseException) -> str:
 
 
 def safe_text(describe: Callable[[Any], str], value: Any) -> str:
-    """Return str or repr of a value of a script, which may fail as anything in a script may."""
+    """Return str or repr of a value of a script, which may fail as anything in a script may.
+
+    What a terminal cannot show (surrogates, control characters) is escaped.
+    """
     try:
-        return describe(value)
-    except Exception:
+        text = str.encode(describe(value), 'utf-8', 'backslashreplace').decode()
+    except (StopCall, AbandonCall):
+        raise
+    except BaseException:
         return f'a {type(value).__name__}'
+    return ''.join(letter if _is_shown(letter) else ascii(letter)[1:-1] for letter in text)
+
+
+def _is_shown(letter: str) -> bool:
+    return letter.isprintable() or letter.isspace()

@@ -10,6 +10,7 @@ from __future__ import annotations
 import contextlib
 import sys
 import threading
+import time
 import traceback
 from collections import defaultdict
 from collections.abc import Iterable, Iterator
@@ -21,6 +22,8 @@ from setcmas_ctrl.scripts.messages import describe_failure
 from setcmas_simu.fleet.topics import robot_name
 
 _LONGEST_LINE = 16 * 1024
+_MOST_LINES = 10_000
+"""Lines of a robot that are shown in a second; more would hold up the run."""
 
 
 class _ThisThread(threading.local):
@@ -33,6 +36,26 @@ class _ThisThread(threading.local):
 _this_thread = _ThisThread()
 
 
+class _Flow:
+    """Count of the lines that a robot's script prints in a second."""
+
+    def __init__(self) -> None:
+        self.left_out = 0
+        self._second = 0
+        self._shown = 0
+
+    def has_room(self, lines: int) -> bool:
+        """Return whether so many more lines are to be shown; counts them."""
+        second = int(time.monotonic())
+        if second != self._second:
+            self._second, self._shown = second, 0
+        if self._shown >= _MOST_LINES:
+            self.left_out += lines
+            return False
+        self._shown += lines
+        return True
+
+
 class ScriptOutput:
     """Stands for sys.stdout or sys.stderr; what is not printed by a script passes unchanged."""
 
@@ -42,6 +65,7 @@ class ScriptOutput:
         self._lock = threading.RLock()
         # Of each robot and thread: the beginning of a line that has no end yet.
         self._begun: defaultdict[tuple[int, int], str] = defaultdict(str)
+        self._flow: defaultdict[int, _Flow] = defaultdict(_Flow)
 
     def __getattr__(self, name: str) -> Any:
         """Have everything else that the stream has."""
@@ -55,6 +79,8 @@ class ScriptOutput:
             return self._stream.write(text)
         with self._lock:
             key = (robot, threading.get_ident())
+            if not self._flow[robot].has_room(text.count('\n')):
+                return len(text)
             lines, newline, rest = (self._begun[key] + text).rpartition('\n')
             if len(rest) > _LONGEST_LINE:
                 lines, newline, rest = lines + newline + rest, '\n', ''
@@ -78,6 +104,10 @@ class ScriptOutput:
                 if text:
                     self._write_lines(robot, text)
             self._begun.clear()
+            for robot, flow in self._flow.items():
+                if flow.left_out:
+                    self._write_lines(robot, f'{flow.left_out} more lines are not shown')
+            self._flow.clear()
 
     def _write_lines(self, robot: int, lines: str) -> None:
         prefix = f'{robot_name(robot)}: '

@@ -49,6 +49,8 @@ def test_two_numbers_in_any_form_will_do(result):
         ({}, 'returned a dict'),
         ((1, [2, 3]), 'unlike shapes'),
         (np.zeros((3, 2)), 'returned 6 values'),
+        (np.ma.array([1.0, 2.0], mask=[False, True]), r'returned a masked value'),
+        ((np.ma.masked, 0.0), r'returned a masked value'),
     ],
 )
 def test_anything_else_is_refused_with_what_it_was(result, message):
@@ -140,3 +142,45 @@ def test_robots_with_the_same_mistake_do_not_fill_the_screen(tmp_path):
 def test_the_users_interrupt_is_not_taken_for_a_fault_of_the_script(tmp_path):
     with pytest.raises(KeyboardInterrupt):
         law(tmp_path, 'raise KeyboardInterrupt')(POSES, 0.0)
+
+
+HOSTILE = """
+import sys
+class Odd(Exception):
+    def __str__(self):
+        {body}
+    __repr__ = __array__ = __float__ = __len__ = __str__
+class Number(float):
+    def __float__(self):
+        {body}
+def control(i, n, poses, t):
+    {call}
+"""
+
+
+@pytest.mark.parametrize(
+    'call', ['raise Odd()', 'return Odd()', 'return Number(1), Number(2)', 'return Odd(), 1']
+)
+@pytest.mark.parametrize(
+    'body', ['sys.exit(3)', 'raise KeyboardInterrupt', 'raise OSError', 'return 7']
+)
+def test_objects_that_cannot_be_described_stop_their_own_robot_only(tmp_path, call, body):
+    path = tmp_path / 'law.py'
+    path.write_text(HOSTILE.format(call=call, body=body))
+
+    if call == 'return Number(1), Number(2)' and body == 'return 7':
+        return  # it is a number
+    with pytest.raises(ControlError, match=r'law\.py'):
+        ControlLaw(path, 1, 2)(POSES, 0.0)
+
+
+@pytest.mark.parametrize(
+    ('text', 'shown'),
+    [(r'a\ud800b', r'a\ud800b'), (r'a\0b', r'a\x00b'), (r'\x1b[2J', r'\x1b[2J')],
+)
+def test_what_a_terminal_cannot_show_is_escaped(tmp_path, text, shown):
+    with pytest.raises(ControlError) as failure:
+        law(tmp_path, f"raise ValueError('{text}')")(POSES, 0.0)
+
+    assert f'ValueError: {shown}' in str(failure.value)
+    str(failure.value).encode()

@@ -1,3 +1,5 @@
+import os
+import signal
 import sys
 import textwrap
 
@@ -202,3 +204,76 @@ def test_helper_packages_are_fresh_for_every_robot_too(folder):
 def test_a_name_too_long_for_a_file_is_not_found(folder):
     with pytest.raises(SetcmasError, match='was not found'):
         find_script('x' * 5000)
+
+
+@pytest.mark.parametrize(
+    'source', ['x = ' + '-' * 200_000 + '1', 'x = ' + '(' * 5000 + ')' * 5000]
+)
+def test_an_expression_too_deep_for_python_is_a_mistake(tmp_path, source):
+    path = tmp_path / 'law.py'
+    path.write_text(f'{source}\ndef control(i, n, p, t):\n    return 0, 0\n')
+
+    with pytest.raises(SetcmasError, match=r'law\.py'):
+        load_control(path, 1)
+
+
+def test_a_failure_for_one_robot_while_loading_names_the_robot(tmp_path):
+    path = tmp_path / 'law.py'
+    path.write_text(
+        "if __name__.endswith('2'):\n    1 / 0\ndef control(i, n, p, t):\n    return 0, 0\n"
+    )
+    load_control(path, 1)
+
+    with pytest.raises(SetcmasError, match=r'^tb3_2: law\.py, line 2: ZeroDivisionError'):
+        load_control(path, 2)
+
+
+def test_a_keyboard_interrupt_of_the_script_is_a_failure_where_ctrl_c_is_handled(tmp_path):
+    path = tmp_path / 'law.py'
+    path.write_text('raise KeyboardInterrupt\n\ndef control(i, n, p, t):\n    return 0, 0\n')
+    former = signal.signal(signal.SIGINT, lambda *_: None)
+    try:
+        with pytest.raises(SetcmasError, match='KeyboardInterrupt'):
+            load_control(path, 1)
+    finally:
+        signal.signal(signal.SIGINT, former)
+
+
+@pytest.mark.parametrize(
+    ('name', 'message'),
+    [
+        ('folder', 'is a folder'),
+        ('pipe', 'is no regular file'),
+        ('law.ipynb', r'is a notebook; begin its cell with `%%writefile law\.py`'),
+    ],
+)
+def test_what_is_no_script_is_told_for_what_it_is(tmp_path, name, message):
+    (tmp_path / 'folder').mkdir()
+    (tmp_path / 'law.ipynb').write_text('{}')
+    os.mkfifo(tmp_path / 'pipe')
+
+    with pytest.raises(SetcmasError, match=message):
+        find_script(str(tmp_path / name))
+
+
+def test_advice_for_what_scripts_cannot_do(tmp_path):
+    path = tmp_path / 'law.py'
+    for source, advice in (
+        ('from .helper import x', 'without the dot'),
+        ('raise EOFError', 'cannot be asked anything'),
+    ):
+        path.write_text(f'{source}\ndef control(i, n, p, t):\n    return 0, 0\n')
+        with pytest.raises(SetcmasError, match=advice):
+            load_control(path, 1)
+
+
+def test_odd_syntax_is_told_once_for_all_robots(tmp_path, capsys):
+    path = tmp_path / 'law.py'
+    path.write_text('TEXT = 1 is 1\n\ndef control(i, n, p, t):\n    return 0, 0\n')
+
+    for robot in (1, 2, 3):
+        load_control(path, robot)
+
+    shown = capsys.readouterr().err
+    assert shown.startswith('warning: law.py, line 1: ')
+    assert shown.count('\n') == 1

@@ -171,3 +171,16 @@ def test_a_thread_may_be_inside_of_print_when_the_naming_ends(tmp_path):
 
     assert (result.returncode, result.stderr) == (0, '')
     assert result.stdout == 'tb3_1: a \ntb3_1: True b\n'
+
+
+def test_a_flood_of_lines_is_cut_and_told(tmp_path, capsys):
+    with named_output():
+        control = law(tmp_path, 'for k in range(50_000): print(k)')
+        control(2, 2, None, 0.0)
+
+    lines = capsys.readouterr().out.splitlines()
+    assert lines[0] == 'tb3_2: 0'
+    left_out = int(lines[-1].split()[1])
+    assert lines[-1] == f'tb3_2: {left_out} more lines are not shown'
+    assert left_out > 10_000
+    assert len(lines) - 1 + left_out == 50_000
