@@ -1,4 +1,4 @@
-"""YAML files whose mistakes are told with file and line."""
+"""Entries of a YAML file, which know their line."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ class Entry:
 
     def mistake(self, accepted: str) -> SetcmasError:
         """Return the error that this value is not what is accepted."""
-        return self.error(f'{self.name or "this"} is {_shown(self.value)}; accepted is {accepted}')
+        return self.error(f'{self.name or "this"} is {_shown(self.value)}; it must be {accepted}')
 
     def fields(self, accepted: Iterable[str]) -> dict[str, Entry]:
         """Return the entries of a mapping by key.
@@ -59,7 +59,7 @@ class Entry:
                 near = difflib.get_close_matches(str(key), known, n=1)
                 hint = f'; did you mean {near[0]}?' if near else ''
                 raise entry.error(
-                    f"there is no key '{entry.name}'; accepted are {', '.join(known)}{hint}"
+                    f"there is no key '{entry.name}'; it must be one of {', '.join(known)}{hint}"
                 )
         return dict(self.value)
 

@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import math
 from pathlib import Path
-from typing import Any
 
 import numpy as np
-import yaml
 from numpy.typing import NDArray
 
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet.fleet import start_poses
+from setcmas_simu.yaml_entries import Entry, read_entries
 
 Pose = tuple[float, float, float]
 _FORM = 'x, y in m and theta in rad, such as [1.0, 2.0, 1.57]; theta may be left out'
@@ -25,10 +24,7 @@ def parse_pose_option(text: str) -> tuple[int, Pose]:
     """
     number, colon, values = text.partition(':')
     if not colon or not number.strip().isdecimal() or int(number) < 1:
-        raise SetcmasError(
-            f"--pose '{text}' is not understood; accepted is ROBOT:x,y,theta, "
-            "such as '3:1.0,2.0,1.57'"
-        )
+        raise SetcmasError(f"--pose '{text}' must be ROBOT:x,y,theta, such as '3:1.0,2.0,1.57'")
     return int(number), _pose(values.split(','), f"--pose '{text}'")
 
 
@@ -45,30 +41,42 @@ def load_poses(path: Path, nb_robots: int = 1) -> dict[int, Pose]:
     Raises:
         SetcmasError: The file cannot be read, has another form, or has too few poses.
     """
-    try:
-        content = yaml.safe_load(path.read_text(encoding='utf-8'))
-    except OSError as error:
-        raise SetcmasError(f"poses file '{path}' cannot be read: {error.strerror}") from error
-    except (yaml.YAMLError, UnicodeDecodeError) as error:
-        reason = ' '.join(str(error).split())
-        raise SetcmasError(f"poses file '{path}' is not valid YAML: {reason}") from error
-    if isinstance(content, list):
-        if 0 < len(content) < nb_robots:
+    content = read_entries(path)
+    if isinstance(content.value, list):
+        if 0 < len(content.value) < nb_robots:
             raise SetcmasError(
-                f"poses file '{path}' has {len(content)} poses; the fleet has {nb_robots} robots "
-                '(to place only some of them, write robots before the poses, such as '
+                f"poses file '{path}' has {len(content.value)} poses; the fleet has {nb_robots} "
+                'robots (to place only some of them, write robots before the poses, such as '
                 "'3: [1, 2, 0]')"
             )
-        content = dict(enumerate(content, start=1))
-    if not isinstance(content, dict) or not content:
-        raise SetcmasError(
-            f"poses file '{path}' holds {type(content).__name__}; accepted are a list of poses "
-            'or a mapping from robots to poses'
-        )
-    return {
-        _robot_number(robot, path): _pose(value, f"poses file '{path}', robot {robot}")
-        for robot, value in content.items()
-    }
+        poses = dict(enumerate(content.value, start=1))
+    elif isinstance(content.value, dict):
+        poses = _by_number(content.value)
+    else:
+        poses = {}
+    if not poses:
+        raise content.mistake('a list of poses or a mapping from robots to poses')
+    return {robot: _pose_of_entry(entry) for robot, entry in poses.items()}
+
+
+def _by_number(entries: dict[str, Entry]) -> dict[int, Entry]:
+    poses: dict[int, Entry] = {}
+    for key, entry in entries.items():
+        number = key.removeprefix('tb3_')
+        if not number.isdecimal() or int(number) < 1:
+            raise entry.error(f"robot '{key}' must be a number from 1, or tb3_1, tb3_2, ...")
+        if int(number) in poses:
+            raise entry.error(f'robot {int(number)} is there twice; leave one out')
+        poses[int(number)] = entry
+    return poses
+
+
+def _pose_of_entry(entry: Entry) -> Pose:
+    items = entry.value if isinstance(entry.value, list) else []
+    if len(items) not in (2, 3):
+        raise entry.mistake(_FORM)
+    x, y, theta = (*(item.number() for item in items), 0.0)[:3]
+    return (x, y, theta)
 
 
 def chosen_start_poses(
@@ -95,12 +103,16 @@ def chosen_start_poses(
     chosen = load_poses(poses_file, nb_robots) if poses_file else {}
     # A file may serve fleets of several sizes; a pose typed for a missing robot is a mistake.
     chosen = {robot: pose for robot, pose in chosen.items() if robot <= nb_robots}
+    named: set[int] = set()
     for text in pose_options or []:
         robot, pose = parse_pose_option(text)
         if robot > nb_robots:
             raise SetcmasError(
                 f"--pose '{text}' is for robot {robot}; the fleet has robots 1 to {nb_robots}"
             )
+        if robot in named:
+            raise SetcmasError(f"--pose '{text}': robot {robot} has a pose already; leave one out")
+        named.add(robot)
         chosen[robot] = pose
     poses = start_poses(nb_robots) if defaults is None else defaults.copy()
     for robot, pose in chosen.items():
@@ -108,22 +120,13 @@ def chosen_start_poses(
     return poses
 
 
-def _robot_number(key: Any, path: Path) -> int:
-    text = str(key).removeprefix('tb3_')
-    if not text.isdecimal() or int(text) < 1:
-        raise SetcmasError(
-            f"poses file '{path}' names robot '{key}'; accepted are numbers from 1 or tb3_1, ..."
-        )
-    return int(text)
-
-
-def _pose(values: Any, where: str) -> Pose:
+def _pose(values: list[str], where: str) -> Pose:
     try:
         numbers = [float(value) for value in values]
-    except (TypeError, ValueError):
+    except ValueError:
         numbers = []
     if len(numbers) == 2:
         numbers.append(0.0)
     if len(numbers) != 3 or not all(math.isfinite(number) for number in numbers):
-        raise SetcmasError(f'{where}: {values!r} is not a pose; accepted are {_FORM}')
+        raise SetcmasError(f'{where}: {values!r} must be {_FORM}')
     return (numbers[0], numbers[1], numbers[2])

@@ -64,19 +64,19 @@ def test_segments_and_links(load):
 @pytest.mark.parametrize(
     ('text', 'line', 'message'),
     [
-        ('graph: rong\n', 1, "graph is 'rong'; accepted is one of complete, ring"),
+        ('graph: rong\n', 1, "graph is 'rong'; it must be one of complete, ring"),
         (
             '# comment\nedge:\n  - 1 - 2\n',
             2,
-            "there is no key 'edge'; accepted are segments, graph",
+            "there is no key 'edge'; it must be one of segments, graph",
         ),
-        ('edges:\n  - 1 - 2\n  - 1 + 2\n', 3, "edges[1] is '1 + 2'; accepted is '1 - 2'"),
+        ('edges:\n  - 1 - 2\n  - 1 + 2\n', 3, "edges[1] is '1 + 2'; it must be '1 - 2'"),
         ('edges:\n  - 1 - 2\n  - 2 - 2\n', 3, 'no robot hears itself'),
-        ('edges:\n  - 1 - 2: heavy\n', 2, "is 'heavy'; accepted is a number from 0"),
+        ('edges:\n  - 1 - 2: heavy\n', 2, "is 'heavy'; it must be a number from 0"),
         (
             'edges:\n  - [1, 2]\n',
             2,
-            "edges[0] is [1, 2]; accepted is '1 - 2' (robots 1 and 2 hear",
+            "edges[0] is [1, 2]; it must be '1 - 2' (robots 1 and 2 hear",
         ),
         ('edges:\n  - 1 - 2\n  - 1 <- 2: 0.5\n', 3, "'1 <- 2' is there twice; leave one out"),
         ('edges: []\n', 1, 'a list that is not empty'),
@@ -85,10 +85,10 @@ def test_segments_and_links(load):
         (
             'adjacency:\n  - [0, 1]\n  - [-1, 0]\n',
             3,
-            'adjacency[1][0] is -1; accepted is a number from 0',
+            'adjacency[1][0] is -1; it must be a number from 0',
         ),
         ('adjacency:\n  - [1, 1]\n  - [1, 0]\n', 1, 'no robot hears itself'),
-        ('graph: ring\nedges: [1 - 2]\n', 1, 'has graph and edges; accepted is one of'),
+        ('graph: ring\nedges: [1 - 2]\n', 1, 'has graph and edges; it must be one of'),
         ('links:\n  - {link: 1 - 2}\n', 1, 'has no graph'),
         ('graph: ring\nrepeat: true\n', 2, "'repeat' needs 'segments'"),
         ('graph: ring\ngraph: path\n', 2, 'graph is there twice (first in line 1)'),
@@ -96,22 +96,22 @@ def test_segments_and_links(load):
         (
             'segments:\n  - {graph: ring, duration: 0}\n',
             2,
-            'duration is 0; accepted is a number above 0',
+            'duration is 0; it must be a number above 0',
         ),
         ('segments:\n  - {graph: ring}\nedges: [1 - 2]\n', 3, "'edges' belongs into the segments"),
         (
             'graph: ring\nlinks:\n  - {link: 1 - 2, loss: 1.5}\n',
             3,
-            'loss is 1.5; accepted is a number from 0 up to 1',
+            'loss is 1.5; it must be a number from 0 up to 1',
         ),
         ('graph: ring\nlinks:\n  - {loss: 0.5}\n', 3, "has no 'link'"),
         ('graph: ring\nlinks:\n  - {link: 1 - 2, lost: 1}\n', 3, 'did you mean loss?'),
         (
             'segments:\n  - {graph: ring, duration: 1}\nrepeat: maybe\n',
             3,
-            "repeat is 'maybe'; accepted is true or false",
+            "repeat is 'maybe'; it must be true or false",
         ),
-        ('- 1\n', 1, 'accepted is a mapping with the keys segments, graph'),
+        ('- 1\n', 1, 'it must be a mapping with the keys segments, graph'),
     ],
 )
 def test_mistakes_are_told_with_their_line(load, text, line, message):

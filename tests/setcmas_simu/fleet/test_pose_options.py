@@ -19,7 +19,7 @@ def test_pose_option(text, pose):
     ['', '1', '1:', '0:1,2,3', 'a:1,2,3', '1:1', '1:1,2,3,4', '1:nan,0,0', '1:x,y', '1:1,inf'],
 )
 def test_malformed_pose_options_are_refused(text):
-    with pytest.raises(SetcmasError, match='accepted'):
+    with pytest.raises(SetcmasError, match='must be'):
         parse_pose_option(text)
 
 
@@ -35,7 +35,11 @@ def test_poses_file(tmp_path, content):
 
 
 @pytest.mark.parametrize(
-    'content', ['', '[]', 'hello', '3', '[1, 2]', '[[1, two]]', '{a: [1, 2]}', '[[1, .nan]]', '[[']
+    'content',
+    [
+        *('', '[]', 'hello', '3', '[1, 2]', '[[1, two]]', '{a: [1, 2]}', '[[1, .nan]]', '[['),
+        *('[[yes, no, on]]', '{1: [1, 2], 1: [3, 4]}', '{1: [1, 2], tb3_1: [3, 4]}', '[' * 5000),
+    ],
 )
 def test_malformed_poses_files_are_refused_in_one_line(tmp_path, content):
     path = tmp_path / 'poses.yaml'
@@ -73,3 +77,8 @@ def test_a_list_that_is_shorter_than_the_fleet_is_refused(tmp_path):
     with pytest.raises(SetcmasError, match=r'has 2 poses; the fleet has 3 robots'):
         chosen_start_poses(3, path)
     assert chosen_start_poses(1, path).shape == (3, 1)
+
+
+def test_a_pose_that_is_given_twice_is_refused():
+    with pytest.raises(SetcmasError, match='robot 1 has a pose already'):
+        chosen_start_poses(3, None, ['1:0,0,0', '1:1,1,1'])
