@@ -109,7 +109,7 @@ class _Parser:
         given = [key for key in _GRAPH_KEYS if key in keys]
         if len(given) != 1:
             what = f'has {" and ".join(given)}' if given else 'has no graph'
-            raise entry.error(f'{what}; accepted is one of {", ".join(_GRAPH_KEYS)}')
+            raise entry.error(f'{what}; it must be one of {", ".join(_GRAPH_KEYS)}')
         value = keys[given[0]]
         return getattr(self, f'_{given[0]}_of')(value)  # type: ignore[no-any-return]
 
