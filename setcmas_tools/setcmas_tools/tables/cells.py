@@ -1,17 +1,16 @@
-"""Values of messages as the text of CSV cells."""
+"""Values of messages as they stand in CSV cells; `csv` writes numbers and text by itself."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Sequence
 from functools import lru_cache
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from setcmas_tools.tables.columns import LONGEST_ARRAY
-
 _NANO = 1_000_000_000
+STAMPS = ('builtin_interfaces/msg/Time', 'builtin_interfaces/msg/Duration')
 
 
 def seconds_text(nanoseconds: int) -> str:
@@ -21,64 +20,51 @@ def seconds_text(nanoseconds: int) -> str:
     return f'{sign}{seconds}.{rest:09d}'
 
 
-def stamp_text(stamp: Any) -> str:
-    """Return a builtin_interfaces Time or Duration in s with 9 decimals."""
+def cell_of(kind: str) -> Callable[[Any], Any] | None:
+    """Return what makes the cell of a value of a type; None if `csv` writes it as it is."""
+    return _CELLS.get(kind)
+
+
+def cells_of(kind: str) -> Callable[[Any], list[Any]]:
+    """Return what makes the cells of an array with elements of a type."""
+    return _ARRAYS.get(kind, _numbers)
+
+
+def _stamp(stamp: Any) -> str:
     return seconds_text(stamp.sec * _NANO + stamp.nanosec)
 
 
 @lru_cache(maxsize=4096)
-def float32_text(value: float) -> str:
-    """Return the shortest text that gives this single-precision number, such as 0.1."""
-    return repr(float(str(np.float32(value))))
+def _float32(value: float) -> float:
+    """Return the number whose text is the shortest for a single-precision one, such as 0.1."""
+    return float(str(np.float32(value)))
 
 
-@lru_cache(maxsize=4096)
-def quoted(text: str) -> str:
-    """Return text as a CSV cell, in quotes only where it needs them."""
-    if any(character in text for character in ',"\r\n'):
-        return '"' + text.replace('"', '""') + '"'
-    return text
+def _numbers(array: NDArray[Any]) -> list[Any]:
+    return list(array.tolist())
 
 
-def cells_of_strings(strings: list[str]) -> str:
-    """Return the cells of an array of strings, each after a comma."""
-    if len(strings) > LONGEST_ARRAY:
-        return f',{len(strings)}'
-    return ''.join([f',{quoted(text)}' for text in strings])
+def _stamps(stamps: Sequence[Any]) -> list[str]:
+    return [_stamp(stamp) for stamp in stamps]
 
 
-def cells_of_messages(messages: list[Any], cells: Callable[[Any], str]) -> str:
-    """Return the cells of an array of messages, given what makes those of one message."""
-    if len(messages) > LONGEST_ARRAY:
-        return f',{len(messages)}'
-    return ''.join([cells(message) for message in messages])
+def _float32s(array: NDArray[np.float32]) -> list[float]:
+    return [_float32(value) for value in array.tolist()]
 
 
-def array_writer() -> Callable[[NDArray[Any]], str]:
-    """Return a function that makes the cells of an array of numbers, each after a comma.
-
-    It remembers the last array, since arrays such as covariances seldom change: use one function
-    for each field.
-    """
-    last_bytes: bytes | None = None
-    last_text = ''
-
-    def cells(array: NDArray[Any]) -> str:
-        nonlocal last_bytes, last_text
-        if len(array) > LONGEST_ARRAY:
-            return f',{len(array)}'
-        content = array.tobytes()
-        if content != last_bytes:
-            last_text = ''.join([f',{text}' for text in _texts(array)])
-            last_bytes = content
-        return last_text
-
-    return cells
+def _bools(array: NDArray[np.bool_]) -> list[int]:
+    return list(map(int, array))
 
 
-def _texts(array: NDArray[Any]) -> Iterable[str]:
-    if array.dtype == np.float32:
-        return map(float32_text, array.tolist())
-    if array.dtype == np.bool_:
-        return map(str, array.astype(int).tolist())
-    return map(repr, array.tolist())
+_CELLS: dict[str, Callable[[Any], Any]] = {
+    'bool': int,
+    'float32': _float32,
+    **dict.fromkeys(STAMPS, _stamp),
+}
+_ARRAYS: dict[str, Callable[[Any], list[Any]]] = {
+    'bool': _bools,
+    'float32': _float32s,
+    'string': list,
+    'wstring': list,
+    **dict.fromkeys(STAMPS, _stamps),
+}

@@ -1,17 +1,16 @@
-"""The CSV file of one topic, written while messages come in."""
+"""CSV file of one topic, written while messages come in."""
 
 from __future__ import annotations
 
 import csv
-from collections.abc import Iterator
-from functools import reduce
-from itertools import chain
+from collections.abc import Callable
+from itertools import islice, pairwise
 from pathlib import Path
 from typing import Any
 
 from setcmas_tools.tables.cells import seconds_text
-from setcmas_tools.tables.columns import Shape, fill_up, union
-from setcmas_tools.tables.flattening_code import Flattener
+from setcmas_tools.tables.columns import Lengths
+from setcmas_tools.tables.flatten import Flattener
 
 _ROWS_IN_MEMORY = 2_000
 _LONGEST_CELL = 2**31 - 1
@@ -33,9 +32,10 @@ class CsvTable:
         self._path = path
         self._flattener = flattener
         self._lines: list[str] = []
+        self._write_row = _row_writer(self._lines.append)
         self._nb_rows = 0
-        # Each shape with the number of the first row that has it.
-        self._shapes: list[tuple[int, Shape]] = [(0, ())] if flattener.has_fixed_columns else []
+        # Lengths of arrays, each with the number of the first row that has them.
+        self._lengths: list[tuple[int, Lengths]] = []
 
     def add(self, time_ns: int, message: Any) -> None:
         """Add the row of a message that came `time_ns` after the bag's start.
@@ -43,14 +43,16 @@ class CsvTable:
         Raises:
             OSError: The file cannot be written.
         """
-        if not self._flattener.has_fixed_columns:
-            shape = self._flattener.shape(message)
-            if not self._shapes or shape != self._shapes[-1][1]:
-                self._shapes.append((self._nb_rows, shape))
-        self._lines.append(f'{seconds_text(time_ns)}{self._flattener.cells(message)}\n')
+        cells, lengths = self._flattener.row(message)
+        if not self._lengths:
+            columns = self._flattener.columns(lengths)
+            self._write_row(['t', *(name for _, name in columns)])
+        if not self._lengths or lengths != self._lengths[-1][1]:
+            self._lengths.append((self._nb_rows, lengths))
+        self._write_row([seconds_text(time_ns), *cells])
         self._nb_rows += 1
         if len(self._lines) >= _ROWS_IN_MEMORY:
-            self._write_rows()
+            self._write_lines()
 
     def finish(self) -> None:
         """Write what is left, and fill up rows that lack columns.
@@ -58,19 +60,18 @@ class CsvTable:
         Raises:
             OSError: The file cannot be written.
         """
-        self._write_rows()
-        if len(self._shapes) > 1:
+        self._write_lines()
+        if len(self._lengths) > 1:
             self._fill_up_rows()
 
-    def _write_rows(self) -> None:
+    def _write_lines(self) -> None:
         with self._path.open('a', encoding='utf-8', newline='') as file:
-            if file.tell() == 0:
-                file.write(','.join(['t', *self._flattener.columns(self._shapes[0][1])]) + '\n')
             file.writelines(self._lines)
         self._lines.clear()
 
     def _fill_up_rows(self) -> None:
-        widest = reduce(union, (shape for _, shape in self._shapes))
+        different = {lengths for _, lengths in self._lengths}
+        columns = sorted({c for lengths in different for c in self._flattener.columns(lengths)})
         filled = self._path.with_name(f'{self._path.name}.filled')
         with (
             self._path.open(encoding='utf-8', newline='') as source,
@@ -79,15 +80,28 @@ class CsvTable:
             csv.field_size_limit(_LONGEST_CELL)  # a robot description is longer than the default
             rows = csv.reader(source)
             next(rows)
-            writer = csv.writer(target, lineterminator='\n')
-            writer.writerow(['t', *self._flattener.columns(widest)])
-            for shape, row in zip(self._shape_of_each_row(), rows, strict=True):
-                cells = fill_up(self._flattener.items, shape, widest, iter(row[1:]))
-                writer.writerow(chain(row[:1], cells))
+            write_row = _row_writer(target.write)
+            write_row(['t', *(name for _, name in columns)])
+            for (first, lengths), (end, _) in pairwise([*self._lengths, (self._nb_rows, ())]):
+                own = self._flattener.columns(lengths)
+                for t, *cells in islice(rows, end - first):
+                    of_column = dict(zip(own, cells, strict=True))
+                    write_row([t, *(of_column.get(column, '') for column in columns)])
         filled.replace(self._path)
 
-    def _shape_of_each_row(self) -> Iterator[Shape]:
-        ends = [first for first, _ in self._shapes[1:]] + [self._nb_rows]
-        for (first, shape), end in zip(self._shapes, ends, strict=True):
-            for _ in range(first, end):
-                yield shape
+
+def _row_writer(write: Callable[[str], object]) -> Callable[[list[Any]], object]:
+    return csv.writer(_Lines(write), lineterminator='\r\n').writerow
+
+
+class _Lines:
+    """Lines that end with a line feed.
+
+    Before Python 3.13, `csv` quotes a text with a carriage return only if lines end with one.
+    """
+
+    def __init__(self, write: Callable[[str], object]) -> None:
+        self._write = write
+
+    def write(self, line: str) -> None:
+        self._write(f'{line[:-2]}\n')

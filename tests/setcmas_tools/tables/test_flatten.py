@@ -7,18 +7,25 @@ from rosbags.typesys import get_types_from_msg
 
 from setcmas_tools.tables.columns import LONGEST_ARRAY
 from setcmas_tools.tables.flatten import flattener
+from setcmas_tools.tables.topic_table import CsvTable
 
 ODOMETRY = 'nav_msgs/msg/Odometry'
 
 
 @pytest.fixture
-def flatten(store):
+def flatten(store, tmp_path):
     """Return the columns of a message as a dictionary of text."""
 
     def flatten(message):
-        flat = flattener(store, message.__msgtype__)
-        ((_, *cells),) = csv.reader([f't{flat.cells(message)}'])
-        return dict(zip(flat.columns(flat.shape(message)), cells, strict=True))
+        path = tmp_path / 'topic.csv'
+        path.unlink(missing_ok=True)
+        table = CsvTable(path, flattener(store, message.__msgtype__))
+        table.add(0, message)
+        table.finish()
+        with path.open(newline='', encoding='utf-8') as file:
+            (row,) = csv.DictReader(file)
+        assert row.pop('t') == '0.000000000'
+        return row
 
     return flatten
 
@@ -84,7 +91,9 @@ def test_durations(make, flatten, sec, nanosec, text):
     assert flatten(make('visualization_msgs/msg/Marker', fields))['lifetime'] == text
 
 
-@pytest.mark.parametrize('text', ['plain', 'a,b', 'say "hi"', 'two\nlines', '', 'é ω 火'])
+@pytest.mark.parametrize(
+    'text', ['plain', 'a,b', 'say "hi"', 'two\nlines', 'return\rcarriage', '', 'é ω 火']
+)
 def test_strings_survive_a_csv_reader(make, flatten, text):
     assert flatten(make('std_msgs/msg/String', {'data': text}))['data'] == text
 
