@@ -25,9 +25,9 @@ from launch_scripts.processes.node_arguments import node_arguments
 from launch_scripts.processes.node_commands import DOCTOR, EMULATED_LAB, node_command
 from launch_scripts.processes.run_to_end import run_to_end
 from launch_scripts.processes.supervisor import StoppedError, Supervisor
-from launch_scripts.terminal.output_lines import Stream, write_line
-from setcmas_expe.emulation.options import EMULATION_STARTED
+from launch_scripts.terminal.output_lines import write_line
 from setcmas_expe.lab.options import LAB_OPTIONS, add_lab_arguments, chosen_lab
+from setcmas_simu.reports.reports import Ready
 
 _START_TIMEOUT_S = 20.0
 
@@ -72,16 +72,16 @@ def main(args: argparse.Namespace) -> int:
 
 def _start_lab(supervisor: Supervisor, arguments: list[str]) -> Child:
     """Start an emulated lab, and return it once it works."""
-    started = False
-
-    def write(line: str, stream: Stream) -> None:
-        nonlocal started
-        started = started or EMULATION_STARTED in line
-        if not started:
-            write_line(line, stream)
-
-    supervisor.write = write
+    lines: list[str] = []
+    supervisor.write = lambda line, _: lines.append(line)
     lab = supervisor.start('lab', node_command(EMULATED_LAB, arguments))
     deadline = time.monotonic() + _START_TIMEOUT_S
-    supervisor.run(until=lambda: started or time.monotonic() > deadline)
+    try:
+        supervisor.run(until=lambda: lab.heard(Ready) is not None or time.monotonic() > deadline)
+    except ChildDiedError:
+        for line in lines:  # of interest only then
+            write_line(line, supervisor.stderr)
+        raise
+    finally:
+        supervisor.write = write_line
     return lab

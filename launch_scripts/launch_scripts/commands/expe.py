@@ -13,7 +13,6 @@ from __future__ import annotations
 
 import argparse
 import sys
-from functools import partial
 
 from launch_scripts.options.rviz import Companion
 from launch_scripts.options.view_options import NONE, add_view_arguments, view_beside
@@ -23,7 +22,6 @@ from launch_scripts.processes.experiment import (
     Experiment,
     experiment_environment,
     joystick_command,
-    shown,
 )
 from launch_scripts.processes.supervisor import StoppedError, Supervisor
 from launch_scripts.terminal.keyboard import Keyboard
@@ -72,9 +70,9 @@ def main(args: argparse.Namespace) -> int:
         Supervisor(environment, prefix=True) as supervisor,
     ):
         display = StatusDisplay(supervisor.stdout)
-        supervisor.write = partial(shown, display)
+        supervisor.write = lambda line, _: display.write(line)
         try:
-            return _run(supervisor, keyboard, lab, args, views)
+            return _run(supervisor, keyboard, display, lab, args, views)
         finally:
             display.close()
 
@@ -82,11 +80,13 @@ def main(args: argparse.Namespace) -> int:
 def _run(
     supervisor: Supervisor,
     keyboard: Keyboard,
+    display: StatusDisplay,
     lab: Lab,
     args: argparse.Namespace,
     views: list[Companion],
 ) -> int:
     experiment = Experiment(supervisor, lab, args)
+    experiment.on_status = display.show
     for name, command in views:
         supervisor.start(name, command, needed=False)
     _explain(supervisor, keyboard, experiment, lab, args)

@@ -133,9 +133,8 @@ def _robots_run(
         )
 
         def write(line: str, stream: Stream) -> None:
-            if run.read(line):
-                with tqdm.external_write_mode(file=supervisor.stderr):
-                    write_line(line, stream)
+            with tqdm.external_write_mode(file=supervisor.stderr):
+                write_line(line, stream)
 
         supervisor.write = write
         for name, command in views:

@@ -9,6 +9,18 @@ import subprocess
 import sys
 from collections.abc import Callable, Sequence
 from contextlib import suppress
+from typing import TypeVar, cast
+
+from setcmas_expe.pause.console_protocol import Status
+from setcmas_simu.reports.current_call import CurrentCall, shared_file
+from setcmas_simu.reports.encoding import Message, encode
+from setcmas_simu.reports.launcher import VARIABLE as LAUNCHER_VARIABLE
+from setcmas_simu.reports.reports import Mistake, Report
+
+ChildReport = Report | Status
+"""What a process may report."""
+
+AnyReport = TypeVar('AnyReport', bound=Message)
 
 
 def known_signals(*names: str) -> tuple[signal.Signals, ...]:
@@ -42,8 +54,10 @@ class Child:
 
     Attributes:
         spoke: Whether it has written anything; before, it may not know our signals yet.
-        told: Whether it has told the user about a mistake, in its own words.
         needed: Whether the others cannot go on without it.
+        reports: The pipe of its reports.
+        current_call: The call of a script that it is in, or died in.
+        on_report: Takes what it reports.
     """
 
     def __init__(
@@ -57,26 +71,45 @@ class Child:
         """Start the process; arguments as for `Supervisor.start`."""
         self.name = name
         self.needed = needed
-        self.spoke = self.told = False
+        self.spoke = False
+        self.on_report: Callable[[ChildReport], None] = lambda _: None
+        self._heard: dict[type[Message], Message] = {}
+        reports, pipe = os.pipe()
+        self.reports = os.fdopen(reports, 'rb', buffering=0)
+        memory = shared_file()
+        self.current_call = CurrentCall(memory)
         self.process = subprocess.Popen(
             command,
             stdin=subprocess.PIPE if listens else subprocess.DEVNULL,
             stdout=subprocess.PIPE,
             stderr=subprocess.PIPE,
-            env=environment,
+            env=environment | {LAUNCHER_VARIABLE: f'{pipe} {memory}'},
+            pass_fds=(pipe, memory),
             preexec_fn=_prepare_child(),
         )
+        os.close(pipe)
+        os.close(memory)
 
     def running(self) -> bool:
         """Return whether the process has not ended yet."""
         return self.process.poll() is None
 
-    def tell(self, line: str) -> None:
-        """Write a line to the standard input of a process that listens; never waits."""
+    def tell(self, message: Message) -> None:
+        """Send a message to the standard input of a process that listens; never waits."""
         assert self.process.stdin is not None
         os.set_blocking(self.process.stdin.fileno(), False)
         with suppress(BlockingIOError, BrokenPipeError):  # it hangs, or has ended
-            os.write(self.process.stdin.fileno(), f'{line}\n'.encode())
+            os.write(self.process.stdin.fileno(), encode(message))
+
+    def hear(self, report: ChildReport) -> None:
+        """Take a report of the process."""
+        self.spoke = True
+        self._heard[type(report)] = report
+        self.on_report(report)
+
+    def heard(self, kind: type[AnyReport]) -> AnyReport | None:
+        """Return the newest report of a kind; None if there was none."""
+        return cast('AnyReport | None', self._heard.get(kind))
 
     def signal_group(self, signum: int) -> None:
         """Send a signal to the process and whatever it started."""
@@ -86,7 +119,7 @@ class Child:
     def obituary(self) -> ChildDiedError:
         """Return why the process ended, as an exception."""
         status = self.process.returncode
-        if status == 2 and self.told:
+        if status == 2 and self.heard(Mistake):
             return ChildDiedError('', 2, self)
         if status < 0:
             reason = f'was killed by {signal.Signals(-status).name}'

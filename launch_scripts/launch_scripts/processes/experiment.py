@@ -5,10 +5,10 @@ from __future__ import annotations
 import argparse
 import importlib.util
 import os
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
-from launch_scripts.processes.child_process import Child
+from launch_scripts.processes.child_process import Child, ChildReport
 from launch_scripts.processes.environment import closed_environment, lab_environment
 from launch_scripts.processes.node_arguments import node_arguments
 from launch_scripts.processes.node_commands import (
@@ -21,11 +21,10 @@ from launch_scripts.processes.node_commands import (
     node_command,
 )
 from launch_scripts.processes.supervisor import Supervisor
-from launch_scripts.terminal.output_lines import Stream
-from launch_scripts.terminal.status_display import StatusDisplay
 from setcmas_expe.lab.model import Lab
 from setcmas_expe.lab.options import LAB_OPTIONS
-from setcmas_expe.pause import console_protocol
+from setcmas_expe.pause.console_protocol import Status, Wish, Word
+from setcmas_simu.reports.reports import Started
 
 _EMULATION_OPTIONS = ('poses', 'pose', 'seed')
 _CTRL_OPTIONS = tuple(
@@ -42,7 +41,11 @@ def experiment_environment(lab: Lab, emulated: bool) -> dict[str, str]:
 
 
 class Experiment:
-    """The bridge, pause and controller processes, and an emulated lab if wanted."""
+    """The bridge, pause and controller processes, and an emulated lab if wanted.
+
+    Attributes:
+        on_status: Takes the state of pause and robots, several times a second.
+    """
 
     def __init__(
         self,
@@ -63,6 +66,7 @@ class Experiment:
         """
         self._supervisor = supervisor
         self._stopped = False
+        self.on_status: Callable[[Status], None] = lambda _: None
         self._emulated: list[Child] = []
         if args.emulate:
             command = node_command(EMULATED_LAB, emulation_arguments(args, lab_options))
@@ -71,11 +75,17 @@ class Experiment:
         self._bridges = supervisor.start('bridge', node_command(BRIDGES, options))
         pause = node_command(PAUSE, [*options, '--console'])
         self._pause = supervisor.start('pause', pause, listens=True)
+        self._pause.on_report = self._on_report
         laws = ['--experiment', '--nb-robots', str(lab.nb_robots)]
         laws += ['--pause-timeout', str(lab.timeouts.pause_s)]
         laws += ['--recorded'] if recorded else []
         laws += node_arguments(args, _CTRL_OPTIONS)
         self._ctrl = supervisor.start('ctrl', node_command(CONTROLLER, laws))
+
+    @property
+    def controlled(self) -> bool:
+        """Whether control laws are called."""
+        return self._ctrl.heard(Started) is not None
 
     def start_joystick(self, command: list[str]) -> None:
         """Start the process that reads a joystick."""
@@ -83,19 +93,19 @@ class Experiment:
 
     def toggle(self) -> None:
         """Start if paused, else pause."""
-        self._pause.tell(console_protocol.TOGGLE)
+        self._wish(Word.TOGGLE)
 
     def pause(self) -> None:
         """Pause, whatever is now."""
-        self._pause.tell(console_protocol.PAUSE)
+        self._wish(Word.PAUSE)
 
     def go(self) -> None:
         """Start."""
-        self._pause.tell(console_protocol.GO)
+        self._wish(Word.GO)
 
     def keep_alive(self) -> None:
         """Tell the pause process that somebody serves the keyboard; several times a second."""
-        self._pause.tell(console_protocol.ALIVE)
+        self._wish(Word.ALIVE)
 
     def stop(self) -> int:
         """Stop the robots, then all processes; returns the exit status of the controllers.
@@ -106,10 +116,10 @@ class Experiment:
             return self._ctrl.process.returncode
         self._stopped = True
         if self._bridges.running():
-            self._pause.tell(console_protocol.END)
+            self._wish(Word.END)
             self._supervisor.stop(self._bridges)
         else:
-            self._pause.tell(console_protocol.HALT)
+            self._wish(Word.HALT)
             self._supervisor.wait(_TAKE_OVER_S)
         self._supervisor.stop(self._ctrl, self._pause)
         return self._ctrl.process.returncode
@@ -118,20 +128,18 @@ class Experiment:
         """Stop the emulated lab, after whatever records it."""
         self._supervisor.stop(*self._emulated)
 
+    def _wish(self, word: Word) -> None:
+        self._pause.tell(Wish(word))
+
+    def _on_report(self, report: ChildReport) -> None:
+        if isinstance(report, Status):
+            self.on_status(report)
+
 
 def emulation_arguments(args: argparse.Namespace, lab_options: Sequence[str]) -> list[str]:
     """Return the command line of the emulated lab for a command's parsed options."""
     own = [name for name in _EMULATION_OPTIONS if hasattr(args, name)]
     return node_arguments(args, (*lab_options, *own))
-
-
-def shown(display: StatusDisplay, line: str, _: Stream) -> None:
-    """Show a line of output, or the status that is in it."""
-    status = console_protocol.decode(line)
-    if status is None:
-        display.write(line)
-    else:
-        display.show(status)
 
 
 def joystick_command(topic: str) -> list[str] | None:

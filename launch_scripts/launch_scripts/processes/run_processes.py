@@ -16,9 +16,9 @@ from launch_scripts.processes.node_commands import (
     recorder_command,
 )
 from launch_scripts.processes.supervisor import Supervisor
-from setcmas_ctrl.control.options import CONTROL_STARTED
 from setcmas_expe.lab.model import Lab
-from setcmas_expe.pause import console_protocol
+from setcmas_expe.pause.console_protocol import Status
+from setcmas_simu.reports.reports import Started
 
 _SIMU_OPTIONS = tuple(name for name in SIMULATOR_OPTIONS if name not in ('robots', 'cmd_vel_type'))
 _CTRL_OPTIONS = tuple(
@@ -30,13 +30,11 @@ class SimulatedRun:
     """Recorder, simulator and controllers.
 
     Attributes:
-        started: Whether the robots are under control.
         status: Exit status of the controllers once `finish` has ended them.
     """
 
     def __init__(self, supervisor: Supervisor, args: argparse.Namespace, bag: Path) -> None:
         """Start the processes."""
-        self.started = False
         self.status = 0
         self._supervisor = supervisor
         self._recorder = supervisor.start('record', recorder_command(bag))
@@ -45,10 +43,10 @@ class SimulatedRun:
         laws = node_command(CONTROLLER, ['--recorded', *node_arguments(args, _CTRL_OPTIONS)])
         self._ctrl = supervisor.start('ctrl', laws)
 
-    def read(self, line: str) -> bool:
-        """Take a line of output; returns whether it is meant for people."""
-        self.started = self.started or CONTROL_STARTED in line
-        return True
+    @property
+    def started(self) -> bool:
+        """Whether the robots are under control."""
+        return self._ctrl.heard(Started) is not None
 
     def tick(self) -> None:
         """Do what is to be done ten times a second: nothing."""
@@ -77,22 +75,16 @@ class EmulatedRun:
         """Start the processes."""
         self.started = False
         self.status = 0
-        self._controlled = False
         self._supervisor = supervisor
         self._recorder = supervisor.start('record', recorder_command(bag))
         self._experiment = Experiment(supervisor, lab, args, ('lab', 'nb_robots'), recorded=True)
+        self._experiment.on_status = self._start_when_ready
 
-    def read(self, line: str) -> bool:
-        """Take a line of output; returns whether it is meant for people."""
-        self._controlled = self._controlled or CONTROL_STARTED in line
-        status = console_protocol.decode(line)
-        if status is None:
-            return True
+    def _start_when_ready(self, status: Status) -> None:
         ready = all(robot.ready for robot in status.robots)
-        if status.paused and self._controlled and ready and not self.started:
+        if status.paused and self._experiment.controlled and ready and not self.started:
             self._experiment.go()
         self.started = self.started or not status.paused
-        return False
 
     def tick(self) -> None:
         """Show the pause process that somebody is there; ten times a second."""

@@ -9,11 +9,12 @@ import sys
 import time
 from collections.abc import Callable, Sequence
 from types import FrameType
-from typing import Any
+from typing import IO, Any
 
-from launch_scripts.processes.child_process import KILL, Child, known_signals
-from launch_scripts.terminal.output_lines import TOLD, LineBuffer, Stream, write_line
+from launch_scripts.processes.child_process import KILL, Child, ChildReport, known_signals
+from launch_scripts.terminal.output_lines import LineBuffer, Stream, write_line
 from launch_scripts.terminal.output_queue import OutputQueue, QueuedStream
+from setcmas_simu.reports.encoding import LineDecoder
 
 # Ctrl-Z too: a launcher that is asleep would leave its robots without supervision.
 STOP_SIGNALS = known_signals('SIGINT', 'SIGTERM', 'SIGHUP', 'SIGTSTP')
@@ -78,15 +79,9 @@ class Supervisor:
         """
         child = Child(name, command, self._environment, needed, listens)
         self.children.append(child)
-        prefix = f'[{name}] ' if self._prefix else ''
-        for pipe, stream in (
-            (child.process.stdout, self.stdout),
-            (child.process.stderr, self.stderr),
-        ):
-            assert pipe is not None
-            os.set_blocking(pipe.fileno(), False)
-            lines = LineBuffer(prefix, stream)
-            self._selector.register(pipe, selectors.EVENT_READ, (child, lines))
+        self._watch(child.process.stdout, self._shows(child, self.stdout))
+        self._watch(child.process.stderr, self._shows(child, self.stderr))
+        self._watch(child.reports, _hears(child))
         return child
 
     def run(
@@ -146,20 +141,41 @@ class Supervisor:
             if child in self.children:
                 self.children.remove(child)
 
+    def _watch(self, pipe: IO[bytes] | None, take: Callable[[bytes], None]) -> None:
+        assert pipe is not None
+        os.set_blocking(pipe.fileno(), False)
+        self._selector.register(pipe, selectors.EVENT_READ, take)
+
+    def _shows(self, child: Child, stream: Stream) -> Callable[[bytes], None]:
+        lines = LineBuffer(f'[{child.name}] ' if self._prefix else '', stream)
+
+        def show(data: bytes) -> None:
+            for line in lines.feed(data):
+                child.spoke = True
+                self.write(line, stream)
+
+        return show
+
     def _show_output(self, timeout_s: float) -> None:
         for key, _ in self._selector.select(timeout_s):
-            pipe, (child, lines) = key.fileobj, key.data
             try:
                 data = os.read(key.fd, 65536)
             except BlockingIOError:
                 continue
-            for line in lines.feed(data):
-                child.spoke = True
-                child.told = child.told or TOLD in line
-                self.write(line, lines.stream)
+            key.data(data)
             if not data:
-                self._selector.unregister(pipe)
-                pipe.close()  # type: ignore[union-attr]
+                self._selector.unregister(key.fileobj)
+                key.fileobj.close()  # type: ignore[union-attr]
 
     def _on_signal(self, _signum: int, _frame: FrameType | None) -> None:
         self._stop_signals += 1
+
+
+def _hears(child: Child) -> Callable[[bytes], None]:
+    decoder: LineDecoder[ChildReport] = LineDecoder(ChildReport)
+
+    def hear(data: bytes) -> None:
+        for report in decoder.feed(data):
+            child.hear(report)
+
+    return hear

@@ -12,8 +12,6 @@ Stream = IO[str] | TextIOBase
 _LONGEST_LINE = 16 * 1024
 # What the nodes' logger puts first, and what the user sees instead.
 _SEVERITIES = {'DEBUG': 'debug: ', 'INFO': '', 'WARN': 'warning: ', 'ERROR': 'error: '}
-TOLD = 'error: '
-"""In the line with which a process tells the user about a mistake, before it ends."""
 
 LOG_FORMAT = '{severity}|{message}'
 """For RCUTILS_CONSOLE_OUTPUT_FORMAT, so that `LineBuffer` can tell severities."""

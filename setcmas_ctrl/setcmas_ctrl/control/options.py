@@ -18,9 +18,6 @@ RATE_HZ = 5.0
 SCRIPT_FAILED = 1
 """Exit status after a control script has failed for some robot."""
 
-CONTROL_STARTED = 'controlling robots'
-"""What a controller process says when it calls its control laws for the first time."""
-
 
 def add_law_arguments(parser: argparse.ArgumentParser) -> argparse._ArgumentGroup:
     """Add the options that choose a control law and its gains; returns their group."""

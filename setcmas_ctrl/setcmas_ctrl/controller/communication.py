@@ -13,7 +13,7 @@ from std_msgs.msg import Float32MultiArray, Float64MultiArray, MultiArrayDimensi
 
 from setcmas_ctrl.communication.graph_changes import GraphChanges
 from setcmas_ctrl.communication.settings import Communication
-from setcmas_ctrl.controller.odometry import FleetOdometry, Pose, planar_pose
+from setcmas_ctrl.fleet.odometry import FleetOdometry, Pose, planar_pose
 from setcmas_simu.fleet import topics
 from setcmas_simu.ros import qos
 

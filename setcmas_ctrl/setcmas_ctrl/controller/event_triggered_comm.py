@@ -7,7 +7,7 @@ robots. On its own: `ros2 run setcmas_ctrl event_triggered_comm --robots 1-2 --c
 from __future__ import annotations
 
 import argparse
-import sys
+import contextlib
 import time
 from collections.abc import Callable
 from pathlib import Path
@@ -18,18 +18,18 @@ from std_msgs.msg import UInt16
 from setcmas_ctrl.communication.settings import Communication, communication
 from setcmas_ctrl.communication.triggering import CONSEQUENCE, Broadcast
 from setcmas_ctrl.control.options import SCRIPT_FAILED
-from setcmas_ctrl.controller.odometry import FleetOdometry, Pose
 from setcmas_ctrl.controller.stuck_scripts import end_process, end_stuck_script
+from setcmas_ctrl.fleet.odometry import FleetOdometry, Pose
 from setcmas_ctrl.scripts.call_watch import CallWatch
 from setcmas_ctrl.scripts.error_reports import ErrorReports
 from setcmas_ctrl.scripts.output import named_output
 from setcmas_ctrl.scripts.stop_call import AbandonCall, StopCall
-from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet import topics
 from setcmas_simu.fleet.fleet import format_robots, parse_robots
+from setcmas_simu.reports.reports import Function
 from setcmas_simu.robots.unicycle import RATE_HZ as ROBOT_RATE_HZ
 from setcmas_simu.ros import qos
-from setcmas_simu.ros.process import FleetNode, RosProcess, ros_process, split_ros_arguments
+from setcmas_simu.ros.process import FleetNode, RosProcess, node_main
 
 
 class EventTriggeredComm(FleetNode):
@@ -62,7 +62,7 @@ class EventTriggeredComm(FleetNode):
         t = self._clock()
         one = self._broadcast
         try:
-            with self._watch.call(one.robot, 'ctc', one.path):
+            with self._watch.call(one.robot, Function.CONDITION, one.path):
                 return one.is_triggered(pose, V, t)
         except AbandonCall:  # a new control law is there, the condition stays
             return True
@@ -95,7 +95,6 @@ def broadcasters(
 
 def main(argv: list[str] | None = None) -> int:
     """Broadcast until a signal arrives; returns the exit status."""
-    argv, ros_arguments = split_ros_arguments(sys.argv[1:] if argv is None else argv)
     parser = argparse.ArgumentParser(prog='event_triggered_comm', description=__doc__)
     parser.add_argument('--robots', default='1', metavar='LIST', help='such as 1-4 (default: 1)')
     parser.add_argument('--ctc', metavar='FILE', help='script with ctc(pos, last_pos, t)')
@@ -105,17 +104,15 @@ def main(argv: list[str] | None = None) -> int:
         metavar='TOPIC',
         help='where states come from; {name} is the robot (default: %(default)s)',
     )
-    args = parser.parse_args(argv)
-    with ros_process(ros_arguments) as process, named_output():
+    return node_main(parser, _serve, argv)
+
+
+def _serve(process: RosProcess, args: argparse.Namespace) -> int:
+    with named_output():
         node = FleetNode('broadcasters')
         reports = ErrorReports(node.get_logger().warning, CONSEQUENCE)
-        try:
+        with contextlib.suppress(StopCall):  # a signal has ended a call that would not return
             _broadcast(args, process, node, reports)
-        except StopCall:  # a signal has ended a call that would not return
-            return 0
-        except SetcmasError as error:
-            print(f'error: {error}', file=sys.stderr)
-            return 2
     return SCRIPT_FAILED if reports.failed_robots else 0
 
 
@@ -131,7 +128,7 @@ def _broadcast(
         robots,
     )
     path = chosen.condition_script or Path('ctc')
-    watch = CallWatch(path, 1 / ROBOT_RATE_HZ, node.get_logger().warning)
+    watch = CallWatch(path, 1 / ROBOT_RATE_HZ, node.get_logger().warning, process.launcher)
     end_stuck_script(process, watch)
     begin = time.monotonic()
     nodes = broadcasters(

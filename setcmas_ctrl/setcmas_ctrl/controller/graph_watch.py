@@ -7,9 +7,9 @@ from collections.abc import Callable
 
 from rclpy.node import Node
 
-from setcmas_ctrl.controller.discovery import robots_with_odometry
-from setcmas_ctrl.controller.odometry import FleetOdometry
 from setcmas_ctrl.controller.si_to_uni import SiToUni
+from setcmas_ctrl.fleet.discovery import robots_with_odometry
+from setcmas_ctrl.fleet.odometry import FleetOdometry
 from setcmas_simu.fleet.fleet import format_robots
 from setcmas_simu.fleet.topics import RECORDER_NODES
 

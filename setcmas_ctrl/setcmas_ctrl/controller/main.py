@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import argparse
 import contextlib
-import sys
 from functools import partial
 from pathlib import Path
 
@@ -18,7 +17,7 @@ from std_msgs.msg import Bool
 from setcmas_ctrl import drawing
 from setcmas_ctrl.communication.options import add_communication_arguments, chosen_communication
 from setcmas_ctrl.communication.settings import Communication
-from setcmas_ctrl.communication.triggering import CONSEQUENCE
+from setcmas_ctrl.communication.triggering import CTC
 from setcmas_ctrl.control.control_law import ControlLaw
 from setcmas_ctrl.control.options import (
     SCRIPT_FAILED,
@@ -30,26 +29,25 @@ from setcmas_ctrl.control.options import (
 from setcmas_ctrl.controller.canvas import MarkerCanvas
 from setcmas_ctrl.controller.communication import FleetCommunication
 from setcmas_ctrl.controller.controller import Controller
-from setcmas_ctrl.controller.discovery import wait_for_fleet
 from setcmas_ctrl.controller.event_triggered_comm import broadcasters
-from setcmas_ctrl.controller.odometry import FleetOdometry
-from setcmas_ctrl.controller.pause_watch import PAUSE_TIMEOUT_S, PauseWatch
 from setcmas_ctrl.controller.reloader import ScriptReloader
+from setcmas_ctrl.controller.script_outcomes import ScriptOutcomes
 from setcmas_ctrl.controller.si_to_uni import SiToUni
 from setcmas_ctrl.controller.stepper import ControlStepper
 from setcmas_ctrl.controller.stuck_scripts import end_process, end_stuck_script
+from setcmas_ctrl.fleet.discovery import wait_for_fleet
+from setcmas_ctrl.fleet.odometry import FleetOdometry
+from setcmas_ctrl.fleet.pause_watch import PAUSE_TIMEOUT_S, PauseWatch
 from setcmas_ctrl.scripts.call_watch import CallWatch
-from setcmas_ctrl.scripts.error_reports import ErrorReports
 from setcmas_ctrl.scripts.loader import compile_script, find_script
 from setcmas_ctrl.scripts.output import named_output
 from setcmas_ctrl.scripts.random_seed import seed_scripts
 from setcmas_ctrl.scripts.settings import parse_settings
 from setcmas_ctrl.scripts.stop_call import StopCall
-from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet import topics
 from setcmas_simu.options import positive
 from setcmas_simu.ros import qos
-from setcmas_simu.ros.process import FleetNode, RosProcess, ros_process, split_ros_arguments
+from setcmas_simu.ros.process import FleetNode, RosProcess, node_main
 
 
 def load_laws(
@@ -83,7 +81,7 @@ def build(args: argparse.Namespace, process: RosProcess, node: FleetNode) -> Con
         return None
     robots = controlled_robots(args, nb_robots)
     drawing.canvas = MarkerCanvas(node)
-    watch = CallWatch(path, 1 / args.rate, node.get_logger().warning)
+    watch = CallWatch(path, 1 / args.rate, node.get_logger().warning, process.launcher)
     end_stuck_script(process, watch)
     load = partial(load_laws, args, path, robots, nb_robots, watch)
     controllers = [Controller(law) for law in load()]
@@ -103,8 +101,13 @@ def build(args: argparse.Namespace, process: RosProcess, node: FleetNode) -> Con
     pause = PauseWatch(node, args.pause_timeout) if args.experiment else None
     if not pause:
         _follow_pause(node, followers)
+    scripts = {controller.robot: controller.law.path for controller in controllers}
+    condition = communication.condition_script or Path(CTC)
+    outcomes = ScriptOutcomes(
+        node.get_logger().warning, watch, process.launcher, scripts, condition
+    )
     stepper = ControlStepper(
-        node, odometry, controllers, followers, args.rate, args.vnom, watch, pause
+        node, odometry, controllers, followers, args.rate, args.vnom, watch, outcomes, pause
     )
     if args.watch:
         laws = [controller.law for controller in controllers]
@@ -129,7 +132,7 @@ def connect(
     if not communication.is_ideal:
         stepper.communication = FleetCommunication(node, odometry, communication, robots)
     if communication.event_triggered:
-        reports = stepper.condition_reports = ErrorReports(node.get_logger().warning, CONSEQUENCE)
+        reports = stepper.outcomes.conditions
         process.add(
             *broadcasters(
                 robots, communication, odometry, reports, lambda: stepper.t, stepper.watch
@@ -151,7 +154,6 @@ def _follow_pause(node: FleetNode, followers: list[SiToUni]) -> None:
 
 def main(argv: list[str] | None = None) -> int:
     """Control robots until a signal arrives; returns the exit status."""
-    argv, ros_arguments = split_ros_arguments(sys.argv[1:] if argv is None else argv)
     parser = argparse.ArgumentParser(prog='controller', description=__doc__)
     add_watch_argument(add_law_arguments(parser))
     add_fleet_arguments(parser)
@@ -173,15 +175,15 @@ def main(argv: list[str] | None = None) -> int:
         action='store_true',
         help='wait for a recorder, which is to get the very first command',
     )
-    args = parser.parse_args(argv)
-    with ros_process(ros_arguments) as process, named_output():
+    return node_main(parser, _control, argv)
+
+
+def _control(process: RosProcess, args: argparse.Namespace) -> int:
+    with named_output():
         try:
             stepper = build(args, process, FleetNode('controllers'))
         except StopCall:
             return 0
-        except SetcmasError as error:
-            print(f'error: {error}', file=sys.stderr)
-            return 2
         if stepper is None:
             return 0
         process.take_signals()  # scripts may have taken them while they were loaded
@@ -193,7 +195,8 @@ def main(argv: list[str] | None = None) -> int:
         finally:
             stepper.stop()
             stepper.watch.close()
-    return SCRIPT_FAILED if stepper.failed else 0
+        stepper.outcomes.end()
+        return SCRIPT_FAILED if stepper.outcomes.failed else 0
 
 
 def run() -> None:

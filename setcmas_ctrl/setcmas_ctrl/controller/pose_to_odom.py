@@ -11,13 +11,12 @@ import sys
 from geometry_msgs.msg import PoseStamped
 from nav_msgs.msg import Odometry
 
-from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet import topics
 from setcmas_simu.fleet.fleet import parse_robots
 from setcmas_simu.fleet.planar_pose import yaw_of_quaternion
 from setcmas_simu.robots.unicycle import velocities_between
 from setcmas_simu.ros import qos
-from setcmas_simu.ros.process import FleetNode, ros_process, split_ros_arguments
+from setcmas_simu.ros.process import FleetNode, RosProcess, node_main
 
 _SHORTEST_STEP_S = 1e-3
 _LONGEST_STEP_S = 1.0
@@ -68,7 +67,6 @@ class PoseToOdom(FleetNode):
 
 def main(argv: list[str] | None = None) -> int:
     """Republish until a signal arrives; returns the exit status."""
-    argv, ros_arguments = split_ros_arguments(sys.argv[1:] if argv is None else argv)
     parser = argparse.ArgumentParser(prog='pose_to_odom', description=__doc__)
     parser.add_argument('--robots', default='1', metavar='LIST', help='such as 1-4 (default: 1)')
     parser.add_argument(
@@ -77,16 +75,13 @@ def main(argv: list[str] | None = None) -> int:
         metavar='TOPIC',
         help='where poses come from; {name} is the robot (default: %(default)s)',
     )
-    args = parser.parse_args(argv)
-    try:
-        robots = parse_robots(args.robots)
-    except SetcmasError as error:
-        print(f'error: {error}', file=sys.stderr)
-        return 2
-    with ros_process(ros_arguments) as process:
-        process.add(*[PoseToOdom(robot, args.pose_topic) for robot in robots])
-        process.spin()
-    return 0
+    return node_main(parser, _republish, argv)
+
+
+def _republish(process: RosProcess, args: argparse.Namespace) -> None:
+    robots = parse_robots(args.robots)
+    process.add(*[PoseToOdom(robot, args.pose_topic) for robot in robots])
+    process.spin()
 
 
 if __name__ == '__main__':

@@ -6,7 +6,7 @@ from geometry_msgs.msg import Point32
 from std_msgs.msg import Bool
 
 from setcmas_ctrl.control.si_to_uni import si_to_uni
-from setcmas_ctrl.controller.odometry import FleetOdometry
+from setcmas_ctrl.fleet.odometry import FleetOdometry
 from setcmas_simu.fleet import topics
 from setcmas_simu.fleet.topics import AUTO
 from setcmas_simu.ros import qos

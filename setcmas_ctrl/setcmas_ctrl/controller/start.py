@@ -6,7 +6,7 @@ import time
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
-from setcmas_ctrl.controller.odometry import FleetOdometry
+from setcmas_ctrl.fleet.odometry import FleetOdometry
 from setcmas_simu.fleet.fleet import format_robots
 from setcmas_simu.fleet.topics import TRIG_ODOM, robot_topic
 from setcmas_simu.ros.process import RosProcess

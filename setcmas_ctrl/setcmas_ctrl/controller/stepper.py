@@ -12,21 +12,21 @@ from rclpy.clock import Clock, ClockType
 from rclpy.node import Node
 
 from setcmas_ctrl.control.control_law import ControlLaw
-from setcmas_ctrl.control.options import CONTROL_STARTED
 from setcmas_ctrl.control.saturation import saturate
 from setcmas_ctrl.controller.communication import FleetCommunication
 from setcmas_ctrl.controller.controller import Controller
 from setcmas_ctrl.controller.graph_watch import GraphWatch
-from setcmas_ctrl.controller.odometry import POSE_TIMEOUT_S, FleetOdometry
-from setcmas_ctrl.controller.pause_watch import PauseWatch
+from setcmas_ctrl.controller.script_outcomes import ScriptOutcomes
 from setcmas_ctrl.controller.si_to_uni import SiToUni
 from setcmas_ctrl.controller.start import fall_in_step, wait_for_poses, wait_for_states
+from setcmas_ctrl.fleet.odometry import POSE_TIMEOUT_S, FleetOdometry
+from setcmas_ctrl.fleet.pause_watch import PauseWatch
 from setcmas_ctrl.scripts.call_watch import CallWatch
-from setcmas_ctrl.scripts.error_reports import ErrorReports
 from setcmas_ctrl.scripts.failures import ControlError
 from setcmas_ctrl.scripts.stop_call import AbandonCall
 from setcmas_simu.fleet.fleet import format_robots
 from setcmas_simu.fleet.topics import robot_name
+from setcmas_simu.reports.reports import Started
 from setcmas_simu.ros.process import RosProcess
 
 Floats = NDArray[np.float64]
@@ -47,6 +47,7 @@ class ControlStepper:
         rate: float,
         vnom: float,
         watch: CallWatch,
+        outcomes: ScriptOutcomes,
         pause: PauseWatch | None = None,
     ) -> None:
         """Prepare; nothing is called before `start`.
@@ -59,6 +60,7 @@ class ControlStepper:
             rate: Rate of control in Hz.
             vnom: Largest speed of a robot in m/s.
             watch: Watches the calls.
+            outcomes: Takes the errors of the scripts.
             pause: In an experiment, says when the laws are held; their time stands still then.
         """
         self._node = node
@@ -69,15 +71,12 @@ class ControlStepper:
         self._vnom = vnom
         self._pause = pause
         self._warn = node.get_logger().warning
-        self._reports = ErrorReports(self._warn)
-        self._failed = False
         self._has_laws = True
         self.watch = watch
+        self.outcomes = outcomes
         self._started: float | None = None  # set by the first step
         self.communication: FleetCommunication | None = None
         """What each robot hears of the fleet; None if all robots know all poses."""
-        self.condition_reports = ErrorReports(self._warn)
-        """The errors of triggering conditions."""
         self._stepped = 0.0
         self._graph = GraphWatch(node, odometry, followers, self._warn)
         self._lost: set[int] = set()
@@ -101,11 +100,13 @@ class ControlStepper:
         if process.stopping:
             return
         # Said before: the time that it takes must not come between a timer's beginning and t = 0.
-        robots = format_robots([controller.robot for controller in self._controllers])
+        robots = [controller.robot for controller in self._controllers]
+        law = self._controllers[0].law.path.stem
         self._node.get_logger().info(
-            f'{CONTROL_STARTED} {robots} with {self._controllers[0].law.path.stem} '
+            f'controlling robots {format_robots(robots)} with {law} '
             f'at {1 / self._period:g} Hz; Ctrl-C stops'
         )
+        process.launcher.tell(Started(tuple(robots), law))
         fall_in_step(process, self._odometry, self._controllers[0].robot)
         if process.stopping:
             return
@@ -120,38 +121,22 @@ class ControlStepper:
         """Time since the control laws were called first, in s; 0 before."""
         return 0.0 if self._started is None else time.monotonic() - self._started
 
-    @property
-    def failed(self) -> bool:
-        """Whether a script has failed for some robot, or has hung."""
-        reports = (self._reports, self.condition_reports)
-        failed = any(report.failed_robots for report in reports)
-        return self._failed or failed or self.watch.has_been_stuck
-
     def use(self, laws: list[ControlLaw]) -> None:
         """Go on with other laws, with t from 0 and errors counted anew; none: all robots stand."""
-        self._tell_counts()
-        self._failed = self.failed
-        self._reports = ErrorReports(self._warn)
+        self.outcomes.begin_anew()
         self._has_laws = laws != []
         for controller, law in zip(self._controllers, laws, strict=False):
             controller.law = law
         self._started = None
 
     def stop(self) -> None:
-        """Command zero to every robot, and say what was counted meanwhile."""
+        """Command zero to every robot."""
         for follower in self._followers:
             follower.stop()
         for follower in self._followers:
             follower.cmd_vel.wait_until_sent()
         if self.communication:
             self.communication.stop()
-        self._tell_counts()
-        for line in self.condition_reports.summary():
-            self._warn(line)
-
-    def _tell_counts(self) -> None:
-        for line in self._reports.summary():
-            self._warn(line)
 
     def _step(self) -> None:
         now = time.monotonic()
@@ -183,14 +168,14 @@ class ControlStepper:
                 try:
                     with self.watch.call(controller.robot):
                         velocity = controller.law(known, t, adjacency)
-                    self._reports.succeeded(controller.robot, t)
+                    self.outcomes.laws.succeeded(controller.robot, t)
                 except ControlError as error:
-                    self._reports.failed(controller.robot, t, error)
+                    self.outcomes.laws.failed(controller.robot, t, error)
                 except AbandonCall:
                     self._has_laws = False
                 except KeyboardInterrupt as error:  # signals raise StopCall: it is the script's
                     failure = controller.law.failure(error)
-                    self._reports.failed(controller.robot, t, failure)
+                    self.outcomes.laws.failed(controller.robot, t, failure)
             controller.publish(*saturate(velocity, self._vnom).tolist())
 
     def _notice_lost_odometry(self, timeout_s: float) -> None:

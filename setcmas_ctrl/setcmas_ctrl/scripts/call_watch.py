@@ -14,6 +14,8 @@ from typing import NamedTuple
 from setcmas_ctrl.scripts.messages import described_place, places_in, quoted_line
 from setcmas_ctrl.scripts.slow_calls import SlowCalls
 from setcmas_simu.fleet.topics import robot_name
+from setcmas_simu.reports.launcher import Launcher
+from setcmas_simu.reports.reports import Function, ScriptCall, Stuck
 
 STUCK_S = 2.0
 """Duration in s from which a call counts as stuck."""
@@ -22,8 +24,11 @@ STUCK_S = 2.0
 class _Call(NamedTuple):
     robot: int
     path: Path
-    function: str  # empty while the script is loaded
+    function: Function
     started: float
+
+    def described(self) -> ScriptCall:
+        return ScriptCall(self.robot, self.path.name, self.function)
 
 
 class CallWatch:
@@ -34,6 +39,7 @@ class CallWatch:
         path: Path,
         period: float,
         warn: Callable[[str], None],
+        launcher: Launcher,
         stuck_s: float = STUCK_S,
     ) -> None:
         """Start to watch.
@@ -42,6 +48,7 @@ class CallWatch:
             path: The script.
             period: Control period in s, which the calls for all robots are to fit into.
             warn: Shows a message to the user; called from either thread.
+            launcher: Is told which call is running, and which is stuck.
             stuck_s: Duration in s from which a call is stuck.
         """
         self._path = path
@@ -49,8 +56,9 @@ class CallWatch:
         self._stuck_s = stuck_s
         self.while_stuck: Callable[[], None] | None = None
         """Called now and then, from the watching thread, while a call is stuck."""
-        self.has_been_stuck = False
-        """Whether a function of a script has been stuck at some time."""
+        self.have_been_stuck: list[ScriptCall] = []
+        """Calls of functions of a script that have been stuck at some time."""
+        self._launcher = launcher
         self._call: _Call | None = None
         self._stuck: _Call | None = None
         self._slow = SlowCalls(period, warn)
@@ -62,7 +70,7 @@ class CallWatch:
 
     @contextlib.contextmanager
     def call(
-        self, robot: int, function: str = 'control', path: Path | None = None
+        self, robot: int, function: Function = Function.CONTROL, path: Path | None = None
     ) -> Iterator[None]:
         """Watch what runs inside as a call for a robot.
 
@@ -72,18 +80,20 @@ class CallWatch:
             path: The script, if it is another one.
         """
         call = self._call = _Call(robot, path or self._path, function, time.monotonic())
+        self._launcher.current_call.begin(*call)
         try:
             yield
         finally:
             self._call = None
-            if function and self._counting:
+            self._launcher.current_call.end()
+            if function is not Function.LOADING and self._counting:
                 self._slow.add(call.path, robot, time.monotonic() - call.started)
 
     def loading(
         self, robot: int, path: Path | None = None
     ) -> contextlib.AbstractContextManager[None]:
         """Watch what runs inside as the loading of a script for a robot."""
-        return self.call(robot, '', path)
+        return self.call(robot, Function.LOADING, path)
 
     @contextlib.contextmanager
     def step(self) -> Iterator[None]:
@@ -116,23 +126,27 @@ class CallWatch:
                 continue
             if call != self._stuck:
                 self._stuck = call
-                self.has_been_stuck |= call.function != ''
-                self._warn(self._describe(call))
+                self._tell(call)
             if self.while_stuck:
                 self.while_stuck()
 
-    def _describe(self, call: _Call) -> str:
+    def _tell(self, call: _Call) -> None:
+        described = call.described()
+        if call.function is not Function.LOADING:
+            self.have_been_stuck.append(described)
         frame = sys._current_frames().get(self._caller)
         # The innermost frame comes first.
         places = places_in(traceback.walk_stack(frame), call.path) if frame else []
         file, line = places[0] if places else (call.path, None)
+        place = described_place(file, line, call.path)
         late = (
-            f'{call.function} has not returned'
-            if call.function
-            else f'{call.path.name} has been loading'
+            f'{call.path.name} has been loading'
+            if call.function is Function.LOADING
+            else f'{call.function.value} has not returned'
         )
-        return (
+        self._launcher.tell(Stuck(described, place))
+        self._warn(
             f'{robot_name(call.robot)}: {late} for {self._stuck_s:g} s; '
-            f'it is at {described_place(file, line, call.path)}{quoted_line(file, line)}\n'
+            f'it is at {place}{quoted_line(file, line)}\n'
             '    no robot of this process is commanded until it returns; Ctrl-C stops'
         )

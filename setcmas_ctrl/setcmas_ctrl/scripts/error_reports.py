@@ -16,14 +16,21 @@ STANDS = 'is commanded zero; the other robots go on'
 class ErrorReports:
     """Turns the errors of a fleet's scripts into messages that are not repeated."""
 
-    def __init__(self, warn: Callable[[str], None], consequence: str = STANDS) -> None:
+    def __init__(
+        self,
+        warn: Callable[[str], None],
+        consequence: str = STANDS,
+        on_new: Callable[[int, str], None] = lambda *_: None,
+    ) -> None:
         """Report through a function that shows a message to the user.
 
         Args:
             warn: Shows a message to the user.
             consequence: What happens to a robot whose script fails, after its name.
+            on_new: Takes robot and text of an error that is new for the robot.
         """
         self._warn = warn
+        self._on_new = on_new
         self._consequence = consequence
         self._counts: Counter[tuple[int, object]] = Counter()
         self._failing: Counter[int] = Counter()
@@ -34,6 +41,7 @@ class ErrorReports:
         self._failing[robot] += 1
         self._counts[robot, error.key] += 1
         if self._counts[robot, error.key] == 1:
+            self._on_new(robot, str(error))
             name = robot_name(robot)
             first = self._first.setdefault(str(error), robot)
             if first == robot:

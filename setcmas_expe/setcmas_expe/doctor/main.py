@@ -96,10 +96,14 @@ def main(argv: list[str] | None = None) -> int:
     add_doctor_arguments(parser)
     args = parser.parse_args(argv)
     try:
-        lab = chosen_lab(args) if wants_lab(args) else None
+        return _examine(args, ros_arguments)
     except SetcmasError as error:
         print(f'error: {error}', file=sys.stderr)
         return 2
+
+
+def _examine(args: argparse.Namespace, ros_arguments: list[str]) -> int:
+    lab = chosen_lab(args) if wants_lab(args) else None
     findings = environment_findings()
     if ros_is_there() and lab is None:
         findings += look_around(ros_arguments)

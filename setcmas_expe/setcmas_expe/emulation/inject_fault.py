@@ -12,22 +12,18 @@ import sys
 from rclpy.duration import Duration
 from std_msgs.msg import String
 
-from setcmas_expe.emulation.faults import DEFAULT_S, PURPOSES, Fault, parse_fault
+from setcmas_expe.emulation.faults import DEFAULT_S, PURPOSES, parse_fault
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet import topics
 from setcmas_simu.ros import qos
-from setcmas_simu.ros.process import FleetNode, RosProcess, ros_process, split_ros_arguments
+from setcmas_simu.ros.process import FleetNode, RosProcess, node_main
 
 _DISCOVERY_S = 3.0
 _SENDING_S = 2.0
 
 
-def inject(process: RosProcess, fault: Fault) -> None:
-    """Send the order to the emulated lab of this ROS domain.
-
-    Raises:
-        SetcmasError: There is none.
-    """
+def _inject(process: RosProcess, args: argparse.Namespace) -> None:
+    fault = parse_fault(f'{args.kind} {args.robot} {args.seconds}')
     node = FleetNode('inject_fault')
     process.add(node)
     publisher = node.create_publisher(String, topics.EMULATED_FAULT, qos.EVENT)
@@ -42,20 +38,11 @@ def inject(process: RosProcess, fault: Fault) -> None:
 
 def main(argv: list[str] | None = None) -> int:
     """Order a fault; returns the exit status."""
-    argv, ros_arguments = split_ros_arguments(sys.argv[1:] if argv is None else argv)
     parser = argparse.ArgumentParser(prog='inject_fault', description=__doc__)
     parser.add_argument('kind', choices=list(PURPOSES))
     parser.add_argument('robot')
     parser.add_argument('seconds', nargs='?', default=f'{DEFAULT_S}')
-    args = parser.parse_args(argv)
-    try:
-        fault = parse_fault(f'{args.kind} {args.robot} {args.seconds}')
-        with ros_process(ros_arguments) as process:
-            inject(process, fault)
-    except SetcmasError as error:
-        print(f'error: {error}', file=sys.stderr)
-        return 2
-    return 0
+    return node_main(parser, _inject, argv)
 
 
 if __name__ == '__main__':

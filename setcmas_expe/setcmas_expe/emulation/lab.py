@@ -23,7 +23,6 @@ from setcmas_expe.emulation.fleet import EmulatedFleet
 from setcmas_expe.emulation.mocap import EmulatedMocap
 from setcmas_expe.emulation.mocap_driver import EmulatedMocapDriver
 from setcmas_expe.emulation.options import (
-    EMULATION_STARTED,
     add_emulation_arguments,
     emulated_start_poses,
 )
@@ -34,9 +33,10 @@ from setcmas_expe.lab.options import chosen_lab
 from setcmas_expe.safety.cmd_vel_guard import CmdVelGuard
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet import topics
+from setcmas_simu.reports.reports import Ready
 from setcmas_simu.robots.velocity_limits import ROBOT_MODELS
 from setcmas_simu.ros import qos
-from setcmas_simu.ros.process import FleetNode, ros_process, split_ros_arguments
+from setcmas_simu.ros.process import FleetNode, RosProcess, node_main
 from setcmas_simu.simulator.robot_locks import RobotLocks
 
 _STEP_RATE_HZ = 50.0
@@ -115,7 +115,7 @@ class EmulatedLab(FleetNode):
         steady = Clock(clock_type=ClockType.STEADY_TIME)
         self.create_timer(1.0 / self._rate, self._step, clock=steady)
         self.get_logger().info(
-            f'{EMULATION_STARTED} with {len(self._robots)} TurtleBot3s; Ctrl-C stops'
+            f'emulating a lab with {len(self._robots)} TurtleBot3s; Ctrl-C stops'
         )
 
     def _step(self) -> None:
@@ -184,20 +184,17 @@ def _guard(robot: LabRobot, cmd_vel_type: str) -> CmdVelGuard:
 
 def main(argv: list[str] | None = None) -> int:
     """Emulate a lab until a signal arrives; returns the exit status."""
-    argv, ros_arguments = split_ros_arguments(sys.argv[1:] if argv is None else argv)
     parser = argparse.ArgumentParser(prog='emulated_lab', description=__doc__)
     add_emulation_arguments(parser)
-    args = parser.parse_args(argv)
-    with ros_process(ros_arguments) as process:
-        try:
-            lab = EmulatedLab(chosen_lab(args), args)
-        except SetcmasError as error:
-            print(f'error: {error}', file=sys.stderr)
-            return 2
-        process.add(*lab.nodes)
-        lab.start()
-        process.spin()
-    return 0
+    return node_main(parser, _emulate, argv)
+
+
+def _emulate(process: RosProcess, args: argparse.Namespace) -> None:
+    lab = EmulatedLab(chosen_lab(args), args)
+    process.add(*lab.nodes)
+    lab.start()
+    process.launcher.tell(Ready())
+    process.spin()
 
 
 if __name__ == '__main__':

@@ -19,9 +19,6 @@ from setcmas_simu.simulator.options import add_start_pose_arguments
 MOCAP_RATE_HZ = 50.0
 """Default rate of the emulated motion capture system, in Hz."""
 
-EMULATION_STARTED = 'emulating a lab'
-"""What the process of an emulated lab says when it is there."""
-
 _MARGIN = 0.5  # m, between start poses and the border of the arena
 _HALF_SQUARE = 5.0  # m, of the default start poses
 

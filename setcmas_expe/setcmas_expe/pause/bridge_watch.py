@@ -7,7 +7,7 @@ import time
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from rclpy.node import Node
 
-from setcmas_ctrl.controller.pause_watch import BY_WISH
+from setcmas_ctrl.fleet.pause_watch import BY_WISH
 from setcmas_expe.lab.model import Lab
 from setcmas_expe.pause.console_protocol import RobotStatus
 from setcmas_expe.safety.decision import PAUSED

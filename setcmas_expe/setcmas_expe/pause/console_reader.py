@@ -2,19 +2,21 @@
 
 from __future__ import annotations
 
+import os
 import queue
 import sys
 import threading
 import time
 from collections.abc import Callable, Iterator
 
-from setcmas_expe.pause.console_protocol import PAUSE, SILENT_AFTER_S, TOGGLE
+from setcmas_expe.pause.console_protocol import SILENT_AFTER_S, Wish, Word
+from setcmas_simu.reports.encoding import LineDecoder
 
 _CATCHES_UP_S = 0.2
 
 
 class ConsoleReader:
-    """Takes lines in a thread of its own; hands them out without waiting.
+    """Takes wishes in a thread of its own; hands them out without waiting.
 
     A key that comes after a silence, or together with others that were held up, was pressed some
     time ago: the robots may have been paused since, and it must not start them.
@@ -22,16 +24,16 @@ class ConsoleReader:
 
     def __init__(self, on_end: Callable[[], None]) -> None:
         """Start to read; the thread calls `on_end` when the terminal's process is gone."""
-        self._lines: queue.SimpleQueue[str] = queue.SimpleQueue()
+        self._words: queue.SimpleQueue[Word] = queue.SimpleQueue()
         self._heard = time.monotonic()
         self._told = False
         self._on_end = on_end
         threading.Thread(target=self._read, name='console', daemon=True).start()
 
-    def lines(self) -> Iterator[str]:
-        """Yield the lines that have come in since the last call."""
-        while not self._lines.empty():
-            yield self._lines.get()
+    def words(self) -> Iterator[Word]:
+        """Yield the words that have come in since the last call."""
+        while not self._words.empty():
+            yield self._words.get()
 
     @property
     def stuck(self) -> bool:
@@ -46,10 +48,13 @@ class ConsoleReader:
 
     def _read(self) -> None:
         late_until = 0.0
-        for line in map(str.strip, sys.stdin):
-            now = time.monotonic()
-            if now - self._heard > SILENT_AFTER_S:
-                late_until = now + _CATCHES_UP_S
-            self._heard = now
-            self._lines.put(PAUSE if line == TOGGLE and now < late_until else line)
+        decoder: LineDecoder[Wish] = LineDecoder(Wish)
+        while data := os.read(sys.stdin.fileno(), 4096):
+            for wish in decoder.feed(data):
+                now = time.monotonic()
+                if now - self._heard > SILENT_AFTER_S:
+                    late_until = now + _CATCHES_UP_S
+                self._heard = now
+                late = wish.word is Word.TOGGLE and now < late_until
+                self._words.put(Word.PAUSE if late else wish.word)
         self._on_end()

@@ -12,8 +12,9 @@ import sys
 from rclpy.clock import Clock, ClockType
 from sensor_msgs.msg import Joy
 
+from setcmas_simu.errors import SetcmasError
 from setcmas_simu.ros import qos
-from setcmas_simu.ros.process import FleetNode, ros_process, split_ros_arguments
+from setcmas_simu.ros.process import FleetNode, RosProcess, node_main
 
 RATE_HZ = 20.0
 """Rate of messages in Hz: the one at which joy_node repeats."""
@@ -59,16 +60,16 @@ class JoystickReader(FleetNode):
 
 def main(argv: list[str] | None = None) -> int:
     """Publish until a signal arrives; returns the exit status."""
-    argv, ros_arguments = split_ros_arguments(sys.argv[1:] if argv is None else argv)
-    argparse.ArgumentParser(prog='joystick_reader', description=__doc__).parse_args(argv)
-    with ros_process(ros_arguments) as process:
-        try:
-            process.add(JoystickReader())
-        except ImportError:
-            print('error: pygame is missing; pip install pygame installs it', file=sys.stderr)
-            return 2
-        process.spin()
-    return 0
+    parser = argparse.ArgumentParser(prog='joystick_reader', description=__doc__)
+    return node_main(parser, _read, argv)
+
+
+def _read(process: RosProcess, _: argparse.Namespace) -> None:
+    try:
+        process.add(JoystickReader())
+    except ImportError as error:
+        raise SetcmasError('pygame is missing; pip install pygame installs it') from error
+    process.spin()
 
 
 if __name__ == '__main__':

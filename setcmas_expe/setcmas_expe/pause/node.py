@@ -15,16 +15,16 @@ from std_msgs.msg import Bool
 
 from setcmas_expe.lab.model import Lab
 from setcmas_expe.lab.options import add_lab_arguments, chosen_lab
-from setcmas_expe.pause import console_protocol as console
 from setcmas_expe.pause.bridge_watch import BridgeWatch
+from setcmas_expe.pause.console_protocol import Status, Word
 from setcmas_expe.pause.console_reader import ConsoleReader
 from setcmas_expe.pause.joystick import Joystick
 from setcmas_expe.pause.start_requests import REACTION_S, REPEATS_WITHIN_S, StartRequests
 from setcmas_expe.safety.stalls import StallDetector, time_since_boot
-from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet import topics
+from setcmas_simu.reports.launcher import Launcher
 from setcmas_simu.ros import qos
-from setcmas_simu.ros.process import FleetNode, ros_process, split_ros_arguments
+from setcmas_simu.ros.process import FleetNode, RosProcess, node_main
 
 RATE_HZ = 10.0
 """Rate in Hz at which the pause state is sent."""
@@ -35,18 +35,20 @@ _TICKS_PER_MESSAGE = 2  # keys are looked at twice as often as the state is sent
 class Pause(FleetNode):
     """Decides between stand and go: by joystick, keyboard and /pause, and by their absence."""
 
-    def __init__(self, lab: Lab, keys: ConsoleReader | None) -> None:
+    def __init__(self, lab: Lab, keys: ConsoleReader | None, launcher: Launcher) -> None:
         """Create the node.
 
         Args:
             lab: Which robots there are, and which button of the joystick counts.
             keys: What comes from the terminal; None without one.
+            launcher: Shows the state in the terminal.
         """
         super().__init__(topics.PAUSE_NODE)
         self.paused = True
         self.why = ''
         self._shown = (True, '')
         self._keys = keys
+        self._launcher = launcher
         self._joystick = Joystick(lab.joystick_button)
         self._joystick_told = False
         self._button = lab.joystick_button
@@ -148,17 +150,17 @@ class Pause(FleetNode):
             self.publish()
 
     def _serve_terminal(self, keys: ConsoleReader, now: float) -> None:
-        for line in keys.lines():
-            if line == console.TOGGLE:
+        for word in keys.words():
+            if word is Word.TOGGLE:
                 self.toggle('by space bar')
-            elif line == console.PAUSE:
+            elif word is Word.PAUSE:
                 self._requests.hasty(now)  # it is a press, too
                 self.set(True, 'by space bar')
-            elif line == console.GO:
+            elif word is Word.GO:
                 self.wish(False, 'by command')
-            elif line == console.HALT:
+            elif word is Word.HALT:
                 self._bridge.died = True
-            elif line == console.END:
+            elif word is Word.END:
                 self._bridge.ending = True
                 self.set(True, 'the experiment ends')
         if keys.silent(now) and not self._bridge.ending:
@@ -167,31 +169,28 @@ class Pause(FleetNode):
         robots = self._bridge.news(unless_old=(self.paused, self.why) == self._shown)
         if robots:
             self._shown = self.paused, self.why
-            print(console.Status(self.paused, self.why, robots).encode(), flush=True)
+            self._launcher.tell(Status(self.paused, self.why, robots))
 
 
 def main(argv: list[str] | None = None) -> int:
     """Serve until a signal arrives; returns the exit status."""
-    argv, ros_arguments = split_ros_arguments(sys.argv[1:] if argv is None else argv)
     parser = argparse.ArgumentParser(prog='pause', description=__doc__)
     add_lab_arguments(parser)
     parser.add_argument(
         '--console', action='store_true', help='keys come on standard input from setcmas expe'
     )
-    args = parser.parse_args(argv)
+    return node_main(parser, _serve, argv)
+
+
+def _serve(process: RosProcess, args: argparse.Namespace) -> None:
+    lab = chosen_lab(args)
+    keys = ConsoleReader(process.stop) if args.console else None
+    node = Pause(lab, keys, process.launcher)
+    process.add(node)
     try:
-        lab = chosen_lab(args)
-    except SetcmasError as error:
-        print(f'error: {error}', file=sys.stderr)
-        return 2
-    with ros_process(ros_arguments) as process:
-        node = Pause(lab, ConsoleReader(process.stop) if args.console else None)
-        process.add(node)
-        try:
-            process.spin()
-        finally:  # whatever happens in a callback
-            node.set(True, 'the pause node ends')
-    return 0
+        process.spin()
+    finally:  # whatever happens in a callback
+        node.set(True, 'the pause node ends')
 
 
 if __name__ == '__main__':

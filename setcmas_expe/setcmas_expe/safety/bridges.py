@@ -14,9 +14,8 @@ from setcmas_expe.safety.arena_markers import publish_arena
 from setcmas_expe.safety.cmd_vel_bridge import CmdVelBridge
 from setcmas_expe.safety.mocap_bridge import MocapBridge
 from setcmas_expe.safety.stepper import SafetyStepper
-from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet.fleet import format_robots
-from setcmas_simu.ros.process import FleetNode, ros_process, split_ros_arguments
+from setcmas_simu.ros.process import FleetNode, RosProcess, node_main
 
 
 def _greet(node: FleetNode, lab: Lab, mocaps: list[MocapBridge]) -> None:
@@ -31,29 +30,25 @@ def _greet(node: FleetNode, lab: Lab, mocaps: list[MocapBridge]) -> None:
 
 def main(argv: list[str] | None = None) -> int:
     """Bridge until a signal arrives; returns the exit status."""
-    argv, ros_arguments = split_ros_arguments(sys.argv[1:] if argv is None else argv)
     parser = argparse.ArgumentParser(prog='bridges', description=__doc__)
     add_lab_arguments(parser)
-    args = parser.parse_args(argv)
+    return node_main(parser, _bridge, argv)
+
+
+def _bridge(process: RosProcess, args: argparse.Namespace) -> None:
+    lab = chosen_lab(args)
+    node = FleetNode('bridges')
+    mocaps = [MocapBridge(robot, lab) for robot in lab.robots]
+    bridges = [CmdVelBridge(robot, lab) for robot in lab.robots]
+    process.add(node, *mocaps, *bridges)
+    publish_arena(node, lab)
+    stepper = SafetyStepper(node, lab, mocaps, bridges)
+    _greet(node, lab, mocaps)
     try:
-        lab = chosen_lab(args)
-    except SetcmasError as error:
-        print(f'error: {error}', file=sys.stderr)
-        return 2
-    with ros_process(ros_arguments) as process:
-        node = FleetNode('bridges')
-        mocaps = [MocapBridge(robot, lab) for robot in lab.robots]
-        bridges = [CmdVelBridge(robot, lab) for robot in lab.robots]
-        process.add(node, *mocaps, *bridges)
-        publish_arena(node, lab)
-        stepper = SafetyStepper(node, lab, mocaps, bridges)
-        _greet(node, lab, mocaps)
-        try:
-            stepper.start()
-            process.spin()
-        finally:  # whatever happens in a callback, robots get their zero
-            stepper.stop()
-    return 0
+        stepper.start()
+        process.spin()
+    finally:  # whatever happens in a callback, robots get their zero
+        stepper.stop()
 
 
 if __name__ == '__main__':

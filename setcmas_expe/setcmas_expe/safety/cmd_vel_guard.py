@@ -22,7 +22,7 @@ from setcmas_simu.fleet.topics import AUTO, CMD_VEL_TYPES
 from setcmas_simu.options import positive
 from setcmas_simu.ros import cmd_vel_graph, qos
 from setcmas_simu.ros.cmd_vel_type import TYPES, velocities
-from setcmas_simu.ros.process import FleetNode, ros_process, split_ros_arguments
+from setcmas_simu.ros.process import FleetNode, RosProcess, node_main
 
 _RATE_HZ = 20.0
 _LOOK_EVERY_S = 1.0
@@ -119,7 +119,6 @@ class CmdVelGuard(FleetNode):
 
 def main(argv: list[str] | None = None) -> int:
     """Guard until a signal arrives; returns the exit status."""
-    argv, ros_arguments = split_ros_arguments(sys.argv[1:] if argv is None else argv)
     parser = argparse.ArgumentParser(prog='cmd_vel_guard', description=__doc__)
     parser.add_argument(
         '--cmd-vel-type',
@@ -134,15 +133,16 @@ def main(argv: list[str] | None = None) -> int:
         metavar='S',
         help='silence from which the robot is stopped (default: %(default)g s)',
     )
-    args = parser.parse_args(argv)
-    with ros_process(ros_arguments) as process:
-        guard = CmdVelGuard(args.cmd_vel_type, args.silence)
-        process.add(guard)
-        try:
-            process.spin()
-        finally:
-            guard.stop()
-    return 0
+    return node_main(parser, _guard, argv)
+
+
+def _guard(process: RosProcess, args: argparse.Namespace) -> None:
+    guard = CmdVelGuard(args.cmd_vel_type, args.silence)
+    process.add(guard)
+    try:
+        process.spin()
+    finally:
+        guard.stop()
 
 
 if __name__ == '__main__':

@@ -7,7 +7,7 @@ import time
 from rclpy.clock import Clock, ClockType
 from rclpy.node import Node
 
-from setcmas_ctrl.controller.pause_watch import SILENT, PauseWatch
+from setcmas_ctrl.fleet.pause_watch import SILENT, PauseWatch
 from setcmas_expe.lab.model import Lab
 from setcmas_expe.mocap.pose_track import mark_swapped
 from setcmas_expe.safety.cmd_vel_bridge import CmdVelBridge

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import argparse
 import contextlib
 import os
 import signal
 import sys
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from types import FrameType
 from typing import Any
 
@@ -20,6 +21,9 @@ from rclpy.publisher import Publisher
 from rclpy.signals import SignalHandlerOptions
 from rclpy.subscription import Subscription
 
+from setcmas_simu.errors import SetcmasError
+from setcmas_simu.reports.launcher import Launcher, connected_launcher
+from setcmas_simu.reports.reports import Mistake
 from setcmas_simu.ros.dds_setup import dds_setup
 
 STOP_SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
@@ -55,10 +59,14 @@ class RosProcess:
 
     rclpy's own signal handlers invalidate the context at once, so nothing could be published any
     more; here the handlers only note the wish, and robots get their zero velocity first.
+
+    Attributes:
+        launcher: Is told what happens.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, launcher: Launcher) -> None:
         """Create an executor; `ros_process` has initialised rclpy."""
+        self.launcher = launcher
         self.executor = SingleThreadedExecutor()
         self.stopping = False
         self.on_stop_signal: Callable[[], None] | None = None
@@ -102,22 +110,27 @@ class RosProcess:
 
 
 @contextlib.contextmanager
-def ros_process(ros_arguments: list[str] | None = None) -> Iterator[RosProcess]:
+def ros_process(
+    ros_arguments: Sequence[str] = (), launcher: Launcher | None = None
+) -> Iterator[RosProcess]:
     """Initialise rclpy, hand out the process, and shut everything down at the end.
 
     Args:
         ros_arguments: What follows and includes `--ros-args`.
+        launcher: Is told what happens; by default the one that started this process.
+
+    Raises:
+        SetcmasError: rclpy does not understand the arguments.
     """
     # No log files: students' home folders would fill, and what matters is on the screen.
-    arguments = [*(ros_arguments or []), '--ros-args', '--disable-external-lib-logs']
+    arguments = [*ros_arguments, '--ros-args', '--disable-external-lib-logs']
     try:
         with dds_setup():
             rclpy.init(args=arguments, signal_handler_options=SignalHandlerOptions.NO)
     except Exception as error:  # of several classes, some of them private to rclpy
         reason = str(error).partition('\n')[0]
-        print(f'error: what follows --ros-args is not understood: {reason}', file=sys.stderr)
-        sys.exit(2)
-    process = RosProcess()
+        raise SetcmasError(f'what follows --ros-args is not understood: {reason}') from error
+    process = RosProcess(launcher or connected_launcher())
     process.take_signals()
     os.register_at_fork(after_in_child=_leave_signals)
     try:
@@ -129,13 +142,39 @@ def ros_process(ros_arguments: list[str] | None = None) -> Iterator[RosProcess]:
         rclpy.try_shutdown()
 
 
+def node_main(
+    parser: argparse.ArgumentParser,
+    serve: Callable[[RosProcess, argparse.Namespace], int | None],
+    argv: Sequence[str] | None = None,
+) -> int:
+    """Run a process of nodes; returns its exit status.
+
+    Args:
+        parser: Takes the process's own options; what follows `--ros-args` is for ROS.
+        serve: Works until the process is asked to stop; returns the exit status, None is 0. A
+            SetcmasError that it raises is told: status 2.
+        argv: The command line; this process's by default.
+    """
+    own_arguments, ros_arguments = split_ros_arguments(sys.argv[1:] if argv is None else argv)
+    args = parser.parse_args(own_arguments)
+    launcher = connected_launcher()
+    try:
+        with ros_process(ros_arguments, launcher) as process:
+            return serve(process, args) or 0
+    except SetcmasError as error:
+        launcher.tell(Mistake(str(error)))
+        print(f'error: {error}', file=sys.stderr, flush=True)
+        return 2
+
+
 def _leave_signals() -> None:
     """Let the signals that ask to stop end a process that a script has forked, without a word."""
     for signum in STOP_SIGNALS:
         signal.signal(signum, signal.SIG_DFL)
 
 
-def split_ros_arguments(argv: list[str]) -> tuple[list[str], list[str]]:
+def split_ros_arguments(argv: Sequence[str]) -> tuple[list[str], list[str]]:
     """Return the arguments before `--ros-args`, and from it on."""
-    cut = argv.index('--ros-args') if '--ros-args' in argv else len(argv)
-    return argv[:cut], argv[cut:]
+    arguments = list(argv)
+    cut = arguments.index('--ros-args') if '--ros-args' in arguments else len(arguments)
+    return arguments[:cut], arguments[cut:]

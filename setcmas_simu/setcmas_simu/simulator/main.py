@@ -11,10 +11,15 @@ import sys
 
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet import topics
+from setcmas_simu.reports.reports import Ready
 from setcmas_simu.robots.velocity_limits import limits_named
-from setcmas_simu.ros.process import FleetNode, ros_process, split_ros_arguments
+from setcmas_simu.ros.process import FleetNode, RosProcess, node_main
 from setcmas_simu.simulator.fleet_stepper import FleetStepper
-from setcmas_simu.simulator.options import add_simulation_arguments, simulated_robots
+from setcmas_simu.simulator.options import (
+    SimulatedRobots,
+    add_simulation_arguments,
+    simulated_robots,
+)
 from setcmas_simu.simulator.simulator_guard import SimulatorGuard
 from setcmas_simu.simulator.virtual_robot import VirtualRobot
 
@@ -31,43 +36,43 @@ def robot_of_parameters() -> int:
 
 def main(argv: list[str] | None = None) -> int:
     """Simulate robots until a signal arrives; returns the exit status."""
-    argv, ros_arguments = split_ros_arguments(sys.argv[1:] if argv is None else argv)
     parser = argparse.ArgumentParser(prog='virtual_robot', description=__doc__)
     add_simulation_arguments(parser)
-    args = parser.parse_args(argv)
-    with ros_process(ros_arguments) as process:
-        try:
-            if args.robots is None and args.nb_robots is None:
-                args.robots = str(robot_of_parameters())
-            simulated = simulated_robots(args)
-            guard_node = FleetNode(f'{topics.VIRTUAL_ROBOT_NODE}s')
-            guard = SimulatorGuard(guard_node, simulated.robots)
-            nodes = [
-                VirtualRobot(
-                    robot,
-                    {
-                        'x0': x0,
-                        'y0': y0,
-                        'theta0': theta0,
-                        'rate': args.robot_rate,
-                        'limits': args.limits,
-                        'cmd_timeout': args.cmd_timeout,
-                        'cmd_vel_type': args.cmd_vel_type,
-                    },
-                )
-                for robot, (x0, y0, theta0) in zip(
-                    simulated.robots, simulated.start_poses.T.tolist(), strict=True
-                )
-            ]
-            stepper = FleetStepper(guard_node, nodes, limits_named(nodes[0].value('limits')))
-            guard.refuse_second_simulator()
-        except SetcmasError as error:
-            print(f'error: {error}', file=sys.stderr)
-            return 2
-        process.add(guard_node, *nodes)
-        stepper.start(guard.warn_of_latecomers)
-        process.spin()
-    return 0
+    return node_main(parser, _simulate, argv)
+
+
+def _simulate(process: RosProcess, args: argparse.Namespace) -> None:
+    if args.robots is None and args.nb_robots is None:
+        args.robots = str(robot_of_parameters())
+    simulated = simulated_robots(args)
+    node = FleetNode(f'{topics.VIRTUAL_ROBOT_NODE}s')
+    guard = SimulatorGuard(node, simulated.robots)
+    nodes = _virtual_robots(simulated, args)
+    stepper = FleetStepper(node, nodes, limits_named(nodes[0].value('limits')))
+    guard.refuse_second_simulator()
+    process.add(node, *nodes)
+    stepper.start(guard.warn_of_latecomers)
+    process.launcher.tell(Ready())
+    process.spin()
+
+
+def _virtual_robots(simulated: SimulatedRobots, args: argparse.Namespace) -> list[VirtualRobot]:
+    poses = simulated.start_poses.T.tolist()
+    return [
+        VirtualRobot(
+            robot,
+            {
+                'x0': x0,
+                'y0': y0,
+                'theta0': theta0,
+                'rate': args.robot_rate,
+                'limits': args.limits,
+                'cmd_timeout': args.cmd_timeout,
+                'cmd_vel_type': args.cmd_vel_type,
+            },
+        )
+        for robot, (x0, y0, theta0) in zip(simulated.robots, poses, strict=True)
+    ]
 
 
 if __name__ == '__main__':

@@ -7,9 +7,9 @@ import sys
 import time
 from pathlib import Path
 
-from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet import topics
-from setcmas_simu.ros.process import FleetNode, RosProcess, ros_process, split_ros_arguments
+from setcmas_simu.reports.reports import Recording
+from setcmas_simu.ros.process import FleetNode, RosProcess, node_main
 from setcmas_tools.recorder.graph_recorder import GraphRecorder
 from setcmas_tools.recorder.writer import BagWriter
 
@@ -20,18 +20,19 @@ _FLUSH_PERIOD_S = 1.0
 
 def main(argv: list[str] | None = None) -> int:
     """Record; returns the exit status."""
-    own_arguments, ros_arguments = split_ros_arguments(sys.argv[1:] if argv is None else argv)
-    args = _parser().parse_args(own_arguments)
+    return node_main(_parser(), _record_bag, argv)
+
+
+def _record_bag(process: RosProcess, args: argparse.Namespace) -> int:
     chosen = [f'/{name.lstrip("/")}' for name in args.topics] if args.topics else None
     try:
-        with ros_process(ros_arguments) as process, BagWriter(args.output) as writer:
+        with BagWriter(args.output) as writer:
             recorder = GraphRecorder(FleetNode(topics.RECORDER_NODE), writer, chosen)
             _record(process, recorder, writer)
-    except SetcmasError as error:
-        return _fail(str(error), 2)
     except OSError as error:
         reason = f'{error.strerror}; what was written before is readable'
-        return _fail(f"recording to '{args.output}' stopped: {reason}", 1)
+        print(f"error: recording to '{args.output}' stopped: {reason}", file=sys.stderr)
+        return 1
     for name in sorted(set(chosen or []) - set(recorder.recorded)):
         print(f'{name} was never published', file=sys.stderr)
     print(_summary(writer), flush=True)
@@ -67,6 +68,7 @@ def _record(process: RosProcess, recorder: GraphRecorder, writer: BagWriter) -> 
                 announced = True
                 topics_text = 'topic' if nb_topics == 1 else 'topics'
                 print(f'recording {nb_topics} {topics_text} to {writer.path}', flush=True)
+                process.launcher.tell(Recording(nb_topics))
             nb_topics = len(recorder.recorded)
         recorder.drain()
         if now >= next_flush:
@@ -80,11 +82,6 @@ def _summary(writer: BagWriter) -> str:
     if not writer.count:
         return f'nothing was recorded: no message came; {writer.path} is an empty bag'
     return f'recorded {writer} to {writer.path}'
-
-
-def _fail(message: str, status: int) -> int:
-    print(f'error: {message}', file=sys.stderr, flush=True)
-    return status
 
 
 if __name__ == '__main__':

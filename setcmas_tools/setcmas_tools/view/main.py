@@ -8,8 +8,7 @@ import sys
 import time
 import webbrowser
 
-from setcmas_simu.errors import SetcmasError
-from setcmas_simu.ros.process import FleetNode, RosProcess, ros_process, split_ros_arguments
+from setcmas_simu.ros.process import FleetNode, RosProcess, node_main
 from setcmas_tools.view.commands import FleetCommands
 from setcmas_tools.view.fleet_scene import FleetScene, FleetState
 from setcmas_tools.view.page.browser_options import EVERYWHERE, add_browser_arguments
@@ -82,22 +81,18 @@ class BrowserView:
 
 def main(argv: list[str] | None = None) -> int:
     """Show the fleet; returns the exit status."""
-    own_arguments, ros_arguments = split_ros_arguments(sys.argv[1:] if argv is None else argv)
     parser = argparse.ArgumentParser(prog='browser_view', description=__doc__)
     add_browser_arguments(parser.add_argument_group('page'))
-    args = parser.parse_args(own_arguments)
-    with ros_process(ros_arguments) as process:
-        try:
-            page = Page(args.host, args.port)
-        except SetcmasError as error:
-            print(f'error: {error}', file=sys.stderr)
-            return 2
-        try:
-            _announce(page, args)
-            BrowserView(process, page, args.read_only).run()
-        finally:
-            page.stop()
-    return 0
+    return node_main(parser, _show, argv)
+
+
+def _show(process: RosProcess, args: argparse.Namespace) -> None:
+    page = Page(args.host, args.port)
+    try:
+        _announce(page, args)
+        BrowserView(process, page, args.read_only).run()
+    finally:
+        page.stop()
 
 
 def _announce(page: Page, args: argparse.Namespace) -> None:

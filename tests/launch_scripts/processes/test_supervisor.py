@@ -11,6 +11,7 @@ import pytest
 
 from launch_scripts.processes.child_process import ChildDiedError
 from launch_scripts.processes.supervisor import StoppedError, Supervisor
+from setcmas_simu.reports.reports import Ready, Started
 
 SLEEPER = 'import time; print("ready", flush=True); time.sleep(600)'
 STUBBORN = 'import signal; signal.signal(signal.SIGINT, signal.SIG_IGN); ' + SLEEPER
@@ -71,8 +72,13 @@ def test_a_killed_process_is_named_with_the_signal(supervisor):
         supervisor.run()
 
 
-def test_the_last_words_of_a_process_are_shown(supervisor):
-    supervisor.start('bad', python('print("error: because of this"); raise SystemExit(2)'))
+TELL = 'from setcmas_simu.reports.launcher import connected_launcher as launcher\n'
+TELL += 'from setcmas_simu.reports.reports import *\n'
+
+
+def test_a_mistake_that_a_process_has_told_is_not_told_again(supervisor):
+    code = 'print("error: because of this"); launcher().tell(Mistake("this")); raise SystemExit(2)'
+    supervisor.start('bad', python(TELL + code))
 
     with pytest.raises(ChildDiedError) as caught:
         supervisor.run()
@@ -81,8 +87,18 @@ def test_the_last_words_of_a_process_are_shown(supervisor):
     assert str(caught.value) == ''  # it has been told
 
 
-def test_a_status_of_2_without_a_word_is_told(supervisor):
-    supervisor.start('bad', python('import os; os._exit(2)'))
+def test_what_a_process_reports_is_not_what_it_prints(supervisor):
+    code = 'import os; t = launcher(); print("controlling robots"); t.tell(Started((1, 2), "law"))'
+    child = supervisor.start('one', python(TELL + code + '\n' + SLEEPER))
+    supervisor.run(until=lambda: child.heard(Started))
+
+    assert child.heard(Started) == Started((1, 2), 'law')
+    assert child.heard(Ready) is None
+    assert not any('Started' in line for line in supervisor.lines)
+
+
+def test_a_status_of_2_is_told_even_if_a_script_prints_error(supervisor):
+    supervisor.start('bad', python('import os; print("error: x", flush=True); os._exit(2)'))
 
     with pytest.raises(ChildDiedError, match='ended by itself with exit status 2'):
         supervisor.run()

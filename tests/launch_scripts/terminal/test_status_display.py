@@ -4,7 +4,7 @@ import pytest
 from rich.console import Console
 
 from launch_scripts.terminal.status_display import StatusDisplay, picture
-from setcmas_expe.pause.console_protocol import RobotStatus, Status, decode
+from setcmas_expe.pause.console_protocol import RobotStatus, Status
 
 REASON = 'nearer than 0.35 m to tb3_2, tb3_3, tb3_4; only motion apart is let through'
 
@@ -41,8 +41,3 @@ def test_without_a_terminal_the_status_is_told_when_it_changes():
         'PAUSED',
         'RUNNING',
     ]
-
-
-def test_the_line_between_the_processes_is_understood():
-    assert decode('[pause] ' + status().encode()) == status()
-    assert decode('[pause] started: by space bar') is None

@@ -15,7 +15,7 @@ from std_msgs.msg import Float32MultiArray, Float64MultiArray
 
 from setcmas_ctrl.communication.settings import communication
 from setcmas_ctrl.controller.communication import FleetCommunication
-from setcmas_ctrl.controller.odometry import FleetOdometry
+from setcmas_ctrl.fleet.odometry import FleetOdometry
 
 LATCHED = QoSProfile(depth=10, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 

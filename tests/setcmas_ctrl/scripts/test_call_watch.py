@@ -4,6 +4,8 @@ from pathlib import Path
 import pytest
 
 from setcmas_ctrl.scripts.call_watch import CallWatch
+from setcmas_simu.reports.launcher import connected_launcher
+from setcmas_simu.reports.reports import Function, ScriptCall
 
 
 @pytest.fixture
@@ -14,7 +16,7 @@ def watched():
         said.append(message)
         spoken.set()
 
-    watch = CallWatch(Path(__file__), period=0.05, warn=warn, stuck_s=0.2)
+    watch = CallWatch(Path(__file__), 0.05, warn, connected_launcher({}), stuck_s=0.2)
     yield watch, said, spoken
     watch.close()
 
@@ -53,10 +55,10 @@ def test_only_functions_of_a_script_hang_not_its_loading(watched):
     with watch.loading(1):
         assert spoken.wait(30)
     assert 'test_call_watch.py has been loading for' in said[0]
-    assert not watch.has_been_stuck
+    assert watch.have_been_stuck == []
 
     spoken.clear()
-    with watch.call(1, 'ctc', Path('when.py')):
+    with watch.call(1, Function.CONDITION, Path('when.py')):
         assert spoken.wait(30)
     assert 'tb3_1: ctc has not returned for' in said[1]
-    assert watch.has_been_stuck
+    assert watch.have_been_stuck == [ScriptCall(1, 'when.py', Function.CONDITION)]

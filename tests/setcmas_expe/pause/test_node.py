@@ -1,5 +1,5 @@
+import os
 import signal
-import subprocess
 import sys
 
 import pytest
@@ -10,8 +10,10 @@ from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from sensor_msgs.msg import Joy
 from std_msgs.msg import Bool
 
-from setcmas_expe.pause.console_protocol import decode
+from launch_scripts.processes.supervisor import Supervisor
+from setcmas_expe.pause.console_protocol import Status, Wish, Word
 from setcmas_expe.pause.start_requests import REPEATS_WITHIN_S
+from setcmas_simu.reports.encoding import LineDecoder
 from setcmas_simu.ros import qos
 
 PAUSE = [sys.executable, '-m', 'setcmas_expe.pause.node']
@@ -185,27 +187,20 @@ def test_two_joysticks_that_contradict_each_other_can_only_pause(start, peer, br
 @pytest.fixture
 def terminal(domain):
     """Start the pause node as setcmas expe does."""
-    process = subprocess.Popen(
-        [*PAUSE, '--console'], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
-    )
-    yield process
-    process.kill()
-    process.wait()
-    process.stdin.close()
-    process.stdout.close()
+    with Supervisor(dict(os.environ)) as supervisor:
+        yield supervisor.start('pause', [*PAUSE, '--console'], listens=True)
 
 
 def test_the_terminal_starts_pauses_and_is_missed(terminal, peer, bridge):
     paused = peer.listen(Bool, '/paused')
     commands = peer.cmd_vel(1)
 
-    def tell(line):
-        terminal.stdin.write(f'{line}\n')
-        terminal.stdin.flush()
+    def tell(word):
+        terminal.tell(Wish(Word(word)))
 
     peer.wait_for_new(paused, 1)
     peer.spin(0.5)
-    status = next(filter(None, map(decode, terminal.stdout)))
+    (status, *_) = LineDecoder(Status).feed(terminal.reports.read(65536))
     assert status.paused
     assert (status.robots[0].name, status.robots[0].speed) == ('tb3_1', '0.1')
     tell('alive')
@@ -232,6 +227,6 @@ def test_the_terminal_starts_pauses_and_is_missed(terminal, peer, bridge):
     peer.wait_for(lambda: goes(paused))
     tell('halt')
     peer.wait_for(lambda: is_paused(paused) and len(commands) > 3)
-    terminal.stdin.close()
-    peer.wait_for(lambda: terminal.poll() is not None)
-    assert terminal.returncode == 0
+    terminal.process.stdin.close()
+    peer.wait_for(lambda: not terminal.running())
+    assert terminal.process.returncode == 0

@@ -1,0 +1,1 @@
+"""Reports of node processes to the launcher that started them."""
