@@ -1,4 +1,4 @@
-"""All pages for users: their commands are accepted, scripts run, links lead somewhere."""
+"""All pages for users: their commands are accepted, Python runs, links lead somewhere."""
 
 import re
 import shlex
@@ -12,7 +12,8 @@ from setcmas_ctrl.communication.graph_file import load_graph
 from setcmas_tools import simulate
 
 ROOT = Path(__file__).parents[1]
-PAGES = [ROOT / 'README.md', ROOT / 'CONTRIBUTING.md', *sorted((ROOT / 'docs').glob('*.md'))]
+PAGES = [ROOT / 'README.md', ROOT / 'CONTRIBUTING.md', *sorted((ROOT / 'docs').rglob('*.md'))]
+NOT_RUN = '<!-- a piece of a file: not run by the tests -->'
 
 
 def code(language):
@@ -41,15 +42,21 @@ def test_every_command_is_accepted(words):
 
 @pytest.mark.parametrize('page', PAGES, ids=lambda page: page.name)
 def test_every_link_leads_somewhere(page):
-    links = re.findall(r'\]\((?!http)([^)#]+)', page.read_text())
+    text = page.read_text()
+    links = re.findall(r'\]\((?!http)([^)#]+)', text) + re.findall(r' src="(.*?)"', text)
 
     assert [link for link in links if not (page.parent / link).is_file()] == []
 
 
+def scripts(function):
+    """Return the scripts of all pages that define a function for `--algo` or `--ctc`."""
+    return [text for _, text in code('python') if f'def {function}(' in text]
+
+
 @pytest.mark.parametrize('function', ['control', 'ctc'])
 def test_every_script_runs(tmp_path, function):
-    scripts = [text for _, text in code('python') if f'def {function}(' in text]
-    for number, text in enumerate(scripts):
+    alone = [text for text in scripts(function) if 'import simulate' not in text]
+    for number, text in enumerate(alone):
         path = tmp_path / f'script_{number}.py'
         path.write_text(text)
         said = []
@@ -60,7 +67,27 @@ def test_every_script_runs(tmp_path, function):
             simulate(path, 3, 5, warn=said.append)
         assert said == []
 
-    assert len(scripts) >= 1
+    assert len(alone) >= 1
+
+
+def programs():
+    """Return the Python of each page that is no script: its pieces in their order, as one."""
+    found = {}
+    for page, text in code('python'):
+        is_script = re.search(r'def (control|ctc)\(', text) and 'import simulate' not in text
+        if not is_script and f'{NOT_RUN}\n\n```python\n{text}' not in page.read_text():
+            found.setdefault(page, []).append(text)
+    return found
+
+
+PROGRAMS = programs()
+
+
+@pytest.mark.parametrize('page', PROGRAMS, ids=lambda page: page.name)
+def test_the_python_of_a_page_runs(page, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+
+    exec('\n'.join(PROGRAMS[page]), {'__name__': page.stem})
 
 
 def test_the_graph_file_has_the_two_graphs_that_its_picture_shows(tmp_path):

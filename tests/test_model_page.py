@@ -1,0 +1,99 @@
+"""The section *Model* of docs/control_scripts.md is complete: written from it alone, a simulator
+gets the numbers of `simulate` to the last bit."""
+
+import math
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from setcmas_simu.fleet.fleet import start_poses
+from setcmas_tools import simulate
+
+PAGE = (Path(__file__).parents[1] / 'docs' / 'control_scripts.md').read_text()
+MODEL = PAGE.partition('\n## Model\n')[2].partition('\n## ')[0]
+BURGER = (0.2108, 2.635, 0.2667, 0.160)
+
+
+def simulator(control, poses, duration, rate=5, robot_rate=10, vnom=0.5, komega=1.5, limits=None):
+    """The model, from the page."""
+    poses = np.array(poses, dtype=float)
+    nb_robots = poses.shape[1]
+    Ts, calls, states = 1 / robot_rate, 0, [poses.copy()]
+    V, omega = np.zeros((2, nb_robots))
+    for k in range(max(1, round(duration * robot_rate))):
+        while calls / rate < (k + 1) * Ts - 1e-9:
+            robots = range(1, nb_robots + 1)
+            v = np.array([control(i, nb_robots, poses.copy(), calls / rate) for i in robots]).T
+            v = v * (vnom / np.maximum(np.hypot(*v), vnom))
+            V = np.hypot(*v)
+            error = np.arctan2(v[1], v[0]) - poses[2]
+            omega = komega * (np.pi - np.mod(np.pi - error, 2 * np.pi))
+            omega[(V < 0.01) | (np.abs(omega) < 0.01)] = 0
+            calls += 1
+        forward, turn = V, omega
+        if limits:
+            V_max, omega_max, wheel_max, separation = limits
+            forward, turn = np.clip(V, -V_max, V_max), np.clip(omega, -omega_max, omega_max)
+            left = np.clip(forward - separation / 2 * turn, -wheel_max, wheel_max)
+            right = np.clip(forward + separation / 2 * turn, -wheel_max, wheel_max)
+            forward, turn = (left + right) / 2, (right - left) / separation
+        poses[2] += Ts * turn
+        poses[0] += Ts * forward * np.cos(poses[2])
+        poses[1] += Ts * forward * np.sin(poses[2])
+        states.append(poses.copy())
+    return np.array(states)
+
+
+def meet(robotNo, nbRobots, poses, t):
+    """Consensus, as the built-in law has it, when all hear all."""
+    gaps = poses[:2, robotNo - 1, None] - poses[:2]
+    vx, vy = -0.5 / (1 + (nbRobots - 1)) * gaps @ (np.arange(nbRobots) != robotNo - 1)
+    return (0.0, 0.0) if vx * vx + vy * vy < 0.01 * 0.01 else (vx, vy)
+
+
+def swing(robotNo, nbRobots, poses, t):
+    """Asks for all that a law can: fast, slow, backwards, by time and by heading."""
+    x, y, theta = poses[:, robotNo - 1]
+    if math.sin(0.7 * t) > 0.9:
+        return 0.009 * math.cos(t), 0.0
+    return 3 * math.cos(0.4 * t + robotNo) - 0.1 * x, math.sin(theta) - 0.1 * y
+
+
+LAWS = {'meet': meet, 'swing': swing}
+
+
+@pytest.mark.parametrize('law', LAWS.values(), ids=LAWS)
+@pytest.mark.parametrize(
+    'options',
+    [{}, {'rate': 3.0}, {'rate': 20.0}, {'robot_rate': 50.0, 'vnom': 0.2, 'komega': 3.0}],
+    ids=str,
+)
+def test_a_simulator_written_from_the_page_gets_the_same_numbers(law, options):
+    ours = simulator(law, start_poses(8), 60, **options)
+
+    run = simulate(law, 8, 60, **options)
+
+    assert np.array_equal(ours, np.asarray(run.poses))
+
+
+def test_it_does_so_within_the_limits_of_a_burger():
+    ours = simulator(swing, start_poses(3), 60, limits=BURGER)
+
+    assert np.array_equal(ours, np.asarray(simulate(swing, 3, 60, limits='burger').poses))
+
+
+def test_its_consensus_is_the_built_in_law():
+    ours = simulator(meet, start_poses(8), 60)
+
+    assert np.array_equal(ours, np.asarray(simulate('consensus', 8, 60).poses))
+
+
+def test_the_page_has_the_numbers_that_the_simulator_uses():
+    assert MODEL
+    for number in [
+        '1e-9',
+        *(f'{value:g}' for value in (0.2108, 2.635, 0.2667, 0.01, 0.5, 1.5, 5, 10)),
+    ]:
+        assert re.search(rf'(?<![\d.]){re.escape(number)}(?!\d)', MODEL), number

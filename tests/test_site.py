@@ -1,0 +1,88 @@
+"""The site: it builds without a warning, fetches nothing, and its generated parts are those of the
+code."""
+
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+import yaml
+
+ROOT = Path(__file__).parents[1]
+GENERATORS = ROOT / 'docs' / 'generators'
+pytest.importorskip('mkdocs')
+
+
+@pytest.fixture(scope='module')
+def site(tmp_path_factory):
+    """Build the site in a folder of its own."""
+    folder = tmp_path_factory.mktemp('site')
+    command = [sys.executable, '-m', 'mkdocs', 'build', '--strict', '-q', '-d', str(folder)]
+    build = subprocess.run(command, cwd=ROOT, capture_output=True, text=True)
+    assert build.returncode == 0, build.stderr
+    return folder
+
+
+def test_it_fetches_nothing_from_the_network(site):
+    for page in site.rglob('*.html'):
+        fetched = re.findall(
+            r'<(?:script|link|img|iframe)\b[^>]*(?:src|href)="(.*?)"', page.read_text()
+        )
+        assert [url for url in fetched if '//' in url] == [], page.name
+
+
+def test_formulas_are_mathml(site):
+    page = (site / 'control_scripts.html').read_text()
+
+    assert page.count('<math') >= 10
+    assert 'arithmatex' not in page
+
+
+def test_every_page_is_in_the_navigation(site):
+    navigation = (ROOT / 'mkdocs.yml').read_text()
+    for page in (ROOT / 'docs').rglob('*.md'):
+        assert page.relative_to(ROOT / 'docs').as_posix() in navigation
+
+
+def test_pages_of_old_links_are_there(site):
+    for name in ('control_scripts', 'communication', 'lab'):
+        assert (ROOT / 'docs' / f'{name}.md').is_file()
+        assert (site / f'{name}.html').is_file()
+
+
+def test_generated_parts_are_up_to_date(monkeypatch):
+    """`python docs/generators/generate.py` brings them up to date."""
+    monkeypatch.syspath_prepend(GENERATORS)
+    import generate
+
+    stale = [
+        path.name for path, text in generate.generated_files().items() if path.read_text() != text
+    ]
+    assert stale == []
+
+
+def test_topics_of_no_row_and_rows_of_no_topic_are_told(monkeypatch, tmp_path):
+    monkeypatch.syspath_prepend(GENERATORS)
+    import topics_page
+
+    words = yaml.safe_load(topics_page.WORDS.read_text())
+    del words['experiment']['setcmas_expe.pause.node topics.PAUSED']
+    monkeypatch.setattr(topics_page, 'WORDS', tmp_path / 'topics.yaml')
+    topics_page.WORDS.write_text(yaml.safe_dump(words))
+
+    with pytest.raises(ValueError, match=r'setcmas_expe\.pause\.node topics\.PAUSED'):
+        topics_page.text()
+
+
+def test_the_citation_names_the_version_and_the_paper():
+    from setcmas_simu import __version__
+
+    citation = yaml.safe_load((ROOT / 'CITATION.cff').read_text())
+
+    assert {'cff-version', 'message', 'title', 'authors'} <= citation.keys()
+    assert citation['version'] == __version__
+    assert citation['authors'] == [{'name': 'setcmas developers'}]
+    (paper,) = citation['references']
+    assert paper['authors'][0]['family-names'] == 'Bertrand'
+    assert (paper['year'], paper['conference']['name']) == (2024, 'European Control Conference')
