@@ -10,6 +10,7 @@ import os
 import sys
 from typing import NoReturn
 
+from launch_scripts.processes.inherited import leave_out_what_breaks
 from setcmas_simu import __version__
 from setcmas_simu.errors import SetcmasError
 
@@ -109,6 +110,7 @@ def _refuse(parser: argparse.ArgumentParser, argument: str) -> NoReturn:
 
 def main(arguments: list[str] | None = None) -> int:
     """Run the command line; returns the exit status."""
+    leave_out_what_breaks()
     arguments = spelled(sys.argv[1:] if arguments is None else arguments)
     try:
         args = _parsed(arguments)

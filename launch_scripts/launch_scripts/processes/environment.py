@@ -14,6 +14,7 @@ ROS_WHEELS = "pip install 'ros-jazzy-rclpy[fastrtps]' ros-jazzy-common-interface
 """Installs what the nodes need, on Linux x86_64 with Python 3.10 to 3.13."""
 
 _ROS_PACKAGES = ('rclpy', 'geometry_msgs', 'nav_msgs', 'std_msgs', 'visualization_msgs')
+_MIDDLEWARE = 'rmw_fastrtps_cpp'
 _LARGEST_DOMAIN = 101  # beyond, ports collide with those that systems hand out
 _DISCOVERY_RANGE = 'ROS_AUTOMATIC_DISCOVERY_RANGE'
 _WAYS_OUT = (
@@ -37,6 +38,12 @@ def require_ros() -> None:
     if not domain.isdecimal() or int(domain) > _LARGEST_DOMAIN:
         raise SetcmasError(
             f"ROS_DOMAIN_ID is '{domain}'; accepted are 0 to {_LARGEST_DOMAIN}, or leave it unset"
+        )
+    middleware = os.environ.get('RMW_IMPLEMENTATION', _MIDDLEWARE)
+    if middleware != _MIDDLEWARE and 'AMENT_PREFIX_PATH' not in os.environ:
+        raise SetcmasError(
+            f"RMW_IMPLEMENTATION is '{middleware}', and only {_MIDDLEWARE} comes from PyPI: "
+            'unset RMW_IMPLEMENTATION'
         )
     missing = [name for name in _ROS_PACKAGES if importlib.util.find_spec(name) is None]
     if missing:

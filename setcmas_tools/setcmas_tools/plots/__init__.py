@@ -1,1 +1,28 @@
 """Plots of a run."""
+
+import logging
+import os
+import sys
+import tempfile
+from pathlib import Path
+
+
+def _prepare_matplotlib() -> None:
+    """See that matplotlib, when it is imported, says nothing that is not the user's concern.
+
+    Its remarks stay out of a script's `logging.basicConfig(level=DEBUG)`, and its files go
+    elsewhere where the home folder cannot be written.
+    """
+    for name in ('matplotlib', 'PIL'):
+        if logging.getLogger(name).level == logging.NOTSET:
+            logging.getLogger(name).setLevel(logging.WARNING)
+    if sys.platform != 'linux' or 'MPLCONFIGDIR' in os.environ:
+        return
+    config = os.environ.get('XDG_CONFIG_HOME') or '~/.config'
+    try:
+        Path(config, 'matplotlib').expanduser().mkdir(parents=True, exist_ok=True)
+    except (OSError, RuntimeError):  # RuntimeError: there is no home
+        os.environ['MPLCONFIGDIR'] = str(Path(tempfile.gettempdir(), f'matplotlib-{os.getuid()}'))
+
+
+_prepare_matplotlib()

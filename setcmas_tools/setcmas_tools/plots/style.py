@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import warnings
 from collections.abc import Iterable, Iterator, Sequence
 from contextvars import ContextVar
 from dataclasses import dataclass
@@ -77,7 +78,8 @@ def finish(figure: Figure, run: str = '') -> None:
     """
     paper = _choice.get().paper
     if paper is None:
-        figure.axes[0].set_title(run, loc='right', fontsize=rcParams['font.size'], color='0.4')
+        title = run.replace('$', r'\$')  # in a file name it begins no formula
+        figure.axes[0].set_title(title, loc='right', fontsize=rcParams['font.size'], color='0.4')
         return
     for axes in figure.axes:
         axes.set_title('')
@@ -104,7 +106,9 @@ def save(figure: Figure, path: Path) -> None:
         path: Its suffix, .png, .pdf or .svg, is the format.
     """
     date = {'.pdf': 'CreationDate', '.svg': 'Date'}.get(path.suffix)
-    figure.savefig(path, metadata={date: None} if date else {})
+    with warnings.catch_warnings():
+        warnings.filterwarnings('ignore', 'Glyph .* missing')  # a name in a script without font
+        figure.savefig(path, metadata={date: None} if date else {})
 
 
 def robot_colour(robot: int, nb_robots: int) -> Colour:
