@@ -27,6 +27,22 @@ _SHIPPED = ('setcmas', 'setcmas_simu', 'setcmas_ctrl', 'setcmas_expe', 'setcmas_
 """Packages of ours: the one that pip installs, and those that colcon builds."""
 
 
+class UnusableError(SetcmasError):
+    """A plugin cannot be used.
+
+    Attributes:
+        reason: Why, in one line.
+    """
+
+    def __init__(self, kind: str, offer: Offer, reason: str) -> None:
+        """Say whose it is, and why it cannot be used."""
+        self.reason = ' '.join(reason.split())
+        super().__init__(
+            f"{kind} '{offer.name}' of package {offer.package} {offer.version} "
+            f'cannot be used: {self.reason}'
+        )
+
+
 class MisfitError(Exception):
     """What a plugin offers is not what its door is for; the message says why."""
 
@@ -71,6 +87,9 @@ class _Names:
         """Return what there is, by name: what ships first, then plugins by name."""
         return _offers(self.group)
 
+    def __contains__(self, name: str) -> bool:
+        return self._spelled(name) in self.offers()
+
     def offer(self, name: str) -> Offer:
         """Return what is offered by a name; warns once if a plugin's is hidden by it.
 
@@ -80,19 +99,18 @@ class _Names:
         offers = self.offers()
         if not offers:
             raise SetcmasError(f'no {self.kind} is installed; install setcmas again with pip')
-        if name not in offers:
+        if name not in self:
             near = difflib.get_close_matches(name, offers, n=1)
             hint = f'; did you mean {near[0]}?' if near else ''
             known = ', '.join(offers)
             raise SetcmasError(f"there is no {self.kind} '{name}'; must be one of {known}{hint}")
-        _warn_of_hidden(self.kind, offers[name])
-        return offers[name]
+        offer = offers[self._spelled(name)]
+        _warn_of_hidden(self.kind, offer)
+        return offer
 
-    def _unusable(self, offer: Offer, reason: str) -> SetcmasError:
-        return SetcmasError(
-            f"{self.kind} '{offer.name}' of package {offer.package} {offer.version} "
-            f'cannot be used: {" ".join(reason.split())}'
-        )
+    def _spelled(self, name: str) -> str:
+        """Return a name as it is offered, for - and _ mean the same to users."""
+        return name if name in self.offers() else name.replace('-', '_')
 
 
 @dataclass(frozen=True)
@@ -109,7 +127,8 @@ class Door(_Names, Generic[T]):
         """Return the object of a name, imported now if it is not yet.
 
         Raises:
-            SetcmasError: There is none, it raises while it is imported, or it does not fit.
+            SetcmasError: There is none.
+            UnusableError: It raises while it is imported, or it does not fit.
         """
         offer = self.offer(name)
         try:
@@ -117,7 +136,7 @@ class Door(_Names, Generic[T]):
         except KeyboardInterrupt:
             raise
         except BaseException as error:  # a plugin may even call sys.exit while it is imported
-            raise self._unusable(offer, _reason(error)) from error
+            raise UnusableError(self.kind, offer, _reason(error)) from error
 
     def usable(self, warn: Callable[[str], None]) -> dict[str, T]:
         """Return all objects by name; what cannot be used is left out and told to `warn`."""
@@ -125,7 +144,7 @@ class Door(_Names, Generic[T]):
         for name in self.offers():
             try:
                 found[name] = self.get(name)
-            except SetcmasError as error:
+            except UnusableError as error:
                 warn(str(error))
         return found
 
@@ -138,15 +157,20 @@ class ScriptDoor(_Names):
         """Return the file of the script of a name; the script is not run.
 
         Raises:
-            SetcmasError: There is none, or its package has no such file.
+            SetcmasError: There is none.
+            UnusableError: Its package has no such file, or it is in no package.
         """
         offer = self.offer(name)
+        module = offer.entry.module
+        if '.' not in module:  # else all that is installed would be modules beside the script
+            hint = f'its module {module} must be in a package, such as my_{module}.{module}'
+            raise UnusableError(self.kind, offer, hint)
         try:
-            spec = importlib.util.find_spec(offer.entry.module)
+            spec = importlib.util.find_spec(module)
         except Exception as error:  # of the package around it, which is imported
-            raise self._unusable(offer, _reason(error)) from error
+            raise UnusableError(self.kind, offer, _reason(error)) from error
         if spec is None or not spec.origin or not Path(spec.origin).is_file():
-            raise self._unusable(offer, f'its module {offer.entry.module} was not found')
+            raise UnusableError(self.kind, offer, f'its module {module} was not found')
         return Path(spec.origin)
 
 

@@ -128,7 +128,7 @@ def test_list_shows_built_in_laws_and_those_of_the_folder(tmp_path):
 
     assert any('nav_wp' in line and 'wp_nav' in line for line in lines)
     assert any(line.split() == ['mine', 'Turns', 'round.'] for line in lines)
-    assert 'exercises, with --exercise:' in lines
+    assert 'exercises, for --algo with --exercise:' in lines
     assert any(line.startswith('  ctc ') for line in lines)
     assert any('broken' in line and 'cannot be read' in line for line in lines)
     assert not any('helper' in line for line in lines)

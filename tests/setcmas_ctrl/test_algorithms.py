@@ -5,11 +5,12 @@ from ros1_recordings import CONSENSUS, WP_NAV
 from setcmas_ctrl.control.control_law import ControlLaw
 from setcmas_ctrl.control.saturation import saturate
 from setcmas_ctrl.control.si_to_uni import si_to_uni
-from setcmas_ctrl.scripts.loader import builtin_folder, find_script
+from setcmas_ctrl.scripts.loader import ALGORITHMS, find_script
 from setcmas_simu.fleet.fleet import start_poses
 from setcmas_simu.robots import unicycle
 
 TS = 0.1
+LAWS = sorted({ALGORITHMS.file(name) for name in ALGORITHMS.offers()})
 
 
 def simulate(name, poses, duration, starts=None):
@@ -144,7 +145,7 @@ def test_distance_formation_comes_to_the_wanted_distances():
     np.testing.assert_allclose(gaps, 3.0, atol=0.35)
 
 
-@pytest.mark.parametrize('path', sorted(builtin_folder().glob('[a-z]*.py')), ids=lambda p: p.stem)
+@pytest.mark.parametrize('path', LAWS, ids=lambda p: p.stem)
 def test_every_built_in_works_for_any_number_of_robots(path):
     for nb_robots in (1, 2, 9, 30):
         poses = start_poses(nb_robots)
@@ -153,7 +154,7 @@ def test_every_built_in_works_for_any_number_of_robots(path):
             assert np.isfinite(velocity).all()
 
 
-@pytest.mark.parametrize('path', sorted(builtin_folder().glob('[a-z]*.py')), ids=lambda p: p.stem)
+@pytest.mark.parametrize('path', LAWS, ids=lambda p: p.stem)
 def test_velocities_below_a_centimetre_per_second_become_zero(path):
     law = ControlLaw(path, 1, 1)
     target = law._control.__globals__.get('WPL', [[2, 0]])[0]

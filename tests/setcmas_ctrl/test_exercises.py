@@ -5,22 +5,21 @@ import pytest
 
 from setcmas_ctrl.control.control_law import ControlLaw
 from setcmas_ctrl.scripts.loader import (
-    builtin_folder,
-    exercise_folder,
+    ALGORITHMS,
+    EXERCISES,
     find_script,
     load_script,
-    scripts_in,
 )
 from setcmas_simu.errors import SetcmasError
 from setcmas_tools import simulate
 
-EXERCISES = scripts_in(exercise_folder())
-LAWS = [path for path in EXERCISES if path.stem != 'ctc']
+FILES = sorted({EXERCISES.file(name) for name in EXERCISES.offers()})
+LAWS = [path for path in FILES if path.stem != 'ctc']
 PARTS = ('Goal', 'Formula', 'What to observe', 'Commands')
 
 
 def test_the_exercises():
-    assert [path.stem for path in EXERCISES] == [
+    assert [path.stem for path in FILES] == [
         'consensus',
         'ctc',
         'leader_follower_formation',
@@ -29,7 +28,7 @@ def test_the_exercises():
     ]
 
 
-@pytest.mark.parametrize('path', EXERCISES, ids=lambda path: path.stem)
+@pytest.mark.parametrize('path', FILES, ids=lambda path: path.stem)
 def test_each_states_goal_formula_observations_and_commands_and_leaves_the_maths(path):
     text = path.read_text()
     statement = text.split('"""')[1]
@@ -54,7 +53,7 @@ def test_as_it_is_the_robots_stand_still_without_an_error(path):
 
 @pytest.mark.parametrize('path', LAWS, ids=lambda path: path.stem)
 def test_numbers_are_those_of_the_built_in_law(path):
-    exercise, law = load_script(path, 1), load_script(builtin_folder() / path.name, 1)
+    exercise, law = load_script(path, 1), load_script(ALGORITHMS.file(path.stem), 1)
     names = {name for name in vars(exercise) if name.isupper()}
 
     assert names
@@ -86,7 +85,7 @@ SOLUTIONS = {
 
 @pytest.mark.parametrize('name', SOLUTIONS)
 def test_with_the_maths_filled_in_it_does_what_the_built_in_law_does(tmp_path, name):
-    text = (exercise_folder() / f'{name}.py').read_text()
+    text = EXERCISES.file(name).read_text()
     for blank, solution in SOLUTIONS[name]:
         assert text.count(blank) == 1
         text = text.replace(blank, solution)
@@ -101,9 +100,9 @@ def test_with_the_maths_filled_in_it_does_what_the_built_in_law_does(tmp_path, n
 def test_only_with_exercise_a_name_means_one(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
 
-    assert find_script('consensus') == builtin_folder() / 'consensus.py'
-    assert find_script('consensus', exercise=True) == exercise_folder() / 'consensus.py'
-    assert find_script('wp_nav', exercise=True) == exercise_folder() / 'nav_wp.py'
+    assert find_script('consensus') == ALGORITHMS.file('consensus')
+    assert find_script('consensus', exercise=True) == EXERCISES.file('consensus')
+    assert find_script('wp_nav', exercise=True) == EXERCISES.file('nav_wp')
     (tmp_path / 'consensus.py').touch()
     assert find_script('consensus', exercise=True) == tmp_path / 'consensus.py'
     with pytest.raises(SetcmasError, match=r'did you mean ctc\? exercises: consensus, ctc'):

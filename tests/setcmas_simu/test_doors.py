@@ -15,11 +15,13 @@ LAWS = ScriptDoor('setcmas.algorithms', 'control law')
 
 @pytest.fixture
 def install(tmp_path, monkeypatch):
-    """Return a function that installs a package of one module, as pip would lay it out."""
+    """Return a function that installs a package with a module `law`, as pip lays it out."""
     monkeypatch.syspath_prepend(tmp_path)
 
     def add(package, code, group=GROUP, **names):
-        (tmp_path / f'{package}.py').write_text(code)
+        (tmp_path / package).mkdir()
+        (tmp_path / package / '__init__.py').write_text(code)
+        (tmp_path / package / 'law.py').write_text('raise RuntimeError')
         metadata = tmp_path / f'{package}-1.2.dist-info'
         metadata.mkdir()
         (metadata / 'METADATA').write_text(f'Metadata-Version: 2.1\nName: {package}\nVersion: 1.2')
@@ -105,11 +107,25 @@ def test_what_ships_goes_before_a_plugin_of_the_same_name_and_the_user_is_told(i
 
 
 def test_a_script_is_found_as_a_file_and_not_run(install, tmp_path):
-    install('pack_e', 'raise RuntimeError', group='setcmas.algorithms', own='', lost='_no_module')
+    install('pack_e', '', group=LAWS.group, own='.law')
 
-    assert LAWS.file('own') == tmp_path / 'pack_e.py'
-    with pytest.raises(SetcmasError, match=r"'lost' of package pack_e .*no_module was not found"):
-        LAWS.file('lost')
+    assert LAWS.file('own') == tmp_path / 'pack_e' / 'law.py'
+
+
+@pytest.mark.parametrize(
+    ('code', 'target', 'reason'),
+    [
+        ('', '.lost', r'its module \w+.lost was not found'),
+        ('1 / 0', '.law', 'ZeroDivisionError'),
+        ('', '', 'must be in a package'),
+    ],
+)
+def test_a_script_that_cannot_be_found_is_told_with_its_package(install, code, target, reason):
+    package = f'pack_of{target[1:]}_{len(code)}'
+    install(package, code, group=LAWS.group, own=target)
+
+    with pytest.raises(SetcmasError, match=f"'own' of package {package} .*{reason}"):
+        LAWS.file('own')
 
 
 def test_a_check_of_ones_own_says_why_a_thing_does_not_fit(install):

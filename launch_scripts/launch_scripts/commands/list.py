@@ -1,4 +1,4 @@
-"""List the control laws that --algo accepts, with what each does.
+"""List the control laws that --algo accepts, and what else has a name, with its package.
 
 Examples:
   setcmas list
@@ -9,9 +9,14 @@ from __future__ import annotations
 import argparse
 import ast
 import tokenize
+from collections.abc import Callable, Iterable
 from pathlib import Path
+from typing import Any
 
-from setcmas_ctrl.scripts.loader import ALIASES, builtin_folder, exercise_folder, scripts_in
+from tabulate import tabulate
+
+from setcmas_ctrl.scripts.loader import ALGORITHMS, EXERCISES, scripts_in
+from setcmas_simu.doors import Door, Offer, ScriptDoor, UnusableError
 
 FUNCTIONS = ('control', 'ctc')
 """What a file must define to be listed: a control law, or a triggering condition."""
@@ -23,14 +28,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def main(args: argparse.Namespace) -> int:
-    """Print the list; returns the exit status."""
+    """Print a table for each door; returns the exit status."""
     del args
-    builtins = _summaries(builtin_folder())
-    aliases = {target: f' (also {alias})' for alias, target in ALIASES.items()}
-    _print('built-in', builtins, aliases)
-    _print('exercises, with --exercise', _summaries(exercise_folder()), {})
-    hiding = dict.fromkeys(builtins, ' (goes before the built-in of this name)')
-    _print('in this folder', _summaries(Path.cwd()), hiding)
+    _print('control laws, for --algo', _scripts(ALGORITHMS))
+    _print('exercises, for --algo with --exercise', _scripts(EXERCISES))
+    _print('in this folder, for --algo (goes before those above)', _own_scripts(Path.cwd()))
     return 0
 
 
@@ -47,18 +49,40 @@ def summary_of(path: Path) -> str | None:
     return (ast.get_docstring(tree) or '').partition('\n')[0]
 
 
-def _summaries(folder: Path) -> dict[str, str]:
-    return {
-        path.stem: summary
-        for path in scripts_in(folder)
-        if (summary := summary_of(path)) is not None
-    }
+def _own_scripts(folder: Path) -> Iterable[tuple[str, ...]]:
+    for path in scripts_in(folder):
+        summary = summary_of(path)
+        if summary is not None:
+            yield path.stem, summary
 
 
-def _print(title: str, summaries: dict[str, str], notes: dict[str, str]) -> None:
+def _scripts(door: ScriptDoor) -> Iterable[tuple[str, ...]]:
+    return _rows(door, lambda name: summary_of(door.file(name)) or f'(must define {FUNCTIONS[0]})')
+
+
+def _things(door: Door[Any], describe: Callable[[Any], str]) -> Iterable[tuple[str, ...]]:
+    return _rows(door, lambda name: describe(door.get(name)))
+
+
+def _rows(
+    door: Door[Any] | ScriptDoor, summary: Callable[[str], str]
+) -> Iterable[tuple[str, ...]]:
+    """Yield name, package and summary; names of one thing share a row."""
+    same: dict[str, list[Offer]] = {}
+    for offer in door.offers().values():
+        same.setdefault(offer.entry.value, []).append(offer)
+    for offers in same.values():
+        try:
+            told = summary(offers[0].name)
+        except UnusableError as error:
+            told = f'(cannot be used: {error.reason})'
+        names = ', '.join(offer.name for offer in offers)
+        yield names, f'{offers[0].package} {offers[0].version}', told
+
+
+def _print(title: str, rows: Iterable[tuple[str, ...]]) -> None:
+    table = tabulate(list(rows), tablefmt='plain', disable_numparse=True)
+    lines = table.splitlines() or ['none: setcmas new my_law writes one']
     print(f'{title}:')
-    width = max(map(len, summaries), default=0)
-    for name, summary in summaries.items():
-        print(f'  {name:{width}}  {summary}{notes.get(name, "")}'.rstrip())
-    if not summaries:
-        print('  none: setcmas new my_law writes one')
+    for line in lines:
+        print(f'  {line}'.rstrip())

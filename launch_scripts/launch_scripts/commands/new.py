@@ -15,7 +15,7 @@ import re
 from importlib import resources
 from pathlib import Path
 
-from setcmas_ctrl.scripts.loader import ALIASES, exercise_folder, find_script, scripts_in
+from setcmas_ctrl.scripts.loader import EXERCISES, find_script
 from setcmas_expe.lab.file import DEFAULT_FILE
 from setcmas_simu.errors import SetcmasError
 
@@ -51,7 +51,7 @@ def main(args: argparse.Namespace) -> int:
         raise SetcmasError('no NAME was given; accepted is the name of a script, such as my_law')
     target = new_file(args.name)
     if args.exercise:
-        source = exercise(args.source or target.stem)
+        source = EXERCISES.file(args.source or target.stem)
     elif args.source:
         source = find_script(args.source)
     else:
@@ -87,19 +87,6 @@ def new_file(name: str) -> Path:
             f'such as {near if near.isidentifier() and not keyword.iskeyword(near) else "my_law"}'
         )
     return Path(f'{stem}.py')
-
-
-def exercise(name: str) -> Path:
-    """Return an exercise as it was, whatever scripts of its name the user has.
-
-    Raises:
-        SetcmasError: There is none of that name.
-    """
-    exercises = {path.stem: path for path in scripts_in(exercise_folder())}
-    stem = ALIASES.get(name, name).replace('-', '_')
-    if stem not in exercises:
-        raise SetcmasError(f"there is no exercise '{name}'; accepted are {', '.join(exercises)}")
-    return exercises[stem]
 
 
 def write(target: Path, content: bytes) -> None:

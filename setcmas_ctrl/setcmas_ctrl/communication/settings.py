@@ -22,7 +22,7 @@ from setcmas_ctrl.communication.graph_file import GraphDescription, load_graph
 from setcmas_ctrl.communication.links import Links
 from setcmas_ctrl.communication.triggering import CTC, Broadcast
 from setcmas_ctrl.scripts.error_reports import ErrorReports
-from setcmas_ctrl.scripts.loader import exercise_folder
+from setcmas_ctrl.scripts.loader import EXERCISES
 from setcmas_simu.errors import SetcmasError
 
 Graph = str | Path | ArrayLike
@@ -167,10 +167,11 @@ def find_condition(name: str, exercise: bool = False) -> Path:
     Raises:
         SetcmasError: There is none.
     """
-    exercises = [exercise_folder() / f'{name}.py'] if exercise else []
-    for path in (Path(name), Path(f'{name}.py'), *exercises):
+    for path in (Path(name), Path(f'{name}.py')):
         if path.is_file():
             return path.resolve()
+    if exercise and name in EXERCISES:
+        return EXERCISES.file(name)
     raise SetcmasError(
         f"script '{name}' of --ctc was not found; accepted are a path, or the name of a script "
         f'in this folder with a function {CTC}'

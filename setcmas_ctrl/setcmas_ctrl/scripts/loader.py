@@ -12,7 +12,6 @@ import sys
 import tokenize
 import types
 import warnings
-from importlib import resources
 from pathlib import Path
 from typing import Any
 
@@ -21,59 +20,52 @@ from setcmas_ctrl.scripts.imports import ScriptImports
 from setcmas_ctrl.scripts.messages import describe_failure
 from setcmas_ctrl.scripts.settings import CALL, Settings, apply_settings, converted
 from setcmas_ctrl.scripts.stop_call import AbandonCall, StopCall, scripts_own
+from setcmas_simu.doors import ScriptDoor
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet.topics import robot_name
 
-ALIASES = {'wp_nav': 'nav_wp'}
-"""Other names of built-in control laws."""
+ALGORITHMS = ScriptDoor('setcmas.algorithms', 'control law')
+EXERCISES = ScriptDoor('setcmas.exercises', 'exercise')
+"""Scripts whose maths is left to fill in."""
 
 _doubts: dict[Path, list[str]] = {}  # what Python found odd in the syntax of each script
 _told: set[str] = set()
-
-
-def builtin_folder() -> Path:
-    """Return the folder of the built-in control laws."""
-    return Path(str(resources.files('setcmas_ctrl') / 'algorithms'))
-
-
-def exercise_folder() -> Path:
-    """Return the folder of the exercises: scripts whose maths is left to fill in."""
-    return Path(str(resources.files('setcmas_ctrl') / 'exercises'))
-
-
-def scripts_in(folder: Path) -> list[Path]:
-    """Return the scripts in a folder, sorted by name."""
-    paths = (path for path in folder.glob('*.py') if not path.name.startswith('_'))
-    return sorted(path for path in paths if path.is_file())
 
 
 def find_script(name: str, exercise: bool = False) -> Path:
     """Return the script that `--algo NAME` means.
 
     In this order: a path to a file; NAME.py in the current folder; if `exercise`, an exercise;
-    a built-in control law.
+    a control law that ships or that a plugin offers.
 
     Raises:
         SetcmasError: There is none; the message offers the nearest names.
     """
-    stem = ALIASES.get(name, name).replace('-', '_')
-    folders = {'exercises': exercise_folder()} if exercise else {}
-    folders['built-in'] = builtin_folder()
-    candidates = (Path(name), Path(f'{name}.py'), *(f / f'{stem}.py' for f in folders.values()))
-    for path in candidates:
+    for path in (Path(name), Path(f'{name}.py')):
         with contextlib.suppress(OSError):  # such as a name too long to be one
             if path.is_file():
                 return _no_notebook(path.resolve())
+    doors = {'exercises': EXERCISES} if exercise else {}
+    doors['control laws'] = ALGORITHMS
+    for door in doors.values():
+        if name in door:
+            return door.file(name)
     _refuse_other_kinds(Path(name))
-    folders['in this folder'] = Path.cwd()
-    names = {title: [path.stem for path in scripts_in(f)] for title, f in folders.items()}
-    known = [*dict.fromkeys(stem for stems in names.values() for stem in stems), *ALIASES]
+    names = {title: list(door.offers()) for title, door in doors.items()}
+    names['in this folder'] = [path.stem for path in scripts_in(Path.cwd())]
+    known = list(dict.fromkeys(stem for stems in names.values() for stem in stems))
     near = difflib.get_close_matches(Path(name).stem, known, n=3)
     hint = f'did you mean {" or ".join(near)}? ' if near else ''
     raise SetcmasError(
         f"control script '{name}' was not found: {hint}"
         + '; '.join(f'{title}: {", ".join(stems) or "none"}' for title, stems in names.items())
     )
+
+
+def scripts_in(folder: Path) -> list[Path]:
+    """Return the scripts in a folder, sorted by name."""
+    paths = (path for path in folder.glob('*.py') if not path.name.startswith('_'))
+    return sorted(path for path in paths if path.is_file())
 
 
 def _no_notebook(path: Path) -> Path:

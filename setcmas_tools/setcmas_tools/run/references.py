@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from setcmas_ctrl.scripts.loader import ALIASES, builtin_folder, find_script, load_script
+from setcmas_ctrl.scripts.loader import ALGORITHMS, find_script, load_script
 from setcmas_ctrl.scripts.messages import describe_failure
 from setcmas_ctrl.scripts.settings import Settings
 from setcmas_simu.errors import SetcmasError
@@ -75,15 +75,19 @@ def script_of_run(source: Path, parameters: dict[str, Any], algo: str | None) ->
     if not isinstance(script, str):
         return None
     *folders, name = re.split(r'[\\/]', script)
-    stem = ALIASES.get(name.removesuffix('.py'), name.removesuffix('.py')).replace('-', '_')
+    stem = name.removesuffix('.py')
+    stem = ALGORITHMS.file(stem).stem if stem in ALGORITHMS else stem
     if stem in _BUILT_IN and (not folders or tuple(folders[-2:]) == _BUILT_IN_PATH):
-        return builtin_folder() / f'{stem}.py'
+        return ALGORITHMS.file(stem)
     return kept_input(source, 'algo', name) or Path(script)
 
 
 def task_of(script: Path | None) -> str | None:
     """Return the task of a built-in control law, None for other scripts."""
-    is_built_in = script is not None and script.resolve().parent == builtin_folder().resolve()
+    is_built_in = (
+        script is not None
+        and script.resolve().parent == ALGORITHMS.file('nav_wp').parent.resolve()
+    )
     return _BUILT_IN.get(script.stem) if script and is_built_in else None
 
 
@@ -150,7 +154,7 @@ def _called(module: ModuleType, name: str, argument: int) -> Any:
 def _reached(module: ModuleType) -> float:
     if hasattr(module, 'REACHED'):
         return _number(module, 'REACHED')
-    return _number(load_script(builtin_folder() / 'nav_wp.py', 0), 'REACHED')
+    return _number(load_script(ALGORITHMS.file('nav_wp'), 0), 'REACHED')
 
 
 def _number(module: ModuleType, name: str) -> float:

@@ -1,7 +1,7 @@
 import pytest
 from processes import run_setcmas
 
-from setcmas_ctrl.scripts.loader import builtin_folder, exercise_folder
+from setcmas_ctrl.scripts.loader import ALGORITHMS, EXERCISES
 
 
 def test_the_new_script_runs_and_the_command_that_is_told_is_right(tmp_path):
@@ -19,10 +19,10 @@ def test_the_new_script_runs_and_the_command_that_is_told_is_right(tmp_path):
 @pytest.mark.parametrize(
     ('arguments', 'source'),
     [
-        (('mine', '--from', 'consensus'), builtin_folder() / 'consensus.py'),
-        (('mine.py', '--from', 'wp_nav'), builtin_folder() / 'nav_wp.py'),
-        (('mine', '--from', 'consensus', '--exercise'), exercise_folder() / 'consensus.py'),
-        (('mine', '--from', 'ctc', '--exercise'), exercise_folder() / 'ctc.py'),
+        (('mine', '--from', 'consensus'), ALGORITHMS.file('consensus')),
+        (('mine.py', '--from', 'wp_nav'), ALGORITHMS.file('nav_wp')),
+        (('mine', '--from', 'consensus', '--exercise'), EXERCISES.file('consensus')),
+        (('mine', '--from', 'ctc', '--exercise'), EXERCISES.file('ctc')),
     ],
 )
 def test_a_law_or_an_exercise_is_copied(tmp_path, arguments, source):
@@ -33,7 +33,7 @@ def test_a_law_or_an_exercise_is_copied(tmp_path, arguments, source):
 def test_an_exercise_may_keep_its_name(tmp_path):
     (tmp_path / 'wp_nav.py').touch()
     assert run_setcmas('new', 'nav_wp', '--exercise', cwd=tmp_path).returncode == 0
-    assert (tmp_path / 'nav_wp.py').read_bytes() == (exercise_folder() / 'nav_wp.py').read_bytes()
+    assert (tmp_path / 'nav_wp.py').read_bytes() == EXERCISES.file('nav_wp').read_bytes()
 
 
 def test_the_triggering_condition_is_told_with_its_own_command(tmp_path):
@@ -50,7 +50,7 @@ def test_the_triggering_condition_is_told_with_its_own_command(tmp_path):
         (('class',), "'class' cannot be the name of a script"),
         (('../law',), 'cannot be the name of a script'),
         (('law', '--from', 'consensu'), 'did you mean consensus'),
-        (('law', '--exercise'), "there is no exercise 'law'; accepted are consensus, ctc"),
+        (('law', '--exercise'), "there is no exercise 'law'; must be one of consensus, ctc"),
     ],
 )
 def test_mistakes_are_told_in_one_line_and_nothing_is_written(tmp_path, arguments, message):

@@ -6,11 +6,10 @@ import textwrap
 import pytest
 
 from setcmas_ctrl.scripts.loader import (
-    builtin_folder,
+    ALGORITHMS,
     compile_script,
     find_script,
     load_control,
-    scripts_in,
 )
 from setcmas_simu.errors import SetcmasError
 
@@ -31,21 +30,20 @@ CONTROL = 'def control(robotNo, nbRobots, poses, t):\n    return 0, 0\n'
 
 
 def test_the_five_built_in_laws_are_found_by_name(folder):
-    names = [path.stem for path in scripts_in(builtin_folder())]
+    paths = {find_script(name) for name, offer in ALGORITHMS.offers().items() if offer.shipped}
 
-    assert names == [
+    assert sorted(path.stem for path in paths) == [
         'consensus',
         'leader_follower_distance_formation',
         'leader_follower_formation',
         'nav_wp',
         'traj_tracking',
     ]
-    assert [find_script(name) for name in names] == scripts_in(builtin_folder())
 
 
 @pytest.mark.parametrize('name', ['nav_wp', 'wp_nav', 'nav-wp'])
 def test_nav_wp_has_its_ros_1_name_too(name, folder):
-    assert find_script(name) == builtin_folder() / 'nav_wp.py'
+    assert find_script(name) == ALGORITHMS.file('nav_wp')
 
 
 def test_a_script_in_the_current_folder_goes_before_a_built_in(folder):
