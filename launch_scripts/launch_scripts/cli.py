@@ -8,7 +8,7 @@ import difflib
 import importlib
 import os
 import sys
-from typing import NoReturn
+from typing import Any, NoReturn
 
 from launch_scripts.processes.inherited import leave_out_what_breaks
 from setcmas_simu import __version__
@@ -49,13 +49,13 @@ def _help_formatter(prog: str) -> argparse.HelpFormatter:
 class Parser(argparse.ArgumentParser):
     """A parser whose errors are one line, and that shows help texts as they are written."""
 
-    def __init__(self, **kwargs: object) -> None:
+    def __init__(self, **kwargs: Any) -> None:
         """Create the parser; arguments as for ArgumentParser."""
-        defaults: dict[str, object] = {
+        defaults: dict[str, Any] = {
             'formatter_class': _help_formatter,
             'allow_abbrev': False,
         }
-        super().__init__(**(defaults | kwargs))  # type: ignore[arg-type]
+        super().__init__(**(defaults | kwargs))
 
     def error(self, message: str) -> NoReturn:
         """Print one line and exit with status 2."""

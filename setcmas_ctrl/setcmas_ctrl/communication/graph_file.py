@@ -10,6 +10,7 @@ import re
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -111,7 +112,8 @@ class _Parser:
             what = f'has {" and ".join(given)}' if given else 'has no graph'
             raise entry.error(f'{what}; it must be one of {", ".join(_GRAPH_KEYS)}')
         value = keys[given[0]]
-        return getattr(self, f'_{given[0]}_of')(value)  # type: ignore[no-any-return]
+        build: Build = getattr(self, f'_{given[0]}_of')(value)
+        return build
 
     def _graph_of(self, entry: Entry) -> Build:
         return PRESETS[entry.choice(PRESETS)]
@@ -173,13 +175,13 @@ class _Parser:
         keys = entry.fields(('link', 'delay', 'loss', 'noise'))
         if 'link' not in keys:
             raise entry.error(f"it has no 'link'; accepted are {_LINK_FORM}")
-        values = {
+        values: dict[str, Any] = {
             name: keys[name].number(least=0.0, most=most)
             for name, most in (('delay', math.inf), ('loss', 1.0), ('noise', math.inf))
             if name in keys
         }
         return [
-            replace(LinkChannel(receiver, sender), **values)  # type: ignore[arg-type]
+            replace(LinkChannel(receiver, sender), **values)
             for receiver, sender in self._pairs(keys['link'], keys['link'].value)
         ]
 

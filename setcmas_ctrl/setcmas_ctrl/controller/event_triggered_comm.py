@@ -45,7 +45,7 @@ class EventTriggeredComm(FleetNode):
         """
         super().__init__('event_triggered_comm', namespace=topics.robot_name(broadcast.robot))
         self._broadcast = broadcast
-        self._clock = clock
+        self._now = clock
         self._watch = watch
         self._events = self.create_publisher(UInt16, topics.TRIG_EVENT, qos.EVENT)
         # Latched: who starts late holds the state that was sent last.
@@ -59,7 +59,7 @@ class EventTriggeredComm(FleetNode):
             self._states.publish(message)
 
     def _is_triggered(self, pose: Pose, V: float) -> bool:
-        t = self._clock()
+        t = self._now()
         one = self._broadcast
         try:
             with self._watch.call(one.robot, Function.CONDITION, one.path):

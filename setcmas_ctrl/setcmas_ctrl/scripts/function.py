@@ -51,17 +51,18 @@ def checked_control(control: Any, path: Path) -> Control:
             f'{path.name}: control {kind}; expected is a plain function that ends with '
             'return vx, vy'
         )
+    function: Control = control
     try:
         signature = inspect.signature(control)
     except (TypeError, ValueError):  # some callables written in C tell nothing of themselves
-        return control  # type: ignore[no-any-return]
+        return function
     try:
         signature.bind(1, 1, None, 0.0)
     except TypeError as error:
         raise SetcmasError(
             f'{path.name}: control{signature} does not take four arguments; expected is {CONTROL}'
         ) from error
-    return control  # type: ignore[no-any-return]
+    return function
 
 
 def _may_define(tree: ast.Module, name: str) -> bool:

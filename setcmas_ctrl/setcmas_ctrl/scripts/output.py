@@ -15,6 +15,7 @@ import traceback
 from collections import defaultdict
 from collections.abc import Iterable, Iterator
 from pathlib import Path
+from types import FrameType
 from typing import IO, Any, cast
 
 from setcmas_ctrl.scripts.imports import robot_of_frame
@@ -120,11 +121,11 @@ class ScriptOutput:
 
 
 def _writing_robot() -> int | None:
-    frame = sys._getframe(1)  # there may be no caller: a thread can be a mere print()
+    frame: FrameType | None = sys._getframe(1)
     while frame is not None:
         if (robot := robot_of_frame(frame)) is not None:
             return robot
-        frame = frame.f_back  # type: ignore[assignment]
+        frame = frame.f_back
     return None
 
 

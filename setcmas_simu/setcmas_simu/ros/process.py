@@ -30,7 +30,7 @@ STOP_SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 _LONGEST_END_S = 10  # after that the kernel ends a process that hangs in its clean-up
 
 
-class FleetNode(Node):  # type: ignore[misc]  # rclpy has no types
+class FleetNode(Node):
     """A node of a fleet: without the services that cost a process with many nodes its start."""
 
     def __init__(self, node_name: str, **kwargs: Any) -> None:

@@ -6,7 +6,12 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
-from rosbags.interfaces import Connection, ConnectionExtRosbag1, MessageDefinitionFormat
+from rosbags.interfaces import (
+    Connection,
+    ConnectionExtRosbag1,
+    ConnectionExtRosbag2,
+    MessageDefinitionFormat,
+)
 from rosbags.serde import SerdeError
 from rosbags.typesys import (
     Stores,
@@ -60,10 +65,11 @@ class BagTypes:
         Raises:
             UnresolvedTypeError: No usable definition of the type exists.
         """
-        is_ros1 = isinstance(connection.ext, ConnectionExtRosbag1)
-        if not is_ros1 and connection.ext.serialization_format != 'cdr':
-            encoding = connection.ext.serialization_format
-            raise UnresolvedTypeError(f"it is encoded as '{encoding}'; accepted is cdr")
+        ext = connection.ext
+        is_ros1 = isinstance(ext, ConnectionExtRosbag1)
+        if isinstance(ext, ConnectionExtRosbag2) and ext.serialization_format != 'cdr':
+            encoding = ext.serialization_format
+            raise UnresolvedTypeError(f"it is encoded as '{encoding}'; it must be cdr")
         key = (connection.msgtype, connection.msgdef.data, is_ros1)
         if key not in self._resolved:
             store = self._store_for(connection)

@@ -6,14 +6,16 @@ import contextlib
 from collections.abc import Sequence
 from pathlib import Path
 from types import TracebackType
+from typing import Literal, cast
 
 from rosbags.interfaces import Connection, Qos
 from rosbags.rosbag2 import StoragePlugin, Writer, WriterError
+from rosbags.rosbag2.storage_mcap import McapWriter
 
 from setcmas_simu.errors import SetcmasError
 from setcmas_tools.recorder.message_definitions import Definition
 
-_BAG_VERSION = 9  # that of ROS 2 Jazzy
+_BAG_VERSION: Literal[9] = 9  # that of ROS 2 Jazzy
 
 
 class BagWriter:
@@ -86,9 +88,8 @@ class BagWriter:
         Raises:
             OSError: The disk is full, or fails.
         """
-        storage = self._writer.storage
-        if storage.chunk.msgs:
-            storage.close_chunk()
+        if self._storage.chunk.msgs:
+            self._storage.close_chunk()
             self._write_out()
 
     def __str__(self) -> str:
@@ -117,6 +118,10 @@ class BagWriter:
             with contextlib.suppress(OSError):
                 self._writer.abort()
 
+    @property
+    def _storage(self) -> McapWriter:
+        return cast(McapWriter, self._writer.storage)
+
     def _write_out(self) -> None:
         # rosbags itself leaves up to 1 MB in memory: minutes of a small fleet.
-        self._writer.storage.bio.flush()
+        self._storage.bio.flush()

@@ -46,7 +46,7 @@ class FollowingCamera:
     def show(self, name: str, half_m: float) -> None:
         """Show one of the `VIEWS`, and follow no robot any more."""
         self._robot = None
-        self._dropdown.value = FREE
+        self._dropdown.value = FREE  # type: ignore[misc]  # it has a setter
         camera = self._client.camera
         self._view, self._fitted = name, self._fitting(half_m)
         width = camera.image_width

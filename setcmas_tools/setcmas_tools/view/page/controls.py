@@ -84,7 +84,7 @@ class Controls:
 
     @size.setter
     def size(self, size: float) -> None:
-        self._size.value = size
+        self._size.value = size  # type: ignore[misc]  # it has a setter
 
     def show_figures(self, text: str, paused: bool, can_reset: bool) -> None:
         """Show the panel's text (HTML) and buttons that fit the state of the robots."""

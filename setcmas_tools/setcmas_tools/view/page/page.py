@@ -18,7 +18,7 @@ from setcmas_tools.view.page.request_guard import guarded_requests, names_of_thi
 _PORTS_TRIED = 50
 
 
-class _Server(viser.ViserServer):  # type: ignore[misc]
+class _Server(viser.ViserServer):
     """A server that no browser can ask to publish the page on the internet."""
 
     def request_share_url(self, verbose: bool = True) -> str | None:  # noqa: ARG002

@@ -41,8 +41,9 @@ class LinkScene:
         """
         both, one_way = _columns(both, robots), _columns(one_way, robots)
         points = np.column_stack([poses[0], poses[1], np.full(len(robots), _HEIGHT_M)])
+        points = points.astype(np.float32)
         own = np.array([fleet.plot_colour(robot) for robot in robots]).reshape(-1, 3)
-        lit = untoned(_GREY + flashes[:, None] * (own - _GREY))
+        lit = (255 * untoned(_GREY + flashes[:, None] * (own - _GREY))).astype(np.uint8)
         # The whole link takes the colour of the robot that has just sent over it.
         later = np.take_along_axis(both, flashes[both].argmax(axis=1)[:, None], axis=1)
         self._lines = self._replace(
@@ -58,8 +59,8 @@ class LinkScene:
         self,
         handle: viser.LineSegmentsHandle | None,
         pairs: Pairs,
-        points: Floats,
-        colours: Floats,
+        points: NDArray[np.float32],
+        colours: NDArray[np.uint8],
     ) -> viser.LineSegmentsHandle | None:
         if handle is not None and len(handle.points) == len(pairs):
             handle.points, handle.colors = points, colours
@@ -71,7 +72,10 @@ class LinkScene:
         return self._scene.add_line_segments('/links', points, colours, thickness=_WIDTH_M)
 
     def _replace_arrows(
-        self, handle: viser.ArrowsHandle | None, points: Floats, colours: Floats
+        self,
+        handle: viser.ArrowsHandle | None,
+        points: NDArray[np.float32],
+        colours: NDArray[np.uint8],
     ) -> viser.ArrowsHandle | None:
         if handle is not None and len(handle.points) == len(points):
             handle.points, handle.colors = points, colours
