@@ -1,4 +1,4 @@
-"""Makes the pictures of README.md and of communication.md, from runs of its own.
+"""Makes the pictures of README.md, index.md and communication.md, from runs of its own.
 
 python tests/pictures/readme_pictures.py                   all of them
 python tests/pictures/readme_pictures.py browser_view      needs chromium and chromedriver
@@ -10,6 +10,7 @@ import argparse
 import contextlib
 import os
 import re
+import shutil
 import signal
 import subprocess
 import sys
@@ -27,18 +28,23 @@ DOCS = Path(__file__).parents[2] / 'docs'
 PICTURES = DOCS / 'pictures'
 SETCMAS = str(Path(sys.executable).parent / 'setcmas')
 MOST_BYTES = 200_000
+MOST_BYTES_OF_A_FILM = 1_500_000
 WINDOW = (1280, 800)
 RUNNING_S = 16.0
 """Time after which the formation is there and its trails are long."""
 
 
 def save(source: Path, name: str) -> Path:
-    """Write a picture as a small PNG.
+    """Write a picture as a small PNG, or a film as it is.
 
     Args:
-        source: Any image.
+        source: Any image, or a GIF that moves.
         name: What it is called in docs/pictures.
     """
+    if source.suffix == '.gif':
+        film = Path(shutil.copyfile(source, PICTURES / f'{name}.gif'))
+        assert film.stat().st_size < MOST_BYTES_OF_A_FILM, f'{film}: {film.stat().st_size} bytes'
+        return film
     path = PICTURES / f'{name}.png'
     with Image.open(source) as image:
         # Means of clusters: the robots' colours are rare, and a median would swallow them.
@@ -62,6 +68,17 @@ def trajectories(folder: Path) -> Path:
     """Show a leader that visits waypoints, and the formation around it."""
     options = ('--algo', 'leader_follower_formation', '--nb-robots', '5', '--duration', '60')
     return plot_of_a_run(folder, 'trajectories', *options)
+
+
+def formation(folder: Path) -> Path:
+    """Show the same as a film."""
+    trajectories(folder)
+    subprocess.run(
+        [SETCMAS, 'csv_to_plot', str(folder), '--animate', 'gif', '--speed', '6'],
+        check=True,
+        stdout=subprocess.DEVNULL,
+    )
+    return folder / 'plots' / 'film.gif'
 
 
 def communication(folder: Path) -> Path:
@@ -122,7 +139,10 @@ def browser_view(folder: Path) -> Path:
     return folder / 'page.png'
 
 
-MAKERS = {maker.__name__: maker for maker in (trajectories, communication, graph, browser_view)}
+MAKERS = {
+    maker.__name__: maker
+    for maker in (trajectories, formation, communication, graph, browser_view)
+}
 
 
 def main() -> None:
