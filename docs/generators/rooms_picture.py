@@ -15,8 +15,8 @@ PACKAGES = {
     'setcmas_ctrl': ('control laws', '#e8f5e9'),
     'setcmas_simu': ('the ground, and simulated robots', '#e3f2fd'),
 }
-WIDTH, MARGIN, GAP = 1120, 16, 10
-PER_ROW, ROOM_HEIGHT, HEAD = 5, 76, 34
+WIDTH, MARGIN, GAP = 900, 8, 10
+PER_ROW, ROOM_HEIGHT, HEAD = 4, 80, 34
 
 
 def svg_of(package: str, top: float) -> tuple[list[str], float]:
@@ -40,7 +40,7 @@ def svg_of(package: str, top: float) -> tuple[list[str], float]:
         parts.append(svg.box((x, y), (width, ROOM_HEIGHT), 'white'))
         middle = x + width / 2
         parts.append(svg.words((middle, y + 20), room, 14, 'middle', 'font-weight="bold"'))
-        parts += svg.paragraph((middle, y + 38), words, 31)
+        parts += svg.paragraph((middle, y + 38), words, 30)
     return parts, height
 
 

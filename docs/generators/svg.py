@@ -44,7 +44,7 @@ def words(at: Point, text: str, size: int = 13, anchor: str = 'middle', style: s
     )
 
 
-def paragraph(at: Point, text: str, columns: int, size: int = 11) -> list[str]:
+def paragraph(at: Point, text: str, columns: int, size: int = 12) -> list[str]:
     """Return a text in lines of that many characters, centred."""
     x, y = at
     lines = textwrap.wrap(text, columns)
