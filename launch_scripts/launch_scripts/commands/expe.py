@@ -34,7 +34,7 @@ from setcmas_expe.emulation.options import emulated_start_poses
 from setcmas_expe.lab.model import Lab
 from setcmas_expe.lab.options import add_lab_arguments, chosen_lab
 from setcmas_simu.errors import SetcmasError
-from setcmas_simu.simulator.options import add_start_pose_arguments
+from setcmas_simu.simulator.options import StartPoseOptions
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -47,7 +47,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     group.add_argument(
         '--emulate', action='store_true', help='no hardware: an emulated lab on this machine'
     )
-    add_start_pose_arguments(group)
+    StartPoseOptions.add_to(parser)
     add_view_arguments(parser, default=NONE)
 
 

@@ -36,7 +36,8 @@ from setcmas_expe.lab.file import DEFAULT_FILE, load_lab
 from setcmas_expe.lab.model import Lab
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet.fleet import format_robots
-from setcmas_simu.simulator.options import add_cmd_timeout_argument, simulated_robots
+from setcmas_simu.options.group import spelled
+from setcmas_simu.simulator.options import SimulationOptions
 from setcmas_tools.run.folder import RunFolder
 from setcmas_tools.run.inputs import run_inputs
 
@@ -48,9 +49,7 @@ _OF_SIMULATED_ROBOTS = ('limits', 'robot_rate', 'cmd_timeout')
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the options of the verb."""
-    law, robots = add_run_arguments(parser)
-    add_watch_argument(law)
-    add_cmd_timeout_argument(robots)
+    add_watch_argument(add_run_arguments(parser))
     add_view_arguments(parser)
     group = parser.add_argument_group('emulated lab')
     group.add_argument(
@@ -68,8 +67,7 @@ def main(args: argparse.Namespace) -> int:
     script = find_script(args.algo, args.exercise)
     # Mistakes are told before anything starts.
     compile_script(script, settings=parse_settings(args.set))
-    args.robots = None
-    robots = simulated_robots(args).robots
+    robots = SimulationOptions.of(args).simulated().robots
     check_communication(args, args.nb_robots)
     lab = _emulated_lab(args)
     inputs = run_inputs(args, script, (args.lab or DEFAULT_FILE) if lab else None)
@@ -113,10 +111,11 @@ def _emulated_lab(args: argparse.Namespace) -> Lab | None:
         if args.lab:
             raise SetcmasError(f"--lab '{args.lab}' is for an emulated lab: add --emulate")
         return None
-    for name in _OF_SIMULATED_ROBOTS:
-        if getattr(args, name) != args.parser.get_default(name):
-            option = name.replace('_', '-')
-            raise SetcmasError(f'--{option} is for simulated robots; it has no place in a lab')
+    for name in SimulationOptions.of(args).changed():
+        if name in _OF_SIMULATED_ROBOTS:
+            raise SetcmasError(
+                f'{spelled(name)} is for simulated robots; it has no place in a lab'
+            )
     return load_lab(args.lab or DEFAULT_FILE, args.nb_robots)
 
 

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import argparse
-import math
 import time
+from collections.abc import Sequence
 from dataclasses import asdict, astuple
 from pathlib import Path
 
@@ -14,19 +14,12 @@ from setcmas_ctrl.communication.options import add_communication_arguments
 from setcmas_ctrl.control.options import add_law_arguments
 from setcmas_ctrl.scripts.settings import parse_settings
 from setcmas_expe.lab.model import Lab
-from setcmas_simu.options import count, positive
-from setcmas_simu.simulator.options import (
-    add_limits_argument,
-    add_robot_rate_argument,
-    add_start_pose_arguments,
-)
+from setcmas_simu.options import positive
+from setcmas_simu.simulator.options import SimulationOptions
 
 _RECORDED = (
     'nb_robots',
     'duration',
-    'pose',
-    'limits',
-    'robot_rate',
     'vnom',
     'komega',
     'rate',
@@ -35,9 +28,9 @@ _RECORDED = (
 
 
 def add_run_arguments(
-    parser: argparse.ArgumentParser,
-) -> tuple[argparse._ArgumentGroup, argparse._ArgumentGroup]:
-    """Add the options; returns the groups of the control law and of the simulated robots."""
+    parser: argparse.ArgumentParser, without: Sequence[str] = ()
+) -> argparse._ArgumentGroup:
+    """Add the options, without some of the simulated robots'; returns the law's group."""
     parser.add_argument(
         '--duration',
         type=positive,
@@ -54,14 +47,8 @@ def add_run_arguments(
     add_format_argument(parser)
     law = add_law_arguments(parser)
     add_communication_arguments(parser)
-    group = parser.add_argument_group('simulated robots')
-    group.add_argument(
-        '--nb-robots', type=count, default=1, metavar='N', help='size of the fleet (default: 1)'
-    )
-    add_start_pose_arguments(group)
-    add_limits_argument(group)
-    add_robot_rate_argument(group)
-    return law, group
+    SimulationOptions.add_to(parser, without=('robots', 'cmd_vel_type', *without), nb_robots=1)
+    return law
 
 
 def output_folder(args: argparse.Namespace, script: Path) -> Path:
@@ -76,9 +63,9 @@ def parameters(
     values: dict[str, object] = {'algo': args.algo, 'script': str(script)}
     values['set'] = parse_settings(args.set)
     values |= {name: getattr(args, name) for name in _RECORDED}
-    values['poses'] = str(args.poses) if args.poses else None
-    timeout = getattr(args, 'cmd_timeout', math.inf)
-    values['cmd_timeout'] = timeout if math.isfinite(timeout) else None
+    robots = SimulationOptions.of(args).record()
+    values |= {name: robots[name] for name in ('pose', 'limits', 'robot_rate', 'poses')}
+    values['cmd_timeout'] = robots['cmd_timeout']
     return values | _of_lab(lab) if lab else values
 
 

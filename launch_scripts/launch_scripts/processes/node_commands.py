@@ -19,17 +19,6 @@ INJECT_FAULT = 'setcmas_expe.emulation.inject_fault'
 RECORDER = 'setcmas_tools.recorder.main'
 BROWSER_VIEW = 'setcmas_tools.view.main'
 
-SIMULATOR_OPTIONS = (
-    'nb_robots',
-    'robots',
-    'poses',
-    'pose',
-    'limits',
-    'cmd_timeout',
-    'robot_rate',
-    'cmd_vel_type',
-)
-
 CONTROLLER_OPTIONS = (
     'algo',
     'exercise',

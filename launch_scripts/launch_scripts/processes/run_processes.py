@@ -11,7 +11,6 @@ from launch_scripts.processes.node_commands import (
     CONTROLLER,
     CONTROLLER_OPTIONS,
     SIMULATOR,
-    SIMULATOR_OPTIONS,
     node_command,
     recorder_command,
 )
@@ -19,8 +18,8 @@ from launch_scripts.processes.supervisor import Supervisor
 from setcmas_expe.lab.model import Lab
 from setcmas_expe.pause.console_protocol import Status
 from setcmas_simu.reports.reports import Started
+from setcmas_simu.simulator.options import SimulationOptions
 
-_SIMU_OPTIONS = tuple(name for name in SIMULATOR_OPTIONS if name not in ('robots', 'cmd_vel_type'))
 _CTRL_OPTIONS = tuple(
     name for name in CONTROLLER_OPTIONS if name not in ('robots', 'cmd_vel_type')
 )
@@ -38,7 +37,7 @@ class SimulatedRun:
         self.status = 0
         self._supervisor = supervisor
         self._recorder = supervisor.start('record', recorder_command(bag))
-        robots = node_command(SIMULATOR, node_arguments(args, _SIMU_OPTIONS))
+        robots = node_command(SIMULATOR, SimulationOptions.of(args).arguments())
         self._simulator = supervisor.start('simu', robots)
         laws = node_command(CONTROLLER, ['--recorded', *node_arguments(args, _CTRL_OPTIONS)])
         self._ctrl = supervisor.start('ctrl', laws)

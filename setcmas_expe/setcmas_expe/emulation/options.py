@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+from collections.abc import Iterable
 from pathlib import Path
 
 import numpy as np
@@ -14,7 +15,7 @@ from setcmas_simu.fleet.fleet import start_poses
 from setcmas_simu.fleet.pose_options import chosen_start_poses
 from setcmas_simu.fleet.topics import CMD_VEL_TYPES
 from setcmas_simu.options import rate
-from setcmas_simu.simulator.options import add_start_pose_arguments
+from setcmas_simu.simulator.options import StartPoseOptions
 
 MOCAP_RATE_HZ = 50.0
 """Default rate of the emulated motion capture system, in Hz."""
@@ -27,7 +28,7 @@ def add_emulation_arguments(parser: argparse.ArgumentParser) -> None:
     """Add every option of an emulated lab, and those that say which lab it is."""
     add_lab_arguments(parser)
     group = parser.add_argument_group('emulated lab')
-    add_start_pose_arguments(group)
+    StartPoseOptions.add_to(parser)
     group.add_argument(
         '--seed', type=int, default=0, metavar='N', help='seed of noise (default: %(default)s)'
     )
@@ -53,7 +54,7 @@ def add_emulation_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def emulated_start_poses(
-    arena: Arena, nb_robots: int, poses: Path | None = None, pose: list[str] | None = None
+    arena: Arena, nb_robots: int, poses: Path | None = None, pose: Iterable[str] = ()
 ) -> NDArray[np.float64]:
     """Return start poses: those of a simulation, drawn together until they fit into the arena.
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 from pathlib import Path
 
 import numpy as np
@@ -82,7 +83,7 @@ def _pose_of_entry(entry: Entry) -> Pose:
 def chosen_start_poses(
     nb_robots: int,
     poses_file: Path | None = None,
-    pose_options: list[str] | None = None,
+    pose_options: Iterable[str] = (),
     defaults: NDArray[np.float64] | None = None,
 ) -> NDArray[np.float64]:
     """Return the start poses of a fleet: the defaults, then the file's, then single ones.

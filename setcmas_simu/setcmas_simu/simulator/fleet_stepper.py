@@ -13,7 +13,7 @@ from std_msgs.msg import Empty
 
 from setcmas_simu.fleet import topics
 from setcmas_simu.fleet.fleet import format_robots
-from setcmas_simu.options import MAX_RATE_HZ
+from setcmas_simu.options.kinds import MAX_RATE_HZ
 from setcmas_simu.robots.velocity_limits import VelocityLimits
 from setcmas_simu.robots.virtual_fleet import VirtualFleet
 from setcmas_simu.ros import qos

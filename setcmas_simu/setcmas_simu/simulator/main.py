@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import argparse
 import sys
+from dataclasses import replace
 
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet import topics
@@ -15,11 +16,7 @@ from setcmas_simu.reports.reports import Ready
 from setcmas_simu.robots.velocity_limits import limits_named
 from setcmas_simu.ros.process import FleetNode, RosProcess, node_main
 from setcmas_simu.simulator.fleet_stepper import FleetStepper
-from setcmas_simu.simulator.options import (
-    SimulatedRobots,
-    add_simulation_arguments,
-    simulated_robots,
-)
+from setcmas_simu.simulator.options import SimulatedRobots, SimulationOptions
 from setcmas_simu.simulator.simulator_guard import SimulatorGuard
 from setcmas_simu.simulator.virtual_robot import VirtualRobot
 
@@ -30,24 +27,25 @@ def robot_of_parameters() -> int:
     robot = probe.get_parameter('robot_no').value if probe.has_parameter('robot_no') else 1
     probe.destroy_node()
     if not isinstance(robot, int) or robot < 1:
-        raise SetcmasError(f'parameter robot_no is {robot!r}; accepted is a number from 1')
+        raise SetcmasError(f'parameter robot_no is {robot!r}; it must be a whole number from 1')
     return robot
 
 
 def main(argv: list[str] | None = None) -> int:
     """Simulate robots until a signal arrives; returns the exit status."""
     parser = argparse.ArgumentParser(prog='virtual_robot', description=__doc__)
-    add_simulation_arguments(parser)
+    SimulationOptions.add_to(parser)
     return node_main(parser, _simulate, argv)
 
 
 def _simulate(process: RosProcess, args: argparse.Namespace) -> None:
-    if args.robots is None and args.nb_robots is None:
-        args.robots = str(robot_of_parameters())
-    simulated = simulated_robots(args)
+    options = SimulationOptions.of(args)
+    if options.robots is None and options.nb_robots is None:
+        options = replace(options, robots=(robot_of_parameters(),))
+    simulated = options.simulated()
     node = FleetNode(f'{topics.VIRTUAL_ROBOT_NODE}s')
     guard = SimulatorGuard(node, simulated.robots)
-    nodes = _virtual_robots(simulated, args)
+    nodes = _virtual_robots(simulated, options)
     stepper = FleetStepper(node, nodes, limits_named(nodes[0].value('limits')))
     guard.refuse_second_simulator()
     process.add(node, *nodes)
@@ -56,7 +54,7 @@ def _simulate(process: RosProcess, args: argparse.Namespace) -> None:
     process.spin()
 
 
-def _virtual_robots(simulated: SimulatedRobots, args: argparse.Namespace) -> list[VirtualRobot]:
+def _virtual_robots(simulated: SimulatedRobots, options: SimulationOptions) -> list[VirtualRobot]:
     poses = simulated.start_poses.T.tolist()
     return [
         VirtualRobot(
@@ -65,10 +63,10 @@ def _virtual_robots(simulated: SimulatedRobots, args: argparse.Namespace) -> lis
                 'x0': x0,
                 'y0': y0,
                 'theta0': theta0,
-                'rate': args.robot_rate,
-                'limits': args.limits,
-                'cmd_timeout': args.cmd_timeout,
-                'cmd_vel_type': args.cmd_vel_type,
+                'rate': options.robot_rate,
+                'limits': options.limits,
+                'cmd_timeout': options.cmd_timeout,
+                'cmd_vel_type': options.cmd_vel_type,
             },
         )
         for robot, (x0, y0, theta0) in zip(simulated.robots, poses, strict=True)

@@ -2,19 +2,20 @@
 
 from __future__ import annotations
 
-import argparse
 import math
 from dataclasses import dataclass
 from pathlib import Path
+from typing import ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from setcmas_simu.errors import SetcmasError
-from setcmas_simu.fleet.fleet import parse_robots
+from setcmas_simu.fleet.fleet import format_robots
 from setcmas_simu.fleet.pose_options import chosen_start_poses
 from setcmas_simu.fleet.topics import CMD_VEL_TYPES
-from setcmas_simu.options import count, positive, rate
+from setcmas_simu.options.group import Form, Options, option
+from setcmas_simu.options.kinds import NB_ROBOTS, RATE, Kind, Number, OneOf, PathTo, Robots
 from setcmas_simu.robots.unicycle import RATE_HZ
 from setcmas_simu.robots.velocity_limits import MODELS
 
@@ -32,89 +33,68 @@ class SimulatedRobots:
     start_poses: NDArray[np.float64]
 
 
-def add_start_pose_arguments(group: argparse._ArgumentGroup) -> None:
-    """Add --poses and --pose."""
-    group.add_argument(
-        '--poses',
-        type=Path,
-        metavar='FILE',
-        help='start poses in a YAML file: a list [x, y, theta]',
+@dataclass(frozen=True, kw_only=True)
+class StartPoseOptions(Options):
+    """Where robots start that are not real."""
+
+    TITLE: ClassVar[str] = 'emulated lab'
+
+    poses: Path | None = option(
+        PathTo(), 'start poses in a YAML file: a list [x, y, theta]', default=None
     )
-    group.add_argument(
-        '--pose',
-        action='append',
-        default=[],
-        metavar='I:X,Y,THETA',
-        help='start pose of robot I in m and rad, such as 3:1.0,2.0,1.57; may be repeated',
+    pose: tuple[str, ...] = option(
+        Kind(metavar='I:X,Y,THETA'),
+        'start pose of robot I in m and rad, such as 3:1.0,2.0,1.57; may be repeated',
+        form=Form.REPEATED,
+        default=(),
     )
 
 
-def add_limits_argument(group: argparse._ArgumentGroup) -> None:
-    """Add --limits."""
-    group.add_argument(
-        '--limits',
-        choices=list(MODELS),
+@dataclass(frozen=True, kw_only=True)
+class SimulationOptions(StartPoseOptions):
+    """Which robots are simulated, and how."""
+
+    TITLE: ClassVar[str] = 'simulated robots'
+
+    nb_robots: int | None = option(NB_ROBOTS, 'size of the fleet', default=None, default_text='1')
+    robots: tuple[int, ...] | None = option(
+        Robots(), "simulate only these robots of it, such as '1-4'", default=None
+    )
+    limits: str = option(
+        OneOf(tuple(MODELS)),
+        'saturation of the robots: none, or as that TurtleBot3',
         default='ideal',
-        help='saturation of the robots: none, or as that TurtleBot3 (default: %(default)s)',
     )
-
-
-def add_cmd_timeout_argument(group: argparse._ArgumentGroup) -> None:
-    """Add --cmd-timeout."""
-    group.add_argument(
-        '--cmd-timeout',
-        type=positive,
+    cmd_timeout: float = option(
+        Number(above=0, unit='s'),
+        'stop a robot whose last command is older than this, in s',
         default=math.inf,
-        metavar='S',
-        help='stop a robot whose last command is older than this, in s (default: never)',
+        default_text='never',
     )
-
-
-def add_robot_rate_argument(group: argparse._ArgumentGroup) -> None:
-    """Add --robot-rate."""
-    group.add_argument(
-        '--robot-rate',
-        type=rate,
-        default=RATE_HZ,
-        metavar='HZ',
-        help='rate of integration and odometry (default: %(default)g)',
-    )
-
-
-def add_simulation_arguments(parser: argparse.ArgumentParser) -> None:
-    """Add every option of a simulation."""
-    group = parser.add_argument_group('simulated robots')
-    group.add_argument(
-        '--nb-robots', type=count, metavar='N', help='size of the fleet (default: 1)'
-    )
-    group.add_argument(
-        '--robots', metavar='LIST', help="simulate only these robots of it, such as '1-4'"
-    )
-    add_start_pose_arguments(group)
-    add_limits_argument(group)
-    add_cmd_timeout_argument(group)
-    add_robot_rate_argument(group)
-    group.add_argument(
-        '--cmd-vel-type',
-        choices=CMD_VEL_TYPES,
+    robot_rate: float = option(RATE, 'rate of integration and odometry', default=RATE_HZ)
+    cmd_vel_type: str = option(
+        OneOf(tuple(CMD_VEL_TYPES)),
+        'message type that the robots listen to on cmd_vel',
         default=CMD_VEL_TYPES[0],
-        help='message type that the robots listen to on cmd_vel (default: %(default)s)',
     )
 
+    @property
+    def fleet_size(self) -> int:
+        """Number of robots in the fleet."""
+        return self.nb_robots or (self.robots[-1] if self.robots else 1)
 
-def simulated_robots(args: argparse.Namespace) -> SimulatedRobots:
-    """Return the robots that parsed options ask for.
+    def simulated(self) -> SimulatedRobots:
+        """Return the robots that these options ask for.
 
-    Raises:
-        SetcmasError: The options contradict each other, or poses are malformed.
-    """
-    named = parse_robots(args.robots) if args.robots else None
-    nb_robots = args.nb_robots or (named[-1] if named else 1)
-    robots = named or list(range(1, nb_robots + 1))
-    if robots[-1] > nb_robots:
-        raise SetcmasError(
-            f"--robots '{args.robots}' names robot {robots[-1]}; "
-            f'the fleet has robots 1 to {nb_robots} (--nb-robots)'
-        )
-    poses = chosen_start_poses(nb_robots, args.poses, args.pose)
-    return SimulatedRobots(robots, poses[:, [robot - 1 for robot in robots]])
+        Raises:
+            SetcmasError: A robot is not in the fleet, or poses are malformed.
+        """
+        fleet = range(1, self.fleet_size + 1)
+        robots = list(self.robots or fleet)
+        if robots[-1] not in fleet:
+            raise SetcmasError(
+                f"--robots '{format_robots(robots)}' names robot {robots[-1]}; "
+                f'the fleet has robots 1 to {fleet[-1]} (--nb-robots)'
+            )
+        poses = chosen_start_poses(len(fleet), self.poses, self.pose)
+        return SimulatedRobots(robots, poses[:, [robot - 1 for robot in robots]])

@@ -81,7 +81,7 @@ class VirtualRobot(FleetNode):
         numeric = isinstance(value, (int, float)) and not isinstance(value, bool)
         if not numeric or not least <= value <= most:
             raise SetcmasError(
-                f'parameter {name} is {value!r}; accepted is a number from {least:g} to {most:g}'
+                f'parameter {name} is {value!r}; it must be from {least:g} to {most:g}'
             )
         return float(value)
 
@@ -94,7 +94,7 @@ class VirtualRobot(FleetNode):
         value = self.value(name)
         if value not in accepted:
             raise SetcmasError(
-                f'parameter {name} is {value!r}; accepted are {", ".join(accepted)}'
+                f'parameter {name} is {value!r}; it must be one of {", ".join(accepted)}'
             )
         return str(value)
 

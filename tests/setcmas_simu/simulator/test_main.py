@@ -165,7 +165,7 @@ def test_signals_end_the_process_well(start, signum):
 @pytest.mark.parametrize(
     ('arguments', 'message'),
     [
-        (('--robots', '0'), "robots '0' are not understood"),
+        (('--robots', '0'), "--robots is '0'; it must be numbers"),
         (('--nb-robots', '2', '--robots', '1-3'), 'the fleet has robots 1 to 2'),
         (('--nb-robots', '2', '--pose', '3:1,1'), 'is for robot 3'),
         (('--ros-args', '-p', 'robot_no:=0'), 'robot_no'),
@@ -174,7 +174,7 @@ def test_signals_end_the_process_well(start, signum):
         (('--ros-args', '-p', 'rate:=0'), 'rate'),
         (('--ros-args', '-p', 'x0:=.nan'), 'x0'),
         (('--ros-args', '-p', 'cmd_timeout:=-1'), 'cmd_timeout'),
-        (('--ros-args', '-p', 'cmd_vel_type:=pose'), 'accepted are twist_stamped, twist'),
+        (('--ros-args', '-p', 'cmd_vel_type:=pose'), 'must be one of twist_stamped, twist'),
         (('--ros-args', '-p', 'foo'), 'not understood'),
     ],
 )

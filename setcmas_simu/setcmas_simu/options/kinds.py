@@ -1,0 +1,224 @@
+"""Kinds of values that options take: read from a text, checked, written as a text."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+from numbers import Integral, Real
+from pathlib import Path
+from typing import Any
+
+from setcmas_simu.errors import SetcmasError
+from setcmas_simu.fleet.fleet import format_robots, parse_robots
+
+
+@dataclass(frozen=True)
+class Kind:
+    """Any text.
+
+    Attributes:
+        metavar: What stands for a value in help texts.
+    """
+
+    metavar: str | None = field(default=None, kw_only=True)
+
+    @property
+    def choices(self) -> tuple[str, ...]:
+        """All values, if they are words: for help texts and completion."""
+        return ()
+
+    @property
+    def must_be(self) -> str:
+        """What a value must be, in words that follow "must be"."""
+        return 'a text'
+
+    def parse(self, text: str) -> Any:
+        """Return the value that a text tells, or the text itself if it tells none."""
+        return text
+
+    def accepts(self, value: Any) -> bool:
+        """Return whether a value is of this kind."""
+        return isinstance(value, str)
+
+    def text(self, value: Any) -> str:
+        """Return the text that `parse` turns into a value."""
+        return str(value)
+
+    def check(self, name: str, value: Any) -> None:
+        """See that a value is of this kind.
+
+        Args:
+            name: What the message calls it.
+            value: The value, or a text that tells none.
+
+        Raises:
+            SetcmasError: It is not.
+        """
+        if not self.accepts(value):
+            shown = str(value).removesuffix('.0') if isinstance(value, Real) else repr(value)
+            raise SetcmasError(f'{name} is {shown}; it must be {self.must_be}')
+
+
+@dataclass(frozen=True)
+class Number(Kind):
+    """Real numbers.
+
+    Attributes:
+        above: All are above this.
+        least: The smallest.
+        most: The largest.
+        unit: Their unit.
+        finite: Whether inf, which is no limit, is refused.
+    """
+
+    above: float = -math.inf
+    least: float = -math.inf
+    most: float = math.inf
+    unit: str = ''
+    finite: bool = False
+
+    @property
+    def must_be(self) -> str:
+        """The bounds, with their unit."""
+        unit = f' {self.unit}' if self.unit else ''
+        lower = f'at least {self.least:g}' if self.least > -math.inf else f'above {self.above:g}'
+        if self.most < math.inf:
+            return f'{lower} and at most {self.most:g}{unit}'
+        return f'{lower}{unit} and finite' if self.finite else f'{lower}{unit}'
+
+    def parse(self, text: str) -> float | str:
+        """Return the number that a text tells."""
+        try:
+            return float(text)
+        except ValueError:
+            return text
+
+    def accepts(self, value: Any) -> bool:
+        """Return whether a value is a number within the bounds."""
+        if not isinstance(value, Real) or isinstance(value, bool):
+            return False
+        number = float(value)
+        inside = self.above < number and self.least <= number <= self.most
+        return inside and not (self.finite and math.isinf(number))
+
+    def text(self, value: Any) -> str:
+        """Return the shortest text that tells a number to the last bit."""
+        return repr(float(value)).removesuffix('.0')
+
+    def check(self, name: str, value: Any) -> None:
+        """See that a value is a number within the bounds."""
+        if isinstance(value, str):
+            raise SetcmasError(f'{name} is {value!r}; it must be a number {self.must_be}')
+        super().check(name, value)
+
+
+MAX_RATE_HZ = 200.0
+RATE = Number(above=0, most=MAX_RATE_HZ, unit='Hz')
+"""Rates that a process can keep."""
+
+
+@dataclass(frozen=True)
+class Whole(Kind):
+    """Whole numbers.
+
+    Attributes:
+        least: The smallest.
+        most: The largest; None is any.
+    """
+
+    least: int = 0
+    most: int | None = None
+    metavar: str | None = field(default='N', kw_only=True)
+
+    @property
+    def must_be(self) -> str:
+        """The bounds."""
+        upper = '' if self.most is None else f' to {self.most}'
+        return f'a whole number from {self.least}{upper}'
+
+    def parse(self, text: str) -> int | str:
+        """Return the number that a text tells."""
+        return int(text) if text.removeprefix('-').isdecimal() else text
+
+    def accepts(self, value: Any) -> bool:
+        """Return whether a value is a whole number within the bounds."""
+        if not isinstance(value, Integral) or isinstance(value, bool):
+            return False
+        return self.least <= int(value) and (self.most is None or int(value) <= self.most)
+
+
+NB_ROBOTS = Whole(1)
+"""Sizes of a fleet."""
+
+
+@dataclass(frozen=True)
+class OneOf(Kind):
+    """Words of a list.
+
+    Attributes:
+        words: The list.
+    """
+
+    words: tuple[str, ...]
+
+    @property
+    def choices(self) -> tuple[str, ...]:
+        """The list."""
+        return self.words
+
+    @property
+    def must_be(self) -> str:
+        """The list, as part of a sentence."""
+        *others, last = self.words
+        return f'{", ".join(others)} or {last}' if others else last
+
+    def accepts(self, value: Any) -> bool:
+        """Return whether a value is in the list."""
+        return value in self.words
+
+
+@dataclass(frozen=True)
+class PathTo(Kind):
+    """Files or folders."""
+
+    metavar: str | None = field(default='FILE', kw_only=True)
+
+    @property
+    def must_be(self) -> str:
+        """A path."""
+        return 'a path'
+
+    def parse(self, text: str) -> Path:
+        """Return the path that a text tells."""
+        return Path(text)
+
+    def accepts(self, value: Any) -> bool:
+        """Return whether a value is a path."""
+        return isinstance(value, Path)
+
+
+@dataclass(frozen=True)
+class Robots(Kind):
+    """Robots by number: a sorted tuple, typed as '1-4' or '2,5-7'."""
+
+    metavar: str | None = field(default='LIST', kw_only=True)
+
+    @property
+    def must_be(self) -> str:
+        """What is typed."""
+        return "numbers from 1 and ranges, such as '1-4' or '2,5-7'"
+
+    def parse(self, text: str) -> tuple[int, ...] | str:
+        """Return the numbers that a text tells."""
+        try:
+            return tuple(parse_robots(text))
+        except SetcmasError:
+            return text
+
+    def accepts(self, value: Any) -> bool:
+        """Return whether a value is a tuple of numbers."""
+        return isinstance(value, tuple)
+
+    def text(self, value: Any) -> str:
+        """Return the shortest text that tells the numbers."""
+        return format_robots(list(value))
