@@ -10,7 +10,6 @@ from __future__ import annotations
 import argparse
 import os
 import platform
-import shutil
 import signal
 import statistics
 import subprocess
@@ -33,7 +32,7 @@ from rclpy.node import Node
 
 from setcmas_simu.ros.dds_setup import dds_setup
 
-SETCMAS = shutil.which('setcmas', path=str(Path(sys.executable).parent)) or 'setcmas'
+SETCMAS = Path(sys.executable).parent / 'setcmas'
 
 
 class Observer(Node):
@@ -69,22 +68,23 @@ def cpu_s(processes: list[psutil.Process]) -> float:
     return sum(sum(p.cpu_times()[:2]) for p in processes)
 
 
-def start(*arguments: str) -> tuple[float, subprocess.Popen]:
+def start(setcmas: Path, *arguments: str) -> tuple[float, subprocess.Popen]:
     begin = time.time()
-    return begin, subprocess.Popen([SETCMAS, *arguments], stderr=subprocess.DEVNULL)
+    quiet = {'stdout': subprocess.DEVNULL, 'stderr': subprocess.DEVNULL}
+    return begin, subprocess.Popen([setcmas, *arguments], **quiet)
 
 
-def measure_fleet(nb_robots: int, duration: float) -> dict[str, float]:
+def measure_fleet(nb_robots: int, duration: float, setcmas: Path = SETCMAS) -> dict[str, float]:
     """Start simu and ctrl, watch them for a while, and return figures by name."""
     with dds_setup():
         rclpy.init()
     observer = Observer(nb_robots)
     executor = SingleThreadedExecutor()
     executor.add_node(observer)
-    simu_begin, simu = start('simu', '--nb-robots', str(nb_robots))
+    simu_begin, simu = start(setcmas, 'simu', '--nb-robots', str(nb_robots))
     spin(executor, lambda: observer.all_seen('odom'), 30)
     spin(executor, lambda: False, 2)
-    ctrl_begin, ctrl = start('ctrl', '--algo', 'consensus')
+    ctrl_begin, ctrl = start(setcmas, 'ctrl', '--algo', 'consensus')
     spin(executor, lambda: observer.all_seen('cmd_vel'), 30)
     spin(executor, lambda: False, 2)
 
@@ -118,14 +118,11 @@ def measure_fleet(nb_robots: int, duration: float) -> dict[str, float]:
     return figures
 
 
-def measure_help(repeat: int) -> float:
-    """Return the median time of `setcmas --help` in s."""
-    times = []
-    for _ in range(repeat):
-        begin = time.perf_counter()
-        subprocess.run([SETCMAS, '--help'], stdout=subprocess.DEVNULL, check=True)
-        times.append(time.perf_counter() - begin)
-    return statistics.median(times)
+def time_of_help(setcmas: Path = SETCMAS) -> float:
+    """Return how long `setcmas --help` takes, in s."""
+    begin = time.perf_counter()
+    subprocess.run([setcmas, '--help'], stdout=subprocess.DEVNULL, check=True)
+    return time.perf_counter() - begin
 
 
 def main() -> None:
@@ -136,7 +133,8 @@ def main() -> None:
     parser.add_argument('--repeat', type=int, default=3)
     args = parser.parse_args()
     print(f'{platform.platform()}, {os.cpu_count()} cores, Python {platform.python_version()}')
-    print(f'setcmas --help: {measure_help(7):.3f} s (median of 7)')
+    helps = [time_of_help() for _ in range(7)]
+    print(f'setcmas --help: {statistics.median(helps):.3f} s (median of 7)')
     runs = [measure_fleet(args.nb_robots, args.duration) for _ in range(args.repeat)]
     print(f'{args.nb_robots} robots, {args.duration:g} s, {args.repeat} runs: median (all)')
     for name in runs[0]:

@@ -32,9 +32,9 @@ from websockets.typing import Subprotocol
 SETCMAS = Path(sys.executable).parent / 'setcmas'
 
 
-def start(log: Path, *arguments: str) -> subprocess.Popen:
+def start(log: Path, setcmas: Path, *arguments: str) -> subprocess.Popen:
     with log.open('wb') as file:
-        return subprocess.Popen([SETCMAS, *arguments], stdout=file, stderr=file)
+        return subprocess.Popen([setcmas, *arguments], stdout=file, stderr=file)
 
 
 def node_of(process: subprocess.Popen) -> psutil.Process:
@@ -71,10 +71,13 @@ def frames_per_s(url: str, duration: float) -> float:
         return count / (time.monotonic() - begin)
 
 
-def measure(nb_robots: int, algo: str, duration: float, folder: Path) -> None:
-    simu = start(folder / 'simu', 'simu', '--nb-robots', str(nb_robots))
-    ctrl = start(folder / 'ctrl', 'ctrl', '--algo', algo)
-    view = start(folder / 'view', 'view')
+def measure_view(
+    nb_robots: int, algo: str, duration: float, folder: Path, setcmas: Path = SETCMAS
+) -> dict[str, float]:
+    """Let a browser look at a fleet for a while, and return figures by name."""
+    simu = start(folder / 'simu', setcmas, 'simu', '--nb-robots', str(nb_robots))
+    ctrl = start(folder / 'ctrl', setcmas, 'ctrl', '--algo', algo)
+    view = start(folder / 'view', setcmas, 'view')
     try:
         url = url_in(folder / 'view')
         time.sleep(5)
@@ -85,13 +88,12 @@ def measure(nb_robots: int, algo: str, duration: float, folder: Path) -> None:
             time.sleep(5)
             busy = load(node_of(view), duration)
             frames = frames_per_s(url, 5)
-        memory = node_of(view).memory_full_info().pss / 1e6
-        print(
-            f'{nb_robots:3d} robots under {algo}: {busy:.3f} core with a browser at '
-            f'{frames:.0f} frames a second, '
-            f'{idle:.3f} core without, {memory:.0f} MB (PSS)',
-            flush=True,
-        )
+        return {
+            'view with a browser (core)': busy,
+            'view without a browser (core)': idle,
+            'view updates (1/s)': frames,
+            'view PSS (MB)': node_of(view).memory_full_info().pss / 1e6,
+        }
     finally:
         for process in (view, ctrl, simu):
             process.send_signal(signal.SIGINT)
@@ -107,7 +109,10 @@ def main() -> None:
     print(f'{platform.platform()}, Python {platform.python_version()}, {os.cpu_count()} cores')
     with tempfile.TemporaryDirectory() as folder:
         for nb_robots in args.nb_robots:
-            measure(nb_robots, args.algo, args.duration, Path(folder))
+            print(f'{nb_robots} robots under {args.algo}')
+            figures = measure_view(nb_robots, args.algo, args.duration, Path(folder))
+            for name, value in figures.items():
+                print(f'  {name:36} {value:8.3f}', flush=True)
 
 
 if __name__ == '__main__':
