@@ -71,12 +71,28 @@ class LabPeer:
     def wait_for_command(self, robot, command):
         self.peer.wait_for(lambda: self.last(robot) == command)
 
-    def let_go(self):
-        """Say go, as a pause node does: after the bridge has heard it pause."""
+    def let_go(self, commands=None):
+        """Say go, as a pause node does, and wait until robots get these commands.
+
+        On a busy machine the bridge may miss the pause node; then it is told once more.
+        """
+        self._say_go()
+        self.peer.wait_for(lambda: self._goes(commands or {}))
+
+    def _say_go(self):
+        """Say go after the bridge has heard a pause."""
         if self.paused is not False:
             self.paused = True
             self.peer.wait_for(self._is_paused_by_wish)
             self.paused = False
+
+    def _goes(self, commands):
+        if all(self.last(robot) == command for robot, command in commands.items()):
+            return True
+        if 'heard' in self.status(1)[0].message:
+            self.paused = True
+            self._say_go()
+        return False
 
     def _is_paused_by_wish(self):
         message = self.status(1)[0].message

@@ -1,4 +1,4 @@
-"""Eight robots, motion capture and laptop on machines of their own, without multicast."""
+"""Robots, motion capture and laptop on machines of their own, without multicast."""
 
 import contextlib
 import os
@@ -12,7 +12,6 @@ from ros_peer import Peer
 
 from setcmas_expe.doctor.discovery_server import PORT
 
-NB_ROBOTS = 8
 RELAY = Path(__file__).parent / 'setcmas_expe' / 'scripts' / 'mocap_relay.py'
 GOES = 0.07  # m/s
 PEERS, SERVER = 'static peers', 'discovery server'
@@ -27,7 +26,9 @@ def running(command, log: Path):
             process.terminate()
 
 
-def roll_after_the_laptop_is_cut_off(way: str, domain: int, folder: Path) -> list[float]:
+def roll_after_the_laptop_is_cut_off(
+    way: str, nb_robots: int, domain: int, folder: Path
+) -> list[float]:
     """Return how far (m) each of the robots rolls; the laptop finds them in one of two ways."""
     os.environ.update(UDP_ONLY, ROS_AUTOMATIC_DISCOVERY_RANGE='SUBNET')
     with Network('mocap', 'laptop', 'robots') as network, contextlib.ExitStack() as stack:
@@ -50,9 +51,9 @@ def roll_after_the_laptop_is_cut_off(way: str, domain: int, folder: Path) -> lis
             os.environ['ROS_DISCOVERY_SERVER'] = f'{laptop}:{PORT}'
         # Its motion capture is of another kind, so that robots and poses are on two machines.
         robots = [sys.executable, '-m', 'setcmas_expe.emulation.lab', '--mocap', 'vicon']
-        robots += ['--nb-robots', str(NB_ROBOTS)]
+        robots += ['--nb-robots', str(nb_robots)]
         mocap = ['env', f'ROS_STATIC_PEERS={addresses["robots"]}']  # it sees the truth there
-        mocap += [sys.executable, str(RELAY), str(NB_ROBOTS)]
+        mocap += [sys.executable, str(RELAY), str(nb_robots)]
         for machine, command in (('robots', robots), ('mocap', mocap)):
             command = network.command(machine, command)
             stack.enter_context(running(command, folder / f'{machine}.txt'))
@@ -63,7 +64,7 @@ def roll_after_the_laptop_is_cut_off(way: str, domain: int, folder: Path) -> lis
             peer,
             folder,
             *('--vnom', '0.1', '--lab', str(lab)),
-            nb_robots=NB_ROBOTS,
+            nb_robots=nb_robots,
             before=network.command('laptop', []),
             lab=(),
         )

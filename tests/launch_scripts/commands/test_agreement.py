@@ -17,7 +17,6 @@ from setcmas_tools.records.fleet_table import read_csv
 
 pytest.importorskip('rclpy')
 
-DURATION = 40.0
 SWITCHING = """
 segments:
   - {duration: 5, edges: [1 - 2, 3 - 4]}
@@ -34,18 +33,18 @@ RUNS = {
 }
 """Law, number of robots, and further options of each run."""
 
-
+QUICK = ('traj_tracking', 'a switching graph, late')
 LARGEST_RMS_M = 0.08  # per robot
 
 
-def run_over_ros(names, folder):
+def run_over_ros(names, duration, folder):
     """Let runs take place at the same time, each fleet in a domain of its own."""
     with contextlib.ExitStack() as stack:
         runs = []
         for name in names:
             algo, nb_robots, further = RUNS[name]
             domain = stack.enter_context(reserved_domain())
-            options = ['--nb-robots', str(nb_robots), '--duration', str(DURATION)]
+            options = ['--nb-robots', str(nb_robots), '--duration', str(duration)]
             options += [f'--{option}={value}' for option, value in further.items()]
             environment = {'ROS_AUTOMATIC_DISCOVERY_RANGE': 'LOCALHOST', 'ROS_DOMAIN_ID': domain}
             run = subprocess.Popen(
@@ -62,13 +61,13 @@ def run_over_ros(names, folder):
             print(output.decode())
 
 
-def apart(name, folder):
+def apart(name, duration, folder):
     """Return how far (m, RMS per robot) a run over ROS is from the offline run; inf: it failed."""
     record = yaml.safe_load((folder / name / 'run.yaml').read_text())
     if record['outcome'] != 'complete':
         return math.inf
     algo, nb_robots, further = RUNS[name]
-    offline = simulate(algo, nb_robots, DURATION, **further)
+    offline = simulate(algo, nb_robots, duration, **further)
     table = read_csv(folder / name / 'csv' / 'fleet.csv')
     tracks = [table.of(robot) for robot in table.robots]
     assert len(tracks) == nb_robots
@@ -79,16 +78,19 @@ def apart(name, folder):
     return compare(offline.t, ours, offline.t, over_ros).rms / np.sqrt(nb_robots)
 
 
-def test_ros_and_offline_runs_agree(tmp_path, monkeypatch):
+@pytest.mark.parametrize(
+    ('names', 'duration'), [(QUICK, 15.0), pytest.param(RUNS, 40.0, marks=pytest.mark.nightly)]
+)
+def test_ros_and_offline_runs_agree(names, duration, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     (tmp_path / 'switching.yaml').write_text(SWITCHING)
-    run_over_ros(RUNS, tmp_path)
-    rms = {name: apart(name, tmp_path) for name in RUNS}
+    run_over_ros(names, duration, tmp_path)
+    rms = {name: apart(name, duration, tmp_path) for name in names}
     # A machine that is busy with other tests delays commands, or starts; then one run at a time.
-    for name in [name for name in RUNS if rms[name] >= LARGEST_RMS_M]:
+    for name in [name for name in names if rms[name] >= LARGEST_RMS_M]:
         for _ in range(3):
-            run_over_ros([name], tmp_path)
-            rms[name] = apart(name, tmp_path)
+            run_over_ros([name], duration, tmp_path)
+            rms[name] = apart(name, duration, tmp_path)
             if rms[name] < LARGEST_RMS_M:
                 break
     print(rms)

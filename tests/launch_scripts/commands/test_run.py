@@ -192,6 +192,7 @@ def test_three_terminals(start, tmp_path):
     assert all(Path(tmp_path, line).is_file() for line in plots.stdout.splitlines())
 
 
+@pytest.mark.nightly
 def test_nav_wp_over_ros_goes_the_way_of_the_recording_of_the_ros_1_stack(domain, tmp_path):
     from setcmas_tools.records.fleet_table import read_csv
 

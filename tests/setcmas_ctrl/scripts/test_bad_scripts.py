@@ -1,4 +1,4 @@
-"""Scripts with a mistake each: what the student reads, from real nodes.
+"""Scripts with a mistake each: what the student reads, offline and from real nodes.
 
 The scripts are in bad; comments at their top tell what must be in the output, and whether
 while the script is loaded (the controller ends with status 2) or while the robots run.
@@ -10,6 +10,9 @@ from pathlib import Path
 
 import pytest
 from processes import CTRL, SETCMAS, SIMU
+
+from setcmas_simu.errors import SetcmasError
+from setcmas_tools import simulate
 
 pytest.importorskip('rclpy')
 
@@ -26,19 +29,49 @@ def expected(path, when):
 
 LOADING = [path for path in SCRIPTS if expected(path, 'load')]
 RUNNING = [path for path in SCRIPTS if expected(path, 'run')]
+TIMED = [
+    BAD / f'{name}.py' for name in ('endless_loop', 'endless_while_loading', 'sleeps', 'slow')
+]
+"""Scripts that only a process which goes with the clock can tell of."""
+
+# A few of the others over ROS too: what they say is found by the same code, in another process.
+LOADING_OVER_ROS = [BAD / f'{name}.py' for name in ('syntax_error', 'exits_while_loading')]
+RUNNING_OVER_ROS = [BAD / f'{name}.py' for name in ('exits', 'fails_for_a_while', 'returns_none')]
 
 
 def test_every_script_says_what_to_expect():
     assert sorted(LOADING + RUNNING) == SCRIPTS
     assert len(SCRIPTS) >= 20
+    assert {*TIMED, *RUNNING_OVER_ROS} <= set(RUNNING)
+    assert set(LOADING_OVER_ROS) <= set(LOADING)
 
 
-# A process for each script at a time would be too much for a small machine.
-@pytest.mark.parametrize('part', range(3))
-def test_mistakes_that_are_found_while_loading(start, part):
-    paths = LOADING[part::3]
-    processes = [start(*CTRL, '--algo', str(path), '--nb-robots', '1') for path in paths]
-    for path, process in zip(paths, processes, strict=True):
+@pytest.mark.parametrize('path', LOADING, ids=lambda path: path.stem)
+def test_mistakes_that_are_found_while_loading(path):
+    with pytest.raises(SetcmasError) as error:
+        simulate(path)
+
+    for text in expected(path, 'load'):
+        assert text in str(error.value)
+    assert 'Traceback' not in str(error.value)
+
+
+@pytest.mark.parametrize('path', sorted(set(RUNNING) - set(TIMED)), ids=lambda path: path.stem)
+def test_mistakes_that_are_found_while_running(path):
+    said = []
+    simulate(path, nb_robots=2, duration=5, warn=said.append)
+
+    output = '\n'.join(said)
+    for text in expected(path, 'run'):
+        assert text in output
+    assert 'tb3_1' in output
+    assert 'Traceback' not in output
+    assert output.count(expected(path, 'run')[0]) == 1  # repeated errors are counted
+
+
+def test_mistakes_that_are_found_while_a_controller_loads(start):
+    processes = [start(*CTRL, '--algo', str(p), '--nb-robots', '1') for p in LOADING_OVER_ROS]
+    for path, process in zip(LOADING_OVER_ROS, processes, strict=True):
         assert process.wait() == 2, path.name
         for text in expected(path, 'load'):
             assert text in process.output()
@@ -46,9 +79,8 @@ def test_mistakes_that_are_found_while_loading(start, part):
         assert 'Traceback' not in process.output()
 
 
-@pytest.mark.parametrize('part', range(3))
-def test_mistakes_that_are_found_while_running(start, part):
-    paths = RUNNING[part::3]
+def test_mistakes_that_are_found_while_a_controller_runs(start):
+    paths = TIMED + RUNNING_OVER_ROS
     fleet = str(len(paths))
     start(*SIMU, '--nb-robots', fleet).wait_for_output('simulating')
     processes = [

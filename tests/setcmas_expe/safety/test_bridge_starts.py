@@ -51,8 +51,7 @@ def test_a_go_of_an_earlier_experiment_starts_nothing(lab):
 
 
 def test_a_pause_node_that_is_heard_again_starts_nothing(lab):
-    lab.let_go()
-    lab.wait_for_command(1, GO)
+    lab.let_go({1: GO})
     lab.paused = None
     lab.wait_for_command(1, STOP)
 
@@ -61,8 +60,7 @@ def test_a_pause_node_that_is_heard_again_starts_nothing(lab):
 
 
 def test_a_bridge_that_hung_or_slept_with_the_laptop_starts_nothing(lab, bridges):
-    lab.let_go()
-    lab.wait_for_command(1, GO)
+    lab.let_go({1: GO})
     bridges.popen.send_signal(signal.SIGSTOP)
     lab.peer.spin(1.0)
     bridges.popen.send_signal(signal.SIGCONT)
@@ -72,8 +70,7 @@ def test_a_bridge_that_hung_or_slept_with_the_laptop_starts_nothing(lab, bridges
 
 
 def test_a_robot_stands_while_somebody_else_commands_it(lab):
-    lab.let_go()
-    lab.wait_for_command(1, GO)
+    lab.let_go({1: GO})
     rival = lab.peer.node.create_publisher(TwistStamped, '/tb3_1/cmd_vel', 1)
 
     see_it_stand(lab, '/peer commands it too')
@@ -82,16 +79,14 @@ def test_a_robot_stands_while_somebody_else_commands_it(lab):
 
 
 def test_a_robot_stands_while_two_controllers_want_to_move_it(lab):
-    lab.let_go()
-    lab.wait_for_command(1, GO)
+    lab.let_go({1: GO})
     lab.peer.node.create_publisher(TwistStamped, '/tb3_1/cmd_vel_wanted', 1)
 
     see_it_stand(lab, '2 controllers want to move it')
 
 
 def test_two_robots_that_were_set_up_as_one_stand(lab, domain):
-    lab.let_go()
-    lab.wait_for_command(1, GO)
+    lab.let_go({1: GO})
     with Peer(domain) as other:
         robots = [
             Node('turtlebot3_node', namespace='tb3_1', context=peer.context)
@@ -106,16 +101,14 @@ def test_two_robots_that_were_set_up_as_one_stand(lab, domain):
 
 
 def test_poses_that_two_nodes_send_are_not_believed(lab):
-    lab.let_go()
-    lab.wait_for_command(1, GO)
+    lab.let_go({1: GO})
     lab.peer.node.create_publisher(Odometry, '/qualisys/tb3_1/odom', 1)
 
     see_it_stand(lab, '2 nodes send it on /qualisys/tb3_1/odom')
 
 
 def test_the_end_of_a_second_experiment_starts_nothing(lab):
-    lab.let_go()
-    lab.wait_for_command(1, GO)
+    lab.let_go({1: GO})
     second = lab.peer.node.create_publisher(Bool, '/paused', 1)
     lab.wait_for_command(1, STOP)
     lab.peer.wait_for(lambda: 'several pause nodes' in lab.status(1)[0].message)

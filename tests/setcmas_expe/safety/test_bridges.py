@@ -27,9 +27,7 @@ def let_go(lab):
     """Let both robots move: all that a command needs is there."""
     lab.poses.update({1: (-1.0, 0.0, 0.5), 2: (1.0, 0.0, 0.5)})
     lab.wanted.update({1: (0.1, 0.2), 2: (0.05, 0.0)})
-    lab.let_go()
-    lab.wait_for_command(1, (0.1, 0.2))
-    lab.wait_for_command(2, (0.05, 0.0))
+    lab.let_go({1: (0.1, 0.2), 2: (0.05, 0.0)})
 
 
 def test_a_robot_moves_only_while_all_that_it_needs_is_there(start, peer, lab):
