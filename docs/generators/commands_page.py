@@ -12,8 +12,10 @@ _SHORT = 30
 
 
 def text() -> str:
-    """Return the section of each verb: purpose, examples, a table of options for each group."""
-    return '\n\n'.join(_verb(verb) for verb in VERBS)
+    """Return a table of the verbs, and a section for each: purpose, examples, tables of options."""
+    rows = [f'| [`setcmas {verb}`](#setcmas-{verb}) | {VERBS[verb]} |' for verb in VERBS]
+    table = '\n'.join(['| verb | |', '|---|---|', *rows])
+    return '\n\n'.join([table, *map(_verb, VERBS)])
 
 
 def _verb(verb: str) -> str:
@@ -21,6 +23,7 @@ def _verb(verb: str) -> str:
     purpose, _, examples = (parser.description or '').partition('Examples:')
     parts = [f'## setcmas {verb}', _escaped(purpose.strip()), _examples(examples)]
     parts += [_options(parser, group) for group in parser._action_groups]
+    parts.append(_table_of(parser.epilog or ''))
     return '\n\n'.join(part for part in parts if part)
 
 
@@ -40,6 +43,14 @@ def _examples(block: str) -> str:
     return '\n'.join(['```sh', *lines, '```']) if lines else ''
 
 
+def _table_of(epilog: str) -> str:
+    """Return a list such as 'faults:' and a line for each as a table."""
+    title, *lines = epilog.splitlines() or ['']
+    rows = [re.split(r'\s{2,}', line.strip(), maxsplit=1) for line in lines]
+    table = [f'| `{name}` | {_escaped(purpose)} |' for name, purpose in rows]
+    return '\n'.join([f'| {title.rstrip(":")} | |', '|---|---|', *table]) if table else ''
+
+
 def _options(parser: argparse.ArgumentParser, group: argparse._ArgumentGroup) -> str:
     rows = [
         f'| `{_spelling(action)}` | {_meaning(parser, action)} |'
@@ -56,9 +67,9 @@ def _spelling(action: argparse.Action) -> str:
     names = ', '.join(action.option_strings)
     if action.nargs == 0:
         return names
-    choices = ' | '.join(map(str, action.choices or ()))
-    value = action.metavar or (choices if len(choices) < _SHORT else action.dest.upper())
-    return f'{names} {value}'.strip().replace('|', '\\|')
+    choices = '{' + ','.join(map(str, action.choices or ())) + '}'
+    value = action.metavar or (choices if 2 < len(choices) < _SHORT else action.dest.upper())
+    return f'{names} {value}'.strip().replace('|', ' or ')
 
 
 def _meaning(parser: argparse.ArgumentParser, action: argparse.Action) -> str:
