@@ -12,7 +12,7 @@ _SHORT = 30
 
 
 def text() -> str:
-    """Return a table of the verbs, and a section for each: purpose, examples, tables of options."""
+    """Return a table of the verbs, and for each its purpose, examples and tables of options."""
     rows = [f'| [`setcmas {verb}`](#setcmas-{verb}) | {VERBS[verb]} |' for verb in VERBS]
     table = '\n'.join(['| verb | |', '|---|---|', *rows])
     return '\n\n'.join([table, *map(_verb, VERBS)])
