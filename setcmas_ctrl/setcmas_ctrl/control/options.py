@@ -5,12 +5,12 @@ from __future__ import annotations
 import argparse
 
 from setcmas_ctrl.control.saturation import VNOM
-from setcmas_ctrl.control.si_to_uni import KOMEGA
 from setcmas_ctrl.scripts.random_seed import SEED, seed
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet.fleet import parse_robots
 from setcmas_simu.fleet.topics import AUTO, CMD_VEL_TYPES
 from setcmas_simu.options import count, positive, rate
+from setcmas_simu.robots.si_to_uni import KOMEGA
 
 RATE_HZ = 5.0
 """Default rate of control, in Hz."""

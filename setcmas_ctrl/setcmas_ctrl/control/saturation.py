@@ -5,11 +5,10 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from setcmas_simu.robots.si_to_uni import SLOW
+
 VNOM = 0.5
 """Default largest speed of a robot, in m/s."""
-
-SLOW = 0.01
-"""Speed below which a robot counts as standing, in m/s; a TurtleBot3 cannot go slower."""
 
 
 def saturate(velocities: ArrayLike, vnom: float = VNOM) -> NDArray[np.float64]:

@@ -5,10 +5,10 @@ from __future__ import annotations
 from geometry_msgs.msg import Point32
 from std_msgs.msg import Bool
 
-from setcmas_ctrl.control.si_to_uni import si_to_uni
 from setcmas_ctrl.fleet.odometry import FleetOdometry
 from setcmas_simu.fleet import topics
 from setcmas_simu.fleet.topics import AUTO
+from setcmas_simu.robots.si_to_uni import si_to_uni
 from setcmas_simu.ros import qos
 from setcmas_simu.ros.cmd_vel_publisher import CmdVelPublisher
 from setcmas_simu.ros.process import FleetNode

@@ -14,12 +14,12 @@ from setcmas_ctrl.communication.graph import COMPLETE
 from setcmas_ctrl.communication.settings import Condition, Graph, communication
 from setcmas_ctrl.control.options import RATE_HZ as CONTROL_RATE_HZ
 from setcmas_ctrl.control.saturation import VNOM
-from setcmas_ctrl.control.si_to_uni import KOMEGA
 from setcmas_ctrl.scripts.output import named_output
 from setcmas_ctrl.scripts.random_seed import SEED, seed_scripts
 from setcmas_ctrl.scripts.settings import Settings
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet.fleet import start_poses
+from setcmas_simu.robots.si_to_uni import KOMEGA
 from setcmas_simu.robots.unicycle import RATE_HZ as ROBOT_RATE_HZ
 from setcmas_simu.robots.velocity_limits import limits_named
 from setcmas_simu.robots.virtual_fleet import VirtualFleet

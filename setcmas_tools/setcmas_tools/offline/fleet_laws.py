@@ -13,12 +13,12 @@ from numpy.typing import NDArray
 
 from setcmas_ctrl.control.control_law import ControlLaw
 from setcmas_ctrl.control.saturation import saturate
-from setcmas_ctrl.control.si_to_uni import si_to_uni
 from setcmas_ctrl.scripts.error_reports import ErrorReports
 from setcmas_ctrl.scripts.failures import ControlError
 from setcmas_ctrl.scripts.loader import find_script
 from setcmas_ctrl.scripts.settings import Settings
 from setcmas_simu.errors import SetcmasError
+from setcmas_simu.robots.si_to_uni import si_to_uni
 
 Floats = NDArray[np.float64]
 

@@ -5,8 +5,10 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from setcmas_ctrl.control.saturation import SLOW
 from setcmas_simu.fleet.planar_pose import wrap_angle
+
+SLOW = 0.01
+"""Speed below which a robot counts as standing, in m/s; a TurtleBot3 cannot go slower."""
 
 KOMEGA = 1.5
 """Default gain on the heading error, in 1/s."""

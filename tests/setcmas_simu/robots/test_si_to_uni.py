@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from setcmas_ctrl.control.si_to_uni import si_to_uni
+from setcmas_simu.robots.si_to_uni import si_to_uni
 
 
 def test_forward_speed_is_the_norm_and_turn_rate_follows_the_heading_error():
