@@ -131,6 +131,7 @@ def _simulate(args: argparse.Namespace, script: str, settings: Mapping[str, Any]
             args.nb_robots,
             args.duration,
             poses=chosen_start_poses(args.nb_robots, args.poses, args.pose),
+            model=args.model,
             limits=args.limits,
             vnom=args.vnom,
             komega=args.komega,

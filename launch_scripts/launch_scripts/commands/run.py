@@ -44,7 +44,7 @@ from setcmas_tools.run.inputs import run_inputs
 _START_TIMEOUT_S = 20.0
 _FAILED = 'complete, but a script failed for some robots'
 _NOT_BEGUN = 'a process found a mistake'
-_OF_SIMULATED_ROBOTS = ('limits', 'robot_rate', 'cmd_timeout')
+_OF_SIMULATED_ROBOTS = ('model', 'limits', 'robot_rate', 'cmd_timeout')
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

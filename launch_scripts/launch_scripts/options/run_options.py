@@ -64,7 +64,7 @@ def parameters(
     values['set'] = parse_settings(args.set)
     values |= {name: getattr(args, name) for name in _RECORDED}
     robots = SimulationOptions.of(args).record()
-    values |= {name: robots[name] for name in ('pose', 'limits', 'robot_rate', 'poses')}
+    values |= {name: robots[name] for name in ('pose', 'model', 'limits', 'robot_rate', 'poses')}
     values['cmd_timeout'] = robots['cmd_timeout']
     return values | _of_lab(lab) if lab else values
 

@@ -1,4 +1,4 @@
-"""One integration step of the unicycle."""
+"""The unicycle: goes along its heading, turns on the spot."""
 
 from __future__ import annotations
 
@@ -6,9 +6,53 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from setcmas_simu.fleet.planar_pose import wrap_angle
+from setcmas_simu.robots.model import Floats, RobotModel
+from setcmas_simu.robots.shape import Prism, Shape, Wheel, disc, mirrored, rectangle
+from setcmas_simu.robots.velocity_limits import IDEAL, VelocityLimits
 
 RATE_HZ = 10.0
 """Default rate at which robots are integrated, in Hz."""
+
+DART = ((0.07, 0.0), (-0.056, 0.049), (-0.028, 0.0), (-0.056, -0.049))
+"""Outline in m that points to where a robot heads, about as long as a TurtleBot3 Burger."""
+
+_PLATE = mirrored(((0.069, 0.035), (0.035, 0.069), (-0.05, 0.069), (-0.075, 0.045)))
+_NOSE = ((0.069, -0.05), (0.15, 0.0), (0.069, 0.05))
+
+BURGER_SHAPE = Shape(
+    DART,
+    (
+        *(Prism(_PLATE, bottom, bottom + 0.035) for bottom in (0.02, 0.07, 0.12)),
+        Prism(_NOSE, 0.02, 0.155),
+        Prism(rectangle((-0.055, 0.05), (-0.05, 0.05)), 0.03, 0.13, dark=True),
+        Prism(disc(0.036), 0.155, 0.192, dark=True),  # the laser scanner
+    ),
+    tuple(Wheel(0.0, side * 0.08, 0.033, 0.018) for side in (-1, 1)),
+)
+"""A TurtleBot3 Burger, with a nose that shows its heading."""
+
+
+class Unicycle(RobotModel):
+    """The robot of the ROS 1 stack: it follows its command at once, up to its limits."""
+
+    shape = BURGER_SHAPE
+
+    def __init__(self, limits: VelocityLimits = IDEAL) -> None:
+        """Take how fast the robots can go; without limits unless told."""
+        self.limits = limits
+        self.V_max = limits.V_max
+
+    def step(self, states: Floats, commands: Floats, Ts: float) -> Floats:
+        """Return the states a period later, as `step` of this module moves them."""
+        V, omega = self.limits.saturate(commands[0], commands[2])
+        return driven(states, V, omega, Ts)
+
+
+def driven(states: Floats, V: Floats, omega: Floats, Ts: float) -> Floats:
+    """Return the states after a period of Ts s at forward speeds V (m/s), turn rates omega."""
+    later = step(states, V, omega, Ts)
+    later[3], later[5] = V, omega
+    return later
 
 
 def step(poses: ArrayLike, V: ArrayLike, omega: ArrayLike, Ts: float) -> NDArray[np.float64]:
@@ -19,13 +63,13 @@ def step(poses: ArrayLike, V: ArrayLike, omega: ArrayLike, Ts: float) -> NDArray
     section 11.2.1), in the order of the ROS 1 stack. The heading is not wrapped.
 
     Args:
-        poses: Rows x, y in m and theta in rad, shape (3, N).
+        poses: Rows x, y in m and theta in rad, and any others that stay, shape (3 or more, N).
         V: Forward speeds in m/s, shape (N,).
         omega: Turn rates in rad/s, shape (N,).
         Ts: Period in s.
 
     Returns:
-        The poses a period later, shape (3, N).
+        The poses a period later, the same shape.
     """
     later = np.array(poses, dtype=float)
     travel = Ts * np.asarray(V, dtype=float)
@@ -55,3 +99,7 @@ def velocities_between(
     x1, y1, theta1 = np.asarray(after, dtype=float)
     V = ((x1 - x0) * np.cos(theta1) + (y1 - y0) * np.sin(theta1)) / Ts
     return V, wrap_angle(theta1 - theta0) / Ts
+
+
+UNICYCLE = Unicycle()
+"""Without limits."""

@@ -1,79 +1,83 @@
-"""The state of a simulated fleet: poses, applied velocities, stepping and reset."""
+"""The state of a simulated fleet: poses, velocities, stepping and reset."""
 
 from __future__ import annotations
 
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
-from setcmas_simu.robots import unicycle
-from setcmas_simu.robots.velocity_limits import IDEAL, VelocityLimits
+from setcmas_simu.robots.model import POSE, TWIST, Floats, RobotModel
+from setcmas_simu.robots.unicycle import Unicycle
+
+Command = tuple[float, float, float]
+"""Speeds forward and to the left in m/s and turn rate in rad/s."""
+
+_STAND: Command = (0.0, 0.0, 0.0)
 
 
 class VirtualFleet:
-    """Unicycles that hold their last command, as the robots of the ROS 1 stack do.
+    """Robots that hold their last command, as those of the ROS 1 stack do.
 
     Attributes:
-        poses: Rows x, y in m and theta in rad, shape (3, N).
-        V: Forward speeds over the last step in m/s, shape (N,).
-        omega: Turn rates over the last step in rad/s, shape (N,).
+        states: The robots' states as their model has them, shape (S, N).
     """
 
     def __init__(
-        self,
-        start_poses: NDArray[np.float64],
-        limits: VelocityLimits = IDEAL,
-        cmd_timeout: float = math.inf,
+        self, start_poses: Floats, model: RobotModel | None = None, cmd_timeout: float = math.inf
     ) -> None:
         """Place the robots.
 
         Args:
             start_poses: Rows x, y in m and theta in rad, shape (3, N).
-            limits: How fast the robots can go.
+            model: How the robots move; as unicycles unless told.
             cmd_timeout: Age in s from which a command is no longer followed and the robot stops.
         """
-        self._start_poses = np.array(start_poses, dtype=float)
-        self._limits = limits
+        self._model = model or Unicycle()
+        self._start = self._model.start(np.array(start_poses, dtype=float))
         self._cmd_timeout = cmd_timeout
-        nb_robots = self._start_poses.shape[1]
-        self.poses = self._start_poses.copy()
-        self.V = np.zeros(nb_robots)
-        self.omega = np.zeros(nb_robots)
-        self._commands = np.zeros((2, nb_robots))
+        nb_robots = self._start.shape[1]
+        self.states: Floats = self._start.copy()
+        self._commands = np.zeros((3, nb_robots))
         self._command_times = np.full(nb_robots, -math.inf)
 
-    def command(self, index: int, V: float, omega: float, now: float) -> None:
+    @property
+    def poses(self) -> Floats:
+        """Rows x, y in m and theta in rad, shape (3, N)."""
+        poses: Floats = self.states[POSE]
+        return poses
+
+    @property
+    def twists(self) -> Floats:
+        """Speeds forward and to the left (m/s) and turn rates (rad/s) of the last step, (3, N)."""
+        twists: Floats = self.states[TWIST]
+        return twists
+
+    def command(self, index: int, command: Command, now: float) -> None:
         """Let a robot follow a command from the next step on.
 
         A command that is not finite stops the robot.
 
         Args:
             index: Column of the robot.
-            V: Forward speed in m/s.
-            omega: Turn rate in rad/s.
+            command: What cmd_vel carries.
             now: Time in s on any steady clock, the same as in `step`.
         """
-        finite = math.isfinite(V) and math.isfinite(omega)
-        self._commands[:, index] = (V, omega) if finite else (0.0, 0.0)
+        self._commands[:, index] = command if all(map(math.isfinite, command)) else _STAND
         self._command_times[index] = now
 
-    def command_all(self, V: NDArray[np.float64], omega: NDArray[np.float64], now: float) -> None:
-        """Let all robots follow finite commands (m/s, rad/s; shapes (N,)), as `command` does."""
-        self._commands[0] = V
-        self._commands[1] = omega
+    def command_all(self, commands: Floats, now: float) -> None:
+        """Let all robots follow finite commands, shape (3, N), as `command` does."""
+        self._commands[:] = commands
         self._command_times.fill(now)
 
     def reset(self, index: int) -> None:
         """Put a robot back to its start pose, at rest until the next command."""
-        self.poses[:, index] = self._start_poses[:, index]
+        self.states[:, index] = self._start[:, index]
         self._commands[:, index] = 0.0
-        self.V[index] = self.omega[index] = 0.0
 
     def step(self, Ts: float, now: float) -> None:
         """Move all robots by one period of Ts s; `now` is in s on the clock of `command`."""
-        commands = self._commands.copy()
+        commands = self._commands
         if self._cmd_timeout < math.inf:
-            commands *= now - self._command_times <= self._cmd_timeout
-        self.V, self.omega = self._limits.saturate(*commands)
-        self.poses = unicycle.step(self.poses, self.V, self.omega, Ts)
+            commands = commands * (now - self._command_times <= self._cmd_timeout)
+        self.states = self._model.step(self.states, commands, Ts)

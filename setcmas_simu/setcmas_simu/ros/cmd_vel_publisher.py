@@ -54,15 +54,15 @@ class CmdVelPublisher:
         self._profile = profile
         self._publisher = self._create_publisher()
 
-    def publish(self, V: float, omega: float) -> None:
-        """Publish a forward speed (m/s) and a turn rate (rad/s)."""
+    def publish(self, V: float, omega: float, left: float = 0.0) -> None:
+        """Publish a forward speed (m/s), a turn rate (rad/s), and a speed to the left (m/s)."""
         message = TYPES[self._type]()
         twist = message
         if isinstance(message, TwistStamped):
             message.header.stamp = self._node.get_clock().now().to_msg()
             message.header.frame_id = self._frame
             twist = message.twist
-        twist.linear.x, twist.angular.z = V, omega
+        twist.linear.x, twist.linear.y, twist.angular.z = V, left, omega
         self._publisher.publish(message)
 
     def wait_until_sent(self) -> None:

@@ -14,7 +14,8 @@ from std_msgs.msg import Empty
 from setcmas_simu.fleet import topics
 from setcmas_simu.fleet.fleet import format_robots
 from setcmas_simu.options.kinds import MAX_RATE_HZ
-from setcmas_simu.robots.velocity_limits import VelocityLimits
+from setcmas_simu.robots.mixed_fleet import fleet_model
+from setcmas_simu.robots.models import robot_models
 from setcmas_simu.robots.virtual_fleet import VirtualFleet
 from setcmas_simu.ros import qos
 from setcmas_simu.simulator.transforms import FleetTransforms
@@ -30,23 +31,28 @@ class FleetStepper:
     set over all entities at every wake-up.
     """
 
-    def __init__(self, node: Node, robots: list[VirtualRobot], limits: VelocityLimits) -> None:
+    def __init__(self, node: Node, robots: list[VirtualRobot]) -> None:
         """Connect the robots' commands to a simulated fleet; nothing moves before `start`.
 
         Args:
             node: The node that owns the timer and what concerns the whole fleet.
-            robots: The robots; rate and cmd_timeout are the first one's parameters.
-            limits: How fast the robots can go.
+            robots: The robots; rate, limits and cmd_timeout are the first one's parameters.
 
         Raises:
-            SetcmasError: A parameter of a robot makes no sense.
+            SetcmasError: A parameter of a robot makes no sense, or its model cannot be loaded.
         """
         self._node = node
         self._robots = robots
         far = 1e6  # m, rad: excludes what is not finite
-        names = ('x0', 'y0', 'theta0')
-        poses = np.array([[robot.number(name, -far, far) for name in names] for robot in robots]).T
-        self._fleet = VirtualFleet(poses, limits, robots[0].number('cmd_timeout', least=1e-3))
+        start = ('x0', 'y0', 'theta0')
+        poses = np.array([[robot.number(name, -far, far) for name in start] for robot in robots]).T
+        names = [str(robot.value('model')) for robot in robots]
+        numbers = [robot.robot for robot in robots]
+        models = robot_models(
+            names, numbers, str(robots[0].value('limits')), node.get_logger().warning
+        )
+        timeout = robots[0].number('cmd_timeout', least=1e-3)
+        self._fleet = VirtualFleet(poses, fleet_model(models), timeout)
         self._period = 1.0 / robots[0].number('rate', least=0.1, most=MAX_RATE_HZ)
         for index, robot in enumerate(robots):
             robot.on_command = partial(self._fleet.command, index)
@@ -82,10 +88,10 @@ class FleetStepper:
         self._fleet.step(self._period, now)
         stamp = self._node.get_clock().now().to_msg()
         poses = list(map(tuple, self._fleet.poses.T.tolist()))
-        speeds = zip(self._fleet.V.tolist(), self._fleet.omega.tolist(), strict=True)
+        twists = map(tuple, self._fleet.twists.T.tolist())
         # All odometries first and in one burst: what controls the robots wakes up less often.
-        for robot, pose, (V, omega) in zip(self._robots, poses, speeds, strict=True):
-            robot.publish_odometry(stamp, pose, V, omega)
+        for robot, pose, twist in zip(self._robots, poses, twists, strict=True):
+            robot.publish_odometry(stamp, pose, twist)
         for robot, pose in zip(self._robots, poses, strict=True):
             robot.publish_picture(stamp, pose)
         self._transforms.publish(stamp, self._fleet.poses)

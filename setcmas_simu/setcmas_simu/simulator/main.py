@@ -13,7 +13,6 @@ from dataclasses import replace
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet import topics
 from setcmas_simu.reports.reports import Ready
-from setcmas_simu.robots.velocity_limits import limits_named
 from setcmas_simu.ros.process import FleetNode, RosProcess, node_main
 from setcmas_simu.simulator.fleet_stepper import FleetStepper
 from setcmas_simu.simulator.options import SimulatedRobots, SimulationOptions
@@ -46,7 +45,7 @@ def _simulate(process: RosProcess, args: argparse.Namespace) -> None:
     node = FleetNode(f'{topics.VIRTUAL_ROBOT_NODE}s')
     guard = SimulatorGuard(node, simulated.robots)
     nodes = _virtual_robots(simulated, options)
-    stepper = FleetStepper(node, nodes, limits_named(nodes[0].value('limits')))
+    stepper = FleetStepper(node, nodes)
     guard.refuse_second_simulator()
     process.add(node, *nodes)
     stepper.start(guard.warn_of_latecomers)
@@ -64,12 +63,15 @@ def _virtual_robots(simulated: SimulatedRobots, options: SimulationOptions) -> l
                 'y0': y0,
                 'theta0': theta0,
                 'rate': options.robot_rate,
+                'model': model,
                 'limits': options.limits,
                 'cmd_timeout': options.cmd_timeout,
                 'cmd_vel_type': options.cmd_vel_type,
             },
         )
-        for robot, (x0, y0, theta0) in zip(simulated.robots, poses, strict=True)
+        for robot, model, (x0, y0, theta0) in zip(
+            simulated.robots, simulated.models, poses, strict=True
+        )
     ]
 
 

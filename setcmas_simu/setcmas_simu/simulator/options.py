@@ -16,6 +16,7 @@ from setcmas_simu.fleet.pose_options import chosen_start_poses
 from setcmas_simu.fleet.topics import CMD_VEL_TYPES
 from setcmas_simu.options.group import Form, Options, option
 from setcmas_simu.options.kinds import NB_ROBOTS, RATE, Kind, Number, OneOf, PathTo, Robots
+from setcmas_simu.robots.models import NO_LIMITS, UNICYCLE, check_models, model_names
 from setcmas_simu.robots.unicycle import RATE_HZ
 from setcmas_simu.robots.velocity_limits import MODELS
 
@@ -27,10 +28,12 @@ class SimulatedRobots:
     Attributes:
         robots: Their numbers, sorted.
         start_poses: Rows x, y in m and theta in rad, a column for each of `robots`.
+        models: The name of each one's model.
     """
 
     robots: list[int]
     start_poses: NDArray[np.float64]
+    models: list[str]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -60,10 +63,17 @@ class SimulationOptions(StartPoseOptions):
     robots: tuple[int, ...] | None = option(
         Robots(), "simulate only these robots of it, such as '1-4'", default=None
     )
+    model: str | None = option(
+        Kind(metavar='MODEL'),
+        'how the robots move: a model (see setcmas list), a script such as my_robot.py, or for '
+        "some of them '1:burger,2-4:my_robot.py'",
+        default=None,
+        default_text=UNICYCLE,
+    )
     limits: str = option(
         OneOf(tuple(MODELS)),
-        'saturation of the robots: none, or as that TurtleBot3',
-        default='ideal',
+        'saturation of unicycles: none, or as that TurtleBot3',
+        default=NO_LIMITS,
     )
     cmd_timeout: float = option(
         Number(above=0, unit='s'),
@@ -87,7 +97,8 @@ class SimulationOptions(StartPoseOptions):
         """Return the robots that these options ask for.
 
         Raises:
-            SetcmasError: A robot is not in the fleet, or poses are malformed.
+            SetcmasError: A robot is not in the fleet, poses are malformed, or there is no such
+                model.
         """
         fleet = range(1, self.fleet_size + 1)
         robots = list(self.robots or fleet)
@@ -97,4 +108,7 @@ class SimulationOptions(StartPoseOptions):
                 f'the fleet has robots 1 to {fleet[-1]} (--nb-robots)'
             )
         poses = chosen_start_poses(len(fleet), self.poses, self.pose)
-        return SimulatedRobots(robots, poses[:, [robot - 1 for robot in robots]])
+        models = model_names(self.model, len(fleet))
+        check_models(models, self.limits)
+        columns = [robot - 1 for robot in robots]
+        return SimulatedRobots(robots, poses[:, columns], [models[i] for i in columns])

@@ -17,19 +17,20 @@ from visualization_msgs.msg import Marker
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet import topics
 from setcmas_simu.fleet.planar_pose import quaternion_of_yaw
+from setcmas_simu.robots.virtual_fleet import Command
 from setcmas_simu.ros import qos
-from setcmas_simu.ros.cmd_vel_type import TYPES, velocities
+from setcmas_simu.ros.cmd_vel_type import TYPES, command
 from setcmas_simu.ros.process import FleetNode
 from setcmas_simu.simulator.robot_marker import robot_marker
 
-Command = Callable[[float, float, float], None]
+OnCommand = Callable[[Command, float], None]
 
 
 class VirtualRobot(FleetNode):
     """The ROS interface of one simulated robot; a FleetStepper moves it.
 
-    Parameters: robot_no, x0, y0 (m), theta0 (rad), rate (Hz), world_frame, robot_frame, limits,
-    cmd_timeout (s), cmd_vel_type.
+    Parameters: robot_no, x0, y0 (m), theta0 (rad), rate (Hz), world_frame, robot_frame, model,
+    limits, cmd_timeout (s), cmd_vel_type.
     """
 
     def __init__(self, robot: int, defaults: dict[str, Any]) -> None:
@@ -40,7 +41,7 @@ class VirtualRobot(FleetNode):
             defaults: Values of the parameters that `--ros-args` does not give.
         """
         self.robot = robot
-        self.on_command: Command = lambda *_: None
+        self.on_command: OnCommand = lambda *_: None
         self.on_reset: Callable[[], None] = lambda: None
 
         super().__init__(topics.VIRTUAL_ROBOT_NODE, namespace=topics.robot_name(robot))
@@ -99,13 +100,13 @@ class VirtualRobot(FleetNode):
         return str(value)
 
     def publish_odometry(
-        self, stamp: Time, pose: tuple[float, float, float], V: float, omega: float
+        self, stamp: Time, pose: tuple[float, float, float], twist: Command
     ) -> None:
         """Publish where the robot is (m, rad) and how fast it goes (m/s, rad/s)."""
         self._odom.header.stamp = stamp
         _fill(self._odom.pose.pose, pose)
-        self._odom.twist.twist.linear.x = V
-        self._odom.twist.twist.angular.z = omega
+        linear, angular = self._odom.twist.twist.linear, self._odom.twist.twist.angular
+        linear.x, linear.y, angular.z = twist
         self._odom_publisher.publish(self._odom)
 
     def publish_picture(self, stamp: Time, pose: tuple[float, float, float]) -> None:
@@ -117,7 +118,7 @@ class VirtualRobot(FleetNode):
         self._marker_publisher.publish(self._marker)
 
     def _on_cmd_vel(self, message: Twist | TwistStamped) -> None:
-        self.on_command(*velocities(message), time.monotonic())
+        self.on_command(command(message), time.monotonic())
 
 
 def _fill(message: Pose, pose: tuple[float, float, float]) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import builtins
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
@@ -19,9 +20,10 @@ from setcmas_ctrl.scripts.random_seed import SEED, seed_scripts
 from setcmas_ctrl.scripts.settings import Settings
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet.fleet import start_poses
+from setcmas_simu.robots.mixed_fleet import fleet_model
+from setcmas_simu.robots.models import NO_LIMITS, check_models, model_names, robot_models
 from setcmas_simu.robots.si_to_uni import KOMEGA
 from setcmas_simu.robots.unicycle import RATE_HZ as ROBOT_RATE_HZ
-from setcmas_simu.robots.velocity_limits import limits_named
 from setcmas_simu.robots.virtual_fleet import VirtualFleet
 from setcmas_tools.offline.communication import OfflineCommunication
 from setcmas_tools.offline.fleet_laws import FleetLaws, load_laws
@@ -93,7 +95,8 @@ def simulate(
     duration: float = 40.0,
     *,
     poses: ArrayLike | None = None,
-    limits: str = 'ideal',
+    model: str | None = None,
+    limits: str = NO_LIMITS,
     vnom: float = VNOM,
     komega: float = KOMEGA,
     rate: float = CONTROL_RATE_HZ,
@@ -130,7 +133,9 @@ def simulate(
         duration: Length of the run in s.
         poses: Start poses: rows x, y in m and theta in rad, shape (3, nb_robots); by default
             those of `setcmas simu`.
-        limits: What robots can do: 'ideal' or 'burger'.
+        model: How the robots move: a model ('burger'), a script ('my_robot.py'), or for some of
+            them '1:burger,2-4:my_robot.py'; the others are unicycles.
+        limits: What unicycles can do: 'ideal', 'burger' or 'waffle'.
         vnom: Largest speed that is asked of a robot in m/s.
         komega: Gain on the heading error in 1/s.
         rate: Rate of control in Hz.
@@ -176,10 +181,14 @@ def simulate(
     )
     seed_scripts(seed)
     radio = None if tells.is_ideal else OfflineCommunication(tells, nb_robots, warn)
-    fleet = VirtualFleet(start, limits_named(limits))
+    names = model_names(model, nb_robots)
+    check_models(names, limits)
     nb_steps = max(1, round(duration * robot_rate))
     with named_output():
-        controllers = FleetLaws(load_laws(algo, nb_robots, settings), vnom, komega, warn)
+        robots = fleet_model(robot_models(names, builtins.range(1, nb_robots + 1), limits, warn))
+        fleet = VirtualFleet(start, robots)
+        laws = load_laws(algo, nb_robots, settings)
+        controllers = FleetLaws(laws, robots, vnom, komega, warn)
         return _run(fleet, controllers, radio, nb_steps, 1 / robot_rate, rate, progress)
 
 
@@ -194,32 +203,31 @@ def _run(
 ) -> OfflineRun:
     nb_robots = fleet.poses.shape[1]
     t = np.linspace(0.0, nb_steps * Ts, nb_steps + 1)
-    poses = np.empty((nb_steps + 1, 3, nb_robots))
-    V, omega = np.zeros((2, nb_steps + 1, nb_robots))
-    poses[0] = fleet.poses
+    states = np.empty((nb_steps + 1, 6, nb_robots))
+    states[0] = fleet.states[:6]
     control_t: list[float] = []
     velocities = []
     for step, now in enumerate(t[:-1].tolist()):
         if radio:
-            radio.measure(fleet.poses, fleet.V, now)
+            radio.measure(fleet.poses, fleet.states[3], now)
         while (next_call := len(control_t) / rate) < now + Ts - _SAME_TIME_S:
             heard = radio.heard(fleet.poses, next_call) if radio else ()
-            wanted, forward, turn = controllers(fleet.poses, next_call, *heard)
+            wanted, commands = controllers(fleet.poses, next_call, *heard)
             control_t.append(next_call)
             velocities.append(wanted)
-            fleet.command_all(forward, turn, now)
+            fleet.command_all(commands, now)
         fleet.step(Ts, now)
-        poses[step + 1], V[step + 1], omega[step + 1] = fleet.poses, fleet.V, fleet.omega
+        states[step + 1] = fleet.states[:6]
         if progress:
             progress(now)
     if radio:
-        radio.measure(fleet.poses, fleet.V, float(t[-1]))
+        radio.measure(fleet.poses, fleet.states[3], float(t[-1]))
     call_time = controllers.call_time / len(control_t)
     return OfflineRun(
         t,
-        poses,
-        V,
-        omega,
+        states[:, :3],
+        states[:, 3],
+        states[:, 5],
         np.array(control_t),
         np.array(velocities),
         call_time,

@@ -18,7 +18,7 @@ from setcmas_ctrl.scripts.failures import ControlError
 from setcmas_ctrl.scripts.loader import find_script
 from setcmas_ctrl.scripts.settings import Settings
 from setcmas_simu.errors import SetcmasError
-from setcmas_simu.robots.si_to_uni import si_to_uni
+from setcmas_simu.robots.model import RobotModel
 
 Floats = NDArray[np.float64]
 
@@ -43,17 +43,24 @@ class FleetLaws:
     """The control laws of a fleet, from the poses to the robots' commands."""
 
     def __init__(
-        self, laws: Sequence[ControlLaw], vnom: float, komega: float, warn: Callable[[str], None]
+        self,
+        laws: Sequence[ControlLaw],
+        robots: RobotModel,
+        vnom: float,
+        komega: float,
+        warn: Callable[[str], None],
     ) -> None:
         """Prepare.
 
         Args:
             laws: The laws of robots 1 to N.
+            robots: How these robots move.
             vnom: Largest speed in m/s.
             komega: Gain on the heading error in 1/s.
             warn: Shows messages about failing laws.
         """
         self._laws = laws
+        self._robots = robots
         self._vnom = vnom
         self._komega = komega
         self._reports = ErrorReports(warn)
@@ -71,8 +78,8 @@ class FleetLaws:
         t: float,
         heard: Iterable[Floats] | None = None,
         adjacency: Floats | None = None,
-    ) -> tuple[Floats, Floats, Floats]:
-        """Return the saturated velocities (2, N), forward speeds (N,) and turn rates (N,).
+    ) -> tuple[Floats, Floats]:
+        """Return the saturated velocities (2, N), and the commands (3, N) for them.
 
         Args:
             poses: Rows x, y in m and theta in rad, shape (3, N).
@@ -97,4 +104,4 @@ class FleetLaws:
             durations.append(clock() - begin)
         self.call_time += durations
         velocities = saturate(np.array(wanted).T, self._vnom)
-        return velocities, *si_to_uni(velocities, poses[2], self._komega)
+        return velocities, self._robots.command(velocities, poses, self._komega)

@@ -3,6 +3,7 @@ import math
 import numpy as np
 import pytest
 
+from setcmas_simu.robots.unicycle import Unicycle
 from setcmas_simu.robots.velocity_limits import limits_named
 from setcmas_simu.robots.virtual_fleet import VirtualFleet
 
@@ -17,29 +18,28 @@ def test_robots_stand_until_commanded_and_then_hold_their_command(start):
     fleet.step(0.1, now=0.0)
     np.testing.assert_array_equal(fleet.poses, start)
 
-    fleet.command(1, 0.5, 0.0, now=0.0)
+    fleet.command(1, (0.5, 0.0, 0.0), now=0.0)
     for _ in range(10):
         fleet.step(0.1, now=1e9)
 
     np.testing.assert_allclose(fleet.poses[0], [1.0, 1.5])
-    assert fleet.V.tolist() == [0.0, 0.5]
+    assert fleet.twists[0].tolist() == [0.0, 0.5]
 
 
 def test_an_old_command_stops_the_robot_when_a_timeout_is_set(start):
     fleet = VirtualFleet(start, cmd_timeout=0.5)
-    fleet.command(0, 1.0, 1.0, now=10.0)
+    fleet.command(0, (1.0, 0.0, 1.0), now=10.0)
 
     fleet.step(0.1, now=10.5)
-    assert fleet.V[0] == 1.0
+    assert fleet.twists[:, 0].tolist() == [1.0, 0.0, 1.0]
     fleet.step(0.1, now=10.6)
-    assert fleet.V[0] == 0.0
-    assert fleet.omega[0] == 0.0
+    assert not fleet.twists.any()
 
 
 def test_reset_puts_one_robot_back_at_rest(start):
     fleet = VirtualFleet(start)
     for index in (0, 1):
-        fleet.command(index, 1.0, 1.0, now=0.0)
+        fleet.command(index, (1.0, 0.0, 1.0), now=0.0)
     fleet.step(0.1, now=0.0)
 
     fleet.reset(0)
@@ -49,19 +49,21 @@ def test_reset_puts_one_robot_back_at_rest(start):
     assert fleet.poses[0, 1] != start[0, 1]
 
 
-@pytest.mark.parametrize('command', [(math.nan, 0.0), (0.1, math.inf), (-math.inf, math.nan)])
+@pytest.mark.parametrize(
+    'command', [(math.nan, 0.0, 0.0), (0.1, 0.0, math.inf), (0.0, -math.inf, math.nan)]
+)
 def test_a_command_that_is_not_finite_stops_the_robot(start, command):
     fleet = VirtualFleet(start)
-    fleet.command(0, 1.0, 0.0, now=0.0)
-    fleet.command(0, *command, now=0.0)
+    fleet.command(0, (1.0, 0.0, 0.0), now=0.0)
+    fleet.command(0, command, now=0.0)
     fleet.step(0.1, now=0.0)
 
     np.testing.assert_array_equal(fleet.poses, start)
 
 
 def test_limits_apply(start):
-    fleet = VirtualFleet(start, limits_named('burger'))
-    fleet.command(0, 0.5, 0.0, now=0.0)
+    fleet = VirtualFleet(start, Unicycle(limits_named('burger')))
+    fleet.command(0, (0.5, 0.0, 0.0), now=0.0)
     fleet.step(0.1, now=0.0)
 
-    assert fleet.V[0] == pytest.approx(0.2108)
+    assert fleet.twists[0, 0] == pytest.approx(0.2108)

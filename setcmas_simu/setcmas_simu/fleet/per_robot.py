@@ -1,0 +1,69 @@
+"""Values that differ between robots, in one text: '1:leader.py,2-8:follower.py'."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Mapping
+
+from setcmas_simu.errors import SetcmasError
+from setcmas_simu.fleet.fleet import format_robots, parse_robots
+
+_RANGE = r'\d+(?:-\d+)?'
+_ROBOTS = rf'\s*({_RANGE}(?:\s*,\s*{_RANGE})*)\s*:'
+_ENTRY = re.compile(rf'{_ROBOTS}(.*?)(?:,(?={_ROBOTS})|$)', re.DOTALL)
+
+
+def is_per_robot(text: str) -> bool:
+    """Return whether a text begins with robots and a colon, so that it gives each its value.
+
+    A file whose own name begins so is meant by './1:name.py'.
+    """
+    return re.match(_ROBOTS, text) is not None
+
+
+def parse_per_robot(text: str, option: str) -> dict[int, str]:
+    """Return the value of each robot that a text such as '1:a,2-4:b' or '1,3:a,2:b' names.
+
+    Between two values stands a comma that robots and a colon follow; any other comma or colon
+    is part of a value.
+
+    Args:
+        text: The text.
+        option: What the text is given to, for messages.
+
+    Raises:
+        SetcmasError: The text has another form, or names a robot twice.
+    """
+    values: dict[int, str] = {}
+    for entry in _ENTRY.finditer(text):
+        robots, value = entry[1], entry[2]
+        if not value.strip():
+            raise SetcmasError(
+                f"{option} '{text}': robots {robots} get nothing; it must be "
+                "ROBOTS:VALUE, such as '1:a,2-4:b'"
+            )
+        for robot in parse_robots(robots):
+            if robot in values:
+                raise SetcmasError(f"{option} '{text}' names robot {robot} twice")
+            values[robot] = value.strip()
+    return values
+
+
+def format_per_robot(values: Mapping[int, str]) -> str:
+    """Return the shortest text that `parse_per_robot` turns into these values."""
+    robots_of: dict[str, list[int]] = {}
+    for robot in sorted(values):
+        robots_of.setdefault(values[robot], []).append(robot)
+    return ','.join(f'{format_robots(robots)}:{value}' for value, robots in robots_of.items())
+
+
+def check_in_fleet(robots: Iterable[int], nb_robots: int, option: str) -> None:
+    """See that an option names robots of the fleet only.
+
+    Raises:
+        SetcmasError: It does not.
+    """
+    if strangers := sorted(robot for robot in robots if not 1 <= robot <= nb_robots):
+        raise SetcmasError(
+            f'{option} names robot {strangers[0]}; the fleet has robots 1 to {nb_robots}'
+        )

@@ -1,0 +1,57 @@
+"""The omnidirectional robot: goes in every direction at once, whatever its heading."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from setcmas_simu.robots.model import Floats, RobotModel
+from setcmas_simu.robots.shape import Prism, Shape, Wheel, disc, rectangle
+
+_RADIUS = 0.12
+_BODY = disc(_RADIUS)
+_NOSE = ((0.1, -0.05), (0.16, 0.0), (0.1, 0.05))
+# From above: the disc, with the nose in place of its foremost corners.
+_OUTLINE = ((0.16, 0.0), *(corner for corner in _BODY if corner[0] < 0.105))
+
+
+class Omnidirectional(RobotModel):
+    """A single integrator with a heading: Swedish or mecanum wheels (Siciliano et al., 11.1).
+
+    Its heading stays as it is unless a command turns it.
+    """
+
+    shape = Shape(
+        _OUTLINE,
+        (
+            Prism(_BODY, 0.03, 0.1),
+            Prism(_NOSE, 0.03, 0.12),
+            Prism(disc(0.06), 0.1, 0.15, dark=True),
+            Prism(rectangle((-0.03, 0.03), (-0.13, 0.13)), 0.02, 0.05, dark=True),
+        ),
+        tuple(Wheel(x, y, 0.04, 0.03) for x in (-0.08, 0.08) for y in (-0.08, 0.08)),
+    )
+
+    def command(self, velocities: Floats, poses: Floats, komega: float) -> Floats:
+        """Return velocities (2, N) turned into the robots' frames; one not finite becomes 0."""
+        del komega  # the heading is left alone
+        known = np.isfinite(velocities).all(axis=0) & np.isfinite(poses[2])
+        vx, vy = np.where(known, velocities, 0.0)
+        theta = np.where(known, poses[2], 0.0)
+        cos, sin = np.cos(theta), np.sin(theta)
+        commands: Floats = np.stack([cos * vx + sin * vy, cos * vy - sin * vx, np.zeros_like(vx)])
+        return commands
+
+    def step(self, states: Floats, commands: Floats, Ts: float) -> Floats:
+        """Return the states a period later: the heading first, as the unicycle's `step`."""
+        forward, left, omega = commands
+        later: Floats = states.copy()
+        later[2] += Ts * omega
+        cos, sin = np.cos(later[2]), np.sin(later[2])
+        later[0] += Ts * (cos * forward - sin * left)
+        later[1] += Ts * (sin * forward + cos * left)
+        later[3:6] = commands
+        return later
+
+
+OMNIDIRECTIONAL = Omnidirectional()
+"""Without limits, as the unicycle."""

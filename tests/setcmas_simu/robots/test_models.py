@@ -1,0 +1,179 @@
+import math
+
+import numpy as np
+import pytest
+
+from setcmas_simu.errors import SetcmasError
+from setcmas_simu.robots.car import CAR, SMALLEST_RADIUS
+from setcmas_simu.robots.mixed_fleet import fleet_model
+from setcmas_simu.robots.model import POSE, TWIST
+from setcmas_simu.robots.models import MODELS, check_models, model_names, robot_models
+from setcmas_simu.robots.omnidirectional import OMNIDIRECTIONAL
+from setcmas_simu.robots.turtlebot3 import LAG_S, WHEEL_ACCELERATION
+from setcmas_simu.robots.unicycle import UNICYCLE
+
+TS = 0.1
+SHIPPED = ['unicycle', 'burger', 'waffle', 'omnidirectional', 'car']
+
+
+def moved(model, pose, command, steps=1):
+    """Return pose and twist of one robot that follows a command for some periods."""
+    states = model.start(np.array(pose, dtype=float).reshape(3, 1))
+    for _ in range(steps):
+        states = model.step(states, np.array(command, dtype=float).reshape(3, 1), TS)
+    return states[POSE, 0], states[TWIST, 0]
+
+
+def test_these_models_ship():
+    assert {name for name, offer in MODELS.offers().items() if offer.shipped} == {*SHIPPED}
+
+
+@pytest.mark.parametrize('name', SHIPPED)
+def test_a_robot_that_is_commanded_zero_stands(name):
+    pose, twist = moved(MODELS.get(name), (1.0, 2.0, 0.5), (0.0, 0.0, 0.0))
+
+    assert pose.tolist() == [1.0, 2.0, 0.5]
+    assert not twist.any()
+
+
+@pytest.mark.parametrize('name', SHIPPED)
+def test_a_step_leaves_the_states_that_it_is_given(name):
+    model = MODELS.get(name)
+    states = model.start(np.zeros((3, 2)))
+    model.step(states, np.ones((3, 2)), TS)
+
+    assert not states.any()
+
+
+@pytest.mark.parametrize('name', SHIPPED)
+@pytest.mark.parametrize('velocity', [(math.nan, 0.0), (0.3, math.inf)])
+def test_a_velocity_that_is_not_finite_becomes_zero(name, velocity):
+    velocities = np.array([[velocity[0], 0.2], [velocity[1], 0.0]])
+    commands = MODELS.get(name).command(velocities, np.zeros((3, 2)), 1.5)
+
+    assert commands[:, 0].tolist() == [0.0, 0.0, 0.0]
+    assert commands[:, 1].tolist() == [0.2, 0.0, 0.0]
+
+
+@pytest.mark.parametrize('name', SHIPPED)
+def test_outlines_have_the_front_ahead_and_parts_are_convex(name):
+    shape = MODELS.get(name).shape
+
+    assert max(shape.outline)[1] == 0.0 or max(x for x, _ in shape.outline) > 0
+    for prism in shape.prisms:
+        corners = np.array(prism.outline)
+        edges = np.roll(corners, -1, axis=0) - corners
+        after = np.roll(edges, -1, axis=0)
+        assert (edges[:, 0] * after[:, 1] - edges[:, 1] * after[:, 0] > -1e-12).all()
+        assert prism.bottom < prism.top <= shape.height
+
+
+@pytest.mark.parametrize(('name', 'fastest'), [('burger', 0.2108), ('waffle', 0.2661)])
+def test_a_turtlebot3_speeds_up_no_faster_than_its_wheels_and_reaches_its_limit(name, fastest):
+    model = MODELS.get(name)
+    _, first = moved(model, (0, 0, 0), (5.0, 0.0, 0.0))
+    pose, last = moved(model, (0, 0, 0), (5.0, 0.0, 0.0), steps=50)
+
+    assert first[0] == pytest.approx(WHEEL_ACCELERATION * TS)
+    assert last[0] == pytest.approx(fastest)
+    assert model.V_max == fastest
+    assert 0.0 < pose[0] < 50 * TS * fastest
+
+
+def test_a_turtlebot3_follows_small_steps_with_its_lag():
+    _, twist = moved(MODELS.get('burger'), (0, 0, 0), (0.05, 0.0, 0.2))
+
+    reached = 1 - math.exp(-TS / LAG_S)
+    np.testing.assert_allclose(twist, [0.05 * reached, 0.0, 0.2 * reached])
+
+
+def test_an_omnidirectional_robot_goes_where_it_is_asked_to_and_keeps_its_heading():
+    poses = np.array([[0.0, 1.0], [0.0, 1.0], [0.0, 2.0]])
+    velocities = np.array([[0.0, -0.3], [0.5, 0.4]])
+    commands = OMNIDIRECTIONAL.command(velocities, poses, 1.5)
+    states = OMNIDIRECTIONAL.step(OMNIDIRECTIONAL.start(poses), commands, TS)
+
+    np.testing.assert_allclose(states[:2], poses[:2] + TS * velocities)
+    np.testing.assert_array_equal(states[2], poses[2])
+    np.testing.assert_allclose(commands[:, 0], [0.0, 0.5, 0.0])
+
+
+def test_a_car_turns_on_a_circle_of_its_smallest_radius_and_not_on_the_spot():
+    half_turn = round(math.pi * SMALLEST_RADIUS / 0.5 / 0.001)
+    states = CAR.start(np.zeros((3, 1)))
+    for _ in range(half_turn):
+        states = CAR.step(states, np.array([[0.5], [0.0], [9.0]]), 0.001)
+
+    assert states[1, 0] == pytest.approx(2 * SMALLEST_RADIUS, rel=0.01)
+    assert states[2, 0] == pytest.approx(math.pi, rel=0.01)
+    assert moved(CAR, (0, 0, 0), (0.0, 0.0, 9.0))[0].tolist() == [0.0, 0.0, 0.0]
+
+
+def test_a_car_is_commanded_no_more_than_its_steering_allows():
+    V, _, omega = CAR.command(np.array([[-0.3], [0.4]]), np.zeros((3, 1)), 1.5)[:, 0]
+
+    assert V == 0.5
+    assert omega == pytest.approx(0.5 / SMALLEST_RADIUS)
+
+
+def test_robots_of_a_mixed_fleet_move_as_those_of_their_models():
+    models = [UNICYCLE, CAR, UNICYCLE, OMNIDIRECTIONAL]
+    fleet = fleet_model(models)
+    poses = np.array([[0.0, 1, 2, 3], [0, 0, 0, 0], [0, 1, 2, 3]])
+    velocities = np.array([[0.1, 0.2, -0.3, 0.4], [0.1, -0.1, 0.2, 0.0]])
+    commands = fleet.command(velocities, poses, 1.5)
+    states = fleet.step(fleet.start(poses), commands, TS)
+
+    for i, model in enumerate(models):
+        one = slice(i, i + 1)
+        own = model.command(velocities[:, one], poses[:, one], 1.5)
+        np.testing.assert_array_equal(commands[:, one], own)
+        alone = model.step(model.start(poses[:, one]), own, TS)
+        np.testing.assert_array_equal(states[:, one], alone)
+    assert fleet_model([CAR, CAR]) is CAR
+
+
+@pytest.mark.parametrize(
+    ('text', 'names'),
+    [
+        (None, ['unicycle'] * 3),
+        ('car', ['car'] * 3),
+        ('2:car', ['unicycle', 'car', 'unicycle']),
+        ('1,3:car,2:my.py', ['car', 'my.py', 'car']),
+        ('2-3:a,b.py', ['unicycle', 'a,b.py', 'a,b.py']),
+        ('./1:car.py', ['./1:car.py'] * 3),
+    ],
+)
+def test_names_of_models(text, names):
+    assert model_names(text, 3) == names
+
+
+@pytest.mark.parametrize(
+    ('text', 'message'),
+    [
+        ('4:car', '--model names robot 4; the fleet has robots 1 to 3'),
+        ('1:car,1-2:burger', 'names robot 1 twice'),
+        ('1:', 'robots 1 get nothing'),
+        ('3-2:car', "robots '3-2' are not understood"),
+    ],
+)
+def test_texts_that_make_no_sense_are_refused(text, message):
+    with pytest.raises(SetcmasError, match=message):
+        model_names(text, 3)
+
+
+def test_models_that_do_not_exist_and_limits_of_other_models_are_refused():
+    with pytest.raises(SetcmasError, match="no robot model 'cars'"):
+        check_models(['cars'], 'ideal')
+    with pytest.raises(SetcmasError, match=r"robot script 'none\.py' was not found"):
+        check_models(['none.py'], 'ideal')
+    with pytest.raises(SetcmasError, match="'burger' is for unicycles; --model makes robot 2 car"):
+        check_models(['unicycle', 'car'], 'burger')
+    check_models(['unicycle'], 'burger')
+
+
+def test_unicycles_alone_have_the_limits_that_are_asked_for():
+    unicycle, car = robot_models(['unicycle', 'car'], [1, 2], 'burger')
+
+    assert unicycle.V_max == 0.2108
+    assert car is CAR
