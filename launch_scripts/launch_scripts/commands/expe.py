@@ -106,6 +106,10 @@ def _run(
     except StoppedError:
         status = experiment.stop()
         experiment.stop_lab()
+        if experiment.runaways:
+            names = ', '.join(sorted(experiment.runaways))
+            supervisor.warn(f'setcmas expe: {names} did not stop when commanded zero')
+            return 1
         return max(status, 0)
     except ChildDiedError as death:
         if str(death):

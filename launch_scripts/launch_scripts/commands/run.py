@@ -147,7 +147,11 @@ def _robots_run(
                 )
                 return 1, 'the robots did not start'
             _show_progress(supervisor, args.duration, run.tick)
+            trouble = run.trouble
             run.finish()
+            if trouble:
+                supervisor.warn(f'setcmas run: {trouble}')
+                return 1, f'complete, but {trouble}'
             if run.status == SCRIPT_FAILED:
                 return SCRIPT_FAILED, _FAILED
             return 0, 'complete'

@@ -45,6 +45,7 @@ class Experiment:
 
     Attributes:
         on_status: Takes the state of pause and robots, several times a second.
+        runaways: Names of the robots that moved at some time although they were commanded zero.
     """
 
     def __init__(
@@ -66,6 +67,7 @@ class Experiment:
         """
         self._supervisor = supervisor
         self._stopped = False
+        self.runaways: set[str] = set()
         self.on_status: Callable[[Status], None] = lambda _: None
         self._emulated: list[Child] = []
         if args.emulate:
@@ -133,6 +135,7 @@ class Experiment:
 
     def _on_report(self, report: ChildReport) -> None:
         if isinstance(report, Status):
+            self.runaways |= {robot.name for robot in report.robots if robot.runs_away}
             self.on_status(report)
 
 

@@ -30,7 +30,10 @@ class SimulatedRun:
 
     Attributes:
         status: Exit status of the controllers once `finish` has ended them.
+        trouble: What went wrong with the robots, though no process died; here nothing can.
     """
+
+    trouble = ''
 
     def __init__(self, supervisor: Supervisor, args: argparse.Namespace, bag: Path) -> None:
         """Start the processes."""
@@ -74,6 +77,7 @@ class EmulatedRun:
         """Start the processes."""
         self.started = False
         self.status = 0
+        self._paused = ''
         self._supervisor = supervisor
         self._recorder = supervisor.start('record', recorder_command(bag))
         self._experiment = Experiment(supervisor, lab, args, ('lab', 'nb_robots'), recorded=True)
@@ -84,6 +88,14 @@ class EmulatedRun:
         if status.paused and self._experiment.controlled and ready and not self.started:
             self._experiment.go()
         self.started = self.started or not status.paused
+        if self.started and status.paused and not self._paused:
+            self._paused = f'the robots were paused: {status.why}'
+
+    @property
+    def trouble(self) -> str:
+        """Why the robots were paused meanwhile, or which did not stop; empty if all went well."""
+        runaways = ', '.join(sorted(self._experiment.runaways))
+        return f'{runaways} did not stop when commanded zero' if runaways else self._paused
 
     def tick(self) -> None:
         """Show the pause process that somebody is there; ten times a second."""

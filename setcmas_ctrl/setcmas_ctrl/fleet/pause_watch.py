@@ -38,6 +38,7 @@ class PauseWatch:
         self._timeout_s = timeout_s
         self._latches = latches
         self._may_go = not latches
+        self._held = ''
         self._paused = True
         self._received = -float('inf')
         node.create_subscription(
@@ -55,8 +56,14 @@ class PauseWatch:
             return trouble
         if self._paused:
             self._may_go = True
+            self._held = ''
             return BY_WISH
-        return '' if self._may_go else NOT_STARTED
+        return '' if self._may_go else self._held or NOT_STARTED
+
+    def hold(self, why: str) -> None:
+        """Pause, until the pause node says pause and then go again."""
+        self._may_go = False
+        self._held = f'{BY_WISH}: {why}'
 
     def forget(self) -> None:
         """Let what was heard count as nothing: this process was held up since."""

@@ -122,5 +122,6 @@ def _robot_status(status: DiagnosticStatus) -> RobotStatus:
         pose_age=values.get('pose_age', ''),
         battery=values.get('battery', ''),
         speed=values.get('speed', ''),
+        runs_away=bool(values.get('runs_away')),
         ready=values.get('state') != PAUSED or status.message == BY_WISH,
     )

@@ -44,6 +44,7 @@ class RobotStatus(msgspec.Struct, frozen=True):
     """What a line of the terminal tells of a robot; texts as in /diagnostics.
 
     Attributes:
+        runs_away: Whether it moves although it is commanded zero.
         ready: Whether nothing but the pause keeps it from moving, or it moves.
     """
 
@@ -54,6 +55,7 @@ class RobotStatus(msgspec.Struct, frozen=True):
     pose_age: str
     battery: str
     speed: str
+    runs_away: bool
     ready: bool
 
 

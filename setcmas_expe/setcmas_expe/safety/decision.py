@@ -121,7 +121,9 @@ def _held(situation: Situation, lab: Lab) -> Decision | None:
     reason = blind or _unreadiness(situation, lab.timeouts.command_s)
     if situation.paused:
         # What else is wrong is told too: whoever starts ought to know.
-        reasons = filter(None, (situation.paused, reason))
+        reasons = [situation.paused]
+        if reason and reason not in situation.paused:
+            reasons.append(reason)
         return Decision(0.0, 0.0, PAUSED, '; '.join(reasons), bool(blind))
     return Decision(0.0, 0.0, STOPPED, reason, bool(blind)) if reason else None
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Collection
 
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from rclpy.node import Node
@@ -30,19 +31,21 @@ class RobotDiagnostics:
         self,
         robots: list[tuple[MocapBridge, CmdVelBridge]],
         decisions: dict[int, Decision],
+        runaways: Collection[int],
         now: float,
     ) -> None:
-        """Publish what was decided for the robots at a time (s, steady)."""
+        """Publish what was decided for the robots at a time (s, steady), and who does not stop."""
         message = DiagnosticArray()
         message.header.stamp = self._node.get_clock().now().to_msg()
         message.status = [
-            _status(mocap, bridge, decisions[bridge.robot], now) for mocap, bridge in robots
+            _status(mocap, bridge, decisions[bridge.robot], bridge.robot in runaways, now)
+            for mocap, bridge in robots
         ]
         self._publisher.publish(message)
 
 
 def _status(
-    mocap: MocapBridge, bridge: CmdVelBridge, decision: Decision, now: float
+    mocap: MocapBridge, bridge: CmdVelBridge, decision: Decision, runs_away: bool, now: float
 ) -> DiagnosticStatus:
     level = DiagnosticStatus.OK if decision.state == MOVING else DiagnosticStatus.WARN
     age = mocap.track.age(now)
@@ -51,9 +54,10 @@ def _status(
         'pose_age': f'{age:.3f}' if math.isfinite(age) else '',
         'battery': '' if bridge.battery is None else f'{bridge.battery:.0f}',
         'speed': f'{mocap.speed:.3f}',
+        'runs_away': 'yes' if runs_away else '',
     }
     return DiagnosticStatus(
-        level=DiagnosticStatus.ERROR if decision.lost else level,
+        level=DiagnosticStatus.ERROR if decision.lost or runs_away else level,
         name=topics.robot_name(bridge.robot),
         message=decision.reason,
         hardware_id=bridge.topic,

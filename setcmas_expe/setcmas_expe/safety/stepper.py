@@ -15,7 +15,9 @@ from setcmas_expe.safety.decision import PAUSED, RATE_HZ, STOPPED, Decision, Sit
 from setcmas_expe.safety.diagnostics import RobotDiagnostics
 from setcmas_expe.safety.mocap_bridge import MocapBridge
 from setcmas_expe.safety.reports import BridgeReports
+from setcmas_expe.safety.runaways import Runaways
 from setcmas_expe.safety.stalls import StallDetector, time_since_boot
+from setcmas_simu.fleet.topics import robot_name
 
 _DIAGNOSTICS_EVERY = 4  # steps
 _LOOK_AROUND_EVERY = 10  # steps
@@ -45,6 +47,7 @@ class SafetyStepper:
         self._warn = node.get_logger().warning
         self._reports = BridgeReports(self._warn, self._robots)
         self._stalls = StallDetector(lab.timeouts.pause_s, time_since_boot())
+        self._runaways = Runaways()
         self._steps = 0
 
     def start(self) -> None:
@@ -79,6 +82,9 @@ class SafetyStepper:
         mark_swapped(tracks)
         poses = {robot: track.pose for robot, track in tracks.items() if track.pose}
         unseen = tuple(robot for robot in tracks if robot not in poses)
+        # Whoever commands one robot past the checks may command them all.
+        if contested := next((bridge for _, bridge in self._robots if bridge.rival), None):
+            self._pause.hold(f'{robot_name(contested.robot)}: {contested.rival}')
         paused = self._pause.reason()
         decisions = {}
         for mocap, bridge in self._robots:
@@ -98,7 +104,13 @@ class SafetyStepper:
             bridge.send(decision)
             moving = decision.V != 0.0 or decision.omega != 0.0
             mocap.track.note_command(moving, decision.state == PAUSED, now)
+            rival = bool(bridge.rival)
+            if self._runaways.update(bridge.robot, not moving, mocap.speed, rival, now):
+                self._warn(
+                    f'{robot_name(bridge.robot)} still moves ({abs(mocap.speed):.2f} m/s), '
+                    'although it is commanded zero: switch it off'
+                )
         self._reports.update(decisions, paused == SILENT, now)
         if self._steps % _DIAGNOSTICS_EVERY == 0:
-            self._diagnostics.publish(self._robots, decisions, now)
+            self._diagnostics.publish(self._robots, decisions, self._runaways.robots, now)
         self._steps += 1

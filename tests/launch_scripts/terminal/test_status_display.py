@@ -11,8 +11,8 @@ REASON = 'nearer than 0.35 m to tb3_2, tb3_3, tb3_4; only motion apart is let th
 
 def status(paused=False):
     robots = (
-        RobotStatus('tb3_1', 1, 'stopped', REASON, '0.02', '87', '0.004', True),
-        RobotStatus('tb3_12', 2, 'stopped', 'not seen yet', '', '', '', False),
+        RobotStatus('tb3_1', 1, 'stopped', REASON, '0.02', '87', '0.004', False, True),
+        RobotStatus('tb3_12', 2, 'stopped', 'not seen yet', '', '', '', False, False),
     )
     return Status(paused, 'by space bar', robots)
 

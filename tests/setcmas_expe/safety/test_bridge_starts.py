@@ -2,6 +2,7 @@
 
 import signal
 import sys
+import time
 
 import pytest
 
@@ -73,9 +74,31 @@ def test_a_robot_stands_while_somebody_else_commands_it(lab):
     lab.let_go({1: GO})
     rival = lab.peer.node.create_publisher(TwistStamped, '/tb3_1/cmd_vel', 1)
 
-    see_it_stand(lab, '/peer commands it too')
+    see_it_stand(lab, 'paused: tb3_1: /peer commands it too')
     lab.peer.node.destroy_publisher(rival)
+    lab.peer.wait_for(lambda: lab.peer.node.count_publishers('/tb3_1/cmd_vel') == 1)
+    lab.peer.spin(1.0)
+    see_it_stand(lab, 'paused: tb3_1: /peer commands it too')
+
+    lab.paused = True
+    lab.peer.wait_for(lambda: lab.status(1)[0].message == 'paused')
+    lab.paused = False
     lab.wait_for_command(1, GO)
+
+
+def test_a_robot_that_moves_although_it_is_commanded_zero_is_told(lab, bridges):
+    lab.let_go()
+    lab.wait_for_command(1, GO)
+    begin = time.monotonic()
+
+    def pushed():
+        lab.poses[1] = (-1.0 + 0.2 * (time.monotonic() - begin), 0.0, 0.5)
+        lab.paused = time.monotonic() > begin + 0.5
+        return lab.status(1)[1]['runs_away'] == 'yes'
+
+    lab.peer.wait_for(pushed)
+    bridges.wait_for_output('tb3_1 still moves (0.')
+    assert ', although it is commanded zero: switch it off' in bridges.output()
 
 
 def test_a_robot_stands_while_two_controllers_want_to_move_it(lab):
