@@ -46,20 +46,19 @@ class ScriptImports(MetaPathFinder):
         builtins: What the script is to be run with as its builtins.
     """
 
-    def __init__(self, folder: Path, robot: int, extras: Mapping[str, Any]) -> None:
+    def __init__(self, folder: Path, robot: int) -> None:
         """Prepare; helper modules are those beside the script.
 
         Args:
             folder: The script's folder.
             robot: Number of the robot.
-            extras: Further names for the builtins.
         """
         self.robot = robot
         self._folder = str(folder)
         self._modules: dict[str, types.ModuleType] = dict(_DRAWING)
         self._found: set[str] = set()
         self._depth = 0
-        self.builtins = {**vars(builtins), **extras, _OWNER: self, '__import__': self._import}
+        self.builtins = {**vars(builtins), _OWNER: self, '__import__': self._import}
 
     @property
     def files(self) -> list[Path]:

@@ -120,7 +120,7 @@ def compile_script(
         ) from error
     check_defines(tree, expected, path)
     if settings:
-        apply_settings(tree, settings, path.name)
+        apply_settings(tree, source, settings, path.name)
         code = compile(tree, str(path), 'exec')
     _doubts[path] = [f'{path.name}, line {doubt.lineno}: {doubt.message}' for doubt in doubts]
     return code
@@ -187,7 +187,8 @@ def load_script(
 
     module = types.ModuleType(f'{path.stem}_tb3_{robot}')
     module.__file__ = str(path)
-    imports = ScriptImports(path.parent, robot, {CALL: setting})
+    imports = ScriptImports(path.parent, robot)
+    imports.builtins[CALL] = setting
     vars(module)['__builtins__'] = imports.builtins
     sys.modules[module.__name__] = module
     if str(path.parent) not in sys.path:

@@ -1,7 +1,7 @@
-"""Other values for a script's module-level names: `--set kp=1.2 --set 'WPL=[[1,1],[2,2]]'`.
+"""Values for names of a script (`--set kp=1.2 --set 'WPL=[[1,1],[2,2]]'`) in place of its own.
 
-A value replaces the script's own wherever the top level of the script assigns the name, so that
-what the script derives from it (`PERIOD = 2 * pi / W`) follows.
+A value takes the place of the script's own wherever the top level of the script assigns the name,
+so that what the script derives from it (`PERIOD = 2 * pi / W`) follows.
 """
 
 from __future__ import annotations
@@ -10,6 +10,7 @@ import ast
 import copy
 import difflib
 import re
+import symtable
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
@@ -21,7 +22,7 @@ from setcmas_simu.errors import SetcmasError
 Settings = Mapping[str, Any]
 
 CALL = '__setcmas_setting__'
-"""The builtin that the compiled script calls for each name that is set."""
+"""The builtin that the added lines call with a name and the script's own value."""
 
 # YAML 1.1 reads 1e-3 as a text.
 _NUMBER = re.compile(r'[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?')
@@ -46,13 +47,13 @@ def parse_settings(texts: Sequence[str]) -> dict[str, Any]:
     for text in texts:
         name, equals, value = text.partition('=')
         if not (equals and name.strip().isidentifier() and value.strip()):
-            raise SetcmasError(f"--set '{text}' is not understood; accepted is {_FORM}")
+            raise SetcmasError(f"--set '{text}' is not understood; it must be {_FORM}")
         try:
             settings[name.strip()] = _with_numbers(yaml.safe_load(value))
         except yaml.YAMLError as error:
             reason = getattr(error, 'problem', None) or 'it is not YAML'
             raise SetcmasError(
-                f"--set '{text}': the value cannot be read ({reason}); accepted is {_FORM}"
+                f"--set '{text}': the value cannot be read ({reason}); it must be {_FORM}"
             ) from error
     return settings
 
@@ -65,37 +66,79 @@ def _with_numbers(value: Any) -> Any:
     return float(value) if isinstance(value, str) and _NUMBER.fullmatch(value) else value
 
 
-def apply_settings(tree: ast.Module, settings: Settings, script: str) -> None:
-    """Let a script, not yet compiled, take other values for names of its top level.
+def apply_settings(tree: ast.Module, source: str, settings: Settings, script: str) -> None:
+    """Let a script take other values for names of its top level: `W = 0.5` gets a next line.
+
+    A mapping as the script's variables would do without the lines, but Python passes it over for
+    names that a function declares `global`.
 
     Args:
-        tree: The script; a statement is inserted behind each that gives a name its value.
+        tree: The script, not compiled yet; it is changed.
+        source: Its text.
         settings: The names and their values.
         script: What the script is called in messages.
 
     Raises:
-        SetcmasError: A name does not exist there, means a function or a module, or has a value
-            of another kind.
+        SetcmasError: The script does not assign a name, or gives it a value of another kind, as
+            far as can be told without running it.
     """
-    known = {name: kind for node in _statements(tree.body) for name, kind in _bound(node)}
+    symbols = {s.get_name(): s for s in symtable.symtable(source, script, 'exec').get_symbols()}
+    plain = [name for name, symbol in symbols.items() if _is_variable(symbol)]
     for name, value in settings.items():
-        if name not in known and '*' not in known:
-            plain = sorted(name for name, kind in known.items() if kind is None)
-            lower = {own.lower(): own for own in plain}
-            near = [lower[own] for own in difflib.get_close_matches(name.lower(), lower, n=3)]
-            hint = f'did you mean {" or ".join(near)}? ' if near else ''
-            raise SetcmasError(
-                f"--set {name}: {script} has no module-level name '{name}'; {hint}"
-                f'it has {", ".join(plain) or "none that can be set"}'
-            )
-        if kind := known.get(name):
-            raise SetcmasError(
-                f'--set {name}: in {script} it is {kind}; accepted are names of plain values'
-            )
+        if name not in plain:
+            raise SetcmasError(f'--set {name}: {_refusal(name, symbols.get(name), plain, script)}')
         for own in _literals(tree, name):
             converted(name, own, value, script)
-    _insert(tree.body, settings)
-    ast.fix_missing_locations(tree)
+    ast.fix_missing_locations(_NextLines(settings).visit(tree))
+
+
+class _NextLines(ast.NodeTransformer):
+    """Adds a line behind each statement of the top level that assigns a name that is set."""
+
+    def __init__(self, settings: Settings) -> None:
+        self._settings = settings
+
+    def visit(self, node: ast.AST) -> Any:
+        if isinstance(node, (ast.FunctionDef, ast.AsyncFunctionDef, ast.ClassDef, ast.expr)):
+            return node
+        self.generic_visit(node)
+        if not isinstance(node, ast.stmt):
+            return node
+        return [node, *(self._line(name, node) for name in self._settings if _assigns(node, name))]
+
+    def _line(self, name: str, after: ast.stmt) -> ast.stmt:
+        # A loop that never ran assigns nothing.
+        line = ast.parse(f'if {name!r} in globals(): {name} = {CALL}({name!r}, {name})').body[0]
+        for part in ast.walk(line):
+            ast.copy_location(part, after)
+        return line
+
+
+def _assigns(node: ast.stmt, name: str) -> bool:
+    """Return whether a statement itself, not those inside it, assigns a name."""
+    inner = (ast.stmt, ast.excepthandler, ast.match_case)
+    own = [part for part in ast.iter_child_nodes(node) if not isinstance(part, inner)]
+    return any(
+        isinstance(part, ast.Name) and part.id == name and isinstance(part.ctx, ast.Store)
+        for child in own
+        for part in ast.walk(child)
+    )
+
+
+def _is_variable(symbol: symtable.Symbol) -> bool:
+    return symbol.is_assigned() and not symbol.is_imported() and not symbol.is_namespace()
+
+
+def _refusal(name: str, symbol: symtable.Symbol | None, plain: list[str], script: str) -> str:
+    names = ', '.join(sorted(plain)) or 'none'
+    if symbol and symbol.is_imported():
+        return f'{script} imports it; it must be a name that {script} itself assigns: {names}'
+    if symbol and symbol.is_namespace():
+        return f'in {script} it is a function or a class; it must be a plain value: {names}'
+    lower = {own.lower(): own for own in plain}
+    near = [lower[own] for own in difflib.get_close_matches(name.lower(), lower, n=3)]
+    hint = f'did you mean {" or ".join(near)}? ' if near else ''
+    return f"{script} has no module-level name '{name}'; {hint}it has {names}"
 
 
 def converted(name: str, own: Any, value: Any, script: str) -> Any:
@@ -107,13 +150,13 @@ def converted(name: str, own: Any, value: Any, script: str) -> Any:
     wanted, given = _kind(own), _kind(value)
     if wanted is None:
         raise SetcmasError(
-            f'--set {name}: in {script} it is a {type(own).__name__}; accepted are names of '
-            'plain values'
+            f'--set {name}: in {script} it is a {type(own).__name__}; it must be a name '
+            'with a plain value'
         )
     if own is not None and wanted != given:
         raise SetcmasError(
             f'--set {name}: {value!r} is {given or "no plain value"}; in {script} {name} is '
-            f'{own!r}, so accepted is {wanted}'
+            f'{own!r}, so it must be {wanted}'
         )
     if isinstance(own, np.ndarray):
         return np.array(value, dtype=np.result_type(own.dtype, np.asarray(value).dtype))
@@ -126,44 +169,6 @@ def _kind(value: Any) -> str | None:
     return next((kind for types, kind in _KINDS if isinstance(value, types)), None)
 
 
-def _statements(body: list[ast.stmt]) -> Iterator[ast.stmt]:
-    """Yield the statements of a script's top level, also inside if, for, while, with and try."""
-    for node in body:
-        yield node
-        for inner in _bodies(node):
-            yield from _statements(inner)
-
-
-def _bodies(node: ast.AST) -> Iterator[list[ast.stmt]]:
-    if not isinstance(node, (ast.FunctionDef, ast.AsyncFunctionDef, ast.ClassDef)):
-        for field in ('body', 'orelse', 'finalbody'):
-            if isinstance(body := getattr(node, field, None), list):
-                yield body
-        for part in [*getattr(node, 'handlers', []), *getattr(node, 'cases', [])]:
-            yield part.body
-
-
-def _bound(node: ast.stmt) -> Iterator[tuple[str, str | None]]:
-    """Yield the names that a statement itself binds, with what they are if no plain value."""
-    if isinstance(node, (ast.FunctionDef, ast.AsyncFunctionDef)):
-        yield node.name, 'a function'
-    elif isinstance(node, ast.ClassDef):
-        yield node.name, 'a class'
-    elif isinstance(node, ast.Import):
-        for alias in node.names:
-            yield alias.asname or alias.name.partition('.')[0], 'a module'
-    elif isinstance(node, ast.ImportFrom):
-        for alias in node.names:
-            yield alias.asname or alias.name, None
-    else:
-        targets = [*getattr(node, 'targets', []), getattr(node, 'target', None)]
-        targets += [item.optional_vars for item in getattr(node, 'items', [])]
-        for target in targets:
-            for part in ast.walk(target) if target else ():
-                if isinstance(part, ast.Name) and isinstance(part.ctx, ast.Store):
-                    yield part.id, None
-
-
 def _literals(tree: ast.Module, name: str) -> Iterator[Any]:
     """Yield the values that the top level gives a name, where they stand there as such."""
     for node in tree.body:
@@ -174,23 +179,3 @@ def _literals(tree: ast.Module, name: str) -> Iterator[Any]:
                     yield ast.literal_eval(node.value)
                 except ValueError:
                     continue
-
-
-def _insert(body: list[ast.stmt], settings: Settings) -> None:
-    for node in list(body):
-        for inner in _bodies(node):
-            _insert(inner, settings)
-        names = {name for name, _ in _bound(node)}
-        chosen = [name for name in settings if name in names or '*' in names]
-        if isinstance(node, ast.AnnAssign) and node.value is None:
-            chosen = []
-        at = body.index(node) + 1
-        body[at:at] = [_assignment(name, node) for name in chosen]
-
-
-def _assignment(name: str, after: ast.stmt) -> ast.stmt:
-    # `from gains import *` may bind the name or not.
-    new = ast.parse(f'if {name!r} in globals(): {name} = {CALL}({name!r}, {name})').body[0]
-    for part in ast.walk(new):
-        ast.copy_location(part, after)
-    return new

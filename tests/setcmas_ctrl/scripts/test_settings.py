@@ -11,6 +11,7 @@ SCRIPT = """
 from math import pi
 import numpy as np
 from names_to_set import *
+from names_to_set import GAIN
 W = 0.5
 PERIOD = 2 * pi / W
 WPL = [[0, 0]]
@@ -32,7 +33,7 @@ def control(robotNo, nbRobots, poses, t):
 
 @pytest.fixture
 def load(tmp_path):
-    (tmp_path / 'names_to_set.py').write_text('STARRED = 1\n')
+    (tmp_path / 'names_to_set.py').write_text('STARRED = 1\nGAIN = 1\n')
     path = tmp_path / 'law.py'
     path.write_text(textwrap.dedent(SCRIPT))
     return lambda *texts: load_script(path, 1, settings=parse_settings(texts))
@@ -57,7 +58,7 @@ def test_values_are_read_as_yaml_and_numbers_as_numbers(text, value):
 
 @pytest.mark.parametrize('text', ['a', 'a=', '=1', '1a=2', 'a b=2', 'a=[1', 'a=*'])
 def test_other_forms_are_refused_with_an_example(text):
-    with pytest.raises(SetcmasError, match=r'accepted is NAME=VALUE, such as kp=1\.2') as caught:
+    with pytest.raises(SetcmasError, match=r'it must be NAME=VALUE, such as kp=1\.2') as caught:
         parse_settings([text])
     assert '\n' not in str(caught.value)
 
@@ -71,11 +72,22 @@ def test_what_is_derived_from_a_name_follows_it(load):
 
 
 def test_names_are_set_however_they_are_given_their_value(load):
-    module = load('KI=7', 'NAME=b', 'LATER=[1]', 'STARRED=5', 'W=2', 'FAST=false', 'pi=3')
+    module = load('KI=7', 'NAME=b', 'LATER=[1]', 'W=2', 'FAST=false')
 
     assert (module.KP, module.KI, module.NAME, module.LATER) == (1, 7, 'b', [1])
-    assert (module.STARRED, module.FAST, module.TWICE) == (5, False, 0)
-    assert module.PERIOD == 3
+    assert (module.FAST, module.TWICE) == (False, 0)
+
+
+def test_every_assignment_of_the_top_level_is_replaced_and_none_in_a_function(tmp_path):
+    path = tmp_path / 'law.py'
+    path.write_text(
+        'K = 1\nK += 1\nBOTH = [K * i for i in (1, K)]\nfor N in (1, 2):\n    LAST = N\n'
+        'def control(i, n, p, t):\n    global K\n    K = K + 1\n    return K, N\n'
+    )
+    module = load_script(path, 1, settings=parse_settings(['K=5', 'N=7']))
+
+    assert (module.K, module.BOTH, module.LAST) == (5, [5, 25], 2)
+    assert [module.control(1, 1, None, 0) for _ in range(2)] == [(6, 7), (7, 7)]
 
 
 def test_a_value_gets_the_type_of_the_one_that_it_replaces(load):
@@ -100,35 +112,33 @@ def test_robots_do_not_share_a_value(tmp_path):
     [
         ('w=1', r"--set w: law\.py has no module-level name 'w'; did you mean W\? it has "),
         ('robotNo=1', 'has no module-level name'),
-        ('np=1', 'it is a module'),
+        ('np=1', r'law\.py imports it; it must be a name that law\.py itself assigns: FAST, '),
+        ('pi=3', 'imports it'),
+        ('GAIN=3', 'imports it'),
+        ('STARRED=3', 'has no module-level name'),
         ('control=1', 'it is a function'),
-        ('W=fast', "'fast' is a text; in law.py W is 0.5, so accepted is a number"),
+        ('W=fast', "'fast' is a text; in law.py W is 0.5, so it must be a number"),
         ('W=[1]', 'is a list'),
         ('W=true', 'is true or false'),
-        ('WPL=3', 'accepted is a list'),
-        ('POINTS=3', 'accepted is a list'),
-        ('PERIOD=x', 'accepted is a number'),
+        ('WPL=3', 'it must be a list'),
+        ('POINTS=3', 'it must be a list'),
+        ('PERIOD=x', 'it must be a number'),
     ],
 )
-def test_names_that_are_no_plain_values_of_the_script_are_refused(
-    load, tmp_path, monkeypatch, text, message
-):
-    path = tmp_path / 'law.py'
-    path.write_text(path.read_text().replace('from names_to_set import *\n', ''))
-
+def test_names_that_are_no_plain_values_of_the_script_are_refused(load, text, message):
     with pytest.raises(SetcmasError, match=message) as caught:
         load(text)
     assert '\n' not in str(caught.value)
 
 
-def test_a_name_that_a_star_import_may_bring_is_refused_once_it_did_not(load):
+def test_a_name_that_the_script_assigns_only_sometimes_is_refused_once_it_did_not(load):
     with pytest.raises(SetcmasError, match='has no module-level name'):
-        load('STARED=1')
+        load('TWICE=1')
 
 
 def test_literals_are_compared_before_the_script_runs(tmp_path):
     path = tmp_path / 'law.py'
     path.write_text('K = 0.5\nraise SystemExit\ndef control(i, n, p, t):\n    return 0, 0\n')
 
-    with pytest.raises(SetcmasError, match='accepted is a number'):
+    with pytest.raises(SetcmasError, match='it must be a number'):
         compile_script(path, settings={'K': 'fast'})

@@ -1,8 +1,12 @@
-"""Which requests the page answers: not those of other pages that a browser has open.
+"""Guard of the page against other pages that a browser has open.
 
 A browser lets every page, wherever it is from, open a websocket to every server it can reach, also
 to one on 127.0.0.1; the server has to look at the Origin (RFC 6455, section 10.2). viser does not,
 so that any page could press the buttons that start robots.
+
+viser 1.1 hands nothing of its server out and takes no check of requests, so `websockets` is
+patched while that server starts, and only then. A proxy in front of it would be no guard: viser's
+own port would still be open to the same pages.
 """
 
 from __future__ import annotations
@@ -74,11 +78,11 @@ def guarded_requests(names: Collection[str]) -> Iterator[None]:
         guarded.append(process)
         return serve(*args, process_request=process, **options)
 
-    module.serve = guarded_serve  # type: ignore[assignment, misc]
+    module.serve = guarded_serve  # type: ignore[assignment, misc]  # a class, called
     try:
         yield
     finally:
-        module.serve = serve  # type: ignore[misc]
+        module.serve = serve  # type: ignore[misc]  # a class, put back
     if not guarded:
         raise SetcmasError(f'this viser cannot be guarded; one that can: {INSTALL_VISER}')
 
