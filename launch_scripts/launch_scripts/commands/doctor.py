@@ -26,6 +26,7 @@ from launch_scripts.processes.node_commands import DOCTOR, EMULATED_LAB, node_co
 from launch_scripts.processes.run_to_end import run_to_end
 from launch_scripts.processes.supervisor import StoppedError, Supervisor
 from launch_scripts.terminal.output_lines import write_line
+from setcmas_expe.emulation.options import check_emulated_mocap
 from setcmas_expe.lab.options import LAB_OPTIONS, add_lab_arguments, chosen_lab
 from setcmas_simu.reports.reports import Ready
 
@@ -47,6 +48,7 @@ def main(args: argparse.Namespace) -> int:
     """Examine; returns the exit status."""
     lab = chosen_lab(args)  # mistakes are told before anything starts
     if args.emulate:
+        check_emulated_mocap(lab.mocap)
         args.nb_robots = lab.nb_robots
     arguments = node_arguments(args, LAB_OPTIONS) + ['--nudge'] * args.nudge
     command = node_command(DOCTOR, arguments)

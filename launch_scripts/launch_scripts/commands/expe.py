@@ -30,7 +30,7 @@ from setcmas_ctrl.communication.options import add_communication_arguments, chec
 from setcmas_ctrl.control.options import add_law_arguments, add_watch_argument
 from setcmas_ctrl.scripts.loader import compile_script, find_script
 from setcmas_ctrl.scripts.settings import parse_settings
-from setcmas_expe.emulation.options import emulated_start_poses
+from setcmas_expe.emulation.options import check_emulated_mocap, emulated_start_poses
 from setcmas_expe.lab.model import Lab
 from setcmas_expe.lab.options import add_lab_arguments, chosen_lab
 from setcmas_simu.errors import SetcmasError
@@ -59,10 +59,12 @@ def main(args: argparse.Namespace) -> int:
     lab = chosen_lab(args)
     check_communication(args, lab.nb_robots)
     if args.emulate:
+        check_emulated_mocap(lab.mocap)
         emulated_start_poses(lab.arena, lab.nb_robots, args.poses, args.pose)
     elif args.pose or args.poses:
         raise SetcmasError('--pose and --poses are for emulated robots: add --emulate')
     require_ros()
+    lab.mocap.source.message_class()
     environment = experiment_environment(lab, args.emulate)
     with (
         view_beside(args, [robot.number for robot in lab.robots]) as views,

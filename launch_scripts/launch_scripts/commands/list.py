@@ -16,6 +16,7 @@ from typing import Any
 from tabulate import tabulate
 
 from setcmas_ctrl.scripts.loader import ALGORITHMS, EXERCISES, scripts_in
+from setcmas_expe.mocap.sources import MOCAP_SOURCES, MocapSource
 from setcmas_simu.doors import Door, Offer, ScriptDoor, UnusableError
 
 FUNCTIONS = ('control', 'ctc')
@@ -33,6 +34,7 @@ def main(args: argparse.Namespace) -> int:
     _print('control laws, for --algo', _scripts(ALGORITHMS))
     _print('exercises, for --algo with --exercise', _scripts(EXERCISES))
     _print('in this folder, for --algo (goes before those above)', _own_scripts(Path.cwd()))
+    _print('motion capture, for --mocap and lab files', _things(MOCAP_SOURCES, _source))
     return 0
 
 
@@ -62,6 +64,10 @@ def _scripts(door: ScriptDoor) -> Iterable[tuple[str, ...]]:
 
 def _things(door: Door[Any], describe: Callable[[Any], str]) -> Iterable[tuple[str, ...]]:
     return _rows(door, lambda name: describe(door.get(name)))
+
+
+def _source(source: MocapSource) -> str:
+    return f'{source.message_type.rpartition("/")[2]} on {source.topic}'
 
 
 def _rows(

@@ -37,7 +37,7 @@ class LabExamination:
     def result(self) -> tuple[tuple[str, ...], list[list[str]], list[Finding]]:
         """Return columns and rows of the table of robots, and what was found."""
         checks = self._checks()
-        bodies = self._watch.bodies()
+        bodies = self._watch.mocap.bodies()
         findings = [f for check in checks for f in check.findings(self._lab, bodies)]
         return COLUMNS, [check.row() for check in checks], findings
 

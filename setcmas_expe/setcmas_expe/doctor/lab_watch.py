@@ -6,7 +6,6 @@ import math
 import time
 from dataclasses import dataclass, field
 from functools import partial
-from typing import Any
 
 from nav_msgs.msg import Odometry
 from rclpy.qos import QoSProfile, ReliabilityPolicy
@@ -14,8 +13,7 @@ from sensor_msgs.msg import BatteryState
 
 from setcmas_expe.doctor.arrival_statistics import ArrivalStatistics, arrival_statistics
 from setcmas_expe.lab.model import Lab, LabRobot
-from setcmas_expe.mocap.graph import source_conflict
-from setcmas_expe.mocap.messages import TYPES, sample_of
+from setcmas_expe.mocap.receiver import MocapReceiver
 from setcmas_expe.mocap.sample import Pose, Sample, fault_of
 from setcmas_simu.fleet import topics
 from setcmas_simu.ros import cmd_vel_graph
@@ -52,7 +50,13 @@ class RobotWatch:
 
 
 class LabWatch(FleetNode):
-    """Listens to all robots of a lab and to its motion capture system."""
+    """Listens to all robots of a lab and to its motion capture system.
+
+    Attributes:
+        lab: The lab.
+        robots: What was heard of each robot, by number.
+        mocap: What is heard of motion capture.
+    """
 
     def __init__(self, lab: Lab) -> None:
         """Start to listen."""
@@ -60,10 +64,14 @@ class LabWatch(FleetNode):
         self.lab = lab
         self.robots = {robot.number: RobotWatch(robot) for robot in lab.robots}
         self._begin = time.time()
+        takers = {
+            watch.robot.mocap_name: partial(self._on_mocap, watch)
+            for watch in self.robots.values()
+        }
+        self.mocap = MocapReceiver(self, lab.mocap.source, lab.mocap.y_up, takers, _BURST)
         for watch in self.robots.values():
             robot = watch.robot
             for kind, topic, callback in (
-                (TYPES[lab.mocap.message_type], lab.mocap.topic_of(robot), self._on_mocap),
                 (Odometry, robot.topic(topics.ODOM), self._on_wheel_odometry),
                 (BatteryState, robot.topic(topics.BATTERY), self._on_battery),
             ):
@@ -100,7 +108,8 @@ class LabWatch(FleetNode):
 
     def source_conflict(self, robot: int) -> str:
         """Return why none of a robot's poses is to be believed; empty if they may be."""
-        return source_conflict(self, self.lab.mocap.topic_of(self.robots[robot].robot))
+        self.mocap.look_around()
+        return self.mocap.trouble(self.robots[robot].robot.mocap_name)
 
     def listeners(self, robot: LabRobot) -> list[Endpoint]:
         """Return who listens to a robot's commands, bystanders aside."""
@@ -120,18 +129,7 @@ class LabWatch(FleetNode):
         """Return whether a cmd_vel_guard watches over a robot."""
         return cmd_vel_graph.is_guarded(self, robot.topic(topics.CMD_VEL))
 
-    def bodies(self) -> list[str]:
-        """Return the names of the bodies that motion capture sends at present, sorted."""
-        before, _, after = self.lab.mocap.topic.partition('{name}')
-        after = after.partition('{name}')[0]
-        return sorted(
-            name[len(before) :].partition(after or '\n')[0]
-            for name, _ in self.get_topic_names_and_types()
-            if name.startswith(before) and after in name and self.count_publishers(name)
-        )
-
-    def _on_mocap(self, watch: RobotWatch, message: Any) -> None:
-        sample = sample_of(message, self.lab.mocap.y_up)
+    def _on_mocap(self, watch: RobotWatch, sample: Sample) -> None:
         watch.arrivals.append(time.time())
         watch.heard = time.monotonic()
         watch.stamps.append(sample.stamp)

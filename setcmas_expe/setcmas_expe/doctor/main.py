@@ -104,6 +104,8 @@ def main(argv: list[str] | None = None) -> int:
 
 def _examine(args: argparse.Namespace, ros_arguments: list[str]) -> int:
     lab = chosen_lab(args) if wants_lab(args) else None
+    if lab and ros_is_there():
+        lab.mocap.source.message_class()
     findings = environment_findings()
     if ros_is_there() and lab is None:
         findings += look_around(ros_arguments)

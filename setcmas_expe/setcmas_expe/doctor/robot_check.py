@@ -91,8 +91,8 @@ class RobotCheck:
         if not self.mocap.rate:
             seen = f'it sends {", ".join(bodies)}' if bodies else 'it sends no body at all'
             advice = (
-                f'on {lab.mocap.topic} {seen}: is its driver running, is the robot in view, and '
-                'are preset and mocap_name in the lab file right?'
+                f'on {lab.mocap.source.topic} {seen}: is its driver running, the robot in view, '
+                'and are preset and mocap_name in the lab file right?'
             )
             return [self._finding(PROBLEM, 'mocap', f'nothing on {topic}', advice)]
         findings = []

@@ -24,6 +24,7 @@ from setcmas_expe.emulation.mocap import EmulatedMocap
 from setcmas_expe.emulation.mocap_driver import EmulatedMocapDriver
 from setcmas_expe.emulation.options import (
     add_emulation_arguments,
+    check_emulated_mocap,
     emulated_start_poses,
 )
 from setcmas_expe.emulation.schedule import Schedule
@@ -61,6 +62,7 @@ class EmulatedLab(FleetNode):
         super().__init__('emulated_lab')
         numbers = [robot.number for robot in lab.robots]
         self._locks = RobotLocks(numbers, os.environ.get('ROS_DOMAIN_ID', '0'))
+        check_emulated_mocap(lab.mocap)
         arena = lab.arena
         self._middle = ((arena.xmin + arena.xmax) / 2, (arena.ymin + arena.ymax) / 2)
         rng = np.random.default_rng(args.seed)

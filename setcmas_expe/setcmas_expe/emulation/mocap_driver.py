@@ -5,20 +5,13 @@ from __future__ import annotations
 from typing import Any
 
 from builtin_interfaces.msg import Time
-from geometry_msgs.msg import Point, PoseStamped, Quaternion, TransformStamped, Vector3
+from geometry_msgs.msg import Point, Quaternion, TransformStamped, Vector3
 from nav_msgs.msg import Odometry
 
 from setcmas_expe.emulation.mocap import Sighting
 from setcmas_expe.lab.model import Lab
-from setcmas_expe.mocap import sources as mocap_sources
 from setcmas_simu.ros import qos
 from setcmas_simu.ros.process import FleetNode
-
-_TYPES = {
-    mocap_sources.POSE_STAMPED: PoseStamped,
-    mocap_sources.ODOMETRY: Odometry,
-    mocap_sources.TRANSFORM_STAMPED: TransformStamped,
-}
 
 
 class EmulatedMocapDriver(FleetNode):
@@ -27,7 +20,7 @@ class EmulatedMocapDriver(FleetNode):
     def __init__(self, lab: Lab) -> None:
         """Create the node with a publisher for each robot of the lab."""
         super().__init__(f'{lab.mocap.preset}_driver')
-        self._type = _TYPES[lab.mocap.message_type]
+        self._type = lab.mocap.source.message_class()
         self._bodies = [
             self.create_publisher(
                 self._type,

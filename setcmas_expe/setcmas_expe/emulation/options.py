@@ -10,7 +10,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from setcmas_expe.arena import Arena
+from setcmas_expe.lab.model import Mocap
 from setcmas_expe.lab.options import add_lab_arguments
+from setcmas_expe.mocap.messages import STANDARD
+from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet.fleet import start_poses
 from setcmas_simu.fleet.pose_options import chosen_start_poses
 from setcmas_simu.fleet.topics import CMD_VEL_TYPES
@@ -51,6 +54,22 @@ def add_emulation_arguments(parser: argparse.ArgumentParser) -> None:
         default=True,
         help='run cmd_vel_guard on each robot, as a real lab should (default: yes)',
     )
+
+
+def check_emulated_mocap(mocap: Mocap) -> None:
+    """See that a motion capture system can be emulated.
+
+    Raises:
+        SetcmasError: It does not send a topic per body, or messages that are not standard.
+    """
+    source = mocap.source
+    standard = [message_type for message_type, _ in STANDARD.values()]
+    if not source.per_body or source.message_type not in standard:
+        raise SetcmasError(
+            f'motion capture of an emulated lab must send a topic per body, one of '
+            f'{", ".join(STANDARD)}; {mocap.preset} sends {source.message_type} on '
+            f'{source.topic}: add --mocap qualisys'
+        )
 
 
 def emulated_start_poses(

@@ -5,12 +5,21 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Callable
+from dataclasses import replace
 from importlib import resources
 from pathlib import Path
 
 from setcmas_expe.arena import Arena
 from setcmas_expe.lab.model import Lab, LabRobot, Mocap, Timeouts
-from setcmas_expe.mocap.sources import CUSTOM, MESSAGE_TYPES, PRESETS, check_template
+from setcmas_expe.mocap.messages import POSE_STAMPED, STANDARD
+from setcmas_expe.mocap.sources import (
+    CUSTOM,
+    MOCAP_SOURCES,
+    NAME,
+    MocapSource,
+    check_topic,
+    per_body,
+)
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet.topics import AUTO, CMD_VEL_TYPES, robot_name
 from setcmas_simu.robots.velocity_limits import ROBOT_MODELS, VelocityLimits
@@ -42,7 +51,6 @@ _LIMITS = {'forward': 3.0, 'turn': 20.0, 'wheel': 3.0, 'wheel_separation': 2.0}
 _TIMEOUTS_S = (0.3, 2.0)  # commands come every 0.2 s
 """From the time between two commands of a controller to what is still safe."""
 _LARGEST_PORT = 65535
-_NAME = re.compile(r'[A-Za-z][A-Za-z0-9_]*')
 _NAMESPACE = re.compile(r'[A-Za-z][A-Za-z0-9_]*(/[A-Za-z][A-Za-z0-9_]*)*')
 _ADDRESS = re.compile(r'[A-Za-z0-9_.:-]+')
 
@@ -67,10 +75,11 @@ def load_lab(path: Path, nb_robots: int | None = None) -> Lab:
     defaults = read_entries(DEFAULT_FILE).fields(_KEYS)
     groups = {name: _group(name, given, defaults) for name in _GROUPS}
     chosen = defaults | given
+    mocap = _mocap(groups['mocap'])
     arena = Arena(*_interval(groups['arena']['x']), *_interval(groups['arena']['y']))
     return Lab(
-        robots=_robots(given.get('robots'), nb_robots),
-        mocap=_mocap(groups['mocap']),
+        robots=_robots(given.get('robots'), nb_robots, mocap.source),
+        mocap=mocap,
         arena=arena,
         min_separation=_separation(chosen['min_separation'], arena),
         limits=_limits(chosen['limits']),
@@ -95,12 +104,14 @@ def _group(name: str, given: dict[str, Entry], defaults: dict[str, Entry]) -> di
     return defaults[name].fields(keys) | (given[name].fields(keys) if name in given else {})
 
 
-def _robots(entry: Entry | None, nb_robots: int | None) -> tuple[LabRobot, ...]:
+def _robots(
+    entry: Entry | None, nb_robots: int | None, source: MocapSource
+) -> tuple[LabRobot, ...]:
     if entry is None:
         return tuple(LabRobot.numbered(i) for i in range(1, (nb_robots or 1) + 1))
     by_number: dict[int, LabRobot] = {}
     for item in entry.items():
-        robot = _robot(item)
+        robot = _robot(item, source)
         for other in by_number.values():
             _refuse_same(item, robot, other)
         by_number[robot.number] = robot
@@ -118,16 +129,16 @@ def _robots(entry: Entry | None, nb_robots: int | None) -> tuple[LabRobot, ...]:
     return tuple(by_number[number] for number in numbers[:nb_robots])
 
 
-def _robot(entry: Entry) -> LabRobot:
+def _robot(entry: Entry, source: MocapSource) -> LabRobot:
     fields = entry.fields(('number', 'mocap_name', 'namespace'))
     if 'number' not in fields:
         raise entry.mistake('a robot with a number, such as {number: 1, mocap_name: tb3_1}')
     number = fields['number'].whole(1)
     names = {'mocap_name': robot_name(number), 'namespace': robot_name(number)}
-    for key, pattern in (('mocap_name', _NAME), ('namespace', _NAMESPACE)):
+    for key, accepts in (('mocap_name', source.may_name), ('namespace', _NAMESPACE.fullmatch)):
         if key in fields:
             expected = f'a name of letters, digits and _, such as {robot_name(number)}'
-            names[key] = _checked(fields[key], pattern.fullmatch, expected)
+            names[key] = _checked(fields[key], accepts, expected)
     return LabRobot(number, **names)
 
 
@@ -142,25 +153,31 @@ def _refuse_same(entry: Entry, robot: LabRobot, other: LabRobot) -> None:
 
 
 def _mocap(fields: dict[str, Entry]) -> Mocap:
-    name = fields['preset'].choice((*PRESETS, CUSTOM))
-    if name == CUSTOM:
-        missing = [key for key in ('topic', 'type') if key not in fields]
-        if missing:
-            raise fields['preset'].mistake(
-                f'a preset ({", ".join(PRESETS)}), or custom together with mocap.{missing[0]}'
-            )
-    topic = PRESETS[name].topic if name in PRESETS else ''
-    kind = PRESETS[name].message_type if name in PRESETS else ''
+    name = fields['preset'].choice((*MOCAP_SOURCES.offers(), CUSTOM))
+    source = _custom(fields) if name == CUSTOM else MOCAP_SOURCES.get(name)
     if 'topic' in fields:
-        topic = fields['topic'].text()
         try:
-            check_template(topic)
+            topic = check_topic(fields['topic'].text(), source.per_body)
         except SetcmasError as error:
-            entry = fields['topic']
-            raise SetcmasError(f'{entry.file}, line {entry.line}: {entry.name}: {error}') from None
+            raise fields['topic'].error(f'{fields["topic"].name}: {error}') from None
+        source = replace(source, topic=topic)
     if 'type' in fields:
-        kind = fields['type'].choice(MESSAGE_TYPES)
-    return Mocap(name, topic, kind, fields['y_up'].flag())
+        if not source.per_body:
+            raise fields['type'].mistake(f'left out, for {name} has a type of its own')
+        message_type, read = STANDARD[fields['type'].choice(STANDARD)]
+        source = replace(source, message_type=message_type, read=read)
+    return Mocap(name, source, fields['y_up'].flag())
+
+
+def _custom(fields: dict[str, Entry]) -> MocapSource:
+    """Return a source that the topic and the type of a lab file complete."""
+    missing = [key for key in ('topic', 'type') if key not in fields]
+    if missing:
+        known = ', '.join(MOCAP_SOURCES.offers())
+        raise fields['preset'].mistake(
+            f'a preset ({known}), or custom together with mocap.{missing[0]}'
+        )
+    return per_body(f'/{NAME}', POSE_STAMPED)
 
 
 def _interval(entry: Entry) -> tuple[float, float]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from setcmas_expe.arena import Arena
-from setcmas_expe.mocap.sources import topic_of
+from setcmas_expe.mocap.sources import MocapSource
 from setcmas_simu.fleet.topics import robot_name
 from setcmas_simu.robots.velocity_limits import VelocityLimits
 
@@ -39,20 +39,18 @@ class Mocap:
     """A motion capture system.
 
     Attributes:
-        preset: Name of its preset, or 'custom'.
-        topic: Template of the topic of a rigid body, with {name}.
-        message_type: One of mocap_sources.MESSAGE_TYPES.
+        preset: Name of its source, or 'custom'.
+        source: What its driver sends.
         y_up: Whether its y axis points upwards.
     """
 
     preset: str
-    topic: str
-    message_type: str
+    source: MocapSource
     y_up: bool
 
     def topic_of(self, robot: LabRobot) -> str:
         """Return the topic on which the driver sends a robot's pose."""
-        return topic_of(self.topic, robot.mocap_name)
+        return self.source.topic_of(robot.mocap_name)
 
 
 @dataclass(frozen=True)

@@ -9,8 +9,8 @@ from pathlib import Path
 
 from setcmas_expe.arena import Arena
 from setcmas_expe.lab.file import DEFAULT_FILE, load_lab
-from setcmas_expe.lab.model import Lab
-from setcmas_expe.mocap.sources import PRESETS
+from setcmas_expe.lab.model import Lab, Mocap
+from setcmas_expe.mocap.sources import MOCAP_SOURCES
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet.topics import AUTO, CMD_VEL_TYPES
 from setcmas_simu.options import count, positive
@@ -41,7 +41,7 @@ def add_lab_arguments(parser: argparse.ArgumentParser) -> None:
         metavar='N',
         help="size of the fleet (default: the lab file's, or 1)",
     )
-    group.add_argument('--mocap', choices=list(PRESETS), help='preset of the motion capture')
+    group.add_argument('--mocap', metavar='NAME', help='motion capture driver (see setcmas list)')
     group.add_argument('--limits', choices=list(ROBOT_MODELS), help='how fast robots are driven')
     group.add_argument('--arena', metavar='XMIN,XMAX,YMIN,YMAX', help='where robots may be (m)')
     group.add_argument(
@@ -63,11 +63,7 @@ def chosen_lab(args: argparse.Namespace) -> Lab:
     """
     lab = load_lab(args.lab or DEFAULT_FILE, args.nb_robots)
     if args.mocap:
-        preset = PRESETS[args.mocap]
-        source = replace(
-            lab.mocap, preset=preset.name, topic=preset.topic, message_type=preset.message_type
-        )
-        lab = replace(lab, mocap=source)
+        lab = replace(lab, mocap=_mocap(args.mocap, lab))
     if args.limits:
         lab = replace(lab, limits=ROBOT_MODELS[args.limits])
     if args.arena:
@@ -82,6 +78,17 @@ def chosen_lab(args: argparse.Namespace) -> Lab:
         if (value := getattr(args, name)) is not None
     }
     return replace(lab, **given)
+
+
+def _mocap(name: str, lab: Lab) -> Mocap:
+    source = MOCAP_SOURCES.get(name)
+    for robot in lab.robots:
+        if not source.may_name(robot.mocap_name):
+            raise SetcmasError(
+                f"--mocap {name}: mocap_name '{robot.mocap_name}' must be letters, digits and _ "
+                f'to be part of the topic {source.topic}'
+            )
+    return replace(lab.mocap, preset=name, source=source)
 
 
 def _arena(text: str) -> Arena:

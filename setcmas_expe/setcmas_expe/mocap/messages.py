@@ -1,35 +1,51 @@
-"""Messages of motion capture drivers, of three types, as one."""
+"""Standard messages of motion capture drivers, and how they are read."""
 
 from __future__ import annotations
 
-from geometry_msgs.msg import PoseStamped, TransformStamped
-from nav_msgs.msg import Odometry
+from collections.abc import Callable, Iterator
+from dataclasses import replace
+from typing import Any
 
 from setcmas_expe.mocap.sample import Sample
-from setcmas_expe.mocap.sources import ODOMETRY, POSE_STAMPED, TRANSFORM_STAMPED
 
-TYPES = {POSE_STAMPED: PoseStamped, ODOMETRY: Odometry, TRANSFORM_STAMPED: TransformStamped}
-"""Message classes by the name that lab files give them."""
+Read = Callable[[Any], Iterator[tuple[str, Sample]]]
+"""Yields the name of each rigid body in a message, and what was measured of it."""
 
-
-def sample_of(message: PoseStamped | Odometry | TransformStamped, y_up: bool) -> Sample:
-    """Return what a message says, Z-up; its frame_id is not trusted."""
-    twist = None
-    if isinstance(message, TransformStamped):
-        p, q = message.transform.translation, message.transform.rotation
-    elif isinstance(message, Odometry):
-        p, q = message.pose.pose.position, message.pose.pose.orientation
-        twist = _twist_of(message, y_up)
-    else:
-        p, q = message.pose.position, message.pose.orientation
-    stamp = message.header.stamp.sec + 1e-9 * message.header.stamp.nanosec
-    sample = Sample((p.x, p.y, p.z), (q.x, q.y, q.z, q.w), stamp, twist)
-    return sample.z_up() if y_up else sample
+POSE_STAMPED = 'PoseStamped'
+ODOMETRY = 'Odometry'
+TRANSFORM_STAMPED = 'TransformStamped'
 
 
-def _twist_of(message: Odometry, y_up: bool) -> tuple[float, float, float, float] | None:
-    """Return the velocities of an odometry; None where the driver leaves them at zero."""
-    linear, angular = message.twist.twist.linear, message.twist.twist.angular
-    turn = angular.y if y_up else angular.z
-    twist = (linear.x, linear.y, linear.z, turn)
-    return twist if any(twist) else None
+def sample_of(header: Any, position: Any, orientation: Any) -> Sample:
+    """Return a measurement from the parts of a message; its frame_id is not trusted."""
+    p, q = position, orientation
+    stamp = header.stamp.sec + 1e-9 * header.stamp.nanosec
+    return Sample((p.x, p.y, p.z), (q.x, q.y, q.z, q.w), stamp)
+
+
+def read_pose_stamped(message: Any) -> Iterator[tuple[str, Sample]]:
+    """Read a geometry_msgs/PoseStamped."""
+    yield '', sample_of(message.header, message.pose.position, message.pose.orientation)
+
+
+def read_transform_stamped(message: Any) -> Iterator[tuple[str, Sample]]:
+    """Read a geometry_msgs/TransformStamped."""
+    transform = message.transform
+    yield '', sample_of(message.header, transform.translation, transform.rotation)
+
+
+def read_odometry(message: Any) -> Iterator[tuple[str, Sample]]:
+    """Read a nav_msgs/Odometry; velocities that the driver leaves at zero are not given."""
+    pose, twist = message.pose.pose, message.twist.twist
+    linear, angular = twist.linear, twist.angular
+    velocities = (linear.x, linear.y, linear.z, angular.x, angular.y, angular.z)
+    sample = sample_of(message.header, pose.position, pose.orientation)
+    yield '', replace(sample, twist=velocities if any(velocities) else None)
+
+
+STANDARD: dict[str, tuple[str, Read]] = {
+    POSE_STAMPED: ('geometry_msgs/msg/PoseStamped', read_pose_stamped),
+    ODOMETRY: ('nav_msgs/msg/Odometry', read_odometry),
+    TRANSFORM_STAMPED: ('geometry_msgs/msg/TransformStamped', read_transform_stamped),
+}
+"""Types that a lab file may name, and how each is read."""

@@ -33,14 +33,14 @@ class Sample:
         position: x, y, z in m.
         orientation: Quaternion x, y, z, w.
         stamp: Time of the measurement on the driver's clock in s; 0 if it is not given.
-        twist: Linear velocity x, y, z (m/s) and turn rate about the vertical (rad/s); None if
-            the driver does not give them.
+        twist: Linear velocity x, y, z (m/s), then turn rates about x, y, z (rad/s); None if the
+            driver does not give them.
     """
 
     position: tuple[float, float, float]
     orientation: tuple[float, float, float, float]
     stamp: float = 0.0
-    twist: tuple[float, float, float, float] | None = None
+    twist: tuple[float, float, float, float, float, float] | None = None
 
     def z_up(self) -> Sample:
         """Return a measurement in Y-up axes, of world and body alike, in Z-up ones.
@@ -52,7 +52,8 @@ class Sample:
         qx, qy, qz, qw = self.orientation
         twist = self.twist
         if twist is not None:
-            twist = (twist[0], -twist[2], twist[1], twist[3])
+            vx, vy, vz, wx, wy, wz = twist
+            twist = (vx, -vz, vy, wx, -wz, wy)
         return replace(self, position=(x, -z, y), orientation=(qx, -qz, qy, qw), twist=twist)
 
     def planar(self) -> Pose:

@@ -1,75 +1,120 @@
-"""Motion capture drivers: their topics, their message types, and how they lose a robot."""
+"""Sources of poses: what a motion capture driver sends, and where."""
 
 from __future__ import annotations
 
+import importlib
+import re
 from dataclasses import dataclass
+from typing import Any
 
+from setcmas_expe.mocap.messages import STANDARD, Read
+from setcmas_expe.mocap.sample import Sample
+from setcmas_simu.doors import Door, MisfitError
 from setcmas_simu.errors import SetcmasError
 
-POSE_STAMPED = 'PoseStamped'
-ODOMETRY = 'Odometry'
-TRANSFORM_STAMPED = 'TransformStamped'
-MESSAGE_TYPES = (POSE_STAMPED, ODOMETRY, TRANSFORM_STAMPED)
-"""The types in which a driver may send a robot's pose."""
-
 NAME = '{name}'
-"""Stands in a topic template for the name of a rigid body."""
+"""Stands in a topic for the name of a rigid body."""
 
 CUSTOM = 'custom'
-"""The preset of a driver that is not in the table: topic and type are given."""
+"""The preset of a driver that is behind no door: topic and type are given."""
 
 SILENCE = 'silence'
 REPEATED = 'the last pose, repeated'
 ZEROS = 'zeros: position 0, quaternion 0'
 HUGE = 'the number 9999999.999999'
+NOT_A_NUMBER = 'not a number'
+
+_TOPIC = re.compile(r'(/[A-Za-z0-9_]+)+')
+_BODY = re.compile(r'[A-Za-z][A-Za-z0-9_]*')
 
 
 @dataclass(frozen=True)
-class Preset:
-    """What is known of a motion capture driver.
+class MocapSource:
+    """A motion capture driver: the topics and messages in which it sends rigid bodies.
 
     Attributes:
-        name: What the lab file calls it.
-        topic: Template of the topic of a rigid body, with {name}.
-        message_type: One of MESSAGE_TYPES.
-        lost_looks_like: What may arrive when the system has lost a body, one or more of SILENCE,
-            REPEATED, ZEROS and HUGE.
+        topic: Full name of the topic. With {name}, each body has a topic of its own; without it,
+            one topic has messages about all bodies.
+        message_type: Type of the messages, such as 'geometry_msgs/msg/PoseStamped'.
+        read: Yields the name of each body in a message and what was measured of it, in the
+            driver's axes. Where each body has its topic, the name is left empty.
+        lost_looks_like: What may arrive when the system has lost a body: SILENCE and the like.
     """
 
-    name: str
     topic: str
     message_type: str
-    lost_looks_like: tuple[str, ...]
+    read: Read
+    lost_looks_like: tuple[str, ...] = (SILENCE,)
+
+    @property
+    def per_body(self) -> bool:
+        """Whether each body has a topic of its own."""
+        return NAME in self.topic
+
+    def topic_of(self, body: str) -> str:
+        """Return the topic that tells of a body."""
+        return self.topic.replace(NAME, body)
+
+    def samples(self, message: Any, body: str) -> list[tuple[str, Sample]]:
+        """Return bodies and measurements in a message on the topic of a body."""
+        return [(body if self.per_body else name, sample) for name, sample in self.read(message)]
+
+    def message_class(self) -> Any:
+        """Return the class of the messages.
+
+        Raises:
+            SetcmasError: Its package is not installed.
+        """
+        package, _, name = self.message_type.split('/')
+        try:
+            return getattr(importlib.import_module(f'{package}.msg'), name)
+        except (ImportError, AttributeError):
+            raise SetcmasError(
+                f'motion capture sends {self.message_type}, whose package is not installed: '
+                f'sudo apt install ros-jazzy-{package.replace("_", "-")}, and source ROS'
+            ) from None
+
+    def may_name(self, body: str) -> bool:
+        """Return whether a body may have this name, which may be part of its topic."""
+        return bool(_BODY.fullmatch(body)) if self.per_body else bool(body)
 
 
-_TABLE = (
-    Preset('qualisys', '/qualisys/{name}/odom', ODOMETRY, (SILENCE,)),
-    Preset('vrpn', '/vrpn_mocap/{name}/pose', POSE_STAMPED, (SILENCE, REPEATED)),
-    Preset('optitrack', '/{name}/pose', POSE_STAMPED, (SILENCE, REPEATED)),
-    Preset('natnet', '/{name}/pose', POSE_STAMPED, (SILENCE, REPEATED)),
-    Preset('nokov', '/{name}/pose', POSE_STAMPED, (SILENCE, HUGE)),
-    Preset('vicon', '/vicon/{name}/{name}', POSE_STAMPED, (ZEROS,)),
-)
-PRESETS = {preset.name: preset for preset in _TABLE}
-"""The presets by name; `custom` is not among them."""
-
-
-def topic_of(template: str, mocap_name: str) -> str:
-    """Return the topic of the rigid body of a name, from a template with {name}."""
-    return template.replace(NAME, mocap_name)
-
-
-def check_template(template: str) -> str:
-    """Return a topic template.
+def check_topic(topic: str, per_body: bool) -> str:
+    """Return the topic of a source.
 
     Raises:
-        SetcmasError: It has no {name}, or would not be the full name of a topic.
+        SetcmasError: It is no full name of a topic, or has {name} where it must not, or lacks it.
     """
-    letters = topic_of(template, 'a').replace('/', '').replace('_', '')
-    named = NAME in template and template.startswith('/') and not template.endswith('/')
-    if not (named and letters.isascii() and letters.isalnum() and '//' not in template):
+    if (NAME in topic) != per_body or not _TOPIC.fullmatch(topic.replace(NAME, 'a')):
+        wanted = f'with {NAME} for the rigid body, such as /vrpn_mocap/{NAME}/pose'
         raise SetcmasError(
-            f"topic '{template}' is not accepted; accepted is a full topic name with {NAME} for "
-            f"the rigid body, such as '{PRESETS['vrpn'].topic}'"
+            f"topic '{topic}' must be the full name of a topic "
+            + (wanted if per_body else 'that tells of all bodies, such as /poses')
         )
-    return template
+    return topic
+
+
+def per_body(topic: str, kind: str, *lost_looks_like: str) -> MocapSource:
+    """Return a source with a topic per body, of a standard type such as 'PoseStamped'."""
+    return MocapSource(topic, *STANDARD[kind], lost_looks_like)
+
+
+def checked_source(thing: object) -> MocapSource:
+    """Return what is behind the door as a source.
+
+    Raises:
+        MisfitError: It is none.
+    """
+    if not isinstance(thing, MocapSource):
+        raise MisfitError(f'it is a {type(thing).__name__}; it must be a MocapSource')
+    try:
+        check_topic(thing.topic, thing.per_body)
+    except SetcmasError as error:
+        raise MisfitError(str(error)) from None
+    if not re.fullmatch(r'\w+/msg/\w+', thing.message_type):
+        raise MisfitError(f"type '{thing.message_type}' must be like geometry_msgs/msg/Pose")
+    return thing
+
+
+MOCAP_SOURCES = Door('setcmas.mocap_sources', 'mocap source', checked_source)
+"""The drivers that a lab file may name; `custom` is not among them."""

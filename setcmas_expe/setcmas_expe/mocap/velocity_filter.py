@@ -36,7 +36,7 @@ class VelocityFilter:
         self._difference(sample.planar(), sample.stamp or now)
         if sample.twist is None or not all(map(math.isfinite, sample.twist)):
             return self._V, self._omega
-        return self._forward(sample), sample.twist[3]
+        return self._forward(sample), sample.twist[5]
 
     def _difference(self, pose: Pose, time: float) -> None:
         if self._last is not None:

@@ -18,11 +18,11 @@ from setcmas_simu.fleet.fleet import format_robots
 from setcmas_simu.ros.process import FleetNode, RosProcess, node_main
 
 
-def _greet(node: FleetNode, lab: Lab, mocaps: list[MocapBridge]) -> None:
+def _greet(node: FleetNode, lab: Lab) -> None:
     robots = format_robots([robot.number for robot in lab.robots])
-    arena = lab.arena
+    arena, source = lab.arena, lab.mocap.topic_of(lab.robots[0])
     node.get_logger().info(
-        f'bridging robots {robots}: poses from {mocaps[0].source} ({lab.mocap.preset}), '
+        f'bridging robots {robots}: poses from {source} ({lab.mocap.preset}), '
         f'arena {arena.xmin:g} to {arena.xmax:g} by {arena.ymin:g} to {arena.ymax:g} m, '
         f'up to {lab.limits.V_max:.2f} m/s'
     )
@@ -43,7 +43,7 @@ def _bridge(process: RosProcess, args: argparse.Namespace) -> None:
     process.add(node, *mocaps, *bridges)
     publish_arena(node, lab)
     stepper = SafetyStepper(node, lab, mocaps, bridges)
-    _greet(node, lab, mocaps)
+    _greet(node, lab)
     try:
         stepper.start()
         process.spin()

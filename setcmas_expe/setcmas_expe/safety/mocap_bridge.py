@@ -7,9 +7,8 @@ import time
 from nav_msgs.msg import Odometry
 
 from setcmas_expe.lab.model import Lab, LabRobot
-from setcmas_expe.mocap.graph import source_conflict
-from setcmas_expe.mocap.messages import TYPES, sample_of
 from setcmas_expe.mocap.pose_track import PoseTrack
+from setcmas_expe.mocap.sample import Sample
 from setcmas_expe.mocap.velocity_filter import VelocityFilter
 from setcmas_simu.fleet import topics
 from setcmas_simu.fleet.planar_pose import quaternion_of_yaw
@@ -22,20 +21,18 @@ class MocapBridge(FleetNode):
 
     Attributes:
         robot: Number of the robot.
+        body: Name of its rigid body.
         track: What is known of its pose.
         speed: Its forward speed in m/s, as estimated last.
-        source_conflict: Why none of its poses is to be believed; empty if they may be.
     """
 
     def __init__(self, robot: LabRobot, lab: Lab) -> None:
         """Create the node in the robot's namespace."""
         super().__init__('mocap_bridge', namespace=topics.robot_name(robot.number))
         self.robot = robot.number
+        self.body = robot.mocap_name
         self.track = PoseTrack(lab.arena, lab.limits)
         self.speed = 0.0
-        self.source_conflict = ''
-        self.source = lab.mocap.topic_of(robot)
-        self._y_up = lab.mocap.y_up
         self._filter = VelocityFilter()
         self._odometry = Odometry(child_frame_id=topics.robot_name(robot.number))
         self._odometry.header.frame_id = topics.WORLD_FRAME
@@ -44,20 +41,10 @@ class MocapBridge(FleetNode):
             topics.mocap_topic(robot.number),
             qos.STATE,
         )
-        self.create_subscription(
-            TYPES[lab.mocap.message_type],
-            self.source,
-            self._on_message,
-            qos.SENSOR,
-        )
 
-    def look_around(self) -> None:
-        """See who sends the poses."""
-        self.source_conflict = source_conflict(self, self.source)
-
-    def _on_message(self, message: object) -> None:
+    def take(self, sample: Sample) -> None:
+        """Judge a measurement (Z-up), and pass it on if it is good."""
         now = time.monotonic()
-        sample = sample_of(message, self._y_up)
         if not self.track.take(sample, now):
             return
         self.speed, turn_rate = self._filter.update(sample, now)

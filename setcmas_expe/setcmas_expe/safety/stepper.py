@@ -10,6 +10,7 @@ from rclpy.node import Node
 from setcmas_ctrl.fleet.pause_watch import SILENT, PauseWatch
 from setcmas_expe.lab.model import Lab
 from setcmas_expe.mocap.pose_track import mark_swapped
+from setcmas_expe.mocap.receiver import MocapReceiver
 from setcmas_expe.safety.cmd_vel_bridge import CmdVelBridge
 from setcmas_expe.safety.decision import PAUSED, RATE_HZ, STOPPED, Decision, Situation, decide
 from setcmas_expe.safety.diagnostics import RobotDiagnostics
@@ -38,9 +39,15 @@ class SafetyStepper:
             lab: The rules.
             mocaps: The mocap bridge of each robot.
             bridges: The cmd_vel bridge of each robot, in the same order.
+
+        Raises:
+            SetcmasError: The package of the messages of motion capture is not installed.
         """
         self._node = node
         self._lab = lab
+        self._receiver = MocapReceiver(
+            node, lab.mocap.source, lab.mocap.y_up, {mocap.body: mocap.take for mocap in mocaps}
+        )
         self._robots = list(zip(mocaps, bridges, strict=True))
         self._pause = PauseWatch(node, lab.timeouts.pause_s, latches=True)
         self._diagnostics = RobotDiagnostics(node)
@@ -75,8 +82,8 @@ class SafetyStepper:
                 f'the bridge process was held up for {stalled_for:.1f} s: robots stay paused'
             )
         if self._steps % _LOOK_AROUND_EVERY == 0:
-            for mocap, bridge in self._robots:
-                mocap.look_around()
+            self._receiver.look_around()
+            for _, bridge in self._robots:
                 bridge.look_around()
         tracks = {mocap.robot: mocap.track for mocap, _ in self._robots}
         mark_swapped(tracks)
@@ -91,7 +98,7 @@ class SafetyStepper:
             situation = Situation(
                 pose=mocap.track.pose,
                 pose_age=mocap.track.age(now),
-                pose_fault=mocap.source_conflict or mocap.track.trouble,
+                pose_fault=self._receiver.trouble(mocap.body) or mocap.track.trouble,
                 V=bridge.V,
                 omega=bridge.omega,
                 command_age=bridge.age(now),

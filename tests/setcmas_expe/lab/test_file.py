@@ -41,7 +41,7 @@ def test_every_line_of_the_default_file_that_is_commented_out_is_accepted(lab_fi
     lab = load_lab(lab_file(text.replace('preset: qualisys', 'preset: custom')))
 
     assert lab.nb_robots == 2
-    assert lab.mocap.topic == '/my_mocap/{name}/pose'
+    assert lab.mocap.source.topic == '/my_mocap/{name}/pose'
     assert lab.limits == VelocityLimits(0.15, 1.5, 0.2, 0.16)
 
 
@@ -58,7 +58,7 @@ def test_what_a_file_says_goes_before_the_defaults(lab_file):
 
     assert [robot.number for robot in lab.robots] == [1, 2]
     assert lab.mocap.topic_of(lab.robots[0]) == '/vicon/Red/Red'
-    assert lab.mocap.message_type == 'PoseStamped'
+    assert lab.mocap.source.message_type == 'geometry_msgs/msg/PoseStamped'
     assert lab.mocap.y_up
     assert lab.robots[1].topic('odom') == '/lab/b/odom'
     assert (lab.arena.xmin, lab.arena.xmax, lab.arena.ymin) == (-1.0, 2.5, -3.0)
@@ -66,6 +66,17 @@ def test_what_a_file_says_goes_before_the_defaults(lab_file):
     assert (lab.timeouts.command_s, lab.timeouts.pose_s) == (0.3, 0.5)
     assert lab.static_peers == ('10.0.0.2', 'robot3')
     assert lab.discovery_server == '10.0.0.1:11811'
+
+
+def test_bodies_without_topics_of_their_own_may_have_any_name(lab_file):
+    lab = load_lab(
+        lab_file(
+            'robots:\n  - {number: 1, mocap_name: "3"}\n  - {number: 2, mocap_name: Red.Red}\n'
+            'mocap: {preset: mocap4r2, topic: /lab/rigid_bodies}\n'
+        )
+    )
+
+    assert [lab.mocap.topic_of(robot) for robot in lab.robots] == 2 * ['/lab/rigid_bodies']
 
 
 def test_fewer_robots_than_the_lab_has_may_take_part(lab_file):
@@ -86,8 +97,10 @@ def test_fewer_robots_than_the_lab_has_may_take_part(lab_file):
         ('mocap:\n  presett: vicon\n', 2, "no key 'mocap.presett'.*did you mean preset"),
         ('mocap:\n  preset: vikon\n', 2, "mocap.preset is 'vikon'.*did you mean vicon"),
         ('mocap: {preset: custom}\n', 1, 'custom together with mocap.topic'),
-        ('mocap: {topic: pose}\n', 1, "topic 'pose' is not accepted"),
+        ('mocap: {topic: pose}\n', 1, "topic 'pose' must be the full name"),
         ('mocap: {topic: /a/pose}\n', 1, 'with {name}'),
+        ('mocap: {preset: mocap4r2, topic: "/{name}/pose"}\n', 1, 'that tells of all bodies'),
+        ('mocap: {preset: mocap4r2, type: Odometry}\n', 1, 'left out, for mocap4r2 has a type'),
         ('mocap: {y_up: maybe}\n', 1, "y_up is 'maybe'; it must be true or false"),
         ('mocap: vicon\n', 1, 'a mapping with the keys preset'),
         ('arena: {x: [1, -1]}\n', 1, r'arena.x is \[1.0, -1.0\].*smaller one first'),
@@ -120,6 +133,7 @@ def test_fewer_robots_than_the_lab_has_may_take_part(lab_file):
         ('robots:\n- {number: 1}\n- {number: 1}\n', 3, "two robots have the number '1'"),
         ('robots:\n- {number: 1}\n- {number: 2, mocap_name: tb3_1}\n', 3, 'mocap_name'),
         ('robots:\n- {number: 1, namespace: "a b"}\n', 2, 'letters, digits'),
+        ('robots:\n- {number: 1, mocap_name: "3"}\n', 2, 'letters, digits'),
         ('robots:\n- {mocap_name: Red}\n', 2, 'a robot with a number'),
         ('robots: [1]\n', 1, 'a mapping with the keys number'),
     ],

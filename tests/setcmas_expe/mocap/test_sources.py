@@ -1,20 +1,58 @@
 import pytest
 
-from setcmas_expe.mocap.sources import MESSAGE_TYPES, PRESETS, check_template, topic_of
+from setcmas_expe.mocap.messages import STANDARD
+from setcmas_expe.mocap.sources import MOCAP_SOURCES, MocapSource, check_topic, checked_source
+from setcmas_simu.doors import MisfitError
 from setcmas_simu.errors import SetcmasError
 
+FOR_ALL = ('motion_capture_tracking', 'mocap4r2')
 
-@pytest.mark.parametrize('preset', PRESETS.values(), ids=list(PRESETS))
-def test_presets_make_sense(preset):
-    assert check_template(preset.topic) == preset.topic
-    assert preset.message_type in MESSAGE_TYPES
-    assert topic_of(preset.topic, 'Red').count('Red') == preset.topic.count('{name}')
-    assert preset.lost_looks_like
+
+@pytest.mark.parametrize('name', MOCAP_SOURCES.offers())
+def test_sources_make_sense(name):
+    source = MOCAP_SOURCES.get(name)
+
+    assert source.per_body == (name not in FOR_ALL)
+    assert source.topic_of('Red').count('Red') == source.topic.count('{name}')
+    assert source.lost_looks_like
+    if source.per_body:
+        assert (source.message_type, source.read) in STANDARD.values()
+        assert source.may_name('tb3_1')
+        assert not source.may_name('3')
+    else:
+        assert source.may_name('Red.Red')
+        assert not source.may_name('')
 
 
 @pytest.mark.parametrize(
-    'template', ['', 'a/{name}', '/a', '/{name}/', '/a//{name}', '/a b/{name}']
+    'topic', ['', 'a/{name}', '/a', '/{name}/', '/a//{name}', '/a b/{name}', '/a-b/{name}']
 )
-def test_templates_that_are_no_topics_are_refused(template):
-    with pytest.raises(SetcmasError, match='is not accepted'):
-        check_template(template)
+def test_topics_of_a_body_that_are_none_are_refused(topic):
+    with pytest.raises(SetcmasError, match=r'must be the full name of a topic with \{name\}'):
+        check_topic(topic, per_body=True)
+
+
+@pytest.mark.parametrize('topic', ['', 'poses', '/{name}', '/'])
+def test_topics_of_all_bodies_that_are_none_are_refused(topic):
+    with pytest.raises(SetcmasError, match='that tells of all bodies'):
+        check_topic(topic, per_body=False)
+
+
+@pytest.mark.parametrize(
+    ('thing', 'reason'),
+    [
+        (1, 'it is a int; it must be a MocapSource'),
+        (MocapSource('poses', 'a/msg/B', list), "topic 'poses' must be"),
+        (MocapSource('/poses', 'B', list), "type 'B' must be like"),
+    ],
+)
+def test_what_is_no_source_does_not_fit(thing, reason):
+    with pytest.raises(MisfitError, match=reason):
+        checked_source(thing)
+
+
+def test_a_package_that_is_not_installed_is_told_with_the_command_that_installs_it():
+    source = MOCAP_SOURCES.get('mocap4r2')
+
+    with pytest.raises(SetcmasError, match='sudo apt install ros-jazzy-mocap4r2-msgs'):
+        source.message_class()

@@ -53,14 +53,16 @@ def test_a_clock_that_is_set_disturbs_but_for_a_moment():
 
 
 def test_the_twist_of_the_driver_is_taken_in_either_frame():
-    body = drive(0.2, 0.5, twist=lambda _: (0.19, 0.0, 0.0, 0.49))
-    world = drive(0.2, 0.5, twist=lambda a: (0.19 * math.cos(a), 0.19 * math.sin(a), 0.0, 0.49))
+    body = drive(0.2, 0.5, twist=lambda _: (0.19, 0.0, 0.0, 0.0, 0.0, 0.49))
+    world = drive(
+        0.2, 0.5, twist=lambda a: (0.19 * math.cos(a), 0.19 * math.sin(a), 0.0, 0.0, 0.0, 0.49)
+    )
 
     assert body[-1] == pytest.approx((0.19, 0.49))
     assert world[-1] == pytest.approx((0.19, 0.49))
 
 
 def test_a_twist_that_is_not_a_number_is_not_taken():
-    estimates = drive(0.2, 0.5, twist=lambda _: (math.nan, 0.0, 0.0, 0.5))
+    estimates = drive(0.2, 0.5, twist=lambda _: (math.nan, 0.0, 0.0, 0.0, 0.0, 0.5))
 
     assert estimates[-1] == pytest.approx((0.2, 0.5), abs=1e-2)
