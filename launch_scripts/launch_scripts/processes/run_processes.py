@@ -42,7 +42,8 @@ class SimulatedRun:
         self._recorder = supervisor.start('record', recorder_command(bag))
         robots = node_command(SIMULATOR, SimulationOptions.of(args).arguments())
         self._simulator = supervisor.start('simu', robots)
-        laws = node_command(CONTROLLER, ['--recorded', *node_arguments(args, _CTRL_OPTIONS)])
+        mine = ['--recorded', '--simulator', str(self._simulator.process.pid)]
+        laws = node_command(CONTROLLER, [*mine, *node_arguments(args, _CTRL_OPTIONS)])
         self._ctrl = supervisor.start('ctrl', laws)
 
     @property

@@ -12,6 +12,7 @@ from setcmas_ctrl.fleet.discovery import robots_with_odometry
 from setcmas_ctrl.fleet.odometry import FleetOdometry
 from setcmas_simu.fleet.fleet import format_robots
 from setcmas_simu.fleet.topics import RECORDER_NODES
+from setcmas_simu.ros.fleet_topic import FleetListener
 
 _CHECK_EVERY_S = 2.0
 _PATIENCE_S = 2.0  # a robot that nobody hears for longer is told
@@ -24,6 +25,7 @@ class GraphWatch:
         self,
         node: Node,
         odometry: FleetOdometry,
+        announced: FleetListener,
         followers: list[SiToUni],
         warn: Callable[[str], None],
     ) -> None:
@@ -32,11 +34,13 @@ class GraphWatch:
         Args:
             node: The node through which the graph is seen.
             odometry: The fleet that this process knows.
+            announced: The robots that are announced, those that come later too.
             followers: The si_to_uni nodes of this process.
             warn: Shows a message to the user.
         """
         self._node = node
         self._odometry = odometry
+        self._announced = announced
         self._followers = followers
         self._warn = warn
         self._next_check = 0.0
@@ -102,6 +106,7 @@ class GraphWatch:
 
     def _notice_latecomers(self) -> None:
         present = set(robots_with_odometry(self._node, self._odometry.topic_of))
+        present |= set(self._announced.robots)
         if latecomers := present - self._known:
             self._known |= latecomers
             self._warn(

@@ -30,12 +30,13 @@ from setcmas_ctrl.controller.canvas import MarkerCanvas
 from setcmas_ctrl.controller.communication import FleetCommunication
 from setcmas_ctrl.controller.controller import Controller
 from setcmas_ctrl.controller.event_triggered_comm import broadcasters
+from setcmas_ctrl.controller.graph_watch import GraphWatch
 from setcmas_ctrl.controller.reloader import ScriptReloader
 from setcmas_ctrl.controller.script_outcomes import ScriptOutcomes
 from setcmas_ctrl.controller.si_to_uni import SiToUni
 from setcmas_ctrl.controller.stepper import ControlStepper
 from setcmas_ctrl.controller.stuck_scripts import end_process, end_stuck_script
-from setcmas_ctrl.fleet.discovery import wait_for_fleet
+from setcmas_ctrl.fleet.discovery import wait_for_fleet, wait_for_source
 from setcmas_ctrl.fleet.odometry import FleetOdometry
 from setcmas_ctrl.fleet.pause_watch import PAUSE_TIMEOUT_S, PauseWatch
 from setcmas_ctrl.scripts.call_watch import CallWatch
@@ -46,7 +47,10 @@ from setcmas_ctrl.scripts.settings import parse_settings
 from setcmas_ctrl.scripts.stop_call import StopCall
 from setcmas_simu.fleet import topics
 from setcmas_simu.options import positive
+from setcmas_simu.reports.launcher import Launcher
+from setcmas_simu.reports.reports import Paused
 from setcmas_simu.ros import qos
+from setcmas_simu.ros.fleet_topic import FleetListener
 from setcmas_simu.ros.process import FleetNode, RosProcess, node_main
 
 
@@ -76,7 +80,11 @@ def build(args: argparse.Namespace, process: RosProcess, node: FleetNode) -> Con
     path = find_script(args.algo, args.exercise)
     compile_script(path, settings=parse_settings(args.set))
     process.add(node)
-    nb_robots = args.nb_robots or wait_for_fleet(process, node)
+    announced = FleetListener(node)
+    # Nothing is commanded to robots of somebody else's simulator.
+    if args.simulator and not wait_for_source(process, node, announced, args.simulator):
+        return None
+    nb_robots = args.nb_robots or wait_for_fleet(process, node, announced)
     if not nb_robots:
         return None
     robots = controlled_robots(args, nb_robots)
@@ -100,15 +108,15 @@ def build(args: argparse.Namespace, process: RosProcess, node: FleetNode) -> Con
     process.add(*controllers, *followers)
     pause = PauseWatch(node, args.pause_timeout) if args.experiment else None
     if not pause:
-        _follow_pause(node, followers)
+        _follow_pause(node, followers, process.launcher)
     scripts = {controller.robot: controller.law.path for controller in controllers}
     condition = communication.condition_script or Path(CTC)
     outcomes = ScriptOutcomes(
         node.get_logger().warning, watch, process.launcher, scripts, condition
     )
-    stepper = ControlStepper(
-        node, odometry, controllers, followers, args.rate, args.vnom, watch, outcomes, pause
-    )
+    graph = GraphWatch(node, odometry, announced, followers, node.get_logger().warning)
+    pairs = list(zip(controllers, followers, strict=True))
+    stepper = ControlStepper(node, odometry, pairs, args.rate, args.vnom, outcomes, graph, pause)
     if args.watch:
         laws = [controller.law for controller in controllers]
         ScriptReloader(node, stepper, laws, load, watch, args.pause_timeout)
@@ -140,12 +148,13 @@ def connect(
         )
 
 
-def _follow_pause(node: FleetNode, followers: list[SiToUni]) -> None:
+def _follow_pause(node: FleetNode, followers: list[SiToUni], launcher: Launcher) -> None:
     """Pause the fleet, or let it go on, as /pause says; tell so, as it may come from elsewhere."""
 
     def follow(message: Bool) -> None:
         if any(follower.paused != message.data for follower in followers):
             print('paused by /pause' if message.data else 'started by /pause', flush=True)
+            launcher.tell(Paused(message.data))
         for follower in followers:
             follower.pause(message.data)
 
@@ -169,6 +178,12 @@ def main(argv: list[str] | None = None) -> int:
         default=PAUSE_TIMEOUT_S,
         metavar='S',
         help='age from which the last word of its pause node is too old (default: %(default)g s)',
+    )
+    parser.add_argument(
+        '--simulator',
+        type=int,
+        metavar='PID',
+        help='wait until the simulator that is this process has announced its robots',
     )
     parser.add_argument(
         '--recorded',

@@ -17,6 +17,7 @@ class ScriptOutcomes:
     """Keeps which calls have failed or hung, over all versions of a script.
 
     Attributes:
+        watch: Knows which calls have hung.
         laws: Takes the errors of control laws.
         conditions: Takes the errors of triggering conditions.
     """
@@ -39,7 +40,7 @@ class ScriptOutcomes:
             condition: The script of the triggering condition.
         """
         self._warn = warn
-        self._watch = watch
+        self.watch = watch
         self._launcher = launcher
         self._laws = laws
         self._failed: list[ScriptCall] = []
@@ -52,7 +53,7 @@ class ScriptOutcomes:
     @property
     def failed(self) -> tuple[ScriptCall, ...]:
         """The calls that have failed, or hung, at some time."""
-        return tuple(dict.fromkeys([*self._failed, *self._watch.have_been_stuck]))
+        return tuple(dict.fromkeys([*self._failed, *self.watch.have_been_stuck]))
 
     def begin_anew(self) -> None:
         """Count the errors of a new version of the script from zero."""

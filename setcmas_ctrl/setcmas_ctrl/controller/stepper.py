@@ -21,7 +21,6 @@ from setcmas_ctrl.controller.si_to_uni import SiToUni
 from setcmas_ctrl.controller.start import fall_in_step, wait_for_poses, wait_for_states
 from setcmas_ctrl.fleet.odometry import POSE_TIMEOUT_S, FleetOdometry
 from setcmas_ctrl.fleet.pause_watch import PauseWatch
-from setcmas_ctrl.scripts.call_watch import CallWatch
 from setcmas_ctrl.scripts.failures import ControlError
 from setcmas_ctrl.scripts.stop_call import AbandonCall
 from setcmas_simu.fleet.fleet import format_robots
@@ -42,12 +41,11 @@ class ControlStepper:
         self,
         node: Node,
         odometry: FleetOdometry,
-        controllers: list[Controller],
-        followers: list[SiToUni],
+        robots: list[tuple[Controller, SiToUni]],
         rate: float,
         vnom: float,
-        watch: CallWatch,
         outcomes: ScriptOutcomes,
+        graph: GraphWatch,
         pause: PauseWatch | None = None,
     ) -> None:
         """Prepare; nothing is called before `start`.
@@ -55,30 +53,31 @@ class ControlStepper:
         Args:
             node: The node that owns the timer and the messages to the user.
             odometry: The poses of the fleet.
-            controllers: The controllers of this process.
-            followers: Their si_to_uni nodes, in the same order.
+            robots: The controller of each robot of this process, and its si_to_uni node.
             rate: Rate of control in Hz.
             vnom: Largest speed of a robot in m/s.
-            watch: Watches the calls.
-            outcomes: Takes the errors of the scripts.
-            pause: In an experiment, says when the laws are held; their time stands still then.
+            outcomes: Takes the errors of the scripts; its watch watches the calls.
+            graph: Looks who listens, and who else is there.
+            pause: In an experiment, says when the laws are held; in a simulation they are while
+                all robots are paused. Their time stands still then.
         """
         self._node = node
         self._odometry = odometry
-        self._controllers = controllers
-        self._followers = followers
+        self._controllers = [controller for controller, _ in robots]
+        self._followers = [follower for _, follower in robots]
         self._period = 1.0 / rate
         self._vnom = vnom
         self._pause = pause
         self._warn = node.get_logger().warning
         self._has_laws = True
-        self.watch = watch
+        self.watch = outcomes.watch
         self.outcomes = outcomes
         self._started: float | None = None  # set by the first step
+        self._stood: float | None = None  # the last step, if the laws were held in it
         self.communication: FleetCommunication | None = None
         """What each robot hears of the fleet; None if all robots know all poses."""
         self._stepped = 0.0
-        self._graph = GraphWatch(node, odometry, followers, self._warn)
+        self._graph = graph
         self._lost: set[int] = set()
 
     def start(self, process: RosProcess, recorded: bool = False) -> None:
@@ -118,8 +117,10 @@ class ControlStepper:
 
     @property
     def t(self) -> float:
-        """Time since the control laws were called first, in s; 0 before."""
-        return 0.0 if self._started is None else time.monotonic() - self._started
+        """Time of the control laws in s: 0 before their first call, held while they are."""
+        if self._started is None:
+            return 0.0
+        return (self._stood or time.monotonic()) - self._started
 
     def use(self, laws: list[ControlLaw]) -> None:
         """Go on with other laws, with t from 0 and errors counted anew; none: all robots stand."""
@@ -144,16 +145,23 @@ class ControlStepper:
         # Odometry cannot come in while a step takes its time.
         self._notice_lost_odometry(POSE_TIMEOUT_S + now - self._stepped)
         with self.watch.step():
-            if self._pause and self._pause.reason():
+            if self._is_held():
                 self._stand(now)
             else:
+                self._stood = None
                 self._control(now - self._started)
         self._stepped = now
         self._graph.check()
 
+    def _is_held(self) -> bool:
+        if self._pause:
+            return self._pause.reason() != ''
+        return all(follower.paused for follower in self._followers)
+
     def _stand(self, now: float) -> None:
         """Command zero without calling the laws: a reference must not run away meanwhile."""
         self._started = (self._started or now) + now - self._stepped
+        self._stood = now
         for controller in self._controllers:
             controller.publish(0.0, 0.0)
 

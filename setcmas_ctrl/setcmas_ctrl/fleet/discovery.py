@@ -1,4 +1,4 @@
-"""Finds the fleet by the odometry topics on the ROS graph."""
+"""Size of the fleet: announced on /fleet, else guessed by the odometry topics on the graph."""
 
 from __future__ import annotations
 
@@ -10,12 +10,14 @@ from rclpy.node import Node
 from rclpy.subscription import Subscription
 
 from setcmas_simu.fleet import topics
+from setcmas_simu.fleet.announcement import Kind, own_source
 from setcmas_simu.fleet.fleet import format_robots
 from setcmas_simu.ros import qos
+from setcmas_simu.ros.fleet_topic import FleetListener
 from setcmas_simu.ros.process import RosProcess
 
 _ODOMETRY_TYPE = 'nav_msgs/msg/Odometry'
-_SETTLED_S = 0.2
+_SETTLED_S = 1.5
 _REMIND_EVERY_S = 2.0
 
 
@@ -39,63 +41,105 @@ def robots_with_odometry(
     return sorted(robots)
 
 
-def wait_for_fleet(process: RosProcess, node: Node) -> int:
-    """Return the size of the fleet once all robots on the graph are heard and no more appear.
+def wait_for_fleet(process: RosProcess, node: Node, listener: FleetListener) -> int:
+    """Return the size of the fleet that is announced; where nobody announces, guess and say so.
+
+    Args:
+        process: Serves the subscriptions meanwhile.
+        node: The node through which the graph is seen.
+        listener: Takes announcements.
 
     Returns:
-        The largest robot number; 0 if the process was asked to stop meanwhile.
+        Size of the fleet; 0 if the process was asked to stop meanwhile.
     """
-    fleet = _Fleet(node)
-    while not process.stopping and not process.spin_until(fleet.is_complete, _REMIND_EVERY_S):
+    fleet = _Fleet(node, listener)
+    while not process.stopping and not process.spin_until(fleet.is_known, _REMIND_EVERY_S):
         if not process.stopping:
             fleet.remind()
     fleet.close()
-    return 0 if process.stopping else max(fleet.robots)
+    return 0 if process.stopping else fleet.nb_robots
+
+
+def wait_for_source(process: RosProcess, node: Node, listener: FleetListener, pid: int) -> bool:
+    """Wait until a process of this machine has announced its robots.
+
+    Returns:
+        Whether it has; False if this process was asked to stop meanwhile.
+    """
+    source = own_source(Kind.SIMULATOR, pid)
+    while not process.stopping and not process.spin_until(
+        lambda: source in listener.by_source, _REMIND_EVERY_S
+    ):
+        if not process.stopping:
+            node.get_logger().warning(f'waiting for the {source} to announce its robots')
+    return not process.stopping
 
 
 class _Fleet:
-    """The robots found so far, and which of them have been heard since the last one appeared.
+    """What is announced; and the robots in sight, for the case that nobody announces any."""
 
-    A simulator that is still creating its robots is on the graph with some of them, on a busy
-    machine for long; it sends odometry once it has them all.
-    """
-
-    def __init__(self, node: Node) -> None:
-        self.robots: set[int] = set()
+    def __init__(self, node: Node, listener: FleetListener) -> None:
+        self.nb_robots = 0
         self._node = node
+        self._announced = listener
+        self._robots: set[int] = set()
         self._heard: set[int] = set()
-        self._since = 0.0
+        self._changed = time.monotonic()
+        self._nb_announcements = 0
         self._subscriptions: dict[int, Subscription] = {}
 
-    def is_complete(self) -> bool:
-        """Look at the graph; return whether all robots are heard and no more appear."""
-        robots = set(robots_with_odometry(self._node))
-        if robots != self.robots:
-            self.robots, self._since = robots, time.monotonic()
-            self._heard.clear()
-            for robot in robots - set(self._subscriptions):
-                self._listen(robot)
-        settled = time.monotonic() - self._since >= _SETTLED_S
-        return bool(robots) and settled and robots <= self._heard
+    def is_known(self) -> bool:
+        """Look at what is announced, and at the graph; return whether the fleet is known."""
+        if self._announced.by_source:
+            self._note_change(len(self._announced.by_source) != self._nb_announcements)
+            self._nb_announcements = len(self._announced.by_source)
+            # Who was killed stays on the graph for a while, and will not announce anything.
+            if self._announced.announced_by_all or self._settled():
+                self.nb_robots = self._announced.nb_robots
+        elif self._announced.announced_by_all:  # that is, nobody is there who would
+            self._guess()
+        return self.nb_robots > 0
 
     def remind(self) -> None:
         """Say what is missing."""
-        if silent := sorted(self.robots - self._heard):
+        if silent := sorted(self._robots - self._heard):
             message = (
-                f'robots {format_robots(sorted(self.robots))} are there, but '
+                f'robots {format_robots(sorted(self._robots))} are there, but '
                 f'{topics.odometry_topic(silent[0])} is silent; is their simulator held up?'
             )
         else:
             message = (
-                f'waiting for a fleet: nothing publishes {topics.odometry_topic(1)} yet; '
+                f'waiting for a fleet: nobody announces one on {topics.FLEET}, and nothing '
+                f'publishes {topics.odometry_topic(1)} yet; '
                 'is setcmas simu running, in the same ROS domain?'
             )
         self._node.get_logger().warning(message)
 
     def close(self) -> None:
-        """Listen no more."""
+        """Listen no more to robots."""
         for subscription in self._subscriptions.values():
             self._node.destroy_subscription(subscription)
+
+    def _guess(self) -> None:
+        robots = set(robots_with_odometry(self._node))
+        self._note_change(robots != self._robots)
+        self._robots = robots
+        for robot in robots - set(self._subscriptions):
+            self._listen(robot)
+        if robots and robots <= self._heard and self._settled():
+            self.nb_robots = max(robots)
+            self._node.get_logger().warning(
+                f'nobody announces a fleet on {topics.FLEET}: robots '
+                f'{format_robots(sorted(robots))} are taken for all of it, because their '
+                'odometry is heard; --nb-robots says how many there are'
+            )
+
+    def _note_change(self, changed: bool) -> None:
+        if changed:
+            self._changed = time.monotonic()
+
+    def _settled(self) -> bool:
+        return time.monotonic() - self._changed >= _SETTLED_S
 
     def _listen(self, robot: int) -> None:
         self._subscriptions[robot] = self._node.create_subscription(

@@ -39,13 +39,15 @@ def add_doctor_arguments(parser: argparse.ArgumentParser) -> None:
 def look_around(ros_arguments: list[str]) -> list[Finding]:
     """Return what other fleets are in sight."""
     from setcmas_expe.doctor.fleets_in_sight import fleets_finding
+    from setcmas_simu.ros.fleet_topic import FleetListener
     from setcmas_simu.ros.process import FleetNode, ros_process
 
     with ros_process(ros_arguments) as process:
         node = FleetNode('doctor')
+        announced = FleetListener(node)
         process.add(node)
         process.spin_until(lambda: False, _SIGHT_S)
-        return [fleets_finding(node)]
+        return [fleets_finding(node, announced)]
 
 
 def examine_lab(lab: Lab, name: str, nudge: bool, ros_arguments: list[str]) -> list[Finding]:

@@ -14,7 +14,9 @@ from setcmas_expe.safety.arena_markers import publish_arena
 from setcmas_expe.safety.cmd_vel_bridge import CmdVelBridge
 from setcmas_expe.safety.mocap_bridge import MocapBridge
 from setcmas_expe.safety.stepper import SafetyStepper
+from setcmas_simu.fleet.announcement import Kind
 from setcmas_simu.fleet.fleet import format_robots
+from setcmas_simu.ros.fleet_topic import FleetAnnouncer
 from setcmas_simu.ros.process import FleetNode, RosProcess, node_main
 
 
@@ -38,6 +40,7 @@ def main(argv: list[str] | None = None) -> int:
 def _bridge(process: RosProcess, args: argparse.Namespace) -> None:
     lab = chosen_lab(args)
     node = FleetNode('bridges')
+    announcer = FleetAnnouncer(node, Kind.LAB)
     mocaps = [MocapBridge(robot, lab) for robot in lab.robots]
     bridges = [CmdVelBridge(robot, lab) for robot in lab.robots]
     process.add(node, *mocaps, *bridges)
@@ -46,6 +49,7 @@ def _bridge(process: RosProcess, args: argparse.Namespace) -> None:
     _greet(node, lab)
     try:
         stepper.start()
+        announcer.announce([robot.number for robot in lab.robots], lab.nb_robots)
         process.spin()
     finally:  # whatever happens in a callback, robots get their zero
         stepper.stop()

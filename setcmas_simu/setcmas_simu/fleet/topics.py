@@ -23,6 +23,7 @@ OF_ROBOT = (ODOM, POSE, CMD_CART_VEL, CMD_VEL, TRIG_ODOM, TRIG_EVENT, RESET, PAU
 """Those on which a drawing would be mistaken for something else."""
 
 # Of the whole fleet.
+FLEET = '/fleet'
 FLEET_RESET = '/reset'
 FLEET_PAUSE = '/pause'
 PAUSED = '/paused'

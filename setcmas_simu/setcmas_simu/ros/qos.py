@@ -24,3 +24,6 @@ EVENT = QoSProfile(depth=10)
 
 LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 """Kept for those who subscribe late."""
+
+LATCHED_BY_MANY = QoSProfile(depth=100, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+"""For who listens to a topic on which several processes keep something: the last of each."""

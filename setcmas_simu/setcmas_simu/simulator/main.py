@@ -12,7 +12,9 @@ from dataclasses import replace
 
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet import topics
+from setcmas_simu.fleet.announcement import Kind
 from setcmas_simu.reports.reports import Ready
+from setcmas_simu.ros.fleet_topic import FleetAnnouncer
 from setcmas_simu.ros.process import FleetNode, RosProcess, node_main
 from setcmas_simu.simulator.fleet_stepper import FleetStepper
 from setcmas_simu.simulator.options import SimulatedRobots, SimulationOptions
@@ -43,12 +45,14 @@ def _simulate(process: RosProcess, args: argparse.Namespace) -> None:
         options = replace(options, robots=(robot_of_parameters(),))
     simulated = options.simulated()
     node = FleetNode(f'{topics.VIRTUAL_ROBOT_NODE}s')
+    announcer = FleetAnnouncer(node, Kind.SIMULATOR)
     guard = SimulatorGuard(node, simulated.robots)
     nodes = _virtual_robots(simulated, options)
     stepper = FleetStepper(node, nodes)
     guard.refuse_second_simulator()
     process.add(node, *nodes)
     stepper.start(guard.warn_of_latecomers)
+    announcer.announce(simulated.robots, options.fleet_size)
     process.launcher.tell(Ready())
     process.spin()
 

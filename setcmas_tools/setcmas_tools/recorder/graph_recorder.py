@@ -6,6 +6,8 @@ import sys
 
 from rclpy.node import Node
 
+from setcmas_simu.fleet import topics
+from setcmas_simu.ros.fleet_topic import FleetListener
 from setcmas_tools.recorder.message_definitions import MessageDefinitions, UnknownDefinitionError
 from setcmas_tools.recorder.offered_qos import stored_qos
 from setcmas_tools.recorder.receive_clock import ReceiveClock
@@ -35,6 +37,7 @@ class GraphRecorder:
         # What was known of each topic at the last look: number of publishers, types.
         self._seen: dict[str, tuple[int, list[str]]] = {}
         self._told: set[str] = set()
+        self._fleet = FleetListener(node)
 
     @property
     def recorded(self) -> list[str]:
@@ -49,6 +52,14 @@ class GraphRecorder:
                 if state != self._seen.get(name):
                     self._seen[name] = state
                     self._follow(name, types)
+
+    def missing(self) -> list[int]:
+        """Return the announced robots of which nothing that is to be recorded was seen yet."""
+        self._fleet.take()
+        if self._chosen is not None:
+            return []
+        seen = {topics.robot_of(name) for name in self.recorded}
+        return [robot for robot in self._fleet.robots if robot not in seen]
 
     def drain(self) -> None:
         """Write what has come, in the order in which it came.

@@ -56,7 +56,7 @@ def _parser() -> argparse.ArgumentParser:
 
 def _record(process: RosProcess, recorder: GraphRecorder, writer: BagWriter) -> None:
     next_look = next_flush = 0.0
-    announced = False
+    told = False
     nb_topics = 0
     while not process.stopping:
         now = time.monotonic()
@@ -64,8 +64,9 @@ def _record(process: RosProcess, recorder: GraphRecorder, writer: BagWriter) -> 
             next_look = now + _LOOK_PERIOD_S
             recorder.look()
             # Wait for a look that finds no more: topics of a node appear one after another.
-            if not announced and 0 < nb_topics == len(recorder.recorded):
-                announced = True
+            complete = 0 < nb_topics == len(recorder.recorded) and not recorder.missing()
+            if not told and complete:
+                told = True
                 topics_text = 'topic' if nb_topics == 1 else 'topics'
                 print(f'recording {nb_topics} {topics_text} to {writer.path}', flush=True)
                 process.launcher.tell(Recording(nb_topics))

@@ -143,9 +143,8 @@ class ViewedTopics:
         self._state.fleet.see(robot, pose, message.twist.twist.linear.x, self._now)
 
     def _on_command(self, _: Point32) -> None:
-        # In experiments the time of the control laws stands still while they are paused.
-        paused = self._state.real and self._state.states.paused(self._now)
-        self._state.clock.heard(self._now, paused)
+        # The time of the control laws stands still while they are paused.
+        self._state.clock.heard(self._now, self._state.states.paused(self._now))
 
     def _on_pause(self, message: Bool) -> None:
         self._state.states.wish(message.data)

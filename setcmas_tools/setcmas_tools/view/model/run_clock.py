@@ -19,7 +19,7 @@ class RunClock:
 
         Args:
             now: Time in s.
-            paused: Whether the control laws' own time stands still, as in experiments.
+            paused: Whether the control laws' own time stands still.
         """
         if self._counted is None or now - self._last > _SILENCE_S:
             self._counted = 0.0

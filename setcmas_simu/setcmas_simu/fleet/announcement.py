@@ -1,0 +1,66 @@
+"""Announcement of a fleet: which robots a simulator or a lab has, as it tells on /fleet."""
+
+from __future__ import annotations
+
+import enum
+import os
+import socket
+from collections.abc import Iterable
+
+import msgspec
+
+
+class Kind(enum.Enum):
+    """What has the robots."""
+
+    SIMULATOR = 'simulator'
+    LAB = 'lab'
+
+
+class Source(msgspec.Struct, frozen=True):
+    """The process that has the robots."""
+
+    kind: Kind
+    host: str
+    process: int
+
+    def __str__(self) -> str:
+        """Return the source in words."""
+        return f'{self.kind.value} (process {self.process} on {self.host})'
+
+
+class Announcement(msgspec.Struct, frozen=True):
+    """The robots of one process.
+
+    Attributes:
+        nb_robots: Size of the fleet, of which this may be a part.
+        robots: Numbers of the robots, sorted.
+        source: The process.
+    """
+
+    nb_robots: int
+    robots: tuple[int, ...]
+    source: Source
+
+
+def own_source(kind: Kind, process: int | None = None) -> Source:
+    """Return the source that a process of this machine is; by default this process."""
+    return Source(kind, socket.gethostname(), os.getpid() if process is None else process)
+
+
+def encode(announcement: Announcement) -> str:
+    """Return the text of an announcement."""
+    return msgspec.json.encode(announcement).decode()
+
+
+def decode(text: str) -> Announcement | None:
+    """Return the announcement that a text is; None if it is none."""
+    try:
+        return msgspec.json.decode(text, type=Announcement)
+    except msgspec.DecodeError:
+        return None
+
+
+def robots_of(announcements: Iterable[Announcement]) -> list[int]:
+    """Return the numbers of all announced robots, sorted."""
+    return sorted({robot for one in announcements for robot in one.robots})

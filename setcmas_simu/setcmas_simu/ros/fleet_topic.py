@@ -1,0 +1,76 @@
+"""The latched topic /fleet, on which simulators and labs announce their robots."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from rclpy.node import Node
+from std_msgs.msg import String
+
+from setcmas_simu.fleet import topics
+from setcmas_simu.fleet.announcement import (
+    Announcement,
+    Kind,
+    Source,
+    decode,
+    encode,
+    own_source,
+    robots_of,
+)
+from setcmas_simu.ros import qos
+from setcmas_simu.ros.polled_topic import PolledTopic
+
+
+class FleetAnnouncer:
+    """Announces the robots of this process.
+
+    To be created before the robots' nodes: who discovers their topics then knows of this one.
+    """
+
+    def __init__(self, node: Node, kind: Kind) -> None:
+        """Prepare; nothing is announced yet."""
+        self._source = own_source(kind)
+        self._publisher = node.create_publisher(String, topics.FLEET, qos.LATCHED)
+
+    def announce(self, robots: Sequence[int], nb_robots: int) -> None:
+        """Tell which robots there are, now and to everybody who comes later."""
+        announcement = Announcement(nb_robots, tuple(robots), self._source)
+        self._publisher.publish(String(data=encode(announcement)))
+
+
+class FleetListener:
+    """Keeps what is announced.
+
+    Attributes:
+        by_source: The newest announcement of each process.
+    """
+
+    def __init__(self, node: Node) -> None:
+        """Listen through a node, by an executor or by `take`."""
+        self._node = node
+        self.by_source: dict[Source, Announcement] = {}
+        self._topic = PolledTopic(node, String, topics.FLEET, self._on_text, qos.LATCHED_BY_MANY)
+
+    @property
+    def robots(self) -> list[int]:
+        """The robots that are announced, sorted."""
+        return robots_of(self.by_source.values())
+
+    @property
+    def nb_robots(self) -> int:
+        """Size of the announced fleet; 0 if there is none."""
+        return max((one.nb_robots for one in self.by_source.values()), default=0)
+
+    @property
+    def announced_by_all(self) -> bool:
+        """Whether every process that is to announce robots has done so; true if there is none."""
+        announcers: int = self._node.count_publishers(topics.FLEET)
+        return announcers <= len(self.by_source)
+
+    def take(self) -> None:
+        """Take what has come, where no executor does."""
+        self._topic.take()
+
+    def _on_text(self, message: String) -> None:
+        if announcement := decode(message.data):
+            self.by_source[announcement.source] = announcement
