@@ -8,9 +8,8 @@ import time
 from collections.abc import Callable
 from dataclasses import dataclass
 
-import imageio.v3 as iio
-import numpy as np
 import viser
+from PIL import Image
 
 from setcmas_tools.view.model.camera_places import VIEWS
 from setcmas_tools.view.model.trails import LENGTH_S, LONGEST_S
@@ -141,20 +140,21 @@ def take_screenshot(client: viser.ClientHandle | None) -> None:
         return
     camera = client.camera
     try:
-        picture = client.get_render(
+        pixels = client.get_render(
             camera.image_height,
             camera.image_width,
             transport_format='png',
             timeout=_SCREENSHOT_TIMEOUT_S,
-        ).astype(float)
+        )
     except TimeoutError:
         client.add_notification('No screenshot', 'The browser was too slow to draw it.')
         return
     except RuntimeError:  # it is closed, or cannot draw
         return
-    alpha = picture[..., 3:] / _WHITE
-    flat = np.round(picture[..., :3] * alpha + _WHITE * (1 - alpha)).astype(np.uint8)
+    drawn = Image.fromarray(pixels)
+    picture = Image.new('RGBA', drawn.size, 'white')
+    picture.alpha_composite(drawn)
     content = io.BytesIO()
-    iio.imwrite(content, flat, extension='.png')
+    picture.convert('RGB').save(content, 'png')
     name = time.strftime('setcmas_%Y%m%d-%H%M%S.png')
     client.send_file_download(name, content.getvalue(), save_immediately=True)

@@ -1,0 +1,117 @@
+"""Imports of the code are declared: in pyproject.toml, for each extra, and in package.xml."""
+
+import ast
+import re
+import sys
+from importlib.metadata import packages_distributions
+from pathlib import Path
+from xml.etree import ElementTree
+
+import pytest
+
+tomllib = pytest.importorskip('tomllib')
+
+ROOT = Path(__file__).parents[1]
+PROJECT = tomllib.loads((ROOT / 'pyproject.toml').read_text(encoding='utf-8'))['project']
+PACKAGES = ('setcmas_simu', 'setcmas_ctrl', 'setcmas_expe', 'setcmas_tools', 'launch_scripts')
+OWN = {*PACKAGES, 'rviz_marker', 'rviz_marker_array'}  # the latter from control scripts
+DISTRIBUTIONS = packages_distributions()
+
+EXTRAS = {
+    'setcmas_expe/setcmas_expe/pause/joystick_reader.py': 'joystick',
+    'setcmas_tools/setcmas_tools/view': 'view',
+    'docs': 'docs',
+    'tests': 'all',
+}
+"""Which code may import what an extra installs, besides what is always there."""
+
+SYSTEM_PACKAGES = {'PIL': 'pil', 'yaml': 'yaml'}
+"""Modules that are called otherwise in rosdep's keys, `python3-NAME`."""
+
+NOT_IN_ROSDEP = {'mcap', 'msgspec', 'rosbags'}
+"""Modules that beside a sourced ROS come from PyPI."""
+
+
+def files(folder):
+    """Return the Python files below a folder, without students' scripts that may be wrong."""
+    wrong = ROOT / 'tests/setcmas_ctrl/scripts'
+    return [
+        path
+        for path in sorted((ROOT / folder).rglob('*.py'))
+        if wrong not in path.parents or path.parent == wrong
+    ]
+
+
+def imported(path):
+    """Return the top-level modules that a file imports from outside of Python and of setcmas."""
+    names = set()
+    for node in ast.walk(ast.parse(path.read_text(encoding='utf-8'))):
+        if isinstance(node, ast.Import):
+            names |= {alias.name for alias in node.names}
+        elif isinstance(node, ast.ImportFrom) and not node.level:
+            names.add(node.module)
+    return {name.partition('.')[0] for name in names} - set(sys.stdlib_module_names) - OWN
+
+
+def declared(extra):
+    """Return the distributions that `pip install setcmas[EXTRA]` names; '' for no extra."""
+    extras = PROJECT['optional-dependencies']
+    found = set()
+    for requirement in extras[extra] if extra else PROJECT['dependencies']:
+        name, inner = re.match(r'([\w.-]+)(?:\[(.*)\])?', requirement).groups()
+        own = inner.split(',') if name == 'setcmas' else []
+        found |= set().union(*map(declared, own)) if own else {name.lower()}
+    return found
+
+
+def undeclared(module, extras):
+    names = {name.replace('_', '-').lower() for name in DISTRIBUTIONS.get(module, [module])}
+    return not any(names & declared(extra) for extra in ('', *extras))
+
+
+def is_ros(module):
+    """Return whether a module comes with the extra `ros`, or with ROS 2 alone."""
+    return module == 'tf2_msgs' or any(
+        name.startswith('ros-') for name in DISTRIBUTIONS.get(module, ())
+    )
+
+
+@pytest.mark.parametrize(
+    'folder', [*(f'{package}/{package}' for package in PACKAGES), 'docs', 'tests']
+)
+def test_every_import_is_declared_in_pyproject(folder):
+    pytest.importorskip('rclpy')
+    beside = {path.stem for path in files('docs') + files('tests')}
+    missing = []
+    for path in files(folder):
+        place = path.relative_to(ROOT).as_posix()
+        extras = [extra for part, extra in EXTRAS.items() if place.startswith(part)]
+        for module in imported(path):
+            if folder in ('docs', 'tests') and module in beside:
+                continue
+            if not is_ros(module) and undeclared(module, extras):
+                missing.append(f'{place} imports {module}')
+
+    assert missing == []
+
+
+@pytest.mark.parametrize('package', PACKAGES)
+def test_every_import_is_declared_in_package_xml(package):
+    pytest.importorskip('rclpy')
+    manifest = ElementTree.parse(ROOT / package / 'package.xml').getroot()
+    known = {node.text for node in manifest if node.tag == 'exec_depend'}
+    keys = set()
+    for module in set().union(*map(imported, files(f'{package}/{package}'))) - NOT_IN_ROSDEP:
+        if is_ros(module):
+            keys.add(module)
+        elif not undeclared(module, []):
+            keys.add(f'python3-{SYSTEM_PACKAGES.get(module, module)}')
+
+    assert keys - known == set()
+
+
+def test_what_rosdep_does_not_know_is_named_in_the_docs():
+    page = (ROOT / 'docs' / 'topics.md').read_text(encoding='utf-8')
+    (named,) = re.findall(r'Leave out the `ros` extra, `pip install ([a-z ]+)`', page)
+
+    assert set(named.split()) >= NOT_IN_ROSDEP
