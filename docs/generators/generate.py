@@ -12,6 +12,7 @@ import re
 from pathlib import Path
 
 import commands_page
+import mocap_page
 import pose_picture
 import rooms_picture
 import topics_page
@@ -36,6 +37,7 @@ def generated_files() -> dict[Path, str]:
     pages = {
         DOCS / 'commands.md': commands_page.text(),
         DOCS / 'topics.md': topics_page.text(),
+        DOCS / 'lab.md': mocap_page.text(),
     }
     files = {path: spliced(path.read_text(), text) for path, text in pages.items()}
     files[DOCS / 'pictures' / 'rooms.svg'] = rooms_picture.picture()

@@ -1,0 +1,17 @@
+"""Motion capture drivers that ship, for the page on the lab."""
+
+from __future__ import annotations
+
+from setcmas_expe.mocap.sources import MOCAP_SOURCES
+
+
+def text() -> str:
+    """Return a table of the drivers: topic, type of its messages, and how a loss looks."""
+    lines = ['| `mocap.preset` | topic | type | a lost body looks like |', '|---|---|---|---|']
+    for name, offer in MOCAP_SOURCES.offers().items():
+        if offer.shipped:
+            source = MOCAP_SOURCES.get(name)
+            kind = source.message_type.replace('/msg/', '/')
+            lost = ', or '.join(source.lost_looks_like)
+            lines.append(f'| `{name}` | `{source.topic}` | {kind} | {lost} |')
+    return '\n'.join(lines)
