@@ -1,9 +1,10 @@
-"""Write a control script, or a lab file, into the current folder, to begin with.
+"""Write a control script, a robot or a lab file into the current folder, to begin with.
 
 Examples:
   setcmas new my_law                               a commented law that runs
   setcmas new my_law --from consensus              a copy of a built-in law
   setcmas new my_law --from consensus --exercise   the exercise, with its maths left to fill in
+  setcmas new my_robot --robot                     a robot of your own, for --model my_robot.py
   setcmas new --lab                                lab.yaml, a commented lab file for setcmas expe
 """
 
@@ -19,7 +20,8 @@ from setcmas_ctrl.scripts.loader import EXERCISES, find_script
 from setcmas_expe.lab.file import DEFAULT_FILE
 from setcmas_simu.errors import SetcmasError
 
-TEMPLATE = 'control_law'
+CONTROL_LAW, ROBOT = 'control_law', 'robot'
+"""The templates."""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -38,6 +40,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         action='store_true',
         help='copy the exercise of that name (without --from: of the same name)',
     )
+    parser.add_argument('--robot', action='store_true', help='a robot script, for --model')
     parser.add_argument(
         '--lab', action='store_true', help='a lab file with every default (default NAME: lab)'
     )
@@ -50,12 +53,15 @@ def main(args: argparse.Namespace) -> int:
     if not args.name:
         raise SetcmasError('no NAME was given; accepted is the name of a script, such as my_law')
     target = new_file(args.name)
+    if args.robot and (args.source or args.exercise):
+        raise SetcmasError('--robot writes a robot script; --from and --exercise are for laws')
     if args.exercise:
         source = EXERCISES.file(args.source or target.stem)
     elif args.source:
         source = find_script(args.source)
     else:
-        source = Path(str(resources.files('setcmas_ctrl') / 'templates' / f'{TEMPLATE}.py'))
+        name = ROBOT if args.robot else CONTROL_LAW
+        source = Path(str(resources.files('setcmas_ctrl') / 'templates' / f'{name}.py'))
     write(target, source.read_bytes())
     print(f'{target} is yours to edit; then')
     print(f'    {next_command(target.stem, source.stem)}')
@@ -108,4 +114,6 @@ def next_command(stem: str, source: str) -> str:
     """Return the command that tries a script written from a source."""
     if source == 'ctc':
         return f'setcmas run --algo consensus --nb-robots 8 --event-triggered --ctc {stem}'
+    if source == ROBOT:
+        return f'setcmas run --algo consensus --nb-robots 5 --model {stem}.py'
     return f'setcmas run --algo {stem} --nb-robots 5'

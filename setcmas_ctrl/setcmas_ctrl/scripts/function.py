@@ -16,7 +16,8 @@ Control = Callable[..., Any]
 CONTROL = 'control(robotNo, nbRobots, poses, t)'
 """The function that a control script has."""
 
-_OPTIONS = {'control': '--algo', 'ctc': '--event-triggered --ctc'}
+_OPTIONS = {'control': '--algo', 'ctc': '--event-triggered --ctc', 'step': '--model'}
+_COUNTS = {2: 'two', 3: 'three', 4: 'four'}
 
 
 def check_defines(tree: ast.Module, expected: str, path: Path) -> None:
@@ -37,32 +38,50 @@ def check_defines(tree: ast.Module, expected: str, path: Path) -> None:
         )
 
 
+def checked_function(function: Any, expected: str, result: str, path: Path) -> Control:
+    """Return what a script has under a function's name if it is a function of its arguments.
+
+    Args:
+        function: What the script has; None if it has nothing.
+        expected: The function with its parameters, such as CONTROL.
+        result: What it returns, for messages.
+        path: The script's file.
+
+    Raises:
+        SetcmasError: It cannot be called so.
+    """
+    name, _, parameters = expected.partition('(')
+    if not callable(function):
+        raise SetcmasError(f'{path.name} has no function {name}; expected is {expected}')
+    if inspect.isgeneratorfunction(function) or inspect.iscoroutinefunction(function):
+        kind = 'has a yield' if inspect.isgeneratorfunction(function) else 'is async'
+        raise SetcmasError(
+            f'{path.name}: {name} {kind}; expected is a plain function that ends with '
+            f'return {result}'
+        )
+    checked: Control = function
+    try:
+        signature = inspect.signature(function)
+    except (TypeError, ValueError):  # some callables written in C tell nothing of themselves
+        return checked
+    count = parameters.count(',') + 1
+    try:
+        signature.bind(*range(count))
+    except TypeError as error:
+        raise SetcmasError(
+            f'{path.name}: {name}{signature} does not take {_COUNTS[count]} arguments; '
+            f'expected is {expected}'
+        ) from error
+    return checked
+
+
 def checked_control(control: Any, path: Path) -> Control:
     """Return a script's `control` if it is a function of four arguments.
 
     Raises:
         SetcmasError: It cannot.
     """
-    if not callable(control):
-        raise SetcmasError(f'{path.name} has no function control; expected is {CONTROL}')
-    if inspect.isgeneratorfunction(control) or inspect.iscoroutinefunction(control):
-        kind = 'has a yield' if inspect.isgeneratorfunction(control) else 'is async'
-        raise SetcmasError(
-            f'{path.name}: control {kind}; expected is a plain function that ends with '
-            'return vx, vy'
-        )
-    function: Control = control
-    try:
-        signature = inspect.signature(control)
-    except (TypeError, ValueError):  # some callables written in C tell nothing of themselves
-        return function
-    try:
-        signature.bind(1, 1, None, 0.0)
-    except TypeError as error:
-        raise SetcmasError(
-            f'{path.name}: control{signature} does not take four arguments; expected is {CONTROL}'
-        ) from error
-    return function
+    return checked_function(control, CONTROL, 'vx, vy', path)
 
 
 def _may_define(tree: ast.Module, name: str) -> bool:
@@ -88,7 +107,7 @@ def _hint(tree: ast.Module, name: str, path: Path) -> str:
     }
     for other, option in _OPTIONS.items():
         if other != name and other in functions:
-            return f'its {other} is for {option} {path.stem}; '
+            return f'its {other} is for {option} {path.name}; '
     for near in difflib.get_close_matches(name, functions, n=1):
         node = functions[near]
         return f'did you mean {node.name} in line {node.lineno}? '

@@ -28,10 +28,12 @@ class RobotModel(Protocol):
     Attributes:
         shape: What a robot looks like.
         V_max: The largest speed that it reaches in any direction in m/s.
+        failed: Whether moving it has failed at some time, which only users' scripts do.
     """
 
     shape: Shape
     V_max: float = math.inf
+    failed: bool = False
 
     def start(self, poses: Floats) -> Floats:
         """Return the states of robots that stand at poses (x, y in m, theta in rad; (3, N))."""
