@@ -119,4 +119,5 @@ def main():
         time.sleep(STEP_S)
 
 
-main()
+if __name__ == '__main__':
+    main()

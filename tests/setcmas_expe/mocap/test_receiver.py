@@ -1,0 +1,109 @@
+"""One topic for all bodies: a driver of another maker, and message packages that stand in."""
+
+import json
+import sys
+from pathlib import Path
+
+import pytest
+from processes import run_setcmas
+
+pytest.importorskip('rclpy')
+pytest.importorskip('cyclonedds')
+
+from lab_peer import LabPeer
+
+TESTS = Path(__file__).parents[2]
+DRIVER = TESTS / 'setcmas_expe' / 'scripts' / 'mocap_for_all.py'
+INSTALLED = {'PYTHONPATH': str(TESTS / 'stand_ins')}
+BRIDGES = [sys.executable, '-m', 'setcmas_expe.safety.bridges', '--lab']
+SOURCES = [
+    ('motion_capture_tracking', 'poses', ('tb3_1', 'tb3_2')),
+    ('mocap4r2', 'rigid_bodies', ('3', 'Red.Red')),
+]
+GOES = (0.1, 0.2)
+STOP = (0.0, 0.0)
+
+
+def write_lab(folder, preset, names):
+    robots = [f'  - {{number: {i}, mocap_name: "{name}"}}' for i, name in enumerate(names, 1)]
+    lines = ['robots:', *robots, f'mocap: {{preset: {preset}}}', 'arena: {x: [-3, 3], y: [-3, 3]}']
+    path = folder / 'lab.yaml'
+    path.write_text('\n'.join(lines))
+    return path
+
+
+@pytest.fixture
+def see(start, tmp_path, domain):
+    """Return a function that starts a driver on a topic, or changes what it sees."""
+    path = tmp_path / 'seen.json'
+
+    def see_bodies(*bodies, topic=None):
+        (tmp_path / 'new.json').write_text(json.dumps(bodies))
+        (tmp_path / 'new.json').replace(path)
+        if topic:
+            start(sys.executable, str(DRIVER), str(domain), topic, str(path))
+
+    return see_bodies
+
+
+@pytest.mark.parametrize(('preset', 'topic', 'names'), SOURCES)
+def test_robots_find_their_bodies_in_any_order_missing_or_there_twice(
+    start, peer, see, tmp_path, preset, topic, names
+):
+    one, two = (names[0], -1.0, 0.0, 0.5), (names[1], 1.0, 0.0, 0.0)
+    see(two, ('stranger', 0.5, 0.5, 0.0), one, topic=topic)
+    process = start(*BRIDGES, str(write_lab(tmp_path, preset, names)), env=INSTALLED)
+    process.wait_for_output(f'poses from /{topic} ({preset})')
+    lab = LabPeer(peer, ('tb3_1', 'tb3_2'))
+    lab.wanted = {1: GOES, 2: GOES}
+    lab.let_go({1: GOES, 2: GOES})
+
+    see(one, two)
+    lab.wait_for_command(1, GOES)
+    see(two)
+    lab.wait_for_command(1, STOP)
+    peer.wait_for(lambda: 'robot 1 stopped: no good pose for 0.5 s' in process.output())
+    lab.wait_for_command(2, GOES)
+
+    see(two, one)
+    lab.let_go({1: GOES})
+    see(one, two, (names[0], -1.02, 0.0, 0.5))
+    lab.wait_for_command(1, STOP)
+    told = f"two bodies are called '{names[0]}' on /{topic}"
+    peer.wait_for(lambda: told in process.output())
+    lab.wait_for_command(2, GOES)
+    assert 'Traceback' not in process.output()
+
+
+@pytest.mark.parametrize(('preset', 'topic', 'names'), SOURCES)
+def test_the_doctor_tells_bodies_rates_and_what_is_missing(
+    see, tmp_path, peer, preset, topic, names
+):
+    see(('Blue', 0.0, 1.0, 0.0), (names[0], -1.0, 0.5, 0.0), topic=topic)
+    peer.wait_for(lambda: peer.node.count_publishers(f'/{topic}'))
+
+    result = run_setcmas('doctor', '--lab', str(write_lab(tmp_path, preset, names)), **INSTALLED)
+
+    one, two = (line for line in result.stdout.splitlines() if line.startswith('tb3_'))
+    assert '-1.00, 0.50' in one
+    assert 'silent' in two
+    assert f'nothing on /{topic}' in result.stdout
+    assert f'it sends {", ".join(sorted(("Blue", names[0])))}' in ' '.join(result.stdout.split())
+    assert result.returncode == 1
+
+
+@pytest.mark.parametrize('command', [('doctor',), ('expe', '--algo', 'nav_wp')])
+def test_a_message_package_that_is_missing_is_told_before_anything_starts(command):
+    result = run_setcmas(*command, '--mocap', 'mocap4r2')
+
+    assert result.returncode == 2
+    assert 'sudo apt install ros-jazzy-mocap4r2-msgs' in result.stderr
+    assert len(result.stderr.splitlines()) == 1
+
+
+def test_an_emulated_lab_sends_a_topic_per_body():
+    result = run_setcmas('expe', '--algo', 'nav_wp', '--emulate', '--mocap', 'mocap4r2')
+
+    assert result.returncode == 2
+    assert 'mocap4r2 sends mocap4r2_msgs/msg/RigidBodies on /rigid_bodies' in result.stderr
+    assert result.stderr.endswith('add --mocap qualisys\n')
