@@ -80,13 +80,8 @@ def test_eight_robots_in_a_browser(start, peer):
     odometry = {robot: peer.odometry(robot) for robot in range(1, 9)}
     commands = {robot: peer.cmd_vel(robot) for robot in range(1, 9)}
     view = start(*SETCMAS, 'view', env=NO_WINDOWS)
-    url = page_of(view)
-
-    def all_commands(condition):
-        return all(kept and condition(velocity(kept[-1])) for kept in commands.values())
-
     with open_browser(1000, 640) as browser:
-        browser.get(url)
+        browser.get(page_of(view))
         wait_for_text(browser, 'Follow')  # the page is there before the fleet
         start(*SIMU, '--nb-robots', '8').wait_for_output('simulating')
         peer.wait_for(lambda: all(odometry.values()))
@@ -101,41 +96,68 @@ def test_eight_robots_in_a_browser(start, peer):
         ctrl.wait_for_output('controlling robots 1-8')
         wait_for_text(browser, 'run time')
         wait_for_text(browser, 'moving')
-        peer.wait_for(lambda: all_commands(lambda v: v != (0.0, 0.0)))
-
-        first = browser.current_window_handle
-        browser.switch_to.new_window('window')
-        browser.get(url)
-        wait_for_text(browser, '8 robots')
+        peer.wait_for(lambda: all_move(commands))
         buttons(browser)['Pause'].click()
-        peer.wait_for(lambda: all_commands(lambda v: v == (0.0, 0.0)))
-        browser.close()
-        browser.switch_to.window(first)
+        peer.wait_for(lambda: all_stand(commands))
         wait_for_text(browser, 'paused')
         wait_for(lambda: 'Start' in buttons(browser))
 
         buttons(browser)['Reset'].click()
         peer.wait_for(lambda: all(position(odometry[r][-1]) == homes[r] for r in homes))
         buttons(browser)['Start'].click()
-        peer.wait_for(lambda: all_commands(lambda v: v != (0.0, 0.0)))
+        peer.wait_for(lambda: all_move(commands))
         wait_for(lambda: 'Pause' in buttons(browser))
 
         buttons(browser)['Pause'].click()
-        peer.wait_for(lambda: all_commands(lambda v: v == (0.0, 0.0)))
+        peer.wait_for(lambda: all_stand(commands))
         ctrl.end()
         ctrl = start(*CTRL, '--algo', 'leader_follower_formation')
         ctrl.wait_for_output('controlling robots 1-8')
         peer.wait_for_new(commands[1], 3)  # a controller that comes later is told of the pause
-        peer.wait_for(lambda: all_commands(lambda v: v == (0.0, 0.0)))
-        watch = start(*SETCMAS, 'view', '--read-only', '--host', '0.0.0.0', env=NO_WINDOWS)
-        browser.switch_to.new_window('window')
-        browser.get(page_of(watch))
-        wait_for_text(browser, '8 robots')
-        assert 'Screenshot' in buttons(browser)
-        assert not {'Pause', 'Start', 'Reset'} & set(buttons(browser))
+        peer.wait_for(lambda: all_stand(commands))
     assert view.end() == 0
     assert 'Traceback' not in view.output()
     assert len(view.output().splitlines()) == 1, view.output()
+
+
+def all_move(commands):
+    return all(kept and velocity(kept[-1]) != (0.0, 0.0) for kept in commands.values())
+
+
+def all_stand(commands):
+    return all(kept and velocity(kept[-1]) == (0.0, 0.0) for kept in commands.values())
+
+
+@pytest.mark.nightly
+@needs_browser
+def test_several_pages_know_of_each_other_and_some_only_look(start, peer):
+    pytest.importorskip('viser')
+    from browser import buttons, open_browser, open_window, wait_for, wait_for_text
+
+    start(*SIMU, '--nb-robots', '2')
+    commands = {robot: peer.cmd_vel(robot) for robot in (1, 2)}
+    start(*CTRL, '--algo', 'traj_tracking').wait_for_output('controlling robots 1-2')
+    view = start(*SETCMAS, 'view', env=NO_WINDOWS)
+    with open_browser(1000, 640) as browser:
+        browser.get(page_of(view))
+        wait_for_text(browser, 'moving')
+        first = browser.current_window_handle
+        open_window(browser)
+        browser.get(page_of(view))
+        wait_for_text(browser, '2 robots')
+        buttons(browser)['Pause'].click()
+        peer.wait_for(lambda: all_stand(commands))
+        browser.close()
+        browser.switch_to.window(first)
+        wait_for_text(browser, 'paused')
+        wait_for(lambda: 'Start' in buttons(browser))
+
+        watch = start(*SETCMAS, 'view', '--read-only', '--host', '0.0.0.0', env=NO_WINDOWS)
+        open_window(browser)
+        browser.get(page_of(watch))
+        wait_for_text(browser, '2 robots')
+        assert 'Screenshot' in buttons(browser)
+        assert not {'Pause', 'Start', 'Reset'} & set(buttons(browser))
     assert 'anyone' not in watch.output()
 
 
