@@ -41,7 +41,7 @@ def sphere(
     except (TypeError, ValueError):
         raise TypeError(
             f'publish_marker got x={x!r}, y={y!r}, z={z!r}, color={colour!r}, scale={diameter!r}, '
-            f'alpha={alpha!r}; expected are numbers, and for color [red, green, blue] from 0 to 1'
+            f'alpha={alpha!r}; they must be numbers, and color [red, green, blue] from 0 to 1'
         ) from None
 
 
@@ -58,13 +58,13 @@ def checked_topic(robot: int, name: str) -> tuple[int, str]:
             raise ValueError
     except (TypeError, ValueError):
         raise TypeError(
-            f'publish_marker got robotNo={robot!r}, marker_name={name!r}; expected are the number '
+            f'publish_marker got robotNo={robot!r}, marker_name={name!r}; they must be the number '
             "of a robot and a name of letters, digits and _, such as 'wp_ref'"
         ) from None
     if name in topics.OF_ROBOT:
         raise ValueError(
             f'publish_marker got marker_name={name!r}, which is a topic of the robot itself; '
-            "expected is another name, such as 'wp_ref'"
+            "it must be another name, such as 'wp_ref'"
         )
     return number, name
 

@@ -122,7 +122,7 @@ class _Parser:
         rows = [[cell.number(least=0.0) for cell in row.items()] for row in _items(entry)]
         if any(len(row) != len(rows) for row in rows):
             lengths = ', '.join(str(len(row)) for row in rows)
-            raise entry.error(f'the matrix has rows of {lengths} numbers; a square is accepted')
+            raise entry.error(f'the matrix has rows of {lengths} numbers; it must be square')
 
         def build(nb_robots: int) -> Floats:
             try:
@@ -174,7 +174,7 @@ class _Parser:
     def _channels(self, entry: Entry) -> list[LinkChannel]:
         keys = entry.fields(('link', 'delay', 'loss', 'noise'))
         if 'link' not in keys:
-            raise entry.error(f"it has no 'link'; accepted are {_LINK_FORM}")
+            raise entry.error(f"it has no 'link'; it must be {_LINK_FORM}")
         values: dict[str, Any] = {
             name: keys[name].number(least=0.0, most=most)
             for name, most in (('delay', math.inf), ('loss', 1.0), ('noise', math.inf))

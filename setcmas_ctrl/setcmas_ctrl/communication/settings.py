@@ -116,9 +116,9 @@ def communication(
         raise SetcmasError('--ctc has an effect with --event-triggered only; add that')
     for name, value, most in (('delay', delay, 1e9), ('loss', loss, 1.0), ('noise', noise, 1e9)):
         if not 0 <= value <= most:
-            raise SetcmasError(f'{name} is {value}; accepted is a number from 0 to {most:g}')
+            raise SetcmasError(f'{name} is {value}; it must be a number from 0 to {most:g}')
     if range is not None and not range > 0:
-        raise SetcmasError(f'range is {range}; accepted is a number above 0')
+        raise SetcmasError(f'range is {range}; it must be a number above 0')
     description = graph_description(graph)
     reach = math.inf if range is None else range
     return Communication(
@@ -145,7 +145,7 @@ def graph_description(graph: Graph) -> GraphDescription:
         return GraphDescription(False, [], [(name, math.inf, PRESETS[name])])
     if path.suffix not in ('.yaml', '.yml') and not path.is_file():
         raise SetcmasError(
-            f"graph '{graph}' is unknown; accepted are {', '.join(PRESETS)} or a YAML file"
+            f"graph '{graph}' is unknown; it must be {', '.join(PRESETS)} or a YAML file"
         )
     return load_graph(path)
 
@@ -173,6 +173,6 @@ def find_condition(name: str, exercise: bool = False) -> Path:
     if exercise and name in EXERCISES:
         return EXERCISES.file(name)
     raise SetcmasError(
-        f"script '{name}' of --ctc was not found; accepted are a path, or the name of a script "
+        f"script '{name}' of --ctc was not found; it must be a path, or the name of a script "
         f'in this folder with a function {CTC}'
     )

@@ -62,7 +62,7 @@ def takes_velocities(condition: Any, name: str) -> bool:
         SetcmasError: It has neither form.
     """
     if not callable(condition):
-        raise SetcmasError(f'{name} has no function ctc; expected is {_FORMS}')
+        raise SetcmasError(f'{name} has no function ctc; it must have {_FORMS}')
     signature = inspect.signature(condition)
     for nb_arguments in (3, 5):
         try:
@@ -71,7 +71,7 @@ def takes_velocities(condition: Any, name: str) -> bool:
             continue
         return nb_arguments == 5
     raise SetcmasError(
-        f'{name}: ctc{signature} takes neither 3 nor 5 arguments; expected is {_FORMS}'
+        f'{name}: ctc{signature} takes neither 3 nor 5 arguments; it must be {_FORMS}'
     )
 
 
@@ -166,6 +166,6 @@ class Broadcast:
             return bool(array.ravel()[0])
         text = ' '.join(safe_text(repr, result).split())[:60]
         raise ControlError(
-            f'{self.path.name}: ctc returned {text}; expected is True or False',
+            f'{self.path.name}: ctc returned {text}; it must be True or False',
             ('result', 'ctc', type(result).__name__),
         )

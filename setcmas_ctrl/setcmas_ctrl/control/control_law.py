@@ -29,7 +29,7 @@ from setcmas_ctrl.scripts.stop_call import AbandonCall, StopCall
 Velocity = tuple[float, float]
 _FLOATS = (float, np.float64)
 _RAISED_BY_NAN = (ValueError, FloatingPointError)  # by int, round, numpy.linalg, scipy
-_EXPECTED = 'expected are two finite numbers: return vx, vy'
+_EXPECTED = 'it must return two finite numbers: return vx, vy'
 
 
 class ControlLaw:

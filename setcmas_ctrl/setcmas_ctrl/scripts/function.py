@@ -34,7 +34,7 @@ def check_defines(tree: ast.Module, expected: str, path: Path) -> None:
     name = expected.partition('(')[0]
     if not _may_define(tree, name):
         raise SetcmasError(
-            f'{path.name} has no function {name}; {_hint(tree, name, path)}expected is {expected}'
+            f'{path.name} has no function {name}; {_hint(tree, name, path)}it must have {expected}'
         )
 
 
@@ -52,11 +52,11 @@ def checked_function(function: Any, expected: str, result: str, path: Path) -> C
     """
     name, _, parameters = expected.partition('(')
     if not callable(function):
-        raise SetcmasError(f'{path.name} has no function {name}; expected is {expected}')
+        raise SetcmasError(f'{path.name} has no function {name}; it must have {expected}')
     if inspect.isgeneratorfunction(function) or inspect.iscoroutinefunction(function):
         kind = 'has a yield' if inspect.isgeneratorfunction(function) else 'is async'
         raise SetcmasError(
-            f'{path.name}: {name} {kind}; expected is a plain function that ends with '
+            f'{path.name}: {name} {kind}; it must be a plain function that ends with '
             f'return {result}'
         )
     checked: Control = function
@@ -70,7 +70,7 @@ def checked_function(function: Any, expected: str, result: str, path: Path) -> C
     except TypeError as error:
         raise SetcmasError(
             f'{path.name}: {name}{signature} does not take {_COUNTS[count]} arguments; '
-            f'expected is {expected}'
+            f'it must be {expected}'
         ) from error
     return checked
 

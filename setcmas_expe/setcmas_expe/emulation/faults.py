@@ -31,7 +31,7 @@ PURPOSES = {
 DEFAULT_S = 3.0
 """How long a fault lasts unless told, in s."""
 
-_FORM = f"accepted is 'KIND ROBOT [SECONDS]' with one of {', '.join(PURPOSES)}"
+_FORM = f"it must be 'KIND ROBOT [SECONDS]' with one of {', '.join(PURPOSES)}"
 
 
 @dataclass(frozen=True)
@@ -75,5 +75,5 @@ def _seconds(text: str, fault: str) -> float:
     except ValueError:
         seconds = math.nan
     if not 0 < seconds < math.inf:
-        raise SetcmasError(f"fault '{fault}' lasts '{text}'; accepted is a time in s above 0")
+        raise SetcmasError(f"fault '{fault}' lasts '{text}'; it must be a time in s above 0")
     return seconds

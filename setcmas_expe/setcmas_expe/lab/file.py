@@ -118,8 +118,8 @@ def _robots(
     numbers = sorted(by_number)
     if not numbers or numbers[-1] != len(numbers):
         raise SetcmasError(
-            f'{entry.file}, line {entry.line}: the robots have the numbers {numbers}; accepted '
-            'are 1 to N without a gap, for control laws count their robots so'
+            f'{entry.file}, line {entry.line}: the robots have the numbers {numbers}; they '
+            'must be 1 to N without a gap, for control laws count their robots so'
         )
     if nb_robots and nb_robots > len(numbers):
         raise SetcmasError(
@@ -184,7 +184,7 @@ def _interval(entry: Entry) -> tuple[float, float]:
     ends = [end.number() for end in entry.items()]
     if len(ends) != 2 or ends[0] >= ends[1]:
         raise SetcmasError(
-            f'{entry.file}, line {entry.line}: {entry.name} is {ends}; accepted are two numbers '
+            f'{entry.file}, line {entry.line}: {entry.name} is {ends}; it must be two numbers '
             'in m, the smaller one first, such as [-3.0, 3.0]'
         )
     return ends[0], ends[1]

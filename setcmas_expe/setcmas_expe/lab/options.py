@@ -70,7 +70,7 @@ def chosen_lab(args: argparse.Namespace) -> Lab:
         lab = replace(lab, arena=_arena(args.arena))
     if args.joystick_button is not None and args.joystick_button < 0:
         raise SetcmasError(
-            f'--joystick-button is {args.joystick_button}; accepted is a whole number from 0'
+            f'--joystick-button is {args.joystick_button}; it must be a whole number from 0'
         )
     given = {
         name: value
@@ -99,7 +99,7 @@ def _arena(text: str) -> Arena:
     finite = all(map(math.isfinite, (arena.xmin, arena.xmax, arena.ymin, arena.ymax)))
     if not (finite and arena.xmin < arena.xmax and arena.ymin < arena.ymax):
         raise SetcmasError(
-            f"--arena '{text}' is not understood; accepted is XMIN,XMAX,YMIN,YMAX in m with the "
+            f"--arena '{text}' is not understood; it must be XMIN,XMAX,YMIN,YMAX in m with the "
             'smaller ones first, such as --arena=-2,2,-1.5,1.5'
         )
     return arena

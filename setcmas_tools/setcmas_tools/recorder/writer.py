@@ -45,9 +45,7 @@ class BagWriter:
             self._writer.open()
             self._write_out()
         except WriterError as error:
-            raise SetcmasError(
-                f"'{path}' exists already; accepted is a folder that does not"
-            ) from error
+            raise SetcmasError(f"'{path}' exists already; it must be a new folder") from error
         except OSError as error:
             raise SetcmasError(f"bag '{path}' cannot be created: {error.strerror}") from error
 

@@ -150,7 +150,7 @@ def test_another_seed_gives_another_run(tmp_path):
         (('--algo', 'nav_wp', '--noise', 'x'), "'x' is not a number from 0"),
         (('--algo', 'nav_wp', '--vnom', 'x'), "'x' is not a number above 0"),
         (('--algo', 'nav_wp', '--pose', '2:0,0'), 'the fleet has robots 1 to 1'),
-        (('--algo', 'nav_wp', '--graph', 'rong'), "graph 'rong' is unknown; accepted are"),
+        (('--algo', 'nav_wp', '--graph', 'rong'), "graph 'rong' is unknown; it must be"),
         (('--algo', 'nav_wp', '--loss', '2'), "'2' is not a number from 0 to 1"),
         (('--algo', 'nav_wp', '--ctc', 'x.py'), "script 'x.py' of --ctc was not found"),
     ],

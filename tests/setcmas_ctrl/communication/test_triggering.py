@@ -90,7 +90,7 @@ def test_what_counts_as_true(broadcast, said, result):
     [
         ('return 1 / 0', 'when.py, line 2: ZeroDivisionError'),
         ('raise SystemExit', 'SystemExit'),
-        ('return None', 'ctc returned None; expected is True or False'),
+        ('return None', 'ctc returned None; it must be True or False'),
         ('return pos > last_pos', 'ctc returned array'),
         ("return float('nan')", 'ctc returned nan'),
     ],

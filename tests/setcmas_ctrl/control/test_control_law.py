@@ -77,7 +77,10 @@ def test_the_script_cannot_change_the_poses_of_others(tmp_path):
         ('raise SystemExit', 'line 3: SystemExit'),
         ('exec("1 / 0")', r'line 3: ZeroDivisionError.*\n    3 \| exec'),
         ('return poses[7]', 'line 3: IndexError'),
-        ('return None', r'returned None.*expected are two finite numbers.*\n    2 \| def control'),
+        (
+            'return None',
+            r'returned None.*it must return two finite numbers.*\n    2 \| def control',
+        ),
         ('return control(i, n, poses, t)', 'line 3: RecursionError'),
         ('raise type("Odd", (Exception,), {"__str__": lambda s: 1 / 0})', 'line 3: Odd: a Odd'),
         ('return type("Odd", (), {"__repr__": lambda s: 1 / 0})()', 'returned a Odd: a Odd'),

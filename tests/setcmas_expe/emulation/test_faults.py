@@ -22,9 +22,9 @@ def test_a_fault_lasts_a_while_unless_told():
         ('nan 0', 'KIND ROBOT'),
         ('nan one', 'KIND ROBOT'),
         ('nan 1 2 3', 'KIND ROBOT'),
-        ('nan 1 soon', "'soon'; accepted is a time"),
-        ('nan 1 -1', 'accepted is a time'),
-        ('nan 1 inf', 'accepted is a time'),
+        ('nan 1 soon', "'soon'; it must be a time"),
+        ('nan 1 -1', 'it must be a time'),
+        ('nan 1 inf', 'it must be a time'),
     ],
 )
 def test_other_texts_are_mistakes(text, told):

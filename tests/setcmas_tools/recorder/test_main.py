@@ -141,7 +141,5 @@ def test_a_bag_that_exists_is_not_touched(start, domain, bag):
     recorder = start(*RECORDER, '-o', str(bag))
 
     assert recorder.wait() == 2
-    assert recorder.output() == (
-        f"error: '{bag}' exists already; accepted is a folder that does not\n"
-    )
+    assert recorder.output() == f"error: '{bag}' exists already; it must be a new folder\n"
     assert list(bag.iterdir()) == []

@@ -123,7 +123,7 @@ def test_a_failing_disk_leaves_what_was_written(tmp_path, data):
 
 def test_folders_that_cannot_be_created(tmp_path):
     (tmp_path / 'file').touch()
-    with pytest.raises(SetcmasError, match='exists already; accepted is a folder that does not'):
+    with pytest.raises(SetcmasError, match='exists already; it must be a new folder'):
         BagWriter(tmp_path)
     with pytest.raises(SetcmasError, match='cannot be created'):
         BagWriter(tmp_path / 'file' / 'bag')

@@ -89,8 +89,8 @@ def _check(error: OSError, host: str, port: int) -> None:
     if error.errno in (errno.EACCES, errno.EPERM):
         _refuse(f'port {port} is not allowed; ports from 1024 are (--port)')
     _refuse(
-        f"host '{host}' is not an address of this machine; accepted are 127.0.0.1, 0.0.0.0 "
-        'and the addresses that `hostname -I` tells'
+        f"host '{host}' is not an address of this machine; it must be 127.0.0.1, 0.0.0.0 "
+        'or an address that `hostname -I` tells'
     )
 
 

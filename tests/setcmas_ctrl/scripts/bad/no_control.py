@@ -1,2 +1,2 @@
-# load: no_control.py has no function control; expected is control(robotNo, nbRobots, poses, t)
+# load: no_control.py has no function control; it must have control(robotNo, nbRobots, poses, t)
 K = 0.5

@@ -1,1 +1,1 @@
-# load: only_comments.py has no function control; expected is
+# load: only_comments.py has no function control; it must have

@@ -1,4 +1,4 @@
 # run: values: array(
-# run: expected are two finite numbers: return vx, vy
+# run: it must return two finite numbers: return vx, vy
 def control(robotNo, nbRobots, poses, t):
     return -poses
