@@ -36,11 +36,13 @@ class Announcement(msgspec.Struct, frozen=True):
         nb_robots: Size of the fleet, of which this may be a part.
         robots: Numbers of the robots, sorted.
         source: The process.
+        models: The name of each one's model, or of its script; none where all are unicycles.
     """
 
     nb_robots: int
     robots: tuple[int, ...]
     source: Source
+    models: tuple[str, ...] = ()
 
 
 def own_source(kind: Kind, process: int | None = None) -> Source:
@@ -59,6 +61,15 @@ def decode(text: str) -> Announcement | None:
         return msgspec.json.decode(text, type=Announcement)
     except msgspec.DecodeError:
         return None
+
+
+def models_of(announcements: Iterable[Announcement]) -> dict[int, str]:
+    """Return the models of the robots whose model is announced."""
+    return {
+        robot: model
+        for one in announcements
+        for robot, model in zip(one.robots, one.models, strict=False)
+    }
 
 
 def robots_of(announcements: Iterable[Announcement]) -> list[int]:

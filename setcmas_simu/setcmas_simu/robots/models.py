@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
@@ -11,6 +12,7 @@ from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet.fleet import format_robots
 from setcmas_simu.fleet.per_robot import check_in_fleet, is_per_robot, parse_per_robot
 from setcmas_simu.robots.model import RobotModel
+from setcmas_simu.robots.shape import Shape
 from setcmas_simu.robots.unicycle import Unicycle
 from setcmas_simu.robots.velocity_limits import limits_named
 
@@ -63,6 +65,14 @@ def model_names(text: str | None, nb_robots: int) -> list[str]:
     named = parse_per_robot(text, '--model')
     check_in_fleet(named, nb_robots, '--model')
     return [named.get(robot, UNICYCLE) for robot in range(1, nb_robots + 1)]
+
+
+def shape_of(name: str) -> Shape:
+    """Return what robots of a model look like; those of scripts and unknown ones as unicycles."""
+    with contextlib.suppress(SetcmasError):
+        if not is_script(name):
+            return MODELS.get(name).shape
+    return Unicycle.shape
 
 
 def check_models(names: Sequence[str], limits: str) -> None:

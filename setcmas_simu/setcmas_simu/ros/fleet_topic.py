@@ -14,6 +14,7 @@ from setcmas_simu.fleet.announcement import (
     Source,
     decode,
     encode,
+    models_of,
     own_source,
     robots_of,
 )
@@ -32,9 +33,15 @@ class FleetAnnouncer:
         self._source = own_source(kind)
         self._publisher = node.create_publisher(String, topics.FLEET, qos.LATCHED)
 
-    def announce(self, robots: Sequence[int], nb_robots: int) -> None:
-        """Tell which robots there are, now and to everybody who comes later."""
-        announcement = Announcement(nb_robots, tuple(robots), self._source)
+    def announce(self, robots: Sequence[int], nb_robots: int, models: Sequence[str] = ()) -> None:
+        """Tell which robots there are, now and to everybody who comes later.
+
+        Args:
+            robots: Numbers of the robots, sorted.
+            nb_robots: Size of the fleet.
+            models: The name of each one's model; none where all are unicycles.
+        """
+        announcement = Announcement(nb_robots, tuple(robots), self._source, tuple(models))
         self._publisher.publish(String(data=encode(announcement)))
 
 
@@ -60,6 +67,11 @@ class FleetListener:
     def nb_robots(self) -> int:
         """Size of the announced fleet; 0 if there is none."""
         return max((one.nb_robots for one in self.by_source.values()), default=0)
+
+    @property
+    def models(self) -> dict[int, str]:
+        """The models of the robots whose model is announced."""
+        return models_of(self.by_source.values())
 
     @property
     def announced_by_all(self) -> bool:

@@ -52,7 +52,8 @@ def _simulate(process: RosProcess, args: argparse.Namespace) -> None:
     guard.refuse_second_simulator()
     process.add(node, *nodes)
     stepper.start(guard.warn_of_latecomers)
-    announcer.announce(simulated.robots, options.fleet_size)
+    models = [str(robot.value('model')) for robot in nodes]
+    announcer.announce(simulated.robots, options.fleet_size, models)
     process.launcher.tell(Ready())
     process.spin()
 

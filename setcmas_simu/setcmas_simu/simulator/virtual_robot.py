@@ -17,6 +17,7 @@ from visualization_msgs.msg import Marker
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet import topics
 from setcmas_simu.fleet.planar_pose import quaternion_of_yaw
+from setcmas_simu.robots.models import shape_of
 from setcmas_simu.robots.virtual_fleet import Command
 from setcmas_simu.ros import qos
 from setcmas_simu.ros.cmd_vel_type import TYPES, command
@@ -65,7 +66,7 @@ class VirtualRobot(FleetNode):
         world = str(self.value('world_frame'))
         self._odom = Odometry(child_frame_id=str(self.value('robot_frame')))
         self._pose = PoseStamped()
-        self._marker = robot_marker(robot, world)
+        self._marker = robot_marker(robot, world, shape_of(str(self.value('model'))))
         self._odom.header.frame_id = self._pose.header.frame_id = world
 
     def value(self, name: str) -> Any:

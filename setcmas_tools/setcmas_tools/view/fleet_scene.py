@@ -33,6 +33,7 @@ class FleetState:
     """What is known of a fleet.
 
     Attributes:
+        models: Names of the models of robots whose model is announced.
         real: Whether this is an experiment, so that robots cannot be reset.
         both: Robot numbers of communication links that go both ways, shape (E, 2).
         one_way: Of links that go one way, sender first, shape (F, 2).
@@ -45,6 +46,7 @@ class FleetState:
     flashes: Flashes = field(default_factory=Flashes)
     both: Pairs = field(default_factory=lambda: NO_PAIRS)
     one_way: Pairs = field(default_factory=lambda: NO_PAIRS)
+    models: dict[int, str] = field(default_factory=dict)
     real: bool = False
 
 
@@ -89,7 +91,8 @@ class FleetScene:
         if state.real != self._real:
             self._real = state.real
             self.controls.size = _TRUE_SIZE if state.real else _SIMULATED_SIZE
-        self._robots.show(robots, poses, state.fleet.lost(now), flashes, self.controls.size)
+        lost, size = state.fleet.lost(now), self.controls.size
+        self._robots.show(robots, poses, lost, flashes, size, state.models)
         if self._clear:
             self._clear = False
             self._trails.clear()

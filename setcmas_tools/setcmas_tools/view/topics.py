@@ -20,6 +20,7 @@ from setcmas_ctrl.communication.graph import with_known_rows
 from setcmas_simu.fleet import topics
 from setcmas_simu.fleet.planar_pose import yaw_of_quaternion
 from setcmas_simu.ros import qos
+from setcmas_simu.ros.fleet_topic import FleetListener
 from setcmas_simu.ros.polled_topic import PolledTopic, suited_to
 from setcmas_tools.view.fleet_scene import NO_PAIRS, FleetState
 from setcmas_tools.view.model import communication
@@ -50,6 +51,7 @@ class ViewedTopics:
         self._commands: dict[str, PolledTopic] = {}
         self._adjacency: NDArray[np.float64] = np.empty((0, 0))
         self._graph_told = False
+        self._announced = FleetListener(node)
         diagnosed = partial(PolledTopic, node, DiagnosticArray, topics.DIAGNOSTICS)
         self._fleet = [
             PolledTopic(node, Bool, topics.FLEET_PAUSE, self._on_pause, qos.EVENT),
@@ -88,6 +90,8 @@ class ViewedTopics:
         self._now = now
         for topic in (*self._robots.values(), *self._commands.values(), *self._fleet):
             topic.take()
+        self._announced.take()
+        self._state.models = self._announced.models
 
     def _is_wanted(self, name: str, kind: type) -> bool:
         robot = topics.robot_of(name)

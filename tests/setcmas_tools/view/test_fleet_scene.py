@@ -75,3 +75,13 @@ def test_links_one_way_are_arrows_in_the_colour_of_who_has_just_sent(state, draw
     assert '/one_way_links' not in bodies
     state.both, state.one_way = NO_PAIRS, NO_PAIRS
     assert '/links' not in draw(3.2)
+
+
+def test_robots_look_like_their_models(state, draw):
+    see(state, [1, 2, 3], 1.0)
+    state.models = {2: 'car', 3: 'omnidirectional'}
+    bodies = draw(1.0)
+
+    for name in ('unicycle', 'car', 'omnidirectional'):
+        shown = bodies[f'/robots/{name}/coloured'].batched_scales
+        assert (shown > 0).all(axis=1).sum() == 1

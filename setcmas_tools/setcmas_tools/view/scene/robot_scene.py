@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 import numpy as np
 import viser
 from numpy.typing import NDArray
 
 from setcmas_simu.fleet import fleet
+from setcmas_simu.robots.models import UNICYCLE, shape_of
+from setcmas_simu.robots.shape import Shape
 from setcmas_tools.view.scene.batch import Batch
-from setcmas_tools.view.scene.robot_mesh import HEIGHT_M, coloured_body, dark_body, unit_ring
+from setcmas_tools.view.scene.robot_mesh import coloured_body, dark_body, unit_ring
 
 Floats = NDArray[np.float64]
 
@@ -18,14 +22,30 @@ _PALENESS = 0.75
 _FLASH_FROM_M, _FLASH_TO_M = 0.15, 0.45  # radius of the ring, of a robot in its true size
 
 
+class _Bodies:
+    """The robots of one model."""
+
+    def __init__(self, scene: viser.SceneApi, model: str, shape: Shape) -> None:
+        self.shape = shape
+        name = f'/robots/{model.replace("/", "_")}'
+        self._coloured = Batch(scene, f'{name}/coloured', coloured_body(shape))
+        self._dark = Batch(scene, f'{name}/dark', dark_body(shape))
+
+    def show(
+        self, positions: Floats, wxyzs: Floats, scales: Floats, colours: Floats, dark: Floats
+    ) -> None:
+        """Draw these robots in place of the last ones of the model."""
+        self._coloured.show(positions, wxyzs, scales, colours)
+        self._dark.show(positions, wxyzs, scales, dark)
+
+
 class RobotScene:
     """Draws a fleet; what has not changed costs nothing."""
 
     def __init__(self, scene: viser.SceneApi) -> None:
         """Prepare; nothing is drawn yet."""
         self._scene = scene
-        self._coloured = Batch(scene, '/robots/coloured', coloured_body())
-        self._dark = Batch(scene, '/robots/dark', dark_body())
+        self._bodies: dict[str, _Bodies] = {}
         self._rings = Batch(scene, '/robots/rings', unit_ring(), side='double')
         self._labels: dict[int, viser.LabelHandle] = {}
 
@@ -36,6 +56,7 @@ class RobotScene:
         lost: NDArray[np.bool_],
         flashes: Floats,
         size: float,
+        models: Mapping[int, str],
     ) -> None:
         """Draw the fleet.
 
@@ -45,6 +66,7 @@ class RobotScene:
             lost: Which ones are to be faded, shape (N,).
             flashes: How bright each one's ring is, from 0 to 1, shape (N,).
             size: How many times larger than in reality.
+            models: Names of the robots' models; those that are not there are unicycles.
         """
         n = len(robots)
         positions = np.column_stack([poses[0], poses[1], np.zeros(n)])
@@ -54,21 +76,38 @@ class RobotScene:
         scales = np.full((n, 3), size)
         colours = np.array([fleet.colour(robot) for robot in robots]).reshape(-1, 3)
         faded = np.where(lost, _PALENESS, 0.0)[:, None]
-        self._coloured.show(positions, wxyzs, scales, colours + faded * (_PALE - colours))
-        self._dark.show(positions, wxyzs, scales, _DARK + faded * (_PALE - _DARK))
+        bright = colours + faded * (_PALE - colours)
+        dark = _DARK + faded * (_PALE - _DARK)
+        names = np.array([models.get(robot, UNICYCLE) for robot in robots], dtype=object)
+        for name in {*self._bodies, *names}:
+            own = names == name
+            self._bodies_of(name).show(
+                positions[own], wxyzs[own], scales[own], bright[own], dark[own]
+            )
         radii = _FLASH_FROM_M + (1.0 - flashes) * (_FLASH_TO_M - _FLASH_FROM_M)
         radii = size * np.where(flashes > 0, radii, 0.0)
         rings = np.column_stack([radii, radii, np.ones(n)])
         self._rings.show(np.where(radii[:, None] > 0, positions, 0.0), wxyzs, rings, colours)
-        self._show_labels(robots, positions, lost, size)
+        heights = [size * self._bodies[name].shape.height + 0.08 for name in names]
+        self._show_labels(robots, positions, lost, heights)
+
+    def _bodies_of(self, model: str) -> _Bodies:
+        if model not in self._bodies:
+            self._bodies[model] = _Bodies(self._scene, model, shape_of(model))
+        return self._bodies[model]
 
     def _show_labels(
-        self, robots: list[int], positions: Floats, lost: NDArray[np.bool_], size: float
+        self,
+        robots: list[int],
+        positions: Floats,
+        lost: NDArray[np.bool_],
+        heights: list[float],
     ) -> None:
         for robot in self._labels.keys() - set(robots):
             self._labels.pop(robot).remove()
-        height = size * HEIGHT_M + 0.08
-        for robot, place, is_lost in zip(robots, positions.tolist(), lost, strict=True):
+        for robot, place, is_lost, height in zip(
+            robots, positions.tolist(), lost, heights, strict=True
+        ):
             text = f'{robot} lost' if is_lost else str(robot)
             position = (place[0], place[1], height)
             if robot not in self._labels:

@@ -7,6 +7,7 @@ from geometry_msgs.msg import Point
 from std_msgs.msg import ColorRGBA
 from visualization_msgs.msg import Marker
 
+from setcmas_simu.robots.models import shape_of
 from setcmas_simu.simulator.robot_marker import robot_marker
 from setcmas_tools.view.model import marker_shapes
 from setcmas_tools.view.model.marker_shapes import LABEL, LINES, shape
@@ -134,3 +135,11 @@ def test_the_number_of_markers_is_bounded():
 
 def test_the_robots_own_marker_has_all_its_cubes():
     assert len(shape(robot_marker(1)).rows) == 5
+
+
+def test_other_models_are_drawn_with_their_parts():
+    car = robot_marker(1, shape=shape_of('car'))
+
+    assert shape(car) is not None
+    assert len(car.points) % 3 == 0
+    assert max(point.x for point in car.points) == max(x for x, _ in shape_of('car').outline)
