@@ -14,33 +14,32 @@ from __future__ import annotations
 import argparse
 
 from launch_scripts.options.rviz import shown_robots
-from launch_scripts.options.view_options import NONE, add_view_arguments, view_beside
+from launch_scripts.options.view_options import NONE, ViewOptions, view_beside
 from launch_scripts.processes.environment import require_ros
 from launch_scripts.processes.foreground import run_in_foreground
-from launch_scripts.processes.node_arguments import node_arguments
-from launch_scripts.processes.node_commands import CONTROLLER, CONTROLLER_OPTIONS, node_command
-from setcmas_ctrl.communication.options import add_communication_arguments, check_communication
-from setcmas_ctrl.control.options import add_fleet_arguments, add_law_arguments, add_watch_argument
-from setcmas_ctrl.scripts.loader import compile_script, find_script
-from setcmas_ctrl.scripts.settings import parse_settings
+from launch_scripts.processes.node_commands import CONTROLLER, node_command
+from setcmas_ctrl.communication.options import CommunicationOptions
+from setcmas_ctrl.communication.settings import check_communication
+from setcmas_ctrl.control.options import FleetOptions, LawOptions
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the options of the verb."""
-    add_watch_argument(add_law_arguments(parser))
-    add_fleet_arguments(parser)
-    add_communication_arguments(parser)
-    add_view_arguments(parser, default=NONE)  # the simulator shows the robots already
+    LawOptions.add_to(parser)
+    FleetOptions.add_to(parser)
+    CommunicationOptions.add_to(parser)
+    ViewOptions.add_to(parser, view=NONE)  # the simulator shows the robots already
 
 
 def main(args: argparse.Namespace) -> int:
     """Control until Ctrl-C; returns the exit status."""
-    script = find_script(args.algo, args.exercise)
+    law, fleet = LawOptions.of(args), FleetOptions.of(args)
+    communication = CommunicationOptions.of(args)
     # Mistakes are told before anything starts.
-    compile_script(script, settings=parse_settings(args.set))
-    robots = shown_robots(args)
-    check_communication(args, args.nb_robots)
+    law.script()
+    robots = shown_robots(fleet.robots, fleet.nb_robots)
+    check_communication(communication.found(law.exercise), fleet.nb_robots)
     require_ros()
-    with view_beside(args, robots) as companions:
-        command = node_command(CONTROLLER, node_arguments(args, CONTROLLER_OPTIONS))
-        return run_in_foreground('ctrl', command, companions)
+    with view_beside(ViewOptions.of(args), robots) as companions:
+        arguments = law.arguments() + fleet.arguments() + communication.arguments()
+        return run_in_foreground('ctrl', node_command(CONTROLLER, arguments), companions)

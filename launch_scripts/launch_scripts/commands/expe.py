@@ -15,7 +15,7 @@ import argparse
 import sys
 
 from launch_scripts.options.rviz import Companion
-from launch_scripts.options.view_options import NONE, add_view_arguments, view_beside
+from launch_scripts.options.view_options import NONE, ViewOptions, view_beside
 from launch_scripts.processes.child_process import ChildDiedError
 from launch_scripts.processes.environment import require_ros
 from launch_scripts.processes.experiment import (
@@ -26,10 +26,9 @@ from launch_scripts.processes.experiment import (
 from launch_scripts.processes.supervisor import StoppedError, Supervisor
 from launch_scripts.terminal.keyboard import Keyboard
 from launch_scripts.terminal.status_display import KEYS, StatusDisplay
-from setcmas_ctrl.communication.options import add_communication_arguments, check_communication
-from setcmas_ctrl.control.options import add_law_arguments, add_watch_argument
-from setcmas_ctrl.scripts.loader import compile_script, find_script
-from setcmas_ctrl.scripts.settings import parse_settings
+from setcmas_ctrl.communication.options import CommunicationOptions
+from setcmas_ctrl.communication.settings import check_communication
+from setcmas_ctrl.control.options import LawOptions
 from setcmas_expe.emulation.options import check_emulated_mocap, emulated_start_poses
 from setcmas_expe.lab.model import Lab
 from setcmas_expe.lab.options import add_lab_arguments, chosen_lab
@@ -39,8 +38,8 @@ from setcmas_simu.simulator.options import StartPoseOptions
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the options of the verb."""
-    add_watch_argument(add_law_arguments(parser))
-    add_communication_arguments(parser)
+    LawOptions.add_to(parser)
+    CommunicationOptions.add_to(parser)
     add_lab_arguments(parser)
     parser.add_argument('--no-joystick', action='store_true', help='do not look for a joystick')
     group = parser.add_argument_group('emulated lab')
@@ -48,16 +47,15 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         '--emulate', action='store_true', help='no hardware: an emulated lab on this machine'
     )
     StartPoseOptions.add_to(parser)
-    add_view_arguments(parser, default=NONE)
+    ViewOptions.add_to(parser, view=NONE)
 
 
 def main(args: argparse.Namespace) -> int:
     """Run the experiment; returns the exit status."""
-    script = find_script(args.algo, args.exercise)
-    # Mistakes are told before anything starts.
-    compile_script(script, settings=parse_settings(args.set))
+    law = LawOptions.of(args)
+    law.script()  # mistakes are told before anything starts
     lab = chosen_lab(args)
-    check_communication(args, lab.nb_robots)
+    check_communication(CommunicationOptions.of(args).found(law.exercise), lab.nb_robots)
     if args.emulate:
         check_emulated_mocap(lab.mocap)
         emulated_start_poses(lab.arena, lab.nb_robots, args.poses, args.pose)
@@ -66,8 +64,9 @@ def main(args: argparse.Namespace) -> int:
     require_ros()
     lab.mocap.source.message_class()
     environment = experiment_environment(lab, args.emulate)
+    numbers = [robot.number for robot in lab.robots]
     with (
-        view_beside(args, [robot.number for robot in lab.robots]) as views,
+        view_beside(ViewOptions.of(args), numbers, experiment=True) as views,
         Keyboard() as keyboard,
         Supervisor(environment, prefix=True) as supervisor,
     ):

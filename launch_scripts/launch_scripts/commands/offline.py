@@ -26,12 +26,11 @@ from tqdm import tqdm
 from launch_scripts.options.run_options import add_run_arguments, output_folder, parameters
 from launch_scripts.terminal.output_lines import warn
 from launch_scripts.terminal.progress_output import progress_output
-from setcmas_ctrl.communication.options import check_communication, communication_values
-from setcmas_ctrl.control.options import SCRIPT_FAILED
-from setcmas_ctrl.scripts.loader import compile_script, find_script
+from setcmas_ctrl.communication.options import CommunicationOptions
+from setcmas_ctrl.communication.settings import check_communication
+from setcmas_ctrl.control.options import SCRIPT_FAILED, LawOptions
 from setcmas_ctrl.scripts.messages import described_place, quoted_line, script_place
 from setcmas_ctrl.scripts.output import named_output
-from setcmas_ctrl.scripts.settings import parse_settings
 from setcmas_simu.fleet.fleet import format_robots
 from setcmas_simu.fleet.pose_options import chosen_start_poses
 from setcmas_tools.run.folder import RunFolder
@@ -45,7 +44,7 @@ _BAR = '{desc}: {percentage:3.0f}%|{bar}| {n:.0f}/{total:.0f} s'
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the options of the verb."""
-    add_run_arguments(parser, without=('cmd_timeout',))
+    add_run_arguments(parser, without=('watch', 'cmd_timeout'))
 
 
 def main(args: argparse.Namespace) -> int:
@@ -68,15 +67,15 @@ def _run(args: argparse.Namespace) -> int:
     from setcmas_tools.records import communication as communication_record
     from setcmas_tools.records.fleet_table import write_csv
 
-    script = find_script(args.algo, args.exercise)
-    settings = parse_settings(args.set)
-    compile_script(script, settings=settings)
-    check_communication(args, args.nb_robots)
+    law = LawOptions.of(args)
+    script = law.script()
+    communication = CommunicationOptions.of(args).found(law.exercise)
+    check_communication(communication, args.nb_robots)
     folder = RunFolder(output_folder(args, script), run_inputs(args, script))
     folder.check(args.overwrite)
     begin = time.perf_counter()
     try:
-        run = _simulate(args, str(script), settings)
+        run = _simulate(args, str(script), law.settings, communication)
     except KeyboardInterrupt as error:
         file, at = script_place(error, script)
         where = f' in {described_place(file, at, script)}{quoted_line(file, at)}' if at else ''
@@ -119,7 +118,12 @@ def _outcome(run: OfflineRun, script: Path, condition: str | None) -> str:
     return f'complete, but {" and ".join(failed)}' if failed else 'complete'
 
 
-def _simulate(args: argparse.Namespace, script: str, settings: Mapping[str, Any]) -> OfflineRun:
+def _simulate(
+    args: argparse.Namespace,
+    script: str,
+    settings: Mapping[str, Any],
+    communication: CommunicationOptions,
+) -> OfflineRun:
     from setcmas_tools.offline.engine import simulate
 
     with (
@@ -139,7 +143,7 @@ def _simulate(args: argparse.Namespace, script: str, settings: Mapping[str, Any]
             robot_rate=args.robot_rate,
             seed=args.seed,
             settings=settings,
-            **communication_values(args),
+            **communication.values(),
             warn=warn,
             progress=lambda now: bar.update(now - bar.n),
         )

@@ -21,17 +21,16 @@ from tqdm import tqdm
 
 from launch_scripts.options.run_options import add_run_arguments, output_folder, parameters
 from launch_scripts.options.rviz import Companion
-from launch_scripts.options.view_options import add_view_arguments, view_beside
+from launch_scripts.options.view_options import ViewOptions, view_beside
 from launch_scripts.processes.child_process import ChildDiedError
 from launch_scripts.processes.environment import local_environment, require_ros
 from launch_scripts.processes.experiment import experiment_environment
 from launch_scripts.processes.run_processes import EmulatedRun, SimulatedRun
 from launch_scripts.processes.supervisor import StoppedError, Supervisor
 from launch_scripts.terminal.output_lines import Stream, warn, write_line
-from setcmas_ctrl.communication.options import check_communication
-from setcmas_ctrl.control.options import SCRIPT_FAILED, add_watch_argument
-from setcmas_ctrl.scripts.loader import compile_script, find_script
-from setcmas_ctrl.scripts.settings import parse_settings
+from setcmas_ctrl.communication.options import CommunicationOptions
+from setcmas_ctrl.communication.settings import check_communication
+from setcmas_ctrl.control.options import SCRIPT_FAILED, LawOptions
 from setcmas_expe.lab.file import DEFAULT_FILE, load_lab
 from setcmas_expe.lab.model import Lab
 from setcmas_simu.errors import SetcmasError
@@ -49,8 +48,8 @@ _OF_SIMULATED_ROBOTS = ('model', 'limits', 'robot_rate', 'cmd_timeout')
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the options of the verb."""
-    add_watch_argument(add_run_arguments(parser))
-    add_view_arguments(parser)
+    add_run_arguments(parser)
+    ViewOptions.add_to(parser)
     group = parser.add_argument_group('emulated lab')
     group.add_argument(
         '--emulate',
@@ -64,18 +63,17 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def main(args: argparse.Namespace) -> int:
     """Do the whole job; returns the exit status."""
-    script = find_script(args.algo, args.exercise)
-    # Mistakes are told before anything starts.
-    compile_script(script, settings=parse_settings(args.set))
+    law = LawOptions.of(args)
+    script = law.script()  # mistakes are told before anything starts
     robots = SimulationOptions.of(args).simulated().robots
-    check_communication(args, args.nb_robots)
+    check_communication(CommunicationOptions.of(args).found(law.exercise), args.nb_robots)
     lab = _emulated_lab(args)
     inputs = run_inputs(args, script, (args.lab or DEFAULT_FILE) if lab else None)
     folder = RunFolder(output_folder(args, script), inputs)
     folder.check(args.overwrite)
     require_ros()
     recorded = parameters(args, script, lab)
-    with view_beside(args, robots) as views:
+    with view_beside(ViewOptions.of(args), robots) as views:
         folder.create()
         started = time.time()
         folder.write_record(recorded, 'not finished', args.seed, started)

@@ -12,7 +12,7 @@ from __future__ import annotations
 import argparse
 from dataclasses import replace
 
-from launch_scripts.options.view_options import add_view_arguments, view_beside
+from launch_scripts.options.view_options import ViewOptions, view_beside
 from launch_scripts.processes.environment import require_ros
 from launch_scripts.processes.foreground import run_in_foreground
 from launch_scripts.processes.node_commands import SIMULATOR, node_command
@@ -22,7 +22,7 @@ from setcmas_simu.simulator.options import SimulationOptions
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the options of the verb."""
     SimulationOptions.add_to(parser)
-    add_view_arguments(parser)
+    ViewOptions.add_to(parser)
 
 
 def main(args: argparse.Namespace) -> int:
@@ -30,7 +30,7 @@ def main(args: argparse.Namespace) -> int:
     options = SimulationOptions.of(args)
     simulated = options.simulated()  # mistakes are told before anything starts
     require_ros()
-    with view_beside(args, simulated.robots) as companions:
+    with view_beside(ViewOptions.of(args), simulated.robots) as companions:
         options = replace(options, nb_robots=options.fleet_size)
         command = node_command(SIMULATOR, options.arguments())
         return run_in_foreground('simu', command, companions)

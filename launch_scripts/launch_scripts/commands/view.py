@@ -14,36 +14,35 @@ from __future__ import annotations
 
 import argparse
 
-from launch_scripts.options.rviz import add_rviz_file_arguments, shown_robots, write_config
+from launch_scripts.options.rviz import RvizFileOptions, shown_robots, write_config
 from launch_scripts.options.view_options import browser_command, has_viser
 from launch_scripts.processes.environment import require_ros
 from launch_scripts.processes.foreground import run_in_foreground
-from launch_scripts.processes.node_arguments import node_arguments
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet.fleet import format_robots
-from setcmas_tools.view.page.browser_options import INSTALL_VISER, add_browser_arguments
-
-_OPTIONS = ('host', 'port')
+from setcmas_simu.options.group import spelled
+from setcmas_tools.view.page.browser_options import INSTALL_VISER, BrowserOptions
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the options of the verb."""
-    add_browser_arguments(parser.add_argument_group('page'))
-    add_rviz_file_arguments(parser)
+    BrowserOptions.add_to(parser)
+    RvizFileOptions.add_to(parser)
 
 
 def main(args: argparse.Namespace) -> int:
     """Show the robots until Ctrl-C; returns the exit status."""
-    if args.write_rviz:
-        robots = shown_robots(args)
-        write_config(args.write_rviz, robots, args.experiment)
-        print(f'rviz2 -d {args.write_rviz} shows robots {format_robots(robots)}')
+    rviz = RvizFileOptions.of(args)
+    if rviz.write_rviz:
+        robots = shown_robots(rviz.robots)
+        write_config(rviz.write_rviz, robots, rviz.experiment)
+        print(f'rviz2 -d {rviz.write_rviz} shows robots {format_robots(robots)}')
         return 0
-    if args.robots or args.experiment:
-        option = '--robots' if args.robots else '--experiment'
-        raise SetcmasError(f'{option} is for the file of --write-rviz; the page shows all robots')
+    if surplus := rviz.changed():
+        raise SetcmasError(
+            f'{spelled(surplus[0])} is for the file of --write-rviz; the page shows all robots'
+        )
     require_ros()
     if not has_viser():
         raise SetcmasError(f'viser is needed and is missing: {INSTALL_VISER}')
-    arguments = node_arguments(args, _OPTIONS) + (['--read-only'] if args.read_only else [])
-    return run_in_foreground('view', browser_command(arguments))
+    return run_in_foreground('view', browser_command(BrowserOptions.of(args).arguments()))

@@ -9,28 +9,15 @@ from dataclasses import asdict, astuple
 from pathlib import Path
 
 from launch_scripts.options.plot_options import add_format_argument
-from setcmas_ctrl.communication.options import OPTIONS as COMMUNICATION
-from setcmas_ctrl.communication.options import add_communication_arguments
-from setcmas_ctrl.control.options import add_law_arguments
-from setcmas_ctrl.scripts.settings import parse_settings
+from setcmas_ctrl.communication.options import CommunicationOptions
+from setcmas_ctrl.control.options import LawOptions
 from setcmas_expe.lab.model import Lab
 from setcmas_simu.options import positive
 from setcmas_simu.simulator.options import SimulationOptions
 
-_RECORDED = (
-    'nb_robots',
-    'duration',
-    'vnom',
-    'komega',
-    'rate',
-    *COMMUNICATION,
-)
 
-
-def add_run_arguments(
-    parser: argparse.ArgumentParser, without: Sequence[str] = ()
-) -> argparse._ArgumentGroup:
-    """Add the options, without some of the simulated robots'; returns the law's group."""
+def add_run_arguments(parser: argparse.ArgumentParser, without: Sequence[str] = ()) -> None:
+    """Add the options, without some of the law's or of the simulated robots'."""
     parser.add_argument(
         '--duration',
         type=positive,
@@ -45,10 +32,9 @@ def add_run_arguments(
         '--overwrite', action='store_true', help='replace an earlier run in that folder'
     )
     add_format_argument(parser)
-    law = add_law_arguments(parser)
-    add_communication_arguments(parser)
-    SimulationOptions.add_to(parser, without=('robots', 'cmd_vel_type', *without), nb_robots=1)
-    return law
+    LawOptions.add_to(parser, without)
+    CommunicationOptions.add_to(parser)
+    SimulationOptions.add_to(parser, ('robots', 'cmd_vel_type', *without), nb_robots=1)
 
 
 def output_folder(args: argparse.Namespace, script: Path) -> Path:
@@ -60,9 +46,11 @@ def parameters(
     args: argparse.Namespace, script: Path, lab: Lab | None = None
 ) -> dict[str, object]:
     """Return what run.yaml records of the options, and of the lab of an emulated experiment."""
-    values: dict[str, object] = {'algo': args.algo, 'script': str(script)}
-    values['set'] = parse_settings(args.set)
-    values |= {name: getattr(args, name) for name in _RECORDED}
+    law = LawOptions.of(args)
+    values: dict[str, object] = {'algo': law.algo, 'script': str(script), 'set': law.settings}
+    values |= {'nb_robots': args.nb_robots, 'duration': args.duration}
+    values |= {'vnom': law.vnom, 'komega': law.komega, 'rate': law.rate}
+    values |= CommunicationOptions.of(args).record()
     robots = SimulationOptions.of(args).record()
     values |= {name: robots[name] for name in ('pose', 'model', 'limits', 'robot_rate', 'poses')}
     values['cmd_timeout'] = robots['cmd_timeout']

@@ -1,19 +1,21 @@
-"""RViz 2 beside the robots: the option that starts it, and its configuration."""
+"""RViz 2 beside the robots, and its configuration."""
 
 from __future__ import annotations
 
-import argparse
 import os
 import shutil
 import sys
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
+from dataclasses import dataclass
 from pathlib import Path
+from typing import ClassVar
 
 from launch_scripts.terminal.output_lines import warn
 from setcmas_simu.errors import SetcmasError
-from setcmas_simu.fleet.fleet import parse_robots
+from setcmas_simu.options.group import Options, flag, option
+from setcmas_simu.options.kinds import PathTo, Robots
 from setcmas_simu.simulator.rviz_config import rviz_config
 from setcmas_tools.view.page.desktop import has_display
 
@@ -24,38 +26,24 @@ Companion = tuple[str, list[str]]
 """Name and command line of a process that the robots can do without."""
 
 
-def add_rviz_argument(parser: argparse.ArgumentParser) -> None:
-    """Add --rviz."""
-    parser.add_argument('--rviz', action='store_true', help='show the robots in RViz 2 as well')
+@dataclass(frozen=True, kw_only=True)
+class RvizFileOptions(Options):
+    """What a configuration of RViz 2 that is written to a file is for."""
 
+    TITLE: ClassVar[str] = 'RViz 2'
 
-def add_rviz_file_arguments(parser: argparse.ArgumentParser) -> None:
-    """Add --write-rviz, --robots and --experiment."""
-    group = parser.add_argument_group('RViz 2')
-    group.add_argument(
-        '--write-rviz',
-        type=Path,
-        metavar='FILE',
-        help='show nothing, but write what sets RViz 2 up for a fleet',
+    write_rviz: Path | None = option(
+        PathTo(), 'show nothing, but write what sets RViz 2 up for a fleet', default=None
     )
-    group.add_argument(
-        '--robots', metavar='LIST', help=f'its robots (default: 1-{_ROBOTS_IF_UNKNOWN})'
+    robots: tuple[int, ...] | None = option(
+        Robots(), 'its robots', default=None, default_text=f'1-{_ROBOTS_IF_UNKNOWN}'
     )
-    group.add_argument(
-        '--experiment', action='store_true', help='they are real: poses of motion capture, arena'
-    )
+    experiment: bool = flag('they are real: poses of motion capture, arena')
 
 
-def shown_robots(args: argparse.Namespace) -> list[int]:
-    """Return the robots that --robots or --nb-robots name; the first 8 if neither does.
-
-    Raises:
-        SetcmasError: --robots is malformed.
-    """
-    if args.robots:
-        return parse_robots(args.robots)
-    nb_robots = getattr(args, 'nb_robots', None) or _ROBOTS_IF_UNKNOWN
-    return list(range(1, nb_robots + 1))
+def shown_robots(robots: Sequence[int] | None, nb_robots: int | None = None) -> list[int]:
+    """Return the robots that --robots or --nb-robots name; the first 8 if neither does."""
+    return list(robots or range(1, (nb_robots or _ROBOTS_IF_UNKNOWN) + 1))
 
 
 @contextmanager

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import argparse
 import importlib.util
 import os
 import sys
@@ -10,10 +9,12 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 
-from launch_scripts.options.rviz import Companion, add_rviz_argument, rviz_beside, why_no_rviz
+from launch_scripts.options.rviz import Companion, rviz_beside, why_no_rviz
 from launch_scripts.processes.node_commands import BROWSER_VIEW, node_command
 from launch_scripts.terminal.output_lines import warn
 from setcmas_simu.errors import SetcmasError
+from setcmas_simu.options.group import Options, flag, option
+from setcmas_simu.options.kinds import OneOf
 from setcmas_tools.view.page.browser_options import INSTALL_VISER
 
 AUTO, BROWSER, NONE = 'auto', 'browser', 'none'
@@ -28,34 +29,27 @@ class Choice:
     remark: str = ''
 
 
-def add_view_arguments(parser: argparse.ArgumentParser, default: str = AUTO) -> None:
-    """Add --view and --rviz.
+@dataclass(frozen=True, kw_only=True)
+class ViewOptions(Options):
+    """Which views there are beside the robots."""
 
-    Args:
-        parser: Of a verb that runs robots.
-        default: What --view is where it is not given.
-    """
-    add_rviz_argument(parser)
-    parser.add_argument(
-        '--view',
-        nargs='?',
-        choices=(AUTO, BROWSER, NONE),
-        const=BROWSER,
-        default=default,
-        help='show the robots: on a page in the browser (also --view alone), not at all, or auto: '
-        'RViz 2 if it is there, else the page, where a terminal tells of it '
-        '(default: %(default)s)',
+    rviz: bool = flag('show the robots in RViz 2 as well')
+    view: str = option(
+        OneOf((AUTO, BROWSER, NONE)),
+        'show the robots: on a page in the browser (also --view alone), not at all, or auto: '
+        'RViz 2 if it is there, else the page, where a terminal tells of it',
+        default=AUTO,
+        alone=BROWSER,
     )
 
 
 def choose_view(
-    view: str, rviz: bool, attended: bool, no_rviz: str, viser_installed: bool
+    options: ViewOptions, attended: bool, no_rviz: str, viser_installed: bool
 ) -> Choice:
     """Return which views to start.
 
     Args:
-        view: What --view says.
-        rviz: What --rviz says.
+        options: What --view and --rviz say.
         attended: Whether somebody reads the command's output.
         no_rviz: Why RViz 2 cannot be started; empty if it can.
         viser_installed: Whether the page can be served.
@@ -63,6 +57,7 @@ def choose_view(
     Raises:
         SetcmasError: The page is wanted but cannot be served.
     """
+    view, rviz = options.view, options.rviz
     if view == BROWSER:
         if not viser_installed:
             raise SetcmasError(f'--view needs viser, which is missing: {INSTALL_VISER}')
@@ -78,12 +73,12 @@ def choose_view(
 
 @contextmanager
 def view_beside(
-    args: argparse.Namespace, robots: list[int], experiment: bool = False
+    options: ViewOptions, robots: list[int], experiment: bool = False
 ) -> Iterator[list[Companion]]:
     """Hand out the views of a fleet, as companions of the robots' process.
 
     Args:
-        args: Parsed options, with those of `add_view_arguments`.
+        options: Which views are wanted.
         robots: Numbers of the robots.
         experiment: Whether they are real.
 
@@ -91,7 +86,7 @@ def view_beside(
         SetcmasError: The page is wanted but cannot be served.
     """
     attended = sys.stdout.isatty() and 'CI' not in os.environ
-    choice = choose_view(args.view, args.rviz, attended, why_no_rviz(), has_viser())
+    choice = choose_view(options, attended, why_no_rviz(), has_viser())
     if choice.remark:
         warn(choice.remark)
     with rviz_beside(choice.rviz, robots, experiment) as companions:

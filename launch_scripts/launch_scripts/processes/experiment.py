@@ -10,26 +10,23 @@ from pathlib import Path
 
 from launch_scripts.processes.child_process import Child, ChildReport
 from launch_scripts.processes.environment import closed_environment, lab_environment
-from launch_scripts.processes.node_arguments import node_arguments
+from launch_scripts.processes.node_arguments import law_arguments, node_arguments
 from launch_scripts.processes.node_commands import (
     BRIDGES,
     CONTROLLER,
-    CONTROLLER_OPTIONS,
     EMULATED_LAB,
     JOYSTICK_READER,
     PAUSE,
     node_command,
 )
 from launch_scripts.processes.supervisor import Supervisor
+from setcmas_ctrl.control.options import ControllerOptions
 from setcmas_expe.lab.model import Lab
 from setcmas_expe.lab.options import LAB_OPTIONS
 from setcmas_expe.pause.console_protocol import Status, Wish, Word
 from setcmas_simu.reports.reports import Started
 
 _EMULATION_OPTIONS = ('poses', 'pose', 'seed')
-_CTRL_OPTIONS = tuple(
-    name for name in CONTROLLER_OPTIONS if name not in ('nb_robots', 'robots', 'cmd_vel_type')
-)
 _TAKE_OVER_S = 0.5
 
 
@@ -78,10 +75,13 @@ class Experiment:
         pause = node_command(PAUSE, [*options, '--console'])
         self._pause = supervisor.start('pause', pause, listens=True)
         self._pause.on_report = self._on_report
-        laws = ['--experiment', '--nb-robots', str(lab.nb_robots)]
-        laws += ['--pause-timeout', str(lab.timeouts.pause_s)]
-        laws += ['--recorded'] if recorded else []
-        laws += node_arguments(args, _CTRL_OPTIONS)
+        controllers = ControllerOptions(
+            nb_robots=lab.nb_robots,
+            experiment=True,
+            pause_timeout=lab.timeouts.pause_s,
+            recorded=recorded,
+        )
+        laws = law_arguments(args, controllers)
         self._ctrl = supervisor.start('ctrl', node_command(CONTROLLER, laws))
 
     @property

@@ -6,8 +6,6 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
-from setcmas_ctrl.communication.options import OPTIONS as COMMUNICATION
-
 SIMULATOR = 'setcmas_simu.simulator.main'
 CONTROLLER = 'setcmas_ctrl.controller.main'
 EMULATED_LAB = 'setcmas_expe.emulation.lab'
@@ -18,21 +16,6 @@ DOCTOR = 'setcmas_expe.doctor.main'
 INJECT_FAULT = 'setcmas_expe.emulation.inject_fault'
 RECORDER = 'setcmas_tools.recorder.main'
 BROWSER_VIEW = 'setcmas_tools.view.main'
-
-CONTROLLER_OPTIONS = (
-    'algo',
-    'exercise',
-    'set',
-    'watch',
-    'vnom',
-    'komega',
-    'rate',
-    'seed',
-    'nb_robots',
-    'robots',
-    'cmd_vel_type',
-    *COMMUNICATION,
-)
 
 _RUN_MODULE = (
     'import runpy, sys; del sys.path[0]; '

@@ -6,23 +6,19 @@ import argparse
 from pathlib import Path
 
 from launch_scripts.processes.experiment import Experiment
-from launch_scripts.processes.node_arguments import node_arguments
+from launch_scripts.processes.node_arguments import law_arguments
 from launch_scripts.processes.node_commands import (
     CONTROLLER,
-    CONTROLLER_OPTIONS,
     SIMULATOR,
     node_command,
     recorder_command,
 )
 from launch_scripts.processes.supervisor import Supervisor
+from setcmas_ctrl.control.options import ControllerOptions
 from setcmas_expe.lab.model import Lab
 from setcmas_expe.pause.console_protocol import Status
 from setcmas_simu.reports.reports import Started
 from setcmas_simu.simulator.options import SimulationOptions
-
-_CTRL_OPTIONS = tuple(
-    name for name in CONTROLLER_OPTIONS if name not in ('robots', 'cmd_vel_type')
-)
 
 
 class SimulatedRun:
@@ -42,8 +38,10 @@ class SimulatedRun:
         self._recorder = supervisor.start('record', recorder_command(bag))
         robots = node_command(SIMULATOR, SimulationOptions.of(args).arguments())
         self._simulator = supervisor.start('simu', robots)
-        mine = ['--recorded', '--simulator', str(self._simulator.process.pid)]
-        laws = node_command(CONTROLLER, [*mine, *node_arguments(args, _CTRL_OPTIONS)])
+        options = ControllerOptions(
+            nb_robots=args.nb_robots, recorded=True, simulator=self._simulator.process.pid
+        )
+        laws = node_command(CONTROLLER, law_arguments(args, options))
         self._ctrl = supervisor.start('ctrl', laws)
 
     @property

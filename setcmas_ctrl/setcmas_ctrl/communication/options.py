@@ -2,103 +2,99 @@
 
 from __future__ import annotations
 
-import argparse
-from typing import Any
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any, ClassVar
+
+from numpy.typing import ArrayLike
 
 from setcmas_ctrl.communication.graph import COMPLETE, PRESETS
-from setcmas_ctrl.communication.settings import (
-    Communication,
-    communication,
-    find_condition,
-    graph_description,
-)
 from setcmas_ctrl.communication.triggering import CTC
-from setcmas_ctrl.scripts.loader import compile_script
-from setcmas_simu.options import not_negative, positive, probability
+from setcmas_ctrl.scripts.loader import EXERCISES
+from setcmas_simu.errors import SetcmasError
+from setcmas_simu.options.group import ClashError, Options, flag, option
+from setcmas_simu.options.kinds import Kind, Number
 
-OPTIONS = ('event_triggered', 'ctc', 'graph', 'range', 'delay', 'loss', 'noise')
-"""Names of the options; without any of them all robots know the newest pose of each other."""
+Graph = str | Path | ArrayLike
+Condition = str | Path | Callable[..., Any] | None
 
 
-def add_communication_arguments(parser: argparse.ArgumentParser) -> None:
-    """Add the options that say who hears whom, when, and how badly."""
-    group = parser.add_argument_group('communication (default: all robots hear each other)')
-    group.add_argument(
-        '--event-triggered',
-        action='store_true',
-        help='robots send their state only when a condition triggers',
+@dataclass(frozen=True)
+class _Anything(Kind):
+    """A name or path on the command line; in Python also a matrix or a function."""
+
+    def accepts(self, value: Any) -> bool:
+        """Return True: what it must be is told where it is used."""
+        return value is not None
+
+
+@dataclass(frozen=True, kw_only=True)
+class CommunicationOptions(Options):
+    """Who hears whom, when, and how badly; by default all robots know all newest poses."""
+
+    TITLE: ClassVar[str] = 'communication (default: all robots hear each other)'
+
+    event_triggered: bool = flag('robots send their state only when a condition triggers')
+    ctc: Condition = option(
+        _Anything(metavar='FILE'),
+        'script with the condition ctc(pos, last_pos, t), found as --algo is',
+        default=None,
+        default_text='more than 0.25 m away from the position sent last',
     )
-    group.add_argument(
-        '--ctc',
-        metavar='FILE',
-        help='script with the condition ctc(pos, last_pos, t), found as --algo is (default: '
-        'more than 0.25 m away from the position sent last)',
-    )
-    group.add_argument(
-        '--graph',
+    graph: Graph = option(
+        _Anything(metavar='NAME|FILE.yaml'),
+        f'who hears whom: {", ".join(PRESETS)}, or a file',
         default=COMPLETE,
-        metavar='NAME|FILE.yaml',
-        help=f'who hears whom: {", ".join(PRESETS)}, or a file (default: %(default)s)',
     )
-    group.add_argument(
-        '--range', type=positive, metavar='M', help='robots hear each other up to this distance'
+    range: float | None = option(
+        Number(above=0, unit='m'), 'robots hear each other up to this distance', default=None
     )
-    group.add_argument(
-        '--delay',
-        type=not_negative,
+    delay: float = option(
+        Number(least=0, unit='s', finite=True), 'messages arrive that much later', default=0.0
+    )
+    loss: float = option(
+        Number(least=0, most=1, metavar='P'), 'probability that a message is lost', default=0.0
+    )
+    noise: float = option(
+        Number(least=0, unit='m', finite=True),
+        'standard deviation of received positions',
         default=0.0,
-        metavar='S',
-        help='messages arrive that much later (default: %(default)g s)',
-    )
-    group.add_argument(
-        '--loss',
-        type=probability,
-        default=0.0,
-        metavar='P',
-        help='probability that a message is lost (default: %(default)g)',
-    )
-    group.add_argument(
-        '--noise',
-        type=not_negative,
-        default=0.0,
-        metavar='M',
-        help='standard deviation of received positions (default: %(default)g m)',
     )
 
+    def check(self) -> None:
+        """See that a condition has an effect."""
+        if self.ctc is not None and not self.event_triggered:
+            raise ClashError('{} has an effect with {} only; add that', 'ctc', 'event_triggered')
 
-def chosen_communication(args: argparse.Namespace, nb_robots: int) -> Communication:
-    """Return how a fleet communicates, as parsed options, --seed and --exercise want it.
+    def found(self, exercise: bool = False) -> CommunicationOptions:
+        """Return the same with the file of the script that `ctc` names.
+
+        Args:
+            exercise: Whether it may be the name of an exercise.
+
+        Raises:
+            SetcmasError: There is no such script.
+        """
+        if not isinstance(self.ctc, (str, Path)):
+            return self
+        return replace(self, ctc=find_condition(str(self.ctc), exercise))
+
+
+def find_condition(name: str, exercise: bool = False) -> Path:
+    """Return the script that `--ctc NAME` means.
+
+    In this order: a path to a file; NAME.py in the current folder; if `exercise`, an exercise.
 
     Raises:
-        SetcmasError: The options contradict each other, or a file is missing or malformed.
+        SetcmasError: There is none.
     """
-    return communication(nb_robots, **communication_values(args), seed=args.seed)
-
-
-def communication_values(args: argparse.Namespace) -> dict[str, Any]:
-    """Return the values of parsed options by name, with the script that --ctc means.
-
-    Raises:
-        SetcmasError: There is no such script.
-    """
-    values = {name: getattr(args, name) for name in OPTIONS}
-    if args.ctc is not None:
-        values['ctc'] = find_condition(args.ctc, args.exercise)
-    return values
-
-
-def check_communication(args: argparse.Namespace, nb_robots: int | None) -> None:
-    """See that parsed options can be followed, before anything starts.
-
-    Args:
-        args: The options.
-        nb_robots: Size of the fleet, if it is known already.
-
-    Raises:
-        SetcmasError: They cannot.
-    """
-    if args.ctc is not None:
-        compile_script(find_condition(args.ctc, args.exercise), expected=CTC)
-    graph_description(args.graph)
-    if nb_robots is not None:
-        chosen_communication(args, nb_robots)
+    for path in (Path(name), Path(f'{name}.py')):
+        if path.is_file():
+            return path.resolve()
+    if exercise and name in EXERCISES:
+        return EXERCISES.file(name)
+    raise SetcmasError(
+        f"script '{name}' of --ctc was not found; accepted are a path, or the name of a script "
+        f'in this folder with a function {CTC}'
+    )

@@ -3,30 +3,24 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import Any
-
-from numpy.typing import ArrayLike
 
 from setcmas_ctrl.communication.channel import Channel
 from setcmas_ctrl.communication.graph import (
-    COMPLETE,
     PRESETS,
     CommunicationGraph,
     checked_adjacency,
 )
 from setcmas_ctrl.communication.graph_file import GraphDescription, load_graph
 from setcmas_ctrl.communication.links import Links
+from setcmas_ctrl.communication.options import CommunicationOptions, Condition, Graph
 from setcmas_ctrl.communication.triggering import CTC, Broadcast
 from setcmas_ctrl.scripts.error_reports import ErrorReports
-from setcmas_ctrl.scripts.loader import EXERCISES
+from setcmas_ctrl.scripts.loader import compile_script
 from setcmas_simu.errors import SetcmasError
-
-Graph = str | Path | ArrayLike
-Condition = str | Path | Callable[..., Any] | None
 
 
 @dataclass(frozen=True)
@@ -58,14 +52,9 @@ class Communication:
 
     @property
     def condition_script(self) -> Path | None:
-        """The script of the triggering condition, if it is one.
-
-        Raises:
-            SetcmasError: There is no such script.
-        """
-        if self._condition is None or callable(self._condition):
-            return None
-        return find_condition(str(self._condition))
+        """The script of the triggering condition, if it is one."""
+        condition = self._condition
+        return None if condition is None or callable(condition) else Path(condition)
 
     def links(self, receivers: Sequence[int]) -> Links:
         """Return the links on which robots hear the fleet."""
@@ -84,50 +73,47 @@ class Communication:
         return Broadcast.of_script(robot, self.condition_script, reports)
 
 
-def communication(
-    nb_robots: int,
-    *,
-    graph: Graph = COMPLETE,
-    range: float | None = None,  # noqa: A002 (the name of the option)
-    event_triggered: bool = False,
-    ctc: Condition = None,
-    delay: float = 0.0,
-    loss: float = 0.0,
-    noise: float = 0.0,
-    seed: int = 0,
+def chosen_communication(
+    nb_robots: int, options: CommunicationOptions | None = None, seed: int = 0
 ) -> Communication:
     """Return how a fleet of nb_robots communicates.
 
     Args:
         nb_robots: Size of the fleet.
-        graph: A preset, a graph file, or an adjacency matrix of shape (N, N).
-        range: Distance in m beyond which robots do not hear each other; None is no limit.
-        event_triggered: Whether robots send their state only when a condition triggers.
-        ctc: The condition: a script as for `--ctc`, or a function; None is the default one.
-        delay: In s.
-        loss: Probability that a message is lost.
-        noise: Standard deviation of received positions in m.
+        options: Who hears whom, when, and how badly; None is all, at once, as it was.
         seed: Chooses the random numbers of the links.
 
     Raises:
-        SetcmasError: The graph does not suit the fleet, or a value makes no sense.
+        SetcmasError: The graph does not suit the fleet, or there is no such condition.
     """
-    if ctc is not None and not event_triggered:
-        raise SetcmasError('--ctc has an effect with --event-triggered only; add that')
-    for name, value, most in (('delay', delay, 1e9), ('loss', loss, 1.0), ('noise', noise, 1e9)):
-        if not 0 <= value <= most:
-            raise SetcmasError(f'{name} is {value}; it must be a number from 0 to {most:g}')
-    if range is not None and not range > 0:
-        raise SetcmasError(f'range is {range}; it must be a number above 0')
-    description = graph_description(graph)
-    reach = math.inf if range is None else range
+    chosen = options or CommunicationOptions()
+    description = graph_description(chosen.graph)
+    reach = math.inf if chosen.range is None else chosen.range
     return Communication(
         CommunicationGraph(description.segments(nb_robots), description.repeat, reach),
-        Channel.of(nb_robots, delay, loss, noise, description.links),
-        event_triggered,
+        Channel.of(nb_robots, chosen.delay, chosen.loss, chosen.noise, description.links),
+        chosen.event_triggered,
         seed,
-        ctc,
+        chosen.found().ctc,
     )
+
+
+def check_communication(options: CommunicationOptions, nb_robots: int | None) -> None:
+    """See that options can be followed, before anything starts.
+
+    Args:
+        options: Those of a command.
+        nb_robots: Size of the fleet, if it is known already.
+
+    Raises:
+        SetcmasError: They cannot.
+    """
+    condition = options.found().ctc
+    if condition is not None and not callable(condition):
+        compile_script(Path(condition), expected=CTC)
+    graph_description(options.graph)
+    if nb_robots is not None:
+        chosen_communication(nb_robots, options)
 
 
 def graph_description(graph: Graph) -> GraphDescription:
@@ -157,22 +143,3 @@ def graph_file(graph: str | Path) -> Path | None:
 
 def _preset(graph: str | Path) -> str:
     return str(graph).replace('-', '_')
-
-
-def find_condition(name: str, exercise: bool = False) -> Path:
-    """Return the script that `--ctc NAME` means.
-
-    In this order: a path to a file; NAME.py in the current folder; if `exercise`, an exercise.
-
-    Raises:
-        SetcmasError: There is none.
-    """
-    for path in (Path(name), Path(f'{name}.py')):
-        if path.is_file():
-            return path.resolve()
-    if exercise and name in EXERCISES:
-        return EXERCISES.file(name)
-    raise SetcmasError(
-        f"script '{name}' of --ctc was not found; it must be a path, or the name of a script "
-        f'in this folder with a function {CTC}'
-    )

@@ -2,116 +2,142 @@
 
 from __future__ import annotations
 
-import argparse
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, ClassVar
 
 from setcmas_ctrl.control.saturation import VNOM
-from setcmas_ctrl.scripts.random_seed import SEED, seed
+from setcmas_ctrl.scripts.loader import compile_script, find_script
+from setcmas_ctrl.scripts.random_seed import LARGEST_SEED, SEED
+from setcmas_ctrl.scripts.settings import parse_settings
 from setcmas_simu.errors import SetcmasError
-from setcmas_simu.fleet.fleet import parse_robots
+from setcmas_simu.fleet.fleet import format_robots
 from setcmas_simu.fleet.topics import AUTO, CMD_VEL_TYPES
-from setcmas_simu.options import count, positive, rate
+from setcmas_simu.options.group import Form, Options, flag, option
+from setcmas_simu.options.kinds import NB_ROBOTS, RATE, Kind, Number, OneOf, Robots, Whole
 from setcmas_simu.robots.si_to_uni import KOMEGA
 
 RATE_HZ = 5.0
 """Default rate of control, in Hz."""
 
+PAUSE_TIMEOUT_S = 0.5
+"""Age in s from which the last word of the pause node is too old."""
+
 SCRIPT_FAILED = 1
 """Exit status after a control script has failed for some robot."""
 
 
-def add_law_arguments(parser: argparse.ArgumentParser) -> argparse._ArgumentGroup:
-    """Add the options that choose a control law and its gains; returns their group."""
-    group = parser.add_argument_group('control law')
-    group.add_argument(
-        '--algo',
-        required=True,
-        metavar='NAME',
-        help='control script: a path, NAME.py in this folder, or a built-in (see setcmas list)',
-    )
-    group.add_argument(
-        '--exercise',
-        action='store_true',
-        help='let --algo NAME mean the exercise of that name, with its maths left to fill in',
-    )
-    group.add_argument(
-        '--set',
-        action='append',
-        default=[],
-        metavar='NAME=VALUE',
-        help='value of a module-level name of the script, such as kp=1.2; what the script '
-        'derives from it follows; may be repeated',
-    )
-    group.add_argument(
-        '--vnom',
-        type=positive,
-        default=VNOM,
-        metavar='M/S',
-        help='largest speed of a robot (default: %(default)g m/s)',
-    )
-    group.add_argument(
-        '--komega',
-        type=positive,
+@dataclass(frozen=True, kw_only=True)
+class GainOptions(Options):
+    """How fast robots follow a control law, how often it is called, and with which chance."""
+
+    TITLE: ClassVar[str] = 'control law'
+
+    vnom: float = option(Number(above=0, unit='m/s'), 'largest speed of a robot', default=VNOM)
+    komega: float = option(
+        Number(above=0, unit='1/s', finite=True, metavar='GAIN'),
+        'gain on the heading error',
         default=KOMEGA,
-        metavar='GAIN',
-        help='gain on the heading error (default: %(default)g 1/s)',
     )
-    group.add_argument(
-        '--rate',
-        type=rate,
-        default=RATE_HZ,
-        metavar='HZ',
-        help='rate of control (default: %(default)g)',
-    )
-    group.add_argument(
-        '--seed',
-        type=seed,
-        default=SEED,
-        metavar='N',
-        help='seed of the random numbers that scripts draw (default: %(default)s)',
-    )
-    return group
-
-
-def add_watch_argument(group: argparse._ArgumentGroup) -> None:
-    """Add --watch."""
-    group.add_argument(
-        '--watch',
-        action='store_true',
-        help='load the script again whenever it is saved: fresh state, t = 0, robots where they '
-        'are (in experiments only while paused)',
+    rate: float = option(RATE, 'rate of control', default=RATE_HZ)
+    seed: int = option(
+        Whole(0, LARGEST_SEED), 'seed of the random numbers that scripts draw', default=SEED
     )
 
 
-def add_fleet_arguments(parser: argparse.ArgumentParser) -> None:
-    """Add the options that say which robots are controlled, and how they listen."""
-    group = parser.add_argument_group('fleet')
-    group.add_argument(
-        '--nb-robots',
-        type=count,
-        metavar='N',
-        help='size of the fleet (default: found by its odometry)',
+@dataclass(frozen=True, kw_only=True)
+class LawOptions(GainOptions):
+    """Which control law runs, and how."""
+
+    algo: str = option(
+        Kind(metavar='NAME'),
+        'control script: a path, NAME.py in this folder, or a built-in (see setcmas list)',
     )
-    group.add_argument(
-        '--robots', metavar='LIST', help="control only these robots of it, such as '1-4'"
+    exercise: bool = flag(
+        'let --algo NAME mean the exercise of that name, with its maths left to fill in'
     )
-    group.add_argument(
-        '--cmd-vel-type',
-        choices=(AUTO, *CMD_VEL_TYPES),
+    set: tuple[str, ...] = option(
+        Kind(metavar='NAME=VALUE'),
+        'value of a module-level name of the script, such as kp=1.2; what the script '
+        'derives from it follows; may be repeated',
+        form=Form.REPEATED,
+        default=(),
+    )
+    watch: bool = flag(
+        'load the script again whenever it is saved: fresh state, t = 0, robots where they '
+        'are (in experiments only while paused)'
+    )
+
+    @property
+    def settings(self) -> Mapping[str, Any]:
+        """What --set says, by name.
+
+        Raises:
+            SetcmasError: It is malformed.
+        """
+        return parse_settings(self.set)
+
+    def script(self) -> Path:
+        """Return the control script, which can be compiled.
+
+        Raises:
+            SetcmasError: There is none, or it has a mistake.
+        """
+        path = find_script(self.algo, self.exercise)
+        compile_script(path, settings=self.settings)
+        return path
+
+
+@dataclass(frozen=True, kw_only=True)
+class FleetOptions(Options):
+    """Which robots are controlled, and how they listen."""
+
+    TITLE: ClassVar[str] = 'fleet'
+
+    nb_robots: int | None = option(
+        NB_ROBOTS, 'size of the fleet', default=None, default_text='found by its odometry'
+    )
+    robots: tuple[int, ...] | None = option(
+        Robots(), "control only these robots of it, such as '1-4'", default=None
+    )
+    cmd_vel_type: str = option(
+        OneOf((AUTO, *CMD_VEL_TYPES)),
+        'message type of cmd_vel',
         default=AUTO,
-        help='message type of cmd_vel (default: %(default)s, what each robot listens to)',
+        default_text=f'{AUTO}, what each robot listens to',
     )
 
+    def controlled(self, nb_robots: int) -> list[int]:
+        """Return the robots that a process controls, of a fleet of nb_robots.
 
-def controlled_robots(args: argparse.Namespace, nb_robots: int) -> list[int]:
-    """Return the robots that this process controls, of a fleet of nb_robots.
+        Raises:
+            SetcmasError: --robots names a robot that is not in the fleet.
+        """
+        robots = list(self.robots or range(1, nb_robots + 1))
+        if robots[-1] > nb_robots:
+            raise SetcmasError(
+                f"--robots '{format_robots(robots)}' names robot {robots[-1]}; "
+                f'the fleet has robots 1 to {nb_robots}'
+            )
+        return robots
 
-    Raises:
-        SetcmasError: --robots names a robot that is not in the fleet.
-    """
-    robots = parse_robots(args.robots) if args.robots else list(range(1, nb_robots + 1))
-    if robots[-1] > nb_robots:
-        raise SetcmasError(
-            f"--robots '{args.robots}' names robot {robots[-1]}; "
-            f'the fleet has robots 1 to {nb_robots}'
-        )
-    return robots
+
+@dataclass(frozen=True, kw_only=True)
+class ControllerOptions(FleetOptions):
+    """What else a controller process is told by the command that starts it."""
+
+    experiment: bool = flag(
+        'control real robots: poses from motion capture, commands to the cmd_vel bridge'
+    )
+    pause_timeout: float = option(
+        Number(above=0, unit='s', finite=True),
+        'age from which the last word of its pause node is too old',
+        default=PAUSE_TIMEOUT_S,
+    )
+    recorded: bool = flag('wait for a recorder, which is to get the very first command')
+    simulator: int | None = option(
+        Whole(1, metavar='PID'),
+        'wait until the simulator that is this process has announced its robots',
+        default=None,
+    )

@@ -15,7 +15,8 @@ from pathlib import Path
 from nav_msgs.msg import Odometry
 from std_msgs.msg import UInt16
 
-from setcmas_ctrl.communication.settings import Communication, communication
+from setcmas_ctrl.communication.options import CommunicationOptions
+from setcmas_ctrl.communication.settings import Communication, chosen_communication
 from setcmas_ctrl.communication.triggering import CONSEQUENCE, Broadcast
 from setcmas_ctrl.control.options import SCRIPT_FAILED
 from setcmas_ctrl.controller.stuck_scripts import end_process, end_stuck_script
@@ -120,7 +121,9 @@ def _broadcast(
     args: argparse.Namespace, process: RosProcess, node: FleetNode, reports: ErrorReports
 ) -> None:
     robots = parse_robots(args.robots)
-    chosen = communication(robots[-1], event_triggered=True, ctc=args.ctc)
+    chosen = chosen_communication(
+        robots[-1], CommunicationOptions(event_triggered=True, ctc=args.ctc)
+    )
     odometry = FleetOdometry(
         node,
         robots[-1],

@@ -15,17 +15,11 @@ from pathlib import Path
 from std_msgs.msg import Bool
 
 from setcmas_ctrl import drawing
-from setcmas_ctrl.communication.options import add_communication_arguments, chosen_communication
-from setcmas_ctrl.communication.settings import Communication
+from setcmas_ctrl.communication.options import CommunicationOptions
+from setcmas_ctrl.communication.settings import Communication, chosen_communication
 from setcmas_ctrl.communication.triggering import CTC
 from setcmas_ctrl.control.control_law import ControlLaw
-from setcmas_ctrl.control.options import (
-    SCRIPT_FAILED,
-    add_fleet_arguments,
-    add_law_arguments,
-    add_watch_argument,
-    controlled_robots,
-)
+from setcmas_ctrl.control.options import SCRIPT_FAILED, ControllerOptions, LawOptions
 from setcmas_ctrl.controller.canvas import MarkerCanvas
 from setcmas_ctrl.controller.communication import FleetCommunication
 from setcmas_ctrl.controller.controller import Controller
@@ -38,15 +32,12 @@ from setcmas_ctrl.controller.stepper import ControlStepper
 from setcmas_ctrl.controller.stuck_scripts import end_process, end_stuck_script
 from setcmas_ctrl.fleet.discovery import wait_for_fleet, wait_for_source
 from setcmas_ctrl.fleet.odometry import FleetOdometry
-from setcmas_ctrl.fleet.pause_watch import PAUSE_TIMEOUT_S, PauseWatch
+from setcmas_ctrl.fleet.pause_watch import PauseWatch
 from setcmas_ctrl.scripts.call_watch import CallWatch
-from setcmas_ctrl.scripts.loader import compile_script, find_script
 from setcmas_ctrl.scripts.output import named_output
 from setcmas_ctrl.scripts.random_seed import seed_scripts
-from setcmas_ctrl.scripts.settings import parse_settings
 from setcmas_ctrl.scripts.stop_call import StopCall
 from setcmas_simu.fleet import topics
-from setcmas_simu.options import positive
 from setcmas_simu.reports.launcher import Launcher
 from setcmas_simu.reports.reports import Paused
 from setcmas_simu.ros import qos
@@ -55,15 +46,15 @@ from setcmas_simu.ros.process import FleetNode, RosProcess, node_main
 
 
 def load_laws(
-    args: argparse.Namespace, path: Path, robots: list[int], nb_robots: int, watch: CallWatch
+    options: LawOptions, path: Path, robots: list[int], nb_robots: int, watch: CallWatch
 ) -> list[ControlLaw]:
     """Return the control laws of the robots of this process, with fresh state.
 
     Raises:
         SetcmasError: The script cannot be loaded.
     """
-    seed_scripts(args.seed)
-    settings = parse_settings(args.set)
+    seed_scripts(options.seed)
+    settings = options.settings
     laws = []
     for robot in robots:
         with watch.loading(robot):
@@ -77,36 +68,38 @@ def build(args: argparse.Namespace, process: RosProcess, node: FleetNode) -> Con
     Raises:
         SetcmasError: The script cannot be loaded, or options contradict each other.
     """
-    path = find_script(args.algo, args.exercise)
-    compile_script(path, settings=parse_settings(args.set))
+    law, options = LawOptions.of(args), ControllerOptions.of(args)
+    path = law.script()
     process.add(node)
     announced = FleetListener(node)
     # Nothing is commanded to robots of somebody else's simulator.
-    if args.simulator and not wait_for_source(process, node, announced, args.simulator):
+    if options.simulator and not wait_for_source(process, node, announced, options.simulator):
         return None
-    nb_robots = args.nb_robots or wait_for_fleet(process, node, announced)
+    nb_robots = options.nb_robots or wait_for_fleet(process, node, announced)
     if not nb_robots:
         return None
-    robots = controlled_robots(args, nb_robots)
+    robots = options.controlled(nb_robots)
     drawing.canvas = MarkerCanvas(node)
-    watch = CallWatch(path, 1 / args.rate, node.get_logger().warning, process.launcher)
+    watch = CallWatch(path, 1 / law.rate, node.get_logger().warning, process.launcher)
     end_stuck_script(process, watch)
-    load = partial(load_laws, args, path, robots, nb_robots, watch)
+    load = partial(load_laws, law, path, robots, nb_robots, watch)
     controllers = [Controller(law) for law in load()]
-    communication = chosen_communication(args, nb_robots)
+    communication = chosen_communication(
+        nb_robots, CommunicationOptions.of(args).found(law.exercise), law.seed
+    )
     # With event-triggered broadcast the other robots are known by what they send only.
     odometry = FleetOdometry(
         node,
         nb_robots,
-        topics.mocap_topic if args.experiment else topics.odometry_topic,
+        topics.mocap_topic if options.experiment else topics.odometry_topic,
         robots if communication.event_triggered else None,
     )
-    command = topics.CMD_VEL_WANTED if args.experiment else topics.CMD_VEL
+    command = topics.CMD_VEL_WANTED if options.experiment else topics.CMD_VEL
     followers = [
-        SiToUni(robot, odometry, args.komega, args.cmd_vel_type, command) for robot in robots
+        SiToUni(robot, odometry, law.komega, options.cmd_vel_type, command) for robot in robots
     ]
     process.add(*controllers, *followers)
-    pause = PauseWatch(node, args.pause_timeout) if args.experiment else None
+    pause = PauseWatch(node, options.pause_timeout) if options.experiment else None
     if not pause:
         _follow_pause(node, followers, process.launcher)
     scripts = {controller.robot: controller.law.path for controller in controllers}
@@ -116,10 +109,10 @@ def build(args: argparse.Namespace, process: RosProcess, node: FleetNode) -> Con
     )
     graph = GraphWatch(node, odometry, announced, followers, node.get_logger().warning)
     pairs = list(zip(controllers, followers, strict=True))
-    stepper = ControlStepper(node, odometry, pairs, args.rate, args.vnom, outcomes, graph, pause)
-    if args.watch:
+    stepper = ControlStepper(node, odometry, pairs, law.rate, law.vnom, outcomes, graph, pause)
+    if law.watch:
         laws = [controller.law for controller in controllers]
-        ScriptReloader(node, stepper, laws, load, watch, args.pause_timeout)
+        ScriptReloader(node, stepper, laws, load, watch, options.pause_timeout)
     connect(stepper, communication, robots, process, node, odometry)
     return stepper
 
@@ -164,32 +157,9 @@ def _follow_pause(node: FleetNode, followers: list[SiToUni], launcher: Launcher)
 def main(argv: list[str] | None = None) -> int:
     """Control robots until a signal arrives; returns the exit status."""
     parser = argparse.ArgumentParser(prog='controller', description=__doc__)
-    add_watch_argument(add_law_arguments(parser))
-    add_fleet_arguments(parser)
-    add_communication_arguments(parser)
-    parser.add_argument(
-        '--experiment',
-        action='store_true',
-        help='control real robots: poses from motion capture, commands to the cmd_vel bridge',
-    )
-    parser.add_argument(
-        '--pause-timeout',
-        type=positive,
-        default=PAUSE_TIMEOUT_S,
-        metavar='S',
-        help='age from which the last word of its pause node is too old (default: %(default)g s)',
-    )
-    parser.add_argument(
-        '--simulator',
-        type=int,
-        metavar='PID',
-        help='wait until the simulator that is this process has announced its robots',
-    )
-    parser.add_argument(
-        '--recorded',
-        action='store_true',
-        help='wait for a recorder, which is to get the very first command',
-    )
+    LawOptions.add_to(parser)
+    ControllerOptions.add_to(parser)
+    CommunicationOptions.add_to(parser)
     return node_main(parser, _control, argv)
 
 

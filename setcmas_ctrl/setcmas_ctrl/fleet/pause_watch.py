@@ -7,11 +7,9 @@ import time
 from rclpy.node import Node
 from std_msgs.msg import Bool
 
+from setcmas_ctrl.control.options import PAUSE_TIMEOUT_S
 from setcmas_simu.fleet import topics
 from setcmas_simu.ros import qos
-
-PAUSE_TIMEOUT_S = 0.5
-"""Age in s from which the last word of the pause node is too old."""
 
 BY_WISH = 'paused'
 SILENT = 'paused: nothing is heard of the pause node'

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import argparse
 import random
 
 import numpy as np
@@ -10,14 +9,8 @@ import numpy as np
 SEED = 0
 """Default seed: equal runs draw equal numbers."""
 
-_LARGEST = 2**32 - 1
-
-
-def seed(text: str) -> int:
-    """Return a seed that every generator takes (type of an option)."""
-    if not (text.isdecimal() and int(text) <= _LARGEST):
-        raise argparse.ArgumentTypeError(f"'{text}' is not a whole number from 0 to {_LARGEST}")
-    return int(text)
+LARGEST_SEED = 2**32 - 1
+"""Largest seed that every generator takes."""
 
 
 def seed_scripts(value: int) -> None:

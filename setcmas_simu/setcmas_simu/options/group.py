@@ -198,6 +198,10 @@ class Options:
         except ClashError as error:
             raise SetcmasError(error.typed) from None
 
+    def values(self) -> dict[str, Any]:
+        """Return the values by name."""
+        return {one.name: getattr(self, one.name) for one in fields(self)}
+
     def arguments(self, without: Container[str] = ()) -> list[str]:
         """Return the command line of a process that is to have the same values."""
         line: list[str] = []

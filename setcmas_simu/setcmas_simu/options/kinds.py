@@ -81,8 +81,11 @@ class Number(Kind):
     def must_be(self) -> str:
         """The bounds, with their unit."""
         unit = f' {self.unit}' if self.unit else ''
-        lower = f'at least {self.least:g}' if self.least > -math.inf else f'above {self.above:g}'
-        if self.most < math.inf:
+        has_least, has_most = self.least > -math.inf, self.most < math.inf
+        if has_least and has_most:
+            return f'from {self.least:g} to {self.most:g}{unit}'
+        lower = f'at least {self.least:g}' if has_least else f'above {self.above:g}'
+        if has_most:
             return f'{lower} and at most {self.most:g}{unit}'
         return f'{lower}{unit} and finite' if self.finite else f'{lower}{unit}'
 
@@ -108,7 +111,8 @@ class Number(Kind):
     def check(self, name: str, value: Any) -> None:
         """See that a value is a number within the bounds."""
         if isinstance(value, str):
-            raise SetcmasError(f'{name} is {value!r}; it must be a number {self.must_be}')
+            of = 'of ' if self.must_be.startswith('at least') else ''
+            raise SetcmasError(f'{name} is {value!r}; it must be a number {of}{self.must_be}')
         super().check(name, value)
 
 

@@ -12,7 +12,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from setcmas_ctrl.communication.graph import COMPLETE
-from setcmas_ctrl.communication.settings import Condition, Graph, communication
+from setcmas_ctrl.communication.options import CommunicationOptions, Condition, Graph
+from setcmas_ctrl.communication.settings import chosen_communication
 from setcmas_ctrl.control.options import RATE_HZ as CONTROL_RATE_HZ
 from setcmas_ctrl.control.saturation import VNOM
 from setcmas_ctrl.scripts.output import named_output
@@ -168,8 +169,7 @@ def simulate(
         )
     if not (duration > 0 and rate > 0 and robot_rate > 0):
         raise SetcmasError('duration, rate and robot_rate must be above 0')
-    tells = communication(
-        nb_robots,
+    options = CommunicationOptions(
         graph=graph,
         range=range,
         event_triggered=event_triggered,
@@ -177,8 +177,8 @@ def simulate(
         delay=delay,
         loss=loss,
         noise=noise,
-        seed=seed,
     )
+    tells = chosen_communication(nb_robots, options, seed)
     seed_scripts(seed)
     radio = None if tells.is_ideal else OfflineCommunication(tells, nb_robots, warn)
     names = model_names(model, nb_robots)

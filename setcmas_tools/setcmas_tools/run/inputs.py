@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from setcmas_ctrl.communication.options import communication_values
+from setcmas_ctrl.communication.options import CommunicationOptions
 from setcmas_ctrl.communication.settings import graph_file
 from setcmas_ctrl.scripts.helper_modules import helper_modules
 from setcmas_simu.errors import SetcmasError
@@ -63,7 +63,7 @@ def run_inputs(args: argparse.Namespace, script: Path, lab: Path | None = None) 
     """
     named = {
         'algo': script,
-        'ctc': communication_values(args)['ctc'],
+        'ctc': CommunicationOptions.of(args).found(args.exercise).ctc,
         'graph': graph_file(args.graph),
         'poses': args.poses,
         'lab': lab,

@@ -11,7 +11,7 @@ import webbrowser
 from setcmas_simu.ros.process import FleetNode, RosProcess, node_main
 from setcmas_tools.view.commands import FleetCommands
 from setcmas_tools.view.fleet_scene import FleetScene, FleetState
-from setcmas_tools.view.page.browser_options import EVERYWHERE, add_browser_arguments
+from setcmas_tools.view.page.browser_options import EVERYWHERE, BrowserOptions
 from setcmas_tools.view.page.controls import Actions
 from setcmas_tools.view.page.desktop import may_open_windows
 from setcmas_tools.view.page.page import Page, network_url
@@ -82,28 +82,29 @@ class BrowserView:
 def main(argv: list[str] | None = None) -> int:
     """Show the fleet; returns the exit status."""
     parser = argparse.ArgumentParser(prog='browser_view', description=__doc__)
-    add_browser_arguments(parser.add_argument_group('page'))
+    BrowserOptions.add_to(parser)
     return node_main(parser, _show, argv)
 
 
 def _show(process: RosProcess, args: argparse.Namespace) -> None:
-    page = Page(args.host, args.port)
+    options = BrowserOptions.of(args)
+    page = Page(options.host, options.port)
     try:
-        _announce(page, args)
-        BrowserView(process, page, args.read_only).run()
+        _announce(page, options)
+        BrowserView(process, page, options.read_only).run()
     finally:
         page.stop()
 
 
-def _announce(page: Page, args: argparse.Namespace) -> None:
-    taken = '' if page.port == args.port else f' (port {args.port} is taken)'
+def _announce(page: Page, options: BrowserOptions) -> None:
+    taken = '' if page.port == options.port else f' (port {options.port} is taken)'
     print(f'browser view: {page.url}{taken}', flush=True)
-    if args.host in EVERYWHERE:
+    if options.host in EVERYWHERE:
         print(f'browser view for other machines: {network_url(page.port)}', flush=True)
-    if args.host not in ('127.0.0.1', 'localhost', '::1') and not args.read_only:
+    if options.host not in ('127.0.0.1', 'localhost', '::1') and not options.read_only:
         print(
-            f'warning: with --host {args.host} anyone on the network can press the buttons that '
-            'start, pause and reset robots; --read-only removes them',
+            f'warning: with --host {options.host} anyone on the network can press the buttons '
+            'that start, pause and reset robots; --read-only removes them',
             file=sys.stderr,
             flush=True,
         )

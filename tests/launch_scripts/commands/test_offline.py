@@ -146,13 +146,16 @@ def test_another_seed_gives_another_run(tmp_path):
     ('arguments', 'message'),
     [
         (('--algo', 'consensu'), 'did you mean consensus'),
-        (('--algo', 'nav_wp', '--seed', '-1'), "'-1' is not a whole number from 0 to 4294967295"),
-        (('--algo', 'nav_wp', '--noise', 'x'), "'x' is not a number from 0"),
-        (('--algo', 'nav_wp', '--vnom', 'x'), "'x' is not a number above 0"),
+        (
+            ('--algo', 'nav_wp', '--seed', '-1'),
+            '--seed is -1; it must be a whole number from 0 to',
+        ),
+        (('--algo', 'nav_wp', '--noise', 'x'), "--noise is 'x'; it must be a number of at"),
+        (('--algo', 'nav_wp', '--vnom', 'x'), "--vnom is 'x'; it must be a number above 0 m/s"),
         (('--algo', 'nav_wp', '--pose', '2:0,0'), 'the fleet has robots 1 to 1'),
         (('--algo', 'nav_wp', '--graph', 'rong'), "graph 'rong' is unknown; it must be"),
-        (('--algo', 'nav_wp', '--loss', '2'), "'2' is not a number from 0 to 1"),
-        (('--algo', 'nav_wp', '--ctc', 'x.py'), "script 'x.py' of --ctc was not found"),
+        (('--algo', 'nav_wp', '--loss', '2'), '--loss is 2; it must be from 0 to 1'),
+        (('--algo', 'nav_wp', '--ctc', 'x.py'), '--ctc has an effect with --event-triggered only'),
     ],
 )
 def test_mistakes_are_told_in_one_line(tmp_path, arguments, message):

@@ -121,7 +121,7 @@ def test_a_mistake_is_told_with_rviz_too(domain):
     result = run_setcmas('ctrl', '--algo', 'consensus', '--robots', 'x', '--rviz')
 
     assert result.returncode == 2
-    assert "robots 'x' are not understood" in result.stderr
+    assert "--robots is 'x'; it must be numbers from 1" in result.stderr
 
 
 def test_a_file_for_rviz(tmp_path):

@@ -4,7 +4,14 @@ from pathlib import Path
 import pytest
 from processes import NO_WINDOWS, SETCMAS, run_setcmas
 
-from launch_scripts.options.view_options import AUTO, BROWSER, NONE, Choice, choose_view
+from launch_scripts.options.view_options import (
+    AUTO,
+    BROWSER,
+    NONE,
+    Choice,
+    ViewOptions,
+    choose_view,
+)
 from setcmas_simu.errors import SetcmasError
 from setcmas_tools.view.page.browser_options import INSTALL_VISER
 
@@ -26,11 +33,11 @@ NO_RVIZ = 'rviz2 is not installed'
     ],
 )
 def test_what_is_started(view, rviz, attended, no_rviz, viser, choice):
-    assert choose_view(view, rviz, attended, no_rviz, viser) == choice
+    assert choose_view(ViewOptions(view=view, rviz=rviz), attended, no_rviz, viser) == choice
 
 
 def test_where_nothing_can_be_shown_that_is_said():
-    choice = choose_view(AUTO, False, True, NO_RVIZ, False)
+    choice = choose_view(ViewOptions(), True, NO_RVIZ, False)
 
     assert not choice.rviz
     assert not choice.browser
@@ -46,16 +53,16 @@ def test_the_viser_that_is_asked_for_is_that_of_the_extra():
 
 def test_a_page_that_is_wanted_needs_viser():
     with pytest.raises(SetcmasError, match=re.escape(INSTALL_VISER)):
-        choose_view(BROWSER, False, True, '', False)
+        choose_view(ViewOptions(view=BROWSER), True, '', False)
 
 
 @pytest.mark.parametrize(
     ('arguments', 'message'),
     [
-        (('view', '--port', '0'), "'0' is not a port"),
+        (('view', '--port', '0'), '--port is 0; it must be a whole number from 1 to 65535'),
         (('view', '--host', 'nowhere.invalid'), "host 'nowhere.invalid' is not an address"),
         (('view', '--host', '192.0.2.7'), "host '192.0.2.7' is not an address"),
-        (('simu', '--view', 'gazebo'), "invalid choice: 'gazebo'"),
+        (('simu', '--view', 'gazebo'), "--view is 'gazebo'; it must be auto, browser or none"),
     ],
 )
 def test_mistakes_are_told_on_one_line(domain, arguments, message):

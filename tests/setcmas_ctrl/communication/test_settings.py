@@ -3,26 +3,20 @@ import argparse
 import numpy as np
 import pytest
 
-from setcmas_ctrl.communication.options import (
-    add_communication_arguments,
-    check_communication,
-    chosen_communication,
-)
-from setcmas_ctrl.communication.settings import communication
+from setcmas_ctrl.communication.options import CommunicationOptions
+from setcmas_ctrl.communication.settings import check_communication, chosen_communication
 from setcmas_ctrl.scripts.error_reports import ErrorReports
 from setcmas_simu.errors import SetcmasError
 
 
 def parsed(*arguments):
     parser = argparse.ArgumentParser(allow_abbrev=False)
-    add_communication_arguments(parser)
-    parser.add_argument('--seed', type=int, default=0)
-    parser.add_argument('--exercise', action='store_true')
-    return parser.parse_args(arguments)
+    CommunicationOptions.add_to(parser)
+    return CommunicationOptions.of(parser.parse_args(arguments))
 
 
 def chosen(*arguments, nb_robots=4):
-    return chosen_communication(parsed(*arguments), nb_robots)
+    return chosen_communication(nb_robots, parsed(*arguments))
 
 
 def test_without_options_it_is_that_of_the_ros_1_stack():
@@ -56,7 +50,7 @@ def test_a_file_and_a_matrix(tmp_path):
     path = tmp_path / 'graph.yaml'
     path.write_text('edges: [1 - 2]\nlinks:\n  - {link: 1 <- 2, loss: 0.5}\n')
     of_file = chosen(f'--graph={path}', '--loss=0.1', nb_robots=2)
-    of_matrix = communication(2, graph=[[0, 1], [0, 0]])
+    of_matrix = chosen_communication(2, CommunicationOptions(graph=[[0, 1], [0, 0]]))
 
     assert of_file.channel.loss.tolist() == [[0.1, 0.5], [0.1, 0.1]]
     assert of_matrix.graph.adjacency(0, np.zeros((2, 2))).tolist() == [[0, 1], [0, 0]]
@@ -68,16 +62,16 @@ def test_a_condition_is_found_as_control_scripts_are(tmp_path, monkeypatch):
     for name in ('often', 'often.py', str(tmp_path / 'often.py')):
         arguments = parsed('--event-triggered', '--ctc', name)
         check_communication(arguments, None)
-        send = chosen_communication(arguments, 2).broadcast(1, ErrorReports(print))
+        send = chosen_communication(2, arguments).broadcast(1, ErrorReports(print))
         assert [send.is_triggered((0, 0, 0), 0, 0.1 * k) for k in range(3)] == [True] * 3
 
 
 def test_a_condition_may_be_an_exercise(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    arguments = parsed('--event-triggered', '--ctc', 'ctc', '--exercise')
+    arguments = parsed('--event-triggered', '--ctc', 'ctc').found(exercise=True)
     check_communication(arguments, 2)
 
-    assert chosen_communication(arguments, 2).event_triggered
+    assert chosen_communication(2, arguments).event_triggered
     with pytest.raises(SetcmasError, match="script 'ctc' of --ctc was not found"):
         check_communication(parsed('--event-triggered', '--ctc', 'ctc'), 2)
 
@@ -87,7 +81,7 @@ def test_a_condition_may_be_an_exercise(tmp_path, monkeypatch):
     [
         (['--graph', 'rong'], "graph 'rong' is unknown; it must be complete, ring, path, star"),
         (['--graph', 'none.yaml'], "'none.yaml' cannot be read"),
-        (['--ctc', 'x.py'], "script 'x.py' of --ctc was not found"),
+        (['--event-triggered', '--ctc', 'x.py'], "script 'x.py' of --ctc was not found"),
         (['--event-triggered', '--ctc', 'law.py'], 'law.py has no function ctc'),
     ],
 )
@@ -104,7 +98,7 @@ def test_a_condition_without_event_triggering_is_a_mistake(tmp_path):
     path.write_text('def ctc(pos, last_pos, t):\n    return True\n')
 
     with pytest.raises(SetcmasError, match='--ctc has an effect with --event-triggered only'):
-        check_communication(parsed('--ctc', str(path)), 2)
+        parsed('--ctc', str(path))
 
 
 @pytest.mark.parametrize(
@@ -121,4 +115,4 @@ def test_values_that_make_no_sense(arguments, capsys):
 )
 def test_arguments_that_make_no_sense(options):
     with pytest.raises(SetcmasError, match=f'{next(iter(options))} is'):
-        communication(2, **options)
+        CommunicationOptions(**options)

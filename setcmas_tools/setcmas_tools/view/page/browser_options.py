@@ -2,7 +2,11 @@
 
 from __future__ import annotations
 
-import argparse
+from dataclasses import dataclass
+from typing import ClassVar
+
+from setcmas_simu.options.group import Options, flag, option
+from setcmas_simu.options.kinds import Kind, Whole
 
 INSTALL_VISER = "pip install 'viser>=1.1,<1.2'"
 """As pyproject.toml asks for."""
@@ -12,29 +16,22 @@ EVERYWHERE = {'0.0.0.0': '127.0.0.1', '::': '::1'}
 """Addresses that mean all of a machine's, and how the machine itself is reached then."""
 
 
-def port(text: str) -> int:
-    """Return a TCP port (type of an option)."""
-    if not text.isdecimal() or not 1 <= int(text) <= 65535:
-        raise argparse.ArgumentTypeError(f"'{text}' is not a port from 1 to 65535")
-    return int(text)
+@dataclass(frozen=True, kw_only=True)
+class BrowserOptions(Options):
+    """Where the page is served, and what it lets one do."""
 
+    TITLE: ClassVar[str] = 'page'
 
-def add_browser_arguments(group: argparse._ArgumentGroup) -> None:
-    """Add --host, --port and --read-only."""
-    group.add_argument(
-        '--host',
+    host: str = option(
+        Kind(metavar='ADDRESS'),
+        'address to serve the page at; 0.0.0.0 lets others on the network see it and press '
+        'its buttons',
         default=HOST,
-        metavar='ADDRESS',
-        help='address to serve the page at; 0.0.0.0 lets others on the network see it and press '
-        'its buttons (default: %(default)s, this machine only)',
+        default_text=f'{HOST}, this machine only',
     )
-    group.add_argument(
-        '--port',
-        type=port,
+    port: int = option(
+        Whole(1, 65535, metavar='PORT'),
+        'port of the page; the next free one if it is taken',
         default=PORT,
-        metavar='PORT',
-        help='port of the page; the next free one if it is taken (default: %(default)s)',
     )
-    group.add_argument(
-        '--read-only', action='store_true', help='no buttons that start, pause or reset robots'
-    )
+    read_only: bool = flag('no buttons that start, pause or reset robots')
