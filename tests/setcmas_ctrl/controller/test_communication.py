@@ -13,7 +13,8 @@ from rclpy.qos import DurabilityPolicy, QoSProfile
 from ros_peer import position
 from std_msgs.msg import Float32MultiArray, Float64MultiArray
 
-from setcmas_ctrl.communication.settings import communication
+from setcmas_ctrl.communication.options import CommunicationOptions
+from setcmas_ctrl.communication.settings import chosen_communication
 from setcmas_ctrl.controller.communication import FleetCommunication
 from setcmas_ctrl.fleet.odometry import FleetOdometry
 
@@ -101,7 +102,10 @@ def test_a_graph_switches_at_the_step_at_which_it_does_offline(peer, script):
         'switching.yaml',
     )
     heard = FleetCommunication(
-        peer.node, FleetOdometry(peer.node, 2), communication(2, graph=graph), [1, 2]
+        peer.node,
+        FleetOdometry(peer.node, 2),
+        chosen_communication(2, CommunicationOptions(graph=graph)),
+        [1, 2],
     )
     times = (0.0, 0.2003, 0.3997, 0.5997, 0.9999, 1.2004)  # as a timer of 5 Hz gives them
 
