@@ -65,6 +65,23 @@ MAY_IMPORT_ROS = [
     'setcmas_tools.view.topics',
 ]
 
+SCENARIOS = [
+    'launch_scripts.commands.test_agreement',
+    'launch_scripts.commands.test_communication_run',
+    'launch_scripts.test_packages',
+    'setcmas_ctrl.controller.test_experiment',
+    'setcmas_ctrl.controller.test_failures',
+    'setcmas_ctrl.scripts.test_bad_scripts',
+    'setcmas_ctrl.scripts.test_ros1_scripts',
+    'setcmas_expe.safety.test_bridge_starts',
+    'setcmas_expe.safety.test_faults',
+    'setcmas_expe.test_foreign_robot',
+    'setcmas_expe.test_networks',
+    'setcmas_tools.bags.test_damage',
+    'setcmas_tools.view.page.test_screenshot',
+]
+"""Tests of something that several modules do together."""
+
 
 def modules():
     """Return the path of each module of the product by its dotted name."""
@@ -154,3 +171,13 @@ def test_a_room_holds_at_most_a_dozen_files_and_scripts():
             if folder.is_dir() and folder.name not in ('__pycache__', 'commands'):
                 inside = [path for path in folder.glob('*.py') if path.name != '__init__.py']
                 assert len(inside) <= 15, f'{folder}: {len(inside)} files'
+
+
+def test_tests_are_named_after_a_module_of_their_room():
+    scenarios = []
+    for package in PACKAGES:
+        for path in (ROOT / 'tests' / package).rglob('test_*.py'):
+            name = '.'.join(path.relative_to(ROOT / 'tests').with_suffix('').parts)
+            if name.replace('test_', '') not in MODULES:
+                scenarios.append(name)
+    assert sorted(scenarios) == SCENARIOS
