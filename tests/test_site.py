@@ -2,6 +2,7 @@
 code."""
 
 import re
+import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -30,6 +31,25 @@ def test_it_fetches_nothing_from_the_network(site):
             r'<(?:script|link|img|iframe)\b[^>]*(?:src|href)="(.*?)"', page.read_text()
         )
         assert [url for url in fetched if '//' in url] == [], page.name
+
+
+@pytest.mark.skipif(
+    not (shutil.which('chromium') and shutil.which('chromedriver')),
+    reason='needs chromium and chromedriver',
+)
+def test_pages_fit_a_phone(site):
+    from browser import open_browser
+
+    width = 390
+    too_wide = []
+    with open_browser(width, 844) as browser:
+        screen = {'width': width, 'height': 844, 'deviceScaleFactor': 1, 'mobile': True}
+        browser.execute_cdp_cmd('Emulation.setDeviceMetricsOverride', screen)
+        for page in site.rglob('*.html'):
+            browser.get(page.as_uri())
+            if browser.execute_script('return document.documentElement.scrollWidth') > width:
+                too_wide.append(page.name)
+    assert too_wide == []
 
 
 def test_formulas_are_mathml(site):

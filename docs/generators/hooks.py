@@ -5,6 +5,7 @@ from __future__ import annotations
 import generate
 import maths
 from mkdocs.config.defaults import MkDocsConfig
+from mkdocs.structure.files import File, Files
 
 
 def on_config(config: MkDocsConfig) -> MkDocsConfig:
@@ -17,9 +18,14 @@ def on_config(config: MkDocsConfig) -> MkDocsConfig:
     return config
 
 
-def on_pre_build(**_: object) -> None:
-    """Bring the generated parts of the pages up to date."""
-    generate.main()
+def on_files(files: Files, config: MkDocsConfig) -> Files:
+    """Take the generated pages and pictures from the code, whatever the committed ones are."""
+    for path, text in generate.generated_files().items():
+        name = path.relative_to(generate.DOCS).as_posix()
+        if old := files.get_file_from_path(name):
+            files.remove(old)
+        files.append(File.generated(config, name, content=text))
+    return files
 
 
 def on_page_content(html: str, **_: object) -> str:
