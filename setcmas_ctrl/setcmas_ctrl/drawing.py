@@ -1,4 +1,4 @@
-"""Where the drawing functions of control scripts draw: nowhere, until a process gives a canvas."""
+"""Canvas of the drawing functions of control scripts: none until a process gives one."""
 
 from __future__ import annotations
 

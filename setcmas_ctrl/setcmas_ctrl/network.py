@@ -1,4 +1,4 @@
-"""What a control script may ask about the network: `from setcmas_ctrl import network`.
+"""Network as a control script may ask about it: `from setcmas_ctrl import network`.
 
     def control(robotNo, nbRobots, poses, t):
         for j in network.neighbours():            # robots that this robot hears

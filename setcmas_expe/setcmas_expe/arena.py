@@ -1,4 +1,4 @@
-"""The box in which robots may move."""
+"""Arena: the box in which robots may move."""
 
 from __future__ import annotations
 

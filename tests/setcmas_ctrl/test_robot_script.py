@@ -128,7 +128,7 @@ def test_a_command_that_fails_is_zero(robot, said):
     ('text', 'message'),
     [
         ('def step(state', 'my_robot.py, line 1: SyntaxError'),
-        ('x = 1', r'has no function step; expected is step\(state, command, Ts\)'),
+        ('x = 1', r'has no function step; it must have step\(state, command, Ts\)'),
         ('def control(a, b, c, d): pass', 'its control is for --algo my_robot.py'),
         ('def step(state): pass', 'does not take three arguments'),
         ('step = 1', 'has no function step'),

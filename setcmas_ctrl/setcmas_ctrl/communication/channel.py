@@ -1,4 +1,4 @@
-"""What happens to messages on their way: delay, loss and noise of each link."""
+"""Channels between robots: delay, loss and noise of each link."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Who hears whom: the graph of a fleet, its matrices, and how it changes over time."""
+"""Communication graph of a fleet: its presets, its matrices, and its changes over time."""
 
 from __future__ import annotations
 

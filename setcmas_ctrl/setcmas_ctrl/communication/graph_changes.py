@@ -1,4 +1,4 @@
-"""How a communication graph changes over time, link by link."""
+"""Changes of a communication graph over time, link by link."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How many messages went over links, and how often."""
+"""Counts of the messages on each link."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What robots hear of each other: messages over imperfect links, held until the next one."""
+"""Imperfect links: messages under way, and what each robot has heard last."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Options of communication, the same for every command that runs control laws."""
+"""Options of communication, for every command that runs control laws."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How a fleet communicates: who hears whom, when robots send, what happens on the way."""
+"""Settings of communication: graph, event triggering, channels."""
 
 from __future__ import annotations
 

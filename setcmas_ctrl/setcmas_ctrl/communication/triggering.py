@@ -1,4 +1,4 @@
-"""Event-triggered broadcast: whether a robot sends its state, by a condition on what it sent last.
+"""Event-triggered broadcast: a robot sends its state when a condition on the last sent holds.
 
 A student's condition is a function `ctc` in a script, in one of two forms:
 

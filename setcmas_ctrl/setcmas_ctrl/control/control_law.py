@@ -1,4 +1,4 @@
-"""One robot's control law: calls the student's function and checks what comes back."""
+"""Control law of one robot: the call of the student's function, and checks of its result."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Watches calls of scripts: tells of slow ones, and where one is stuck that does not return."""
+"""Watch over calls of scripts: the slow ones, and the place where one is stuck."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Tells of failing scripts once for each distinct error, counts the rest, says when it ends."""
+"""Reports of failing scripts: once for each distinct error, a count of the rest, and the end."""
 
 from __future__ import annotations
 

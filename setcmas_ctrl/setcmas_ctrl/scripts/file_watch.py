@@ -1,4 +1,4 @@
-"""Notices that files have been saved, and waits until they are written to their end."""
+"""Watch over files that are being edited: whole, saved versions only."""
 
 from __future__ import annotations
 

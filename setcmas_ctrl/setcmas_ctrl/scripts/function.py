@@ -1,4 +1,4 @@
-"""The function that a script must have: found before the script runs, checked afterwards."""
+"""Function that a script must have: found before the script runs, checked afterwards."""
 
 from __future__ import annotations
 

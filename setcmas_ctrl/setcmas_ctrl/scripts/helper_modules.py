@@ -1,4 +1,4 @@
-"""The modules beside a control script that it imports, told by its import statements."""
+"""Helper modules of a control script, found by its import statements."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The builtins of one robot's script: they know the robot, and import helper modules for it alone.
+"""Imports and builtins of one robot's script, with helper modules for that robot alone.
 
 Scripts keep their state in module globals, so a helper module beside a script is loaded for every
 robot anew, whether the script imports it at its top or inside a function. A module's functions

@@ -1,4 +1,4 @@
-"""Finds control scripts and loads them, a fresh module for every robot."""
+"""Loader of control scripts, with a fresh module for every robot."""
 
 from __future__ import annotations
 

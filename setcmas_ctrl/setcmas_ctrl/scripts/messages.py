@@ -1,4 +1,4 @@
-"""What a student is told when a control script fails: where, what, and what is expected."""
+"""Messages about a failed control script: where, what, and what to do."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What scripts print: whole lines, with the robot's name before them.
+"""Output of scripts: whole lines, with the robot's name before them.
 
 The robot is found on the stack of whoever writes: the nearest caller that is a script's (or a
 helper module's) function belongs to a robot. So calls of `control` cost nothing more, and what a

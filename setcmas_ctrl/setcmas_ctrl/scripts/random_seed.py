@@ -1,4 +1,4 @@
-"""The random numbers that control scripts draw."""
+"""Seed of the random numbers that control scripts draw."""
 
 from __future__ import annotations
 

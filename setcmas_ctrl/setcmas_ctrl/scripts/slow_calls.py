@@ -1,4 +1,4 @@
-"""Tells of scripts whose calls, for all robots together, do not fit into the control period."""
+"""Reports of scripts whose calls, for all robots together, exceed the control period."""
 
 from __future__ import annotations
 

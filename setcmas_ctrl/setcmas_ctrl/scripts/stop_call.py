@@ -1,4 +1,4 @@
-"""What ends a call of a script from outside."""
+"""Exceptions that end a call of a script from outside."""
 
 from __future__ import annotations
 

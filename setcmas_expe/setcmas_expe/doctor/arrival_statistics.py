@@ -1,4 +1,4 @@
-"""How regularly messages arrive, and how old they are then."""
+"""Statistics of arriving messages: rate, jitter, gaps and age."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Run a discovery server, for networks in which multicast gets lost.
+"""Discovery server, for networks in which multicast gets lost.
 
 The `fastdds` script of the ROS wheels finds its server, and the server its libraries, in some
 environments only; started from Python it finds them in all.

@@ -1,4 +1,4 @@
-"""What a check found: a line in a table, what to do about it, and the verdict over all."""
+"""Findings of checks: a table, what to do about them, and the verdict over all."""
 
 from __future__ import annotations
 

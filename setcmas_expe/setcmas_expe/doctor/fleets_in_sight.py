@@ -1,4 +1,4 @@
-"""Other fleets in the same ROS domain, which one's own robots would be mixed up with."""
+"""Other fleets in the same ROS domain."""
 
 from __future__ import annotations
 

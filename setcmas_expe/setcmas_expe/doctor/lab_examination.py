@@ -1,4 +1,4 @@
-"""Examines a lab over ROS: every robot, what is in its way, and, if wanted, its nudge."""
+"""Examination of a lab over ROS: every robot, what is in its way, and its nudge if wanted."""
 
 from __future__ import annotations
 

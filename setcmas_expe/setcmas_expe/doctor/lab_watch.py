@@ -1,4 +1,4 @@
-"""Watches a lab for a few seconds: motion capture, batteries, and who listens to commands."""
+"""Watch over a lab for a few seconds: motion capture, batteries, listeners to commands."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Checks this machine, what is in sight on its network, and a lab; tells what to do.
+"""Doctor: checks of this machine, its network and a lab, with advice.
 
 Run as `ros2 run setcmas_expe doctor`, or `... doctor --lab lab.yaml`.
 """

@@ -1,4 +1,4 @@
-"""Whether UDP multicast, by which ROS 2 finds other machines, leaves this one."""
+"""Check of UDP multicast, by which ROS 2 finds other machines."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The nudge: a short way forward and a small turn, which prove what the poses of a robot mean."""
+"""Nudge of a robot: a short way forward and a small turn, and what they prove."""
 
 from __future__ import annotations
 

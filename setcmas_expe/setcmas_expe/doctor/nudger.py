@@ -1,4 +1,4 @@
-"""Nudges the robots of a lab one after the other, and watches what motion capture sees of it."""
+"""Nudges of all robots of a lab, one after the other, under motion capture."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What is found about one robot of a lab while everything stands."""
+"""Check of one robot of a lab while everything stands."""
 
 from __future__ import annotations
 

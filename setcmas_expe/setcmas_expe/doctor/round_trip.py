@@ -1,4 +1,4 @@
-"""How long a question to a robot's own computer and its answer take over DDS."""
+"""Round-trip time of a question over DDS to a robot's own computer."""
 
 from __future__ import annotations
 

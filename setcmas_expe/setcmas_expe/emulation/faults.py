@@ -1,4 +1,4 @@
-"""Faults of an emulated lab: their names, and the one line of text that orders one."""
+"""Faults of an emulated lab, and the line of text that orders one."""
 
 from __future__ import annotations
 

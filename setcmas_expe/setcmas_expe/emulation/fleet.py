@@ -1,4 +1,4 @@
-"""TurtleBot3s as they really behave towards commands: an emulation of their fleet."""
+"""Emulated fleet of TurtleBot3s, with the real ones' response to commands."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Orders a fault from an emulated lab.
+"""Order of a fault to an emulated lab.
 
 Run as `ros2 run setcmas_expe inject_fault dropout 2 3.0`.
 """

@@ -1,4 +1,4 @@
-"""A lab without hardware: TurtleBot3s and motion capture as they really behave, and their faults.
+"""Emulated lab: TurtleBot3s, motion capture and their faults, without hardware.
 
 Run as `ros2 run setcmas_expe emulated_lab --nb-robots 8`.
 """

@@ -1,4 +1,4 @@
-"""A motion capture system as it really behaves: noise, latency, and bodies that it loses."""
+"""Emulated motion capture: noise, latency and lost bodies."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The driver of an emulated motion capture system: topics and types of the lab's preset."""
+"""Driver of the emulated motion capture system: topics and types of the lab's preset."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Options of the emulated lab, the same for every command that starts one."""
+"""Options of the emulated lab, for every command that starts one."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""When something that happens at a rate is due."""
+"""Due times of what happens at a rate."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The ROS interface of an emulated TurtleBot3: the topics and the node name of the real one."""
+"""ROS interface of an emulated TurtleBot3: topics and node name of the real one."""
 
 from __future__ import annotations
 

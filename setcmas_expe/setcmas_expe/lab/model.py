@@ -1,4 +1,4 @@
-"""A lab: its robots, its motion capture system, and the limits that keep its robots safe."""
+"""Lab: its robots, its motion capture system, and its safety limits."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Options that say which lab an experiment takes place in, the same for all its processes."""
+"""Options that choose the lab of an experiment, for all its processes."""
 
 from __future__ import annotations
 

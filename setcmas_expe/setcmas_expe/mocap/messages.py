@@ -1,4 +1,4 @@
-"""Standard messages of motion capture drivers, and how they are read."""
+"""Messages of motion capture drivers, read into samples."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The poses of one robot as motion capture tells them over time: which of them to believe."""
+"""Pose track of one robot: which measurements of motion capture to believe."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""One measurement of a motion capture system: turned Z-up, and checked by itself."""
+"""Sample of motion capture: one measurement, turned Z-up and checked by itself."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How late measurements arrive, though the clock that stamped them is not ours."""
+"""Age of measurements whose stamps are from another machine's clock."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Velocities from poses: differences, smoothed against the noise of motion capture."""
+"""Velocity filter: differences of poses, smoothed against the noise of motion capture."""
 
 from __future__ import annotations
 

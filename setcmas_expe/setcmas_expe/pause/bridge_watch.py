@@ -1,4 +1,4 @@
-"""Watches the bridge process through its diagnostics, and stops the robots in its place."""
+"""Watch over the bridge process by its diagnostics; stops the robots when it is gone."""
 
 from __future__ import annotations
 

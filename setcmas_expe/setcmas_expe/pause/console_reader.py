@@ -1,4 +1,4 @@
-"""Reads what the terminal's process writes to the standard input of the pause process."""
+"""Reader of the console's messages on the standard input of the pause process."""
 
 from __future__ import annotations
 

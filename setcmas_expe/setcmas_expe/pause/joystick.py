@@ -1,4 +1,4 @@
-"""The button of a joystick that starts and pauses, and the joystick's absence."""
+"""Joystick: its start button, and its absence."""
 
 from __future__ import annotations
 

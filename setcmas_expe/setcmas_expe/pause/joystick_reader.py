@@ -1,4 +1,4 @@
-"""Publishes a joystick's buttons as sensor_msgs/Joy, where ROS's joy package is not installed.
+"""Publisher of a joystick as sensor_msgs/Joy, where ROS's joy package is not installed.
 
 Needs pygame. While no joystick is plugged in, nothing is published.
 """

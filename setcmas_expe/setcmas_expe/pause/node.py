@@ -1,4 +1,4 @@
-"""The pause node: whether the robots of an experiment may move. It starts paused.
+"""Pause node: whether the robots of an experiment may move. It starts paused.
 
 Run as `ros2 run setcmas_expe pause`; `setcmas expe` does it for you.
 """

@@ -1,4 +1,4 @@
-"""Which wishes to start robots are meant: a late or repeated one must not move them."""
+"""Requests to start robots, without the late and the repeated ones."""
 
 from __future__ import annotations
 

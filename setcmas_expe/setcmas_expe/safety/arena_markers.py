@@ -1,4 +1,4 @@
-"""The arena and the robots' separation, drawn for displays: /arena."""
+"""Markers of the arena and of the robots' separation: /arena."""
 
 from __future__ import annotations
 

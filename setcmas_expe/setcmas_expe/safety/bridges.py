@@ -1,4 +1,4 @@
-"""The bridge process of an experiment: motion capture in, commands to real robots out.
+"""Bridge process of an experiment: motion capture in, commands to real robots out.
 
 Run as `ros2 run setcmas_expe bridges --lab lab.yaml`; `setcmas expe` does it for you.
 """

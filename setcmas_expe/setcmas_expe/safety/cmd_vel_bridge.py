@@ -1,4 +1,4 @@
-"""The cmd_vel bridge of one robot: the only way from its controller to its wheels."""
+"""cmd_vel bridge of one robot: the only way from its controller to its wheels."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The guard on a robot's own computer: it stops the robot when its commands end.
+"""Guard on a robot's own computer: it stops the robot when its commands end.
 
 A TurtleBot3 keeps its last velocity when whatever commanded it, or the network, dies. Run as
 `ros2 run setcmas_expe cmd_vel_guard --ros-args -r __ns:=/tb3_1`; no topic need be remapped.

@@ -1,4 +1,4 @@
-"""What a real robot is allowed to do: every decision of the cmd_vel bridge, as pure functions.
+"""Decisions of the cmd_vel bridge about a real robot, as pure functions.
 
 Whatever is missing, old, odd or contradictory means zero. Nothing here remembers anything, so a
 decision depends only on what is known at its moment.

@@ -1,4 +1,4 @@
-"""The state of every robot for people and programs: /diagnostics."""
+"""Diagnostics of every robot for people and programs: /diagnostics."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The mocap bridge of one robot: poses of a motion capture driver in, checked odometry out."""
+"""Mocap bridge of one robot: poses of a motion capture driver in, checked odometry out."""
 
 from __future__ import annotations
 

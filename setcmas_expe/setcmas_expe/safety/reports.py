@@ -1,4 +1,4 @@
-"""What the bridge process tells people: stops, rejected poses, robots that do not listen."""
+"""Reports of the bridge process: stops, rejected poses, robots that do not listen."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Detector of stalls of a process: what it knew before may not be true any more."""
+"""Detector of stalls of this process, after which nothing it knew may be true any more."""
 
 from __future__ import annotations
 

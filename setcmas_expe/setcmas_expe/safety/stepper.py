@@ -1,4 +1,4 @@
-"""The one timer of the bridge process: it decides what every robot is commanded."""
+"""Stepper of the bridge process: one timer that decides every robot's command."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""When a robot must be stopped because its commands have ended: the guard's decisions."""
+"""Decisions of the guard: a robot stops when its commands have ended."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Tells once why robots are stopped, and once when it is over."""
+"""Reports of stopped robots: once why, and once when it is over."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Reading of mcap files that were cut short or damaged: all that is complete in them."""
+"""Salvage of mcap files that were cut short or damaged: all that is complete in them."""
 
 from __future__ import annotations
 

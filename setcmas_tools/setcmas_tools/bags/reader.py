@@ -1,4 +1,4 @@
-"""Reading of bags of any kind: their topics, and their messages in the order of time."""
+"""Reader of bags of any kind: their topics, and their messages in the order of time."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Records the topics of the graph, new ones as they appear."""
+"""Recorder of the graph's topics, new ones as they appear."""
 
 from __future__ import annotations
 

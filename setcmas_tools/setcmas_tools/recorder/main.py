@@ -1,4 +1,4 @@
-"""Records topics into a rosbag2 bag until a signal asks to stop."""
+"""Recorder process: topics into a rosbag2 bag until a signal asks to stop."""
 
 from __future__ import annotations
 

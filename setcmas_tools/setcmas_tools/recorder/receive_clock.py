@@ -1,4 +1,4 @@
-"""Receive times that never go back."""
+"""Clock of receive times that never go back."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The subscription to one topic that is recorded, suited to its publishers."""
+"""Subscription to one recorded topic, suited to its publishers."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Writing of a rosbag2 bag that stays readable when its recorder is killed."""
+"""Writer of a rosbag2 bag that stays readable when its recorder is killed."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Values of messages as they stand in CSV cells; `csv` writes numbers and text by itself."""
+"""CSV cells of a message's values; `csv` writes numbers and text by itself."""
 
 from __future__ import annotations
 

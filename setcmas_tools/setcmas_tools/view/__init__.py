@@ -1,1 +1,1 @@
-"""What the browser view shows (pure modules), and how viser draws it (`*_scene`, `page`, ...)."""
+"""Browser view of a running fleet."""

@@ -1,4 +1,4 @@
-"""What the buttons of the browser view tell the fleet."""
+"""Commands of the browser view's buttons to the fleet."""
 
 from __future__ import annotations
 

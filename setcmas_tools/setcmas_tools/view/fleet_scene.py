@@ -1,4 +1,4 @@
-"""The whole picture: what is known of the fleet, drawn anew at every frame."""
+"""Picture of the whole fleet, drawn anew at every frame."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Shows a running fleet on a page in the browser, until a signal asks to stop."""
+"""Browser view process: a running fleet on a page until a signal asks to stop."""
 
 from __future__ import annotations
 

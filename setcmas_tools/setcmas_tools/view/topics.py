@@ -1,4 +1,4 @@
-"""The topics that the browser view listens to, new ones as they appear on the graph."""
+"""Topics of the browser view, new ones as they appear on the graph."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Where a camera has to be so that a square of ground fills the picture."""
+"""Places of a camera from which a square of ground fills the picture."""
 
 from __future__ import annotations
 

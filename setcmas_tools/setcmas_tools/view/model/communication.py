@@ -1,4 +1,4 @@
-"""Who hears whom, as lines between robots, and the flash of a robot that has just communicated."""
+"""Links between robots as lines, and the flash of a robot that has just communicated."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The robots as a display sees them: smooth poses, speeds, who is lost."""
+"""Robots as a display sees them: smooth poses, speeds, which are lost."""
 
 from __future__ import annotations
 

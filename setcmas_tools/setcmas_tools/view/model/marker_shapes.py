@@ -1,4 +1,4 @@
-"""Turns a visualization_msgs/Marker into the few shapes that the scene draws."""
+"""Shapes of a visualization_msgs/Marker, as the scene draws them."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The markers that are to be seen now: added, replaced, deleted, gone when their time is up."""
+"""Store of the markers to be seen now: added, replaced, deleted, gone when their time is up."""
 
 from __future__ import annotations
 

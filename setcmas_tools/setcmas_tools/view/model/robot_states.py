@@ -1,4 +1,4 @@
-"""What each robot does, in words: moving, standing, paused, why it is stopped, lost."""
+"""States of robots in words: moving, standing, paused, why stopped, lost."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Tells how long the controllers have been commanding."""
+"""Clock of the run: how long controllers have been commanding."""
 
 from __future__ import annotations
 

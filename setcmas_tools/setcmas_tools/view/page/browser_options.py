@@ -1,4 +1,4 @@
-"""Options of the browser view, the same for `setcmas view` and for the node's own command line."""
+"""Options of the browser view, for `setcmas view` and for the node's own command line."""
 
 from __future__ import annotations
 

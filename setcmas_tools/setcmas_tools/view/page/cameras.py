@@ -1,4 +1,4 @@
-"""Where a browser looks from: the whole fleet from the side or from above, or one robot."""
+"""Camera of a browser: the whole fleet from the side or from above, or one robot."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The panel beside the scene: the fleet's figures, the buttons for robots, what the view shows."""
+"""Controls beside the scene: figures of the fleet, buttons for robots, choices of the view."""
 
 from __future__ import annotations
 

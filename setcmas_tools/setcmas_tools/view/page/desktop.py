@@ -1,4 +1,4 @@
-"""Whether programs with windows can be shown to the user."""
+"""Desktop of the user: whether windows can be shown on it."""
 
 from __future__ import annotations
 

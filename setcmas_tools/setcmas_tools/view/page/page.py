@@ -1,4 +1,4 @@
-"""The web server of the browser view: where it listens, its look, and who is looking."""
+"""Web server of the browser view: its address, its look, and its viewers."""
 
 from __future__ import annotations
 

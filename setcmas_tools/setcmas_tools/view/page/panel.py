@@ -1,4 +1,4 @@
-"""The text of the panel beside the scene, in HTML: the fleet's figures and a row per robot."""
+"""Text of the panel beside the scene, in HTML: the fleet's figures and a row per robot."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Many bodies of one form, drawn as a batch: moving all of them takes one message."""
+"""Batch of many bodies of one form: moving all of them takes one message."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The ground: a grid with lines at least every metre, axes, and the metres along its border."""
+"""Ground: a grid with lines at least every metre, axes, and the metres along its border."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The communication graph: a line between robots that hear each other, an arrow where one does."""
+"""Communication graph: lines between robots that hear each other, arrows for one way."""
 
 from __future__ import annotations
 

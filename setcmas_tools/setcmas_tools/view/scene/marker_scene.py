@@ -1,4 +1,4 @@
-"""The markers that control scripts draw, and the arena of an experiment."""
+"""Markers of control scripts, and the arena of an experiment."""
 
 from __future__ import annotations
 

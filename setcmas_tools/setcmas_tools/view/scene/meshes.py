@@ -1,4 +1,4 @@
-"""Triangle meshes of the few bodies that the scene is made of; z up, the robot looks along x."""
+"""Triangle meshes of the scene's bodies; z up, the robot looks along x."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The robots: bodies in their colours, numbers above them, and rings that flash."""
+"""Robots: bodies in their colours, numbers above them, and rings that flash."""
 
 from __future__ import annotations
 

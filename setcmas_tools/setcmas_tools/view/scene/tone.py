@@ -1,4 +1,4 @@
-"""Colours that look as they should after the tone mapping that viser's web client applies.
+"""Colours corrected for the tone mapping of viser's web client.
 
 The client takes colours of lines and of batched bodies for linear light, and maps them with the
 ACES filmic curve (three.js's ACESFilmicToneMapping, S. Hill's fit of the Academy Color Encoding
