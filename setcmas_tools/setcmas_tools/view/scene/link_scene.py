@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from typing import TypeVar
+
 import numpy as np
 import viser
 from numpy.typing import NDArray
@@ -11,6 +14,9 @@ from setcmas_tools.view.model.communication import Pairs
 from setcmas_tools.view.scene.tone import untoned
 
 Floats = NDArray[np.float64]
+Points = NDArray[np.float32]
+Colours = NDArray[np.uint8]
+Handle = TypeVar('Handle', viser.LineSegmentsHandle, viser.ArrowsHandle)
 
 _GREY = np.array([0.62, 0.66, 0.72])
 _HEIGHT_M = 0.03
@@ -46,48 +52,37 @@ class LinkScene:
         lit = (255 * untoned(_GREY + flashes[:, None] * (own - _GREY))).astype(np.uint8)
         # The whole link takes the colour of the robot that has just sent over it.
         later = np.take_along_axis(both, flashes[both].argmax(axis=1)[:, None], axis=1)
-        self._lines = self._replace(
-            self._lines, both, points[both], np.repeat(lit[later], 2, axis=1)
-        )
+        colours = np.repeat(lit[later], 2, axis=1)
+        self._lines = _replaced(self._lines, points[both], colours, self._new_lines)
         ends = points[one_way]
         along = ends[:, 1] - ends[:, 0]
         length = np.linalg.norm(along, axis=1, keepdims=True)
         ends[:, 1] -= along * np.minimum(_GAP_M / np.maximum(length, 1e-6), 0.5)
-        self._arrows = self._replace_arrows(self._arrows, ends, lit[one_way[:, 0]])
+        self._arrows = _replaced(self._arrows, ends, lit[one_way[:, 0]], self._new_arrows)
 
-    def _replace(
-        self,
-        handle: viser.LineSegmentsHandle | None,
-        pairs: Pairs,
-        points: NDArray[np.float32],
-        colours: NDArray[np.uint8],
-    ) -> viser.LineSegmentsHandle | None:
-        if handle is not None and len(handle.points) == len(pairs):
-            handle.points, handle.colors = points, colours
-            return handle
-        if handle is not None:
-            handle.remove()
-        if not len(pairs):
-            return None
+    def _new_lines(self, points: Points, colours: Colours) -> viser.LineSegmentsHandle:
         return self._scene.add_line_segments('/links', points, colours, thickness=_WIDTH_M)
 
-    def _replace_arrows(
-        self,
-        handle: viser.ArrowsHandle | None,
-        points: NDArray[np.float32],
-        colours: NDArray[np.uint8],
-    ) -> viser.ArrowsHandle | None:
-        if handle is not None and len(handle.points) == len(points):
-            handle.points, handle.colors = points, colours
-            return handle
-        if handle is not None:
-            handle.remove()
-        if not len(points):
-            return None
+    def _new_arrows(self, points: Points, colours: Colours) -> viser.ArrowsHandle:
         return self._scene.add_arrows(
             '/one_way_links', points, colours,
             shaft_radius=0.012, head_radius=0.07, head_length=0.2,
         )  # fmt: skip
+
+
+def _replaced(
+    handle: Handle | None,
+    points: Points,
+    colours: Colours,
+    new: Callable[[Points, Colours], Handle],
+) -> Handle | None:
+    """Return what shows links now: what did before, if they are as many."""
+    if handle is not None and len(handle.points) == len(points):
+        handle.points, handle.colors = points, colours
+        return handle
+    if handle is not None:
+        handle.remove()
+    return new(points, colours) if len(points) else None
 
 
 def _columns(pairs: Pairs, robots: list[int]) -> Pairs:

@@ -1,7 +1,9 @@
+import io
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from PIL import Image
 
 pytest.importorskip('viser')
 from setcmas_tools.view.page.controls import take_screenshot
@@ -35,7 +37,12 @@ def test_a_browser_saves_what_it_shows():
 
     ((name, content),) = browser.saved
     assert name.endswith('.png')
-    assert content.startswith(b'\x89PNG')
+    picture = Image.open(io.BytesIO(content))
+    assert (picture.format, picture.mode, picture.getpixel((0, 0))) == (
+        'PNG',
+        'RGB',
+        (255, 127, 127),
+    )
 
 
 def test_a_browser_that_is_closed_meanwhile_leaves_no_traceback():
