@@ -14,20 +14,20 @@ from __future__ import annotations
 
 import argparse
 import time
+from dataclasses import replace
 
 from launch_scripts.processes.child_process import Child, ChildDiedError
 from launch_scripts.processes.environment import require_ros
 from launch_scripts.processes.experiment import (
-    emulation_arguments,
     experiment_environment,
 )
-from launch_scripts.processes.node_arguments import node_arguments
 from launch_scripts.processes.node_commands import DOCTOR, EMULATED_LAB, node_command
 from launch_scripts.processes.run_to_end import run_to_end
 from launch_scripts.processes.supervisor import StoppedError, Supervisor
 from launch_scripts.terminal.output_lines import write_line
+from setcmas_expe.doctor.options import DoctorOptions
 from setcmas_expe.emulation.options import check_emulated_mocap
-from setcmas_expe.lab.options import LAB_OPTIONS, add_lab_arguments, chosen_lab
+from setcmas_expe.lab.options import LabOptions
 from setcmas_simu.reports.reports import Ready
 
 _START_TIMEOUT_S = 20.0
@@ -35,10 +35,8 @@ _START_TIMEOUT_S = 20.0
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the options of the verb."""
-    add_lab_arguments(parser)
-    parser.add_argument(
-        '--nudge', action='store_true', help='nudge each robot without asking; clear the way first'
-    )
+    LabOptions.add_to(parser)
+    DoctorOptions.add_to(parser)
     parser.add_argument(
         '--emulate', action='store_true', help='examine an emulated lab on this machine'
     )
@@ -46,11 +44,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def main(args: argparse.Namespace) -> int:
     """Examine; returns the exit status."""
-    lab = chosen_lab(args)  # mistakes are told before anything starts
+    options = LabOptions.of(args)
+    lab = options.chosen()  # mistakes are told before anything starts
     if args.emulate:
         check_emulated_mocap(lab.mocap)
-        args.nb_robots = lab.nb_robots
-    arguments = node_arguments(args, LAB_OPTIONS) + ['--nudge'] * args.nudge
+        options = replace(options, nb_robots=lab.nb_robots)
+    arguments = options.arguments() + DoctorOptions.of(args).arguments()
     command = node_command(DOCTOR, arguments)
     environment = experiment_environment(lab, args.emulate)
     if not args.emulate:
@@ -58,7 +57,7 @@ def main(args: argparse.Namespace) -> int:
     require_ros()
     with Supervisor(environment) as supervisor:
         try:
-            lab_process = _start_lab(supervisor, emulation_arguments(args, LAB_OPTIONS))
+            lab_process = _start_lab(supervisor, options.arguments())
         except StoppedError:
             return 130
         except ChildDiedError as death:

@@ -31,7 +31,7 @@ from setcmas_ctrl.communication.settings import check_communication
 from setcmas_ctrl.control.options import LawOptions
 from setcmas_expe.emulation.options import check_emulated_mocap, emulated_start_poses
 from setcmas_expe.lab.model import Lab
-from setcmas_expe.lab.options import add_lab_arguments, chosen_lab
+from setcmas_expe.lab.options import LabOptions
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.simulator.options import StartPoseOptions
 
@@ -40,7 +40,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the options of the verb."""
     LawOptions.add_to(parser)
     CommunicationOptions.add_to(parser)
-    add_lab_arguments(parser)
+    LabOptions.add_to(parser)
     parser.add_argument('--no-joystick', action='store_true', help='do not look for a joystick')
     group = parser.add_argument_group('emulated lab')
     group.add_argument(
@@ -54,12 +54,13 @@ def main(args: argparse.Namespace) -> int:
     """Run the experiment; returns the exit status."""
     law = LawOptions.of(args)
     law.script()  # mistakes are told before anything starts
-    lab = chosen_lab(args)
+    lab = LabOptions.of(args).chosen()
     check_communication(CommunicationOptions.of(args).found(law.exercise), lab.nb_robots)
+    poses = StartPoseOptions.of(args)
     if args.emulate:
         check_emulated_mocap(lab.mocap)
-        emulated_start_poses(lab.arena, lab.nb_robots, args.poses, args.pose)
-    elif args.pose or args.poses:
+        emulated_start_poses(lab.arena, lab.nb_robots, poses)
+    elif poses.changed():
         raise SetcmasError('--pose and --poses are for emulated robots: add --emulate')
     require_ros()
     lab.mocap.source.message_class()
@@ -86,7 +87,7 @@ def _run(
     args: argparse.Namespace,
     views: list[Companion],
 ) -> int:
-    experiment = Experiment(supervisor, lab, args)
+    experiment = Experiment(supervisor, lab, args, LabOptions.of(args))
     experiment.on_status = display.show
     for name, command in views:
         supervisor.start(name, command, needed=False)

@@ -5,12 +5,12 @@ from __future__ import annotations
 import argparse
 import importlib.util
 import os
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from pathlib import Path
 
 from launch_scripts.processes.child_process import Child, ChildReport
 from launch_scripts.processes.environment import closed_environment, lab_environment
-from launch_scripts.processes.node_arguments import law_arguments, node_arguments
+from launch_scripts.processes.law_arguments import law_arguments
 from launch_scripts.processes.node_commands import (
     BRIDGES,
     CONTROLLER,
@@ -21,12 +21,12 @@ from launch_scripts.processes.node_commands import (
 )
 from launch_scripts.processes.supervisor import Supervisor
 from setcmas_ctrl.control.options import ControllerOptions
+from setcmas_expe.emulation.options import EmulationOptions
 from setcmas_expe.lab.model import Lab
-from setcmas_expe.lab.options import LAB_OPTIONS
+from setcmas_expe.lab.options import LabOptions
 from setcmas_expe.pause.console_protocol import Status, Wish, Word
 from setcmas_simu.reports.reports import Started
 
-_EMULATION_OPTIONS = ('poses', 'pose', 'seed')
 _TAKE_OVER_S = 0.5
 
 
@@ -50,7 +50,7 @@ class Experiment:
         supervisor: Supervisor,
         lab: Lab,
         args: argparse.Namespace,
-        lab_options: Sequence[str] = LAB_OPTIONS,
+        lab_options: LabOptions,
         recorded: bool = False,
     ) -> None:
         """Start the processes.
@@ -59,7 +59,7 @@ class Experiment:
             supervisor: Watches them.
             lab: The lab.
             args: Parsed options of `setcmas expe` or `setcmas run`.
-            lab_options: Names of those that describe the lab.
+            lab_options: What the processes are told of the lab.
             recorded: Whether the controllers wait for a recorder.
         """
         self._supervisor = supervisor
@@ -67,12 +67,13 @@ class Experiment:
         self.runaways: set[str] = set()
         self.on_status: Callable[[Status], None] = lambda _: None
         self._emulated: list[Child] = []
+        told = lab_options.arguments()
         if args.emulate:
-            command = node_command(EMULATED_LAB, emulation_arguments(args, lab_options))
+            emulation = EmulationOptions.of(args)
+            command = node_command(EMULATED_LAB, told + emulation.arguments())
             self._emulated = [supervisor.start('lab', command)]
-        options = node_arguments(args, lab_options)
-        self._bridges = supervisor.start('bridge', node_command(BRIDGES, options))
-        pause = node_command(PAUSE, [*options, '--console'])
+        self._bridges = supervisor.start('bridge', node_command(BRIDGES, told))
+        pause = node_command(PAUSE, [*told, '--console'])
         self._pause = supervisor.start('pause', pause, listens=True)
         self._pause.on_report = self._on_report
         controllers = ControllerOptions(
@@ -137,12 +138,6 @@ class Experiment:
         if isinstance(report, Status):
             self.runaways |= {robot.name for robot in report.robots if robot.runs_away}
             self.on_status(report)
-
-
-def emulation_arguments(args: argparse.Namespace, lab_options: Sequence[str]) -> list[str]:
-    """Return the command line of the emulated lab for a command's parsed options."""
-    own = [name for name in _EMULATION_OPTIONS if hasattr(args, name)]
-    return node_arguments(args, (*lab_options, *own))
 
 
 def joystick_command(topic: str) -> list[str] | None:

@@ -6,7 +6,7 @@ import argparse
 from pathlib import Path
 
 from launch_scripts.processes.experiment import Experiment
-from launch_scripts.processes.node_arguments import law_arguments
+from launch_scripts.processes.law_arguments import law_arguments
 from launch_scripts.processes.node_commands import (
     CONTROLLER,
     SIMULATOR,
@@ -16,6 +16,7 @@ from launch_scripts.processes.node_commands import (
 from launch_scripts.processes.supervisor import Supervisor
 from setcmas_ctrl.control.options import ControllerOptions
 from setcmas_expe.lab.model import Lab
+from setcmas_expe.lab.options import LabOptions
 from setcmas_expe.pause.console_protocol import Status
 from setcmas_simu.reports.reports import Started
 from setcmas_simu.simulator.options import SimulationOptions
@@ -79,7 +80,8 @@ class EmulatedRun:
         self._paused = ''
         self._supervisor = supervisor
         self._recorder = supervisor.start('record', recorder_command(bag))
-        self._experiment = Experiment(supervisor, lab, args, ('lab', 'nb_robots'), recorded=True)
+        told = LabOptions(lab=args.lab, nb_robots=args.nb_robots)
+        self._experiment = Experiment(supervisor, lab, args, told, recorded=True)
         self._experiment.on_status = self._start_when_ready
 
     def _start_when_ready(self, status: Status) -> None:

@@ -14,8 +14,9 @@ from tabulate import tabulate
 
 from setcmas_expe.doctor.environment import environment_findings, ros_is_there
 from setcmas_expe.doctor.findings import Finding, advice_lines, exit_status, table, verdict
+from setcmas_expe.doctor.options import DoctorOptions
 from setcmas_expe.lab.model import Lab
-from setcmas_expe.lab.options import add_lab_arguments, chosen_lab
+from setcmas_expe.lab.options import LabOptions
 from setcmas_simu.errors import SetcmasError
 
 if TYPE_CHECKING:
@@ -24,16 +25,6 @@ if TYPE_CHECKING:
 _WATCH_S = 3.0
 _SIGHT_S = 2.0
 _QUESTION = 'Nudge each robot 5 cm forward and back? People and obstacles clear? [y/N] '
-
-
-def add_doctor_arguments(parser: argparse.ArgumentParser) -> None:
-    """Add the options of the doctor."""
-    add_lab_arguments(parser)
-    parser.add_argument(
-        '--nudge',
-        action='store_true',
-        help='nudge each robot without asking: 5 cm forward and back, and a small turn',
-    )
 
 
 def look_around(ros_arguments: list[str]) -> list[Finding]:
@@ -95,7 +86,8 @@ def main(argv: list[str] | None = None) -> int:
     cut = argv.index('--ros-args') if '--ros-args' in argv else len(argv)
     argv, ros_arguments = argv[:cut], argv[cut:]
     parser = argparse.ArgumentParser(prog='doctor', description=__doc__)
-    add_doctor_arguments(parser)
+    LabOptions.add_to(parser)
+    DoctorOptions.add_to(parser)
     args = parser.parse_args(argv)
     try:
         return _examine(args, ros_arguments)
@@ -105,7 +97,8 @@ def main(argv: list[str] | None = None) -> int:
 
 
 def _examine(args: argparse.Namespace, ros_arguments: list[str]) -> int:
-    lab = chosen_lab(args) if wants_lab(args) else None
+    options, nudge = LabOptions.of(args), DoctorOptions.of(args).nudge
+    lab = options.chosen() if nudge or options.changed() else None
     if lab and ros_is_there():
         lab.mocap.source.message_class()
     findings = environment_findings()
@@ -113,20 +106,13 @@ def _examine(args: argparse.Namespace, ros_arguments: list[str]) -> int:
         findings += look_around(ros_arguments)
     print(f'this machine\n{table(findings)}', flush=True)
     if lab and ros_is_there():
-        name = str(args.lab or Path('the default lab'))
-        findings += examine_lab(lab, name, args.nudge, ros_arguments)
+        name = str(options.lab or Path('the default lab'))
+        findings += examine_lab(lab, name, nudge, ros_arguments)
     advice = advice_lines(findings)
     if advice:
         print('\nwhat to do\n' + '\n'.join(advice))
     print(f'\n{verdict(findings)}')
     return exit_status(findings)
-
-
-def wants_lab(args: argparse.Namespace) -> bool:
-    """Return whether parsed options ask for the examination of a lab."""
-    from setcmas_expe.lab.options import LAB_OPTIONS
-
-    return args.nudge or any(getattr(args, name) is not None for name in LAB_OPTIONS)
 
 
 if __name__ == '__main__':

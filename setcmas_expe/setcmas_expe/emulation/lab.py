@@ -23,14 +23,14 @@ from setcmas_expe.emulation.fleet import EmulatedFleet
 from setcmas_expe.emulation.mocap import EmulatedMocap
 from setcmas_expe.emulation.mocap_driver import EmulatedMocapDriver
 from setcmas_expe.emulation.options import (
-    add_emulation_arguments,
+    EmulationOptions,
     check_emulated_mocap,
     emulated_start_poses,
 )
 from setcmas_expe.emulation.schedule import Schedule
 from setcmas_expe.emulation.turtlebot3 import EmulatedTurtleBot3, fill_odometry
 from setcmas_expe.lab.model import Lab, LabRobot
-from setcmas_expe.lab.options import chosen_lab
+from setcmas_expe.lab.options import LabOptions
 from setcmas_expe.safety.cmd_vel_guard import CmdVelGuard
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet import topics
@@ -49,12 +49,12 @@ _BATTERY_HZ = 1.0
 class EmulatedLab(FleetNode):
     """Steps the robots, lets motion capture see them, and takes orders for faults."""
 
-    def __init__(self, lab: Lab, args: argparse.Namespace) -> None:
+    def __init__(self, lab: Lab, options: EmulationOptions) -> None:
         """Create the lab's nodes; nothing moves before `start`.
 
         Args:
             lab: The lab.
-            args: Parsed options of `add_emulation_arguments`.
+            options: How it is emulated.
 
         Raises:
             SetcmasError: A start pose is malformed, or another process emulates its robots.
@@ -65,24 +65,24 @@ class EmulatedLab(FleetNode):
         check_emulated_mocap(lab.mocap)
         arena = lab.arena
         self._middle = ((arena.xmin + arena.xmax) / 2, (arena.ymin + arena.ymax) / 2)
-        rng = np.random.default_rng(args.seed)
+        rng = np.random.default_rng(options.seed)
         waffle = ROBOT_MODELS['waffle']
         firmware = waffle if lab.limits == waffle else ROBOT_MODELS['burger']
-        poses = emulated_start_poses(lab.arena, lab.nb_robots, args.poses, args.pose)
+        poses = emulated_start_poses(lab.arena, lab.nb_robots, options)
         self._fleet = EmulatedFleet(poses, firmware, rng)
         self._mocap = EmulatedMocap(lab.nb_robots, lab.mocap.y_up, rng)
         self._driver = EmulatedMocapDriver(lab)
         self._robots = [
             EmulatedTurtleBot3(
                 robot,
-                args.robot_cmd_vel_type,
+                options.robot_cmd_vel_type,
                 partial(self._fleet.command, index),
                 partial(self._fleet.set_torque, index),
             )
             for index, robot in enumerate(lab.robots)
         ]
         self._cmd_vel_guards = [
-            _guard(robot, args.robot_cmd_vel_type) for robot in lab.robots if args.guard
+            _guard(robot, options.robot_cmd_vel_type) for robot in lab.robots if options.guard
         ]
         self._truth = Odometry()
         self._truth.header.frame_id = topics.WORLD_FRAME
@@ -100,8 +100,8 @@ class EmulatedLab(FleetNode):
             self._on_fault,
             qos.EVENT,
         )
-        self._rate = max(_STEP_RATE_HZ, args.mocap_rate)
-        self._frames = Schedule(args.mocap_rate)
+        self._rate = max(_STEP_RATE_HZ, options.mocap_rate)
+        self._frames = Schedule(options.mocap_rate)
         self._wheel_odometry = Schedule(_WHEEL_ODOMETRY_HZ)
         self._batteries = Schedule(_BATTERY_HZ)
         self._stepped = 0.0
@@ -187,12 +187,13 @@ def _guard(robot: LabRobot, cmd_vel_type: str) -> CmdVelGuard:
 def main(argv: list[str] | None = None) -> int:
     """Emulate a lab until a signal arrives; returns the exit status."""
     parser = argparse.ArgumentParser(prog='emulated_lab', description=__doc__)
-    add_emulation_arguments(parser)
+    LabOptions.add_to(parser)
+    EmulationOptions.add_to(parser)
     return node_main(parser, _emulate, argv)
 
 
 def _emulate(process: RosProcess, args: argparse.Namespace) -> None:
-    lab = EmulatedLab(chosen_lab(args), args)
+    lab = EmulatedLab(LabOptions.of(args).chosen(), EmulationOptions.of(args))
     process.add(*lab.nodes)
     lab.start()
     process.launcher.tell(Ready())

@@ -2,22 +2,20 @@
 
 from __future__ import annotations
 
-import argparse
-from collections.abc import Iterable
-from pathlib import Path
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from setcmas_expe.arena import Arena
 from setcmas_expe.lab.model import Mocap
-from setcmas_expe.lab.options import add_lab_arguments
 from setcmas_expe.mocap.messages import STANDARD
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet.fleet import start_poses
 from setcmas_simu.fleet.pose_options import chosen_start_poses
 from setcmas_simu.fleet.topics import CMD_VEL_TYPES
-from setcmas_simu.options import rate
+from setcmas_simu.options.group import flag, option
+from setcmas_simu.options.kinds import RATE, OneOf, Whole
 from setcmas_simu.simulator.options import StartPoseOptions
 
 MOCAP_RATE_HZ = 50.0
@@ -27,32 +25,19 @@ _MARGIN = 0.5  # m, between start poses and the border of the arena
 _HALF_SQUARE = 5.0  # m, of the default start poses
 
 
-def add_emulation_arguments(parser: argparse.ArgumentParser) -> None:
-    """Add every option of an emulated lab, and those that say which lab it is."""
-    add_lab_arguments(parser)
-    group = parser.add_argument_group('emulated lab')
-    StartPoseOptions.add_to(parser)
-    group.add_argument(
-        '--seed', type=int, default=0, metavar='N', help='seed of noise (default: %(default)s)'
-    )
-    group.add_argument(
-        '--mocap-rate',
-        type=rate,
-        default=MOCAP_RATE_HZ,
-        metavar='HZ',
-        help='rate of the motion capture system (default: %(default)g)',
-    )
-    group.add_argument(
-        '--robot-cmd-vel-type',
-        choices=CMD_VEL_TYPES,
+@dataclass(frozen=True, kw_only=True)
+class EmulationOptions(StartPoseOptions):
+    """How a lab is emulated."""
+
+    seed: int = option(Whole(), 'seed of noise', default=0)
+    mocap_rate: float = option(RATE, 'rate of the motion capture system', default=MOCAP_RATE_HZ)
+    robot_cmd_vel_type: str = option(
+        OneOf(tuple(CMD_VEL_TYPES)),
+        'what the robots listen to: Jazzy or Humble',
         default=CMD_VEL_TYPES[0],
-        help='what the robots listen to: Jazzy or Humble (default: %(default)s)',
     )
-    group.add_argument(
-        '--guard',
-        action=argparse.BooleanOptionalAction,
-        default=True,
-        help='run cmd_vel_guard on each robot, as a real lab should (default: yes)',
+    guard: bool = flag(
+        'run cmd_vel_guard on each robot, as a real lab should (default: yes)', default=True
     )
 
 
@@ -73,15 +58,14 @@ def check_emulated_mocap(mocap: Mocap) -> None:
 
 
 def emulated_start_poses(
-    arena: Arena, nb_robots: int, poses: Path | None = None, pose: Iterable[str] = ()
+    arena: Arena, nb_robots: int, given: StartPoseOptions | None = None
 ) -> NDArray[np.float64]:
     """Return start poses: those of a simulation, drawn together until they fit into the arena.
 
     Args:
         arena: Where robots may be.
         nb_robots: Size of the fleet.
-        poses: File with poses to be taken as they are.
-        pose: Options with poses to be taken as they are.
+        given: Poses to be taken as they are.
 
     Returns:
         Rows x, y in m and theta in rad, shape (3, nb_robots).
@@ -95,4 +79,5 @@ def emulated_start_poses(
     reach = max(_HALF_SQUARE, float(np.abs(defaults[:2]).max()))
     scale = np.minimum(1.0, np.maximum(halves - _MARGIN, 0.5 * halves) / reach)
     defaults[:2] = middle + scale * defaults[:2]
-    return chosen_start_poses(nb_robots, poses, pose, defaults)
+    chosen = given or StartPoseOptions()
+    return chosen_start_poses(nb_robots, chosen.poses, chosen.pose, defaults)

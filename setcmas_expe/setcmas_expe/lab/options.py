@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import argparse
 import math
-from dataclasses import replace
+from dataclasses import astuple, dataclass, field, replace
 from pathlib import Path
+from typing import Any, ClassVar
 
 from setcmas_expe.arena import Arena
 from setcmas_expe.lab.file import DEFAULT_FILE, load_lab
@@ -13,71 +13,85 @@ from setcmas_expe.lab.model import Lab, Mocap
 from setcmas_expe.mocap.sources import MOCAP_SOURCES
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet.topics import AUTO, CMD_VEL_TYPES
-from setcmas_simu.options import count, positive
+from setcmas_simu.options.group import Options, option
+from setcmas_simu.options.kinds import NB_ROBOTS, Kind, Number, OneOf, PathTo, Whole
 from setcmas_simu.robots.velocity_limits import ROBOT_MODELS
 
-LAB_OPTIONS = (
-    'lab',
-    'nb_robots',
-    'mocap',
-    'limits',
-    'arena',
-    'min_separation',
-    'cmd_vel_type',
-    'joystick_button',
-)
-"""Names of the options that `add_lab_arguments` adds."""
+
+@dataclass(frozen=True)
+class _Borders(Kind):
+    """Borders of an arena."""
+
+    metavar: str | None = field(default='XMIN,XMAX,YMIN,YMAX', kw_only=True)
+
+    @property
+    def must_be(self) -> str:
+        """The form, and an example."""
+        return 'XMIN,XMAX,YMIN,YMAX in m, the smaller ones first, such as --arena=-2,2,-1.5,1.5'
+
+    def parse(self, text: str) -> Arena | str:
+        """Return the arena that a text tells."""
+        try:
+            arena = Arena(*map(float, text.split(',')))
+        except (TypeError, ValueError):
+            return text
+        return arena if self.accepts(arena) else text
+
+    def accepts(self, value: Any) -> bool:
+        """Return whether a value is an arena that has a size."""
+        if not isinstance(value, Arena):
+            return False
+        finite = all(map(math.isfinite, astuple(value)))
+        return finite and value.xmin < value.xmax and value.ymin < value.ymax
+
+    def text(self, value: Any) -> str:
+        """Return the borders."""
+        return ','.join(map(repr, astuple(value)))
 
 
-def add_lab_arguments(parser: argparse.ArgumentParser) -> None:
-    """Add the options of a lab; what they say goes before the lab file."""
-    group = parser.add_argument_group('lab')
-    group.add_argument(
-        '--lab', type=Path, metavar='FILE', help='lab file (default: the one that comes with this)'
+@dataclass(frozen=True, kw_only=True)
+class LabOptions(Options):
+    """Which lab it is; what the options say goes before the lab file."""
+
+    TITLE: ClassVar[str] = 'lab'
+
+    lab: Path | None = option(
+        PathTo(), 'lab file', default=None, default_text='the one that comes with this'
     )
-    group.add_argument(
-        '--nb-robots',
-        type=count,
-        metavar='N',
-        help="size of the fleet (default: the lab file's, or 1)",
+    nb_robots: int | None = option(
+        NB_ROBOTS, 'size of the fleet', default=None, default_text="the lab file's, or 1"
     )
-    group.add_argument('--mocap', metavar='NAME', help='motion capture driver (see setcmas list)')
-    group.add_argument('--limits', choices=list(ROBOT_MODELS), help='how fast robots are driven')
-    group.add_argument('--arena', metavar='XMIN,XMAX,YMIN,YMAX', help='where robots may be (m)')
-    group.add_argument(
-        '--min-separation', type=positive, metavar='M', help='between two robots, in m'
+    mocap: str | None = option(
+        Kind(metavar='NAME'), 'motion capture driver (see setcmas list)', default=None
     )
-    group.add_argument(
-        '--cmd-vel-type', choices=(AUTO, *CMD_VEL_TYPES), help='what the robots listen to'
+    limits: str | None = option(
+        OneOf(tuple(ROBOT_MODELS)), 'how fast robots are driven', default=None
     )
-    group.add_argument(
-        '--joystick-button', type=int, metavar='B', help='starts and pauses, counted from 0'
+    arena: Arena | None = option(_Borders(), 'where robots may be (m)', default=None)
+    min_separation: float | None = option(
+        Number(above=0, unit='m', finite=True), 'between two robots, in m', default=None
+    )
+    cmd_vel_type: str | None = option(
+        OneOf((AUTO, *CMD_VEL_TYPES)), 'what the robots listen to', default=None
+    )
+    joystick_button: int | None = option(
+        Whole(metavar='B'), 'starts and pauses, counted from 0', default=None
     )
 
+    def chosen(self) -> Lab:
+        """Return the lab.
 
-def chosen_lab(args: argparse.Namespace) -> Lab:
-    """Return the lab that parsed options describe.
-
-    Raises:
-        SetcmasError: The lab file has a mistake, or an option makes no sense.
-    """
-    lab = load_lab(args.lab or DEFAULT_FILE, args.nb_robots)
-    if args.mocap:
-        lab = replace(lab, mocap=_mocap(args.mocap, lab))
-    if args.limits:
-        lab = replace(lab, limits=ROBOT_MODELS[args.limits])
-    if args.arena:
-        lab = replace(lab, arena=_arena(args.arena))
-    if args.joystick_button is not None and args.joystick_button < 0:
-        raise SetcmasError(
-            f'--joystick-button is {args.joystick_button}; it must be a whole number from 0'
-        )
-    given = {
-        name: value
-        for name in ('min_separation', 'cmd_vel_type', 'joystick_button')
-        if (value := getattr(args, name)) is not None
-    }
-    return replace(lab, **given)
+        Raises:
+            SetcmasError: The lab file has a mistake, or names do not suit its motion capture.
+        """
+        lab = load_lab(self.lab or DEFAULT_FILE, self.nb_robots)
+        if self.mocap:
+            lab = replace(lab, mocap=_mocap(self.mocap, lab))
+        if self.limits:
+            lab = replace(lab, limits=ROBOT_MODELS[self.limits])
+        names = ('arena', 'min_separation', 'cmd_vel_type', 'joystick_button')
+        given = {name: getattr(self, name) for name in names}
+        return replace(lab, **{name: value for name, value in given.items() if value is not None})
 
 
 def _mocap(name: str, lab: Lab) -> Mocap:
@@ -89,17 +103,3 @@ def _mocap(name: str, lab: Lab) -> Mocap:
                 f'to be part of the topic {source.topic}'
             )
     return replace(lab.mocap, preset=name, source=source)
-
-
-def _arena(text: str) -> Arena:
-    try:
-        arena = Arena(*map(float, text.split(',')))
-    except (TypeError, ValueError):
-        arena = Arena(0.0, 0.0, 0.0, 0.0)
-    finite = all(map(math.isfinite, (arena.xmin, arena.xmax, arena.ymin, arena.ymax)))
-    if not (finite and arena.xmin < arena.xmax and arena.ymin < arena.ymax):
-        raise SetcmasError(
-            f"--arena '{text}' is not understood; it must be XMIN,XMAX,YMIN,YMAX in m with the "
-            'smaller ones first, such as --arena=-2,2,-1.5,1.5'
-        )
-    return arena

@@ -14,7 +14,7 @@ from sensor_msgs.msg import Joy
 from std_msgs.msg import Bool
 
 from setcmas_expe.lab.model import Lab
-from setcmas_expe.lab.options import add_lab_arguments, chosen_lab
+from setcmas_expe.lab.options import LabOptions
 from setcmas_expe.pause.bridge_watch import BridgeWatch
 from setcmas_expe.pause.console_protocol import Status, Word
 from setcmas_expe.pause.console_reader import ConsoleReader
@@ -175,7 +175,7 @@ class Pause(FleetNode):
 def main(argv: list[str] | None = None) -> int:
     """Serve until a signal arrives; returns the exit status."""
     parser = argparse.ArgumentParser(prog='pause', description=__doc__)
-    add_lab_arguments(parser)
+    LabOptions.add_to(parser)
     parser.add_argument(
         '--console', action='store_true', help='keys come on standard input from setcmas expe'
     )
@@ -183,7 +183,7 @@ def main(argv: list[str] | None = None) -> int:
 
 
 def _serve(process: RosProcess, args: argparse.Namespace) -> None:
-    lab = chosen_lab(args)
+    lab = LabOptions.of(args).chosen()
     keys = ConsoleReader(process.stop) if args.console else None
     node = Pause(lab, keys, process.launcher)
     process.add(node)

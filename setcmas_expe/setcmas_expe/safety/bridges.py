@@ -9,7 +9,7 @@ import argparse
 import sys
 
 from setcmas_expe.lab.model import Lab
-from setcmas_expe.lab.options import add_lab_arguments, chosen_lab
+from setcmas_expe.lab.options import LabOptions
 from setcmas_expe.safety.arena_markers import publish_arena
 from setcmas_expe.safety.cmd_vel_bridge import CmdVelBridge
 from setcmas_expe.safety.mocap_bridge import MocapBridge
@@ -33,12 +33,12 @@ def _greet(node: FleetNode, lab: Lab) -> None:
 def main(argv: list[str] | None = None) -> int:
     """Bridge until a signal arrives; returns the exit status."""
     parser = argparse.ArgumentParser(prog='bridges', description=__doc__)
-    add_lab_arguments(parser)
+    LabOptions.add_to(parser)
     return node_main(parser, _bridge, argv)
 
 
 def _bridge(process: RosProcess, args: argparse.Namespace) -> None:
-    lab = chosen_lab(args)
+    lab = LabOptions.of(args).chosen()
     node = FleetNode('bridges')
     announcer = FleetAnnouncer(node, Kind.LAB)
     mocaps = [MocapBridge(robot, lab) for robot in lab.robots]

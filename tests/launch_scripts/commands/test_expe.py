@@ -208,9 +208,9 @@ def test_without_a_terminal_the_status_is_a_line_now_and_then(start):
     [
         (('--lab', 'none.yaml'), "'none.yaml' cannot be read"),
         (('--lab', 'bad.yaml'), "bad.yaml, line 2: there is no key 'arena.z'"),
-        (('--arena', '1,0,0,1'), "--arena '1,0,0,1' is not understood"),
+        (('--arena', '1,0,0,1'), "--arena is '1,0,0,1'; it must be XMIN"),
         (('--joystick-button=-1',), '--joystick-button is -1'),
-        (('--min-separation', '0'), "'0' is not a number above 0"),
+        (('--min-separation', '0'), '--min-separation is 0; it must be above 0 m'),
         (('--pose', '1:0,0'), 'add --emulate'),
     ],
 )

@@ -4,6 +4,7 @@ import pytest
 from setcmas_expe.arena import Arena
 from setcmas_expe.emulation.options import emulated_start_poses
 from setcmas_simu.fleet.fleet import start_poses
+from setcmas_simu.simulator.options import StartPoseOptions
 
 
 @pytest.mark.parametrize('nb_robots', [1, 2, 8, 20])
@@ -24,6 +25,8 @@ def test_a_large_arena_has_the_start_poses_of_simulations():
 
 
 def test_given_poses_are_taken_as_they_are():
-    poses = emulated_start_poses(Arena(-3.0, 3.0, -3.0, 3.0), 2, pose=['2:4,4,1'])
+    poses = emulated_start_poses(
+        Arena(-3.0, 3.0, -3.0, 3.0), 2, StartPoseOptions(pose=('2:4,4,1',))
+    )
 
     assert poses[:, 1].tolist() == [4.0, 4.0, 1.0]
