@@ -21,6 +21,7 @@ from launch_scripts.processes.node_commands import CONTROLLER, node_command
 from setcmas_ctrl.communication.options import CommunicationOptions
 from setcmas_ctrl.communication.settings import check_communication
 from setcmas_ctrl.control.options import FleetOptions, LawOptions
+from setcmas_simu.robots.models import NO_LIMITS, check_models, model_names
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -36,7 +37,10 @@ def main(args: argparse.Namespace) -> int:
     law, fleet = LawOptions.of(args), FleetOptions.of(args)
     communication = CommunicationOptions.of(args)
     # Mistakes are told before anything starts.
-    law.script()
+    scripts = law.scripts()
+    if fleet.nb_robots:
+        scripts.check(fleet.nb_robots)
+        check_models(model_names(fleet.model, fleet.nb_robots), NO_LIMITS)
     robots = shown_robots(fleet.robots, fleet.nb_robots)
     check_communication(communication.found(law.exercise), fleet.nb_robots)
     require_ros()

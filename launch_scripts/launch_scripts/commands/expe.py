@@ -53,8 +53,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def main(args: argparse.Namespace) -> int:
     """Run the experiment; returns the exit status."""
     law = LawOptions.of(args)
-    law.script()  # mistakes are told before anything starts
+    scripts = law.scripts()  # mistakes are told before anything starts
     lab = LabOptions.of(args).chosen()
+    scripts.check(lab.nb_robots)
     check_communication(CommunicationOptions.of(args).found(law.exercise), lab.nb_robots)
     poses = StartPoseOptions.of(args)
     if args.emulate:

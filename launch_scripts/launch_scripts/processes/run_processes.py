@@ -40,7 +40,10 @@ class SimulatedRun:
         robots = node_command(SIMULATOR, SimulationOptions.of(args).arguments())
         self._simulator = supervisor.start('simu', robots)
         options = ControllerOptions(
-            nb_robots=args.nb_robots, recorded=True, simulator=self._simulator.process.pid
+            nb_robots=args.nb_robots,
+            model=args.model,
+            recorded=True,
+            simulator=self._simulator.process.pid,
         )
         laws = node_command(CONTROLLER, law_arguments(args, options))
         self._ctrl = supervisor.start('ctrl', laws)

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, ClassVar
 
+from setcmas_ctrl.control.law_scripts import LawScripts
 from setcmas_ctrl.control.saturation import VNOM
-from setcmas_ctrl.scripts.loader import compile_script, find_script
 from setcmas_ctrl.scripts.random_seed import LARGEST_SEED, SEED
 from setcmas_ctrl.scripts.settings import parse_settings
 from setcmas_simu.errors import SetcmasError
@@ -52,7 +52,8 @@ class LawOptions(GainOptions):
 
     algo: str = option(
         Kind(metavar='NAME'),
-        'control script: a path, NAME.py in this folder, or a built-in (see setcmas list)',
+        'control script: a path, NAME.py in this folder, or a built-in (see setcmas list); or '
+        "one for each robot: '1:leader.py,2-8:follower.py'",
     )
     exercise: bool = flag(
         'let --algo NAME mean the exercise of that name, with its maths left to fill in'
@@ -78,15 +79,17 @@ class LawOptions(GainOptions):
         """
         return parse_settings(self.set)
 
-    def script(self) -> Path:
-        """Return the control script, which can be compiled.
+    def scripts(self) -> LawScripts:
+        """Return the control scripts, which can be compiled.
 
         Raises:
-            SetcmasError: There is none, or it has a mistake.
+            SetcmasError: One is missing or has a mistake, or no script has a name of --set.
         """
-        path = find_script(self.algo, self.exercise)
-        compile_script(path, settings=self.settings)
-        return path
+        return LawScripts(self.algo, self.exercise, self.settings)
+
+    def script(self) -> Path:
+        """Return the first of the control scripts."""
+        return self.scripts().paths[0]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -100,6 +103,12 @@ class FleetOptions(Options):
     )
     robots: tuple[int, ...] | None = option(
         Robots(), "control only these robots of it, such as '1-4'", default=None
+    )
+    model: str | None = option(
+        Kind(metavar='MODEL'),
+        'how the robots are driven, as for setcmas simu',
+        default=None,
+        default_text='as the simulator announces',
     )
     cmd_vel_type: str = option(
         OneOf((AUTO, *CMD_VEL_TYPES)),

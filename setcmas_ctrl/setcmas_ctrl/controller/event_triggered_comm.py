@@ -17,7 +17,7 @@ from std_msgs.msg import UInt16
 
 from setcmas_ctrl.communication.options import CommunicationOptions
 from setcmas_ctrl.communication.settings import Communication, chosen_communication
-from setcmas_ctrl.communication.triggering import CONSEQUENCE, Broadcast
+from setcmas_ctrl.communication.triggering import CONSEQUENCE, CTC, Broadcast
 from setcmas_ctrl.control.options import SCRIPT_FAILED
 from setcmas_ctrl.controller.stuck_scripts import end_process, end_stuck_script
 from setcmas_ctrl.fleet.odometry import FleetOdometry, Pose
@@ -63,7 +63,7 @@ class EventTriggeredComm(FleetNode):
         t = self._now()
         one = self._broadcast
         try:
-            with self._watch.call(one.robot, Function.CONDITION, one.path):
+            with self._watch.call(one.robot, one.path, Function.CONDITION):
                 return one.is_triggered(pose, V, t)
         except AbandonCall:  # a new control law is there, the condition stays
             return True
@@ -85,8 +85,9 @@ def broadcasters(
         SetcmasError: A triggering condition cannot be loaded.
     """
     nodes = []
+    path = communication.condition_script or Path(CTC)
     for robot in robots:
-        with watch.loading(robot, communication.condition_script):
+        with watch.loading(robot, path):
             broadcast = communication.broadcast(robot, reports)
         node = EventTriggeredComm(broadcast, clock, watch)
         odometry.listen(robot, node.take)
@@ -130,8 +131,7 @@ def _broadcast(
         lambda robot: args.odometry_topic.replace('{name}', topics.robot_name(robot)),
         robots,
     )
-    path = chosen.condition_script or Path('ctc')
-    watch = CallWatch(path, 1 / ROBOT_RATE_HZ, node.get_logger().warning, process.launcher)
+    watch = CallWatch(1 / ROBOT_RATE_HZ, node.get_logger().warning, process.launcher)
     end_stuck_script(process, watch)
     begin = time.monotonic()
     nodes = broadcasters(

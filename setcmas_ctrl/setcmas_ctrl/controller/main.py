@@ -19,10 +19,12 @@ from setcmas_ctrl.communication.options import CommunicationOptions
 from setcmas_ctrl.communication.settings import Communication, chosen_communication
 from setcmas_ctrl.communication.triggering import CTC
 from setcmas_ctrl.control.control_law import ControlLaw
+from setcmas_ctrl.control.law_scripts import LawScripts
 from setcmas_ctrl.control.options import SCRIPT_FAILED, ControllerOptions, LawOptions
 from setcmas_ctrl.controller.canvas import MarkerCanvas
 from setcmas_ctrl.controller.communication import FleetCommunication
 from setcmas_ctrl.controller.controller import Controller
+from setcmas_ctrl.controller.driven_models import DrivenModels
 from setcmas_ctrl.controller.event_triggered_comm import broadcasters
 from setcmas_ctrl.controller.graph_watch import GraphWatch
 from setcmas_ctrl.controller.reloader import ScriptReloader
@@ -40,25 +42,25 @@ from setcmas_ctrl.scripts.stop_call import StopCall
 from setcmas_simu.fleet import topics
 from setcmas_simu.reports.launcher import Launcher
 from setcmas_simu.reports.reports import Paused
+from setcmas_simu.robots.models import model_names
 from setcmas_simu.ros import qos
 from setcmas_simu.ros.fleet_topic import FleetListener
 from setcmas_simu.ros.process import FleetNode, RosProcess, node_main
 
 
 def load_laws(
-    options: LawOptions, path: Path, robots: list[int], nb_robots: int, watch: CallWatch
+    seed: int, scripts: LawScripts, robots: list[int], nb_robots: int, watch: CallWatch
 ) -> list[ControlLaw]:
     """Return the control laws of the robots of this process, with fresh state.
 
     Raises:
         SetcmasError: The script cannot be loaded.
     """
-    seed_scripts(options.seed)
-    settings = options.settings
+    seed_scripts(seed)
     laws = []
     for robot in robots:
-        with watch.loading(robot):
-            laws.append(ControlLaw(path, robot, nb_robots, settings))
+        with watch.loading(robot, scripts.script(robot)):
+            laws.append(scripts.law(robot, nb_robots))
     return laws
 
 
@@ -69,7 +71,7 @@ def build(args: argparse.Namespace, process: RosProcess, node: FleetNode) -> Con
         SetcmasError: The script cannot be loaded, or options contradict each other.
     """
     law, options = LawOptions.of(args), ControllerOptions.of(args)
-    path = law.script()
+    scripts = law.scripts()
     process.add(node)
     announced = FleetListener(node)
     # Nothing is commanded to robots of somebody else's simulator.
@@ -79,10 +81,11 @@ def build(args: argparse.Namespace, process: RosProcess, node: FleetNode) -> Con
     if not nb_robots:
         return None
     robots = options.controlled(nb_robots)
+    scripts.check(nb_robots)
     drawing.canvas = MarkerCanvas(node)
-    watch = CallWatch(path, 1 / law.rate, node.get_logger().warning, process.launcher)
+    watch = CallWatch(1 / law.rate, node.get_logger().warning, process.launcher)
     end_stuck_script(process, watch)
-    load = partial(load_laws, law, path, robots, nb_robots, watch)
+    load = partial(load_laws, law.seed, scripts, robots, nb_robots, watch)
     controllers = [Controller(law) for law in load()]
     communication = chosen_communication(
         nb_robots, CommunicationOptions.of(args).found(law.exercise), law.seed
@@ -98,15 +101,18 @@ def build(args: argparse.Namespace, process: RosProcess, node: FleetNode) -> Con
     followers = [
         SiToUni(robot, odometry, law.komega, options.cmd_vel_type, command) for robot in robots
     ]
+    models = DrivenModels(followers, node.get_logger().warning)
+    if options.model:
+        models.use(model_names(options.model, nb_robots))
+    else:
+        models.follow(announced)
     process.add(*controllers, *followers)
     pause = PauseWatch(node, options.pause_timeout) if options.experiment else None
     if not pause:
         _follow_pause(node, followers, process.launcher)
-    scripts = {controller.robot: controller.law.path for controller in controllers}
+    paths = {robot: scripts.script(robot) for robot in robots}
     condition = communication.condition_script or Path(CTC)
-    outcomes = ScriptOutcomes(
-        node.get_logger().warning, watch, process.launcher, scripts, condition
-    )
+    outcomes = ScriptOutcomes(node.get_logger().warning, watch, process.launcher, paths, condition)
     graph = GraphWatch(node, odometry, announced, followers, node.get_logger().warning)
     pairs = list(zip(controllers, followers, strict=True))
     stepper = ControlStepper(node, odometry, pairs, law.rate, law.vnom, outcomes, graph, pause)

@@ -58,8 +58,8 @@ class ScriptReloader:
         self._load = load
         self._watch = watch
         self._pause_timeout_s = pause_timeout_s
-        self._script = laws[0].path
-        self._files = FileWatch([self._script])
+        self._scripts = list(dict.fromkeys(law.path for law in laws))
+        self._files = FileWatch(self._scripts)
         self._is_new = self._told_to_wait = False
         self._last_moving = -math.inf
         clock = Clock(clock_type=ClockType.STEADY_TIME)
@@ -85,7 +85,13 @@ class ScriptReloader:
         if self._laws:
             return {file for law in self._laws for file in law.files}
         # What a version that cannot be loaded would have imported is not known.
-        return {self._script, *self._script.parent.glob('*.py')}
+        beside = {file for script in self._scripts for file in script.parent.glob('*.py')}
+        return {*self._scripts, *beside}
+
+    def _saved(self) -> str:
+        """Return the names of the scripts that were saved; of all, if it was a helper module."""
+        saved = [script for script in self._scripts if script in self._files.saved]
+        return ', '.join(script.name for script in saved or self._scripts)
 
     def _reload(self) -> None:
         try:
@@ -95,13 +101,13 @@ class ScriptReloader:
         except SetcmasError as error:
             self._laws = []
             self._node.get_logger().warning(
-                f'{self._script.name} was saved with a mistake; its robots are commanded zero '
+                f'{self._saved()} was saved with a mistake; its robots are commanded zero '
                 f'until it is saved without:\n    {error}'
             )
         else:
             robots = format_robots([law.robot for law in self._laws])
             self._node.get_logger().info(
-                f'{self._script.name} was saved and is loaded again for robots {robots}; t = 0'
+                f'{self._saved()} was saved and is loaded again for robots {robots}; t = 0'
             )
         self._files.watch(self._watched_files())
         self._stepper.use(self._laws)
@@ -123,7 +129,7 @@ class ScriptReloader:
         if not self._told_to_wait:
             self._told_to_wait = True
             self._node.get_logger().warning(
-                f'{self._script.name} was saved, but the experiment is not paused: the robots go '
+                f'{self._saved()} was saved, but the experiment is not paused: the robots go '
                 'on with the earlier version; the new one is loaded when you pause'
             )
 

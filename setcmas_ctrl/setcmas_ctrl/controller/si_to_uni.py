@@ -1,14 +1,16 @@
-"""The node that turns a wanted velocity (cmd_cart_vel) into a unicycle's command (cmd_vel)."""
+"""The node that turns a wanted velocity (cmd_cart_vel) into a robot's command (cmd_vel)."""
 
 from __future__ import annotations
 
+import numpy as np
 from geometry_msgs.msg import Point32
 from std_msgs.msg import Bool
 
 from setcmas_ctrl.fleet.odometry import FleetOdometry
 from setcmas_simu.fleet import topics
 from setcmas_simu.fleet.topics import AUTO
-from setcmas_simu.robots.si_to_uni import si_to_uni
+from setcmas_simu.robots.model import RobotModel
+from setcmas_simu.robots.unicycle import UNICYCLE
 from setcmas_simu.ros import qos
 from setcmas_simu.ros.cmd_vel_publisher import CmdVelPublisher
 from setcmas_simu.ros.process import FleetNode
@@ -17,7 +19,13 @@ NODE_NAME = 'si_to_uni'
 
 
 class SiToUni(FleetNode):
-    """Commands one robot; zero while it is paused, and when the process ends."""
+    """Commands one robot; zero while it is paused, and when the process ends.
+
+    Attributes:
+        robot: Number of the robot.
+        paused: Whether it is held at zero.
+        model: How it turns velocities into commands.
+    """
 
     def __init__(
         self,
@@ -39,6 +47,7 @@ class SiToUni(FleetNode):
         super().__init__(NODE_NAME, namespace=topics.robot_name(robot))
         self.robot = robot
         self.paused = False
+        self.model: RobotModel = UNICYCLE
         self._odometry = odometry
         self._komega = komega
         self.cmd_vel = CmdVelPublisher(
@@ -69,6 +78,7 @@ class SiToUni(FleetNode):
         if self.paused:
             self.cmd_vel.publish(0.0, 0.0)
             return
-        theta = self._odometry.theta(self.robot)
-        V, omega = si_to_uni((message.x, message.y), theta, self._komega)
-        self.cmd_vel.publish(float(V), float(omega))
+        velocity = np.array([[message.x], [message.y]], dtype=float)
+        pose = self._odometry.pose(self.robot)
+        V, left, omega = self.model.command(velocity, pose, self._komega)[:, 0].tolist()
+        self.cmd_vel.publish(V, omega, left)

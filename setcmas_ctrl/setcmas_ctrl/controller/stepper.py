@@ -100,7 +100,7 @@ class ControlStepper:
             return
         # Said before: the time that it takes must not come between a timer's beginning and t = 0.
         robots = [controller.robot for controller in self._controllers]
-        law = self._controllers[0].law.path.stem
+        law = ', '.join(dict.fromkeys(one.law.path.stem for one in self._controllers))
         self._node.get_logger().info(
             f'controlling robots {format_robots(robots)} with {law} '
             f'at {1 / self._period:g} Hz; Ctrl-C stops'
@@ -174,7 +174,7 @@ class ControlStepper:
             velocity = (0.0, 0.0)
             if self._has_laws and controller.robot not in self._lost:
                 try:
-                    with self.watch.call(controller.robot):
+                    with self.watch.call(controller.robot, controller.law.path):
                         velocity = controller.law(known, t, adjacency)
                     self.outcomes.laws.succeeded(controller.robot, t)
                 except ControlError as error:

@@ -76,9 +76,9 @@ class FleetOdometry:
         """Return how long ago a robot was last seen, in s."""
         return time.monotonic() - float(self._received[robot - 1])
 
-    def theta(self, robot: int) -> float:
-        """Return a robot's heading in rad; NaN if it has not been seen yet."""
-        return float(self.poses[2, robot - 1])
+    def pose(self, robot: int) -> NDArray[np.float64]:
+        """Return a robot's pose, shape (3, 1); NaN if it has not been seen yet."""
+        return self.poses[:, robot - 1 : robot]
 
     def _on_odometry(self, index: int, message: Odometry) -> None:
         pose = planar_pose(message)

@@ -36,7 +36,6 @@ class CallWatch:
 
     def __init__(
         self,
-        path: Path,
         period: float,
         warn: Callable[[str], None],
         launcher: Launcher,
@@ -45,13 +44,11 @@ class CallWatch:
         """Start to watch.
 
         Args:
-            path: The script.
             period: Control period in s, which the calls for all robots are to fit into.
             warn: Shows a message to the user; called from either thread.
             launcher: Is told which call is running, and which is stuck.
             stuck_s: Duration in s from which a call is stuck.
         """
-        self._path = path
         self._warn = warn
         self._stuck_s = stuck_s
         self.while_stuck: Callable[[], None] | None = None
@@ -70,16 +67,16 @@ class CallWatch:
 
     @contextlib.contextmanager
     def call(
-        self, robot: int, function: Function = Function.CONTROL, path: Path | None = None
+        self, robot: int, path: Path, function: Function = Function.CONTROL
     ) -> Iterator[None]:
         """Watch what runs inside as a call for a robot.
 
         Args:
             robot: Number of the robot.
+            path: The script.
             function: The function of the script that is called.
-            path: The script, if it is another one.
         """
-        call = self._call = _Call(robot, path or self._path, function, time.monotonic())
+        call = self._call = _Call(robot, path, function, time.monotonic())
         self._launcher.current_call.begin(*call)
         try:
             yield
@@ -89,11 +86,9 @@ class CallWatch:
             if function is not Function.LOADING and self._counting:
                 self._slow.add(call.path, robot, time.monotonic() - call.started)
 
-    def loading(
-        self, robot: int, path: Path | None = None
-    ) -> contextlib.AbstractContextManager[None]:
+    def loading(self, robot: int, path: Path) -> contextlib.AbstractContextManager[None]:
         """Watch what runs inside as the loading of a script for a robot."""
-        return self.call(robot, Function.LOADING, path)
+        return self.call(robot, path, Function.LOADING)
 
     @contextlib.contextmanager
     def step(self) -> Iterator[None]:

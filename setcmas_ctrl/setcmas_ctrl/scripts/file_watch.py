@@ -16,10 +16,15 @@ _GONE: _Signature = (0, 0, 0)
 
 
 class FileWatch:
-    """Compares files with what they were when they were last looked at."""
+    """Compares files with what they were when they were last looked at.
+
+    Attributes:
+        saved: The files that had been saved when `poll` last said so.
+    """
 
     def __init__(self, files: Iterable[Path]) -> None:
         """Start with the files as they are."""
+        self.saved: set[Path] = set()
         self._seen: dict[Path, _Signature] = {}
         self._changing: dict[Path, _Signature] = {}
         self._since = 0.0
@@ -52,6 +57,7 @@ class FileWatch:
         odd = any(size == 0 for _, size, _ in current.values())
         if now - self._since < (_ODD_SETTLED_S if odd else SETTLED_S):
             return False
+        self.saved = {file for file, now_is in current.items() if now_is != self._seen[file]}
         self._seen = current
         return True
 

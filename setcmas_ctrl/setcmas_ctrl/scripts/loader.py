@@ -18,7 +18,7 @@ from typing import Any
 from setcmas_ctrl.scripts.function import CONTROL, Control, check_defines, checked_control
 from setcmas_ctrl.scripts.imports import ScriptImports
 from setcmas_ctrl.scripts.messages import describe_failure
-from setcmas_ctrl.scripts.settings import CALL, Settings, apply_settings, converted
+from setcmas_ctrl.scripts.settings import CALL, Settings, apply_settings, converted, plain_names
 from setcmas_ctrl.scripts.stop_call import AbandonCall, StopCall, scripts_own
 from setcmas_simu.doors import ScriptDoor
 from setcmas_simu.errors import SetcmasError
@@ -87,6 +87,11 @@ def _refuse_other_kinds(path: Path) -> None:
         return
     kind = 'a folder' if stat.S_ISDIR(mode) else 'no regular file'
     raise SetcmasError(f"control script '{path}' is {kind}; it must be a .py file")
+
+
+def names_to_set(path: Path) -> list[str]:
+    """Return the module-level names of a script, which compiles, that `--set` may change."""
+    return plain_names(_read(path), path.name)
 
 
 def compile_script(

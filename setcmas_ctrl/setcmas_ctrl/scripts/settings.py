@@ -82,14 +82,23 @@ def apply_settings(tree: ast.Module, source: str, settings: Settings, script: st
         SetcmasError: The script does not assign a name, or gives it a value of another kind, as
             far as can be told without running it.
     """
-    symbols = {s.get_name(): s for s in symtable.symtable(source, script, 'exec').get_symbols()}
-    plain = [name for name, symbol in symbols.items() if _is_variable(symbol)]
+    symbols = _symbols(source, script)
+    plain = plain_names(source, script)
     for name, value in settings.items():
         if name not in plain:
             raise SetcmasError(f'--set {name}: {_refusal(name, symbols.get(name), plain, script)}')
         for own in _literals(tree, name):
             converted(name, own, value, script)
     ast.fix_missing_locations(_NextLines(settings).visit(tree))
+
+
+def plain_names(source: str, script: str) -> list[str]:
+    """Return the names that the top level of a script assigns, so that they can be set."""
+    return [name for name, symbol in _symbols(source, script).items() if _is_variable(symbol)]
+
+
+def _symbols(source: str, script: str) -> dict[str, symtable.Symbol]:
+    return {s.get_name(): s for s in symtable.symtable(source, script, 'exec').get_symbols()}
 
 
 class _NextLines(ast.NodeTransformer):

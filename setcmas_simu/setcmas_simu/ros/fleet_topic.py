@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 from rclpy.node import Node
 from std_msgs.msg import String
@@ -50,12 +50,14 @@ class FleetListener:
 
     Attributes:
         by_source: The newest announcement of each process.
+        on_change: Called after each announcement.
     """
 
     def __init__(self, node: Node) -> None:
         """Listen through a node, by an executor or by `take`."""
         self._node = node
         self.by_source: dict[Source, Announcement] = {}
+        self.on_change: Callable[[], None] = lambda: None
         self._topic = PolledTopic(node, String, topics.FLEET, self._on_text, qos.LATCHED_BY_MANY)
 
     @property
@@ -86,3 +88,4 @@ class FleetListener:
     def _on_text(self, message: String) -> None:
         if announcement := decode(message.data):
             self.by_source[announcement.source] = announcement
+            self.on_change()

@@ -78,7 +78,7 @@ def test_a_script_without_a_condition_is_a_mistake(start, script, command):
     process = start(*command, '--ctc', path, *['--event-triggered'][: len(command) > 3])
 
     assert process.wait() == 2
-    told = 'no function ctc; its control is for --algo when; it must have ctc(pos, last_pos, t)'
+    told = 'no function ctc; its control is for --algo when.py; it must have ctc(pos, last_pos, t)'
     assert f'when.py has {told}' in process.output()
     assert 'Traceback' not in process.output()
 
