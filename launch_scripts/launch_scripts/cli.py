@@ -27,7 +27,7 @@ VERBS = {
     'bag_to_csv': 'convert a bag to CSV files',
     'csv_to_plot': 'plot the CSV files of a run',
     'metrics': 'measure a run: path, separation, settling time, errors of the task',
-    'list': 'list the control laws that --algo accepts',
+    'list': 'list what has a name: laws, robot models, motion capture, metrics, plots',
     'new': 'write a control script or a lab file to begin with',
 }
 """The verbs and what each does; the module of the same name in `commands` does it."""

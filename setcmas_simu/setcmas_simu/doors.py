@@ -209,8 +209,8 @@ def _offer(entry: EntryPoint) -> Offer | None:
 def _warn_of_hidden(kind: str, offer: Offer) -> None:
     for package in offer.hidden:
         print(
-            f"warning: {kind} '{offer.name}' is that of {offer.package}; package {package} "
-            'offers one by the same name, which must be another to be reached',
+            f"warning: package {package} offers {kind} '{offer.name}' too; that of "
+            f'{offer.package} is used',
             file=sys.stderr,
         )
 

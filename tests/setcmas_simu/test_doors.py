@@ -102,7 +102,7 @@ def test_what_ships_goes_before_a_plugin_of_the_same_name_and_the_user_is_told(i
     assert LAWS.offer('consensus').package == 'setcmas'
     assert LAWS.offer('consensus').hidden == ('pack_d',)
     assert LAWS.file('consensus').parent.name == 'algorithms'
-    assert capsys.readouterr().err.count("control law 'consensus' is that of setcmas") == 1
+    assert capsys.readouterr().err.count("pack_d offers control law 'consensus' too") == 1
     assert list(LAWS.offers())[-1] == 'own'
 
 

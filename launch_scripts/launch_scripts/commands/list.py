@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import argparse
 import ast
+import inspect
 import tokenize
 from collections.abc import Callable, Iterable
 from pathlib import Path
@@ -18,6 +19,7 @@ from tabulate import tabulate
 from setcmas_ctrl.scripts.loader import ALGORITHMS, EXERCISES, scripts_in
 from setcmas_expe.mocap.sources import MOCAP_SOURCES, MocapSource
 from setcmas_simu.doors import Door, Offer, ScriptDoor, UnusableError
+from setcmas_simu.robots.models import MODELS
 
 FUNCTIONS = ('control', 'ctc')
 """What a file must define to be listed: a control law, or a triggering condition."""
@@ -34,6 +36,7 @@ def main(args: argparse.Namespace) -> int:
     _print('control laws, for --algo', _scripts(ALGORITHMS))
     _print('exercises, for --algo with --exercise', _scripts(EXERCISES))
     _print('in this folder, for --algo (goes before those above)', _own_scripts(Path.cwd()))
+    _print('robot models, for --model', _things(MODELS, _purpose))
     _print('motion capture, for --mocap and lab files', _things(MOCAP_SOURCES, _source))
     return 0
 
@@ -64,6 +67,11 @@ def _scripts(door: ScriptDoor) -> Iterable[tuple[str, ...]]:
 
 def _things(door: Door[Any], describe: Callable[[Any], str]) -> Iterable[tuple[str, ...]]:
     return _rows(door, lambda name: describe(door.get(name)))
+
+
+def _purpose(thing: object) -> str:
+    """Return the first line of the docstring of a function, or of an object's class."""
+    return (inspect.getdoc(thing) or '').partition('\n')[0]
 
 
 def _source(source: MocapSource) -> str:

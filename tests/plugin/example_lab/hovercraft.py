@@ -1,0 +1,29 @@
+"""The hovercraft: it takes its time to follow a command, and slides sideways in curves."""
+
+import numpy as np
+
+from setcmas_simu.robots.model import RobotModel
+from setcmas_simu.robots.shape import Prism, Shape, disc
+
+LAG = 0.5  # s
+GRIP = 1.0  # 1/s, at which sliding sideways ends
+
+
+class Hovercraft(RobotModel):
+    """A first-order lag in speed and turn rate; the way that it goes lags behind its heading."""
+
+    shape = Shape(disc(0.15), (Prism(disc(0.15), 0.02, 0.12),))
+
+    def step(self, states, commands, Ts):
+        """Return the states a period later."""
+        x, y, theta, forward, left, omega = states
+        forward = forward + Ts / LAG * (commands[0] - forward) + Ts * omega * left
+        left = left - Ts * GRIP * left - Ts * omega * forward
+        omega = omega + Ts / LAG * (commands[2] - omega)
+        theta = theta + Ts * omega
+        x = x + Ts * (forward * np.cos(theta) - left * np.sin(theta))
+        y = y + Ts * (forward * np.sin(theta) + left * np.cos(theta))
+        return np.stack([x, y, theta, forward, left, omega])
+
+
+HOVERCRAFT = Hovercraft()

@@ -1,0 +1,6 @@
+"""Plugins that do not fit their doors."""
+
+from setcmas_expe.mocap.sources import MocapSource
+
+A_TEXT = 'brick'
+NO_TOPIC = MocapSource('no topic', 'tf2_msgs/msg/TFMessage', iter)

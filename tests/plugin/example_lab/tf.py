@@ -1,0 +1,15 @@
+"""A driver that sends all bodies as transforms on /tf, where the frame is the body's name."""
+
+from setcmas_expe.mocap.messages import sample_of
+from setcmas_expe.mocap.sources import SILENCE, MocapSource
+
+
+def read_transforms(message):
+    """Yield the name of each body and what was measured of it."""
+    for one in message.transforms:
+        transform = one.transform
+        sample = sample_of(one.header, transform.translation, transform.rotation)
+        yield one.child_frame_id, sample
+
+
+TF = MocapSource('/tf', 'tf2_msgs/msg/TFMessage', read_transforms, (SILENCE,))

@@ -1,0 +1,146 @@
+"""A package of somebody else's, installed from its wheel, and used by name on the command line."""
+
+import os
+import re
+import subprocess
+import sys
+import sysconfig
+from pathlib import Path
+
+import pytest
+
+PLUGIN = Path(__file__).parent / 'plugin'
+PAGES = [
+    Path(__file__).parents[1] / 'docs' / 'extending' / f'{name}.md'
+    for name in ('control_law', 'mocap_source')
+]
+MAIN = 'from launch_scripts.cli import main; raise SystemExit(main())'
+
+
+@pytest.fixture(scope='session')
+def setcmas(tmp_path_factory):
+    """Install the plugin into an environment of its own; returns a function that runs setcmas."""
+    folder = tmp_path_factory.mktemp('plugin')
+    pip = [sys.executable, '-m', 'pip', '--quiet', '--disable-pip-version-check']
+    offline = ['--no-deps', '--no-index']
+    source = folder / 'source'
+    subprocess.run(['cp', '-r', PLUGIN, source], check=True)
+    subprocess.run(
+        [*pip, 'wheel', *offline, '--no-build-isolation', '-w', folder, source], check=True
+    )
+    subprocess.run([sys.executable, '-m', 'venv', '--without-pip', folder / 'venv'], check=True)
+    python = folder / 'venv' / 'bin' / 'python'
+    (wheel,) = folder.glob('*.whl')
+    subprocess.run([*pip, '--python', python, 'install', *offline, wheel], check=True)
+    # All else is taken from where the tests run.
+    (site,) = (folder / 'venv').glob('lib/python*/site-packages')
+    packages = sysconfig.get_paths()['purelib']
+    (site / 'all_else.pth').write_text(f'import site; site.addsitedir({packages!r})\n')
+
+    def run(*arguments, cwd=None):
+        return subprocess.run(
+            [python, '-c', MAIN, *arguments],
+            cwd=cwd or folder,
+            env=os.environ,
+            capture_output=True,
+            text=True,
+            check=False,
+        )
+
+    return run
+
+
+def test_list_shows_what_it_offers_and_what_cannot_be_used(setcmas):
+    result = setcmas('list')
+
+    assert result.returncode == 0
+    for line in (
+        'spiral .*Spiral: robots go round a centre',
+        'hovercraft .*A first-order lag in speed and turn rate',
+        r'beacon .*PoseStamped on /beacon/\{name\}/pose',
+        'tf .*TFMessage on /tf',
+        r'brick .*\(cannot be used: it is a str; it must be a RobotModel\)',
+        r"no_topic .*\(cannot be used: topic 'no topic' must be the full name",
+        r'lost .*\(cannot be used: its module example_lab.no_such_module was not found\)',
+    ):
+        pattern = rf'^ *{line}'.replace(' .*', r' +example-lab 0\.3 .*', 1)
+        assert re.search(pattern, result.stdout, re.MULTILINE), (line, result.stdout)
+
+
+def test_law_and_model_are_used_by_name(setcmas, tmp_path):
+    options = ('--algo', 'spiral', '--model', '1:hovercraft', '--nb-robots', '3')
+    result = setcmas('offline', *options, '--duration', '20', '-o', 'out', cwd=tmp_path)
+
+    assert result.returncode == 0, result.stderr
+    assert (tmp_path / 'out' / 'plots' / 'trajectories.png').is_file()
+
+
+def test_the_same_over_ros(setcmas, domain, tmp_path):
+    pytest.importorskip('rclpy')
+    options = ('--algo', 'spiral', '--model', 'hovercraft', '--nb-robots', '2')
+    result = setcmas('run', *options, '--duration', '3', '-o', 'out', cwd=tmp_path)
+
+    assert result.returncode == 0, result.stderr
+    assert (tmp_path / 'out' / 'csv' / 'fleet.csv').is_file()
+
+
+def test_motion_capture_is_used_by_name(setcmas, domain):
+    pytest.importorskip('rclpy')
+    result = setcmas('doctor', '--emulate', '--mocap', 'beacon')
+
+    (robot,) = (line for line in result.stdout.splitlines() if line.startswith('tb3_1'))
+    assert ' Hz ' in robot
+    assert result.returncode == 0, result.stdout
+
+
+@pytest.mark.parametrize(
+    ('arguments', 'message'),
+    [
+        (
+            ('offline', '--algo', 'lost'),
+            "control law 'lost' of package example-lab 0.3 cannot be used: its module",
+        ),
+        (
+            ('offline', '--algo', 'spiral', '--model', 'brick'),
+            "robot model 'brick' of package example-lab 0.3 cannot be used: it is a str",
+        ),
+        (
+            ('doctor', '--mocap', 'no_topic'),
+            "mocap source 'no_topic' of package example-lab 0.3 cannot be used: topic 'no topic'",
+        ),
+        (
+            ('offline', '--algo', 'spiral', '--model', 'hovercraf'),
+            "there is no robot model 'hovercraf'.*did you mean hovercraft",
+        ),
+    ],
+)
+def test_what_cannot_be_used_is_told_in_one_line(setcmas, arguments, message, tmp_path):
+    result = setcmas(*arguments, cwd=tmp_path)
+
+    assert result.returncode == 2
+    assert len(result.stderr.splitlines()) == 1
+    assert re.search(message, result.stderr)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_name_that_ships_is_not_taken_over_and_that_is_told(setcmas, tmp_path):
+    result = setcmas('offline', '--algo', 'consensus', '--duration', '1', cwd=tmp_path)
+
+    assert result.returncode == 0
+    assert (
+        "package example-lab offers control law 'consensus' too; that of setcmas is used"
+        in result.stderr
+    )
+
+
+@pytest.mark.parametrize('page', PAGES, ids=lambda page: page.stem)
+def test_the_pages_show_the_files_of_this_package(page):
+    text = page.read_text()
+    files = re.findall(r'`example_lab/(\w+)\.py`:\n\n```python\n(.*?)```', text, re.DOTALL)
+    (door,) = re.findall(r'```toml\n(.*?)```', text, re.DOTALL)
+
+    assert files
+    for name, code in files:
+        assert code == (PLUGIN / 'example_lab' / f'{name}.py').read_text()
+    header, line = door.splitlines()
+    assert line in (PLUGIN / 'pyproject.toml').read_text().partition(header)[2].split('\n\n')[0]
