@@ -165,6 +165,16 @@ def test_only_these_modules_import_ros():
     assert sorted(found) == MAY_IMPORT_ROS
 
 
+def test_a_function_has_at_most_eight_parameters():
+    for name, path in MODULES.items():
+        for node in ast.walk(ast.parse(path.read_text())):
+            if isinstance(node, ast.FunctionDef) and node.name != 'simulate':
+                args = node.args
+                names = [one.arg for one in args.posonlyargs + args.args + args.kwonlyargs]
+                told = [one for one in names if one not in ('self', 'cls')]
+                assert len(told) <= 8, f'{name}.{node.name}: {told}'
+
+
 def test_a_room_holds_at_most_a_dozen_files_and_scripts():
     for package in PACKAGES:
         for folder in (ROOT / package / package).rglob('*'):

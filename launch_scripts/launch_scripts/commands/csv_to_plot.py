@@ -13,13 +13,7 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from launch_scripts.options.plot_options import (
-    BEST,
-    add_film_arguments,
-    add_format_argument,
-    add_style_arguments,
-)
-from setcmas_simu.errors import SetcmasError
+from launch_scripts.options.plot_options import BEST, FilmOptions, StyleOptions
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -30,9 +24,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         '-o', '--output', type=Path, metavar='DIR', help='folder of the plots (default: DIR/plots)'
     )
-    add_format_argument(parser)
-    add_style_arguments(parser)
-    add_film_arguments(parser)
+    StyleOptions.add_to(parser)
+    FilmOptions.add_to(parser)
     parser.add_argument('--show', action='store_true', help='open the plots in windows as well')
 
 
@@ -40,22 +33,20 @@ def main(args: argparse.Namespace) -> int:
     """Plot; returns the exit status."""
     from setcmas_tools.plots.plot import plot
 
-    if args.speed and not args.animate:
-        raise SetcmasError(f"--speed '{args.speed:g}' is that of a film; add --animate")
-    formats = args.format or (['pdf'] if args.paper else ['png'])
+    style, film = StyleOptions.of(args), FilmOptions.of(args)
     paths = plot(
         args.run,
         args.output,
-        tuple(formats),
+        style.formats,
         show=args.show,
-        palette=args.palette,
-        paper=args.paper,
+        palette=style.palette,
+        paper=style.paper,
     )
     print('\n'.join(map(str, paths)), flush=True)  # a film may take its time, or fail
-    if args.animate:
+    if film.animate:
         from setcmas_tools.films.film import animate
 
-        kind = None if args.animate == BEST else args.animate
-        speed = args.speed or 1.0
-        print(animate(args.run, args.output, kind, speed, palette=args.palette))
+        kind = None if film.animate == BEST else film.animate
+        speed = film.speed or 1.0
+        print(animate(args.run, args.output, kind, speed, palette=style.palette))
     return 0

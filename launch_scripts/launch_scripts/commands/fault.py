@@ -9,12 +9,24 @@ Examples:
 from __future__ import annotations
 
 import argparse
+from dataclasses import dataclass
 
 from launch_scripts.processes.environment import local_environment, require_ros
 from launch_scripts.processes.node_commands import INJECT_FAULT, node_command
 from launch_scripts.processes.run_to_end import run_to_end
 from setcmas_expe.emulation.faults import DEFAULT_S, PURPOSES
-from setcmas_simu.options import count, positive
+from setcmas_simu.options.group import Options, option
+from setcmas_simu.options.kinds import Number, Whole
+
+
+@dataclass(frozen=True, kw_only=True)
+class FaultOptions(Options):
+    """Whom a fault befalls, and how long."""
+
+    robot: int = option(Whole(1, metavar='I'), 'which robot', default=1)
+    seconds: float = option(
+        Number(above=0, unit='s', finite=True), 'how long', default=DEFAULT_S, flag='--for'
+    )
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -22,21 +34,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     kinds = '\n'.join(f'  {kind:10}{purpose}' for kind, purpose in PURPOSES.items())
     parser.epilog = f'faults:\n{kinds}'
     parser.add_argument('kind', choices=list(PURPOSES), metavar='FAULT', help='see below')
-    parser.add_argument(
-        '--robot', type=count, default=1, metavar='I', help='which robot (default: %(default)s)'
-    )
-    parser.add_argument(
-        '--for',
-        dest='seconds',
-        type=positive,
-        default=DEFAULT_S,
-        metavar='S',
-        help='how long, in s (default: %(default)g)',
-    )
+    FaultOptions.add_to(parser)
 
 
 def main(args: argparse.Namespace) -> int:
     """Order the fault; returns the exit status."""
     require_ros()
-    order = [args.kind, str(args.robot), str(args.seconds)]
+    options = FaultOptions.of(args)
+    order = [args.kind, str(options.robot), str(options.seconds)]
     return run_to_end(node_command(INJECT_FAULT, order), local_environment())

@@ -15,18 +15,44 @@ from __future__ import annotations
 import argparse
 import shutil
 import tempfile
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from launch_scripts.terminal.output_lines import warn
 from setcmas_simu.errors import SetcmasError
-from setcmas_simu.options import positive
+from setcmas_simu.options.group import Options, option
+from setcmas_simu.options.kinds import Kind, Number, OneOf
 from setcmas_tools.run.references import TASKS
 
 if TYPE_CHECKING:
     from setcmas_tools.metrics.compute import Metrics
 
 _BAG_ENDINGS = ('.mcap', '.db3', '.bag', '.active')
+
+
+@dataclass(frozen=True, kw_only=True)
+class MetricsOptions(Options):
+    """What is measured against, where the run does not tell."""
+
+    task: str | None = option(
+        OneOf(tuple(TASKS)),
+        'what the robots were to do',
+        default=None,
+        default_text="the built-in law's",
+    )
+    algo: str | None = option(
+        Kind(metavar='NAME'),
+        'control law that defines the numbers of the task',
+        default=None,
+        default_text='that of run.yaml',
+    )
+    vnom: float | None = option(
+        Number(above=0, unit='m/s'),
+        'largest speed of a robot in m/s',
+        default=None,
+        default_text='that of run.yaml, else 0.5',
+    )
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -37,20 +63,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar='DIR',
         help='folder of a run, of its CSV files, a fleet.csv, or a bag',
     )
-    parser.add_argument(
-        '--task', choices=TASKS, help="what the robots were to do (default: the built-in law's)"
-    )
-    parser.add_argument(
-        '--algo',
-        metavar='NAME',
-        help='control law that defines the numbers of the task (default: that of run.yaml)',
-    )
-    parser.add_argument(
-        '--vnom',
-        type=positive,
-        metavar='V',
-        help='largest speed of a robot in m/s (default: that of run.yaml, else 0.5)',
-    )
+    MetricsOptions.add_to(parser)
 
 
 def main(args: argparse.Namespace) -> int:

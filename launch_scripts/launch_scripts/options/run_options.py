@@ -8,30 +8,18 @@ from collections.abc import Sequence
 from dataclasses import asdict, astuple
 from pathlib import Path
 
-from launch_scripts.options.plot_options import add_format_argument
+from launch_scripts.options.plot_options import FormatOptions
 from setcmas_ctrl.communication.options import CommunicationOptions
 from setcmas_ctrl.control.options import LawOptions
 from setcmas_expe.lab.model import Lab
-from setcmas_simu.options import positive
 from setcmas_simu.simulator.options import SimulationOptions
+from setcmas_tools.run.options import RunOptions
 
 
 def add_run_arguments(parser: argparse.ArgumentParser, without: Sequence[str] = ()) -> None:
     """Add the options, without some of the law's or of the simulated robots'."""
-    parser.add_argument(
-        '--duration',
-        type=positive,
-        default=40.0,
-        metavar='S',
-        help='length of the run in s, from the first command (default: %(default)g)',
-    )
-    parser.add_argument(
-        '-o', '--output', type=Path, metavar='DIR', help='folder of the results, to be created'
-    )
-    parser.add_argument(
-        '--overwrite', action='store_true', help='replace an earlier run in that folder'
-    )
-    add_format_argument(parser)
+    RunOptions.add_to(parser)
+    FormatOptions.add_to(parser)
     LawOptions.add_to(parser, without)
     CommunicationOptions.add_to(parser)
     SimulationOptions.add_to(parser, ('robots', 'cmd_vel_type', *without), nb_robots=1)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
@@ -16,12 +18,14 @@ def saturate(velocities: ArrayLike, vnom: float = VNOM) -> NDArray[np.float64]:
 
     Args:
         velocities: Rows vx, vy in m/s, shape (2,) or (2, N).
-        vnom: Largest speed in m/s.
+        vnom: Largest speed in m/s; inf is no limit.
 
     Returns:
         The saturated velocities, same shape.
     """
     wanted: NDArray[np.float64] = np.asarray(velocities, dtype=float)
+    if vnom == math.inf:
+        return wanted
     speeds = np.hypot(wanted[0], wanted[1])
     scaled: NDArray[np.float64] = wanted * (vnom / np.maximum(speeds, vnom))
     return scaled

@@ -9,6 +9,7 @@ from __future__ import annotations
 import argparse
 import sys
 import time
+from dataclasses import dataclass
 
 from geometry_msgs.msg import Twist, TwistStamped
 from rclpy.clock import Clock, ClockType
@@ -19,7 +20,8 @@ from rclpy.subscription import Subscription
 from setcmas_expe.safety.stop_on_silence import SILENCE_S, StopOnSilence
 from setcmas_simu.fleet import topics
 from setcmas_simu.fleet.topics import AUTO, CMD_VEL_TYPES
-from setcmas_simu.options import positive
+from setcmas_simu.options.group import Options, option
+from setcmas_simu.options.kinds import Number, OneOf
 from setcmas_simu.ros import cmd_vel_graph, qos
 from setcmas_simu.ros.cmd_vel_type import TYPES, velocities
 from setcmas_simu.ros.process import FleetNode, RosProcess, node_main
@@ -27,6 +29,23 @@ from setcmas_simu.ros.process import FleetNode, RosProcess, node_main
 _RATE_HZ = 20.0
 _LOOK_EVERY_S = 1.0
 _LAST_WORDS_S = 0.3
+
+
+@dataclass(frozen=True, kw_only=True)
+class GuardOptions(Options):
+    """What a guard listens to, and when it stops its robot."""
+
+    cmd_vel_type: str = option(
+        OneOf((AUTO, *CMD_VEL_TYPES)),
+        'message type of cmd_vel',
+        default=AUTO,
+        default_text=f'{AUTO}, what the robot listens to',
+    )
+    silence: float = option(
+        Number(above=0, unit='s', finite=True),
+        'silence from which the robot is stopped',
+        default=SILENCE_S,
+    )
 
 
 class CmdVelGuard(FleetNode):
@@ -120,24 +139,13 @@ class CmdVelGuard(FleetNode):
 def main(argv: list[str] | None = None) -> int:
     """Guard until a signal arrives; returns the exit status."""
     parser = argparse.ArgumentParser(prog='cmd_vel_guard', description=__doc__)
-    parser.add_argument(
-        '--cmd-vel-type',
-        choices=(AUTO, *CMD_VEL_TYPES),
-        default=AUTO,
-        help='message type of cmd_vel (default: %(default)s, what the robot listens to)',
-    )
-    parser.add_argument(
-        '--silence',
-        type=positive,
-        default=SILENCE_S,
-        metavar='S',
-        help='silence from which the robot is stopped (default: %(default)g s)',
-    )
+    GuardOptions.add_to(parser)
     return node_main(parser, _guard, argv)
 
 
 def _guard(process: RosProcess, args: argparse.Namespace) -> None:
-    guard = CmdVelGuard(args.cmd_vel_type, args.silence)
+    options = GuardOptions.of(args)
+    guard = CmdVelGuard(options.cmd_vel_type, options.silence)
     process.add(guard)
     try:
         process.spin()

@@ -55,6 +55,7 @@ class Option:
         default_text: What the help text says of the default if that tells nothing by itself.
         alone: The value that the name without a value means; None if that is a mistake.
         short: Another name, such as '-o'.
+        flag: What is typed, where that is not the name.
         complete: Offers values to argcomplete, if they are no files and no list of words.
     """
 
@@ -64,11 +65,12 @@ class Option:
     default_text: str = ''
     alone: str | None = None
     short: str = ''
+    flag: str = ''
     complete: Completer | None = None
 
     def add_to(self, group: argparse._ArgumentGroup, name: str, default: Any) -> None:
         """Add the option to a command line; it is required if its default is MISSING."""
-        flag = spelled(name)
+        flag = self.flag or spelled(name)
         known: dict[str, Any] = {'dest': name, 'help': self._help(default)}
         if self.form in (Form.FLAG, Form.SWITCH):
             switch = argparse.BooleanOptionalAction
@@ -207,7 +209,7 @@ class Options:
         line: list[str] = []
         for name, (kept, value) in self._changed().items():
             if name not in without:
-                line += _typed(kept, spelled(name), value)
+                line += _typed(kept, kept.flag or spelled(name), value)
         return line
 
     def changed(self) -> list[str]:

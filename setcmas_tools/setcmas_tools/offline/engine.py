@@ -15,6 +15,7 @@ from setcmas_ctrl.communication.graph import COMPLETE
 from setcmas_ctrl.communication.options import CommunicationOptions, Condition, Graph
 from setcmas_ctrl.communication.settings import chosen_communication
 from setcmas_ctrl.control.options import RATE_HZ as CONTROL_RATE_HZ
+from setcmas_ctrl.control.options import GainOptions
 from setcmas_ctrl.control.saturation import VNOM
 from setcmas_ctrl.scripts.output import named_output
 from setcmas_ctrl.scripts.random_seed import SEED, seed_scripts
@@ -26,10 +27,12 @@ from setcmas_simu.robots.models import NO_LIMITS, check_models, model_names, rob
 from setcmas_simu.robots.si_to_uni import KOMEGA
 from setcmas_simu.robots.unicycle import RATE_HZ as ROBOT_RATE_HZ
 from setcmas_simu.robots.virtual_fleet import VirtualFleet
+from setcmas_simu.simulator.options import SimulationOptions
 from setcmas_tools.offline.communication import OfflineCommunication
 from setcmas_tools.offline.fleet_laws import FleetLaws, load_laws
 from setcmas_tools.records.communication import CommunicationRecord
 from setcmas_tools.records.fleet_table import FleetTable
+from setcmas_tools.run.options import RunOptions
 
 Floats = NDArray[np.float64]
 _SAME_TIME_S = 1e-9
@@ -159,16 +162,15 @@ def simulate(
     Raises:
         SetcmasError: The script cannot be loaded, or an argument makes no sense.
     """
-    if nb_robots < 1:
-        raise SetcmasError(f'nb_robots is {nb_robots}; accepted is a number from 1')
+    RunOptions(duration=duration)
+    SimulationOptions(nb_robots=nb_robots, model=model, limits=limits, robot_rate=robot_rate)
+    gains = GainOptions(vnom=vnom, komega=komega, rate=rate, seed=seed)
     start = start_poses(nb_robots) if poses is None else np.array(poses, dtype=float)
     if start.shape != (3, nb_robots) or not np.isfinite(start).all():
         raise SetcmasError(
-            f'start poses have shape {start.shape}; accepted are finite numbers of shape '
+            f'poses have shape {start.shape}; they must be finite numbers of shape '
             f'(3, {nb_robots})'
         )
-    if not (duration > 0 and rate > 0 and robot_rate > 0):
-        raise SetcmasError('duration, rate and robot_rate must be above 0')
     options = CommunicationOptions(
         graph=graph,
         range=range,
@@ -188,7 +190,7 @@ def simulate(
         robots = fleet_model(robot_models(names, builtins.range(1, nb_robots + 1), limits, warn))
         fleet = VirtualFleet(start, robots)
         laws = load_laws(algo, nb_robots, settings)
-        controllers = FleetLaws(laws, robots, vnom, komega, warn)
+        controllers = FleetLaws(laws, robots, gains, warn)
         return _run(fleet, controllers, radio, nb_steps, 1 / robot_rate, rate, progress)
 
 

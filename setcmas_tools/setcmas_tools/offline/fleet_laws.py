@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from setcmas_ctrl.control.control_law import ControlLaw
+from setcmas_ctrl.control.options import GainOptions
 from setcmas_ctrl.control.saturation import saturate
 from setcmas_ctrl.scripts.error_reports import ErrorReports
 from setcmas_ctrl.scripts.failures import ControlError
@@ -46,8 +47,7 @@ class FleetLaws:
         self,
         laws: Sequence[ControlLaw],
         robots: RobotModel,
-        vnom: float,
-        komega: float,
+        gains: GainOptions,
         warn: Callable[[str], None],
     ) -> None:
         """Prepare.
@@ -55,14 +55,12 @@ class FleetLaws:
         Args:
             laws: The laws of robots 1 to N.
             robots: How these robots move.
-            vnom: Largest speed in m/s.
-            komega: Gain on the heading error in 1/s.
+            gains: How fast they follow the laws.
             warn: Shows messages about failing laws.
         """
         self._laws = laws
         self._robots = robots
-        self._vnom = vnom
-        self._komega = komega
+        self._gains = gains
         self._reports = ErrorReports(warn)
         self._failing = False
         self.call_time: Floats = np.zeros(len(laws))
@@ -103,5 +101,5 @@ class FleetLaws:
             wanted.append(velocity)
             durations.append(clock() - begin)
         self.call_time += durations
-        velocities = saturate(np.array(wanted).T, self._vnom)
-        return velocities, self._robots.command(velocities, poses, self._komega)
+        velocities = saturate(np.array(wanted).T, self._gains.vnom)
+        return velocities, self._robots.command(velocities, poses, self._gains.komega)

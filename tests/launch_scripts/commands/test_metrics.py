@@ -80,10 +80,10 @@ def test_another_table_has_its_name_before_that_of_the_file(tmp_path):
     [
         (('nowhere',), "there is no 'nowhere'"),
         (('empty',), 'no fleet.csv'),
-        (('out', '--task', 'dance'), "invalid choice: 'dance'"),
+        (('out', '--task', 'dance'), "--task is 'dance'; it must be"),
         (('out', '--task', 'tracking'), 'name it with --algo'),
         (('out', '--algo', 'consensu'), 'did you mean consensus'),
-        (('out', '--vnom', '-1'), "'-1' is not a number above 0"),
+        (('out', '--vnom', '-1'), '--vnom is -1; it must be above 0 m/s'),
         (('out', '--algo', 'nav_wp', '--task', 'formation'), 'nav_wp.py defines no PLACES'),
         (('damaged.csv',), "'damaged.csv', line 2"),
         (('broken.mcap',), 'broken.mcap'),

@@ -107,14 +107,48 @@ def test_start_poses_limits_and_gains():
     [
         {'nb_robots': 2, 'poses': np.zeros((3, 1))},
         {'poses': [[np.nan], [0], [0]]},
-        {'duration': 0},
-        {'rate': -1},
-        {'limits': 'segway'},
     ],
 )
-def test_arguments_that_make_no_sense_are_refused(arguments):
-    with pytest.raises(SetcmasError):
+def test_start_poses_that_make_no_sense_are_refused(arguments):
+    with pytest.raises(SetcmasError, match='must be finite numbers of shape'):
         simulate(forward, **arguments)
+
+
+@pytest.mark.parametrize(
+    ('arguments', 'message'),
+    [
+        ({'nb_robots': 0}, 'nb_robots is 0; it must be a whole number from 1'),
+        ({'nb_robots': 2.5}, r'nb_robots is 2\.5; it must be a whole number from 1'),
+        ({'duration': 0}, 'duration is 0; it must be above 0 s and finite'),
+        ({'duration': np.inf}, 'duration is inf; it must be above 0 s and finite'),
+        ({'rate': -1}, 'rate is -1; it must be above 0 and at most 200 Hz'),
+        ({'robot_rate': 1000}, 'robot_rate is 1000; it must be above 0 and at most 200 Hz'),
+        ({'limits': 'segway'}, "limits is 'segway'; it must be ideal, burger or waffle"),
+        ({'vnom': np.nan}, 'vnom is nan; it must be above 0 m/s'),
+        ({'vnom': -1}, 'vnom is -1; it must be above 0 m/s'),
+        ({'vnom': '1'}, "vnom is '1'; it must be a number above 0 m/s"),
+        ({'komega': np.inf}, 'komega is inf; it must be above 0 1/s and finite'),
+        ({'seed': -1}, 'seed is -1; it must be a whole number from 0 to 4294967295'),
+        ({'delay': np.inf}, 'delay is inf; it must be at least 0 s and finite'),
+        ({'loss': 1.1}, r'loss is 1\.1; it must be from 0 to 1'),
+        ({'noise': np.nan}, 'noise is nan; it must be at least 0 m and finite'),
+        ({'range': 0}, 'range is 0; it must be above 0 m'),
+        ({'ctc': lambda: 0}, 'ctc has an effect with event_triggered only; add that'),
+    ],
+)
+def test_arguments_are_checked_as_options_are_and_told_in_their_own_words(arguments, message):
+    with pytest.raises(SetcmasError, match=f'^{message}$'):
+        simulate(forward, **arguments)
+
+
+def test_inf_is_no_limit():
+    def law(robotNo, nbRobots, poses, t):
+        return 1e3, 0.0
+
+    fast = simulate(law, duration=1.0, vnom=np.inf)
+
+    assert fast.velocities[0, 0, 0] == 1e3
+    assert simulate(law, 2, 1.0, range=np.inf).communication is None
 
 
 def test_a_failing_robot_stands_and_is_reported_once():
