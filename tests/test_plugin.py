@@ -2,6 +2,7 @@
 
 import os
 import re
+import shutil
 import subprocess
 import sys
 import sysconfig
@@ -24,7 +25,7 @@ def setcmas(tmp_path_factory):
     pip = [sys.executable, '-m', 'pip', '--quiet', '--disable-pip-version-check']
     offline = ['--no-deps', '--no-index']
     source = folder / 'source'
-    subprocess.run(['cp', '-r', PLUGIN, source], check=True)
+    shutil.copytree(PLUGIN, source)
     subprocess.run(
         [*pip, 'wheel', *offline, '--no-build-isolation', '-w', folder, source], check=True
     )

@@ -5,12 +5,19 @@ import sys
 
 import pytest
 
+from setcmas_simu import doors
 from setcmas_simu.doors import Door, MisfitError, ScriptDoor, instance_of
 from setcmas_simu.errors import SetcmasError
 
 GROUP = 'setcmas.test_things'
 THINGS = Door(GROUP, 'thing', instance_of(int))
 LAWS = ScriptDoor('setcmas.algorithms', 'control law')
+
+
+def forget():
+    """Look all doors up anew, as a process that starts does."""
+    doors._entries.cache_clear()
+    doors._offers.cache_clear()
 
 
 @pytest.fixture
@@ -28,11 +35,9 @@ def install(tmp_path, monkeypatch):
         lines = [f'{name} = {package}{target}\n' for name, target in names.items()]
         (metadata / 'entry_points.txt').write_text(f'[{group}]\n' + ''.join(lines))
 
-    import setcmas_simu.doors
-
-    setcmas_simu.doors._offers.cache_clear()
+    forget()
     yield add
-    setcmas_simu.doors._offers.cache_clear()
+    forget()
 
 
 def test_a_thing_of_a_package_is_found_by_name(install):
