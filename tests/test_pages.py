@@ -70,6 +70,20 @@ def test_every_script_runs(tmp_path, function):
     assert len(alone) >= 1
 
 
+def test_every_robot_script_runs(tmp_path):
+    alone = [text for text in scripts('step') if 'RobotModel' not in text]
+    for number, text in enumerate(alone):
+        path = tmp_path / f'robot_{number}.py'
+        path.write_text(text)
+        said = []
+
+        run = simulate('consensus', 3, 5, model=f'1-2:{path}', warn=said.append)
+        assert said == []
+        assert (run.poses[-1] != run.poses[0]).any(axis=0).all()
+
+    assert len(alone) >= 1
+
+
 def programs():
     """Return the Python of each page that is no script: its pieces in their order, as one."""
     found = {}

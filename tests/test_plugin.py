@@ -13,7 +13,7 @@ import pytest
 PLUGIN = Path(__file__).parent / 'plugin'
 PAGES = [
     Path(__file__).parents[1] / 'docs' / 'extending' / f'{name}.md'
-    for name in ('control_law', 'mocap_source')
+    for name in ('control_law', 'mocap_source', 'robot_models')
 ]
 MAIN = 'from launch_scripts.cli import main; raise SystemExit(main())'
 
