@@ -51,7 +51,7 @@ def main(args: argparse.Namespace) -> int:
     if args.lab:
         return write_lab_file(args)
     if not args.name:
-        raise SetcmasError('no NAME was given; accepted is the name of a script, such as my_law')
+        raise SetcmasError('no NAME was given; it must be the name of a script, such as my_law')
     target = new_file(args.name)
     if args.robot and (args.source or args.exercise):
         raise SetcmasError('--robot writes a robot script; --from and --exercise are for laws')
@@ -89,7 +89,7 @@ def new_file(name: str) -> Path:
     if not stem.isidentifier() or keyword.iskeyword(stem):
         near = re.sub(r'\W|^(?=\d)', '_', stem)
         raise SetcmasError(
-            f"'{name}' cannot be the name of a script; accepted are letters, digits and _, "
+            f"'{name}' cannot be the name of a script; it must be letters, digits and _, "
             f'such as {near if near.isidentifier() and not keyword.iskeyword(near) else "my_law"}'
         )
     return Path(f'{stem}.py')

@@ -37,7 +37,7 @@ def require_ros() -> None:
     domain = os.environ.get('ROS_DOMAIN_ID') or '0'
     if not domain.isdecimal() or int(domain) > _LARGEST_DOMAIN:
         raise SetcmasError(
-            f"ROS_DOMAIN_ID is '{domain}'; accepted are 0 to {_LARGEST_DOMAIN}, or leave it unset"
+            f"ROS_DOMAIN_ID is '{domain}'; it must be 0 to {_LARGEST_DOMAIN}, or unset"
         )
     middleware = os.environ.get('RMW_IMPLEMENTATION', _MIDDLEWARE)
     if middleware != _MIDDLEWARE and 'AMENT_PREFIX_PATH' not in os.environ:
@@ -100,7 +100,7 @@ def _check_name(peer: str) -> None:
         socket.getaddrinfo(peer, None)
     except (OSError, UnicodeError) as error:
         raise SetcmasError(
-            f"static peer '{peer}' is not known on this network; accepted is an address, such as "
+            f"static peer '{peer}' is not known on this network; it must be an address, such as "
             '192.168.1.21, or the name of a machine'
         ) from error
 

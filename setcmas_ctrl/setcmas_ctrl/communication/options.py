@@ -95,6 +95,6 @@ def find_condition(name: str, exercise: bool = False) -> Path:
     if exercise and name in EXERCISES:
         return EXERCISES.file(name)
     raise SetcmasError(
-        f"script '{name}' of --ctc was not found; accepted are a path, or the name of a script "
+        f"script '{name}' of --ctc was not found; it must be a path, or the name of a script "
         f'in this folder with a function {CTC}'
     )

@@ -31,7 +31,7 @@ class LabExamination:
             lambda: all(w.arrivals and self._watch.listeners(w.robot) for w in robots),
             _DISCOVERY_S,
         )
-        self._watch.forget()
+        self._watch.restart_statistics()
         self._process.spin_until(lambda: False, seconds)
 
     def result(self) -> tuple[tuple[str, ...], list[list[str]], list[Finding]]:

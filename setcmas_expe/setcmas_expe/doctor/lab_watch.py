@@ -77,7 +77,7 @@ class LabWatch(FleetNode):
             ):
                 self.create_subscription(kind, topic, partial(callback, watch), _BURST)
 
-    def forget(self) -> None:
+    def restart_statistics(self) -> None:
         """Begin anew with the statistics of motion capture."""
         self._begin = time.time()
         for watch in self.robots.values():

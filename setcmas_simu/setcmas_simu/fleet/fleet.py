@@ -88,7 +88,7 @@ def parse_robots(text: str) -> list[int]:
         found = re.fullmatch(r'\s*([1-9][0-9]{0,3})\s*(?:-\s*([1-9][0-9]{0,3}))?\s*', part)
         if not found or int(found[2] or found[1]) < int(found[1]):
             raise SetcmasError(
-                f"robots '{text}' are not understood; accepted are numbers from 1 and ranges, "
+                f"robots '{text}' are not understood; they must be numbers from 1 and ranges, "
                 "such as '1-4' or '2,5-7'"
             )
         robots.update(range(int(found[1]), int(found[2] or found[1]) + 1))

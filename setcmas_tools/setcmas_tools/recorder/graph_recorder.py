@@ -91,7 +91,7 @@ class GraphRecorder:
             topic.connection = self._writer.add_topic(
                 name, topic.msgtype, self._definitions.of(topic.msgtype), stored_qos(profiles)
             )
-        self._write(topic.suit(profiles))
+        self._write(topic.adapt_to(profiles))
 
     def _subscribe(self, name: str, msgtype: str) -> RecordedTopic | None:
         previous = self._topics.pop(name, None)

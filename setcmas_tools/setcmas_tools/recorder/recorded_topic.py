@@ -68,7 +68,7 @@ class RecordedTopic:
         self._taken_early: set[int] = set()
         self._subscribe()
 
-    def suit(self, profiles: list[QoSProfile]) -> list[Received]:
+    def adapt_to(self, profiles: list[QoSProfile]) -> list[Received]:
         """Subscribe anew if the publishers' qualities of service ask for it.
 
         Args:

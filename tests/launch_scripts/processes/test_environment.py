@@ -74,5 +74,5 @@ def test_a_domain_that_is_none_is_refused(monkeypatch, domain):
     monkeypatch.setattr(environment.importlib.util, 'find_spec', lambda _: True)
     monkeypatch.setenv('ROS_DOMAIN_ID', domain)
 
-    with pytest.raises(SetcmasError, match=f"ROS_DOMAIN_ID is '{domain}'; accepted are 0 to 101"):
+    with pytest.raises(SetcmasError, match=f"ROS_DOMAIN_ID is '{domain}'; it must be 0 to 101"):
         environment.require_ros()

@@ -18,7 +18,6 @@ from setcmas_tools.view.scene.ground_scene import HALF_M
 
 _FIGURES, _PAUSE, _RESET, _VIEW, _FOLLOW, _TRAILS, _SIZE, _SCREENSHOT = range(8)
 _SCREENSHOT_TIMEOUT_S = 15.0
-_WHITE = 255
 
 
 @dataclass
@@ -68,8 +67,8 @@ class Controls:
         )  # fmt: skip
         screenshot = gui.add_button('Screenshot', icon=viser.Icon.CAMERA, order=_SCREENSHOT)
         screenshot.on_click(lambda event: take_screenshot(event.client))
-        server.on_client_connect(self._come)
-        server.on_client_disconnect(self._go)
+        server.on_client_connect(self._on_connect)
+        server.on_client_disconnect(self._on_disconnect)
 
     @property
     def trail_s(self) -> float:
@@ -119,12 +118,12 @@ class Controls:
         with self._lock:
             return list(self._cameras.values())
 
-    def _come(self, client: viser.ClientHandle) -> None:
+    def _on_connect(self, client: viser.ClientHandle) -> None:
         camera = FollowingCamera(client, _FOLLOW, self.half_m)
         with self._lock:
             self._cameras[client.client_id] = camera
 
-    def _go(self, client: viser.ClientHandle) -> None:
+    def _on_disconnect(self, client: viser.ClientHandle) -> None:
         with self._lock:
             self._cameras.pop(client.client_id, None)
 
