@@ -1,4 +1,4 @@
-"""Makes the pictures of README.md, index.md and communication.md, from runs of its own.
+"""Makes the pictures of README.md and docs, from runs of its own.
 
 python tests/pictures/readme_pictures.py                   all of them
 python tests/pictures/readme_pictures.py browser_view      needs chromium and chromedriver
@@ -99,6 +99,22 @@ def graph(folder: Path) -> Path:
         return plot_of_a_run(folder, 'graph', *options, '--duration', '60')
 
 
+def notebook(folder: Path) -> Path:
+    """Show a run as a notebook does."""
+    from browser import open_browser
+
+    from setcmas_tools import simulate
+
+    shown = simulate('consensus', nb_robots=5, duration=40)._repr_html_()
+    folder.mkdir()
+    page = folder / 'run.html'
+    page.write_text(f'<body style="font: 15px sans-serif">{shown}</body>', encoding='utf-8')
+    with open_browser(820, 660) as browser:
+        browser.get(page.as_uri())
+        browser.save_screenshot(str(folder / 'run.png'))
+    return folder / 'run.png'
+
+
 def browser_view(folder: Path) -> Path:
     """Show a formation on its way, as the browser does."""
     from browser import close_notifications, open_browser, wait_for_text
@@ -141,7 +157,7 @@ def browser_view(folder: Path) -> Path:
 
 MAKERS = {
     maker.__name__: maker
-    for maker in (trajectories, formation, communication, graph, browser_view)
+    for maker in (trajectories, formation, communication, graph, notebook, browser_view)
 }
 
 
