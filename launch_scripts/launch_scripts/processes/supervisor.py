@@ -9,7 +9,7 @@ import sys
 import time
 from collections.abc import Callable, Sequence
 from types import FrameType
-from typing import IO, Any
+from typing import IO, Any, cast
 
 from launch_scripts.processes.child_process import KILL, Child, ChildReport, known_signals
 from launch_scripts.terminal.output_lines import LineBuffer, Stream, write_line
@@ -60,7 +60,7 @@ class Supervisor:
         """Stop all processes."""
         self.stop(*reversed(self.children))
         for key in list(self._selector.get_map().values()):
-            key.fileobj.close()  # type: ignore[union-attr]
+            cast(IO[bytes], key.fileobj).close()
         self._selector.close()
         self._output.close()
         for signum, handler in self._previous_handlers.items():
@@ -165,7 +165,7 @@ class Supervisor:
             key.data(data)
             if not data:
                 self._selector.unregister(key.fileobj)
-                key.fileobj.close()  # type: ignore[union-attr]
+                cast(IO[bytes], key.fileobj).close()
 
     def _on_signal(self, _signum: int, _frame: FrameType | None) -> None:
         self._stop_signals += 1

@@ -36,7 +36,8 @@ def _checked(thing: Any) -> RobotModel:
 def _callable(thing: Any) -> LoadScript:
     if not callable(thing):
         raise MisfitError(f'it is a {type(thing).__name__}; it must be a function')
-    return thing  # type: ignore[no-any-return]
+    load: LoadScript = thing
+    return load
 
 
 MODELS = Door('setcmas.robot_models', 'robot model', _checked)

@@ -41,7 +41,8 @@ def _float32(value: float) -> float:
 
 
 def _numbers(array: NDArray[Any]) -> list[Any]:
-    return list(array.tolist())
+    numbers: list[Any] = array.tolist()
+    return numbers
 
 
 def _stamps(stamps: Sequence[Any]) -> list[str]:
