@@ -2,6 +2,7 @@
 
 import numpy as np
 from matplotlib.figure import Figure
+from runs import run_of
 
 from setcmas_simu.fleet.fleet import start_poses
 from setcmas_tools.plots.style import finish, plot_style
@@ -23,7 +24,7 @@ def circling_fleet(nb_robots, turns=1.5):
 def drawn(drawing, nb_robots, palette='robots', paper=None):
     with plot_style(palette, paper):
         figure = Figure()
-        drawing(figure, circling_fleet(nb_robots))
+        drawing(figure, run_of(circling_fleet(nb_robots)))
         finish(figure, f'leader_follower_distance_formation, {nb_robots} robots')
         figure.draw_without_rendering()
     return figure

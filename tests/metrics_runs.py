@@ -1,9 +1,11 @@
 """Runs that are measured in tests."""
 
 import numpy as np
-import yaml
 
+from setcmas_tools.metrics.compute import measure
 from setcmas_tools.records.fleet_table import fleet_table, write_csv
+from setcmas_tools.run.info import RunInfo, write_info
+from setcmas_tools.run.run import Run
 
 T = np.arange(0, 201) / 10
 """0 to 20 s at 10 Hz."""
@@ -29,5 +31,9 @@ def numbers(value):
 def write_run(folder, fleet, **parameters):
     (folder / 'csv').mkdir(parents=True)
     write_csv(fleet, folder / 'csv' / 'fleet.csv')
-    (folder / 'run.yaml').write_text(yaml.safe_dump({'parameters': parameters}))
+    write_info(RunInfo(parameters=parameters), folder)
     return folder
+
+
+def compute(path, **options):
+    return measure(Run.load(path), **options)

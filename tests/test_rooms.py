@@ -25,6 +25,7 @@ MAY_IMPORT_ROS = [
     'setcmas_ctrl.controller.reloader',
     'setcmas_ctrl.controller.si_to_uni',
     'setcmas_ctrl.controller.stepper',
+    'setcmas_ctrl.controller.task_topic',
     'setcmas_ctrl.fleet.discovery',
     'setcmas_ctrl.fleet.odometry',
     'setcmas_ctrl.fleet.pause_watch',

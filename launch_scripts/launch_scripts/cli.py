@@ -137,6 +137,7 @@ def _parsed(arguments: list[str]) -> argparse.Namespace:
     if wanted:
         _check_verb(parser, wanted)
     args, unknown = parser.parse_known_args(arguments)
+    args.arguments = arguments[arguments.index(wanted) + 1 :] if wanted else []
     if unknown:
         _refuse(args.parser if args.verb else parser, unknown[0])
     if not args.verb:

@@ -2,18 +2,29 @@
 
 from __future__ import annotations
 
+import importlib
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from setcmas_tools.offline.engine import OfflineRun, simulate
+    from setcmas_tools.evaluation import evaluate
+    from setcmas_tools.offline.engine import simulate
+    from setcmas_tools.run.run import Run
 
-__all__ = ['OfflineRun', 'simulate']
+__all__ = ['Run', 'evaluate', 'simulate']
+
+_HOMES = {
+    'Run': 'setcmas_tools.run.run',
+    'evaluate': 'setcmas_tools.evaluation',
+    'simulate': 'setcmas_tools.offline.engine',
+}
 
 
 def __getattr__(name: str) -> Any:
     # Imported on demand: the recorder, for one, needs no control laws.
-    if name in __all__:
-        from setcmas_tools.offline import engine as offline_engine
-
-        return getattr(offline_engine, name)
+    if name in _HOMES:
+        return getattr(importlib.import_module(_HOMES[name]), name)
     raise AttributeError(f'module {__name__!r} has no attribute {name!r}')
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *__all__})

@@ -1,4 +1,4 @@
-"""Plot the trajectories of a run from its fleet.csv.
+"""Plot a run from its CSV files or its bag.
 
 Examples:
   setcmas csv_to_plot out                        a run's folder; plots go to out/plots
@@ -14,12 +14,16 @@ import argparse
 from pathlib import Path
 
 from launch_scripts.options.plot_options import BEST, FilmOptions, StyleOptions
+from launch_scripts.terminal.output_lines import warn
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the options of the verb."""
     parser.add_argument(
-        'run', type=Path, metavar='DIR', help='folder of a run, of its CSV files, or a fleet.csv'
+        'run',
+        type=Path,
+        metavar='DIR',
+        help='folder of a run, of its CSV files, a fleet.csv, or a bag',
     )
     parser.add_argument(
         '-o', '--output', type=Path, metavar='DIR', help='folder of the plots (default: DIR/plots)'
@@ -31,22 +35,24 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def main(args: argparse.Namespace) -> int:
     """Plot; returns the exit status."""
-    from setcmas_tools.plots.plot import plot
+    from setcmas_tools.evaluation import evaluate
+    from setcmas_tools.plots.plot import PlotLook
+    from setcmas_tools.run.run import Run
+    from setcmas_tools.run.source import find_run
 
     style, film = StyleOptions.of(args), FilmOptions.of(args)
-    paths = plot(
-        args.run,
-        args.output,
-        style.formats,
-        show=args.show,
-        palette=style.palette,
-        paper=style.paper,
-    )
-    print('\n'.join(map(str, paths)), flush=True)  # a film may take its time, or fail
+    folder = args.output or find_run(args.run).folder / 'plots'
+    run = Run.load(args.run, _tell)
+    look = PlotLook(style.formats, style.palette, style.paper, args.show)
+    # A film may take its time, or fail: what is there is told before.
+    print('\n'.join(map(str, evaluate(run, folder, look, warn=_tell).plots)), flush=True)
     if film.animate:
         from setcmas_tools.films.film import animate
 
         kind = None if film.animate == BEST else film.animate
-        speed = film.speed or 1.0
-        print(animate(args.run, args.output, kind, speed, palette=style.palette))
+        print(animate(run, folder, kind, film.speed or 1.0, palette=style.palette))
     return 0
+
+
+def _tell(message: str) -> None:
+    warn(f'setcmas csv_to_plot: {message}')

@@ -1,8 +1,9 @@
 """Measure a run: path, speed and separation of the robots, and how well they did their task.
 
 The table goes to the terminal and, without rounding to the table's digits, into metrics.yaml in
-the folder of the run. The task is that of the run's built-in law; for a script of your own that
-defines the same names as a built-in one (WPL; PLACES; D; R and W) it is told with --task.
+the folder of the run. The task is what the law says in a line such as task = 'waypoints'; of a law
+that says none, it is told with --task, and its references (WPL; PLACES; D; R and W) are read from
+the script.
 
 Examples:
   setcmas metrics out                                a run's folder
@@ -13,22 +14,13 @@ Examples:
 from __future__ import annotations
 
 import argparse
-import shutil
-import tempfile
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from launch_scripts.terminal.output_lines import warn
-from setcmas_simu.errors import SetcmasError
+from setcmas_ctrl.task.names import TASKS
 from setcmas_simu.options.group import Options, option
-from setcmas_simu.options.kinds import Kind, Number, OneOf
-from setcmas_tools.run.references import TASKS
-
-if TYPE_CHECKING:
-    from setcmas_tools.metrics.compute import Metrics
-
-_BAG_ENDINGS = ('.mcap', '.db3', '.bag', '.active')
+from setcmas_simu.options.kinds import Kind, Number
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -36,16 +28,17 @@ class MetricsOptions(Options):
     """What is measured against, where the run does not tell."""
 
     task: str | None = option(
-        OneOf(tuple(TASKS)),
+        Kind(metavar='NAME'),
         'what the robots were to do',
         default=None,
-        default_text="the built-in law's",
+        default_text='what the law says',
+        complete=lambda **_: list(TASKS.offers()),
     )
     algo: str | None = option(
         Kind(metavar='NAME'),
-        'control law that defines the numbers of the task',
+        'control law that has the references of the task',
         default=None,
-        default_text='that of run.yaml',
+        default_text='that of the run',
     )
     vnom: float | None = option(
         Number(above=0, unit='m/s'),
@@ -68,63 +61,26 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def main(args: argparse.Namespace) -> int:
     """Measure; returns the exit status."""
-    from setcmas_tools.metrics.table import table_lines
-    from setcmas_tools.metrics.yaml_file import write_yaml
+    from setcmas_tools.evaluation import evaluate
+    from setcmas_tools.metrics.yaml_file import FILE_NAME
+    from setcmas_tools.run.retold import with_task, with_vnom
+    from setcmas_tools.run.run import Run
+    from setcmas_tools.run.source import find_run
 
-    bag = _bag(args.run)
-    metrics, target = _of_bag(bag, args) if bag else _of_table(args)
-    for line in table_lines(metrics):
-        print(line)
-    if metrics.task is None:
-        print(f'the task is not known: --task {{{",".join(TASKS)}}} and --algo tell it')
-    write_yaml(metrics, target)
+    source = find_run(args.run)
+    run = Run.load(args.run, _tell)
+    if args.task or args.algo:
+        run = with_task(run, args.task, args.algo)
+    if args.vnom:
+        run = with_vnom(run, args.vnom)
+    target = source.folder / f'{source.stem}{FILE_NAME}'
+    evaluation = evaluate(run, metrics_file=target, warn=_tell)
+    print(evaluation)
+    if run.references is None:
+        print(f'the task is not known: --task {{{",".join(TASKS.offers())}}} and --algo tell it')
     print(target)
     return 0
 
 
-def _bag(run: Path) -> Path | None:
-    """Return the bag that a path means; None if it means CSV files."""
-    if run.is_file():
-        return run if run.suffix in _BAG_ENDINGS else None
-    if any((run / place).is_file() for place in ('csv/fleet.csv', 'fleet.csv')):
-        return None
-    is_bag = run.is_dir() and any(
-        file.name == 'metadata.yaml' or file.suffix in _BAG_ENDINGS for file in run.iterdir()
-    )
-    if is_bag:
-        return run
-    return run / 'bag' if (run / 'bag').is_dir() else None
-
-
-def _of_table(args: argparse.Namespace) -> tuple[Metrics, Path]:
-    from setcmas_tools.metrics.compute import compute
-    from setcmas_tools.metrics.yaml_file import metrics_file
-    from setcmas_tools.run.files import fleet_csv
-
-    metrics = compute(args.run, args.task, args.vnom, args.algo)
-    return metrics, metrics_file(fleet_csv(args.run))
-
-
-def _of_bag(bag: Path, args: argparse.Namespace) -> tuple[Metrics, Path]:
-    """Measure a bag; metrics.yaml goes into the folder of its run, else beside the bag."""
-    from setcmas_tools.metrics.compute import compute
-    from setcmas_tools.metrics.yaml_file import FILE_NAME
-    from setcmas_tools.run.files import INPUTS
-    from setcmas_tools.tables.convert import convert
-
-    resolved = bag.resolve()
-    is_of_run = resolved.is_dir() and resolved.name == 'bag'
-    with tempfile.TemporaryDirectory(prefix='setcmas-metrics-') as temporary:
-        folder = Path(temporary)
-        if is_of_run and (resolved.parent / 'run.yaml').is_file():
-            shutil.copy(resolved.parent / 'run.yaml', folder)
-            if (resolved.parent / INPUTS).is_dir():
-                shutil.copytree(resolved.parent / INPUTS, folder / INPUTS)
-        report = convert(bag, folder / 'csv')
-        for notice in report.notices:
-            warn(f'setcmas metrics: {notice}')
-        if not report.fleet:
-            raise SetcmasError(f"bag '{bag}' holds no odometry of robots (/tb3_i/odom)")
-        metrics = compute(folder, args.task, args.vnom, args.algo)
-    beside = FILE_NAME if is_of_run else f'{resolved.stem}_{FILE_NAME}'
-    return metrics, resolved.parent / beside
+def _tell(message: str) -> None:
+    warn(f'setcmas metrics: {message}')

@@ -8,6 +8,7 @@ Examples:
   setcmas offline --algo my_law.py --nb-robots 3 --pose 1:1.0,2.0,1.57
   setcmas offline --algo consensus --nb-robots 5 --set K=1.2
   setcmas offline --algo consensus --nb-robots 8 --graph ring --delay 0.2 --loss 0.3
+  setcmas offline --from out                         the run in out again, and how it compares
 """
 
 from __future__ import annotations
@@ -18,11 +19,12 @@ import sys
 import threading
 import time
 from collections.abc import Mapping
-from pathlib import Path
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from tqdm import tqdm
 
+from launch_scripts.options.earlier_run import with_earlier_run
 from launch_scripts.options.run_options import add_run_arguments, output_folder, parameters
 from launch_scripts.terminal.output_lines import warn
 from launch_scripts.terminal.progress_output import progress_output
@@ -31,13 +33,12 @@ from setcmas_ctrl.communication.settings import check_communication
 from setcmas_ctrl.control.options import SCRIPT_FAILED, LawOptions
 from setcmas_ctrl.scripts.messages import described_place, quoted_line, script_place
 from setcmas_ctrl.scripts.output import named_output
-from setcmas_simu.fleet.fleet import format_robots
 from setcmas_simu.fleet.pose_options import chosen_start_poses
 from setcmas_tools.run.folder import RunFolder
 from setcmas_tools.run.inputs import run_inputs
 
 if TYPE_CHECKING:
-    from setcmas_tools.offline.engine import OfflineRun
+    from setcmas_tools.run.run import Run
 
 _BAR = '{desc}: {percentage:3.0f}%|{bar}| {n:.0f}/{total:.0f} s'
 
@@ -60,18 +61,18 @@ def main(args: argparse.Namespace) -> int:
 
 def _run(args: argparse.Namespace) -> int:
     # Imported late: help texts and completion do not wait for matplotlib.
-    from setcmas_tools.metrics.compute import compute
-    from setcmas_tools.metrics.table import table_lines
-    from setcmas_tools.metrics.yaml_file import as_dict, write_yaml
-    from setcmas_tools.plots.plot import plot
-    from setcmas_tools.records import communication as communication_record
-    from setcmas_tools.records.fleet_table import write_csv
+    from setcmas_tools.comparison import compared
+    from setcmas_tools.evaluation import evaluate
+    from setcmas_tools.plots.plot import PlotLook
+    from setcmas_tools.run.run import Run
 
+    args, earlier = with_earlier_run(args)
     law = LawOptions.of(args)
     script = law.script()
     communication = CommunicationOptions.of(args).found(law.exercise)
     check_communication(communication, args.nb_robots)
-    folder = RunFolder(output_folder(args, script), run_inputs(args, script))
+    inputs = run_inputs(args, script)
+    folder = RunFolder(output_folder(args, script), inputs)
     folder.check(args.overwrite)
     begin = time.perf_counter()
     try:
@@ -82,40 +83,24 @@ def _run(args: argparse.Namespace) -> int:
         warn(f'setcmas offline: stopped by the user{where}')
         return 130
     elapsed = time.perf_counter() - begin
-    folder.create()
-    folder.csv.mkdir()
-    write_csv(run.table, folder.csv / 'fleet.csv')
-    if run.communication:
-        communication_record.write_csv(run.communication, folder.csv)
-    outcome = _outcome(run, script, args.ctc)
-    folder.write_record(parameters(args, script), outcome, args.seed)
-    figures = plot(folder.path, formats=tuple(args.format))
-    metrics = compute(folder.path, call_times=dict(enumerate(run.call_time.tolist(), start=1)))
-    write_yaml(metrics, folder.metrics)
-    if metrics.messages:
-        folder.add_to_record('communication', as_dict(metrics)['messages'])
-    for line in table_lines(metrics):
-        print(line)
+    command = ['setcmas', *sys.argv[1:]]
+    info = replace(run.info, command=command, parameters=parameters(args, script))
+    replace(run, info=info, inputs=tuple(inputs)).save(folder.path, args.overwrite)
+    # What is in the files is measured, so that `setcmas metrics` finds the same.
+    saved = replace(Run.load(folder.path, warn), call_time=run.call_time)
+    look = PlotLook(tuple(args.format))
+    evaluation = evaluate(saved, folder.plots, look, folder.metrics, warn)
+    print(evaluation)
+    if earlier:
+        print(compared(folder.path, earlier))
     print(
         f'{args.duration:g} s in {elapsed:.2f} s ({args.duration / elapsed:.0f} times real time)'
-        f'   CSV: {folder.csv}   {len(figures)} plots: {folder.plots}'
+        f'   CSV: {folder.csv}   {len(evaluation.plots)} plots: {folder.plots}'
     )
     if run.failed_robots:
-        warn(f'setcmas offline: {outcome}; the messages above the table tell why')
+        warn(f'setcmas offline: {run.outcome}; the messages above the table tell why')
         return SCRIPT_FAILED
     return 0
-
-
-def _outcome(run: OfflineRun, script: Path, condition: str | None) -> str:
-    failed = [
-        f'{name} failed for robots {format_robots(robots)}'
-        for name, robots in (
-            (script.name, run.failed_laws),
-            (f'the condition {condition}', run.failed_conditions),
-        )
-        if robots
-    ]
-    return f'complete, but {" and ".join(failed)}' if failed else 'complete'
 
 
 def _simulate(
@@ -123,7 +108,7 @@ def _simulate(
     script: str,
     settings: Mapping[str, Any],
     communication: CommunicationOptions,
-) -> OfflineRun:
+) -> Run:
     from setcmas_tools.offline.engine import simulate
 
     with (

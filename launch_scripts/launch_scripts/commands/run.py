@@ -7,25 +7,29 @@ Examples:
   setcmas run --algo consensus --nb-robots 5 --set K=1.2
   setcmas run --algo consensus --nb-robots 8 --event-triggered --duration 45
   setcmas run --emulate --algo consensus --nb-robots 8     an experiment in an emulated lab
+  setcmas run --from out                                   the run in out again
 """
 
 from __future__ import annotations
 
 import argparse
+import sys
 import time
 from collections.abc import Callable
 from contextlib import suppress
+from dataclasses import replace
 from pathlib import Path
 
 from tqdm import tqdm
 
+from launch_scripts.options.earlier_run import with_earlier_run
 from launch_scripts.options.run_options import add_run_arguments, output_folder, parameters
 from launch_scripts.options.rviz import Companion
 from launch_scripts.options.view_options import ViewOptions, view_beside
 from launch_scripts.processes.child_process import ChildDiedError
 from launch_scripts.processes.environment import local_environment, require_ros
 from launch_scripts.processes.experiment import experiment_environment
-from launch_scripts.processes.run_processes import EmulatedRun, SimulatedRun
+from launch_scripts.processes.run_processes import EmulatedRun, SimulatedRun, outcome_of
 from launch_scripts.processes.supervisor import StoppedError, Supervisor
 from launch_scripts.terminal.output_lines import Stream, warn, write_line
 from setcmas_ctrl.communication.options import CommunicationOptions
@@ -38,11 +42,11 @@ from setcmas_simu.fleet.fleet import format_robots
 from setcmas_simu.options.group import spelled
 from setcmas_simu.simulator.options import SimulationOptions
 from setcmas_tools.run.folder import RunFolder
+from setcmas_tools.run.info import RunInfo
 from setcmas_tools.run.inputs import run_inputs
+from setcmas_tools.run.outcome import Outcome, State
 
 _START_TIMEOUT_S = 20.0
-_FAILED = 'complete, but a script failed for some robots'
-_NOT_BEGUN = 'a process found a mistake'
 _OF_SIMULATED_ROBOTS = ('model', 'limits', 'robot_rate', 'cmd_timeout')
 
 
@@ -63,6 +67,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def main(args: argparse.Namespace) -> int:
     """Do the whole job; returns the exit status."""
+    args, earlier = with_earlier_run(args)
     law = LawOptions.of(args)
     script = law.script()  # mistakes are told before anything starts
     robots = SimulationOptions.of(args).simulated().robots
@@ -72,22 +77,27 @@ def main(args: argparse.Namespace) -> int:
     folder = RunFolder(output_folder(args, script), inputs)
     folder.check(args.overwrite)
     require_ros()
-    recorded = parameters(args, script, lab)
+    info = RunInfo(
+        ['setcmas', *sys.argv[1:]],
+        Outcome(State.NOT_FINISHED),
+        parameters(args, script, lab),
+        args.seed,
+        started=time.strftime('%Y-%m-%dT%H:%M:%S%z'),
+    )
     with view_beside(ViewOptions.of(args), robots) as views:
-        folder.create()
-        started = time.time()
-        folder.write_record(recorded, 'not finished', args.seed, started)
+        folder.create(info)
         status, outcome = _robots_run(args, folder, lab, views)
-    if outcome == _NOT_BEGUN:
+    if outcome is None:
         folder.discard()
         return status
-    folder.write_record(recorded, outcome, args.seed, started)
+    info = replace(info, outcome=outcome)
+    folder.write_info(info)
     if not folder.bag.exists():
         return status or 1
     try:
-        status = _evaluate(args, folder) or status
-        if outcome == _FAILED:
-            warn(f'setcmas run: {_FAILED}; the messages above the table tell why')
+        status = _evaluate(args, folder, info, earlier) or status
+        if outcome.state is State.FAILED:
+            warn(f'setcmas run: {outcome}; the messages above the table tell why')
         return status
     except KeyboardInterrupt:
         warn(f'setcmas run: the bag is complete; bag_to_csv {folder.bag} goes on from there')
@@ -119,8 +129,8 @@ def _emulated_lab(args: argparse.Namespace) -> Lab | None:
 
 def _robots_run(
     args: argparse.Namespace, folder: RunFolder, lab: Lab | None, views: list[Companion]
-) -> tuple[int, str]:
-    """Let the robots run; returns the exit status so far and how it ended."""
+) -> tuple[int, Outcome | None]:
+    """Let the robots run; returns the exit status so far, and how it ended if it began."""
     environment = experiment_environment(lab, emulated=True) if lab else local_environment()
     with Supervisor(environment, prefix=True) as supervisor:
         run = (
@@ -143,22 +153,24 @@ def _robots_run(
                 supervisor.warn(
                     f'setcmas run: the robots did not start within {_START_TIMEOUT_S:g} s'
                 )
-                return 1, 'the robots did not start'
+                return 1, Outcome(State.NOT_STARTED)
             _show_progress(supervisor, args.duration, run.tick)
             trouble = run.trouble
             run.finish()
+            outcome = outcome_of(run.failed)
             if trouble:
                 supervisor.warn(f'setcmas run: {trouble}')
-                return 1, f'complete, but {trouble}'
+                return 1, replace(outcome, detail=trouble)
             if run.status == SCRIPT_FAILED:
-                return SCRIPT_FAILED, _FAILED
-            return 0, 'complete'
+                return SCRIPT_FAILED, replace(outcome, state=State.FAILED)
+            return 0, outcome
         except StoppedError:
-            return 130, 'stopped by the user'
+            return 130, Outcome(State.STOPPED)
         except ChildDiedError as death:
             if str(death):
                 supervisor.warn(f'setcmas run: {death}; the others are stopped')
-            return death.exit_status, str(death) or _NOT_BEGUN
+            told = str(death)
+            return death.exit_status, Outcome(State.DIED, detail=told) if told else None
         finally:
             run.stop()
 
@@ -178,33 +190,32 @@ def _show_progress(supervisor: Supervisor, duration: float, tick: Callable[[], N
         bar.update(duration - bar.n)
 
 
-def _evaluate(args: argparse.Namespace, folder: RunFolder) -> int:
+def _evaluate(
+    args: argparse.Namespace, folder: RunFolder, info: RunInfo, earlier: Path | None
+) -> int:
     """Write CSV files, plots and metrics, print these; returns the exit status."""
     # Imported late: a fresh start of the robots does not wait for matplotlib.
-    from setcmas_tools.metrics.compute import compute
-    from setcmas_tools.metrics.table import table_lines
-    from setcmas_tools.metrics.yaml_file import as_dict, write_yaml
-    from setcmas_tools.plots.plot import plot
-    from setcmas_tools.records.fleet_table import read_csv
+    from setcmas_tools.comparison import compared
+    from setcmas_tools.evaluation import evaluate
+    from setcmas_tools.plots.plot import PlotLook
+    from setcmas_tools.run.run import Run
     from setcmas_tools.tables.convert import convert
 
-    convert(folder.bag, folder.csv)
-    fleet = folder.csv / 'fleet.csv'
-    if not fleet.exists():
+    if not convert(folder.bag, folder.csv).fleet:
         warn('setcmas run: no odometry was recorded, so there is nothing to plot')
         return 1
-    strangers = set(read_csv(fleet).robots) - set(range(1, args.nb_robots + 1))
+    run = Run.load(folder.path, warn)
+    folder.write_info(replace(info, references=run.references))
+    strangers = set(run.robots) - set(range(1, args.nb_robots + 1))
     if strangers:
         warn(
             f'setcmas run: robots {format_robots(sorted(strangers))} of another simulator were '
             'there too; they are in the plots and in the metrics'
         )
-    figures = plot(folder.path, formats=tuple(args.format))
-    metrics = compute(folder.path)
-    write_yaml(metrics, folder.metrics)
-    if metrics.messages:
-        folder.add_to_record('communication', as_dict(metrics)['messages'])
-    where = f'bag: {folder.bag}   CSV: {folder.csv}   {len(figures)} plots: {folder.plots}'
+    look = PlotLook(tuple(args.format))
+    evaluation = evaluate(run, folder.plots, look, folder.metrics, warn)
+    lines = [str(evaluation), *([compared(folder.path, earlier)] if earlier else [])]
+    where = f'{len(evaluation.plots)} plots: {folder.plots}'
     with suppress(OSError):  # the terminal may be closed by now, the work is done
-        print('\n'.join([*table_lines(metrics), where]), flush=True)
+        print(*lines, f'bag: {folder.bag}   CSV: {folder.csv}   {where}', sep='\n', flush=True)
     return 0

@@ -7,7 +7,9 @@ import time
 from collections.abc import Sequence
 from dataclasses import asdict, astuple
 from pathlib import Path
+from typing import Any
 
+from launch_scripts.options.earlier_run import add_from_argument
 from launch_scripts.options.plot_options import FormatOptions
 from setcmas_ctrl.communication.options import CommunicationOptions
 from setcmas_ctrl.control.options import LawOptions
@@ -23,6 +25,7 @@ def add_run_arguments(parser: argparse.ArgumentParser, without: Sequence[str] = 
     LawOptions.add_to(parser, without)
     CommunicationOptions.add_to(parser)
     SimulationOptions.add_to(parser, ('robots', 'cmd_vel_type', *without), nb_robots=1)
+    add_from_argument(parser)
 
 
 def output_folder(args: argparse.Namespace, script: Path) -> Path:
@@ -30,12 +33,10 @@ def output_folder(args: argparse.Namespace, script: Path) -> Path:
     return args.output or Path(time.strftime(f'{args.verb}_{script.stem}_%Y%m%d-%H%M%S'))
 
 
-def parameters(
-    args: argparse.Namespace, script: Path, lab: Lab | None = None
-) -> dict[str, object]:
+def parameters(args: argparse.Namespace, script: Path, lab: Lab | None = None) -> dict[str, Any]:
     """Return what run.yaml records of the options, and of the lab of an emulated experiment."""
     law = LawOptions.of(args)
-    values: dict[str, object] = {'algo': law.algo, 'script': str(script), 'set': law.settings}
+    values: dict[str, Any] = {'algo': law.algo, 'script': str(script), 'set': law.settings}
     values |= {'nb_robots': args.nb_robots, 'duration': args.duration}
     values |= {'vnom': law.vnom, 'komega': law.komega, 'rate': law.rate}
     values |= CommunicationOptions.of(args).record()

@@ -25,7 +25,7 @@ from setcmas_expe.emulation.options import EmulationOptions
 from setcmas_expe.lab.model import Lab
 from setcmas_expe.lab.options import LabOptions
 from setcmas_expe.pause.console_protocol import Status, Wish, Word
-from setcmas_simu.reports.reports import Started
+from setcmas_simu.reports.reports import Ended, ScriptCall, Started
 
 _TAKE_OVER_S = 0.5
 
@@ -89,6 +89,12 @@ class Experiment:
     def controlled(self) -> bool:
         """Whether control laws are called."""
         return self._ctrl.heard(Started) is not None
+
+    @property
+    def failed(self) -> tuple[ScriptCall, ...]:
+        """Calls of scripts that failed, or hung, at some time, once the controllers ended."""
+        ended = self._ctrl.heard(Ended)
+        return ended.failed if ended else ()
 
     def start_joystick(self, command: list[str]) -> None:
         """Start the process that reads a joystick."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+from collections.abc import Sequence
 from pathlib import Path
 
 from launch_scripts.processes.experiment import Experiment
@@ -18,8 +19,9 @@ from setcmas_ctrl.control.options import ControllerOptions
 from setcmas_expe.lab.model import Lab
 from setcmas_expe.lab.options import LabOptions
 from setcmas_expe.pause.console_protocol import Status
-from setcmas_simu.reports.reports import Started
+from setcmas_simu.reports.reports import Ended, Function, ScriptCall, Started
 from setcmas_simu.simulator.options import SimulationOptions
+from setcmas_tools.run.outcome import Outcome
 
 
 class SimulatedRun:
@@ -27,6 +29,7 @@ class SimulatedRun:
 
     Attributes:
         status: Exit status of the controllers once `finish` has ended them.
+        failed: Calls of scripts that failed, or hung, at some time, known then.
         trouble: What went wrong with the robots, though no process died; here nothing can.
     """
 
@@ -35,6 +38,7 @@ class SimulatedRun:
     def __init__(self, supervisor: Supervisor, args: argparse.Namespace, bag: Path) -> None:
         """Start the processes."""
         self.status = 0
+        self.failed: tuple[ScriptCall, ...] = ()
         self._supervisor = supervisor
         self._recorder = supervisor.start('record', recorder_command(bag))
         robots = node_command(SIMULATOR, SimulationOptions.of(args).arguments())
@@ -60,6 +64,8 @@ class SimulatedRun:
         """Stop the controllers."""
         self._supervisor.stop(self._ctrl)
         self.status = self._ctrl.process.returncode
+        ended = self._ctrl.heard(Ended)
+        self.failed = ended.failed if ended else ()
 
     def stop(self) -> None:
         """Stop all, controllers first: their last command, zero, is to be in the bag."""
@@ -72,6 +78,7 @@ class EmulatedRun:
     Attributes:
         started: Whether the robots are under control and not paused.
         status: Exit status of the controllers once `finish` has ended them.
+        failed: Calls of scripts that failed, or hung, at some time, known then.
     """
 
     def __init__(
@@ -81,6 +88,7 @@ class EmulatedRun:
         self.started = False
         self.status = 0
         self._paused = ''
+        self.failed: tuple[ScriptCall, ...] = ()
         self._supervisor = supervisor
         self._recorder = supervisor.start('record', recorder_command(bag))
         told = LabOptions(lab=args.lab, nb_robots=args.nb_robots)
@@ -108,9 +116,22 @@ class EmulatedRun:
     def finish(self) -> None:
         """Stop the robots and all that commands them."""
         self.status = self._experiment.stop()
+        self.failed = self._experiment.failed
 
     def stop(self) -> None:
         """Stop all; the last command, zero, is to be in the bag."""
         self._experiment.stop()
         self._supervisor.stop(self._recorder)
         self._experiment.stop_lab()
+
+
+def outcome_of(failed: Sequence[ScriptCall]) -> Outcome:
+    """Return the outcome of a run whose controllers have ended, from the calls that failed."""
+    laws: dict[str, list[int]] = {}
+    conditions: dict[str, list[int]] = {}
+    for call in sorted(failed, key=lambda call: call.robot):
+        scripts = conditions if call.function is Function.CONDITION else laws
+        robots = scripts.setdefault(call.script, [])
+        if call.robot not in robots:
+            robots.append(call.robot)
+    return Outcome.of_failures(laws, conditions)

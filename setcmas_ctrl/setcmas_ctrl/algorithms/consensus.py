@@ -17,6 +17,8 @@ import numpy as np
 from setcmas_ctrl import network
 from setcmas_ctrl.control.saturation import dead_band
 
+task = 'consensus'  # what it is measured by, and drawn with
+
 K = 0.5  # gain (1/s)
 
 

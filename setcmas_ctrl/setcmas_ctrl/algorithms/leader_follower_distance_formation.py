@@ -17,6 +17,8 @@ import rviz_marker
 
 from setcmas_ctrl.control.saturation import dead_band
 
+task = 'distances'  # what it is measured by, and drawn with
+
 WPL = [[2, 2], [-2, 2], [-2, -2], [2, -2], [2, 2]]  # waypoints of the leader (m)
 REACHED = 0.10  # a waypoint counts as reached at this distance (m)
 KL = 0.8  # gain of the leader (1/s)

@@ -16,6 +16,8 @@ import rviz_marker
 
 from setcmas_ctrl.control.saturation import dead_band
 
+task = 'formation'  # what it is measured by, and drawn with
+
 WPL = [[2, 2], [-2, 2], [-2, -2], [2, -2], [2, 2]]  # waypoints of the leader (m)
 REACHED = 0.10  # a waypoint counts as reached at this distance (m)
 KL = 0.8  # gain of the leader (1/s)
@@ -35,6 +37,11 @@ def places_of(followers):
     return (
         PLACES + [place for place in lattice[1:] if place not in PLACES][: max(0, followers - 4)]
     )
+
+
+def references(nbRobots):
+    """Return the places of the followers, and where the leader goes, for metrics and plots."""
+    return {'PLACES': places_of(max(1, nbRobots - 1))}
 
 
 def control(robotNo, nbRobots, poses, t):

@@ -15,6 +15,8 @@ import rviz_marker
 
 from setcmas_ctrl.control.saturation import dead_band
 
+task = 'waypoints'  # what it is measured by, and drawn with
+
 WPL = [[2, 2], [-2, 2], [-2, -2], [2, -2], [2, 2]]  # waypoints (m)
 KP = 0.8  # gain (1/s)
 REACHED = 0.10  # a waypoint counts as reached at this distance (m)

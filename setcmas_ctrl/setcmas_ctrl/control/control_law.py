@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import re
 import warnings
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -53,7 +53,9 @@ class ControlLaw:
         self.robot = robot
         self._nb_robots = nb_robots
         self._module = load_script(path, robot, settings=settings)
-        self._control = checked_control(vars(self._module).get('control'), path)
+        self.names: Mapping[str, Any] = vars(self._module)
+        """The names of the script's top level."""
+        self._control = checked_control(self.names.get('control'), path)
 
     @property
     def files(self) -> list[Path]:
@@ -73,6 +75,7 @@ class ControlLaw:
         law.robot = robot
         law._nb_robots = nb_robots
         law._control = checked_control(control, law.path)
+        law.names = getattr(control, '__globals__', {})
         return law
 
     def __call__(

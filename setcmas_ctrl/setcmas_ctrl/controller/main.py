@@ -32,6 +32,7 @@ from setcmas_ctrl.controller.script_outcomes import ScriptOutcomes
 from setcmas_ctrl.controller.si_to_uni import SiToUni
 from setcmas_ctrl.controller.stepper import ControlStepper
 from setcmas_ctrl.controller.stuck_scripts import end_process, end_stuck_script
+from setcmas_ctrl.controller.task_topic import TaskTopic
 from setcmas_ctrl.fleet.discovery import wait_for_fleet, wait_for_source
 from setcmas_ctrl.fleet.odometry import FleetOdometry
 from setcmas_ctrl.fleet.pause_watch import PauseWatch
@@ -49,9 +50,14 @@ from setcmas_simu.ros.process import FleetNode, RosProcess, node_main
 
 
 def load_laws(
-    seed: int, scripts: LawScripts, robots: list[int], nb_robots: int, watch: CallWatch
+    seed: int,
+    scripts: LawScripts,
+    robots: list[int],
+    nb_robots: int,
+    watch: CallWatch,
+    task: TaskTopic,
 ) -> list[ControlLaw]:
-    """Return the control laws of the robots of this process, with fresh state.
+    """Return the control laws of the robots of this process, with fresh state; tell their task.
 
     Raises:
         SetcmasError: The script cannot be loaded.
@@ -61,6 +67,8 @@ def load_laws(
     for robot in robots:
         with watch.loading(robot, scripts.script(robot)):
             laws.append(scripts.law(robot, nb_robots))
+    with watch.loading(robots[0], scripts.script(robots[0])):
+        task.tell(laws)
     return laws
 
 
@@ -85,7 +93,9 @@ def build(args: argparse.Namespace, process: RosProcess, node: FleetNode) -> Con
     drawing.canvas = MarkerCanvas(node)
     watch = CallWatch(1 / law.rate, node.get_logger().warning, process.launcher)
     end_stuck_script(process, watch)
-    load = partial(load_laws, law.seed, scripts, robots, nb_robots, watch)
+    load = partial(
+        load_laws, law.seed, scripts, robots, nb_robots, watch, TaskTopic(node, nb_robots)
+    )
     controllers = [Controller(law) for law in load()]
     communication = chosen_communication(
         nb_robots, CommunicationOptions.of(args).found(law.exercise), law.seed

@@ -24,6 +24,8 @@ Commands
 
 import numpy as np
 
+task = 'consensus'  # what it is measured by, and drawn with
+
 K = 0.5  # gain (1/s)
 
 

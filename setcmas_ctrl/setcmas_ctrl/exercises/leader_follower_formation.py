@@ -23,6 +23,8 @@ Commands
 import numpy as np
 import rviz_marker
 
+task = 'formation'  # what it is measured by, and drawn with
+
 WPL = [[2, 2], [-2, 2], [-2, -2], [2, -2], [2, 2]]  # waypoints of the leader (m)
 REACHED = 0.10  # a waypoint counts as reached at this distance (m)
 KL = 0.8  # gain of the leader (1/s)

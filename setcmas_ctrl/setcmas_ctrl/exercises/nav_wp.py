@@ -23,6 +23,8 @@ Commands
 import numpy as np
 import rviz_marker
 
+task = 'waypoints'  # what it is measured by, and drawn with
+
 WPL = [[2, 2], [-2, 2], [-2, -2], [2, -2], [2, 2]]  # waypoints (m)
 KP = 0.8  # gain (1/s)
 REACHED = 0.10  # a waypoint counts as reached at this distance (m)

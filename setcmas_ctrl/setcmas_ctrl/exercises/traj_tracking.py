@@ -23,6 +23,8 @@ Commands
 import numpy as np
 import rviz_marker_array
 
+task = 'tracking'  # what it is measured by, and drawn with
+
 R = 2.0  # radius of the circle (m)
 W = 0.2  # angular rate along the circle (rad/s)
 KP = 0.8  # gain (1/s)

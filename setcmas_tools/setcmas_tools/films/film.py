@@ -1,29 +1,60 @@
-"""A film of a run from its fleet.csv."""
+"""Films of runs."""
 
 from __future__ import annotations
 
+import base64
+import tempfile
+from dataclasses import dataclass
 from pathlib import Path
 
 from tqdm import tqdm
 
 from setcmas_simu.errors import SetcmasError
 from setcmas_tools.films import writers as film_writers
-from setcmas_tools.films.frames import FilmFrames
+from setcmas_tools.films.frames import FilmFrames, from_first_command
 from setcmas_tools.plots.formats import PALETTES
 from setcmas_tools.plots.style import check_style, plot_style
-from setcmas_tools.records import communication as communication_record
-from setcmas_tools.records import fleet_table
 from setcmas_tools.records.fleet_grid import on_grid
-from setcmas_tools.records.fleet_table import FleetTable
-from setcmas_tools.run.description import describe
-from setcmas_tools.run.files import fleet_csv, run_folder
+from setcmas_tools.run.run import Run
 
 _NAME = 'film'
 
 
+@dataclass(frozen=True, repr=False)
+class Film:
+    """A film that a notebook shows.
+
+    Attributes:
+        content: The bytes of its file.
+        kind: 'mp4' or 'gif'.
+    """
+
+    content: bytes
+    kind: str
+
+    def __repr__(self) -> str:
+        """Return one line."""
+        return f'Film({self.kind}, {len(self.content) / 1e6:.1f} MB)'
+
+    def _repr_html_(self) -> str:
+        data = base64.b64encode(self.content).decode('ascii')
+        if self.kind == 'gif':
+            return f'<img src="data:image/gif;base64,{data}" alt="film of the run">'
+        return f'<video controls loop autoplay muted src="data:video/mp4;base64,{data}"></video>'
+
+
+def film(
+    run: Run, kind: str | None = None, speed: float = 1.0, palette: str = PALETTES[0]
+) -> Film:
+    """Return a film of the fleet in the plane; arguments as for `animate`."""
+    with tempfile.TemporaryDirectory(prefix='setcmas-film-') as folder:
+        path = animate(run, Path(folder), kind, speed, progress=False, palette=palette)
+        return Film(path.read_bytes(), path.suffix.removeprefix('.'))
+
+
 def animate(
-    run: Path,
-    output: Path | None = None,
+    run: Run,
+    folder: Path,
     kind: str | None = None,
     speed: float = 1.0,
     progress: bool = True,
@@ -32,32 +63,28 @@ def animate(
     """Write a film of the fleet in the plane, with trails, time and communications.
 
     Args:
-        run: The folder of a run, the folder of its CSV files, or a fleet.csv.
-        output: Folder of the film; by default `plots` in the folder of the run.
-        kind: One of `plot_formats.FILMS`; None for MP4 where ffmpeg is there, else GIF.
+        run: The run.
+        folder: Where the film goes.
+        kind: One of `formats.FILMS`; None for MP4 where ffmpeg is there, else GIF.
         speed: How many times faster than the robots the film is.
         progress: Whether to show a progress bar if there is a terminal.
-        palette: One of `plot_formats.PALETTES`.
+        palette: One of `formats.PALETTES`.
 
     Returns:
         The file.
 
     Raises:
-        SetcmasError: There is no fleet.csv or it is damaged, a choice is unknown, ffmpeg is
-            missing or fails, or the film cannot be written or is too long for a GIF.
+        SetcmasError: A choice is unknown, ffmpeg is missing or fails, or the film cannot be
+            written or is too long for a GIF.
     """
     kind = film_writers.best_kind(kind)
     check_style(palette, None)
-    source = fleet_csv(run)
-    table = _from_first_command(fleet_table.read_csv(source))
-    path = (output or run_folder(source) / 'plots') / f'{_NAME}.{kind}'
-    grid = on_grid(table, film_writers.rate_of(kind) / speed)
+    path = folder / f'{_NAME}.{kind}'
+    grid = on_grid(from_first_command(run.table), film_writers.rate_of(kind) / speed)
     film_writers.check_length(kind, len(grid.t))
-    record = communication_record.read_csv(source.parent)
-    triggers = record.trigger_times if record else {}
     hidden = None if progress else True  # None: hidden unless there is a terminal
     with plot_style(palette):
-        frames = FilmFrames(grid, table, describe(source, grid.robots), triggers, speed)
+        frames = FilmFrames(grid, run, speed)
         try:
             path.parent.mkdir(parents=True, exist_ok=True)
             film_writers.write(
@@ -66,9 +93,3 @@ def animate(
         except OSError as error:
             raise SetcmasError(f"'{path}' cannot be written: {error.strerror}") from error
     return path
-
-
-def _from_first_command(table: FleetTable) -> FleetTable:
-    """Return the rows from the first command on; all of them if there are none after it."""
-    running = table.t >= 0.0
-    return table.rows(running) if running.any() else table

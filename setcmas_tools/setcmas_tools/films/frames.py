@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -21,7 +20,7 @@ from setcmas_tools.plots.style import edge_effects, legend, line_look, robot_han
 from setcmas_tools.plots.trajectories import DART, fit_plane
 from setcmas_tools.records.fleet_grid import FleetGrid
 from setcmas_tools.records.fleet_table import FleetTable
-from setcmas_tools.run.description import RunDescription
+from setcmas_tools.run.run import Run
 
 Floats = NDArray[np.float64]
 
@@ -41,24 +40,15 @@ class FilmFrames:
     drawn once, so that a frame costs the same at the end of a long run as at its beginning.
     """
 
-    def __init__(
-        self,
-        grid: FleetGrid,
-        table: FleetTable,
-        run: RunDescription,
-        triggers: dict[int, Floats],
-        speed: float,
-    ) -> None:
+    def __init__(self, grid: FleetGrid, run: Run, speed: float) -> None:
         """Draw what stays the same in all frames; made and used within `plot_style`.
 
         Args:
             grid: Poses at the times of the frames.
-            table: The fleet's motion, for the limits of the plane.
-            run: What the run was.
-            triggers: Times in s at which each robot communicated; empty if the run was not
-                event-triggered.
+            run: The run, for the limits of the plane and for when robots communicated.
             speed: How many times faster than the robots the film is.
         """
+        triggers = run.record.trigger_times if run.record else {}
         self._grid = grid
         self._triggers = triggers
         self._speed = speed
@@ -67,11 +57,8 @@ class FilmFrames:
         self._figure = Figure(figsize=_SIZE_IN)
         self._canvas: Any = FigureCanvasAgg(self._figure)  # untyped in matplotlib
         self._axes = self._figure.add_subplot()
-        marks = draw_arena(self._axes, run.arena) if run.arena else []
-        if run.references:  # but for the places of a formation, which move along with it
-            still = replace(run.references, places=None)
-            marks += draw_references(self._axes, table, still)
-        fit_plane(self._axes, table)
+        marks = draw_arena(self._axes, run) + draw_references('film', self._axes, run)
+        fit_plane(self._axes, from_first_command(run.table))
         self._axes.set_title(run.title)
         flash = [_flash_handle()] if triggers else []
         legend(self._axes, [*robot_handles(grid.robots), *marks, *flash])
@@ -169,6 +156,12 @@ class FilmFrames:
             count = np.searchsorted(self._all_triggers, now, side='right')
             lines.append(f'{count} states sent')
         return '\n'.join(lines)
+
+
+def from_first_command(table: FleetTable) -> FleetTable:
+    """Return the rows from the first command on; all of them if there are none after it."""
+    running = table.t >= 0.0
+    return table.rows(running) if running.any() else table
 
 
 def _flash_handle() -> Line2D:

@@ -5,11 +5,13 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
+from setcmas_tools.kinds.metric import Columns, Measured
 from setcmas_tools.records.communication import CommunicationRecord
+from setcmas_tools.run.run import Run
 
 
 @dataclass(frozen=True)
-class CommunicationMetrics:
+class CommunicationMetrics(Measured):
     """Messages of a run; those of a robot are the ones that it sent.
 
     Attributes:
@@ -33,6 +35,33 @@ class CommunicationMetrics:
     received_by_others: dict[int, int]
     lost_on_the_way: dict[int, int]
     mean_interval_s: dict[int, float | None]
+
+    def columns(self) -> Columns:
+        """Return the messages of each robot."""
+        return {
+            'every\n(s)': ('.2f', self.mean_interval_s),
+            'arrived': ('.0f', self.received_by_others),
+            'lost': ('.0f', self.lost_on_the_way),
+        }
+
+    def lines(self, task: str | None) -> list[str]:
+        """Return the messages of the fleet."""
+        del task
+        sent = f'{self.sent:,} states sent'
+        if self.evaluations and self.triggered_share is not None:
+            share = f'{100 * self.triggered_share:.1f} % of {self.evaluations:,} evaluations'
+            sent += f' ({share} triggered)'
+        if self.received is None:
+            return [f'communication: {sent}']
+        loss = '' if self.loss_ratio is None else f' ({100 * self.loss_ratio:.1f} %)'
+        return [
+            f'communication: {sent}, {self.received:,} messages received, {self.lost:,} lost{loss}'
+        ]
+
+
+def fleet_communication(run: Run) -> CommunicationMetrics | None:
+    """Return how much the robots of a run told each other; None if no record tells of it."""
+    return communication_metrics(run.record) if run.record else None
 
 
 def communication_metrics(record: CommunicationRecord) -> CommunicationMetrics:

@@ -7,13 +7,15 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from setcmas_tools.kinds.metric import Measured
 from setcmas_tools.records.fleet_grid import FleetGrid
+from setcmas_tools.run.run import Run
 
 Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
-class ConsensusMetrics:
+class ConsensusMetrics(Measured):
     """Agreement on the position, from the first to the last time at which all robots are known.
 
     Settling times are None if the disagreement is not below its bound at the end.
@@ -27,6 +29,27 @@ class ConsensusMetrics:
     settling_time_5_percent_s: float | None
     final_centre_x_m: float
     final_centre_y_m: float
+
+    def lines(self, task: str | None) -> list[str]:
+        """Return the agreement at the start and at the end, and the settling times."""
+        if task not in (None, 'consensus'):  # robots with another task need not meet
+            return []
+        return [
+            f'disagreement: {self.disagreement_at_start_m:.3f} m at the start, '
+            f'{self.disagreement_at_end_m:.3f} m at the end',
+            f'disagreement below 5 % {_when(self.settling_time_5_percent_s)}, '
+            f'below 2 % {_when(self.settling_time_2_percent_s)}',
+            f'centre at the end: ({self.final_centre_x_m:.2f}, {self.final_centre_y_m:.2f}) m',
+        ]
+
+
+def _when(time: float | None) -> str:
+    return 'not reached' if time is None else f'from {time:.1f} s on'
+
+
+def fleet_consensus(run: Run) -> ConsensusMetrics | None:
+    """Return how well the fleet of a run agrees on the position; None for one robot."""
+    return consensus(run.counted_grid)
 
 
 def disagreement(x: Floats, y: Floats) -> Floats:

@@ -1,14 +1,21 @@
-"""What any run is measured by: path, speed and saturation of robots, and their separation."""
+"""The motion of each robot: path, speed, saturation, and how often it told of itself."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass
+from typing import Any, TypeGuard
 
 import numpy as np
 from numpy.typing import NDArray
 
-from setcmas_tools.records.fleet_grid import LONGEST_GAP_S, FleetGrid
+from setcmas_ctrl.control.saturation import VNOM
+from setcmas_simu.errors import SetcmasError
+from setcmas_simu.robots.velocity_limits import MODELS
+from setcmas_tools.kinds.metric import Columns, Measured
+from setcmas_tools.records.fleet_grid import LONGEST_GAP_S
 from setcmas_tools.records.fleet_table import FleetTable
+from setcmas_tools.run.run import Run
 
 Floats = NDArray[np.float64]
 
@@ -26,19 +33,78 @@ class RobotMotion:
     time_in_saturation_s: float
     end_x_m: float | None
     end_y_m: float | None
+    communications: int
 
 
 @dataclass(frozen=True)
-class Separation:
-    """How near and how far robots of a fleet are; None for what was never seen."""
+class FleetMotion(Measured):
+    """The motion of each robot, by its number."""
 
-    least_separation_m: float
-    least_separation_time_s: float
-    least_separation_robots: tuple[int, int]
-    largest_distance_at_end_m: float | None
+    robots: dict[int, RobotMotion]
+
+    def __getitem__(self, robot: int) -> RobotMotion:
+        """Return the motion of one robot."""
+        return self.robots[robot]
+
+    def columns(self) -> Columns:
+        """Return the motion of each robot."""
+
+        def values(name: str) -> dict[int, float | None]:
+            return {robot: getattr(motion, name) for robot, motion in self.robots.items()}
+
+        return {
+            'path\n(m)': ('.2f', values('path_length_m')),
+            'mean v\n(m/s)': ('.3f', values('mean_speed_m_s')),
+            'max v\n(m/s)': ('.3f', values('largest_speed_m_s')),
+            'at max\n(s)': ('.1f', values('time_in_saturation_s')),
+            'sent': ('.0f', values('communications')),
+            'end x\n(m)': ('.2f', values('end_x_m')),
+            'end y\n(m)': ('.2f', values('end_y_m')),
+        }
+
+    def as_dict(self) -> dict[Any, Any]:
+        """Return the motion of each robot by its number."""
+        return {robot: asdict(motion) for robot, motion in self.robots.items()}
 
 
-def robot_motion(track: FleetTable, vnom: float) -> RobotMotion:
+def fleet_motion(run: Run) -> FleetMotion:
+    """Return the motion of each robot of a run.
+
+    Without a record of the communication each odometry counts as a state that was sent.
+    """
+    robots = run.counted.robots
+    sent = {robot: len(run.counted.of(robot).t) for robot in robots}
+    if run.record:
+        sent |= {robot: counts.sent for robot, counts in run.record.robots.items()}
+    vnom = largest_speed(run)
+    return FleetMotion(
+        {robot: robot_motion(run.table.of(robot), vnom, sent.get(robot, 0)) for robot in robots}
+    )
+
+
+def largest_speed(run: Run) -> float:
+    """Return the speed (m/s) that the robots of a run could reach: that asked for, or their own.
+
+    Raises:
+        SetcmasError: The parameters of the run tell no speed.
+    """
+    vnom = run.parameters.get('vnom', VNOM)
+    limits = run.parameters.get('limits')
+    if isinstance(limits, Mapping):  # those of a lab
+        own = limits.get('V_max')
+    else:
+        own = MODELS[limits].V_max if limits in tuple(MODELS) else None
+    speed = min(vnom, own) if _is_number(own) and _is_number(vnom) else vnom
+    if not _is_number(speed) or not speed > 0:
+        raise SetcmasError(f"vnom is '{speed}'; it must be a speed above 0 in m/s")
+    return float(speed)
+
+
+def _is_number(value: object) -> TypeGuard[float]:
+    return isinstance(value, (int, float)) and not isinstance(value, bool)
+
+
+def robot_motion(track: FleetTable, vnom: float, communications: int) -> RobotMotion:
     """Return the motion of a robot.
 
     The path length is the sum of the steps between poses (a polygon, so slightly short on bends),
@@ -49,6 +115,7 @@ def robot_motion(track: FleetTable, vnom: float) -> RobotMotion:
     Args:
         track: The rows of one robot, at least one of them at t >= 0.
         vnom: Largest speed that was asked of robots in m/s.
+        communications: How often the robot sent its state.
     """
     counted = track.rows((track.t >= 0) & np.isfinite(track.x + track.y))
     length = float(np.hypot(np.diff(counted.x), np.diff(counted.y)).sum())
@@ -61,6 +128,7 @@ def robot_motion(track: FleetTable, vnom: float) -> RobotMotion:
         time_in_saturation_s=_time_in_saturation(track, vnom),
         end_x_m=float(counted.x[-1]) if len(counted.t) else None,
         end_y_m=float(counted.y[-1]) if len(counted.t) else None,
+        communications=communications,
     )
 
 
@@ -69,61 +137,3 @@ def _time_in_saturation(track: FleetTable, vnom: float) -> float:
     saturated = np.abs(track.v[1:]) >= vnom * (1 - SATURATION_TOLERANCE)
     known = np.diff(track.t) <= LONGEST_GAP_S
     return float(durations[saturated & known].sum())
-
-
-def separation(grid: FleetGrid) -> Separation | None:
-    """Return the least distance of two robots, when it was, and the largest one at the end.
-
-    Between two samples of the grid motion counts as straight, at constant speed. The end
-    is the last sample at which all robots are known.
-
-    Returns:
-        None if no two robots are known at the same time.
-    """
-    steps = np.hypot(np.diff(grid.x), np.diff(grid.y))
-    reach = 2 * np.nan_to_num(steps).max(axis=0, initial=0.0)
-    least, when, pair = np.inf, np.nan, (0, 0)
-    for i in range(len(grid.robots) - 1):  # a robot at a time: all pairs at once take gigabytes
-        offsets = np.array([grid.x[i + 1 :] - grid.x[i], grid.y[i + 1 :] - grid.y[i]])
-        distance, time, j = _least_distance(grid.t, offsets, reach)
-        if distance < least:
-            least, when, pair = distance, time, (grid.robots[i], grid.robots[i + 1 + j])
-    if not np.isfinite(least):
-        return None
-    return Separation(least, when, pair, _largest_distance_at_end(grid))
-
-
-def _least_distance(t: Floats, offsets: Floats, reach: Floats) -> tuple[float, float, int]:
-    """Return the least norm of moving points, its time, and which of the points has it.
-
-    Args:
-        t: Times, shape (K,).
-        offsets: Rows x, y of M points at these times, shape (2, M, K); NaN where unknown.
-        reach: How far points move at most from each time to the next, shape (K - 1,).
-    """
-    distances = np.sqrt(offsets[0] ** 2 + offsets[1] ** 2)
-    distances[np.isnan(distances)] = np.inf
-    point, sample = np.unravel_index(np.argmin(distances), distances.shape)
-    least, when = float(distances[point, sample]), float(t[sample])
-    if not np.isfinite(least):
-        return least, when, int(point)
-    points, samples = np.nonzero(distances[:, :-1] < least + reach)  # the others stay further off
-    start = offsets[:, points, samples]
-    step = offsets[:, points, samples + 1] - start
-    squares = np.maximum(np.sum(step**2, axis=0), np.finfo(float).tiny)
-    share = np.clip(-np.sum(start * step, axis=0) / squares, 0.0, 1.0)
-    between = np.nan_to_num(np.hypot(*(start + share * step)), nan=np.inf)
-    if len(between) and between.min() < least:
-        best = int(np.argmin(between))
-        k = samples[best]
-        least, point = float(between[best]), points[best]
-        when = float(t[k] + share[best] * (t[k + 1] - t[k]))
-    return least, when, int(point)
-
-
-def _largest_distance_at_end(grid: FleetGrid) -> float | None:
-    known = np.flatnonzero(np.isfinite(grid.x).all(axis=0))
-    if not len(known):
-        return None
-    x, y = grid.x[:, known[-1]], grid.y[:, known[-1]]
-    return float(np.hypot(x[:, None] - x, y[:, None] - y).max())

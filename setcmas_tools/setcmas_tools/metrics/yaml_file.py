@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
@@ -10,8 +9,6 @@ import yaml
 
 from setcmas_simu.errors import SetcmasError
 from setcmas_tools.metrics.compute import Metrics
-from setcmas_tools.records import fleet_table
-from setcmas_tools.run.files import run_folder
 
 FILE_NAME = 'metrics.yaml'
 
@@ -28,26 +25,16 @@ class _Dumper(yaml.SafeDumper):
 _Dumper.add_representer(list, _Dumper.represent_list)
 
 
-def metrics_file(source: Path) -> Path:
-    """Return where the metrics of a fleet's table go: into the folder of its run.
-
-    A table of another name than fleet.csv has that name before the file's.
-    """
-    stem = '' if source.name == fleet_table.FILE_NAME else f'{source.stem}_'
-    return run_folder(source) / f'{stem}{FILE_NAME}'
-
-
 def as_dict(metrics: Metrics) -> dict[str, Any]:
-    """Return metrics as plain values in a fixed order, rounded, without parts that are None.
-
-    Times per call are left out: they differ between equal runs.
-    """
-    parts = {name: value for name, value in asdict(metrics).items() if value is not None}
-    parts.pop('mean_call_time_s', None)
-    communications = parts.pop('communications')
-    for robot, motion in parts['robots'].items():
-        motion['communications'] = communications[robot]
-    return {name: _rounded(value) for name, value in parts.items()}
+    """Return metrics as plain values in a fixed order, rounded."""
+    head = {
+        'task': metrics.task,
+        'duration_s': metrics.duration_s,
+        'vnom_m_s': metrics.vnom_m_s,
+        'communication': metrics.communication,
+    }
+    parts = {name: part.as_dict() for name, part in metrics.items() if part.in_file}
+    return {name: _rounded(value) for name, value in (head | parts).items() if value is not None}
 
 
 def write_yaml(metrics: Metrics, path: Path) -> None:

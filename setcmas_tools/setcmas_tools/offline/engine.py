@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import builtins
 from collections.abc import Callable
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -20,6 +19,7 @@ from setcmas_ctrl.control.saturation import VNOM
 from setcmas_ctrl.scripts.output import named_output
 from setcmas_ctrl.scripts.random_seed import SEED, seed_scripts
 from setcmas_ctrl.scripts.settings import Settings
+from setcmas_ctrl.task.references import told_references
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet.fleet import start_poses
 from setcmas_simu.robots.mixed_fleet import fleet_model
@@ -28,69 +28,27 @@ from setcmas_simu.robots.si_to_uni import KOMEGA
 from setcmas_simu.robots.unicycle import RATE_HZ as ROBOT_RATE_HZ
 from setcmas_simu.robots.virtual_fleet import VirtualFleet
 from setcmas_simu.simulator.options import SimulationOptions
+from setcmas_tools.offline import history
 from setcmas_tools.offline.communication import OfflineCommunication
 from setcmas_tools.offline.fleet_laws import FleetLaws, load_laws
-from setcmas_tools.records.communication import CommunicationRecord
+from setcmas_tools.offline.given import (
+    condition_name,
+    given_files,
+    graph_entry,
+    name_of,
+    pose_options,
+)
+from setcmas_tools.records.commands import Commands
+from setcmas_tools.records.drawings import DrawingRecord
 from setcmas_tools.records.fleet_table import FleetTable
+from setcmas_tools.records.tables import RunTables
+from setcmas_tools.run.info import RunInfo
 from setcmas_tools.run.options import RunOptions
+from setcmas_tools.run.outcome import Outcome
+from setcmas_tools.run.run import Run
 
 Floats = NDArray[np.float64]
 _SAME_TIME_S = 1e-9
-
-
-@dataclass(frozen=True, repr=False)
-class OfflineRun:
-    """What happened in an offline run of N robots over K steps.
-
-    Attributes:
-        t: Times of the robots' states in s, shape (K + 1,).
-        poses: Rows x, y in m and theta in rad, shape (K + 1, 3, N).
-        V: Forward speeds over the step that led to each state in m/s, shape (K + 1, N).
-        omega: Turn rates over that step in rad/s, shape (K + 1, N).
-        control_t: Times at which the control laws were called in s, shape (C,).
-        velocities: What they asked for, after saturation: rows vx, vy in m/s, shape (C, 2, N).
-        call_time: Mean duration of a call of each robot's law in s, shape (N,).
-        failed_laws: The robots whose law failed at some time, sorted.
-        failed_conditions: The robots whose triggering condition failed at some time, sorted.
-        communication: What went over the links; None if all robots knew all poses at all times.
-        table: The same as `t`, `poses`, `V` and `omega` in the form of fleet.csv.
-    """
-
-    t: Floats
-    poses: Floats
-    V: Floats
-    omega: Floats
-    control_t: Floats
-    velocities: Floats
-    call_time: Floats
-    failed_laws: list[int]
-    failed_conditions: list[int]
-    communication: CommunicationRecord | None = None
-
-    def __repr__(self) -> str:
-        """Return one line: arrays would flood a notebook."""
-        nb_steps, _, nb_robots = self.poses.shape
-        return f'OfflineRun({nb_robots} robots, {nb_steps - 1} steps, {self.t[-1]:g} s)'
-
-    @property
-    def failed_robots(self) -> list[int]:
-        """The robots whose law or triggering condition failed at some time, sorted."""
-        return sorted({*self.failed_laws, *self.failed_conditions})
-
-    @property
-    def table(self) -> FleetTable:
-        """A row for each robot at each time: t, robot, x, y, theta, v, omega."""
-        nb_times, _, nb_robots = self.poses.shape
-        x, y, theta = self.poses.transpose(1, 0, 2).reshape(3, -1)
-        return FleetTable(
-            np.repeat(self.t, nb_robots),
-            np.tile(np.arange(1, nb_robots + 1), nb_times),
-            x,
-            y,
-            theta,
-            self.V.ravel(),
-            self.omega.ravel(),
-        )
 
 
 def simulate(
@@ -116,7 +74,7 @@ def simulate(
     noise: float = 0.0,
     warn: Callable[[str], None] = print,
     progress: Callable[[float], object] | None = None,
-) -> OfflineRun:
+) -> Run:
     """Run a control law on simulated robots, thousands of times faster than real time.
 
         from setcmas_tools import simulate
@@ -163,7 +121,9 @@ def simulate(
         SetcmasError: The script cannot be loaded, or an argument makes no sense.
     """
     RunOptions(duration=duration)
-    SimulationOptions(nb_robots=nb_robots, model=model, limits=limits, robot_rate=robot_rate)
+    simulation = SimulationOptions(
+        nb_robots=nb_robots, model=model, limits=limits, robot_rate=robot_rate
+    )
     gains = GainOptions(vnom=vnom, komega=komega, rate=rate, seed=seed)
     start = start_poses(nb_robots) if poses is None else np.array(poses, dtype=float)
     if start.shape != (3, nb_robots) or not np.isfinite(start).all():
@@ -186,12 +146,46 @@ def simulate(
     names = model_names(model, nb_robots)
     check_models(names, limits)
     nb_steps = max(1, round(duration * robot_rate))
-    with named_output():
+    with named_output(), history.recorded_drawings() as drawings:
         robots = fleet_model(robot_models(names, builtins.range(1, nb_robots + 1), limits, warn))
         fleet = VirtualFleet(start, robots)
         laws = load_laws(algo, nb_robots, settings)
+        scripts = [(law.names, law.path) for law in laws]
+        references = told_references(scripts, nb_robots, warn)
         controllers = FleetLaws(laws, robots, gains, warn)
-        return _run(fleet, controllers, radio, nb_steps, 1 / robot_rate, rate, progress)
+        fleet_table, commands = _run(
+            fleet, controllers, radio, nb_steps, 1 / robot_rate, rate, progress, drawings
+        )
+    tables = RunTables(
+        fleet_table,
+        commands,
+        radio.record() if radio else None,
+        drawings.drawings(),
+        references,
+    )
+    outcome = Outcome.of_failures(
+        {laws[0].path.name: controllers.failed_robots},
+        {condition_name(ctc): radio.failed_robots} if radio else {},
+    )
+    parameters = {
+        'algo': name_of(algo),
+        'script': None if callable(algo) else str(laws[0].path),
+        'set': dict(settings or {}),
+        'duration': duration,
+        **gains.record(),
+        **options.record(),
+        'ctc': name_of(ctc),
+        'graph': graph_entry(graph),
+        **simulation.record(),
+        'pose': pose_options(start),
+    }
+    script = None if callable(algo) else laws[0].path
+    return Run(
+        tables,
+        RunInfo(outcome=outcome, parameters=parameters, seed=seed),
+        given_files(script, tells.condition_script, graph),
+        controllers.call_time * nb_robots / len(commands.t),
+    )
 
 
 def _run(
@@ -202,7 +196,8 @@ def _run(
     Ts: float,
     rate: float,
     progress: Callable[[float], object] | None,
-) -> OfflineRun:
+    drawings: DrawingRecord,
+) -> tuple[FleetTable, Commands]:
     nb_robots = fleet.poses.shape[1]
     t = np.linspace(0.0, nb_steps * Ts, nb_steps + 1)
     states = np.empty((nb_steps + 1, 6, nb_robots))
@@ -213,6 +208,7 @@ def _run(
         if radio:
             radio.measure(fleet.poses, fleet.states[3], now)
         while (next_call := len(control_t) / rate) < now + Ts - _SAME_TIME_S:
+            drawings.t = next_call
             heard = radio.heard(fleet.poses, next_call) if radio else ()
             wanted, commands = controllers(fleet.poses, next_call, *heard)
             control_t.append(next_call)
@@ -224,16 +220,7 @@ def _run(
             progress(now)
     if radio:
         radio.measure(fleet.poses, fleet.states[3], float(t[-1]))
-    call_time = controllers.call_time / len(control_t)
-    return OfflineRun(
-        t,
-        states[:, :3],
-        states[:, 3],
-        states[:, 5],
-        np.array(control_t),
-        np.array(velocities),
-        call_time,
-        controllers.failed_robots,
-        radio.failed_robots if radio else [],
-        radio.record() if radio else None,
+    return (
+        history.motion(t, states[:, :3], states[:, 3], states[:, 5]),
+        history.commands(np.array(control_t), np.array(velocities)),
     )

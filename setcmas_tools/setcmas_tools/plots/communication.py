@@ -6,9 +6,11 @@ import numpy as np
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
+from setcmas_tools.kinds.plot import applies_to
 from setcmas_tools.plots.style import legend, line_look, robot_handles, time_axis
 from setcmas_tools.records.communication import CommunicationRecord
 from setcmas_tools.records.fleet_table import FleetTable
+from setcmas_tools.run.run import Run
 
 Floats = NDArray[np.float64]
 
@@ -16,17 +18,22 @@ _MOST_PANELS = 12
 _INCHES_PER_PANEL = 0.78
 
 
-def draw_instants(figure: Figure, table: FleetTable, record: CommunicationRecord) -> None:
+def _is_event_triggered(run: Run) -> bool:
+    return run.record is not None and run.record.is_event_triggered
+
+
+@applies_to(_is_event_triggered)
+def draw_instants(figure: Figure, run: Run) -> None:
     """Draw when each robot sent its state: a panel per robot, a row per robot of larger fleets.
 
     As in figure 4 of Bertrand, ECC 2024.
 
     Args:
         figure: An empty figure.
-        table: The motion of the fleet.
-        record: With triggers.
+        run: A run with triggers.
     """
-    robots = table.robots
+    assert run.record
+    table, record, robots = run.table, run.record, run.robots
     if len(robots) > _MOST_PANELS:
         _draw_rows(figure, table, record)
         return
@@ -57,19 +64,20 @@ def _draw_rows(figure: Figure, table: FleetTable, record: CommunicationRecord) -
     legend(axes, robot_handles(robots) + time_axis([axes], table.t[0], table.t[-1]))
 
 
-def draw_counts(figure: Figure, table: FleetTable, record: CommunicationRecord) -> None:
+@applies_to(_is_event_triggered)
+def draw_counts(figure: Figure, run: Run) -> None:
     """Draw how many states were sent over time, against periodic communication.
 
     Above of the whole fleet, below of each robot; periodic is a state at each evaluation.
 
     Args:
         figure: An empty figure.
-        table: The motion of the fleet.
-        record: With triggers.
+        run: A run with triggers.
     """
+    assert run.record
+    table, record, robots = run.table, run.record, run.robots
     figure.set_size_inches(9.0, 6.4)
     panels = list(figure.subplots(2, sharex=True))
-    robots = table.robots
     end = table.t[-1]
     evaluated, sent = record.triggers[:, 0], record.triggers[record.triggers[:, 2] == 1, 0]
     grey = {'color': '0.45', 'linestyle': '--'}

@@ -5,13 +5,14 @@ from __future__ import annotations
 import numpy as np
 from matplotlib.figure import Figure
 
+from setcmas_tools.kinds.plot import applies_to
 from setcmas_tools.metrics.consensus import disagreement
 from setcmas_tools.plots.style import legend, time_axis
-from setcmas_tools.records.fleet_grid import on_grid
-from setcmas_tools.records.fleet_table import FleetTable
+from setcmas_tools.run.run import Run
 
 
-def draw_disagreement(figure: Figure, table: FleetTable) -> None:
+@applies_to(lambda run: run.record is not None and len(run.robots) > 1)
+def draw_disagreement(figure: Figure, run: Run) -> None:
     """Draw V(t) = 1/2 |delta|^2 on a log scale: a straight line is exponential convergence.
 
     delta holds the distances to the fleet's centre; V is the Lyapunov function of Olfati-Saber
@@ -19,14 +20,14 @@ def draw_disagreement(figure: Figure, table: FleetTable) -> None:
 
     Args:
         figure: An empty figure.
-        table: The motion of at least two robots.
+        run: A run of at least two robots.
     """
     figure.set_size_inches(9.0, 5.0)
     axes = figure.add_subplot(
         title='Disagreement', ylabel=r'$V = \Sigma_i\, |p_i - \bar{p}\,|^2 / 2$  (m²)'
     )
     axes.set_yscale('log')
-    grid = on_grid(table)
+    table, grid = run.table, run.grid()
     values = 0.5 * len(grid.robots) * disagreement(grid.x, grid.y) ** 2
     values[~(values > 0)] = np.nan  # has no logarithm
     # Matplotlib would warn of the limits that it finds for a V that stays as it is.

@@ -14,19 +14,19 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from numpy.typing import NDArray
 
+from setcmas_tools.kinds.plot import applies_to
+from setcmas_tools.plots.references import draw_references
 from setcmas_tools.plots.style import legend, line_look, robot_colour, robot_handles, time_axis
-from setcmas_tools.records.fleet_grid import FleetGrid, on_grid
-from setcmas_tools.records.fleet_table import FleetTable
-from setcmas_tools.run.references import References
+from setcmas_tools.records.fleet_grid import FleetGrid
+from setcmas_tools.run.run import Run
 
 Floats = NDArray[np.float64]
 
 _MOST_ROBOTS_IN_PAIRS = 5
 
 
-def draw_distances(
-    figure: Figure, table: FleetTable, references: References | None = None
-) -> None:
+@applies_to(lambda run: len(run.robots) > 1)
+def draw_distances(figure: Figure, run: Run) -> None:
     """Draw the distance of each pair of robots; of many robots, what summarises them.
 
     Fleets of more than 5 get the smallest, mean and largest distance of all pairs, and below it
@@ -34,10 +34,9 @@ def draw_distances(
 
     Args:
         figure: An empty figure.
-        table: The motion of at least two robots.
-        references: What the robots were to reach, if that is known.
+        run: A run of at least two robots.
     """
-    grid = on_grid(table)
+    table, grid = run.table, run.grid()
     if len(grid.robots) <= _MOST_ROBOTS_IN_PAIRS:
         figure.set_size_inches(9.0, 5.0)
         panels, draws = [figure.add_subplot()], [_draw_pairs]
@@ -45,8 +44,7 @@ def draw_distances(
         figure.set_size_inches(9.0, 6.4)
         panels, draws = list(figure.subplots(2, sharex=True)), [_draw_range, _draw_to_centre]
     marks = time_axis(panels, table.t[0], table.t[-1])
-    if references is not None and references.distance is not None:
-        marks.append(_draw_reference(panels[0], references.distance))
+    marks += draw_references('distances', panels[0], run)
     for axes, draw in zip(panels, draws, strict=True):
         handles = draw(axes, grid)
         axes.set_ylim(bottom=0.0)
@@ -54,11 +52,6 @@ def draw_distances(
         marks = []
     panels[0].set_title('Distances between robots')
     figure.align_ylabels()
-
-
-def _draw_reference(axes: Axes, distance: float) -> Line2D:
-    label = f'reference, {distance:g} m'
-    return axes.axhline(distance, color='0.15', linestyle=':', zorder=2.6, label=label)
 
 
 def _draw_pairs(axes: Axes, grid: FleetGrid) -> list[Artist]:

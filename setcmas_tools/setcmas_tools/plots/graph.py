@@ -11,9 +11,10 @@ from matplotlib.figure import Figure
 from matplotlib.patches import FancyArrowPatch
 from numpy.typing import NDArray
 
+from setcmas_tools.kinds.plot import applies_to
 from setcmas_tools.plots.style import final_width, line_look
 from setcmas_tools.records.communication import CommunicationRecord
-from setcmas_tools.records.fleet_table import FleetTable
+from setcmas_tools.run.run import Run
 
 Floats = NDArray[np.float64]
 
@@ -27,17 +28,23 @@ _EDGE = '0.4'
 _HALF = 1.25  # of a panel's side; robots are on a circle of radius 1
 
 
-def draw_graph(figure: Figure, table: FleetTable, record: CommunicationRecord) -> None:
+def _has_graph(run: Run) -> bool:
+    has_changes = run.record is not None and len(run.record.changes) > 0
+    return has_changes and 1 < len(run.robots) <= MOST_ROBOTS
+
+
+@applies_to(_has_graph)
+def draw_graph(figure: Figure, run: Run) -> None:
     """Draw who hears whom: robots on a circle, lines both ways, arrows to the one that hears.
 
     A panel for each graph of the run; of more than 6 some that are evenly spread.
 
     Args:
         figure: An empty figure.
-        table: The motion of the fleet.
-        record: With changes.
+        run: A run with changes of its graph.
     """
-    robots = table.robots
+    assert run.record
+    record, robots = run.record, run.robots
     graphs = _chosen(_graphs(record, max(robots[-1], int(record.changes[:, 1:3].max()))))
     columns = min(_PANELS_IN_ROW, len(graphs))
     rows = math.ceil(len(graphs) / columns)

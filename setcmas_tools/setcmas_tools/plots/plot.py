@@ -1,115 +1,149 @@
-"""Plots of a run from its fleet.csv."""
+"""Plots of a run: files, windows, and figures by name."""
 
 from __future__ import annotations
 
+import io
 from collections.abc import Callable, Sequence
-from functools import partial
+from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 from matplotlib.figure import Figure
 from tqdm import tqdm
 
 from setcmas_simu.errors import SetcmasError
-from setcmas_tools.plots.communication import draw_counts, draw_instants
-from setcmas_tools.plots.disagreement import draw_disagreement
-from setcmas_tools.plots.distances import draw_distances
+from setcmas_tools.kinds.plot import PLOTS, Plot, suits
 from setcmas_tools.plots.formats import FORMATS, PALETTES
-from setcmas_tools.plots.graph import MOST_ROBOTS, draw_graph
 from setcmas_tools.plots.style import check_style, finish, plot_style, save
-from setcmas_tools.plots.time_series import draw_heading, draw_positions, draw_velocities
-from setcmas_tools.plots.trajectories import draw_trajectories
-from setcmas_tools.records import communication as communication_record
-from setcmas_tools.records import fleet_table
-from setcmas_tools.records.communication import CommunicationRecord
-from setcmas_tools.records.fleet_table import FleetTable
-from setcmas_tools.run.description import RunDescription, describe
-from setcmas_tools.run.files import fleet_csv, run_folder
+from setcmas_tools.run.run import Run
 
-Draw = Callable[[Figure, FleetTable], None]
+_FIRST = (
+    'trajectories', 'positions', 'heading', 'velocities', 'distances', 'communication_instants',
+    'communication_counts', 'graph', 'disagreement',
+)  # fmt: skip
 
 
-def _plots(run: RunDescription, nb_robots: int) -> dict[str, Draw]:
-    plots: dict[str, Draw] = {
-        'trajectories': partial(draw_trajectories, run=run),
-        'positions': draw_positions,
-        'heading': draw_heading,
-        'velocities': draw_velocities,
-    }
-    if nb_robots > 1:
-        plots['distances'] = partial(draw_distances, references=run.references)
-    return plots
+@dataclass(frozen=True)
+class PlotLook:
+    """How plots look.
+
+    Attributes:
+        formats: Any of `formats.FORMATS`.
+        palette: One of `formats.PALETTES`.
+        paper: One of `formats.PAPERS`, for fonts and sizes of a printed paper.
+        show: Whether to open the plots in windows too, until the user closes them.
+    """
+
+    formats: Sequence[str] = ('png',)
+    palette: str = PALETTES[0]
+    paper: str | None = None
+    show: bool = False
+
+    def check(self) -> None:
+        """See that there are such formats and styles.
+
+        Raises:
+            SetcmasError: A choice is unknown.
+        """
+        for unknown in set(self.formats) - set(FORMATS):
+            raise SetcmasError(
+                f"format '{unknown}' is unknown; must be one of {', '.join(FORMATS)}"
+            )
+        check_style(self.palette, self.paper)
 
 
-def _communication_plots(record: CommunicationRecord | None, nb_robots: int) -> dict[str, Draw]:
-    """Return the further plots of a run with a record of its communication."""
-    plots: dict[str, Draw] = {}
-    if record and record.is_event_triggered:
-        plots['communication_instants'] = partial(draw_instants, record=record)
-        plots['communication_counts'] = partial(draw_counts, record=record)
-    if record and len(record.changes) and 1 < nb_robots <= MOST_ROBOTS:
-        plots['graph'] = partial(draw_graph, record=record)
-    if record and nb_robots > 1:
-        plots['disagreement'] = draw_disagreement
-    return plots
+_LOOK = PlotLook()
+
+
+def plots_of(run: Run, warn: Callable[[str], None] = print) -> dict[str, Plot]:
+    """Return the plots that suit a run by name, those that ship first."""
+    usable = PLOTS.usable(warn)
+    names = [*(name for name in _FIRST if name in usable), *(usable.keys() - set(_FIRST))]
+    return {name: usable[name] for name in names if suits(usable[name], run)}
 
 
 def plot(
-    run: Path,
-    output: Path | None = None,
-    formats: Sequence[str] = ('png',),
-    show: bool = False,
+    run: Run,
+    folder: Path,
+    look: PlotLook = _LOOK,
     progress: bool = True,
-    palette: str = PALETTES[0],
-    paper: str | None = None,
+    warn: Callable[[str], None] = print,
 ) -> list[Path]:
-    """Plot trajectories, positions, headings, velocities and distances of a fleet.
-
-    Of a run with a record of its communication also when robots sent their states and how often,
-    the graph, and the disagreement.
+    """Write the plots that suit a run.
 
     Args:
-        run: The folder of a run, the folder of its CSV files, or a fleet.csv.
-        output: Folder of the plots; by default `plots` in the folder of the run.
-        formats: Any of `plot_formats.FORMATS`.
-        show: Whether to open the plots in windows too, until the user closes them.
+        run: The run.
+        folder: Where they go.
+        look: How they look.
         progress: Whether to show a progress bar if there is a terminal.
-        palette: One of `plot_formats.PALETTES`.
-        paper: One of `plot_formats.PAPERS`, for fonts and sizes of a printed paper.
+        warn: Shows a plot that fails; the others are drawn.
 
     Returns:
-        The files, at least four; there are no distances with a single robot.
+        The files.
 
     Raises:
-        SetcmasError: There is no fleet.csv or it is damaged, a choice is unknown, the plots
-            cannot be written, or there is no screen to show them on.
+        SetcmasError: A choice is unknown, the plots cannot be written, or there is no screen to
+            show them on.
     """
-    for unknown in set(formats) - set(FORMATS):
-        raise SetcmasError(f"format '{unknown}' is unknown; accepted are {', '.join(FORMATS)}")
-    check_style(palette, paper)
-    source = fleet_csv(run)
-    table = fleet_table.read_csv(source)
-    folder = output or run_folder(source) / 'plots'
-    description = describe(source, table.robots)
-    plots = _plots(description, len(table.robots))
-    record = communication_record.read_csv(source.parent)
-    plots |= _communication_plots(record, len(table.robots))
-    with plot_style(palette, paper):
-        figures = {name: _figure(show) for name in plots}
-        hidden = None if progress else True  # None: hidden unless there is a terminal
+    look.check()
+    plots = plots_of(run, warn)
+    hidden = None if progress else True  # None: hidden unless there is a terminal
+    with plot_style(look.palette, look.paper):
+        paths = []
         try:
             folder.mkdir(parents=True, exist_ok=True)
-            paths = []
             for name, draw in tqdm(plots.items(), desc='plots', leave=False, disable=hidden):
-                draw(figures[name], table)
-                finish(figures[name], description.title)
-                paths += _write(figures[name], folder / name, formats)
+                figure = _window() if look.show else Figure()
+                if _drawn(name, draw, figure, run, warn):
+                    paths += _write(figure, folder / name, look.formats)
         except OSError as error:
             raise SetcmasError(
                 f"plots cannot be written to '{folder}': {error.strerror}"
             ) from error
-        if show:
+        if look.show:
             _show(folder)
     return paths
+
+
+class _Picture(Figure):
+    """A figure that a notebook shows."""
+
+    def _repr_png_(self) -> bytes:
+        content = io.BytesIO()
+        with plot_style():
+            self.savefig(content, format='png', dpi=100)
+        return content.getvalue()
+
+
+def figure(run: Run, name: str, palette: str = PALETTES[0], paper: str | None = None) -> Figure:
+    """Return a plot of a run.
+
+    Raises:
+        SetcmasError: There is no such plot or style, or the run has not what it shows.
+    """
+    check_style(palette, paper)
+    draw = PLOTS.get(name)
+    if not suits(draw, run):
+        known = ', '.join(plots_of(run))
+        raise SetcmasError(f"plot '{name}' does not suit this run; must be one of {known}")
+    with plot_style(palette, paper):
+        picture = _Picture()
+        draw(picture, run)
+        finish(picture, run.title)
+    return picture
+
+
+def _drawn(name: str, draw: Plot, figure: Figure, run: Run, warn: Callable[[str], None]) -> bool:
+    try:
+        draw(figure, run)
+        finish(figure, run.title)
+    except (SetcmasError, OSError):
+        raise
+    except Exception as error:  # a plugin may raise anything
+        reason = ' '.join(f'{type(error).__name__}: {error}'.split())
+        warn(f"plot '{name}' is left out: {reason}")
+        return False
+    return True
 
 
 def _write(figure: Figure, path: Path, formats: Sequence[str]) -> list[Path]:
@@ -119,9 +153,7 @@ def _write(figure: Figure, path: Path, formats: Sequence[str]) -> list[Path]:
     return paths
 
 
-def _figure(show: bool) -> Figure:
-    if not show:
-        return Figure()
+def _window() -> Any:
     from matplotlib import pyplot  # only windows need it; it is what asks for a screen
 
     return pyplot.figure()

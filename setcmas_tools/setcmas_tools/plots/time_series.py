@@ -12,29 +12,30 @@ from matplotlib.ticker import FuncFormatter, MultipleLocator
 from setcmas_tools.plots.lines import draw_robot_lines
 from setcmas_tools.plots.style import legend, robot_handles, time_axis
 from setcmas_tools.records.fleet_table import FleetTable
+from setcmas_tools.run.run import Run
 
 _MOST_TICKS = 9
 
 
-def draw_positions(figure: Figure, table: FleetTable) -> None:
+def draw_positions(figure: Figure, run: Run) -> None:
     """Draw x(t) and y(t), one above the other."""
-    _draw_panels(figure, table, 'Positions', {'x': 'x (m)', 'y': 'y (m)'})
+    _draw_panels(figure, run.table, 'Positions', {'x': 'x (m)', 'y': 'y (m)'})
 
 
-def draw_velocities(figure: Figure, table: FleetTable) -> None:
+def draw_velocities(figure: Figure, run: Run) -> None:
     """Draw forward speed and turn rate over time, one above the other."""
     labels = {'v': 'forward speed v (m/s)', 'omega': 'turn rate ω (rad/s)'}
-    _draw_panels(figure, table, 'Velocities', labels)
+    _draw_panels(figure, run.table, 'Velocities', labels)
 
 
-def draw_heading(figure: Figure, table: FleetTable) -> None:
+def draw_heading(figure: Figure, run: Run) -> None:
     """Draw headings over time, not wrapped: a line has no jumps where its robot has none."""
     figure.set_size_inches(9.0, 5.0)
     axes = figure.add_subplot(title='Heading (not wrapped)', ylabel='heading θ (rad)')
-    draw_robot_lines(axes, table, 'theta', np.unwrap)
+    draw_robot_lines(axes, run.table, 'theta', np.unwrap)
     _ticks_in_pi(axes)
-    marks = time_axis([axes], table.t[0], table.t[-1])
-    legend(axes, robot_handles(table.robots) + marks)
+    marks = time_axis([axes], run.table.t[0], run.table.t[-1])
+    legend(axes, robot_handles(run.robots) + marks)
 
 
 def _draw_panels(figure: Figure, table: FleetTable, title: str, labels: dict[str, str]) -> None:

@@ -18,31 +18,27 @@ from setcmas_tools.plots.lines import finite_rows, with_gaps
 from setcmas_tools.plots.references import draw_arena, draw_references
 from setcmas_tools.plots.style import edge_effects, legend, line_look, robot_colour, robot_handles
 from setcmas_tools.records.fleet_table import FleetTable
-from setcmas_tools.run.description import RunDescription
+from setcmas_tools.run.run import Run
 
 DART = Outline([(1.0, 0.0), (-0.8, 0.7), (-0.4, 0.0), (-0.8, -0.7), (1.0, 0.0)], closed=True)
 """Points to where the robot heads; along the x axis at heading 0."""
 _SMALLEST_SPAN_M = 1.0
 
 
-def draw_trajectories(
-    figure: Figure, table: FleetTable, run: RunDescription | None = None
-) -> None:
+def draw_trajectories(figure: Figure, run: Run) -> None:
     """Draw each robot's path with its start (ring) and its end (dart along its heading).
 
     Args:
         figure: An empty figure.
-        table: The fleet's motion.
-        run: What the robots were to reach and where they might be, as far as that is known.
+        run: The run.
     """
     figure.set_size_inches(8.0, 6.4)
     axes = figure.add_subplot()
-    robots = table.robots
+    table, robots = run.table, run.robots
     size = rcParams['lines.markersize'] * (1.5 if len(robots) < 12 else 1.1)
     for robot in robots:
         _draw_path(axes, table.of(robot), robot, len(robots), size)
-    marks = draw_references(axes, table, run.references) if run and run.references else []
-    marks += draw_arena(axes, run.arena) if run and run.arena else []
+    marks = draw_references('trajectories', axes, run) + draw_arena(axes, run)
     axes.set_title('Trajectories')
     fit_plane(axes, table)
     legend(axes, [*robot_handles(robots), *_end_handles(), *marks])

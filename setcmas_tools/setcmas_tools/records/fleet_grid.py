@@ -46,6 +46,11 @@ class FleetGrid:
         expected = (self.t >= first - LONGEST_GAP_S) & (self.t <= last + LONGEST_GAP_S)
         return np.asarray(np.all(known | ~expected, axis=0))
 
+    def since(self, t: float) -> FleetGrid:
+        """Return the samples from a time (s) on."""
+        k = self.t >= t
+        return FleetGrid(self.t[k], self.robots, self.x[:, k], self.y[:, k], self.theta[:, k])
+
 
 def on_grid(table: FleetTable, rate: float = 10.0) -> FleetGrid:
     """Interpolate a table linearly at multiples of a period.

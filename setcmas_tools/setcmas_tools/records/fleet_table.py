@@ -54,6 +54,35 @@ class FleetTable:
         """Return the rows that a mask, or indices, select."""
         return FleetTable(*(getattr(self, f.name)[selection] for f in fields(self)))
 
+    def stacked(self) -> list[Floats] | None:
+        """Return t, x, y, theta, v and omega, shape (K, N) each, of N robots at common times.
+
+        Returns:
+            None if the robots have rows at times of their own.
+        """
+        return stacked(self.t, self.robot, self.x, self.y, self.theta, self.v, self.omega)
+
+
+def stacked(t: Floats, robot: NDArray[np.int64], *columns: Floats) -> list[Floats] | None:
+    """Return times and columns, shape (K, N) each, of rows of N robots at K common times.
+
+    Args:
+        t: Times, sorted, shape (K N,).
+        robot: Numbers of the robots, sorted at each time, shape (K N,).
+        columns: Of the same shape.
+
+    Returns:
+        None if the robots have rows at times of their own.
+    """
+    robots = np.unique(robot)
+    if not len(robots) or len(t) % len(robots):
+        return None
+    times = t.reshape(-1, len(robots))
+    regular = (robot.reshape(-1, len(robots)) == robots).all()
+    if not regular or (times != times[:, :1]).any():
+        return None
+    return [column.reshape(-1, len(robots)) for column in (t, *columns)]
+
 
 def fleet_table(rows: ArrayLike) -> FleetTable:
     """Return the table of rows in any order.

@@ -2,25 +2,18 @@
 
 from __future__ import annotations
 
-import platform
 import shutil
-import sys
-import time
-from collections.abc import Sequence
-from contextlib import suppress
-from importlib import metadata
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager, suppress
+from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
-import yaml
-
-from setcmas_simu import __version__
 from setcmas_simu.errors import SetcmasError
-from setcmas_tools.run.files import INPUTS
-from setcmas_tools.run.inputs import RunInput
+from setcmas_tools.records.tables import RunTables, write_tables
+from setcmas_tools.run.info import FILE_NAME, RunInfo, write_info
+from setcmas_tools.run.inputs import INPUTS, RunInput
 
-_PARTS = ('bag', 'csv', 'plots', INPUTS, 'metrics.yaml', 'run.yaml')
-_PACKAGES = ('numpy', 'rclpy', 'rosbags', 'matplotlib')
+_PARTS = ('bag', 'csv', 'plots', INPUTS, 'metrics.yaml', FILE_NAME)
 
 
 class RunFolder:
@@ -83,21 +76,40 @@ class RunFolder:
                     'lost with it; name another output folder'
                 )
 
-    def create(self) -> None:
-        """Create the folder with what the run is given, without the parts of an earlier run.
+    def create(self, info: RunInfo) -> None:
+        """Create the folder with run.yaml and what the run is given, without an earlier run.
 
         Raises:
             SetcmasError: The folder cannot be created or emptied.
         """
-        try:
+        with self._writing():
             self.path.mkdir(parents=True, exist_ok=True)
             self._empty()
+            self.write_info(info)
             for given in self._inputs:
                 given.write_to(self.path / INPUTS / given.option)
-        except OSError as error:
-            raise SetcmasError(
-                f"output '{self.path}' cannot be written: {error.strerror}"
-            ) from error
+
+    def write_info(self, info: RunInfo) -> None:
+        """Write run.yaml in place of the one that is there.
+
+        Raises:
+            SetcmasError: It cannot be written.
+        """
+        inputs = {
+            given.option: f'{INPUTS}/{given.option}/{given.path.name}' for given in self._inputs
+        }
+        with self._writing():
+            write_info(replace(info, inputs=inputs), self.path)
+
+    def write_tables(self, tables: RunTables) -> None:
+        """Write the CSV files.
+
+        Raises:
+            SetcmasError: They cannot be written.
+        """
+        with self._writing():
+            self.csv.mkdir(exist_ok=True)
+            write_tables(tables, self.csv)
 
     def discard(self) -> None:
         """Remove what a run that never began has created."""
@@ -113,45 +125,11 @@ class RunFolder:
             else:
                 target.unlink(missing_ok=True)
 
-    def write_record(
-        self, parameters: dict[str, Any], outcome: str, seed: int, started: float | None = None
-    ) -> None:
-        """Write run.yaml.
-
-        Args:
-            parameters: The options of the run.
-            outcome: How it ended.
-            seed: Seed of the scripts' random numbers.
-            started: When it started, in s since 1970; None leaves out the time, so that equal
-                runs leave equal files.
-        """
-        record: dict[str, Any] = {
-            'command': ['setcmas', *sys.argv[1:]],
-            'outcome': outcome,
-            'parameters': parameters,
-            'inputs': {
-                given.option: f'{INPUTS}/{given.option}/{given.path.name}'
-                for given in self._inputs
-            },
-            'seed': seed,
-            'versions': {'setcmas': __version__, 'python': platform.python_version()}
-            | {name: version for name in _PACKAGES if (version := _version(name))},
-            'host': {'name': platform.node(), 'system': platform.platform()},
-        }
-        if started is not None:
-            record['started'] = time.strftime('%Y-%m-%dT%H:%M:%S%z', time.localtime(started))
-        text = yaml.safe_dump(record, sort_keys=False, allow_unicode=True)
-        (self.path / 'run.yaml').write_text(text, encoding='utf-8')
-
-    def add_to_record(self, name: str, values: dict[str, Any]) -> None:
-        """Add a part to the end of run.yaml."""
-        text = yaml.safe_dump({name: values}, sort_keys=False, allow_unicode=True)
-        with (self.path / 'run.yaml').open('a', encoding='utf-8') as file:
-            file.write(text)
-
-
-def _version(package: str) -> str | None:
-    try:
-        return metadata.version(package)
-    except metadata.PackageNotFoundError:
-        return None
+    @contextmanager
+    def _writing(self) -> Iterator[None]:
+        try:
+            yield
+        except OSError as error:
+            raise SetcmasError(
+                f"output '{self.path}' cannot be written: {error.strerror}"
+            ) from error

@@ -3,12 +3,18 @@
 from __future__ import annotations
 
 import argparse
+from collections.abc import Mapping
 from pathlib import Path
 
 from setcmas_ctrl.communication.options import CommunicationOptions
 from setcmas_ctrl.communication.settings import graph_file
 from setcmas_ctrl.scripts.helper_modules import helper_modules
 from setcmas_simu.errors import SetcmasError
+
+INPUTS = 'inputs'
+"""The folder of a run with copies of the files that it was given, in a folder for each option."""
+
+_SCRIPTS = ('algo', 'ctc')
 
 
 class RunInput:
@@ -28,7 +34,7 @@ class RunInput:
         """
         self.option = option
         self.path = path
-        self.files = [path, *(helper_modules(path) if option in ('algo', 'ctc') else [])]
+        self.files = [path, *(helper_modules(path) if option in _SCRIPTS else [])]
         self._contents = [_read(file) for file in self.files]
 
     def write_to(self, folder: Path) -> None:
@@ -69,3 +75,14 @@ def run_inputs(args: argparse.Namespace, script: Path, lab: Path | None = None) 
         'lab': lab,
     }
     return [RunInput(option, Path(path)) for option, path in named.items() if path is not None]
+
+
+def kept_inputs(folder: Path, kept: Mapping[str, str]) -> tuple[RunInput, ...]:
+    """Return the inputs that the folder of a run keeps; those that have gone are left out.
+
+    Args:
+        folder: The folder.
+        kept: Paths in the folder, by option.
+    """
+    paths = {option: folder / path for option, path in kept.items()}
+    return tuple(RunInput(option, path) for option, path in paths.items() if path.is_file())

@@ -13,10 +13,9 @@ from pathlib import Path
 from setcmas_simu.errors import SetcmasError
 from setcmas_tools.bags.reader import Bag, BagTopic, open_bag
 from setcmas_tools.bags.types import UndecodableError
-from setcmas_tools.records import communication as communication_record
 from setcmas_tools.records import fleet_table
-from setcmas_tools.records.communication_samples import CommunicationSamples
-from setcmas_tools.records.fleet_samples import Collect, FleetSamples
+from setcmas_tools.records.samples import Collect, RunSamples
+from setcmas_tools.records.tables import FILE_NAMES, write_tables
 from setcmas_tools.tables.flatten import flattener
 from setcmas_tools.tables.topic_table import CsvTable
 
@@ -102,30 +101,22 @@ def _as_given(path: Path, like: Path) -> Path:
 
 def _write_files(bag: Bag, unfinished: Path, folder: Path, progress: bool) -> ConversionReport:
     names = file_names(topic.name for topic in bag.topics)
-    samples = FleetSamples((topic.name, topic.type.name) for topic in bag.topics)
-    heard = CommunicationSamples()
+    samples = RunSamples((topic.name, topic.type.name) for topic in bag.topics)
     jobs = {
-        topic: _TopicJob(
-            topic,
-            unfinished / name,
-            samples.collector(topic.name) or heard.collector(topic.name, topic.type.name),
-        )
+        topic: _TopicJob(topic, unfinished / name, samples.collectors(topic.name, topic.type.name))
         for topic, name in zip(bag.topics, names, strict=True)
     }
     for topic, time_ns, data in _with_progress(bag, progress):
         jobs[topic].take(time_ns - bag.start_ns, data)
     written = [job for job in jobs.values() if job.finish()]
-    table = samples.table()
-    if table:
-        fleet_table.write_csv(table, unfinished / fleet_table.FILE_NAME)
-    if record := heard.record(table, samples.start_ns):
-        communication_record.write_csv(record, unfinished)
+    if tables := samples.tables():
+        write_tables(tables, unfinished)
     for file in sorted(unfinished.iterdir()):
         file.replace(folder / file.name)
     return ConversionReport(
         folder,
         [folder / job.path.name for job in written],
-        folder / fleet_table.FILE_NAME if table else None,
+        folder / fleet_table.FILE_NAME if tables else None,
         sum(job.nb_rows for job in written),
         (bag.end_ns - bag.start_ns) / 1e9,
         bag.notices + [job.notice for job in jobs.values() if job.notice],
@@ -135,7 +126,7 @@ def _write_files(bag: Bag, unfinished: Path, folder: Path, progress: bool) -> Co
 class _TopicJob:
     """What happens to the messages of one topic."""
 
-    def __init__(self, topic: BagTopic, path: Path, collect: Collect | None) -> None:
+    def __init__(self, topic: BagTopic, path: Path, collect: list[Collect]) -> None:
         self.topic = topic
         self.path = path
         self.nb_rows = 0
@@ -157,8 +148,8 @@ class _TopicJob:
             return
         self._table.add(time_ns, message)
         self.nb_rows += 1
-        if self._collect:
-            self._collect(time_ns, message)
+        for collect in self._collect:
+            collect(time_ns, message)
 
     def finish(self) -> bool:
         if self.nb_rows:
@@ -172,7 +163,7 @@ def file_names(topics: Iterable[str]) -> list[str]:
     The names differ even where upper and lower case are the same, as on Windows; those that
     would not get a number.
     """
-    taken: Counter[str] = Counter([fleet_table.FILE_NAME, *communication_record.FILE_NAMES])
+    taken: Counter[str] = Counter(FILE_NAMES)
     names = []
     for topic in topics:
         stem = re.sub(r'[^A-Za-z0-9_.-]', '_', topic.strip('/')) or 'topic'

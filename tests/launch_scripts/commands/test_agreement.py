@@ -64,7 +64,7 @@ def run_over_ros(names, duration, folder):
 def apart(name, duration, folder):
     """Return how far (m, RMS per robot) a run over ROS is from the offline run; inf: it failed."""
     record = yaml.safe_load((folder / name / 'run.yaml').read_text())
-    if record['outcome'] != 'complete':
+    if record['outcome']['state'] != 'complete':
         return math.inf
     algo, nb_robots, further = RUNS[name]
     offline = simulate(algo, nb_robots, duration, **further)

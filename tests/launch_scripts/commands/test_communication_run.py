@@ -118,8 +118,10 @@ def files_tell_of_it(robots, share, out, output):
 
     assert record['parameters']['event_triggered'] is True
     assert record['parameters']['graph'] == 'complete'
-    assert record['communication']['triggered_share'] == pytest.approx(share, abs=1e-3)
-    assert set(record['communication']['mean_interval_s']) == set(robots)
+    assert record['references'] == {'task': 'consensus', 'values': {}}
+    messages = yaml.safe_load((out / 'metrics.yaml').read_text())['messages']
+    assert messages['triggered_share'] == pytest.approx(share, abs=1e-3)
+    assert set(messages['mean_interval_s']) == set(robots)
     assert 'states sent' in output
     plots = {path.stem for path in (out / 'plots').iterdir()}
     assert {'communication_instants', 'communication_counts', 'graph', 'disagreement'} <= plots

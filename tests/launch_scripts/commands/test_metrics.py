@@ -6,6 +6,7 @@ import yaml
 from processes import run_setcmas
 
 from setcmas_tools.records.fleet_table import fleet_table, write_csv
+from setcmas_tools.run.info import RunInfo, write_info
 
 HEADER = 't,robot,x,y,theta,v,omega\n'
 
@@ -54,9 +55,8 @@ def test_the_options(run):
 
 
 def test_the_script_counts_as_it_was_in_the_run(run):
-    script = run.parent / 'mine.py'
-    script.write_text('WPL = [[5, 5]]\ndef control(a, b, c, d): ...\n')
-    (run / 'run.yaml').write_text(yaml.safe_dump({'parameters': {'script': str(script)}}))
+    (run.parent / 'mine.py').write_text('WPL = [[5, 5]]\ndef control(a, b, c, d): ...\n')
+    write_info(RunInfo(inputs={'algo': 'inputs/algo/mine.py'}), run)
     kept = run / 'inputs' / 'algo' / 'mine.py'
     kept.parent.mkdir(parents=True)
     kept.write_text('WPL = [[1.0, 1]]\ndef control(a, b, c, d): ...\n')
@@ -80,7 +80,7 @@ def test_another_table_has_its_name_before_that_of_the_file(tmp_path):
     [
         (('nowhere',), "there is no 'nowhere'"),
         (('empty',), 'no fleet.csv'),
-        (('out', '--task', 'dance'), "--task is 'dance'; it must be"),
+        (('out', '--task', 'dance', '--algo', 'nav_wp'), "there is no task 'dance'"),
         (('out', '--task', 'tracking'), 'name it with --algo'),
         (('out', '--algo', 'consensu'), 'did you mean consensus'),
         (('out', '--vnom', '-1'), '--vnom is -1; it must be above 0 m/s'),

@@ -33,7 +33,7 @@ def test_the_layout_is_that_of_run(tmp_path):
     assert 'times real time' in result.stdout
     record = yaml.safe_load((tmp_path / 'out' / 'run.yaml').read_text())
     assert record['command'][:2] == ['setcmas', 'offline']
-    assert record['outcome'] == 'complete'
+    assert record['outcome'] == {'state': 'complete'}
     assert record['seed'] == 0
 
 
@@ -101,7 +101,8 @@ def test_imperfect_communication_twice_writes_the_same_bytes(tmp_path):
     assert changed == ['run.yaml']  # it names the command, which was given --overwrite
     assert record['parameters']['loss'] == 0.3
     assert record['parameters']['graph'] == 'graph.yaml'
-    assert record['communication']['lost'] > 0
+    metrics = yaml.safe_load(first['metrics.yaml'])
+    assert metrics['messages']['lost'] > 0
 
 
 def test_a_run_is_repeated_from_what_it_keeps(tmp_path):
@@ -178,7 +179,7 @@ def test_a_law_that_failed_is_told_at_the_end_and_by_the_exit_status(tmp_path):
         'setcmas offline: complete, but law.py failed for robots 2;'
     )
     record = yaml.safe_load((tmp_path / 'out' / 'run.yaml').read_text())
-    assert record['outcome'] == 'complete, but law.py failed for robots 2'
+    assert record['outcome'] == {'state': 'failed', 'failed_laws': {'law.py': [2]}}
 
 
 def test_a_condition_that_failed_is_not_the_fault_of_the_law(tmp_path):

@@ -53,7 +53,8 @@ def test_the_whole_job(start, tmp_path):
     commands = table_of_text(out / 'csv' / 'tb3_2_cmd_vel.csv')
     assert float(commands[-1]['twist.linear.x']) == 0.0
     record = yaml.safe_load((out / 'run.yaml').read_text())
-    assert record['outcome'] == 'complete'
+    assert record['outcome'] == {'state': 'complete'}
+    assert record['references'] == {'task': 'consensus', 'values': {}}
     assert record['parameters']['nb_robots'] == 3
     assert 'def control' in (out / record['inputs']['algo']).read_text()
     assert 'largest distance between two robots at the end' in process.output()
@@ -92,7 +93,7 @@ def test_an_interrupted_run_keeps_what_it_has(start, tmp_path):
     assert all_gone(nodes)
     assert table(tmp_path / 'out' / 'csv' / 'fleet.csv')
     record = yaml.safe_load((tmp_path / 'out' / 'run.yaml').read_text())
-    assert record['outcome'] == 'stopped by the user'
+    assert record['outcome'] == {'state': 'stopped'}
 
 
 def wait_for_growth(path):
@@ -116,7 +117,8 @@ def test_when_a_process_dies_the_launcher_says_so_and_stops_the_rest(start, tmp_
     assert all_gone(nodes)
     assert f'(process {dying[0]}) was killed by SIGKILL' in process.output()
     record = yaml.safe_load((tmp_path / 'out' / 'run.yaml').read_text())
-    assert 'SIGKILL' in record['outcome']
+    assert record['outcome']['state'] == 'died'
+    assert 'SIGKILL' in record['outcome']['detail']
     assert 'Traceback' not in process.output()
 
 

@@ -7,11 +7,11 @@ import imageio_ffmpeg
 import numpy as np
 import pytest
 from PIL import Image
+from runs import animate
 
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet.fleet import plot_colour, start_poses
 from setcmas_tools.films import writers as film_writers
-from setcmas_tools.films.film import animate
 from setcmas_tools.records import communication as communication_record
 from setcmas_tools.records.communication import record_of
 from setcmas_tools.records.fleet_table import fleet_table, write_csv

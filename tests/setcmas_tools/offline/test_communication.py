@@ -18,7 +18,7 @@ def spread(run):
 
 def test_event_triggered_consensus_is_that_of_the_ros_1_stack():
     run = simulate('consensus', 8, 43.0, event_triggered=True)
-    record = run.communication
+    record = run.record
 
     assert 0.03 < record.triggers[:, 2].mean() < 0.09
     assert all(15 <= counts.sent <= 33 for counts in record.robots.values())
@@ -31,9 +31,9 @@ def test_periodic_and_perfect_links_change_nothing():
     matrix = simulate('consensus', 5, 20.0, graph=1.0 - np.eye(5))
     over_links = simulate('consensus', 5, 20.0, range=1000.0)
 
-    assert plain.communication is None
-    assert matrix.communication is None
-    assert over_links.communication.links
+    assert plain.record is None
+    assert matrix.record is None
+    assert over_links.record.links
     np.testing.assert_array_equal(over_links.poses, plain.poses)
 
 
@@ -119,15 +119,13 @@ def test_switching_graphs_change_who_is_heard(tmp_path):
     run = simulate(law, 3, 3.2, graph=tmp_path / 'switch.yaml')
 
     assert seen == 2 * (5 * ['++-'] + 3 * ['+-+'])
-    assert run.communication.changes[:4].tolist() == [
+    assert run.record.changes[:4].tolist() == [
         [0, 1, 2, 1],
         [0, 2, 1, 1],
         [1, 1, 2, 0],
         [1, 1, 3, 1],
     ]
-    np.testing.assert_array_equal(
-        run.communication.adjacency(1.2, 3), [[0, 0, 1], [0, 0, 0], [1, 0, 0]]
-    )
+    np.testing.assert_array_equal(run.record.adjacency(1.2, 3), [[0, 0, 1], [0, 0, 0], [1, 0, 0]])
 
 
 def test_robots_out_of_range_are_not_heard():
@@ -139,8 +137,8 @@ def test_robots_out_of_range_are_not_heard():
     run = simulate(law, 2, 10.0, poses=[[-3.95, 0], [0, 0], [0, 0]], range=3.0)
 
     assert not run.failed_robots
-    assert run.communication.changes.tolist() == [[2, 1, 2, 1], [2, 2, 1, 1]]
-    assert run.communication.links[1, 2].sent == 81  # from 2 s to 10 s
+    assert run.record.changes.tolist() == [[2, 1, 2, 1], [2, 2, 1, 1]]
+    assert run.record.links[1, 2].sent == 81  # from 2 s to 10 s
 
 
 def test_the_same_seed_gives_the_same_run_and_another_one_another():
@@ -150,20 +148,20 @@ def test_the_same_seed_gives_the_same_run_and_another_one_another():
     )
 
     np.testing.assert_array_equal(first.poses, second.poses)
-    assert first.communication.links == second.communication.links
+    assert first.record.links == second.record.links
     assert not np.array_equal(first.poses, third.poses)
 
 
 def test_what_is_sent_is_received_or_lost():
     run = simulate('consensus', 6, 30.0, graph='ring', loss=0.3)
-    links = run.communication.links.values()
+    links = run.record.links.values()
     sent, lost = (sum(getattr(link, name) for link in links) for name in ('sent', 'lost'))
 
     assert len(links) == 12
     assert all(link.sent == link.received + link.lost == 300 for link in links)
     assert lost / sent == pytest.approx(0.3, abs=5 * np.sqrt(0.21 / sent))
-    assert all(counts.sent == 301 for counts in run.communication.robots.values())
-    assert sum(counts.lost for counts in run.communication.robots.values()) == lost
+    assert all(counts.sent == 301 for counts in run.record.robots.values())
+    assert sum(counts.lost for counts in run.record.robots.values()) == lost
 
 
 def late(pos, last_pos, t):
@@ -177,7 +175,7 @@ def broken(pos, last_pos, t):
 def test_conditions_of_ones_own():
     run = simulate('consensus', 3, 5.0, event_triggered=True, ctc=late)
 
-    assert [counts.sent for counts in run.communication.robots.values()] == [2, 2, 2]
+    assert [counts.sent for counts in run.record.robots.values()] == [2, 2, 2]
 
 
 def test_a_failing_condition_is_a_failure_of_its_robot():
@@ -185,7 +183,7 @@ def test_a_failing_condition_is_a_failure_of_its_robot():
     run = simulate('consensus', 2, 3.0, event_triggered=True, ctc=broken, warn=said.append)
 
     assert run.failed_robots == [1, 2]
-    assert [counts.sent for counts in run.communication.robots.values()] == [31, 31]
+    assert [counts.sent for counts in run.record.robots.values()] == [31, 31]
     assert len(said) == 2
 
 
@@ -238,4 +236,4 @@ def test_a_thousand_robots_in_a_ring():
 
     assert np.isfinite(run.poses).all()
     assert not run.failed_robots
-    assert len(run.communication.links) == 2000
+    assert len(run.record.links) == 2000

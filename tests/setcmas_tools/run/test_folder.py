@@ -3,15 +3,16 @@ import yaml
 
 from setcmas_simu.errors import SetcmasError
 from setcmas_tools.run.folder import RunFolder
+from setcmas_tools.run.info import RunInfo, read_info
 from setcmas_tools.run.inputs import RunInput
+from setcmas_tools.run.outcome import Outcome, State
 
 
 def test_an_earlier_run_is_not_lost_by_mistake(tmp_path):
     folder = RunFolder(tmp_path / 'out')
     folder.check(overwrite=False)
-    folder.create()
+    folder.create(RunInfo())
     folder.bag.mkdir()
-    folder.write_record({}, 'not finished', 0)
 
     with pytest.raises(SetcmasError, match=r'holds an earlier run.*--overwrite'):
         folder.check(overwrite=False)
@@ -27,12 +28,12 @@ def test_a_folder_that_is_no_run_is_never_overwritten(tmp_path):
 
 def test_what_a_run_created_that_never_began_is_removed(tmp_path):
     folder = RunFolder(tmp_path / 'out')
-    folder.create()
+    folder.create(RunInfo())
     folder.bag.mkdir()
     folder.discard()
     assert not folder.path.exists()
 
-    folder.create()
+    folder.create(RunInfo())
     (folder.path / 'mine').touch()
     folder.discard()
     assert [path.name for path in folder.path.iterdir()] == ['mine']
@@ -43,9 +44,9 @@ def test_overwriting_removes_the_earlier_run_and_nothing_else(tmp_path):
         (tmp_path / name).mkdir()
     (tmp_path / 'run.yaml').touch()
 
-    RunFolder(tmp_path).create()
+    RunFolder(tmp_path).create(RunInfo())
 
-    assert [path.name for path in tmp_path.iterdir()] == ['mine']
+    assert sorted(path.name for path in tmp_path.iterdir()) == ['mine', 'run.yaml']
 
 
 def test_a_file_is_no_folder(tmp_path):
@@ -59,18 +60,14 @@ def test_a_folder_that_cannot_be_created_is_told(tmp_path):
     (tmp_path / 'file').touch()
 
     with pytest.raises(SetcmasError, match='cannot be written'):
-        RunFolder(tmp_path / 'file' / 'out').create()
+        RunFolder(tmp_path / 'file' / 'out').create(RunInfo())
 
 
-def test_the_record_of_a_run(tmp_path):
-    RunFolder(tmp_path).write_record({'nb_robots': 8}, 'complete', 0, 1.7e9)
+def test_a_run_that_is_killed_leaves_a_readable_record(tmp_path):
+    folder = RunFolder(tmp_path / 'out')
+    folder.create(RunInfo(outcome=Outcome(State.NOT_FINISHED)))
 
-    record = yaml.safe_load((tmp_path / 'run.yaml').read_text())
-    assert record['outcome'] == 'complete'
-    assert record['parameters'] == {'nb_robots': 8}
-    assert record['versions']['setcmas']
-    assert record['host']['name']
-    assert record['started'].startswith('2023-11-14')
+    assert read_info(folder.path).outcome.state is State.NOT_FINISHED
 
 
 def test_what_a_run_is_given_is_kept(tmp_path):
@@ -83,8 +80,7 @@ def test_what_a_run_is_given_is_kept(tmp_path):
         RunInput('graph', tmp_path / 'ring.yaml'),
     ]
     folder = RunFolder(tmp_path / 'out', inputs)
-    folder.create()
-    folder.write_record({}, 'complete', 0)
+    folder.create(RunInfo())
     (tmp_path / 'ring.yaml').write_text('graph: path')
 
     kept = folder.path / 'inputs'
@@ -108,8 +104,7 @@ def test_a_run_does_not_replace_what_it_is_given(tmp_path):
     (tmp_path / 'law.py').touch()
     out = tmp_path / 'out'
     first = RunFolder(out, [RunInput('algo', tmp_path / 'law.py')])
-    first.create()
-    first.write_record({}, 'complete', 0)
+    first.create(RunInfo())
     kept = RunInput('algo', out / 'inputs' / 'algo' / 'law.py')
 
     with pytest.raises(SetcmasError, match='is part of the earlier run'):

@@ -1,0 +1,82 @@
+"""The option --from: a run again, from what its folder keeps."""
+
+from __future__ import annotations
+
+import argparse
+import json
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from setcmas_simu.errors import SetcmasError
+from setcmas_simu.robots.velocity_limits import MODELS
+from setcmas_tools.run.info import RunInfo, read_info
+
+
+def add_from_argument(parser: argparse.ArgumentParser) -> None:
+    """Add --from, beside which --algo may be left out."""
+    for action in parser._actions:
+        action.required = action.required and action.dest != 'algo'
+    parser.add_argument(
+        '--from',
+        dest='earlier',
+        type=Path,
+        metavar='DIR',
+        help='repeat the run in this folder, with its options and its files, and compare; options '
+        'that are typed beside it go before',
+    )
+
+
+def with_earlier_run(args: argparse.Namespace) -> tuple[argparse.Namespace, Path | None]:
+    """Return the options of a run, those of the earlier run that --from names filled in.
+
+    Args:
+        args: Parsed options.
+
+    Returns:
+        The options, and the folder of the earlier run; None if there is none.
+
+    Raises:
+        SetcmasError: There is no such run, or it cannot be repeated.
+    """
+    if not args.earlier:
+        if not args.algo:
+            args.parser.error('the following arguments are required: --algo, or --from')
+        return args, None
+    info = read_info(args.earlier)
+    if info is None:
+        raise SetcmasError(f"there is no run.yaml in '{args.earlier}'; it must be a run's folder")
+    parser = args.parser
+    known = {action.dest for action in parser._actions}
+    values = _options(info, args.earlier)
+    if values.get('emulate') and 'emulate' in known:
+        values = {name: value for name, value in values.items() if name != 'limits'}
+    parser.set_defaults(**{name: value for name, value in values.items() if name in known})
+    again: argparse.Namespace = parser.parse_args(args.arguments)
+    again.verb, again.arguments = args.verb, args.arguments
+    return again, args.earlier
+
+
+def _options(info: RunInfo, folder: Path) -> dict[str, Any]:
+    """Return the options of a run by name, its files as its folder keeps them."""
+    values = {**info.parameters, 'seed': info.seed}
+    values['set'] = [f'{n}={json.dumps(v)}' for n, v in info.parameters.get('set', {}).items()]
+    limits = values.get('limits')
+    if isinstance(limits, Mapping):  # those of a lab
+        values['limits'] = _model(limits)
+        values |= {'emulate': True, 'robot_rate': None}
+    for option, path in info.inputs.items():
+        if not (folder / path).is_file():
+            raise SetcmasError(f"'{folder / path}' is missing, so the run cannot be repeated")
+        values[option] = folder / path if option in ('poses', 'lab') else str(folder / path)
+    if 'algo' not in info.inputs:
+        raise SetcmasError(
+            f"the run in '{folder}' has no control script in its folder, so it cannot be repeated"
+        )
+    return {name: value for name, value in values.items() if value is not None}
+
+
+def _model(limits: Mapping[str, Any]) -> str:
+    """Return the name of the robots with the limits of a lab, 'ideal' if they have none."""
+    speed = limits.get('V_max')
+    return next((name for name, model in MODELS.items() if model.V_max == speed), 'ideal')

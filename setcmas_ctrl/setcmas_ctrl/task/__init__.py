@@ -1,0 +1,1 @@
+"""The task that a control law tells of."""

@@ -1,0 +1,123 @@
+"""Comparison of a run with the one that it repeats."""
+
+from __future__ import annotations
+
+import filecmp
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from setcmas_simu.fleet.topics import robot_name
+from setcmas_tools.metrics.compute import Metrics, measure
+from setcmas_tools.metrics.yaml_file import as_dict
+from setcmas_tools.records.fleet_grid import FleetGrid
+from setcmas_tools.run.run import Run
+
+_LEAST_CHANGE = 0.01
+_MOST_CHANGES = 6
+
+
+@dataclass(frozen=True)
+class Apart:
+    """The largest distance of a robot in one run to itself in another at the same time.
+
+    Attributes:
+        distance: In m; NaN if no robot is in both at the same time.
+        t: When, in s.
+        robot: Which.
+    """
+
+    distance: float
+    t: float
+    robot: int
+
+    def __str__(self) -> str:
+        """Return the distance, the robot and the time."""
+        if not np.isfinite(self.distance):
+            return 'no robot is in both runs at the same time'
+        return (
+            f'largest distance {self.distance:.3g} m ({robot_name(self.robot)} at '
+            f't = {self.t:.1f} s)'
+        )
+
+
+def largest_distance(first: Run, second: Run) -> Apart:
+    """Return how far two runs are apart, at multiples of 0.1 s from their first commands on."""
+    largest = Apart(np.nan, np.nan, 0)
+    for robot in sorted({*first.robots} & {*second.robots}):
+        one, other = (_of(run.counted_grid, robot) for run in (first, second))
+        steps = np.intersect1d(list(one), list(other))
+        for step in steps.tolist():
+            distance = float(np.hypot(*(one[step] - other[step])))
+            if np.isfinite(distance) and not distance <= largest.distance:
+                largest = Apart(distance, step / 10, robot)
+    return largest
+
+
+def _of(grid: FleetGrid, robot: int) -> dict[int, NDArray[np.float64]]:
+    """Return the positions (x, y) of a robot by the number of its time step, 10 a second."""
+    if robot not in grid.robots:
+        return {}
+    row = grid.robots.index(robot)
+    steps = np.round(grid.t * 10).astype(int).tolist()
+    return dict(zip(steps, np.transpose([grid.x[row], grid.y[row]]), strict=True))
+
+
+def compared(folder: Path, earlier: Path) -> str:
+    """Return a line that tells how the run in a folder compares with the one that it repeats.
+
+    Raises:
+        SetcmasError: A run cannot be read or measured.
+    """
+    theirs, ours = ({path.name for path in (f / 'csv').glob('*')} for f in (earlier, folder))
+    same, _, _ = filecmp.cmpfiles(earlier / 'csv', folder / 'csv', ours | theirs, shallow=False)
+    if theirs == ours == set(same):
+        return f'identical to {earlier}: all {len(same)} files of its csv have the same bytes'
+    run, other = Run.load(folder), Run.load(earlier)
+    differing = changes(measure(other), measure(run))
+    told = '; '.join(differing[:_MOST_CHANGES]) or 'none'
+    more = f' and {len(differing) - _MOST_CHANGES} more' if len(differing) > _MOST_CHANGES else ''
+    return (
+        f'compared with {earlier}: {largest_distance(run, other)}; metrics that differ by more '
+        f'than {100 * _LEAST_CHANGE:g} %: {told}{more}'
+    )
+
+
+def changes(before: Metrics, after: Metrics) -> list[str]:
+    """Return a text for each number that differs between metrics, the largest change first."""
+    old, new = (_flat(as_dict(metrics)) for metrics in (before, after))
+    sizes = {}
+    for name in [*old, *(new.keys() - old.keys())]:
+        was, now = old.get(name), new.get(name)
+        size = _change(was, now)
+        if size > _LEAST_CHANGE:
+            sizes[f'{name} {_text(was)} -> {_text(now)}'] = size
+    return sorted(sizes, key=lambda text: -sizes[text])
+
+
+def _flat(value: Any, name: str = '') -> dict[str, Any]:
+    if isinstance(value, Mapping):
+        parts: Iterable[tuple[Any, Any]] = value.items()
+    elif isinstance(value, list):
+        parts = enumerate(value, start=1)
+    else:
+        return {name: value}
+    flat: dict[str, Any] = {}
+    for part, inner in parts:
+        flat |= _flat(inner, f'{name}.{part}' if name else str(part))
+    return flat
+
+
+def _change(was: Any, now: Any) -> float:
+    """Return how much a value has changed, as a share of the larger one; 1 if it is no number."""
+    if isinstance(was, (int, float)) and isinstance(now, (int, float)):
+        return abs(now - was) / max(abs(now), abs(was), 1e-9)
+    return float(was != now)
+
+
+def _text(value: Any) -> str:
+    return 'none' if value is None else f'{value:.4g}' if isinstance(value, float) else str(value)

@@ -1,0 +1,58 @@
+"""Evaluation of a run: metrics, their table and file, and plots."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+from setcmas_tools.metrics.compute import Metrics, measure
+from setcmas_tools.metrics.yaml_file import write_yaml
+from setcmas_tools.plots.plot import PlotLook, plot
+from setcmas_tools.run.run import Run
+
+_LOOK = PlotLook()
+
+
+@dataclass(frozen=True)
+class Evaluation:
+    """What an evaluation has made; as text, the table.
+
+    Attributes:
+        metrics: What the run is measured by; None if that was not asked for.
+        plots: The files of the plots.
+    """
+
+    metrics: Metrics | None
+    plots: list[Path]
+
+    def __str__(self) -> str:
+        """Return the table of the metrics."""
+        return str(self.metrics) if self.metrics else ''
+
+
+def evaluate(
+    run: Run,
+    folder: Path | None = None,
+    look: PlotLook = _LOOK,
+    metrics_file: Path | None = None,
+    warn: Callable[[str], None] = print,
+) -> Evaluation:
+    """Measure and plot a run.
+
+    Args:
+        run: The run.
+        folder: Where the plots go; None draws none.
+        look: How they look.
+        metrics_file: Where the metrics go; None measures nothing.
+        warn: Shows what of it fails.
+
+    Raises:
+        SetcmasError: The run cannot be measured, or a file cannot be written.
+    """
+    figures = plot(run, folder, look, warn=warn) if folder else []
+    metrics = None
+    if metrics_file:
+        metrics = measure(run, warn)
+        write_yaml(metrics, metrics_file)
+    return Evaluation(metrics, figures)

@@ -1,0 +1,1 @@
+"""Kinds of things that packages may add: metrics, plots and tasks."""

@@ -1,0 +1,92 @@
+"""Metrics: functions of a run, found by name, and the values that they return."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import asdict, dataclass
+from typing import TYPE_CHECKING, Any, ClassVar
+
+from setcmas_simu.doors import Door, MisfitError
+
+if TYPE_CHECKING:
+    from setcmas_tools.run.run import Run
+
+Columns = Mapping[str, tuple[str, Mapping[int, float | None]]]
+"""Columns of the table by header: how a value is written, and the values by robot."""
+
+
+class Measured:
+    """What a run is measured by in one respect: a dataclass whose fields end with their units.
+
+    Attributes:
+        in_file: Whether metrics.yaml has it; values that differ between equal runs stay out.
+    """
+
+    in_file: ClassVar[bool] = True
+
+    def columns(self) -> Columns:
+        """Return what the table shows of each robot."""
+        return {}
+
+    def lines(self, task: str | None) -> list[str]:
+        """Return what stands below the table.
+
+        Args:
+            task: Of the run.
+        """
+        del task
+        return []
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return the values by name, for metrics.yaml."""
+        return asdict(self)  # type: ignore[call-overload, no-any-return]
+
+
+@dataclass(frozen=True)
+class Value(Measured):
+    """A number, of the fleet or of each robot, for a metric that needs no more.
+
+    Attributes:
+        name: What it is.
+        value: A number, or numbers by robot.
+        unit: Such as 'm'.
+        digits: Of the table, behind the point.
+    """
+
+    name: str
+    value: float | Mapping[int, float]
+    unit: str = ''
+    digits: int = 2
+
+    def columns(self) -> Columns:
+        """Return a column if there is a number for each robot."""
+        if not isinstance(self.value, Mapping):
+            return {}
+        unit = f'\n({self.unit})' if self.unit else ''
+        return {f'{self.name}{unit}': (f'.{self.digits}f', self.value)}
+
+    def lines(self, task: str | None) -> list[str]:
+        """Return a line if there is one number."""
+        del task
+        if isinstance(self.value, Mapping):
+            return []
+        return [f'{self.name}: {self.value:.{self.digits}f} {self.unit}'.rstrip()]
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return the number, or the numbers by robot."""
+        value = dict(self.value) if isinstance(self.value, Mapping) else self.value
+        return {'value': value, 'unit': self.unit}
+
+
+Metric = Callable[['Run'], Measured | None]
+"""Measures a run; None if it does not apply to it."""
+
+
+def _metric(thing: object) -> Metric:
+    if not callable(thing):
+        raise MisfitError(f'it is a {type(thing).__name__}; it must be a function of a run')
+    return thing
+
+
+METRICS = Door('setcmas.metrics', 'metric', _metric)
+"""The metrics that are installed."""

@@ -1,0 +1,58 @@
+"""What an offline run leaves, as tables of a run."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+import numpy as np
+from numpy.typing import NDArray
+
+from setcmas_ctrl import drawing
+from setcmas_tools.records.commands import Commands
+from setcmas_tools.records.drawings import DrawingRecord
+from setcmas_tools.records.fleet_table import FleetTable
+
+Floats = NDArray[np.float64]
+
+
+def motion(t: Floats, poses: Floats, V: Floats, omega: Floats) -> FleetTable:
+    """Return the table of a fleet's states.
+
+    Args:
+        t: Times in s, shape (K,).
+        poses: Rows x, y in m and theta in rad, shape (K, 3, N).
+        V: Forward speeds over the step that led to each state in m/s, shape (K, N).
+        omega: Turn rates over that step in rad/s, shape (K, N).
+    """
+    times, robots = _rows(t, poses.shape[2])
+    x, y, theta = poses.transpose(1, 0, 2).reshape(3, -1)
+    return FleetTable(times, robots, x, y, theta, V.ravel(), omega.ravel())
+
+
+def commands(t: Floats, velocities: Floats) -> Commands:
+    """Return the commands of a fleet.
+
+    Args:
+        t: Times in s at which the laws were called, shape (C,).
+        velocities: What they asked for, after saturation: rows vx, vy in m/s, shape (C, 2, N).
+    """
+    times, robots = _rows(t, velocities.shape[2])
+    vx, vy = velocities.transpose(1, 0, 2).reshape(2, -1)
+    return Commands(times, robots, vx, vy)
+
+
+@contextmanager
+def recorded_drawings() -> Iterator[DrawingRecord]:
+    """Let scripts draw on a record meanwhile."""
+    before = drawing.canvas
+    drawing.canvas = record = DrawingRecord()
+    try:
+        yield record
+    finally:
+        drawing.canvas = before
+
+
+def _rows(t: Floats, nb_robots: int) -> tuple[Floats, NDArray[np.int64]]:
+    robots = np.arange(1, nb_robots + 1, dtype=np.int64)
+    return np.repeat(t, nb_robots), np.tile(robots, len(t))

@@ -1,0 +1,113 @@
+"""The spheres that control scripts drew, `drawings.csv`."""
+
+from __future__ import annotations
+
+import csv
+from collections.abc import Iterable
+from dataclasses import astuple, dataclass, replace
+from pathlib import Path
+
+from setcmas_ctrl.drawing import Sphere
+from setcmas_simu.errors import SetcmasError
+
+FILE_NAME = 'drawings.csv'
+MARKER, TRAIL = 'marker', 'trail'
+_COLUMNS = (
+    't', 'robot', 'name', 'kind', 'x', 'y', 'z', 'diameter', 'red', 'green', 'blue', 'alpha'
+)  # fmt: skip
+_DIGITS = 9
+
+
+@dataclass(frozen=True)
+class Drawing:
+    """A sphere that a script drew.
+
+    Attributes:
+        t: When, in s from the first command of the run.
+        robot: The robot that it was drawn for.
+        name: Of its topic, such as 'wp_ref'.
+        kind: MARKER, which takes the place of the last one of this robot and name, or TRAIL.
+        sphere: Where it is, and how it looks.
+    """
+
+    t: float
+    robot: int
+    name: str
+    kind: str
+    sphere: Sphere
+
+
+class DrawingRecord:
+    """Collects drawings: a canvas for scripts that run without ROS.
+
+    A marker that stays as it is counts once, however often it is drawn.
+
+    Attributes:
+        t: The time now, in s.
+    """
+
+    def __init__(self) -> None:
+        """Start without any drawing."""
+        self.t = 0.0
+        self._drawings: list[Drawing] = []
+        self._shown: dict[tuple[int, str], Sphere] = {}
+
+    def show(self, robot: int, name: str, sphere: Sphere) -> None:
+        """Note a marker that is drawn now."""
+        if self._shown.get((robot, name)) != sphere:
+            self._shown[robot, name] = sphere
+            self._drawings.append(Drawing(self.t, robot, name, MARKER, sphere))
+
+    def extend_trail(self, robot: int, name: str, sphere: Sphere) -> None:
+        """Note a sphere that is added to a trail now."""
+        self._drawings.append(Drawing(self.t, robot, name, TRAIL, sphere))
+
+    def drawings(self, start: float = 0.0) -> list[Drawing]:
+        """Return what was drawn, sorted by time, then robot.
+
+        Args:
+            start: The time that is t = 0, in s.
+        """
+        moved = (replace(drawing, t=drawing.t - start) for drawing in self._drawings)
+        return sorted(moved, key=lambda drawing: (drawing.t, drawing.robot))
+
+
+def write_csv(drawings: Iterable[Drawing], path: Path) -> None:
+    """Write drawings: t with 6 decimals, other numbers with 9 significant digits.
+
+    Raises:
+        OSError: The file cannot be written.
+    """
+    with path.open('w', encoding='utf-8', newline='') as file:
+        writer = csv.writer(file, lineterminator='\n')
+        writer.writerow(_COLUMNS)
+        for d in drawings:
+            x, y, z, diameter, colour, alpha = astuple(d.sphere)
+            numbers = (f'{n:.{_DIGITS}g}' for n in (x, y, z, diameter, *colour, alpha))
+            writer.writerow([f'{d.t:.6f}', d.robot, d.name, d.kind, *numbers])
+
+
+def read_csv(path: Path) -> list[Drawing]:
+    """Read drawings; none if there is no such file.
+
+    Raises:
+        SetcmasError: The file cannot be read or is damaged.
+    """
+    try:
+        with path.open(encoding='utf-8-sig', newline='') as file:
+            header, *rows = csv.reader(file)
+            if tuple(header) != _COLUMNS:
+                raise ValueError
+            return [_drawing(*row) for row in rows]
+    except FileNotFoundError:
+        return []
+    except (OSError, UnicodeDecodeError, csv.Error, ValueError, TypeError) as error:
+        raise SetcmasError(
+            f"'{path}' is damaged; it must have the columns {','.join(_COLUMNS)}"
+        ) from error
+
+
+def _drawing(t: str, robot: str, name: str, kind: str, *numbers: str) -> Drawing:
+    x, y, z, diameter, red, green, blue, alpha = map(float, numbers)
+    sphere = Sphere(x, y, z, diameter, (red, green, blue), alpha)
+    return Drawing(float(t), int(robot), name, kind, sphere)

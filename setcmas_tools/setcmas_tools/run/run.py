@@ -1,0 +1,284 @@
+"""A run of a fleet: what happened in it, what it was, and the folder that holds it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from setcmas_ctrl.task.references import References
+from setcmas_simu.errors import SetcmasError
+from setcmas_simu.fleet.topics import robot_name
+from setcmas_tools.records.commands import Commands
+from setcmas_tools.records.communication import CommunicationRecord
+from setcmas_tools.records.drawings import Drawing
+from setcmas_tools.records.fleet_grid import LONGEST_GAP_S, FleetGrid, on_grid
+from setcmas_tools.records.fleet_table import FleetTable
+from setcmas_tools.records.tables import RunTables, read_tables
+from setcmas_tools.run.folder import RunFolder
+from setcmas_tools.run.info import RunInfo, read_info
+from setcmas_tools.run.inputs import RunInput, kept_inputs
+from setcmas_tools.run.outcome import Outcome
+from setcmas_tools.run.source import find_run
+from setcmas_tools.run.tools import DATA_FRAME, FIGURE, FILM, HTML, MEASURE, tool
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True, repr=False, eq=False)
+class Run:
+    """A run, simulated or real.
+
+        run = Run.load('out')
+        run['tb3_1'].x                   # of one robot, at run['tb3_1'].t
+        run.poses[-1]                    # of all at the end: rows x, y, theta (simulated runs)
+        run.plot('trajectories')
+
+    Attributes:
+        tables: What happened.
+        info: What the run was.
+        inputs: The files that it was given.
+        call_time: Mean duration of a call of each robot's law in s, if it was measured; a folder
+            does not keep it.
+    """
+
+    tables: RunTables
+    info: RunInfo = field(default_factory=RunInfo)
+    inputs: tuple[RunInput, ...] = ()
+    call_time: Floats | None = None
+
+    @classmethod
+    def load(cls, path: str | Path, warn: Callable[[str], None] = print) -> Run:
+        """Read a run.
+
+        Args:
+            path: Its folder, the folder of its CSV files, a fleet.csv, or a bag.
+            warn: Shows what could not be read; the motion can be looked at all the same.
+
+        Raises:
+            SetcmasError: There is no run, or a table is damaged.
+        """
+        source = find_run(Path(path))
+        if source.fleet_csv:
+            tables = read_tables(source.fleet_csv)
+        else:
+            from setcmas_tools.run.bag import read_bag  # the readers of bags take their time
+
+            tables = read_bag(Path(path), warn)
+        try:
+            info = read_info(source.folder) or RunInfo()
+        except SetcmasError as error:
+            warn(f'{error}; its parameters are not known')
+            info = RunInfo()
+        references = tables.references or info.references
+        return cls(
+            replace(tables, references=references),
+            replace(info, references=references),
+            kept_inputs(source.folder, info.inputs),
+        )
+
+    def save(self, folder: str | Path, overwrite: bool = False) -> Path:
+        """Write the run into a folder: run.yaml, csv/ and inputs/.
+
+        Times keep 6 decimals, positions, headings and velocities 9; `Run.load` reads the rest as
+        it was.
+
+        Args:
+            folder: Created if it is not there.
+            overwrite: Whether to replace a run that is there.
+
+        Returns:
+            The folder.
+
+        Raises:
+            SetcmasError: It holds a run, or cannot be written.
+        """
+        target = RunFolder(Path(folder), self.inputs)
+        target.check(overwrite)
+        target.create(replace(self.info, references=self.references))
+        target.write_tables(self.tables)
+        return target.path
+
+    @property
+    def table(self) -> FleetTable:
+        """The motion of the robots: a row for each state of each robot, as in fleet.csv."""
+        return self.tables.fleet
+
+    @property
+    def commands(self) -> Commands | None:
+        """What the laws asked for, after saturation, if that is known."""
+        return self.tables.commands
+
+    @property
+    def record(self) -> CommunicationRecord | None:
+        """What went over the links; None if all robots knew all poses, or if it is not known."""
+        return self.tables.communication
+
+    @property
+    def drawings(self) -> list[Drawing]:
+        """What the scripts drew, sorted by time."""
+        return self.tables.drawings
+
+    @property
+    def references(self) -> References | None:
+        """The task of the law and its references, if the law tells of one."""
+        return self.tables.references
+
+    @property
+    def parameters(self) -> Mapping[str, Any]:
+        """The options of the run by name."""
+        return self.info.parameters
+
+    @property
+    def outcome(self) -> Outcome:
+        """How the run ended."""
+        return self.info.outcome
+
+    @cached_property
+    def robots(self) -> list[int]:
+        """The numbers of the robots, sorted."""
+        return self.table.robots
+
+    def __getitem__(self, robot: str | int) -> FleetTable:
+        """Return the motion of a robot, such as run['tb3_1'] or run[1]: t, x, y, theta, v, omega.
+
+        Raises:
+            SetcmasError: It is not in the run.
+        """
+        for number in self.robots:
+            if robot in (number, robot_name(number)):
+                return self.table.of(number)
+        names = ', '.join(map(robot_name, self.robots))
+        raise SetcmasError(f"there is no robot '{robot}' in this run; it must be one of {names}")
+
+    @property
+    def t(self) -> Floats:
+        """Times of the robots' states in s, shape (K,); of runs with common times (simulated)."""
+        return self._stacked[0]
+
+    @property
+    def poses(self) -> Floats:
+        """Rows x, y in m and theta in rad, shape (K, 3, N), at the times t."""
+        return self._stacked[1]
+
+    @property
+    def V(self) -> Floats:  # noqa: N802 (the field's name)
+        """Forward speeds over the step that led to each state in m/s, shape (K, N)."""
+        return self._stacked[2]
+
+    @property
+    def omega(self) -> Floats:
+        """Turn rates over that step in rad/s, shape (K, N)."""
+        return self._stacked[3]
+
+    @cached_property
+    def _stacked(self) -> tuple[Floats, Floats, Floats, Floats]:
+        stacked = self.table.stacked()
+        if stacked is None:
+            raise SetcmasError(
+                "the robots of this run have states at times of their own: take run['tb3_1'].t "
+                'and so on, or run.grid(), which interpolates'
+            )
+        t, x, y, theta, v, omega = stacked
+        return t[:, 0], np.stack([x, y, theta], axis=1), v, omega
+
+    @property
+    def control_t(self) -> Floats:
+        """Times at which the control laws were called in s, shape (C,), of simulated runs."""
+        return self._stacked_commands[0]
+
+    @property
+    def velocities(self) -> Floats:
+        """What they asked for, after saturation: rows vx, vy in m/s, shape (C, 2, N)."""
+        return self._stacked_commands[1]
+
+    @cached_property
+    def _stacked_commands(self) -> tuple[Floats, Floats]:
+        found = self.commands.stacked() if self.commands else None
+        if found is None:
+            raise SetcmasError(
+                'the robots of this run have commands at times of their own, or none that are '
+                'known: take run.commands.of(1) and so on'
+            )
+        return found
+
+    def grid(self, rate: float = 10.0) -> FleetGrid:
+        """Return the poses at common times, interpolated at multiples of 1/rate (Hz)."""
+        return on_grid(self.table, rate)
+
+    @cached_property
+    def counted(self) -> FleetTable:
+        """The motion from t = 0, the first command, on, which is what metrics count."""
+        return self.table.rows(self.table.t >= 0)
+
+    @cached_property
+    def counted_grid(self) -> FleetGrid:
+        """The motion of those robots from t = 0 on at common times, 10 a second."""
+        of_counted = np.isin(self.table.robot, self.counted.robots)
+        # Rows before 0 tell the poses at 0.
+        near = self.table.rows(of_counted & (self.table.t >= -LONGEST_GAP_S))
+        return on_grid(near).since(0.0)
+
+    @property
+    def failed_laws(self) -> list[int]:
+        """The robots whose law failed at some time, sorted."""
+        return sorted({i for robots in self.outcome.failed_laws.values() for i in robots})
+
+    @property
+    def failed_conditions(self) -> list[int]:
+        """The robots whose triggering condition failed at some time, sorted."""
+        return sorted({i for robots in self.outcome.failed_conditions.values() for i in robots})
+
+    @property
+    def failed_robots(self) -> list[int]:
+        """The robots whose law or triggering condition failed at some time, sorted."""
+        return sorted({*self.failed_laws, *self.failed_conditions})
+
+    def metrics(self) -> Any:
+        """Return what the run is measured by."""
+        return tool(MEASURE)(self)
+
+    def plot(self, name: str = 'trajectories', **style: Any) -> Figure:
+        """Return a plot by its name; `palette` and `paper` as for csv_to_plot.
+
+        Raises:
+            SetcmasError: There is no such plot, or the run has not what it shows.
+        """
+        figure: Figure = tool(FIGURE)(self, name, **style)
+        return figure
+
+    def animate(self, **look: Any) -> Any:
+        """Return a film of the run; `kind`, `speed` and `palette` as for csv_to_plot."""
+        return tool(FILM)(self, **look)
+
+    def to_dataframe(self) -> Any:
+        """Return the motion as a pandas DataFrame."""
+        return tool(DATA_FRAME)(self)
+
+    @property
+    def title(self) -> str:
+        """What the run is called in plots, such as 'consensus, 8 robots'."""
+        number = f'{len(self.robots)} robot{"s" if len(self.robots) > 1 else ""}'
+        script = self.parameters.get('script') or self.parameters.get('algo')
+        return f'{_stem(str(script))}, {number}' if script else number
+
+    def __repr__(self) -> str:
+        """Return one line: arrays would flood a notebook."""
+        duration = float(self.table.t[-1] - self.table.t[0])
+        return f'Run({self.title}, {duration:g} s, {self.outcome})'
+
+    def _repr_html_(self) -> str:
+        return str(tool(HTML)(self))
+
+
+def _stem(script: str) -> str:
+    stem = script.replace('\\', '/').rpartition('/')[2].removesuffix('.py')
+    return stem if len(stem) <= 40 else f'{stem[:39]}…'

@@ -1,0 +1,1 @@
+"""Tasks that ship: waypoints, tracking, consensus, and two formations."""

@@ -1,0 +1,103 @@
+"""The task `distances`: all pairs of robots are to keep one distance."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from itertools import combinations
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from setcmas_ctrl.task.references import number, points
+from setcmas_tools.kinds.metric import Measured
+from setcmas_tools.kinds.task import Task
+from setcmas_tools.records.fleet_grid import FleetGrid
+from setcmas_tools.tasks.errors import from_share, rms
+from setcmas_tools.tasks.formation import LEADER
+from setcmas_tools.tasks.waypoints import REACHED_M, draw_waypoints, waypoints
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.lines import Line2D
+
+    from setcmas_tools.run.run import Run
+
+MOST_ROBOTS_IN_PAIRS = 8
+"""Of larger fleets the pairs are not listed one by one."""
+
+
+@dataclass(frozen=True)
+class DistanceMetrics(Measured):
+    """Distance errors |p_i - p_j| - D over pairs of robots.
+
+    `distance_errors_final_m` has a signed error for each pair, such as '1-2', of a small fleet.
+    """
+
+    distance_error_final_rms_m: float
+    distance_error_final_largest_m: float
+    distance_error_rms_last_quarter_m: float
+    distance_errors_final_m: dict[str, float] | None
+
+    def lines(self, task: str | None) -> list[str]:
+        """Return the errors of the fleet."""
+        del task
+        return [
+            f'distances: RMS error {self.distance_error_final_rms_m:.3f} m at the end '
+            f'(largest {self.distance_error_final_largest_m:.3f} m), '
+            f'{self.distance_error_rms_last_quarter_m:.3f} m over the last 25 %'
+        ]
+
+
+def distances(grid: FleetGrid, wanted: float) -> DistanceMetrics | None:
+    """Return the errors of a formation by distances.
+
+    All at the times at which all robots are known.
+    Source: Krick, Broucke and Francis, International Journal of Control 82(3), 2009.
+
+    Args:
+        grid: The fleet's motion.
+        wanted: D in m.
+
+    Returns:
+        None for one robot, or if all are not known at once in the last quarter.
+    """
+    known = np.isfinite(grid.x).all(axis=0) & from_share(grid.t, 0.75)
+    if len(grid.robots) < 2 or not known.any():
+        return None
+    x, y = grid.x[:, known], grid.y[:, known]
+    squares, final = 0.0, []
+    for i in range(len(x) - 1):
+        errors = np.hypot(x[i + 1 :] - x[i], y[i + 1 :] - y[i]) - wanted
+        squares += float(np.sum(errors**2))
+        final += errors[:, -1].tolist()
+    pairs = None
+    if len(x) <= MOST_ROBOTS_IN_PAIRS:
+        names = [f'{i}-{j}' for i, j in combinations(grid.robots, 2)]
+        pairs = dict(zip(names, final, strict=True))
+    late = float(np.sqrt(squares / (len(final) * x.shape[1])))
+    return DistanceMetrics(rms(final), float(np.abs(final).max()), late, pairs)
+
+
+class _Distances(Task):
+    def metrics(self, run: Run, references: Mapping[str, Any]) -> Mapping[str, Measured | None]:
+        parts: dict[str, Measured | None] = {
+            'distances': distances(run.counted_grid, references['D'])
+        }
+        if 'WPL' in references and LEADER in run.counted.robots:
+            parts['waypoints'] = waypoints(run.counted.of(LEADER), references)
+        return parts
+
+    def draw(self, plot: str, axes: Axes, run: Run, references: Mapping[str, Any]) -> list[Line2D]:
+        del run
+        if plot == 'distances':
+            label = f'reference, {references["D"]:g} m'
+            look: dict[str, Any] = {'color': '0.15', 'linestyle': ':', 'zorder': 2.6}
+            return [axes.axhline(references['D'], label=label, **look)]
+        return draw_waypoints(axes, references) if 'WPL' in references else []
+
+
+DISTANCES = _Distances(
+    {'D': number, 'WPL': points, 'REACHED': number}, {'WPL': None, 'REACHED': REACHED_M}
+)
+"""The task."""

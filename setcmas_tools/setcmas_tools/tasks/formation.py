@@ -1,0 +1,110 @@
+"""The task `formation`: followers keep places beside the leader, robot 1."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from setcmas_ctrl.task.references import number, points
+from setcmas_tools.kinds.metric import Columns, Measured
+from setcmas_tools.kinds.task import Task
+from setcmas_tools.records.fleet_grid import FleetGrid
+from setcmas_tools.tasks.errors import Floats, rms, rms_by_robot
+from setcmas_tools.tasks.waypoints import REACHED_M, draw_waypoints, waypoints
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.lines import Line2D
+
+    from setcmas_tools.run.run import Run
+
+LEADER = 1
+"""Number of the robot that leads a formation."""
+
+
+@dataclass(frozen=True)
+class FormationMetrics(Measured):
+    """Position errors |p_i - p_1 - d_i| of followers, by robot; the last value over all."""
+
+    position_error_final_m: dict[int, float]
+    position_error_rms_last_quarter_m: dict[int, float]
+    fleet_position_error_rms_last_quarter_m: float
+
+    def columns(self) -> Columns:
+        """Return the errors of each follower."""
+        return {
+            'error at\nend (m)': ('.3f', self.position_error_final_m),
+            'RMS last\n25 % (m)': ('.3f', self.position_error_rms_last_quarter_m),
+        }
+
+    def lines(self, task: str | None) -> list[str]:
+        """Return the error of the formation."""
+        del task
+        error = self.fleet_position_error_rms_last_quarter_m
+        return [f'formation: RMS error of the places over the last 25 %: {error:.3f} m']
+
+
+def formation(grid: FleetGrid, places: Floats) -> FormationMetrics | None:
+    """Return the position errors of a formation by places.
+
+    Source: Oh, Park and Ahn, A survey of multi-agent formation control, Automatica 53, 2015
+    (displacement-based control).
+
+    Args:
+        grid: The fleet's motion.
+        places: Places of robots 2, 3, ... beside the leader in m, shape (M, 2); followers beyond
+            have none.
+
+    Returns:
+        None without a leader or without a follower that is known at the same time as the leader.
+    """
+    if LEADER not in grid.robots:
+        return None
+    leader = grid.robots.index(LEADER)
+    errors = {}
+    for robot, x, y in zip(grid.robots, grid.x, grid.y, strict=True):
+        if LEADER < robot <= LEADER + len(places):
+            dx, dy = places[robot - LEADER - 1]
+            errors[robot] = np.hypot(x - grid.x[leader] - dx, y - grid.y[leader] - dy)
+    late = rms_by_robot(grid.t, errors, 0.75)
+    final = {robot: float(errors[robot][np.isfinite(errors[robot])][-1]) for robot in late}
+    return FormationMetrics(final, late, rms(list(late.values()))) if late else None
+
+
+class _Formation(Task):
+    def metrics(self, run: Run, references: Mapping[str, Any]) -> Mapping[str, Measured | None]:
+        parts: dict[str, Measured | None] = {
+            'formation': formation(run.counted_grid, np.array(references['PLACES']))
+        }
+        if 'WPL' in references and LEADER in run.counted.robots:
+            parts['waypoints'] = waypoints(run.counted.of(LEADER), references)
+        return parts
+
+    def draw(self, plot: str, axes: Axes, run: Run, references: Mapping[str, Any]) -> list[Line2D]:
+        if plot not in ('trajectories', 'film'):
+            return []
+        handles = draw_waypoints(axes, references) if 'WPL' in references else []
+        if plot == 'trajectories':  # in a film they would have to move along with the leader
+            handles += _draw_places(axes, run, np.array(references['PLACES']))
+        return handles
+
+
+def _draw_places(axes: Axes, run: Run, places: Floats) -> list[Line2D]:
+    """Draw the followers' places in m beside where the leader, robot 1, ends."""
+    from setcmas_tools.plots.lines import finite_rows
+    from setcmas_tools.plots.references import mark
+
+    leader = finite_rows(run.table.of(LEADER), 'x', 'y')
+    if not len(leader.t) or max(run.robots) == LEADER:
+        return []
+    at_end = np.array([leader.x[-1], leader.y[-1]]) + places[: max(run.robots) - 1]
+    return axes.plot(*at_end.T, label='places at the end', **mark('o', 2.8))
+
+
+FORMATION = _Formation(
+    {'PLACES': points, 'WPL': points, 'REACHED': number}, {'WPL': None, 'REACHED': REACHED_M}
+)
+"""The task."""

@@ -1,0 +1,180 @@
+import filecmp
+import subprocess
+import sys
+from dataclasses import fields, replace
+
+import numpy as np
+import pytest
+from circling_fleets import circling_fleet
+from runs import run_of
+
+import setcmas_tools
+from setcmas_simu.errors import SetcmasError
+from setcmas_tools import Run, simulate
+
+LAW = """
+import rviz_marker, rviz_marker_array
+task = 'waypoints'
+WPL = [[1.0, 1.0]]
+def control(i, n, p, t):
+    rviz_marker.publish_marker(1, 1, 0, i, marker_name='goal')
+    rviz_marker_array.publish_marker(p[0, i - 1], 0, 0, i, marker_name='trail')
+    if i == 2 and t > 1:
+        raise ValueError
+    return 0.1 * i, 0
+"""
+
+
+@pytest.fixture(scope='module')
+def run(tmp_path_factory):
+    path = tmp_path_factory.mktemp('scripts') / 'law.py'
+    path.write_text(LAW)
+    options = {'graph': 'ring', 'loss': 0.2, 'event_triggered': True}
+    return simulate(path, 3, 3.0, warn=lambda _: None, **options)
+
+
+def test_a_saved_run_is_loaded_as_it_was(run, tmp_path):
+    loaded = Run.load(run.save(tmp_path / 'out'))
+
+    for name in ('table', 'commands'):
+        ours, theirs = getattr(run, name), getattr(loaded, name)
+        for field in fields(ours):
+            digits = 5.1e-7 if field.name == 't' else 5.1e-10
+            np.testing.assert_allclose(
+                getattr(theirs, field.name), getattr(ours, field.name), rtol=0, atol=digits
+            )
+    assert loaded.record.links.keys() == run.record.links.keys()
+    for ours, theirs in zip(run.drawings, loaded.drawings, strict=True):
+        assert (theirs.t, theirs.sphere.x) == pytest.approx((ours.t, ours.sphere.x), abs=1e-6)
+        assert replace(theirs, t=0, sphere=None) == replace(ours, t=0, sphere=None)
+    assert loaded.references == run.references
+    assert replace(loaded.info, origin=None, inputs={}) == replace(
+        run.info, references=run.references
+    )
+    assert [given.files[0].name for given in loaded.inputs] == ['law.py']
+
+
+def test_saved_again_it_has_the_same_bytes(run, tmp_path):
+    first = run.save(tmp_path / 'first')
+    second = Run.load(first).save(tmp_path / 'second')
+    files = [str(p.relative_to(first)) for p in first.rglob('*') if p.is_file()]
+
+    assert sorted(files) == [
+        'csv/commands.csv', 'csv/communication.csv', 'csv/drawings.csv', 'csv/fleet.csv',
+        'csv/graph.csv', 'csv/task.json', 'csv/triggers.csv', 'inputs/algo/law.py', 'run.yaml',
+    ]  # fmt: skip
+    assert filecmp.cmpfiles(first, second, files, shallow=False) == (files, [], [])
+
+
+def test_what_scripts_drew(run):
+    goals = [drawing for drawing in run.drawings if drawing.name == 'goal']
+    trail = [drawing for drawing in run.drawings if (drawing.name, drawing.robot) == ('trail', 1)]
+
+    assert [goal.robot for goal in goals] == [1, 2, 3]  # a marker that stays counts once
+    assert [drawing.t for drawing in trail] == pytest.approx(run.control_t.tolist())
+
+
+def test_failures_are_kept(run):
+    assert run.failed_laws == run.failed_robots == [2]
+    assert str(run.outcome) == 'complete, but law.py failed for robots 2'
+
+
+def test_robots_by_name_and_by_number(run):
+    assert run.robots == [1, 2, 3]
+    np.testing.assert_array_equal(run['tb3_2'].x, run.poses[:, 0, 1])
+    np.testing.assert_array_equal(run[2].omega, run.omega[:, 1])
+    with pytest.raises(SetcmasError, match=r"no robot 'tb3_4'.*must be one of tb3_1"):
+        run['tb3_4']
+
+
+def test_robots_with_times_of_their_own():
+    table = circling_fleet(2)
+    run = run_of(table.rows(np.arange(len(table.t)) != 3))
+
+    assert len(run[2].t) == len(run[1].t) - 1
+    with pytest.raises(SetcmasError, match=r"states at times of their own: take run\['tb3_1'\]"):
+        run.poses  # noqa: B018
+    with pytest.raises(SetcmasError, match='none that are known'):
+        run.velocities  # noqa: B018
+    assert run.grid(5.0).x.shape == (2, 60)
+
+
+def test_plots_by_name(run):
+    figure = run.plot('trajectories', palette='okabe-ito')
+
+    assert figure.axes[0].get_title(loc='right') == 'law, 3 robots'
+    assert figure._repr_png_().startswith(b'\x89PNG')
+    with pytest.raises(SetcmasError, match=r"no plot 'trajectory'.*did you mean trajectories"):
+        run.plot('trajectory')
+    with pytest.raises(SetcmasError, match="plot 'distances' does not suit this run"):
+        run_of(circling_fleet(1)).plot('distances')
+
+
+def test_a_notebook_shows_picture_and_table(run):
+    html = run._repr_html_()
+
+    assert '<img src="data:image/png;base64,' in html
+    assert 'least separation' in html
+    assert 'law.py failed for robots 2' in html
+
+
+def test_a_film(run):
+    film = run.animate(kind='gif', speed=10)
+
+    assert film.content.startswith(b'GIF89a')
+    assert 'data:image/gif' in film._repr_html_()
+
+
+def test_a_data_frame(run):
+    pandas = pytest.importorskip('pandas')
+    frame = run.to_dataframe()
+
+    assert isinstance(frame, pandas.DataFrame)
+    assert list(frame) == ['t', 'robot', 'x', 'y', 'theta', 'v', 'omega']
+    assert len(frame) == 31 * 3
+
+
+def test_without_pandas_it_is_told_what_to_install(run, monkeypatch):
+    monkeypatch.setitem(sys.modules, 'pandas', None)
+
+    with pytest.raises(SetcmasError, match=r"pip install 'setcmas\[notebook\]'"):
+        run.to_dataframe()
+
+
+def test_a_folder_of_csv_files_tells_the_task(run, tmp_path):
+    out = run.save(tmp_path / 'out')
+    (out / 'csv').rename(tmp_path / 'alone')
+
+    assert Run.load(tmp_path / 'alone').references == run.references
+
+
+def test_a_run_is_not_replaced_by_mistake(run, tmp_path):
+    run.save(tmp_path / 'out')
+
+    with pytest.raises(SetcmasError, match='holds an earlier run'):
+        run.save(tmp_path / 'out')
+    run.save(tmp_path / 'out', overwrite=True)
+
+
+def test_a_record_that_cannot_be_read_is_told_and_the_motion_is_there(run, tmp_path):
+    out = run.save(tmp_path / 'out')
+    (out / 'run.yaml').write_text('parameters: {algo: nav_wp}\n')
+    said = []
+
+    loaded = Run.load(out, said.append)
+
+    assert len(said) == 1
+    assert 'has format none' in said[0]
+    assert loaded.robots == [1, 2, 3]
+    assert loaded.parameters == {}
+
+
+def test_what_the_package_offers_is_known_before_it_is_imported():
+    code = (
+        'import sys, setcmas_tools\nprint(set(setcmas_tools.__all__) <= set(dir(setcmas_tools)), '
+        '"numpy" in sys.modules)\n'
+    )
+    result = subprocess.run([sys.executable, '-c', code], capture_output=True, text=True)
+
+    assert result.stdout == 'True False\n', result.stderr
+    assert setcmas_tools.evaluate.__name__ == 'evaluate'

@@ -1,0 +1,29 @@
+import math
+
+import numpy as np
+import pytest
+from metrics_runs import T, table
+from runs import measure
+
+from setcmas_ctrl.task.references import References
+
+
+def test_position_errors_of_a_formation():
+    late = np.where(T < 10, 1.0, 0.0)
+    fleet = table((T, 0.1 * T, 0), (T, 0.1 * T - 0.7, 0.4), (T, 0.1 * T, 1 + late))
+    references = References('formation', {'PLACES': [[-1.0, 0.0], [0.0, 1.0]]})
+
+    errors = measure(fleet, references=references)['formation']
+
+    assert errors.position_error_final_m == pytest.approx({2: 0.5, 3: 0.0})
+    assert errors.position_error_rms_last_quarter_m == pytest.approx({2: 0.5, 3: 0.0})
+    assert errors.fleet_position_error_rms_last_quarter_m == pytest.approx(0.5 / math.sqrt(2))
+
+
+def test_a_follower_without_a_place_is_not_measured():
+    fleet = table((T, 0, 0), (T, 1, 0), (T, 2, 0))
+    references = References('formation', {'PLACES': [[1.0, 0.0]]})
+
+    errors = measure(fleet, references=references)['formation']
+
+    assert errors.position_error_final_m == {2: 0.0}

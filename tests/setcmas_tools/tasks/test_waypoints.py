@@ -1,0 +1,26 @@
+import numpy as np
+from metrics_runs import T, table
+from runs import measure
+
+from setcmas_ctrl.task.references import References
+
+
+def test_waypoints_are_reached_in_the_order_of_the_list():
+    # At 0.1 m/s along x the distance to (1, 0) is below 0.055 m from 9.5 s on.
+    fleet = table((T, 0.1 * T, 0), (T, 3 - 0.1 * T, 0))
+    references = References('waypoints', {'WPL': [[1, 0], [1.5, 0]], 'REACHED': 0.055})
+
+    visits = measure(fleet, references=references)['waypoints']
+
+    assert visits.waypoints_m == [[1.0, 0.0], [1.5, 0.0]]
+    assert visits.reached_within_m == 0.055
+    assert visits.reached_at_s == {1: [9.5, 14.5], 2: [19.5]}
+
+
+def test_a_list_of_waypoints_is_gone_through_again():
+    references = References('waypoints', {'WPL': [[1.0, 0], [0, 0]], 'REACHED': 0.01})
+    x = np.select([T < 3, T < 6, T < 7], [0, 1, 0], 1)
+
+    visits = measure(table((T, x, 0)), references=references)['waypoints']
+
+    assert visits.reached_at_s == {1: [3.0, 6.0, 7.0]}
