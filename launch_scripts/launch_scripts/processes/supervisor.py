@@ -1,4 +1,4 @@
-"""Starts, watches and stops the processes of a command."""
+"""Supervisor of the processes of a command: start, output, and an end without leftovers."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the robots of a controller process hear of the fleet, over graphs and imperfect links."""
+"""Communication of a controller process: what its robots hear over graphs and imperfect links."""
 
 from __future__ import annotations
 

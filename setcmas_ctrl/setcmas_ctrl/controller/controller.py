@@ -1,4 +1,4 @@
-"""The node that publishes what one robot's control law wants."""
+"""Controller node: publishes what one robot's control law wants."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The models by which robots are driven: those of --model, else those that are announced."""
+"""Models by which robots are driven: those of --model, else those that are announced."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the ROS graph tells of a controller's robots: listeners, rivals, latecomers."""
+"""Watch over a controller's robots in the ROS graph: listeners, rivals, latecomers."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The node that turns a wanted velocity (cmd_cart_vel) into a robot's command (cmd_vel)."""
+"""Node si_to_uni: a wanted velocity (cmd_cart_vel) in, a robot's command (cmd_vel) out."""
 
 from __future__ import annotations
 

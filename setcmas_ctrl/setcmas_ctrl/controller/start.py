@@ -1,4 +1,4 @@
-"""What a controller process waits for before it calls its control laws for the first time."""
+"""Start of a controller process: what must be there before its laws are called."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The one timer of a controller process: it evaluates the control laws of all its robots."""
+"""Stepper of a controller process: one timer that evaluates the laws of all its robots."""
 
 from __future__ import annotations
 

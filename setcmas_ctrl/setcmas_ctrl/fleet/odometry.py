@@ -1,4 +1,4 @@
-"""What a process knows of its fleet: the newest pose of each robot, by one subscription each."""
+"""Newest pose of each robot of a fleet, by one subscription each."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a robot model is: how robots of one kind turn velocities into motion."""
+"""Robot model: how robots of one kind turn velocities into motion."""
 
 from __future__ import annotations
 

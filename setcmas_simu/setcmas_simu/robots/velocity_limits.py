@@ -1,4 +1,4 @@
-"""How fast a robot can go: saturation of its forward speed and turn rate."""
+"""Velocity limits of a robot: saturation of its forward speed and turn rate."""
 
 from __future__ import annotations
 

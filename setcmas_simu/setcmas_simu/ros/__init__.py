@@ -1,1 +1,1 @@
-"""What every process on ROS shares: start and end, quality of service, velocity commands."""
+"""Ground of every process on ROS: start and end, quality of service, velocity commands."""

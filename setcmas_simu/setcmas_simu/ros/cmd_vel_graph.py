@@ -1,4 +1,4 @@
-"""Who commands a robot and who listens to it, as the ROS graph tells."""
+"""Commanders and listeners of a robot, as the ROS graph tells."""
 
 from __future__ import annotations
 

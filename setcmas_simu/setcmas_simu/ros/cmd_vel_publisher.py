@@ -1,4 +1,4 @@
-"""Publishes velocities with the message type that the listener wants."""
+"""Publisher of velocities with the message type that the listener wants."""
 
 from __future__ import annotations
 

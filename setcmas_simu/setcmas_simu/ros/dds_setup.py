@@ -1,4 +1,4 @@
-"""How Fast DDS is set up: processes meet at once, and talk over UDP alone."""
+"""Setup of Fast DDS: processes meet at once, and talk over UDP alone."""
 
 from __future__ import annotations
 

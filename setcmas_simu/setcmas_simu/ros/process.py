@@ -1,4 +1,4 @@
-"""The life of a process that holds nodes: start, spin, and an orderly end on any signal."""
+"""Process that holds nodes: its start, its spinning, and an orderly end on any signal."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The one timer of a simulator process: it steps and publishes all its robots."""
+"""Stepper of a simulator process: one timer that moves and publishes all its robots."""
 
 from __future__ import annotations
 

@@ -1,1 +1,1 @@
-"""The process that records topics into a bag."""
+"""Process that records topics into a bag."""

@@ -1,4 +1,4 @@
-"""The bodies of a robot: what has its colour, and what is dark."""
+"""Bodies of a robot: the coloured and the dark ones."""
 
 from __future__ import annotations
 

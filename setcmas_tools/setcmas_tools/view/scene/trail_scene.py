@@ -1,4 +1,4 @@
-"""The trails behind the robots; only the newest chunk is sent again and again."""
+"""Trails behind the robots; only the newest chunk is sent again and again."""
 
 from __future__ import annotations
 
