@@ -113,7 +113,7 @@ def _run(
             names = ', '.join(sorted(experiment.runaways))
             supervisor.warn(f'setcmas expe: {names} did not stop when commanded zero')
             return 1
-        return max(status, 0)
+        return status
     except ChildDiedError as death:
         if str(death):
             supervisor.warn(f'setcmas expe: {death}; everything is stopped')

@@ -7,15 +7,17 @@ import os
 import signal
 import subprocess
 import sys
+import time
 from collections.abc import Callable, Sequence
 from contextlib import suppress
 from typing import TypeVar, cast
 
+from launch_scripts.processes.script_calls import ScriptCalls
 from setcmas_expe.pause.console_protocol import Status
-from setcmas_simu.reports.current_call import CurrentCall, shared_file
+from setcmas_simu.reports.current_call import shared_file
 from setcmas_simu.reports.encoding import Message, encode
 from setcmas_simu.reports.launcher import VARIABLE as LAUNCHER_VARIABLE
-from setcmas_simu.reports.reports import Mistake, Report
+from setcmas_simu.reports.reports import Mistake, Report, ScriptCall, Stuck
 
 ChildReport = Report | Status
 """What a process may report."""
@@ -32,6 +34,7 @@ KILL = known_signals('SIGKILL', 'SIGTERM')[0]
 """The signal that no process survives."""
 
 _PR_SET_PDEATHSIG = 1
+_ENDS_WITHIN_S = 1.0  # after it has closed the pipe of its reports
 
 
 class ChildDiedError(Exception):
@@ -56,7 +59,9 @@ class Child:
         spoke: Whether it has written anything; before, it may not know our signals yet.
         needed: Whether the others cannot go on without it.
         reports: The pipe of its reports.
-        current_call: The call of a script that it is in, or died in.
+        calls: The calls of scripts in it.
+        on_hang: Called when a call of a script does not return.
+        killed: Whether it had to be killed because it did not end.
         on_report: Takes what it reports.
     """
 
@@ -77,7 +82,11 @@ class Child:
         reports, pipe = os.pipe()
         self.reports = os.fdopen(reports, 'rb', buffering=0)
         memory = shared_file()
-        self.current_call = CurrentCall(memory)
+        self.calls = ScriptCalls(memory)
+        self.on_hang: Callable[[], None] = lambda: None
+        self.killed = False
+        self._disconnected: float | None = None
+        self._disconnected_in: ScriptCall | None = None
         self.process = subprocess.Popen(
             command,
             stdin=subprocess.PIPE if listens else subprocess.DEVNULL,
@@ -85,7 +94,7 @@ class Child:
             stderr=subprocess.PIPE,
             env=environment | {LAUNCHER_VARIABLE: f'{pipe} {memory}'},
             pass_fds=(pipe, memory),
-            preexec_fn=_prepare_child(),
+            preexec_fn=prepare_child(),
         )
         os.close(pipe)
         os.close(memory)
@@ -105,7 +114,29 @@ class Child:
         """Take a report of the process."""
         self.spoke = True
         self._heard[type(report)] = report
+        self.calls.hear(report)
         self.on_report(report)
+        if isinstance(report, Stuck):
+            self.on_hang()
+
+    def note_end_of_reports(self) -> None:
+        """Note that the pipe of its reports is closed: it ends, or a script has closed it."""
+        self._disconnected = time.monotonic()
+        self._disconnected_in = self.calls.last()
+
+    @property
+    def disconnected(self) -> bool:
+        """Whether it goes on, though it has closed the pipe of its reports some time ago."""
+        since = self._disconnected
+        return since is not None and self.running() and time.monotonic() - since > _ENDS_WITHIN_S
+
+    @property
+    def exit_status(self) -> int:
+        """Exit status of a process that was asked to stop: 0 only if nothing went wrong."""
+        status = self.process.returncode
+        if self.killed or (status == 0 and self.calls.failed):
+            return 1
+        return status if status >= 0 else 128 - status  # as shells tell it
 
     def heard(self, kind: type[AnyReport]) -> AnyReport | None:
         """Return the newest report of a kind; None if there was none."""
@@ -127,11 +158,22 @@ class Child:
             status = 128 - status  # as shells tell it
         else:
             reason = f'ended by itself with exit status {status}'
-        message = f'{self.name} (process {self.process.pid}) {reason}'
+        call = self.calls.running()
+        during = f' in {call}' if call else ''
+        message = f'{self.name} (process {self.process.pid}) {reason}{during}'
         return ChildDiedError(message, status or 1, self)
 
+    def disconnection(self) -> ChildDiedError:
+        """Return why a process is of no more use that has closed its descriptors."""
+        call = self._disconnected_in
+        if call:
+            self.calls.note(call)
+        by = f'closed in {call}' if call else 'it has closed them'
+        message = f'{self.name} (process {self.process.pid}) has no descriptors any more: {by}'
+        return ChildDiedError(message, 1, self)
 
-def _prepare_child() -> Callable[[], None]:
+
+def prepare_child() -> Callable[[], None]:
     """Return what a child does first: its own process group, and an end with its parent."""
     parent = os.getpid()
     libc = ctypes.CDLL(None) if sys.platform == 'linux' else None

@@ -25,7 +25,7 @@ from setcmas_expe.emulation.options import EmulationOptions
 from setcmas_expe.lab.model import Lab
 from setcmas_expe.lab.options import LabOptions
 from setcmas_expe.pause.console_protocol import Status, Wish, Word
-from setcmas_simu.reports.reports import Ended, ScriptCall, Started
+from setcmas_simu.reports.reports import ScriptCall, Started
 
 _TAKE_OVER_S = 0.5
 
@@ -93,8 +93,7 @@ class Experiment:
     @property
     def failed(self) -> tuple[ScriptCall, ...]:
         """Calls of scripts that failed, or hung, at some time, once the controllers ended."""
-        ended = self._ctrl.heard(Ended)
-        return ended.failed if ended else ()
+        return self._ctrl.calls.failed
 
     def start_joystick(self, command: list[str]) -> None:
         """Start the process that reads a joystick."""
@@ -122,7 +121,7 @@ class Experiment:
         To be called again does no harm.
         """
         if self._stopped:
-            return self._ctrl.process.returncode
+            return self._ctrl.exit_status
         self._stopped = True
         if self._bridges.running():
             self._wish(Word.END)
@@ -131,7 +130,7 @@ class Experiment:
             self._wish(Word.HALT)
             self._supervisor.wait(_TAKE_OVER_S)
         self._supervisor.stop(self._ctrl, self._pause)
-        return self._ctrl.process.returncode
+        return self._ctrl.exit_status
 
     def stop_lab(self) -> None:
         """Stop the emulated lab, after whatever records it."""

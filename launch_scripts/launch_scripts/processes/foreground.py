@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import partial
 
 from launch_scripts.processes.child_process import ChildDiedError
 from launch_scripts.processes.environment import local_environment
+from launch_scripts.processes.stand_in import stop_robots_of
 from launch_scripts.processes.supervisor import StoppedError, Supervisor
 
 
@@ -23,20 +25,19 @@ def run_in_foreground(
     """
     with Supervisor(local_environment(), prefix=bool(companions)) as supervisor:
         child = supervisor.start(name, command)
+        child.on_hang = partial(stop_robots_of, supervisor, child)
         for companion, its_command in companions:
             supervisor.start(companion, its_command, needed=False)
         try:
             supervisor.run()
         except StoppedError:
             supervisor.stop(child)
-            return exit_status_after_stop(child.process.returncode)
+            if child.killed:
+                stop_robots_of(supervisor, child)
+            return child.exit_status
         except ChildDiedError as death:
+            stop_robots_of(supervisor, child)
             if str(death):
                 supervisor.warn(f'setcmas: {death}')
             return death.exit_status
     return 0
-
-
-def exit_status_after_stop(returncode: int) -> int:
-    """Return the exit status for a process that was asked to stop: 0 unless it failed then."""
-    return returncode if returncode > 0 else 0 if returncode == 0 else 128 - returncode

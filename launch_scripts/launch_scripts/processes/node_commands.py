@@ -8,6 +8,7 @@ from pathlib import Path
 
 SIMULATOR = 'setcmas_simu.simulator.main'
 CONTROLLER = 'setcmas_ctrl.controller.main'
+STAND_IN = 'setcmas_ctrl.controller.stand_in'
 EMULATED_LAB = 'setcmas_expe.emulation.lab'
 BRIDGES = 'setcmas_expe.safety.bridges'
 PAUSE = 'setcmas_expe.pause.node'

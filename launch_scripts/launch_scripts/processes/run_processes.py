@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Sequence
+from functools import partial
 from pathlib import Path
 
 from launch_scripts.processes.experiment import Experiment
@@ -14,12 +15,13 @@ from launch_scripts.processes.node_commands import (
     node_command,
     recorder_command,
 )
+from launch_scripts.processes.stand_in import stop_robots_of
 from launch_scripts.processes.supervisor import Supervisor
 from setcmas_ctrl.control.options import ControllerOptions
 from setcmas_expe.lab.model import Lab
 from setcmas_expe.lab.options import LabOptions
 from setcmas_expe.pause.console_protocol import Status
-from setcmas_simu.reports.reports import Ended, Function, ScriptCall, Started
+from setcmas_simu.reports.reports import Function, ScriptCall, Started
 from setcmas_simu.simulator.options import SimulationOptions
 from setcmas_tools.run.outcome import Outcome
 
@@ -51,6 +53,7 @@ class SimulatedRun:
         )
         laws = node_command(CONTROLLER, law_arguments(args, options))
         self._ctrl = supervisor.start('ctrl', laws)
+        self._ctrl.on_hang = partial(stop_robots_of, supervisor, self._ctrl)
 
     @property
     def started(self) -> bool:
@@ -63,9 +66,8 @@ class SimulatedRun:
     def finish(self) -> None:
         """Stop the controllers."""
         self._supervisor.stop(self._ctrl)
-        self.status = self._ctrl.process.returncode
-        ended = self._ctrl.heard(Ended)
-        self.failed = ended.failed if ended else ()
+        self.status = self._ctrl.exit_status
+        self.failed = self._ctrl.calls.failed
 
     def stop(self) -> None:
         """Stop all, controllers first: their last command, zero, is to be in the bag."""

@@ -5,13 +5,21 @@ from __future__ import annotations
 import os
 import selectors
 import signal
+import subprocess
 import sys
 import time
 from collections.abc import Callable, Sequence
 from types import FrameType
 from typing import IO, Any, cast
 
-from launch_scripts.processes.child_process import KILL, Child, ChildReport, known_signals
+from launch_scripts.processes.child_process import (
+    KILL,
+    Child,
+    ChildReport,
+    known_signals,
+    prepare_child,
+)
+from launch_scripts.processes.script_calls import SILENT_S
 from launch_scripts.terminal.output_lines import LineBuffer, Stream, write_line
 from launch_scripts.terminal.output_queue import OutputQueue, QueuedStream
 from setcmas_simu.reports.encoding import LineDecoder
@@ -20,6 +28,9 @@ from setcmas_simu.reports.encoding import LineDecoder
 STOP_SIGNALS = known_signals('SIGINT', 'SIGTERM', 'SIGHUP', 'SIGTSTP')
 _ESCALATION = ((signal.SIGINT, 5.0), (signal.SIGTERM, 3.0), (KILL, 5.0))
 _TICK_S = 0.1
+_HANGS_S = 1.0  # a call of a script that runs for longer keeps its process from ending
+_HANGING_ENDS_S = 0.7
+_ASIDE_ENDS_S = 5.0
 
 
 class StoppedError(Exception):
@@ -40,6 +51,7 @@ class Supervisor:
             prefix: Whether lines of output begin with the name of their process.
         """
         self.children: list[Child] = []
+        self._aside: list[subprocess.Popen[bytes]] = []
         self.write: Callable[[str, Stream], None] = write_line
         self._output = OutputQueue()
         self.stdout = QueuedStream(self._output, sys.stdout)
@@ -59,6 +71,8 @@ class Supervisor:
     def __exit__(self, *exc_info: object) -> None:
         """Stop all processes."""
         self.stop(*reversed(self.children))
+        for process in self._aside:
+            _end(process)
         for key in list(self._selector.get_map().values()):
             cast(IO[bytes], key.fileobj).close()
         self._selector.close()
@@ -100,12 +114,40 @@ class Supervisor:
             on_tick()
             if self._stop_signals or self._output.broken:
                 raise StoppedError
+            for child in self.children:
+                self._examine(child)
             for child in [child for child in self.children if not child.running()]:
                 self._show_output(0)
                 if child.needed:
                     raise child.obituary()
                 self.warn(f'{child.name} has ended; the robots go on')
                 self.stop(child)
+
+    def _examine(self, child: Child) -> None:
+        if child.disconnected:
+            death = child.disconnection()
+            child.signal_group(KILL)
+            raise death
+        if call := child.calls.silently_hanging():
+            self.warn(
+                f'{child.name} does not answer: {call} has not returned for {SILENT_S:g} s '
+                '(a loop in C, or a stopped process); no robot of this process is commanded '
+                'meanwhile; Ctrl-C stops'
+            )
+            child.on_hang()
+
+    def run_aside(self, command: Sequence[str]) -> None:
+        """Run a process that ends by itself, soon, and without a word."""
+        self._aside.append(
+            subprocess.Popen(
+                command,
+                stdin=subprocess.DEVNULL,
+                stdout=subprocess.DEVNULL,
+                stderr=subprocess.DEVNULL,
+                env=self._environment,
+                preexec_fn=prepare_child(),
+            )
+        )
 
     def wait(self, seconds: float) -> None:
         """Show output for a while, whatever happens."""
@@ -124,15 +166,10 @@ class Supervisor:
             for signum, wait_s in _ESCALATION if child.spoke else _ESCALATION[1:]:
                 if not child.running():
                     break
+                if signum == KILL:
+                    self._tell_of_kill(child)
                 child.signal_group(signum)
-                deadline = time.monotonic() + wait_s
-                signals = self._stop_signals  # an impatient user may press Ctrl-C again
-                while (
-                    child.running()
-                    and time.monotonic() < deadline
-                    and self._stop_signals == signals
-                ):
-                    self._show_output(0.02)
+                self._await_end(child, wait_s)
             child.signal_group(KILL)  # what the process itself left behind
             child.process.wait()
             if child.process.stdin:
@@ -140,6 +177,22 @@ class Supervisor:
             self._show_output(0)
             if child in self.children:
                 self.children.remove(child)
+
+    def _await_end(self, child: Child, seconds: float) -> None:
+        """Wait until a process ends; not as long for one that hangs, or if the user insists."""
+        begin = time.monotonic()
+        signals = self._stop_signals
+        while child.running() and self._stop_signals == signals:
+            self._show_output(0.02)
+            hangs = child.calls.running_s > _HANGS_S
+            if time.monotonic() - begin > (_HANGING_ENDS_S if hangs else seconds):
+                break
+
+    def _tell_of_kill(self, child: Child) -> None:
+        child.killed = True
+        call = child.calls.running()
+        during = f' in {call}' if call else ''
+        self.warn(f'{child.name} did not end when asked to, and is killed{during}')
 
     def _watch(self, pipe: IO[bytes] | None, take: Callable[[bytes], None]) -> None:
         assert pipe is not None
@@ -171,11 +224,21 @@ class Supervisor:
         self._stop_signals += 1
 
 
+def _end(process: subprocess.Popen[bytes]) -> None:
+    try:
+        process.wait(_ASIDE_ENDS_S)
+    except subprocess.TimeoutExpired:
+        process.kill()
+        process.wait()
+
+
 def _hears(child: Child) -> Callable[[bytes], None]:
     decoder: LineDecoder[ChildReport] = LineDecoder(ChildReport)
 
     def hear(data: bytes) -> None:
         for report in decoder.feed(data):
             child.hear(report)
+        if not data:
+            child.note_end_of_reports()
 
     return hear

@@ -194,7 +194,8 @@ def _control(process: RosProcess, args: argparse.Namespace) -> int:
                 stepper.start(process, args.recorded)
                 process.spin()
         finally:
-            stepper.stop()
+            if process.can_talk:
+                stepper.stop()
             stepper.watch.close()
         stepper.outcomes.end()
         return SCRIPT_FAILED if stepper.outcomes.failed else 0

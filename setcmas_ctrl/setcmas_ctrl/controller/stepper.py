@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from itertools import repeat
 
 import numpy as np
@@ -22,7 +22,7 @@ from setcmas_ctrl.controller.start import fall_in_step, wait_for_poses, wait_for
 from setcmas_ctrl.fleet.odometry import POSE_TIMEOUT_S, FleetOdometry
 from setcmas_ctrl.fleet.pause_watch import PauseWatch
 from setcmas_ctrl.scripts.failures import ControlError
-from setcmas_ctrl.scripts.stop_call import AbandonCall
+from setcmas_ctrl.scripts.stop_call import AbandonCall, StopCall
 from setcmas_simu.fleet.fleet import format_robots
 from setcmas_simu.fleet.topics import robot_name
 from setcmas_simu.reports.reports import Started
@@ -79,6 +79,7 @@ class ControlStepper:
         self._stepped = 0.0
         self._graph = graph
         self._lost: set[int] = set()
+        self._take_signals: Callable[[], None] = lambda: None
 
     def start(self, process: RosProcess, recorded: bool = False) -> None:
         """Wait until all poses are known and the robots listen, then call the control laws.
@@ -113,6 +114,7 @@ class ControlStepper:
         steady = Clock(clock_type=ClockType.STEADY_TIME)
         self._node.create_timer(self._period, self._step, clock=steady)
         self._stepped = time.monotonic()
+        self._take_signals = process.take_signals
         self._step()
 
     @property
@@ -151,6 +153,7 @@ class ControlStepper:
                 self._stood = None
                 self._control(now - self._started)
         self._stepped = now
+        self._take_signals()  # scripts may have taken them
         self._graph.check()
 
     def _is_held(self) -> bool:
@@ -176,6 +179,7 @@ class ControlStepper:
                 try:
                     with self.watch.call(controller.robot, controller.law.path):
                         velocity = controller.law(known, t, adjacency)
+                    self._check_ros(controller, t)
                     self.outcomes.laws.succeeded(controller.robot, t)
                 except ControlError as error:
                     self.outcomes.laws.failed(controller.robot, t, error)
@@ -185,6 +189,18 @@ class ControlStepper:
                     failure = controller.law.failure(error)
                     self.outcomes.laws.failed(controller.robot, t, failure)
             controller.publish(*saturate(velocity, self._vnom).tolist())
+
+    def _check_ros(self, controller: Controller, t: float) -> None:
+        """See that the script has not ended ROS in this process: no robot could be commanded.
+
+        Raises:
+            StopCall: It has; the process ends.
+        """
+        if not self._node.context.ok():
+            name = controller.law.path.name
+            error = ControlError(f'{name} has shut ROS down (rclpy.shutdown)', 'shutdown')
+            self.outcomes.laws.failed(controller.robot, t, error)
+            raise StopCall
 
     def _notice_lost_odometry(self, timeout_s: float) -> None:
         for controller in self._controllers:

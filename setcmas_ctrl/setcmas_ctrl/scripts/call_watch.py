@@ -3,19 +3,20 @@
 from __future__ import annotations
 
 import contextlib
+import os
 import sys
 import threading
 import time
 import traceback
 from collections.abc import Callable, Iterator
 from pathlib import Path
-from typing import NamedTuple
+from typing import NamedTuple, NoReturn
 
 from setcmas_ctrl.scripts.messages import described_place, places_in, quoted_line
 from setcmas_ctrl.scripts.slow_calls import SlowCalls
 from setcmas_simu.fleet.topics import robot_name
 from setcmas_simu.reports.launcher import Launcher
-from setcmas_simu.reports.reports import Function, ScriptCall, Stuck
+from setcmas_simu.reports.reports import Failed, Function, ScriptCall, Stuck
 
 STUCK_S = 2.0
 """Duration in s from which a call counts as stuck."""
@@ -56,6 +57,9 @@ class CallWatch:
         self.have_been_stuck: list[ScriptCall] = []
         """Calls of functions of a script that have been stuck at some time."""
         self._launcher = launcher
+        self._is_copy = False
+        if hasattr(os, 'register_at_fork'):
+            os.register_at_fork(after_in_child=self._note_copy)
         self._call: _Call | None = None
         self._stuck: _Call | None = None
         self._slow = SlowCalls(period, warn)
@@ -81,6 +85,8 @@ class CallWatch:
         try:
             yield
         finally:
+            if self._is_copy:
+                self._end_copy(call)
             self._call = None
             self._launcher.current_call.end()
             if function is not Function.LOADING and self._counting:
@@ -113,6 +119,16 @@ class CallWatch:
     def is_stuck(self) -> bool:
         """Return whether the present call is stuck."""
         return self.running_s > self._stuck_s
+
+    def _note_copy(self) -> None:
+        self._is_copy = True
+
+    def _end_copy(self, call: _Call) -> NoReturn:
+        """End this process, which a script has forked: it must not control robots, too."""
+        text = f'{call.path.name} called os.fork: the copy of the process is ended'
+        self._launcher.tell(Failed(call.described(), text))
+        print(f'{robot_name(call.robot)}: {text}', file=sys.stderr, flush=True)
+        os._exit(1)
 
     def _watch(self) -> None:
         while not self._closed.wait(min(0.25, self._stuck_s / 4)):

@@ -46,9 +46,10 @@ RECORDER_NODES = (RECORDER_NODE, 'rosbag2_recorder')
 CMD_VEL_BRIDGE_NODE = 'cmd_vel_bridge'
 CMD_VEL_GUARD_NODE = 'cmd_vel_guard'
 PAUSE_NODE = 'pause'
+STAND_IN_NODE = 'stand_in'
 BYSTANDER_NODES = (*RECORDER_NODES, CMD_VEL_GUARD_NODE)
 """Nodes that listen to a robot's commands without being the robot."""
-STOPPING_NODES = (CMD_VEL_GUARD_NODE, PAUSE_NODE)
+STOPPING_NODES = (CMD_VEL_GUARD_NODE, PAUSE_NODE, STAND_IN_NODE)
 """Nodes that command nothing but zero, beside the one that commands a robot."""
 
 ROBOT_PATTERN = re.compile(r'/tb3_([1-9][0-9]*)/')

@@ -65,10 +65,15 @@ class CurrentCall:
         """Return the call that has not returned; None between calls."""
         return self.last() if self._memory[_RUNNING] else None
 
+    @property
+    def since(self) -> float:
+        """When the last call began, in s on the steady clock."""
+        since: float = _HEAD.unpack_from(self._memory)[0]
+        return since
+
     def running_s(self, now: float) -> float:
         """Return for how long a call has been running at a time in s; 0 between calls."""
-        since: float = _HEAD.unpack_from(self._memory)[0]
-        return now - since if self._memory[_RUNNING] else 0.0
+        return now - self.since if self._memory[_RUNNING] else 0.0
 
     def close(self) -> None:
         """Give the memory back."""

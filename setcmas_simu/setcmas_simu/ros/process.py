@@ -81,6 +81,11 @@ class RosProcess:
         """Let `spin` return after the callback that runs now."""
         self.stopping = True
 
+    @property
+    def can_talk(self) -> bool:
+        """Whether messages can be sent: a script may have shut ROS down in this process."""
+        return bool(rclpy.ok())
+
     def spin(self) -> None:
         """Serve callbacks until something asks to stop."""
         with contextlib.suppress(ExternalShutdownException):

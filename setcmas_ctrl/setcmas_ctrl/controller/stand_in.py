@@ -1,0 +1,52 @@
+"""Stand-in for a controller that hangs or has died: it commands zero to its robots, once.
+
+Run as `ros2 run setcmas_ctrl stand_in --robots 1-8`; the launcher does it.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+
+from setcmas_simu.fleet import topics
+from setcmas_simu.fleet.fleet import parse_robots
+from setcmas_simu.ros.cmd_vel_publisher import CmdVelPublisher
+from setcmas_simu.ros.process import FleetNode, RosProcess, node_main
+
+_LISTENERS_WAIT_S = 2.0
+
+
+def main(argv: list[str] | None = None) -> int:
+    """Command zero; returns the exit status."""
+    parser = argparse.ArgumentParser(prog='stand_in', description=__doc__)
+    parser.add_argument('--robots', required=True, metavar='LIST', help='such as 1-4')
+    return node_main(parser, _stop_robots, argv)
+
+
+def _stop_robots(process: RosProcess, args: argparse.Namespace) -> None:
+    node = FleetNode(topics.STAND_IN_NODE)
+    process.add(node)
+    cmd_vels = [
+        CmdVelPublisher(
+            node,
+            robot,
+            topics.robot_topic(robot, topics.CMD_VEL),
+            topics.odometry_topic(robot),
+        )
+        for robot in parse_robots(args.robots)
+    ]
+    process.spin_until(lambda: _are_heard(cmd_vels), _LISTENERS_WAIT_S)
+    for cmd_vel in cmd_vels:
+        cmd_vel.publish(0.0, 0.0)
+    for cmd_vel in cmd_vels:
+        cmd_vel.wait_until_sent()
+
+
+def _are_heard(cmd_vels: list[CmdVelPublisher]) -> bool:
+    """Let every one take the type of what listens; returns whether something listens to all."""
+    unheard = [cmd_vel for cmd_vel in cmd_vels if not cmd_vel.follow_listeners()]
+    return not unheard
+
+
+if __name__ == '__main__':
+    sys.exit(main())
