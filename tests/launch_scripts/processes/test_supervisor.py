@@ -11,7 +11,7 @@ import pytest
 
 from launch_scripts.processes.child_process import ChildDiedError
 from launch_scripts.processes.supervisor import StoppedError, Supervisor
-from setcmas_simu.reports.reports import Ready, Started
+from setcmas_simu.reports.reports import Function, Ready, ScriptCall, Started
 
 SLEEPER = 'import time; print("ready", flush=True); time.sleep(600)'
 STUBBORN = 'import signal; signal.signal(signal.SIGINT, signal.SIG_IGN); ' + SLEEPER
@@ -102,6 +102,71 @@ def test_a_status_of_2_is_told_even_if_a_script_prints_error(supervisor):
 
     with pytest.raises(ChildDiedError, match='ended by itself with exit status 2'):
         supervisor.run()
+
+
+IN_A_CALL = (
+    TELL
+    + """
+import os, time
+from pathlib import Path
+launcher = launcher()
+launcher.tell(Ready())
+launcher.current_call.begin(2, Path('law.py'), Function.CONTROL, time.monotonic() - {ago})
+"""
+)
+CALL = ScriptCall(2, 'law.py', Function.CONTROL)
+
+
+@pytest.mark.parametrize(
+    ('end', 'reason'),
+    [
+        ('os._exit(0)', 'ended by itself with exit status 0'),
+        ('os.kill(os.getpid(), 9)', 'was killed by SIGKILL'),
+        ('os.abort()', 'was killed by SIGABRT'),
+    ],
+)
+def test_a_process_that_dies_in_a_call_is_named_with_robot_and_script(supervisor, end, reason):
+    child = supervisor.start('ctrl', python(IN_A_CALL.format(ago=0) + end))
+
+    with pytest.raises(ChildDiedError, match=f'{reason}.* in control of law.py for tb3_2') as e:
+        supervisor.run()
+    assert e.value.exit_status != 0
+    assert child.calls.failed == (CALL,)
+
+
+def test_a_process_without_descriptors_is_of_no_more_use(supervisor):
+    code = IN_A_CALL.format(ago=0) + 'os.closerange(0, 100)\n' + SLEEPER.partition('; ')[0]
+    child = supervisor.start('ctrl', python(code + '; time.sleep(600)'))
+
+    with pytest.raises(ChildDiedError, match=r'no descriptors.* in control of law.py for tb3_2'):
+        supervisor.run()
+    supervisor.stop(child)
+    assert child.calls.failed == (CALL,)
+
+
+@pytest.mark.parametrize('hang', ['sum(range(10**14))', 'os.kill(os.getpid(), 19)'])
+def test_a_call_that_keeps_its_process_from_speaking_is_told_and_ended(supervisor, hang):
+    child = supervisor.start('ctrl', python(IN_A_CALL.format(ago=9) + hang))
+    hung = []
+    child.on_hang = lambda: hung.append(True)
+    supervisor.run(until=lambda: hung)
+    supervisor.stop(child)
+
+    assert 'ctrl does not answer: control of law.py for tb3_2' in supervisor.lines[0]
+    assert 'killed in control of law.py for tb3_2' in supervisor.lines[1]
+    assert len(hung) == 1
+    assert child.exit_status == 1
+    assert child.calls.failed == (CALL,)
+
+
+def test_a_process_that_ends_well_has_no_failed_calls(supervisor):
+    code = IN_A_CALL.format(ago=0) + 'launcher.current_call.end()\nlauncher.tell(Ended(()))'
+    child = supervisor.start('ctrl', python(code))
+    with pytest.raises(ChildDiedError):  # nobody had asked it to
+        supervisor.run()
+
+    assert child.calls.failed == ()
+    assert child.exit_status == 0
 
 
 def test_a_reader_that_does_not_read_delays_neither_children_nor_a_stop(tmp_path):

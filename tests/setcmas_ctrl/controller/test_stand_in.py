@@ -1,0 +1,87 @@
+import signal
+
+import pytest
+from processes import SETCMAS, SIMU
+from ros_peer import position, velocity
+
+pytest.importorskip('rclpy')
+
+HARM = """
+import ctypes, os, signal, time
+def control(robotNo, nbRobots, poses, t):
+    if robotNo == 2 and t > 0.5:
+        {harm}
+    return 0.3, 0
+"""
+STAYS = [  # the process does not end by itself
+    'sum(range(10**14))',
+    pytest.param('os.kill(os.getpid(), signal.SIGSTOP)', marks=pytest.mark.nightly),
+    pytest.param('import rclpy; rclpy.spin(rclpy.create_node("mine"))', marks=pytest.mark.nightly),
+    pytest.param('time.sleep(600)', marks=pytest.mark.nightly),
+]
+ENDS = [
+    'os.kill(os.getpid(), signal.SIGKILL)',
+    pytest.param('os._exit(0)', marks=pytest.mark.nightly),
+    pytest.param('ctypes.string_at(0)', marks=pytest.mark.nightly),
+    pytest.param('os.abort()', marks=pytest.mark.nightly),
+    pytest.param('os.closerange(0, 256)', marks=pytest.mark.nightly),
+    pytest.param('import rclpy; rclpy.shutdown()', marks=pytest.mark.nightly),
+]
+
+
+@pytest.fixture
+def robots(start, peer):
+    """Simulate two robots; return what they tell of themselves."""
+    start(*SIMU, '--nb-robots', '2').wait_for_output('simulating')
+    return [peer.odometry(robot) for robot in (1, 2)]
+
+
+def stand(odometry):
+    return all(messages[-1].twist.twist.linear.x == 0.0 for messages in odometry)
+
+
+def move(odometry):
+    return all(messages and messages[-1].twist.twist.linear.x > 0.2 for messages in odometry)
+
+
+@pytest.mark.parametrize('harm', STAYS)
+def test_robots_stand_while_their_controller_hangs(start, peer, script, robots, harm):
+    process = start(*SETCMAS, 'ctrl', '--algo', script(HARM.format(harm=harm)))
+    peer.wait_for(lambda: move(robots))
+    peer.wait_for(lambda: stand(robots))
+
+    output = process.output()
+    assert 'control of law.py for tb3_2' in output or 'tb3_2: control has not returned' in output
+    assert process.end() == 1
+
+
+@pytest.mark.parametrize('harm', ENDS)
+def test_robots_stand_when_their_controller_has_died(start, peer, script, robots, harm):
+    process = start(*SETCMAS, 'ctrl', '--algo', script(HARM.format(harm=harm)))
+    peer.wait_for(lambda: move(robots))
+    peer.wait_for(lambda: stand(robots))
+
+    assert process.wait() != 0
+    assert 'law.py' in process.output()
+    assert 'tb3_2' in process.output()
+
+
+def test_a_forked_copy_of_the_controller_is_ended_and_told(start, peer, script, robots):
+    law = HARM.format(harm='globals().setdefault("pid", None) or globals().update(pid=os.fork())')
+    process = start(*SETCMAS, 'ctrl', '--algo', script(law))
+    process.wait_for_output('law.py called os.fork: the copy of the process is ended')
+    commands = peer.cmd_vel(1)
+    peer.wait_for(lambda: commands and velocity(commands[-1])[0] > 0.2)  # the others go on
+
+    assert process.end() == 1
+
+
+def test_a_script_that_ignores_signals_ends_with_its_process(start, peer, script, robots):
+    law = HARM.format(harm='signal.signal(signal.SIGINT, signal.SIG_IGN)')
+    process = start(*SETCMAS, 'ctrl', '--algo', script(law))
+    peer.wait_for(lambda: move(robots))
+    begin = position(robots[1][-1])
+    peer.wait_for(lambda: position(robots[1][-1])[0] > begin[0] + 0.3)
+
+    assert process.end(signal.SIGINT) == 0
+    peer.wait_for(lambda: stand(robots))
