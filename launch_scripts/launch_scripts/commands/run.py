@@ -34,7 +34,7 @@ from launch_scripts.processes.supervisor import StoppedError, Supervisor
 from launch_scripts.terminal.output_lines import Stream, warn, write_line
 from setcmas_ctrl.communication.options import CommunicationOptions
 from setcmas_ctrl.communication.settings import check_communication
-from setcmas_ctrl.control.options import SCRIPT_FAILED, LawOptions
+from setcmas_ctrl.control.options import LawOptions
 from setcmas_expe.lab.file import DEFAULT_FILE, load_lab
 from setcmas_expe.lab.model import Lab
 from setcmas_simu.errors import SetcmasError
@@ -161,8 +161,8 @@ def _robots_run(
             if trouble:
                 supervisor.warn(f'setcmas run: {trouble}')
                 return 1, replace(outcome, detail=trouble)
-            if run.status == SCRIPT_FAILED:
-                return SCRIPT_FAILED, replace(outcome, state=State.FAILED)
+            if run.status:
+                return run.status, replace(outcome, state=State.FAILED)
             return 0, outcome
         except StoppedError:
             return 130, Outcome(State.STOPPED)
