@@ -140,7 +140,10 @@ def test_list_shows_built_in_laws_and_those_of_the_folder(tmp_path):
     assert not any('helper' in line for line in lines)
 
 
-def test_completion_of_verbs_and_options():
+def test_completion_of_verbs_options_and_values(tmp_path):
+    (tmp_path / 'mine.py').write_text('')
+    (tmp_path / 'mine.txt').write_text('')
+
     def complete(line):
         command = f"{sys.executable} -c 'from launch_scripts.cli import main; main()' 8>&1 9>&2"
         result = subprocess.run(
@@ -153,6 +156,7 @@ def test_completion_of_verbs_and_options():
                 'COMP_POINT': str(len(line)),
                 'COMP_TYPE': '9',
             },
+            cwd=tmp_path,
             capture_output=True,
             text=True,
             check=False,
@@ -162,3 +166,8 @@ def test_completion_of_verbs_and_options():
     assert complete('setcmas bag') == ['bag_to_csv']
     assert '--nb-robots' in complete('setcmas simu --nb')
     assert complete('setcmas simu --limits ') == ['ideal', 'burger', 'waffle']
+    assert complete('setcmas ctrl --algo cons') == ['consensus']
+    assert complete('setcmas ctrl --algo m') == ['mine.py']
+    assert complete('setcmas run --graph dir') == ['directed_ring']
+    assert 'vicon' in complete('setcmas expe --mocap v')
+    assert complete('setcmas simu --model wa') == ['waffle']

@@ -17,24 +17,23 @@ from pathlib import Path
 
 from launch_scripts.processes.environment import require_ros
 from launch_scripts.processes.foreground import run_in_foreground
-from launch_scripts.processes.node_commands import recorder_command
+from launch_scripts.processes.node_commands import RECORDER, node_command
 from setcmas_simu.errors import SetcmasError
+from setcmas_tools.recorder.options import RecorderOptions
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the options of the verb."""
-    parser.add_argument(
-        '-o', '--output', type=Path, metavar='DIR', help='folder of the bag, to be created'
-    )
-    parser.add_argument(
-        '--topics', nargs='+', metavar='TOPIC', help='record only these (default: all)'
-    )
+    RecorderOptions.add_to(parser, output=None)
 
 
 def main(args: argparse.Namespace) -> int:
     """Record until Ctrl-C; returns the exit status."""
-    output = args.output or Path(time.strftime('bag_%Y%m%d-%H%M%S'))
-    if output.exists():
-        raise SetcmasError(f"output '{output}' exists already; name a folder that does not")
+    args.output = args.output or Path(time.strftime('bag_%Y%m%d-%H%M%S'))
+    options = RecorderOptions.of(args)
+    if options.output.exists():
+        raise SetcmasError(
+            f"output '{options.output}' exists already; name a folder that does not"
+        )
     require_ros()
-    return run_in_foreground('record', recorder_command(output, args.topics))
+    return run_in_foreground('record', node_command(RECORDER, options.arguments()))

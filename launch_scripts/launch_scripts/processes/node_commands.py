@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Sequence
-from pathlib import Path
 
 SIMULATOR = 'setcmas_simu.simulator.main'
 CONTROLLER = 'setcmas_ctrl.controller.main'
@@ -30,9 +29,3 @@ def node_command(module: str, arguments: Sequence[str] = ()) -> list[str]:
     # student's folder would hide Python's own. Python 3.10 has no option for it.
     run_module = ['-P', '-m'] if sys.version_info >= (3, 11) else ['-c', _RUN_MODULE]
     return [sys.executable, *run_module, module, *arguments]
-
-
-def recorder_command(output: Path, topics: list[str] | None = None) -> list[str]:
-    """Return the command line that records into a folder."""
-    chosen = ['--topics', *topics] if topics else []
-    return node_command(RECORDER, ['-o', str(output), *chosen])

@@ -11,9 +11,9 @@ from launch_scripts.processes.experiment import Experiment
 from launch_scripts.processes.law_arguments import law_arguments
 from launch_scripts.processes.node_commands import (
     CONTROLLER,
+    RECORDER,
     SIMULATOR,
     node_command,
-    recorder_command,
 )
 from launch_scripts.processes.stand_in import stop_robots_of
 from launch_scripts.processes.supervisor import Supervisor
@@ -23,6 +23,7 @@ from setcmas_expe.lab.options import LabOptions
 from setcmas_expe.pause.console_protocol import Status
 from setcmas_simu.reports.reports import Function, ScriptCall, Started
 from setcmas_simu.simulator.options import SimulationOptions
+from setcmas_tools.recorder.options import RecorderOptions
 from setcmas_tools.run.outcome import Outcome
 
 
@@ -42,7 +43,8 @@ class SimulatedRun:
         self.status = 0
         self.failed: tuple[ScriptCall, ...] = ()
         self._supervisor = supervisor
-        self._recorder = supervisor.start('record', recorder_command(bag))
+        recorder = node_command(RECORDER, RecorderOptions(output=bag).arguments())
+        self._recorder = supervisor.start('record', recorder)
         robots = node_command(SIMULATOR, SimulationOptions.of(args).arguments())
         self._simulator = supervisor.start('simu', robots)
         options = ControllerOptions(
@@ -92,7 +94,8 @@ class EmulatedRun:
         self._paused = ''
         self.failed: tuple[ScriptCall, ...] = ()
         self._supervisor = supervisor
-        self._recorder = supervisor.start('record', recorder_command(bag))
+        recorder = node_command(RECORDER, RecorderOptions(output=bag).arguments())
+        self._recorder = supervisor.start('record', recorder)
         told = LabOptions(lab=args.lab, nb_robots=args.nb_robots)
         self._experiment = Experiment(supervisor, lab, args, told, recorded=True)
         self._experiment.on_status = self._start_when_ready

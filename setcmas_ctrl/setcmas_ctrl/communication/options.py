@@ -13,6 +13,7 @@ from setcmas_ctrl.communication.graph import COMPLETE, PRESETS
 from setcmas_ctrl.communication.triggering import CTC
 from setcmas_ctrl.scripts.loader import EXERCISES
 from setcmas_simu.errors import SetcmasError
+from setcmas_simu.options.completion import names_and_files
 from setcmas_simu.options.group import ClashError, Options, flag, option
 from setcmas_simu.options.kinds import Kind, Number
 
@@ -46,6 +47,7 @@ class CommunicationOptions(Options):
         _Anything(metavar='NAME|FILE.yaml'),
         f'who hears whom: {", ".join(PRESETS)}, or a file',
         default=COMPLETE,
+        complete=names_and_files(lambda: PRESETS, ('yaml', 'yml')),
     )
     range: float | None = option(
         Number(above=0, unit='m'), 'robots hear each other up to this distance', default=None

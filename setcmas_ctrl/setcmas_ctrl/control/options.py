@@ -9,11 +9,13 @@ from typing import Any, ClassVar
 
 from setcmas_ctrl.control.law_scripts import LawScripts
 from setcmas_ctrl.control.saturation import VNOM
+from setcmas_ctrl.scripts.loader import ALGORITHMS
 from setcmas_ctrl.scripts.random_seed import LARGEST_SEED, SEED
 from setcmas_ctrl.scripts.settings import parse_settings
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet.fleet import format_robots
 from setcmas_simu.fleet.topics import AUTO, CMD_VEL_TYPES
+from setcmas_simu.options.completion import names_and_files
 from setcmas_simu.options.group import Form, Options, flag, option
 from setcmas_simu.options.kinds import NB_ROBOTS, RATE, Kind, Number, OneOf, Robots, Whole
 from setcmas_simu.robots.si_to_uni import KOMEGA
@@ -54,6 +56,7 @@ class LawOptions(GainOptions):
         Kind(metavar='NAME'),
         'control script: a path, NAME.py in this folder, or a built-in (see setcmas list); or '
         "one for each robot: '1:leader.py,2-8:follower.py'",
+        complete=names_and_files(ALGORITHMS.offers, ('py',)),
     )
     exercise: bool = flag(
         'let --algo NAME mean the exercise of that name, with its maths left to fill in'

@@ -10,14 +10,27 @@ import argparse
 import os
 import shutil
 import sys
+from dataclasses import dataclass
 from pathlib import Path
 
 from setcmas_simu.errors import SetcmasError
+from setcmas_simu.options.group import Options, option
+from setcmas_simu.options.kinds import Kind, Whole
 
 PORT = 11811
 """Where clients look for a discovery server unless told otherwise (Fast DDS manual)."""
 
 _PROGRAM = 'fast-discovery-server'
+
+
+@dataclass(frozen=True, kw_only=True)
+class ServerOptions(Options):
+    """Where a discovery server listens."""
+
+    address: str = option(
+        Kind(), 'IP address to listen on', default='0.0.0.0', default_text='all of them'
+    )
+    port: int = option(Whole(1, 65535, metavar='PORT'), 'UDP port', default=PORT)
 
 
 def server_command(address: str, port: int) -> list[str]:
@@ -47,13 +60,10 @@ def main(argv: list[str] | None = None) -> int:
         description='Run a discovery server: machines find each other through it, without '
         'multicast.',
     )
-    parser.add_argument(
-        '--address', default='0.0.0.0', help='IP address to listen on (default: all of them)'
-    )
-    parser.add_argument('--port', type=int, default=PORT, help='UDP port (default: %(default)s)')
-    args = parser.parse_args(argv)
+    ServerOptions.add_to(parser)
+    options = ServerOptions.of(parser.parse_args(argv))
     try:
-        command = server_command(args.address, args.port)
+        command = server_command(options.address, options.port)
     except SetcmasError as error:
         parser.exit(2, f'{parser.prog}: {error}\n')
     os.execv(command[0], command)

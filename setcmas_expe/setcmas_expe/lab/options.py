@@ -13,6 +13,7 @@ from setcmas_expe.lab.model import Lab, Mocap
 from setcmas_expe.mocap.sources import MOCAP_SOURCES
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet.topics import AUTO, CMD_VEL_TYPES
+from setcmas_simu.options.completion import names_and_files
 from setcmas_simu.options.group import Options, option
 from setcmas_simu.options.kinds import NB_ROBOTS, Kind, Number, OneOf, PathTo, Whole
 from setcmas_simu.robots.velocity_limits import ROBOT_MODELS
@@ -62,7 +63,10 @@ class LabOptions(Options):
         NB_ROBOTS, 'size of the fleet', default=None, default_text="the lab file's, or 1"
     )
     mocap: str | None = option(
-        Kind(metavar='NAME'), 'motion capture driver (see setcmas list)', default=None
+        Kind(metavar='NAME'),
+        'motion capture driver (see setcmas list)',
+        default=None,
+        complete=names_and_files(MOCAP_SOURCES.offers),
     )
     limits: str | None = option(
         OneOf(tuple(ROBOT_MODELS)), 'how fast robots are driven', default=None

@@ -14,8 +14,10 @@ from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet.fleet import format_robots
 from setcmas_simu.fleet.pose_options import chosen_start_poses
 from setcmas_simu.fleet.topics import CMD_VEL_TYPES
+from setcmas_simu.options.completion import names_and_files
 from setcmas_simu.options.group import Form, Options, option
 from setcmas_simu.options.kinds import NB_ROBOTS, RATE, Kind, Number, OneOf, PathTo, Robots
+from setcmas_simu.robots.models import MODELS as ROBOT_MODELS
 from setcmas_simu.robots.models import NO_LIMITS, UNICYCLE, check_models, model_names
 from setcmas_simu.robots.unicycle import RATE_HZ
 from setcmas_simu.robots.velocity_limits import MODELS
@@ -69,6 +71,7 @@ class SimulationOptions(StartPoseOptions):
         "some of them '1:burger,2-4:my_robot.py'",
         default=None,
         default_text=UNICYCLE,
+        complete=names_and_files(ROBOT_MODELS.offers, ('py',)),
     )
     limits: str = option(
         OneOf(tuple(MODELS)),

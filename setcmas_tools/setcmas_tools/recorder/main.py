@@ -5,12 +5,12 @@ from __future__ import annotations
 import argparse
 import sys
 import time
-from pathlib import Path
 
 from setcmas_simu.fleet import topics
 from setcmas_simu.reports.reports import Recording
 from setcmas_simu.ros.process import FleetNode, RosProcess, node_main
 from setcmas_tools.recorder.graph_recorder import GraphRecorder
+from setcmas_tools.recorder.options import RecorderOptions
 from setcmas_tools.recorder.writer import BagWriter
 
 _TAKE_PERIOD_S = 0.05
@@ -24,14 +24,15 @@ def main(argv: list[str] | None = None) -> int:
 
 
 def _record_bag(process: RosProcess, args: argparse.Namespace) -> int:
-    chosen = [f'/{name.lstrip("/")}' for name in args.topics] if args.topics else None
+    options = RecorderOptions.of(args)
+    chosen = [f'/{name.lstrip("/")}' for name in options.topics or ()] or None
     try:
-        with BagWriter(args.output) as writer:
+        with BagWriter(options.output) as writer:
             recorder = GraphRecorder(FleetNode(topics.RECORDER_NODE), writer, chosen)
             _record(process, recorder, writer)
     except OSError as error:
         reason = f'{error.strerror}; what was written before is readable'
-        print(f"error: recording to '{args.output}' stopped: {reason}", file=sys.stderr)
+        print(f"error: recording to '{options.output}' stopped: {reason}", file=sys.stderr)
         return 1
     for name in sorted(set(chosen or []) - set(recorder.recorded)):
         print(f'{name} was never published', file=sys.stderr)
@@ -45,12 +46,7 @@ def _parser() -> argparse.ArgumentParser:
         description='Record all topics but /parameter_events and hidden ones (/_...) into a '
         'rosbag2 bag, new topics as they appear, until Ctrl-C.',
     )
-    parser.add_argument(
-        '-o', '--output', type=Path, required=True, metavar='DIR', help='the bag, to be created'
-    )
-    parser.add_argument(
-        '--topics', nargs='+', metavar='TOPIC', help='record these topics only, whichever they are'
-    )
+    RecorderOptions.add_to(parser)
     return parser
 
 
