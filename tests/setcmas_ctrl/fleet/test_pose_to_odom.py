@@ -6,7 +6,7 @@ pytest.importorskip('rclpy')
 
 from geometry_msgs.msg import PoseStamped
 
-NODE = [sys.executable, '-m', 'setcmas_ctrl.controller.pose_to_odom']
+NODE = [sys.executable, '-m', 'setcmas_ctrl.fleet.pose_to_odom']
 
 
 def pose(x, seconds):
