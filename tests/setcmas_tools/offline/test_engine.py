@@ -1,15 +1,21 @@
+import inspect
 import subprocess
 import sys
+from dataclasses import fields
 
 import numpy as np
 import pytest
 from ros1_recordings import WP_NAV
 
+from setcmas_ctrl.communication.options import CommunicationOptions
+from setcmas_ctrl.control.options import GainOptions
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet.fleet import start_poses
+from setcmas_simu.simulator.options import SimulationOptions
 from setcmas_tools import simulate
 from setcmas_tools.metrics.trajectory_comparison import compare
 from setcmas_tools.records.fleet_table import read_csv
+from setcmas_tools.run.options import RunOptions
 
 
 def forward(robotNo, nbRobots, poses, t):
@@ -148,7 +154,7 @@ def test_inf_is_no_limit():
     fast = simulate(law, duration=1.0, vnom=np.inf)
 
     assert fast.velocities[0, 0, 0] == 1e3
-    assert simulate(law, 2, 1.0, range=np.inf).communication is None
+    assert simulate(law, 2, 1.0, range=np.inf).record is None
 
 
 def test_a_failing_robot_stands_and_is_reported_once():
@@ -193,3 +199,15 @@ def test_a_run_tells_of_itself_in_one_line():
 def test_no_robots_make_no_run():
     with pytest.raises(SetcmasError, match='nb_robots is 0'):
         simulate(forward, 0)
+
+
+def test_defaults_are_those_of_the_options():
+    parameters = inspect.signature(simulate).parameters
+    groups = (RunOptions, GainOptions, CommunicationOptions, SimulationOptions)
+    defaults = {one.name: one.default for group in groups for one in fields(group)}
+
+    same = [name for name in parameters if name in defaults and name not in ('nb_robots', 'poses')]
+
+    assert len(same) >= 14
+    for name in same:
+        assert parameters[name].default == defaults[name], name
