@@ -55,7 +55,7 @@ def scripts(function):
 
 @pytest.mark.parametrize('function', ['control', 'ctc'])
 def test_every_script_runs(tmp_path, function):
-    alone = [text for text in scripts(function) if 'import simulate' not in text]
+    alone = [text for text in scripts(function) if 'setcmas_tools' not in text]
     for number, text in enumerate(alone):
         path = tmp_path / f'script_{number}.py'
         path.write_text(text)
@@ -88,7 +88,7 @@ def programs():
     """Return the Python of each page that is no script: its pieces in their order, as one."""
     found = {}
     for page, text in code('python'):
-        is_script = re.search(r'def (control|ctc)\(', text) and 'import simulate' not in text
+        is_script = re.search(r'def (control|ctc)\(', text) and 'setcmas_tools' not in text
         if not is_script and f'{NOT_RUN}\n\n```python\n{text}' not in page.read_text():
             found.setdefault(page, []).append(text)
     return found

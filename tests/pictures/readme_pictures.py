@@ -109,7 +109,7 @@ def notebook(folder: Path) -> Path:
     folder.mkdir()
     page = folder / 'run.html'
     page.write_text(f'<body style="font: 15px sans-serif">{shown}</body>', encoding='utf-8')
-    with open_browser(820, 660) as browser:
+    with open_browser(820, 830) as browser:
         browser.get(page.as_uri())
         browser.save_screenshot(str(folder / 'run.png'))
     return folder / 'run.png'
