@@ -13,7 +13,7 @@ import pytest
 PLUGIN = Path(__file__).parent / 'plugin'
 PAGES = [
     Path(__file__).parents[1] / 'docs' / 'extending' / f'{name}.md'
-    for name in ('control_law', 'mocap_source', 'robot_models')
+    for name in ('control_law', 'robot_models', 'mocap_source', 'task', 'metric', 'plot')
 ]
 MAIN = 'from launch_scripts.cli import main; raise SystemExit(main())'
 
@@ -60,6 +60,10 @@ def test_list_shows_what_it_offers_and_what_cannot_be_used(setcmas):
         'hovercraft .*A first-order lag in speed and turn rate',
         r'beacon .*PoseStamped on /beacon/\{name\}/pose',
         'tf .*TFMessage on /tf',
+        'gathering .*takes CENTRES from the law',
+        'excursion .*Return the largest distance of each robot',
+        'radius .*Draw the distance from the origin',
+        r'broken .*\(cannot be used: RuntimeError: no licence found \(broken.py, line 3\)\)',
         r'brick .*\(cannot be used: it is a str; it must be a RobotModel\)',
         r"no_topic .*\(cannot be used: topic 'no topic' must be the full name",
         r'lost .*\(cannot be used: its module example_lab.no_such_module was not found\)',
@@ -68,15 +72,27 @@ def test_list_shows_what_it_offers_and_what_cannot_be_used(setcmas):
         assert re.search(pattern, result.stdout, re.MULTILINE), (line, result.stdout)
 
 
-def test_law_and_model_are_used_by_name(setcmas, tmp_path):
-    options = ('--algo', 'spiral', '--model', '1:hovercraft', '--nb-robots', '3')
+def test_law_model_task_metric_and_plot_are_used_by_name(setcmas, tmp_path):
+    law = (PLUGIN / 'example_lab' / 'spiral.py').read_text()
+    (tmp_path / 'mine.py').write_text(f"{law}\n\ntask = 'gathering'\nCENTRES = [CENTRE]\n")
+    options = ('--algo', 'mine', '--model', '1:hovercraft', '--nb-robots', '3')
     result = setcmas('offline', *options, '--duration', '20', '-o', 'out', cwd=tmp_path)
 
     assert result.returncode == 0, result.stderr
+    metrics = (tmp_path / 'out' / 'metrics.yaml').read_text()
+    assert 'task: gathering' in metrics
+    assert 'excursion' in result.stdout
+    assert 'to the centre' in result.stdout
+    assert (tmp_path / 'out' / 'plots' / 'radius.png').is_file()
     assert (tmp_path / 'out' / 'plots' / 'trajectories.png').is_file()
+    told = [line for line in result.stderr.splitlines() if 'cannot be used' in line]
+    assert len(told) == 2
+    assert "metric 'broken' of package example-lab 0.3 cannot be used" in result.stderr
+    assert "plot 'unplotted' of package example-lab 0.3 cannot be used" in result.stderr
 
 
-def test_the_same_over_ros(setcmas, domain, tmp_path):
+@pytest.mark.nightly
+def test_law_and_model_are_used_over_ros(setcmas, domain, tmp_path):
     pytest.importorskip('rclpy')
     options = ('--algo', 'spiral', '--model', 'hovercraft', '--nb-robots', '2')
     result = setcmas('run', *options, '--duration', '3', '-o', 'out', cwd=tmp_path)

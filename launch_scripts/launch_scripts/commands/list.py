@@ -17,9 +17,12 @@ from typing import Any
 from tabulate import tabulate
 
 from setcmas_ctrl.scripts.loader import ALGORITHMS, EXERCISES, scripts_in
+from setcmas_ctrl.task.names import TASKS, TaskNames
 from setcmas_expe.mocap.sources import MOCAP_SOURCES, MocapSource
 from setcmas_simu.doors import Door, Offer, ScriptDoor, UnusableError
 from setcmas_simu.robots.models import MODELS
+from setcmas_tools.kinds.metric import METRICS
+from setcmas_tools.kinds.plot import PLOTS
 
 FUNCTIONS = ('control', 'ctc')
 """What a file must define to be listed: a control law, or a triggering condition."""
@@ -38,6 +41,9 @@ def main(args: argparse.Namespace) -> int:
     _print('in this folder, for --algo (goes before those above)', _own_scripts(Path.cwd()))
     _print('robot models, for --model', _things(MODELS, _purpose))
     _print('motion capture, for --mocap and lab files', _things(MOCAP_SOURCES, _source))
+    _print("tasks, for a law that says task = '...'", _things(TASKS, _task))
+    _print('metrics, of every run', _things(METRICS, _purpose))
+    _print('plots, of every run that they suit', _things(PLOTS, _purpose))
     return 0
 
 
@@ -76,6 +82,10 @@ def _purpose(thing: object) -> str:
 
 def _source(source: MocapSource) -> str:
     return f'{source.message_type.rpartition("/")[2]} on {source.topic}'
+
+
+def _task(task: TaskNames) -> str:
+    return f'takes {", ".join(task.names) or "nothing"} from the law'
 
 
 def _rows(
