@@ -1,4 +1,8 @@
-"""Files of a bag, and the reader for each of them."""
+"""Files of a bag, and the reader for each of them.
+
+rosbags' AnyReader is not used: it refuses a whole bag for one topic with a definition that it
+cannot use, files of a bag that define a type differently, and every file that was cut short.
+"""
 
 from __future__ import annotations
 

@@ -35,7 +35,7 @@ def best_kind(wanted: str | None) -> str:
     if wanted is None:
         return 'mp4' if has_ffmpeg else 'gif'
     if wanted not in FILMS:
-        raise SetcmasError(f"film '{wanted}' is unknown; accepted are {', '.join(FILMS)}")
+        raise SetcmasError(f"film '{wanted}' is unknown; it must be {', '.join(FILMS)}")
     if wanted == 'mp4' and not has_ffmpeg:
         raise SetcmasError(
             'mp4 needs ffmpeg, which is not installed (apt-get install ffmpeg); gif does not'
@@ -57,7 +57,7 @@ def check_length(kind: str, nb_frames: int) -> None:
     if kind == 'gif' and nb_frames > _MOST_GIF_FRAMES:
         seconds = nb_frames / GIF_RATE_HZ
         raise SetcmasError(
-            f'a film of {seconds:.0f} s is too long for a GIF; accepted are '
+            f'a film of {seconds:.0f} s is too long for a GIF; it must be at most '
             f'{_MOST_GIF_FRAMES / GIF_RATE_HZ:g} s: make it faster with --speed '
             f'{seconds * GIF_RATE_HZ / _MOST_GIF_FRAMES:.0f} or more, or write mp4'
         )

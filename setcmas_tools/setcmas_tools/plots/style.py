@@ -64,9 +64,9 @@ def check_style(palette: str, paper: str | None) -> None:
         SetcmasError: It does not.
     """
     if palette not in PALETTES:
-        raise SetcmasError(f"palette '{palette}' is unknown; accepted are {', '.join(PALETTES)}")
+        raise SetcmasError(f"palette '{palette}' is unknown; it must be {', '.join(PALETTES)}")
     if paper is not None and paper not in PAPERS:
-        raise SetcmasError(f"paper '{paper}' is unknown; accepted are {', '.join(PAPERS)}")
+        raise SetcmasError(f"paper '{paper}' is unknown; it must be {', '.join(PAPERS)}")
 
 
 def finish(figure: Figure, run: str = '') -> None:

@@ -225,5 +225,5 @@ def _read(path: Path, columns: tuple[str, ...], parsed: Callable[[list[str]], An
             return [parsed(row) for row in rows]
     except (OSError, UnicodeDecodeError, csv.Error, ValueError) as error:
         raise SetcmasError(
-            f"'{path}' is damaged; accepted are the columns {','.join(columns)}"
+            f"'{path}' is damaged; it must have the columns {','.join(columns)}"
         ) from error

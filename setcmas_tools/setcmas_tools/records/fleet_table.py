@@ -124,9 +124,9 @@ def read_csv(path: Path) -> FleetTable:
     except OSError as error:
         raise SetcmasError(f"'{path}' cannot be read: {error.strerror}") from error
     except (UnicodeDecodeError, csv.Error) as error:
-        raise SetcmasError(f"'{path}' is not a CSV file; accepted are {_FORM}") from error
+        raise SetcmasError(f"'{path}' is not a CSV file; it must have {_FORM}") from error
     if not rows:
-        raise SetcmasError(f"'{path}' holds no rows; accepted are {_FORM}")
+        raise SetcmasError(f"'{path}' holds no rows; it must have {_FORM}")
     return fleet_table(rows)
 
 
@@ -141,7 +141,7 @@ def _parsed_rows(path: Path, reader: Iterator[list[str]]) -> Iterator[list[float
                 raise ValueError
         except ValueError:
             raise SetcmasError(
-                f"'{path}', line {number}: '{','.join(cells)}' is not a row; accepted are seven "
+                f"'{path}', line {number}: '{','.join(cells)}' is not a row; it must be seven "
                 f'numbers ({",".join(COLUMNS)}) with robot a whole number from 1'
             ) from None
         yield row

@@ -157,9 +157,9 @@ def test_mistakes_get_one_line(tmp_path, run):
     folder = run(1)
     with pytest.raises(SetcmasError, match="format 'gif' is unknown; must be one of png, pdf"):
         plot(folder, formats=['gif'])
-    with pytest.raises(SetcmasError, match="palette 'grey' is unknown; accepted are robots, ok"):
+    with pytest.raises(SetcmasError, match="palette 'grey' is unknown; it must be robots, ok"):
         plot(folder, palette='grey')
-    with pytest.raises(SetcmasError, match="paper 'a4' is unknown; accepted are column, page"):
+    with pytest.raises(SetcmasError, match="paper 'a4' is unknown; it must be column, page"):
         plot(folder, paper='a4')
     (tmp_path / 'taken').write_text('a file')
     with pytest.raises(SetcmasError, match='cannot be written'):

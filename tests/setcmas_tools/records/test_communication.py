@@ -79,7 +79,7 @@ def test_damaged_files(tmp_path, name, content):
     header = (tmp_path / name).read_text().partition('\n')[0]
     (tmp_path / name).write_text(content.format(header=header))
 
-    with pytest.raises(SetcmasError, match=rf"{name}' is damaged; accepted are the columns"):
+    with pytest.raises(SetcmasError, match=rf"{name}' is damaged; it must have the columns"):
         read_csv(tmp_path)
 
 
