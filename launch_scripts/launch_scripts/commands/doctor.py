@@ -13,24 +13,21 @@ Examples:
 from __future__ import annotations
 
 import argparse
-import time
 from dataclasses import replace
 
 from launch_scripts.processes.child_process import Child, ChildDiedError
+from launch_scripts.processes.emulated_lab import start_emulated_lab
 from launch_scripts.processes.environment import require_ros
 from launch_scripts.processes.experiment import (
     experiment_environment,
 )
-from launch_scripts.processes.node_commands import DOCTOR, EMULATED_LAB, node_command
+from launch_scripts.processes.node_commands import DOCTOR, node_command
 from launch_scripts.processes.run_to_end import run_to_end
 from launch_scripts.processes.supervisor import StoppedError, Supervisor
 from launch_scripts.terminal.output_lines import write_line
 from setcmas_expe.doctor.options import DoctorOptions
 from setcmas_expe.emulation.options import check_emulated_mocap
 from setcmas_expe.lab.options import LabOptions
-from setcmas_simu.reports.reports import Ready
-
-_START_TIMEOUT_S = 20.0
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -75,14 +72,11 @@ def _start_lab(supervisor: Supervisor, arguments: list[str]) -> Child:
     """Start an emulated lab, and return it once it works."""
     lines: list[str] = []
     supervisor.write = lambda line, _: lines.append(line)
-    lab = supervisor.start('lab', node_command(EMULATED_LAB, arguments))
-    deadline = time.monotonic() + _START_TIMEOUT_S
     try:
-        supervisor.run(until=lambda: lab.heard(Ready) is not None or time.monotonic() > deadline)
+        return start_emulated_lab(supervisor, arguments)
     except ChildDiedError:
         for line in lines:  # of interest only then
             write_line(line, supervisor.stderr)
         raise
     finally:
         supervisor.write = write_line
-    return lab

@@ -88,7 +88,14 @@ def _run(
     args: argparse.Namespace,
     views: list[Companion],
 ) -> int:
-    experiment = Experiment(supervisor, lab, args, LabOptions.of(args))
+    try:
+        experiment = Experiment(supervisor, lab, args, LabOptions.of(args))
+    except StoppedError:
+        return 0
+    except ChildDiedError as death:
+        if str(death):
+            supervisor.warn(f'setcmas expe: {death}')
+        return death.exit_status
     experiment.on_status = display.show
     for name, command in views:
         supervisor.start(name, command, needed=False)

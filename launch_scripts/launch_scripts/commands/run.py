@@ -133,11 +133,6 @@ def _robots_run(
     """Let the robots run; returns the exit status so far, and how it ended if it began."""
     environment = experiment_environment(lab, emulated=True) if lab else local_environment()
     with Supervisor(environment, prefix=True) as supervisor:
-        run = (
-            EmulatedRun(supervisor, args, folder.bag, lab)
-            if lab
-            else SimulatedRun(supervisor, args, folder.bag)
-        )
 
         def write(line: str, stream: Stream) -> None:
             with tqdm.external_write_mode(file=supervisor.stderr):
@@ -146,7 +141,13 @@ def _robots_run(
         supervisor.write = write
         for name, command in views:
             supervisor.start(name, command, needed=False)
+        run: EmulatedRun | SimulatedRun | None = None
         try:
+            run = (
+                EmulatedRun(supervisor, args, folder.bag, lab)
+                if lab
+                else SimulatedRun(supervisor, args, folder.bag)
+            )
             deadline = time.monotonic() + _START_TIMEOUT_S
             supervisor.run(lambda: run.started or time.monotonic() > deadline, run.tick)
             if not run.started:
@@ -172,7 +173,8 @@ def _robots_run(
             told = str(death)
             return death.exit_status, Outcome(State.DIED, detail=told) if told else None
         finally:
-            run.stop()
+            if run:
+                run.stop()
 
 
 def _show_progress(supervisor: Supervisor, duration: float, tick: Callable[[], None]) -> None:

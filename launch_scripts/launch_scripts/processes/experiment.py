@@ -9,12 +9,12 @@ from collections.abc import Callable
 from pathlib import Path
 
 from launch_scripts.processes.child_process import Child, ChildReport
+from launch_scripts.processes.emulated_lab import start_emulated_lab
 from launch_scripts.processes.environment import closed_environment, lab_environment
 from launch_scripts.processes.law_arguments import law_arguments
 from launch_scripts.processes.node_commands import (
     BRIDGES,
     CONTROLLER,
-    EMULATED_LAB,
     JOYSTICK_READER,
     PAUSE,
     node_command,
@@ -61,6 +61,10 @@ class Experiment:
             args: Parsed options of `setcmas expe` or `setcmas run`.
             lab_options: What the processes are told of the lab.
             recorded: Whether the controllers wait for a recorder.
+
+        Raises:
+            ChildDiedError: The emulated lab has ended.
+            StoppedError: The user asked the command to end while it started.
         """
         self._supervisor = supervisor
         self._stopped = False
@@ -70,8 +74,7 @@ class Experiment:
         told = lab_options.arguments()
         if args.emulate:
             emulation = EmulationOptions.of(args)
-            command = node_command(EMULATED_LAB, told + emulation.arguments())
-            self._emulated = [supervisor.start('lab', command)]
+            self._emulated = [start_emulated_lab(supervisor, told + emulation.arguments())]
         self._bridges = supervisor.start('bridge', node_command(BRIDGES, told))
         pause = node_command(PAUSE, [*told, '--console'])
         self._pause = supervisor.start('pause', pause, listens=True)

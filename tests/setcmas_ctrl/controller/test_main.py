@@ -1,3 +1,5 @@
+import re
+
 import numpy as np
 import pytest
 from processes import CTRL, SIMU
@@ -8,6 +10,7 @@ import rclpy
 from geometry_msgs.msg import TwistStamped
 from nav_msgs.msg import Odometry
 from ros_peer import position, velocity
+from std_msgs.msg import Bool
 
 
 def test_consensus_over_the_topics(start, peer):
@@ -111,3 +114,25 @@ def test_it_waits_for_a_simulator_that_is_still_creating_its_robots(start, peer)
     peer.node.create_timer(0.1, lambda: [robot.publish(Odometry()) for robot in robots])
 
     peer.wait_for(lambda: 'controlling robots 1-2' in process.output())
+
+
+def test_time_stands_still_while_a_simulation_is_paused(start, peer, script):
+    law = script('def control(i, n, p, t):\n    print(f"t = {t:.2f}")\n    return 0.1, 0\n')
+    start(*SIMU, '--nb-robots', '1').wait_for_output('simulating')
+    process = start(*CTRL, '--algo', law)
+    commands = peer.cmd_vel(1)
+
+    def times():
+        return [float(t) for t in re.findall(r't = ([\d.]+)', process.output())]
+
+    peer.wait_for(lambda: len(times()) > 5)
+    wish = peer.publisher(Bool, '/pause')
+    wish.publish(Bool(data=True))
+    process.wait_for_output('paused by /pause')
+    peer.wait_for_new(commands, 15)  # zeros: the controller goes on, its law is not called
+    before = times()
+    wish.publish(Bool(data=False))
+    peer.wait_for(lambda: len(times()) > len(before) + 2)
+
+    steps = np.diff(times())[len(before) - 1 :]
+    assert max(steps) < 1.0  # 3 s have gone by

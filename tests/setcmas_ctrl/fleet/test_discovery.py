@@ -1,4 +1,5 @@
 import os
+import sys
 
 import pytest
 from processes import CTRL, SIMU
@@ -91,3 +92,16 @@ def test_a_controller_waits_for_its_own_simulator(start, peer, script):
     assert peer.node.count_publishers('/tb3_1/cmd_vel') == 0
     assert commands == []
     assert process.end() == 0
+
+
+@pytest.mark.nightly
+def test_fifty_times_in_a_row_beside_two_busy_loops(start, script):
+    for _ in range(2):
+        start(sys.executable, '-c', 'while True: pass')
+    for _ in range(50):
+        simulator = start(*SIMU, '--nb-robots', '8')
+        controller = start(*CTRL, '--algo', script(STAND))
+        controller.wait_for_output('controlling robots', timeout=120)
+        assert 'controlling robots 1-8 ' in controller.output()
+        controller.end()
+        simulator.end()

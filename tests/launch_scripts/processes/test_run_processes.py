@@ -1,0 +1,49 @@
+"""A second run in the ROS domain of the first: refused before it has commanded anything."""
+
+import pytest
+from processes import NO_WINDOWS, SETCMAS, SIMU, run_setcmas
+
+pytest.importorskip('rclpy')
+
+from geometry_msgs.msg import TwistStamped
+from std_msgs.msg import Bool
+
+LAW = 'def control(i, n, p, t):\n    return 0.2, 0\n'
+
+
+def commanders(peer, topic):
+    """Return the participants that command a robot now."""
+    return {
+        bytes(info.endpoint_gid[:12]) for info in peer.node.get_publishers_info_by_topic(topic)
+    }
+
+
+def test_a_second_run_commands_nothing(start, peer, tmp_path):
+    start(*SIMU, '--nb-robots', '2').wait_for_output('simulating')
+    commands = peer.cmd_vel(1)
+    (tmp_path / 'law.py').write_text(LAW)
+    second = run_setcmas('run', '--algo', 'law.py', '--nb-robots', '2', cwd=tmp_path, **NO_WINDOWS)
+    peer.spin(0.2)
+
+    assert second.returncode == 2
+    assert 'robots 1-2 are already simulated by process' in second.stderr
+    assert commands == []
+    assert [path.name for path in tmp_path.iterdir()] == ['law.py']
+
+
+@pytest.mark.nightly
+def test_a_second_emulated_run_pauses_nobody(start, peer, tmp_path):
+    (tmp_path / 'law.py').write_text(LAW)
+    run = ('run', '--emulate', '--algo', 'law.py', '--nb-robots', '1')
+    first = start(*SETCMAS, *run, '--duration', '600', cwd=tmp_path, env=NO_WINDOWS)
+    commands, paused = peer.listen(TwistStamped, '/tb3_1/cmd_vel'), peer.listen(Bool, '/paused')
+    peer.wait_for(lambda: commands and commands[-1].twist.linear.x > 0.0)
+    sources = commanders(peer, '/tb3_1/cmd_vel')
+    paused.clear()
+    second = run_setcmas(*run, '-o', 'second', cwd=tmp_path, **NO_WINDOWS)
+    peer.wait_for_new(paused, 5)
+
+    assert second.returncode == 2
+    assert not any(message.data for message in paused)
+    assert commanders(peer, '/tb3_1/cmd_vel') == sources
+    assert first.end() == 130
