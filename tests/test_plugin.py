@@ -140,6 +140,14 @@ def test_what_cannot_be_used_is_told_in_one_line(setcmas, arguments, message, tm
     assert list(tmp_path.iterdir()) == []
 
 
+def test_a_lab_file_with_a_source_that_cannot_be_used_is_told_with_its_line(setcmas, tmp_path):
+    (tmp_path / 'lab.yaml').write_text('mocap:\n  preset: no_topic\n')
+    result = setcmas('doctor', '--lab', 'lab.yaml', cwd=tmp_path)
+
+    assert result.returncode == 2
+    assert "lab.yaml, line 2: mocap source 'no_topic' of package example-lab" in result.stderr
+
+
 def test_a_name_that_ships_is_not_taken_over_and_that_is_told(setcmas, tmp_path):
     result = setcmas('offline', '--algo', 'consensus', '--duration', '1', cwd=tmp_path)
 

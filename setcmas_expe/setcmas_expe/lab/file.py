@@ -20,6 +20,7 @@ from setcmas_expe.mocap.sources import (
     check_topic,
     per_body,
 )
+from setcmas_simu.doors import UnusableError
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet.topics import AUTO, CMD_VEL_TYPES, robot_name
 from setcmas_simu.robots.velocity_limits import ROBOT_MODELS, VelocityLimits
@@ -154,7 +155,10 @@ def _refuse_same(entry: Entry, robot: LabRobot, other: LabRobot) -> None:
 
 def _mocap(fields: dict[str, Entry]) -> Mocap:
     name = fields['preset'].choice((*MOCAP_SOURCES.offers(), CUSTOM))
-    source = _custom(fields) if name == CUSTOM else MOCAP_SOURCES.get(name)
+    try:
+        source = _custom(fields) if name == CUSTOM else MOCAP_SOURCES.get(name)
+    except UnusableError as error:
+        raise fields['preset'].error(str(error)) from error
     if 'topic' in fields:
         try:
             topic = check_topic(fields['topic'].text(), source.per_body)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
 from functools import partial
 from typing import Any
 
@@ -15,6 +16,23 @@ from setcmas_expe.mocap.sources import NAME, MocapSource
 from setcmas_simu.ros import qos
 
 Take = Callable[[Sample], None]
+
+
+@dataclass
+class _Heard:
+    """What the last message on a topic was, and who sends there.
+
+    Attributes:
+        names: The bodies in it.
+        twice: Those that are in it twice.
+        unreadable: Why it could not be read; empty if it could.
+        rivals: Who else sends on the topic; empty if nobody.
+    """
+
+    names: set[str] = field(default_factory=set)
+    twice: set[str] = field(default_factory=set)
+    unreadable: str = ''
+    rivals: str = ''
 
 
 class MocapReceiver:
@@ -44,40 +62,38 @@ class MocapReceiver:
         self._source = source
         self._y_up = y_up
         self._bodies = bodies
-        self._rivals: dict[str, str] = {}  # by topic
-        self._twice: set[str] = set()
-        self._unreadable = ''
-        self._named: set[str] = set()
+        self._heard: dict[str, _Heard] = {}  # by topic: one that tells of all bodies is one
         message_class = source.message_class()
-        # A driver with one topic for all is listened to once.
-        topics = {source.topic_of(body): body for body in bodies}
-        for topic, body in topics.items():
-            callback = partial(self._on_message, body)
-            node.create_subscription(message_class, topic, callback, profile)
+        for body in bodies:
+            topic = source.topic_of(body)
+            if topic not in self._heard:
+                self._heard[topic] = heard = _Heard()
+                callback = partial(self._on_message, heard, body)
+                node.create_subscription(message_class, topic, callback, profile)
 
     def look_around(self) -> None:
         """See who sends the poses.
 
         A second sender may be an emulated lab or a bag that is played: its poses are as plausible.
         """
-        for topic in {self._source.topic_of(body) for body in self._bodies}:
+        for topic, heard in self._heard.items():
             senders = self._node.count_publishers(topic)
-            told = f'{senders} nodes send it on {topic}' if senders > 1 else ''
-            self._rivals[topic] = told
+            heard.rivals = f'{senders} nodes send it on {topic}' if senders > 1 else ''
 
     def trouble(self, body: str) -> str:
         """Return why no pose of a body is to be believed; empty if they may be."""
         topic = self._source.topic_of(body)
-        if self._unreadable:
-            return f'messages on {topic} cannot be read: {self._unreadable}'
-        if body in self._twice:
+        heard = self._heard[topic]
+        if heard.unreadable:
+            return f'messages on {topic} cannot be read: {heard.unreadable}'
+        if body in heard.twice:
             return f"two bodies are called '{body}' on {topic}"
-        return self._rivals.get(topic, '')
+        return heard.rivals
 
     def bodies(self) -> list[str]:
         """Return the names of the bodies that motion capture sends at present, sorted."""
         if not self._source.per_body:
-            return sorted(self._named)
+            return sorted(name for heard in self._heard.values() for name in heard.names)
         before, _, after = self._source.topic.partition(NAME)
         after = after.partition(NAME)[0]
         return sorted(
@@ -86,17 +102,16 @@ class MocapReceiver:
             if name.startswith(before) and after in name and self._node.count_publishers(name)
         )
 
-    def _on_message(self, body: str, message: Any) -> None:
+    def _on_message(self, heard: _Heard, body: str, message: Any) -> None:
         try:
             samples = self._source.samples(message, body)
-        except Exception as error:  # of a plugin: its bodies are not seen, the others are safe
-            self._unreadable = f'{type(error).__name__}: {error}'
+        except Exception as error:  # of a plugin; the bodies of other topics are seen
+            heard.unreadable = ' '.join(f'{type(error).__name__}: {error}'.split())
             return
         times = Counter(name for name, _ in samples)
-        self._unreadable = ''
-        self._named = set(times)
-        self._twice -= times.keys()
-        self._twice |= {name for name, count in times.items() if count > 1}
+        heard.unreadable = ''
+        heard.names = set(times)
+        heard.twice = {name for name, count in times.items() if count > 1}
         for name, sample in samples:
-            if name in self._bodies and name not in self._twice:
+            if name in self._bodies and name not in heard.twice:
                 self._bodies[name](sample.z_up() if self._y_up else sample)

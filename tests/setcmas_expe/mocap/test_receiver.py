@@ -2,6 +2,7 @@
 
 import json
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -10,7 +11,13 @@ from processes import run_setcmas
 pytest.importorskip('rclpy')
 pytest.importorskip('cyclonedds')
 
+from geometry_msgs.msg import PoseStamped
 from lab_peer import LabPeer
+
+from setcmas_expe.mocap.messages import read_pose_stamped
+from setcmas_expe.mocap.receiver import MocapReceiver
+from setcmas_expe.mocap.sources import MOCAP_SOURCES
+from setcmas_simu.ros import qos
 
 TESTS = Path(__file__).parents[2]
 DRIVER = TESTS / 'setcmas_expe' / 'scripts' / 'mocap_for_all.py'
@@ -90,6 +97,37 @@ def test_the_doctor_tells_bodies_rates_and_what_is_missing(
     assert f'nothing on /{topic}' in result.stdout
     assert f'it sends {", ".join(sorted(("Blue", names[0])))}' in ' '.join(result.stdout.split())
     assert result.returncode == 1
+
+
+def test_a_source_that_cannot_read_its_messages_tells_so_and_the_others_are_heard(peer):
+    def read(message):
+        if message.header.frame_id:
+            raise ValueError(f'no frame\n{message.header.frame_id}')
+        yield from read_pose_stamped(message)
+
+    source = replace(MOCAP_SOURCES.get('vrpn'), read=read)
+    taken = {'a': [], 'b': []}
+    takers = {name: samples.append for name, samples in taken.items()}
+    receiver = MocapReceiver(peer.node, source, y_up=False, bodies=takers)
+    bad, good = PoseStamped(), PoseStamped()
+    bad.header.frame_id = 'mocap'
+    a = peer.publisher(PoseStamped, '/vrpn_mocap/a/pose', qos=qos.SENSOR)
+    b = peer.publisher(PoseStamped, '/vrpn_mocap/b/pose', qos=qos.SENSOR)
+
+    def until(condition, to_a):
+        def sent():
+            a.publish(to_a)
+            b.publish(good)
+            return condition()
+
+        peer.wait_for(sent)
+
+    until(lambda: receiver.trouble('a') and taken['b'], bad)
+    told = 'messages on /vrpn_mocap/a/pose cannot be read: ValueError: no frame mocap'
+    assert receiver.trouble('a') == told
+    assert receiver.trouble('b') == ''
+    assert taken['a'] == []
+    until(lambda: taken['a'] and not receiver.trouble('a'), good)
 
 
 @pytest.mark.parametrize('command', [('doctor',), ('expe', '--algo', 'nav_wp')])
