@@ -5,6 +5,7 @@ import shutil
 import time
 from collections.abc import Iterator
 
+from processes import TIMEOUT_S
 from selenium import webdriver
 from selenium.webdriver.common.by import By
 
@@ -61,7 +62,7 @@ def text_of(browser) -> str:
     return browser.find_element(By.TAG_NAME, 'body').text
 
 
-def wait_for(condition, timeout: float = 60) -> None:
+def wait_for(condition, timeout: float = TIMEOUT_S) -> None:
     """Wait until a condition holds; fails if it never does."""
     deadline = time.monotonic() + timeout
     while not condition():
@@ -69,7 +70,7 @@ def wait_for(condition, timeout: float = 60) -> None:
         time.sleep(0.1)
 
 
-def wait_for_text(browser, text: str, timeout: float = 60) -> None:
+def wait_for_text(browser, text: str, timeout: float = TIMEOUT_S) -> None:
     """Wait until a text can be read on the page."""
     deadline = time.monotonic() + timeout
     while text not in text_of(browser):

@@ -11,6 +11,7 @@ from pathlib import Path
 SETCMAS = [str(Path(sys.executable).parent / 'setcmas')]
 SIMU = [sys.executable, '-m', 'setcmas_simu.simulator.main']
 CTRL = [sys.executable, '-m', 'setcmas_ctrl.controller.main']
+TIMEOUT_S = 120.0  # a machine may be busy with other things than these tests
 NO_WINDOWS = {'CI': 'true'}
 """Environment of commands that would open a browser on a developer's desktop."""
 
@@ -38,7 +39,7 @@ class Process:
     def output(self) -> str:
         return self.log.read_text(errors='replace')
 
-    def wait_for_output(self, text: str, timeout: float = 30) -> str:
+    def wait_for_output(self, text: str, timeout: float = TIMEOUT_S) -> str:
         """Wait until the process has written a text; fails if it ends or stays silent."""
         deadline = time.monotonic() + timeout
         while text not in self.output():
@@ -48,12 +49,12 @@ class Process:
             time.sleep(0.02)
         return self.output()
 
-    def end(self, signum: int = signal.SIGINT, timeout: float = 30) -> int:
+    def end(self, signum: int = signal.SIGINT, timeout: float = TIMEOUT_S) -> int:
         """Send a signal and return the exit status."""
         self.popen.send_signal(signum)
         return self.wait(timeout)
 
-    def wait(self, timeout: float = 60) -> int:
+    def wait(self, timeout: float = TIMEOUT_S) -> int:
         return self.popen.wait(timeout)
 
     def kill_group(self) -> None:
@@ -62,7 +63,7 @@ class Process:
         self.popen.wait()
 
 
-def run_setcmas(*arguments: str, cwd=None, timeout: float = 60, **env: str):
+def run_setcmas(*arguments: str, cwd=None, timeout: float = 2 * TIMEOUT_S, **env: str):
     """Run the setcmas command to its end."""
     return subprocess.run(
         [*SETCMAS, *arguments],

@@ -217,7 +217,7 @@ class Rehearsal:
             found = stop_of(self.truth[robot], fault, rolls)
             return found is not None
 
-        self.peer.wait_for(stopped, 15)
+        self.peer.wait_for(stopped)
         return found
 
     def _children(self):

@@ -6,6 +6,7 @@ from collections import defaultdict
 import rclpy
 from geometry_msgs.msg import Point32, Twist, TwistStamped
 from nav_msgs.msg import Odometry
+from processes import TIMEOUT_S
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 
@@ -53,14 +54,14 @@ class Peer:
         self.wait_for(lambda: publisher.get_subscription_count() >= listeners)
         return publisher
 
-    def wait_for(self, condition, timeout: float = 30) -> None:
+    def wait_for(self, condition, timeout: float = TIMEOUT_S) -> None:
         """Serve callbacks until a condition holds; fails if it never does."""
         deadline = time.monotonic() + timeout
         while not condition():
             assert time.monotonic() < deadline, 'the condition did not come true in time'
             self.executor.spin_once(timeout_sec=0.05)
 
-    def wait_for_new(self, messages: list, count: int = 1, timeout: float = 30) -> list:
+    def wait_for_new(self, messages: list, count: int = 1, timeout: float = TIMEOUT_S) -> list:
         """Wait for further messages and return them."""
         seen = len(messages)
         self.wait_for(lambda: len(messages) >= seen + count, timeout)

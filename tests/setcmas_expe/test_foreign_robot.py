@@ -5,7 +5,7 @@ import time
 from pathlib import Path
 
 import pytest
-from processes import SETCMAS
+from processes import SETCMAS, TIMEOUT_S
 
 pytest.importorskip('rclpy')
 pytest.importorskip('cyclonedds')
@@ -23,7 +23,7 @@ def test_it_is_driven_with_the_type_that_it_listens_to(kind, start, peer, domain
     robot = start(sys.executable, str(ROBOT), str(domain), kind)
     start(*EXPE)
     pause = peer.publisher(Bool, '/pause')
-    deadline = time.monotonic() + 30
+    deadline = time.monotonic() + TIMEOUT_S
 
     while 'goes' not in robot.output():  # wishes that come too early are refused
         assert time.monotonic() < deadline, 'the robot is not driven'

@@ -15,7 +15,7 @@ import numpy as np
 import psutil
 import pytest
 import yaml
-from processes import SETCMAS, run_setcmas
+from processes import SETCMAS, TIMEOUT_S, run_setcmas
 
 from setcmas_tools.records.fleet_table import read_csv
 
@@ -49,7 +49,7 @@ class Terminal:
             self.text += ESCAPE.sub('', os.read(self.master, 65536).decode())
         return self.text
 
-    def wait_for(self, pattern, timeout=40):
+    def wait_for(self, pattern, timeout=TIMEOUT_S):
         deadline = time.monotonic() + timeout
         while not re.search(pattern, self.read(), re.DOTALL):
             assert time.monotonic() < deadline, self.text
@@ -59,7 +59,7 @@ class Terminal:
     def press(self, key):
         os.write(self.master, key.encode())
 
-    def start_robots(self, pattern, timeout=40):
+    def start_robots(self, pattern, timeout=TIMEOUT_S):
         """Press space until a pattern is seen: again where a busy machine held up the node."""
         deadline = time.monotonic() + timeout
         self.press(' ')
@@ -71,7 +71,7 @@ class Terminal:
             time.sleep(0.02)
         self.text = ''
 
-    def wait(self, timeout=40):
+    def wait(self, timeout=TIMEOUT_S):
         deadline = time.monotonic() + timeout
         while self.process.poll() is None:
             assert time.monotonic() < deadline, self.text

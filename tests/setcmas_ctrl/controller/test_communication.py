@@ -46,7 +46,7 @@ def test_a_ring_with_losses(start, peer, script):
     process = start(*CTRL, '--algo', law, *options)
     links = [peer.listen(Float64MultiArray, f'/tb3_{i}/links', LATCHED) for i in range(1, 6)]
     graph = peer.listen(Float32MultiArray, '/communication_graph', LATCHED)
-    peer.wait_for(lambda: all(links) and counts(links[0][-1])[1, 0] > 200, timeout=60)
+    peer.wait_for(lambda: all(links) and counts(links[0][-1])[1, 0] > 200)
 
     assert process.end() == 0, process.output()
     peer.wait_for(lambda: process.popen.poll() is not None)

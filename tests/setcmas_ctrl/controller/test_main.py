@@ -78,7 +78,7 @@ def test_it_waits_for_a_recorder_that_hears_the_robots_too(start, peer):
     assert 'controlling' not in process.output()
 
     recorder.create_subscription(Odometry, '/tb3_1/odom', print, 10)
-    peer.wait_for(lambda: commands, timeout=10)
+    peer.wait_for(lambda: commands)
     recorder.destroy_node()
 
 
