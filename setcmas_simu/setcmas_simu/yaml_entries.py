@@ -1,4 +1,4 @@
-"""Entries of a YAML file, which know their line."""
+"""Entries of a YAML file with their lines."""
 
 from __future__ import annotations
 

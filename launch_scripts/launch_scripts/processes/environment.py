@@ -1,4 +1,4 @@
-"""The environment of the processes that a command starts."""
+"""Environment of the processes of a command."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Runs one process of nodes in the foreground, until it ends or the user ends it."""
+"""Foreground run of one process of nodes, until it ends or the user ends it."""
 
 from __future__ import annotations
 

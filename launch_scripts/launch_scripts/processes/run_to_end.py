@@ -1,4 +1,4 @@
-"""Runs a process that ends by itself, and that may ask the user something."""
+"""Run of a process to its own end; it may ask the user something."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Output that never makes the launcher wait: a thread writes it, a full queue drops it.
+"""Queue of output that never blocks the launcher: a thread writes it, a full queue drops it.
 
 A paused terminal or a pager that does not read must not stop the robots' processes, whose output
 the launcher has to take, nor delay a stop.

@@ -1,4 +1,4 @@
-"""Output that stands above a progress bar, whichever stream it goes to."""
+"""Output above a progress bar, whichever stream it goes to."""
 
 from __future__ import annotations
 

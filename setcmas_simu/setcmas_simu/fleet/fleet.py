@@ -1,4 +1,4 @@
-"""The fleet tb3_1 .. tb3_N: which robots there are, their start poses and their colours."""
+"""Fleet tb3_1 .. tb3_N: numbers, start poses and colours of its robots."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""From a single integrator's velocity to a unicycle's forward speed and turn rate."""
+"""Conversion of a single integrator's velocity to a unicycle's forward speed and turn rate."""
 
 from __future__ import annotations
 

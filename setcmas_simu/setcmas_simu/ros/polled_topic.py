@@ -1,4 +1,4 @@
-"""A subscription that is asked for its messages, without an executor."""
+"""Subscription polled for its messages, without an executor."""
 
 from __future__ import annotations
 

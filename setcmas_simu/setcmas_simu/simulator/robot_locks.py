@@ -1,4 +1,4 @@
-"""Locks that let only one process on a host simulate a robot; they vanish with the process."""
+"""Locks on the robots that a process of this host simulates; they vanish with it."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The configuration of RViz 2 for a fleet: what it shows, on which topics, in which colours."""
+"""Configuration of RViz 2 for a fleet: displays, topics, colours."""
 
 from __future__ import annotations
 

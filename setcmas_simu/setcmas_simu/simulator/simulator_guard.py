@@ -1,4 +1,4 @@
-"""Keeps two simulators from moving the same robots."""
+"""Guard against two simulators of the same robots."""
 
 from __future__ import annotations
 

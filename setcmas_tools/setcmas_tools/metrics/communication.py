@@ -1,4 +1,4 @@
-"""How much the robots of a fleet told each other, and how much of it arrived."""
+"""Metrics of communication: triggers, and messages sent, received and lost."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How well the robots of a fleet agree on their position, and how soon."""
+"""Metrics of consensus: disagreement on the position, and settling times."""
 
 from __future__ import annotations
 

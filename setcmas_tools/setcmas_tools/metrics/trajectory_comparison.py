@@ -1,4 +1,4 @@
-"""How far apart two trajectories are once a constant time shift is removed."""
+"""Distance between two trajectories once a constant time shift is removed."""
 
 from __future__ import annotations
 

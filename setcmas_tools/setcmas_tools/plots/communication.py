@@ -1,4 +1,4 @@
-"""When the robots of a fleet sent their states, and how often, with event-triggered broadcast."""
+"""Plots of event-triggered broadcast: instants and counts of the states sent."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How fast the robots of a fleet come to agree."""
+"""Plot of a fleet's disagreement over time."""
 
 from __future__ import annotations
 

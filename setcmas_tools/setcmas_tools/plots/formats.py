@@ -1,4 +1,4 @@
-"""What plots can be: file formats, palettes, and widths in a paper."""
+"""Formats of plots: files, palettes, and widths in a paper."""
 
 FORMATS = ('png', 'pdf', 'svg')
 """File formats by their usual endings: PNG at 150 dpi (in a paper 600), and vector graphics."""

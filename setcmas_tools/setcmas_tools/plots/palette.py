@@ -1,4 +1,4 @@
-"""Which colour and which dashes the line of a robot has in plots."""
+"""Colours and dashes of robots' lines in plots."""
 
 from __future__ import annotations
 

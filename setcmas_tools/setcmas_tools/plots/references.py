@@ -1,4 +1,4 @@
-"""What the robots were to reach, and where they might be, drawn into a plot of the plane."""
+"""References of a task, drawn into a plot of the plane."""
 
 from __future__ import annotations
 

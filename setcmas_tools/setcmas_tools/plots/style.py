@@ -1,4 +1,4 @@
-"""The look of all plots: style, lines of robots, legends, titles, and how figures are saved."""
+"""Look of all plots: style, lines of robots, legends, titles, saving."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What went over the links of a run: communication.csv, triggers.csv and graph.csv."""
+"""Record of the messages on each link: communication.csv, triggers.csv and graph.csv."""
 
 from __future__ import annotations
 

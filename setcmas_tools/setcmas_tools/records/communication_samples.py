@@ -1,4 +1,4 @@
-"""What robots told each other, among the messages of a bag."""
+"""Samples of communication among the messages of a bag."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The motion of a fleet at common times, as distances between robots need it."""
+"""Motion of a fleet at common times, for distances between robots."""
 
 from __future__ import annotations
 
