@@ -227,7 +227,7 @@ class Options:
         """Return what run.yaml records: the values by name, None for a default of inf."""
         values = {one.name: (getattr(self, one.name), one.default) for one in fields(self)}
         return {
-            name: None if value == default == math.inf else _plain(value)
+            name: None if default == math.inf == value else _plain(value)
             for name, (value, default) in values.items()
         }
 
