@@ -19,6 +19,7 @@ DISTRIBUTIONS = packages_distributions()
 
 EXTRAS = {
     'setcmas_expe/setcmas_expe/pause/joystick_reader.py': 'joystick',
+    'setcmas_tools/setcmas_tools/summary.py': 'notebook',
     'setcmas_tools/setcmas_tools/view': 'view',
     'docs': 'docs',
     'tests': 'all',
