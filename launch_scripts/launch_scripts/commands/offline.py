@@ -18,8 +18,9 @@ import os
 import sys
 import threading
 import time
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from tqdm import tqdm
@@ -68,23 +69,22 @@ def _run(args: argparse.Namespace) -> int:
 
     args, earlier = with_earlier_run(args)
     law = LawOptions.of(args)
-    script = law.script()
+    scripts = law.scripts()
+    scripts.check(args.nb_robots)
     communication = CommunicationOptions.of(args).found(law.exercise)
     check_communication(communication, args.nb_robots)
-    inputs = run_inputs(args, script)
-    folder = RunFolder(output_folder(args, script), inputs)
+    inputs = run_inputs(args, scripts)
+    folder = RunFolder(output_folder(args, scripts), inputs)
     folder.check(args.overwrite)
     begin = time.perf_counter()
     try:
-        run = _simulate(args, str(script), law.settings, communication)
+        run = _simulate(args, scripts.text, law.settings, communication)
     except KeyboardInterrupt as error:
-        file, at = script_place(error, script)
-        where = f' in {described_place(file, at, script)}{quoted_line(file, at)}' if at else ''
-        warn(f'setcmas offline: stopped by the user{where}')
+        warn(f'setcmas offline: stopped by the user{_place(error, scripts.paths)}')
         return 130
     elapsed = time.perf_counter() - begin
     command = ['setcmas', *sys.argv[1:]]
-    info = replace(run.info, command=command, parameters=parameters(args, script))
+    info = replace(run.info, command=command, parameters=parameters(args, scripts))
     replace(run, info=info, inputs=tuple(inputs)).save(folder.path, args.overwrite)
     # What is in the files is measured, so that `setcmas metrics` finds the same.
     saved = replace(Run.load(folder.path, warn), call_time=run.call_time)
@@ -103,9 +103,18 @@ def _run(args: argparse.Namespace) -> int:
     return 0
 
 
+def _place(error: BaseException, scripts: Sequence[Path]) -> str:
+    """Return where in a script an error arose, in words; nothing if in none."""
+    for script in scripts:
+        file, line = script_place(error, script)
+        if line:
+            return f' in {described_place(file, line, script)}{quoted_line(file, line)}'
+    return ''
+
+
 def _simulate(
     args: argparse.Namespace,
-    script: str,
+    algo: str,
     settings: Mapping[str, Any],
     communication: CommunicationOptions,
 ) -> Run:
@@ -116,7 +125,7 @@ def _simulate(
         progress_output(),
     ):
         return simulate(
-            script,
+            algo,
             args.nb_robots,
             args.duration,
             poses=chosen_start_poses(args.nb_robots, args.poses, args.pose),

@@ -69,18 +69,19 @@ def main(args: argparse.Namespace) -> int:
     """Do the whole job; returns the exit status."""
     args, earlier = with_earlier_run(args)
     law = LawOptions.of(args)
-    script = law.script()  # mistakes are told before anything starts
+    scripts = law.scripts()  # mistakes are told before anything starts
+    scripts.check(args.nb_robots)
     robots = SimulationOptions.of(args).simulated().robots
     check_communication(CommunicationOptions.of(args).found(law.exercise), args.nb_robots)
     lab = _emulated_lab(args)
-    inputs = run_inputs(args, script, (args.lab or DEFAULT_FILE) if lab else None)
-    folder = RunFolder(output_folder(args, script), inputs)
+    inputs = run_inputs(args, scripts, (args.lab or DEFAULT_FILE) if lab else None)
+    folder = RunFolder(output_folder(args, scripts), inputs)
     folder.check(args.overwrite)
     require_ros()
     info = RunInfo(
         ['setcmas', *sys.argv[1:]],
         Outcome(State.NOT_FINISHED),
-        parameters(args, script, lab),
+        parameters(args, scripts, lab),
         args.seed,
         started=time.strftime('%Y-%m-%dT%H:%M:%S%z'),
     )

@@ -9,6 +9,12 @@ from pathlib import Path
 from typing import Any
 
 from setcmas_simu.errors import SetcmasError
+from setcmas_simu.fleet.per_robot import (
+    format_per_robot,
+    is_per_robot,
+    mapped,
+    parse_per_robot,
+)
 from setcmas_simu.robots.velocity_limits import MODELS
 from setcmas_tools.run.info import RunInfo, read_info
 
@@ -65,15 +71,23 @@ def _options(info: RunInfo, folder: Path) -> dict[str, Any]:
     if isinstance(limits, Mapping):  # those of a lab
         values['limits'] = _model(limits)
         values |= {'emulate': True, 'robot_rate': None}
-    for option, path in info.inputs.items():
-        if not (folder / path).is_file():
-            raise SetcmasError(f"'{folder / path}' is missing, so the run cannot be repeated")
-        values[option] = folder / path if option in ('poses', 'lab') else str(folder / path)
+    for option, text in info.inputs.items():
+        kept = mapped(text, lambda path: _kept(folder / path), option)
+        values[option] = Path(kept) if option in ('poses', 'lab') else kept
+    if is_per_robot(values.get('model') or ''):  # beside scripts there are models by name
+        named = parse_per_robot(info.parameters['model'], 'model')
+        values['model'] = format_per_robot({**named, **parse_per_robot(values['model'], 'model')})
     if 'algo' not in info.inputs:
         raise SetcmasError(
             f"the run in '{folder}' has no control script in its folder, so it cannot be repeated"
         )
     return {name: value for name, value in values.items() if value is not None}
+
+
+def _kept(path: Path) -> str:
+    if not path.is_file():
+        raise SetcmasError(f"'{path}' is missing, so the run cannot be repeated")
+    return str(path)
 
 
 def _model(limits: Mapping[str, Any]) -> str:

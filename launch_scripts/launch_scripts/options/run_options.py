@@ -12,6 +12,7 @@ from typing import Any
 from launch_scripts.options.earlier_run import add_from_argument
 from launch_scripts.options.plot_options import FormatOptions
 from setcmas_ctrl.communication.options import CommunicationOptions
+from setcmas_ctrl.control.law_scripts import LawScripts
 from setcmas_ctrl.control.options import LawOptions
 from setcmas_expe.lab.model import Lab
 from setcmas_simu.simulator.options import SimulationOptions
@@ -28,15 +29,18 @@ def add_run_arguments(parser: argparse.ArgumentParser, without: Sequence[str] = 
     add_from_argument(parser)
 
 
-def output_folder(args: argparse.Namespace, script: Path) -> Path:
-    """Return the folder that was asked for, or one named after verb, script, date and time."""
-    return args.output or Path(time.strftime(f'{args.verb}_{script.stem}_%Y%m%d-%H%M%S'))
+def output_folder(args: argparse.Namespace, scripts: LawScripts) -> Path:
+    """Return the folder that was asked for, or one named after verb, scripts, date and time."""
+    name = scripts.title.replace(', ', '_')
+    return args.output or Path(time.strftime(f'{args.verb}_{name}_%Y%m%d-%H%M%S'))
 
 
-def parameters(args: argparse.Namespace, script: Path, lab: Lab | None = None) -> dict[str, Any]:
+def parameters(
+    args: argparse.Namespace, scripts: LawScripts, lab: Lab | None = None
+) -> dict[str, Any]:
     """Return what run.yaml records of the options, and of the lab of an emulated experiment."""
     law = LawOptions.of(args)
-    values: dict[str, Any] = {'algo': law.algo, 'script': str(script), 'set': law.settings}
+    values: dict[str, Any] = {'algo': law.algo, 'script': scripts.name, 'set': law.settings}
     values |= {'nb_robots': args.nb_robots, 'duration': args.duration}
     values |= {'vnom': law.vnom, 'komega': law.komega, 'rate': law.rate}
     values |= CommunicationOptions.of(args).record()

@@ -33,7 +33,14 @@ _EXPECTED = 'it must return two finite numbers: return vx, vy'
 
 
 class ControlLaw:
-    """The control law of one robot, with its own state."""
+    """The control law of one robot, with its own state.
+
+    Attributes:
+        path: The script, or the file of the function.
+        is_script: Whether it is a script.
+        robot: Number of the robot.
+        names: The names of the top level there.
+    """
 
     def __init__(
         self, path: Path, robot: int, nb_robots: int, settings: Settings | None = None
@@ -50,11 +57,11 @@ class ControlLaw:
             SetcmasError: The script cannot be loaded.
         """
         self.path = path
+        self.is_script = True
         self.robot = robot
         self._nb_robots = nb_robots
         self._module = load_script(path, robot, settings=settings)
         self.names: Mapping[str, Any] = vars(self._module)
-        """The names of the script's top level."""
         self._control = checked_control(self.names.get('control'), path)
 
     @property
@@ -72,6 +79,7 @@ class ControlLaw:
         law = cls.__new__(cls)
         code = getattr(control, '__code__', None)
         law.path = Path(code.co_filename if code else 'control')
+        law.is_script = False
         law.robot = robot
         law._nb_robots = nb_robots
         law._control = checked_control(control, law.path)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from pathlib import Path
 
 from setcmas_ctrl.control.control_law import ControlLaw
@@ -10,7 +10,12 @@ from setcmas_ctrl.scripts.loader import compile_script, find_script, names_to_se
 from setcmas_ctrl.scripts.settings import Settings
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet.fleet import format_robots
-from setcmas_simu.fleet.per_robot import check_in_fleet, is_per_robot, parse_per_robot
+from setcmas_simu.fleet.per_robot import (
+    check_in_fleet,
+    format_per_robot,
+    is_per_robot,
+    parse_per_robot,
+)
 
 
 class LawScripts:
@@ -47,8 +52,33 @@ class LawScripts:
         """The scripts' names without their suffix, such as 'leader, follower'."""
         return ', '.join(path.stem for path in self.paths)
 
-    def check(self, nb_robots: int) -> None:
+    @property
+    def name(self) -> str:
+        """The script, or the names of several, for a record."""
+        return self.title if self._by_robot else str(self.paths[0])
+
+    @property
+    def text(self) -> str:
+        """What means these scripts to `--algo`, wherever they were found."""
+        if not self._by_robot:
+            return str(self.paths[0])
+        return format_per_robot({robot: str(path) for robot, path in self._by_robot.items()})
+
+    @property
+    def robots_of(self) -> dict[Path, tuple[int, ...]]:
+        """The robots of each script; none where one script is for all robots."""
+        by_robot = self._by_robot or {}
+        return {
+            path: tuple(sorted(robot for robot, own in by_robot.items() if own == path))
+            for path in self.paths
+        }
+
+    def check(self, nb_robots: int, others: Collection[int] = ()) -> None:
         """See that each robot of a fleet has a script, and no other one.
+
+        Args:
+            nb_robots: Size of the fleet.
+            others: Robots that need none.
 
         Raises:
             SetcmasError: It is not so.
@@ -56,8 +86,8 @@ class LawScripts:
         if self._by_robot is None:
             return
         check_in_fleet(self._by_robot, nb_robots, '--algo')
-        fleet = range(1, nb_robots + 1)
-        if missing := [robot for robot in fleet if robot not in self._by_robot]:
+        known = {*self._by_robot, *others}
+        if missing := [robot for robot in range(1, nb_robots + 1) if robot not in known]:
             robots = format_robots(missing)
             raise SetcmasError(
                 f"--algo '{self._algo}' has no control law for robot{'s' * (len(missing) > 1)} "

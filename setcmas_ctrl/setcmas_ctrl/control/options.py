@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any, ClassVar
 
 from setcmas_ctrl.control.law_scripts import LawScripts
@@ -89,10 +88,6 @@ class LawOptions(GainOptions):
             SetcmasError: One is missing or has a mistake, or no script has a name of --set.
         """
         return LawScripts(self.algo, self.exercise, self.settings)
-
-    def script(self) -> Path:
-        """Return the first of the control scripts."""
-        return self.scripts().paths[0]
 
 
 @dataclass(frozen=True, kw_only=True)

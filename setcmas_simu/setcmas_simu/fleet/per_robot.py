@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet.fleet import format_robots, parse_robots
@@ -55,6 +55,14 @@ def format_per_robot(values: Mapping[int, str]) -> str:
     for robot in sorted(values):
         robots_of.setdefault(values[robot], []).append(robot)
     return ','.join(f'{format_robots(robots)}:{value}' for value, robots in robots_of.items())
+
+
+def mapped(text: str, change: Callable[[str], str], option: str) -> str:
+    """Return a text with each of its values, or the one value that it is, changed."""
+    if not is_per_robot(text):
+        return change(text)
+    values = parse_per_robot(text, option)
+    return format_per_robot({robot: change(value) for robot, value in values.items()})
 
 
 def check_in_fleet(robots: Iterable[int], nb_robots: int, option: str) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import math
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
@@ -74,6 +75,27 @@ def shape_of(name: str) -> Shape:
         if not is_script(name):
             return MODELS.get(name).shape
     return Unicycle.shape
+
+
+def fastest(text: str | None, nb_robots: int, limits: str) -> float | None:
+    """Return the largest speed in m/s that a fleet can reach; None where that is not known.
+
+    Args:
+        text: What `--model` says.
+        nb_robots: Size of the fleet.
+        limits: Those of unicycles.
+    """
+    with contextlib.suppress(SetcmasError):
+        unicycle = limits_named(limits).V_max
+        return max(
+            unicycle
+            if name == UNICYCLE
+            else math.inf
+            if is_script(name)
+            else MODELS.get(name).V_max
+            for name in model_names(text, nb_robots)
+        )
+    return None
 
 
 def check_models(names: Sequence[str], limits: str) -> None:

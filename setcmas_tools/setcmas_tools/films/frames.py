@@ -16,8 +16,9 @@ from numpy.typing import NDArray
 from PIL import Image
 
 from setcmas_tools.plots.references import draw_arena, draw_references
+from setcmas_tools.plots.robot_symbols import symbols
 from setcmas_tools.plots.style import edge_effects, legend, line_look, robot_handles
-from setcmas_tools.plots.trajectories import DART, fit_plane
+from setcmas_tools.plots.trajectories import fit_plane
 from setcmas_tools.records.fleet_grid import FleetGrid
 from setcmas_tools.records.fleet_table import FleetTable
 from setcmas_tools.run.run import Run
@@ -65,7 +66,9 @@ class FilmFrames:
         self._add_moving_artists()
         self._figure.draw_without_rendering()
         width = np.ptp(self._axes.get_xlim())
-        self._robot_size = max(_LEAST_ROBOT_M, _ROBOT_SIZE * float(width))
+        size = max(_LEAST_ROBOT_M, _ROBOT_SIZE * float(width))
+        found = symbols(run)
+        self._symbols = [size * found[robot].T for robot in grid.robots]
 
     def __len__(self) -> int:
         """Return the number of frames."""
@@ -122,16 +125,15 @@ class FilmFrames:
 
     def _draw_robots(self, k: int) -> None:
         now = self._grid.t[k]
-        x, y, theta = (row[:, k, None] for row in (self._grid.x, self._grid.y, self._grid.theta))
-        along, across = self._robot_size * np.asarray(DART.vertices).T
-        darts = np.stack(
-            [
-                x + np.cos(theta) * along - np.sin(theta) * across,
-                y + np.sin(theta) * along + np.cos(theta) * across,
-            ],
-            axis=2,
-        )
-        self._robots.set_verts(list(darts))
+        x, y, theta = (row[:, k] for row in (self._grid.x, self._grid.y, self._grid.theta))
+        turned = [
+            (
+                x[i] + np.cos(theta[i]) * along - np.sin(theta[i]) * across,
+                y[i] + np.sin(theta[i]) * along + np.cos(theta[i]) * across,
+            )
+            for i, (along, across) in enumerate(self._symbols)
+        ]
+        self._robots.set_verts([np.column_stack(corners) for corners in turned])
         self._clock.set_text(self._told(now))
         if self._triggers:
             self._set_flashes(k, now)

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from setcmas_ctrl.control.saturation import VNOM
 from setcmas_simu.errors import SetcmasError
-from setcmas_simu.robots.velocity_limits import MODELS
+from setcmas_simu.robots.models import fastest
 from setcmas_tools.kinds.metric import Columns, Measured
 from setcmas_tools.records.fleet_grid import LONGEST_GAP_S
 from setcmas_tools.records.fleet_table import FleetTable
@@ -93,7 +93,7 @@ def largest_speed(run: Run) -> float:
     if isinstance(limits, Mapping):  # those of a lab
         own = limits.get('V_max')
     else:
-        own = MODELS[limits].V_max if limits in tuple(MODELS) else None
+        own = fastest(run.parameters.get('model'), max(run.robots), str(limits))
     speed = min(vnom, own) if _is_number(own) and _is_number(vnom) else vnom
     if not _is_number(speed) or not speed > 0:
         raise SetcmasError(f"vnom is '{speed}'; it must be a speed above 0 in m/s")

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import builtins
 from collections.abc import Callable
-from pathlib import Path
-from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -30,19 +28,23 @@ from setcmas_simu.robots.virtual_fleet import VirtualFleet
 from setcmas_simu.simulator.options import SimulationOptions
 from setcmas_tools.offline import history
 from setcmas_tools.offline.communication import OfflineCommunication
-from setcmas_tools.offline.fleet_laws import FleetLaws, load_laws
+from setcmas_tools.offline.fleet_laws import Algo, FleetLaws, load_laws
 from setcmas_tools.offline.given import (
     condition_name,
+    failures,
     given_files,
+    given_scripts,
     graph_entry,
     name_of,
     pose_options,
+    script_entry,
 )
 from setcmas_tools.records.commands import Commands
 from setcmas_tools.records.drawings import DrawingRecord
 from setcmas_tools.records.fleet_table import FleetTable
 from setcmas_tools.records.tables import RunTables
 from setcmas_tools.run.info import RunInfo
+from setcmas_tools.run.inputs import model_inputs
 from setcmas_tools.run.options import RunOptions
 from setcmas_tools.run.outcome import Outcome
 from setcmas_tools.run.run import Run
@@ -52,7 +54,7 @@ _SAME_TIME_S = 1e-9
 
 
 def simulate(
-    algo: str | Path | Callable[..., Any],
+    algo: Algo,
     nb_robots: int = 1,
     duration: float = 40.0,
     *,
@@ -90,7 +92,8 @@ def simulate(
     Args:
         algo: A built-in ('consensus'), a script ('my_law.py'), or a function
             control(robotNo, nbRobots, poses, t) of your own. A script is loaded afresh for each
-            robot; a function is shared by all robots, and so is any state that it keeps.
+            robot; a function is shared by all robots, and so is any state that it keeps. For a
+            law of each robot: '1:leader.py,2-8:follower.py', or a dictionary {1: leader, ...}.
         nb_robots: Number of robots.
         duration: Length of the run in s.
         poses: Start poses: rows x, y in m and theta in rad, shape (3, nb_robots); by default
@@ -147,7 +150,8 @@ def simulate(
     check_models(names, limits)
     nb_steps = max(1, round(duration * robot_rate))
     with named_output(), history.recorded_drawings() as drawings:
-        robots = fleet_model(robot_models(names, builtins.range(1, nb_robots + 1), limits, warn))
+        models = robot_models(names, builtins.range(1, nb_robots + 1), limits, warn)
+        robots = fleet_model(models)
         fleet = VirtualFleet(start, robots)
         laws = load_laws(algo, nb_robots, settings)
         scripts = [(law.names, law.path) for law in laws]
@@ -164,12 +168,13 @@ def simulate(
         references,
     )
     outcome = Outcome.of_failures(
-        {laws[0].path.name: controllers.failed_robots},
+        failures([law.path.name for law in laws], controllers.failed_robots)
+        | failures(names, [robot for robot, one in enumerate(models, 1) if one.failed]),
         {condition_name(ctc): radio.failed_robots} if radio else {},
     )
     parameters = {
         'algo': name_of(algo),
-        'script': None if callable(algo) else str(laws[0].path),
+        'script': script_entry(laws),
         'set': dict(settings or {}),
         'duration': duration,
         **gains.record(),
@@ -179,11 +184,12 @@ def simulate(
         **simulation.record(),
         'pose': pose_options(start),
     }
-    script = None if callable(algo) else laws[0].path
     return Run(
         tables,
         RunInfo(outcome=outcome, parameters=parameters, seed=seed),
-        given_files(script, tells.condition_script, graph),
+        given_files(
+            [*given_scripts(laws), *model_inputs(model, nb_robots)], tells.condition_script, graph
+        ),
         controllers.call_time * nb_robots / len(commands.t),
     )
 

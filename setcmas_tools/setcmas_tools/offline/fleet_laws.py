@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from itertools import repeat
 from pathlib import Path
 from typing import Any
@@ -12,32 +12,58 @@ import numpy as np
 from numpy.typing import NDArray
 
 from setcmas_ctrl.control.control_law import ControlLaw
+from setcmas_ctrl.control.law_scripts import LawScripts
 from setcmas_ctrl.control.options import GainOptions
 from setcmas_ctrl.control.saturation import saturate
 from setcmas_ctrl.scripts.error_reports import ErrorReports
 from setcmas_ctrl.scripts.failures import ControlError
-from setcmas_ctrl.scripts.loader import find_script
 from setcmas_ctrl.scripts.settings import Settings
 from setcmas_simu.errors import SetcmasError
+from setcmas_simu.fleet.per_robot import check_in_fleet, format_per_robot
 from setcmas_simu.robots.model import RobotModel
 
 Floats = NDArray[np.float64]
+Law = str | Path | Callable[..., Any]
+Algo = Law | Mapping[int, Law]
+"""What `simulate` takes for its control laws."""
 
 
-def load_laws(
-    algo: str | Path | Callable[..., Any], nb_robots: int, settings: Settings | None = None
-) -> list[ControlLaw]:
+def load_laws(algo: Algo, nb_robots: int, settings: Settings | None = None) -> list[ControlLaw]:
     """Return the control laws of robots 1 to nb_robots.
 
+    Args:
+        algo: A script or a function for all robots, a text such as '1:leader.py,2-8:follower.py',
+            or a dictionary with a script or a function for each robot.
+        nb_robots: Number of robots.
+        settings: Values for names of the scripts.
+
     Raises:
-        SetcmasError: The script cannot be found or loaded, or a function is to take settings.
+        SetcmasError: A script cannot be found or loaded, a robot has no law, or there are only
+            functions to take settings.
     """
-    if callable(algo):
-        if settings:
-            raise SetcmasError('settings are for scripts; a function takes none')
-        return [ControlLaw.of_function(algo, i + 1, nb_robots) for i in range(nb_robots)]
-    path = find_script(str(algo))
-    return [ControlLaw(path, robot + 1, nb_robots, settings) for robot in range(nb_robots)]
+    robots = range(1, nb_robots + 1)
+    by_robot = algo if isinstance(algo, Mapping) else dict.fromkeys(robots, algo)
+    functions = {robot: law for robot, law in by_robot.items() if callable(law)}
+    if settings and len(functions) == len(by_robot):
+        raise SetcmasError('settings are for scripts; a function takes none')
+    scripts = None
+    if len(functions) < len(by_robot):
+        scripts = LawScripts(_text(algo, functions), settings=settings)
+        scripts.check(nb_robots, functions)
+    check_in_fleet(functions, nb_robots, 'algo')
+    return [
+        ControlLaw.of_function(functions[robot], robot, nb_robots)
+        if robot in functions or scripts is None
+        else scripts.law(robot, nb_robots)
+        for robot in robots
+    ]
+
+
+def _text(algo: Algo, functions: Collection[int]) -> str:
+    if not isinstance(algo, Mapping):
+        return str(algo)
+    scripts = {robot: str(law) for robot, law in algo.items() if robot not in functions}
+    return format_per_robot(scripts)
 
 
 class FleetLaws:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -11,14 +11,19 @@ from numpy.typing import NDArray
 
 from setcmas_ctrl.communication.options import Condition, Graph
 from setcmas_ctrl.communication.settings import graph_file
+from setcmas_ctrl.control.control_law import ControlLaw
+from setcmas_simu.fleet.per_robot import format_per_robot
+from setcmas_tools.offline.fleet_laws import Algo
 from setcmas_tools.run.inputs import RunInput
 
 
-def given_files(script: Path | None, condition: Path | None, graph: Graph) -> tuple[RunInput, ...]:
+def given_files(
+    scripts: Sequence[RunInput], condition: Path | None, graph: Graph
+) -> tuple[RunInput, ...]:
     """Return the files that a run is given.
 
     Args:
-        script: Its control script; None for a function.
+        scripts: Its control scripts and robot scripts.
         condition: The script of its triggering condition, if it is one.
         graph: A preset, a file, or an adjacency matrix.
 
@@ -26,12 +31,30 @@ def given_files(script: Path | None, condition: Path | None, graph: Graph) -> tu
         SetcmasError: A file cannot be read.
     """
     file = graph_file(graph) if isinstance(graph, (str, Path)) else None
-    named = {'algo': script, 'ctc': condition, 'graph': file}
-    return tuple(RunInput(option, path) for option, path in named.items() if path)
+    named = {'ctc': condition, 'graph': file}
+    return (*scripts, *(RunInput(option, path) for option, path in named.items() if path))
 
 
-def name_of(given: str | Path | Callable[..., Any] | None) -> str | None:
-    """Return what a script or a function is called in the record."""
+def given_scripts(laws: Sequence[ControlLaw]) -> list[RunInput]:
+    """Return the control scripts of robots 1, 2, ...
+
+    Raises:
+        SetcmasError: A file cannot be read.
+    """
+    paths = [law.path if law.is_script else None for law in laws]
+    if len({*paths}) == 1:
+        return [RunInput('algo', path) for path in paths[:1] if path]
+    return [
+        RunInput('algo', path, [robot for robot, own in enumerate(paths, 1) if own == path])
+        for path in dict.fromkeys(paths)
+        if path
+    ]
+
+
+def name_of(given: Algo | None) -> str | None:
+    """Return what scripts or functions are called in the record."""
+    if isinstance(given, Mapping):
+        return format_per_robot({robot: str(name_of(own)) for robot, own in given.items()})
     if callable(given):
         return str(getattr(given, '__name__', 'function'))
     return None if given is None else str(given)
@@ -53,3 +76,22 @@ def pose_options(poses: NDArray[np.float64]) -> list[str]:
         f'{robot}:{x!r},{y!r},{theta!r}'
         for robot, (x, y, theta) in enumerate(poses.T.tolist(), start=1)
     ]
+
+
+def script_entry(laws: Sequence[ControlLaw]) -> str | None:
+    """Return what the record says of the scripts of robots 1, 2, ...; None if they are functions.
+
+    One script is told with its path, several by their names.
+    """
+    scripts = list(dict.fromkeys(law.path for law in laws if law.is_script))
+    if len(scripts) == 1:
+        return str(scripts[0])
+    return ', '.join(script.stem for script in scripts) or None
+
+
+def failures(names: Sequence[str], robots: Sequence[int]) -> dict[str, list[int]]:
+    """Return those of some robots that each script is of; the first name is that of robot 1."""
+    failed: dict[str, list[int]] = {}
+    for robot in robots:
+        failed.setdefault(Path(names[robot - 1]).name, []).append(robot)
+    return failed

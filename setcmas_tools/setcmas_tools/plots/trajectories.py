@@ -11,17 +11,20 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.markers import MarkerStyle
-from matplotlib.path import Path as Outline
 from matplotlib.transforms import Affine2D
+from numpy.typing import NDArray
 
+from setcmas_simu.fleet.fleet import Colour
+from setcmas_simu.robots.models import UNICYCLE
 from setcmas_tools.plots.lines import finite_rows, with_gaps
 from setcmas_tools.plots.references import draw_arena, draw_references
+from setcmas_tools.plots.robot_symbols import closed, symbol, symbols
 from setcmas_tools.plots.style import edge_effects, legend, line_look, robot_colour, robot_handles
 from setcmas_tools.records.fleet_table import FleetTable
 from setcmas_tools.run.run import Run
 
-DART = Outline([(1.0, 0.0), (-0.8, 0.7), (-0.4, 0.0), (-0.8, -0.7), (1.0, 0.0)], closed=True)
-"""Points to where the robot heads; along the x axis at heading 0."""
+Floats = NDArray[np.float64]
+
 _SMALLEST_SPAN_M = 1.0
 
 
@@ -36,8 +39,10 @@ def draw_trajectories(figure: Figure, run: Run) -> None:
     axes = figure.add_subplot()
     table, robots = run.table, run.robots
     size = rcParams['lines.markersize'] * (1.5 if len(robots) < 12 else 1.1)
+    looks = symbols(run)
     for robot in robots:
         _draw_path(axes, table.of(robot), robot, len(robots), size)
+        _draw_end(axes, table.of(robot), robot_colour(robot, len(robots)), size, looks[robot])
     marks = draw_references('trajectories', axes, run) + draw_arena(axes, run)
     axes.set_title('Trajectories')
     fit_plane(axes, table)
@@ -51,20 +56,20 @@ def _draw_path(axes: Axes, path: FleetTable, robot: int, nb_robots: int, size: f
     _, x, y = with_gaps(path.t, path.x, path.y)
     axes.plot(x, y, **line_look(robot, nb_robots))
     colour = robot_colour(robot, nb_robots)
-    edge: dict[str, Any] = {
-        'markeredgecolor': '0.15',
-        'markeredgewidth': size / 11,
-        'linestyle': '',
-    }
     axes.plot(
         path.x[:1], path.y[:1], marker='o', markersize=size * 0.8, markerfacecolor='white',
         markeredgecolor=colour, markeredgewidth=size / 5, linestyle='', zorder=3,
         path_effects=edge_effects(colour, size / 5),
     )  # fmt: skip
-    dart = MarkerStyle(DART, transform=Affine2D().rotate(math.fmod(path.theta[-1], math.tau)))
+
+
+def _draw_end(axes: Axes, path: FleetTable, colour: Colour, size: float, corners: Floats) -> None:
+    path = finite_rows(path, 'x', 'y', 'theta')
+    heading = Affine2D().rotate(math.fmod(path.theta[-1], math.tau)) if len(path.t) else None
     axes.plot(
-        path.x[-1:], path.y[-1:], marker=dart, markersize=size, markerfacecolor=colour, zorder=4,
-        **edge,
+        path.x[-1:], path.y[-1:], marker=MarkerStyle(closed(corners), transform=heading),
+        markersize=size * float(np.abs(corners).max()), markerfacecolor=colour, zorder=4,
+        markeredgecolor='0.15', markeredgewidth=size / 11, linestyle='',
     )  # fmt: skip
 
 
@@ -94,5 +99,12 @@ def _end_handles() -> list[Line2D]:
     }
     return [
         Line2D([], [], label='start', marker='o', markerfacecolor='white', **look),
-        Line2D([], [], label='end, heading', marker=MarkerStyle(DART), color='0.6', **look),
+        Line2D(
+            [],
+            [],
+            label='end, heading',
+            marker=MarkerStyle(closed(symbol(UNICYCLE))),
+            color='0.6',
+            **look,
+        ),
     ]

@@ -11,7 +11,7 @@ from pathlib import Path
 from setcmas_simu.errors import SetcmasError
 from setcmas_tools.records.tables import RunTables, write_tables
 from setcmas_tools.run.info import FILE_NAME, RunInfo, write_info
-from setcmas_tools.run.inputs import INPUTS, RunInput
+from setcmas_tools.run.inputs import INPUTS, RunInput, entries
 
 _PARTS = ('bag', 'csv', 'plots', INPUTS, 'metrics.yaml', FILE_NAME)
 
@@ -87,7 +87,7 @@ class RunFolder:
             self._empty()
             self.write_info(info)
             for given in self._inputs:
-                given.write_to(self.path / INPUTS / given.option)
+                given.write_to(self.path)
 
     def write_info(self, info: RunInfo) -> None:
         """Write run.yaml in place of the one that is there.
@@ -95,11 +95,8 @@ class RunFolder:
         Raises:
             SetcmasError: It cannot be written.
         """
-        inputs = {
-            given.option: f'{INPUTS}/{given.option}/{given.path.name}' for given in self._inputs
-        }
         with self._writing():
-            write_info(replace(info, inputs=inputs), self.path)
+            write_info(replace(info, inputs=entries(self._inputs)), self.path)
 
     def write_tables(self, tables: RunTables) -> None:
         """Write the CSV files.

@@ -1,0 +1,37 @@
+"""Symbols of robots in plots and films: the outlines of their models, all about as long."""
+
+from __future__ import annotations
+
+import contextlib
+
+import numpy as np
+from matplotlib.path import Path as Outline
+from numpy.typing import NDArray
+
+from setcmas_simu.errors import SetcmasError
+from setcmas_simu.robots.models import UNICYCLE, model_names, shape_of
+from setcmas_tools.run.run import Run
+
+Floats = NDArray[np.float64]
+
+_LENGTH = 1.8
+
+
+def symbols(run: Run) -> dict[int, Floats]:
+    """Return the outline of each robot, heading along the x axis, _LENGTH long, shape (K, 2)."""
+    names = [UNICYCLE] * max(run.robots)
+    with contextlib.suppress(SetcmasError):
+        names = model_names(run.parameters.get('model'), max(run.robots))
+    return {robot: symbol(names[robot - 1]) for robot in run.robots}
+
+
+def symbol(model: str) -> Floats:
+    """Return the outline of a model, as `symbols` does."""
+    corners = np.array(shape_of(model).outline)
+    scaled: Floats = corners * (_LENGTH / np.ptp(corners[:, 0]))
+    return scaled
+
+
+def closed(corners: Floats) -> Outline:
+    """Return an outline as a path."""
+    return Outline(np.vstack([corners, corners[:1]]), closed=True)
