@@ -72,7 +72,7 @@ def _headline(status: Status) -> str:
 
 def _plain_line(robot: RobotStatus) -> str:
     reason = f' ({robot.reason})' if robot.reason else ''
-    return f'{robot.name} {robot.state}{reason}'
+    return f'{robot.name} {robot.state.value}{reason}'
 
 
 def picture(status: Status) -> Group:
@@ -90,7 +90,7 @@ def picture(status: Status) -> Group:
             f'{float(robot.pose_age):.2f} s' if robot.pose_age else '-',
             f'{robot.battery} %' if robot.battery else '-',
             f'{abs(float(robot.speed)):.2f} m/s' if robot.speed else '-',
-            Text(robot.state, style=_STYLES[min(robot.level, 2)]),
+            Text(robot.state.value, style=_STYLES[min(robot.level, 2)]),
             Text(robot.reason),
         )
     colour = 'black on yellow' if status.paused else 'black on green'

@@ -10,7 +10,7 @@ from rclpy.node import Node
 from setcmas_ctrl.fleet.pause_watch import BY_WISH
 from setcmas_expe.lab.model import Lab
 from setcmas_expe.pause.console_protocol import RobotStatus
-from setcmas_expe.safety.decision import PAUSED
+from setcmas_expe.safety.decision import State
 from setcmas_simu.fleet import topics
 from setcmas_simu.ros import qos
 from setcmas_simu.ros.cmd_vel_publisher import CmdVelPublisher
@@ -73,7 +73,7 @@ class BridgeWatch:
         It holds them when this node was not heard for a while. They must not go on by themselves
         once it is heard again.
         """
-        held = [robot.reason for robot in self._robots if robot.state == PAUSED]
+        held = [robot.reason for robot in self._robots if robot.state is State.PAUSED]
         if paused or not held:
             self._refused_since = None
             return ''
@@ -114,14 +114,15 @@ class BridgeWatch:
 
 def _robot_status(status: DiagnosticStatus) -> RobotStatus:
     values = {item.key: item.value for item in status.values}
+    state = State(values.get('state', State.STOPPED.value))
     return RobotStatus(
         name=status.name,
         level=ord(status.level),
-        state=values.get('state', ''),
+        state=state,
         reason=status.message,
         pose_age=values.get('pose_age', ''),
         battery=values.get('battery', ''),
         speed=values.get('speed', ''),
         runs_away=bool(values.get('runs_away')),
-        ready=values.get('state') != PAUSED or status.message == BY_WISH,
+        ready=state is not State.PAUSED or status.message == BY_WISH,
     )

@@ -6,6 +6,7 @@ import enum
 
 import msgspec
 
+from setcmas_expe.safety.decision import State
 from setcmas_simu.reports.encoding import Message
 
 SILENT_AFTER_S = 0.5
@@ -50,7 +51,7 @@ class RobotStatus(msgspec.Struct, frozen=True):
 
     name: str
     level: int
-    state: str
+    state: State
     reason: str
     pose_age: str
     battery: str

@@ -6,6 +6,7 @@ decision depends only on what is known at its moment.
 
 from __future__ import annotations
 
+import enum
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -15,9 +16,15 @@ from setcmas_expe.mocap.sample import Pose
 from setcmas_simu.fleet.fleet import format_robots
 from setcmas_simu.fleet.topics import robot_name
 
-MOVING = 'moving'
-PAUSED = 'paused'
-STOPPED = 'stopped'
+
+class State(enum.Enum):
+    """What a robot is let do."""
+
+    MOVING = 'moving'
+    """It moves, or is free to."""
+    PAUSED = 'paused'
+    STOPPED = 'stopped'
+
 
 RATE_HZ = 20.0
 """Rate of decisions and of commands to the robots, in Hz."""
@@ -67,14 +74,14 @@ class Decision:
     Attributes:
         V: Forward speed in m/s.
         omega: Turn rate in rad/s.
-        state: MOVING (or free to), PAUSED or STOPPED.
+        state: What it is let do.
         reason: Why it is not free to move as wished; empty if it is.
         lost: Whether that is because nobody knows where it is.
     """
 
     V: float
     omega: float
-    state: str
+    state: State
     reason: str
     lost: bool = False
 
@@ -102,7 +109,10 @@ def decide(situation: Situation, lab: Lab) -> Decision:
         allowed &= all(_recedes(situation.pose[2], V, omega, to) for to in towards)
     # Turning on the spot leaves the robot where it is, and lets it face the way out.
     return Decision(
-        V if allowed else 0.0, omega, MOVING if allowed else STOPPED, ' and '.join(reasons)
+        V if allowed else 0.0,
+        omega,
+        State.MOVING if allowed else State.STOPPED,
+        ' and '.join(reasons),
     )
 
 
@@ -124,8 +134,8 @@ def _held(situation: Situation, lab: Lab) -> Decision | None:
         reasons = [situation.paused]
         if reason and reason not in situation.paused:
             reasons.append(reason)
-        return Decision(0.0, 0.0, PAUSED, '; '.join(reasons), bool(blind))
-    return Decision(0.0, 0.0, STOPPED, reason, bool(blind)) if reason else None
+        return Decision(0.0, 0.0, State.PAUSED, '; '.join(reasons), bool(blind))
+    return Decision(0.0, 0.0, State.STOPPED, reason, bool(blind)) if reason else None
 
 
 def _unreadiness(situation: Situation, timeout_s: float) -> str:

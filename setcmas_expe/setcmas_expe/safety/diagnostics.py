@@ -9,7 +9,7 @@ from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from rclpy.node import Node
 
 from setcmas_expe.safety.cmd_vel_bridge import CmdVelBridge
-from setcmas_expe.safety.decision import MOVING, Decision
+from setcmas_expe.safety.decision import Decision, State
 from setcmas_expe.safety.mocap_bridge import MocapBridge
 from setcmas_simu.fleet import topics
 from setcmas_simu.ros import qos
@@ -47,10 +47,10 @@ class RobotDiagnostics:
 def _status(
     mocap: MocapBridge, bridge: CmdVelBridge, decision: Decision, runs_away: bool, now: float
 ) -> DiagnosticStatus:
-    level = DiagnosticStatus.OK if decision.state == MOVING else DiagnosticStatus.WARN
+    level = DiagnosticStatus.OK if decision.state is State.MOVING else DiagnosticStatus.WARN
     age = mocap.track.age(now)
     values = {
-        'state': decision.state,
+        'state': decision.state.value,
         'pose_age': f'{age:.3f}' if math.isfinite(age) else '',
         'battery': '' if bridge.battery is None else f'{bridge.battery:.0f}',
         'speed': f'{mocap.speed:.3f}',

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from setcmas_expe.safety.cmd_vel_bridge import CmdVelBridge
-from setcmas_expe.safety.decision import PAUSED, Decision
+from setcmas_expe.safety.decision import Decision, State
 from setcmas_expe.safety.mocap_bridge import MocapBridge
 from setcmas_expe.safety.stop_reports import StopReports
 from setcmas_simu.fleet.fleet import format_robots
@@ -38,7 +38,7 @@ class BridgeReports:
     def update(self, decisions: dict[int, Decision], pause_is_silent: bool, now: float) -> None:
         """Take what was decided at a time (s, steady) and say what is new."""
         self._first = now if self._first is None else self._first
-        if not any(decision.state == PAUSED for decision in decisions.values()):
+        if not any(decision.state is State.PAUSED for decision in decisions.values()):
             self._stops.update({robot: d.reason for robot, d in decisions.items()}, now)
         self._tell_silence(pause_is_silent)
         if now >= self._next_rejected:

@@ -12,7 +12,7 @@ from setcmas_expe.lab.model import Lab
 from setcmas_expe.mocap.pose_track import mark_swapped
 from setcmas_expe.mocap.receiver import MocapReceiver
 from setcmas_expe.safety.cmd_vel_bridge import CmdVelBridge
-from setcmas_expe.safety.decision import PAUSED, RATE_HZ, STOPPED, Decision, Situation, decide
+from setcmas_expe.safety.decision import RATE_HZ, Decision, Situation, State, decide
 from setcmas_expe.safety.diagnostics import RobotDiagnostics
 from setcmas_expe.safety.mocap_bridge import MocapBridge
 from setcmas_expe.safety.reports import BridgeReports
@@ -23,7 +23,7 @@ from setcmas_simu.fleet.topics import robot_name
 _DIAGNOSTICS_EVERY = 4  # steps
 _LOOK_AROUND_EVERY = 10  # steps
 _LAST_ZEROS = 5
-_ZERO = Decision(0.0, 0.0, STOPPED, '')
+_ZERO = Decision(0.0, 0.0, State.STOPPED, '')
 
 
 class SafetyStepper:
@@ -110,7 +110,7 @@ class SafetyStepper:
             decision = decisions[mocap.robot] = decide(situation, self._lab)
             bridge.send(decision)
             moving = decision.V != 0.0 or decision.omega != 0.0
-            mocap.track.note_command(moving, decision.state == PAUSED, now)
+            mocap.track.note_command(moving, decision.state is State.PAUSED, now)
             rival = bool(bridge.rival)
             if self._runaways.update(bridge.robot, not moving, mocap.speed, rival, now):
                 self._warn(

@@ -5,14 +5,15 @@ from rich.console import Console
 
 from launch_scripts.terminal.status_display import StatusDisplay, picture
 from setcmas_expe.pause.console_protocol import RobotStatus, Status
+from setcmas_expe.safety.decision import State
 
 REASON = 'nearer than 0.35 m to tb3_2, tb3_3, tb3_4; only motion apart is let through'
 
 
 def status(paused=False):
     robots = (
-        RobotStatus('tb3_1', 1, 'stopped', REASON, '0.02', '87', '0.004', False, True),
-        RobotStatus('tb3_12', 2, 'stopped', 'not seen yet', '', '', '', False, False),
+        RobotStatus('tb3_1', 1, State.STOPPED, REASON, '0.02', '87', '0.004', False, True),
+        RobotStatus('tb3_12', 2, State.STOPPED, 'not seen yet', '', '', '', False, False),
     )
     return Status(paused, 'by space bar', robots)
 

@@ -9,7 +9,7 @@ import pytest
 
 from setcmas_expe.arena import Arena
 from setcmas_expe.lab.file import default_lab
-from setcmas_expe.safety.decision import HOLD_S, MOVING, PAUSED, STOPPED, Situation, decide
+from setcmas_expe.safety.decision import HOLD_S, Situation, State, decide
 
 LAB = replace(default_lab(3), arena=Arena(-2.0, 2.0, -1.0, 1.0))
 FREE = Situation(
@@ -35,27 +35,27 @@ def test_a_robot_that_nothing_speaks_against_gets_its_command():
     result = decision()
 
     assert (result.V, result.omega) == (0.1, 0.2)
-    assert (result.state, result.reason, result.lost) == (MOVING, '', False)
+    assert (result.state, result.reason, result.lost) == (State.MOVING, '', False)
 
 
 @pytest.mark.parametrize(
     ('changes', 'state', 'reason', 'lost'),
     [
-        ({'paused': 'paused'}, PAUSED, 'paused', False),
-        ({'paused': 'paused', 'pose': None}, PAUSED, 'paused; not seen yet', True),
-        ({'paused': 'paused', 'command_age': math.inf}, PAUSED, 'paused; no command', False),
-        ({'unseen': (2, 3)}, STOPPED, 'robots 2-3 have not been seen yet', False),
-        ({'rival': '/joy commands it too'}, STOPPED, '/joy commands it too', False),
-        ({'pose': None, 'unseen': (1,)}, STOPPED, 'not seen yet', True),
-        ({'pose': None}, STOPPED, 'not seen yet', True),
-        ({'pose_fault': 'frozen'}, STOPPED, 'pose not believed: frozen', True),
-        ({'pose_age': 0.51}, STOPPED, 'no good pose for 0.5 s', True),
-        ({'pose_age': math.inf}, STOPPED, 'no good pose', True),
-        ({'pose_age': math.nan}, STOPPED, 'no good pose', True),
-        ({'command_age': 0.51}, STOPPED, 'no command for 0.5 s', False),
-        ({'command_age': math.nan}, STOPPED, 'no command', False),
-        ({'V': math.nan}, STOPPED, 'not a number', False),
-        ({'omega': math.inf}, STOPPED, 'not a number', False),
+        ({'paused': 'paused'}, State.PAUSED, 'paused', False),
+        ({'paused': 'paused', 'pose': None}, State.PAUSED, 'paused; not seen yet', True),
+        ({'paused': 'paused', 'command_age': math.inf}, State.PAUSED, 'paused; no command', False),
+        ({'unseen': (2, 3)}, State.STOPPED, 'robots 2-3 have not been seen yet', False),
+        ({'rival': '/joy commands it too'}, State.STOPPED, '/joy commands it too', False),
+        ({'pose': None, 'unseen': (1,)}, State.STOPPED, 'not seen yet', True),
+        ({'pose': None}, State.STOPPED, 'not seen yet', True),
+        ({'pose_fault': 'frozen'}, State.STOPPED, 'pose not believed: frozen', True),
+        ({'pose_age': 0.51}, State.STOPPED, 'no good pose for 0.5 s', True),
+        ({'pose_age': math.inf}, State.STOPPED, 'no good pose', True),
+        ({'pose_age': math.nan}, State.STOPPED, 'no good pose', True),
+        ({'command_age': 0.51}, State.STOPPED, 'no command for 0.5 s', False),
+        ({'command_age': math.nan}, State.STOPPED, 'no command', False),
+        ({'V': math.nan}, State.STOPPED, 'not a number', False),
+        ({'omega': math.inf}, State.STOPPED, 'not a number', False),
     ],
 )
 def test_whatever_is_missing_stops_a_robot(changes, state, reason, lost):
@@ -84,7 +84,7 @@ def test_every_combination_of_what_is_missing_is_zero():
 
 
 def test_just_in_time_is_in_time():
-    assert decision(pose_age=0.49, command_age=0.49).state == MOVING
+    assert decision(pose_age=0.49, command_age=0.49).state == State.MOVING
 
 
 def test_a_command_that_is_too_fast_keeps_its_curvature():
@@ -114,7 +114,7 @@ def test_outside_the_arena_only_motion_back_inside_is_let_through(pose, V, goes)
     result = decision(pose=pose, V=V, omega=0.0, others={})
 
     assert (V if goes else 0.0) == result.V
-    assert result.state == (MOVING if goes else STOPPED)
+    assert result.state == (State.MOVING if goes else State.STOPPED)
     assert ('outside' in result.reason) == (pose[:2] != (2.0, 1.0))
 
 
@@ -185,9 +185,9 @@ def test_too_near_says_to_whom_and_counts_the_edge_as_far_enough():
     near = decision(others={2: (0.3, 0.0, 0.0), 3: (0.0, 0.2, 0.0)})
     edge = decision(others={2: (LAB.min_separation, 0.0, 0.0)})
 
-    assert near.state == STOPPED
+    assert near.state == State.STOPPED
     assert 'nearer than 0.35 m to tb3_2, tb3_3; only motion apart' in near.reason
-    assert edge.state == MOVING
+    assert edge.state == State.MOVING
 
 
 def test_robots_at_one_place_stand():
