@@ -23,6 +23,7 @@ from setcmas_simu.fleet import topics
 from setcmas_simu.fleet.fleet import format_robots
 
 _POLL_EVERY_S = 0.1
+_ATTEMPTS = 8  # to end a stuck call, several a second
 
 
 class ScriptReloader:
@@ -61,6 +62,7 @@ class ScriptReloader:
         self._scripts = list(dict.fromkeys(law.path for law in laws))
         self._files = FileWatch(self._scripts)
         self._is_new = self._told_to_wait = False
+        self._attempts = 0
         self._last_moving = -math.inf
         clock = Clock(clock_type=ClockType.STEADY_TIME)
         node.create_timer(_POLL_EVERY_S, self._poll, clock=clock)
@@ -79,6 +81,7 @@ class ScriptReloader:
             self._ask_to_pause()
             return
         self._is_new = self._told_to_wait = False
+        self._attempts = 0
         self._reload()
 
     def _watched_files(self) -> set[Path]:
@@ -116,7 +119,13 @@ class ScriptReloader:
         # On the thread of the watch: the thread that polls otherwise is the one that is stuck.
         self._is_new = self._files.poll(time.monotonic()) or self._is_new
         if self._is_new:
+            self._attempts += 1
             signal.pthread_kill(self._thread, signal.SIGUSR1)
+        if self._attempts == _ATTEMPTS:
+            self._node.get_logger().warning(
+                f'{self._saved()} was saved, but its earlier version cannot be ended: does it '
+                'have a bare except? Press Ctrl-C and start again'
+            )
 
     def _abandon_stuck_call(self, *_: object) -> None:
         if self._watch.is_stuck():

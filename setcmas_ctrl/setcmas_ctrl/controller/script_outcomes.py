@@ -44,6 +44,7 @@ class ScriptOutcomes:
         self._launcher = launcher
         self._laws = laws
         self._failed: list[ScriptCall] = []
+        self._unloaded: list[ScriptCall] = []  # of the newest version
         self.laws = self._reports_of_laws()
         conditions = dict.fromkeys(laws, condition)
         self.conditions = ErrorReports(
@@ -52,11 +53,13 @@ class ScriptOutcomes:
 
     @property
     def failed(self) -> tuple[ScriptCall, ...]:
-        """The calls that have failed, or hung, at some time."""
-        return tuple(dict.fromkeys([*self._failed, *self.watch.have_been_stuck]))
+        """The calls that have failed, or hung, at some time, and what could not be loaded."""
+        failed = [*self._failed, *self.watch.have_been_stuck, *self._unloaded]
+        return tuple(dict.fromkeys(failed))
 
-    def begin_anew(self) -> None:
-        """Count the errors of a new version of the script from zero."""
+    def begin_anew(self, loaded: bool) -> None:
+        """Count the errors of a new version of the scripts from zero; it may not be loaded."""
+        self._unloaded = [] if loaded else self._loadings()
         self._tell_counts(self.laws)
         self.laws = self._reports_of_laws()
 
@@ -68,6 +71,11 @@ class ScriptOutcomes:
 
     def _reports_of_laws(self) -> ErrorReports:
         return ErrorReports(self._warn, STANDS, partial(self._note, self._laws, Function.CONTROL))
+
+    def _loadings(self) -> list[ScriptCall]:
+        return [
+            ScriptCall(robot, path.name, Function.LOADING) for robot, path in self._laws.items()
+        ]
 
     def _note(
         self, scripts: Mapping[int, Path], function: Function, robot: int, text: str

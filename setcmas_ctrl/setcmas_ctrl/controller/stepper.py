@@ -126,7 +126,7 @@ class ControlStepper:
 
     def use(self, laws: list[ControlLaw]) -> None:
         """Go on with other laws, with t from 0 and errors counted anew; none: all robots stand."""
-        self.outcomes.begin_anew()
+        self.outcomes.begin_anew(loaded=laws != [])
         self._has_laws = laws != []
         for controller, law in zip(self._controllers, laws, strict=False):
             controller.law = law

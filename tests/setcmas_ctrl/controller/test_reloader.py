@@ -98,3 +98,30 @@ def test_in_an_experiment_it_waits_for_the_pause(start, peer, tmp_path):
 
     state.data = True
     peer.wait_for(lambda: command[-1].x == pytest.approx(0.2))
+
+
+def test_a_version_with_a_mistake_at_the_end_is_no_success(start, tmp_path):
+    law = tmp_path / 'law.py'
+    law.write_text('def control(i, n, p, t):\n    return 0.1, 0\n')
+    start(*SIMU, '--nb-robots', '1').wait_for_output('simulating')
+    process = start(*CTRL, '--algo', str(law), '--watch')
+    process.wait_for_output('controlling')
+    save(law, 'def control(i, n, p, t):\n    return 0.1,, 0\n')
+    process.wait_for_output('law.py was saved with a mistake')
+
+    assert process.end() == 1
+
+
+def test_a_loop_that_swallows_exceptions_is_ended_or_a_new_start_is_asked_for(
+    start, peer, tmp_path
+):
+    law = tmp_path / 'law.py'
+    loop = 'while True:\n        try:\n            while True: pass\n        except: pass\n'
+    law.write_text(f'def control(i, n, p, t):\n    {loop}')
+    start(*SIMU, '--nb-robots', '1').wait_for_output('simulating')
+    process = start(*CTRL, '--algo', str(law), '--watch')
+    process.wait_for_output('control has not returned')
+    save(law, 'def control(i, n, p, t):\n    return 0.1, 0\n')
+    ends = ('is loaded again', 'was saved, but its earlier version cannot be ended')
+
+    peer.wait_for(lambda: any(end in process.output() for end in ends))
