@@ -10,6 +10,8 @@ from pathlib import Path
 
 import pytest
 
+from setcmas_ctrl.scripts.loader import ALGORITHMS
+
 PLUGIN = Path(__file__).parent / 'plugin'
 PAGES = [
     Path(__file__).parents[1] / 'docs' / 'extending' / f'{name}.md'
@@ -149,13 +151,11 @@ def test_a_lab_file_with_a_source_that_cannot_be_used_is_told_with_its_line(setc
 
 
 def test_a_name_that_ships_is_not_taken_over_and_that_is_told(setcmas, tmp_path):
-    result = setcmas('offline', '--algo', 'consensus', '--duration', '1', cwd=tmp_path)
+    result = setcmas('new', 'mine', '--from', 'consensus', cwd=tmp_path)
 
-    assert result.returncode == 0
-    assert (
-        "package example-lab offers control law 'consensus' too; that of setcmas is used"
-        in result.stderr
-    )
+    assert (tmp_path / 'mine.py').read_text() == ALGORITHMS.file('consensus').read_text()
+    told = "package example-lab offers control law 'consensus' too; that of setcmas is used"
+    assert told in result.stderr
 
 
 @pytest.mark.parametrize('page', PAGES, ids=lambda page: page.stem)
