@@ -42,7 +42,5 @@ def data_frame(run: Run) -> Any:
     try:
         import pandas as pd
     except ImportError as error:
-        raise SetcmasError(
-            "pandas is missing; install it with pip install 'setcmas[notebook]'"
-        ) from error
+        raise SetcmasError('pandas is missing; install it with pip install pandas') from error
     return pd.DataFrame({name: getattr(run.table, name) for name in COLUMNS})

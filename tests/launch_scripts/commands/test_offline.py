@@ -7,6 +7,7 @@ from processes import SETCMAS, run_setcmas
 
 from setcmas_tools import simulate
 from setcmas_tools.records.fleet_table import read_csv
+from setcmas_tools.run.info import RunInfo, write_info
 
 
 def offline(tmp_path, *arguments):
@@ -126,9 +127,38 @@ def test_a_run_is_repeated_from_what_it_keeps(tmp_path):
     first = run('first', **names)
     for name in given:
         (tmp_path / name).unlink()
-    inputs = yaml.safe_load((tmp_path / 'first' / 'run.yaml').read_text())['inputs']
 
-    assert run('again', **{name: f'first/{path}' for name, path in inputs.items()}) == first
+    result = offline(tmp_path, '--from', 'first', '--output', 'again')
+    again = {path.name: path.read_bytes() for path in (tmp_path / 'again' / 'csv').iterdir()}
+
+    assert again == first
+    assert f'identical to first: all {len(first)} files of its csv' in result.stdout
+    other = offline(tmp_path, '--from', 'first', '--duration', '2', '--output', 'other')
+    assert 'compared with first: largest distance 0 m' in other.stdout
+    assert 'metrics that differ by more than 1 %: ' in other.stdout
+    assert ' -> ' in other.stdout
+
+
+@pytest.mark.parametrize(
+    ('arguments', 'message'),
+    [
+        (('--from', 'nowhere'), "there is no run.yaml in 'nowhere'"),
+        (('--from', 'old'), 'has format none'),
+        (('--from', 'empty'), 'has no control script in its folder'),
+        ((), 'are required: --algo, or --from'),
+    ],
+)
+def test_a_run_that_cannot_be_repeated_is_told_in_one_line(tmp_path, arguments, message):
+    for name in ('old', 'empty'):
+        (tmp_path / name).mkdir()
+    (tmp_path / 'old' / 'run.yaml').write_text('parameters: {algo: nav_wp}\n')
+    write_info(RunInfo(), tmp_path / 'empty')
+
+    result = run_setcmas('offline', *arguments, cwd=tmp_path)
+
+    assert result.returncode == 2
+    assert message in result.stderr
+    assert len(result.stderr.strip().splitlines()) == 1
 
 
 def test_another_seed_gives_another_run(tmp_path):

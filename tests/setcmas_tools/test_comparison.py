@@ -1,0 +1,33 @@
+import numpy as np
+from metrics_runs import T, table
+from runs import run_of
+
+from setcmas_tools.comparison import changes, largest_distance
+from setcmas_tools.metrics.compute import measure
+
+
+def test_the_largest_distance_with_robot_and_time():
+    first = run_of(table((T, 0.1 * T, 0), (T, 0, 1)))
+    second = run_of(table((T, 0.1 * T, 0), (T, np.where(T == 5.0, 0.3, 0), 1)))
+
+    apart = largest_distance(first, second)
+
+    assert str(apart) == 'largest distance 0.3 m (tb3_2 at t = 5.0 s)'
+    assert largest_distance(first, first).distance == 0.0
+
+
+def test_runs_that_have_nothing_in_common():
+    early, late = T[T < 5], T[T > 8]
+
+    apart = largest_distance(run_of(table((early, 0, 0))), run_of(table((late, 0, 0))))
+
+    assert str(apart) == 'no robot is in both runs at the same time'
+
+
+def test_metrics_that_differ_begin_with_the_largest_change():
+    slow, fast = (measure(run_of(table((T, v * T, 0)))) for v in (0.10, 0.20))
+    found = changes(slow, fast)
+
+    assert found[0].startswith('robots.1.')
+    assert 'robots.1.path_length_m 2 -> 4' in found
+    assert changes(slow, slow) == []
