@@ -79,6 +79,7 @@ def build(args: argparse.Namespace, process: RosProcess, node: FleetNode) -> Con
         SetcmasError: The script cannot be loaded, or options contradict each other.
     """
     law, options = LawOptions.of(args), ControllerOptions.of(args)
+    heard = CommunicationOptions.of(args).found(law.exercise)
     scripts = law.scripts()
     process.add(node)
     announced = FleetListener(node)
@@ -97,9 +98,7 @@ def build(args: argparse.Namespace, process: RosProcess, node: FleetNode) -> Con
         load_laws, law.seed, scripts, robots, nb_robots, watch, TaskTopic(node, nb_robots)
     )
     controllers = [Controller(law) for law in load()]
-    communication = chosen_communication(
-        nb_robots, CommunicationOptions.of(args).found(law.exercise), law.seed
-    )
+    communication = chosen_communication(nb_robots, heard, law.seed)
     # With event-triggered broadcast the other robots are known by what they send only.
     odometry = FleetOdometry(
         node,
