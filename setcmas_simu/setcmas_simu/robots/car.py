@@ -20,16 +20,14 @@ SMALLEST_RADIUS = WHEELBASE / math.tan(STEERING_MAX)
 """Radius in m of the smallest circle of the rear axle: 0.74."""
 
 _FRONT, _REAR = WHEELBASE + 0.1, -0.1
-_HALF = 0.1
-_WHEELS = tuple(
-    Wheel(x, side * (_HALF + 0.02), 0.055, 0.045) for x in (0.0, WHEELBASE) for side in (-1, 1)
-)
-_BODY = mirrored(((_FRONT, 0.06), (_FRONT - 0.05, _HALF), (_REAR, _HALF)))
+_HALF = 0.12
+_WHEELS = tuple(Wheel(x, side * _HALF, 0.055, 0.05) for x in (0.0, WHEELBASE) for side in (-1, 1))
+_BODY = mirrored(((_FRONT, 0.07), (_FRONT - 0.05, _HALF), (_REAR, _HALF)))
 
 
 def _with_wheels() -> tuple[tuple[float, float], ...]:
     """Return the left half of the body's outline, with its wheels sticking out."""
-    half = [(_FRONT, 0.06), (_FRONT - 0.045, _HALF)]
+    half = [(_FRONT, 0.07), (_FRONT - 0.045, _HALF)]
     for wheel in reversed(_WHEELS[1::2]):
         outer = wheel.y + 0.5 * wheel.width
         for x in (wheel.x + wheel.radius, wheel.x - wheel.radius):

@@ -8,21 +8,20 @@ from setcmas_simu.robots.velocity_limits import ROBOT_MODELS
 
 # 281 x 306 x 141 mm (ROBOTIS' manual); the wheels' axle is in front of the middle.
 _PLATE = mirrored(((0.077, 0.08), (0.03, 0.131), (-0.16, 0.131), (-0.204, 0.08)))
-_NOSE = ((0.077, -0.06), (0.16, 0.0), (0.077, 0.06))
+_NOSE = ((0.077, -0.06), (0.2, 0.0), (0.077, 0.06))
 
 WAFFLE = TurtleBot3(
     ROBOT_MODELS['waffle'],
     Shape(
-        (
-            (0.16, 0.0),
-            (0.077, 0.08),
-            (0.03, 0.153),
-            (-0.16, 0.153),
-            (-0.204, 0.08),
-            (-0.204, -0.08),
-            (-0.16, -0.153),
-            (0.03, -0.153),
-            (0.077, -0.08),
+        mirrored(
+            (
+                (0.2, 0.0),
+                (0.077, 0.06),
+                (0.05, 0.12),
+                (0.02, 0.153),
+                (-0.16, 0.153),
+                (-0.204, 0.08),
+            )
         ),
         (
             *(Prism(_PLATE, bottom, bottom + 0.03) for bottom in (0.02, 0.07)),

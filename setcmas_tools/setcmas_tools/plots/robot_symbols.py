@@ -1,4 +1,4 @@
-"""Symbols of robots in plots and films: the outlines of their models, all about as long."""
+"""Symbols of robots in plots and films: the outlines of their models, all about as large."""
 
 from __future__ import annotations
 
@@ -14,11 +14,12 @@ from setcmas_tools.run.run import Run
 
 Floats = NDArray[np.float64]
 
-_LENGTH = 1.8
+_SIDE = 1.587
+"""Side of the square that is as large as the rectangle around a symbol."""
 
 
 def symbols(run: Run) -> dict[int, Floats]:
-    """Return the outline of each robot, heading along the x axis, _LENGTH long, shape (K, 2)."""
+    """Return the outline of each robot, heading along the x axis, shape (K, 2)."""
     names = [UNICYCLE] * max(run.robots)
     with contextlib.suppress(SetcmasError):
         names = model_names(run.parameters.get('model'), max(run.robots))
@@ -28,7 +29,7 @@ def symbols(run: Run) -> dict[int, Floats]:
 def symbol(model: str) -> Floats:
     """Return the outline of a model, as `symbols` does."""
     corners = np.array(shape_of(model).outline)
-    scaled: Floats = corners * (_LENGTH / np.ptp(corners[:, 0]))
+    scaled: Floats = corners * (_SIDE / np.sqrt(np.prod(np.ptp(corners, axis=0))))
     return scaled
 
 

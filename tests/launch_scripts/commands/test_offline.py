@@ -280,3 +280,31 @@ def test_a_thread_of_a_script_does_not_keep_the_command_from_ending(tmp_path):
 
     assert 'times real time' in result.stdout
     assert result.stdout.count('still here') == result.stdout.count('tb3_1: still here\n') > 0
+
+
+def test_a_law_and_a_model_for_each_robot_and_the_run_again(tmp_path):
+    (tmp_path / 'helper.py').write_text('SPEED = 0.3\n')
+    (tmp_path / 'leader.py').write_text(
+        'from helper import SPEED\nW = 0.0\n'
+        'def control(robotNo, nbRobots, poses, t):\n    return SPEED, W\n'
+    )
+    (tmp_path / 'follower.py').write_text(
+        'K = 0.5\ndef control(robotNo, nbRobots, poses, t):\n'
+        '    return tuple(K * (poses[:2, 0] - poses[:2, robotNo - 1]))\n'
+    )
+    (tmp_path / 'side.py').write_text(
+        'def step(state, command, Ts):\n    x, y, theta = state\n'
+        '    return x + Ts * command[0], y + Ts * command[1], theta\n'
+        'def command(velocity, pose):\n    return velocity[0], velocity[1], 0.0\n'
+    )
+    laws = ('--algo', '1:leader.py,2-4:follower.py', '--set', 'K=0.2', '--nb-robots', '4')
+    models = ('--model', '2:car,3:side.py', '--duration', '3')
+
+    offline(tmp_path, *laws, *models, '-o', 'first')
+
+    for name in ('leader', 'follower', 'side', 'helper'):
+        (tmp_path / f'{name}.py').unlink()
+    again = offline(tmp_path, '--from', 'first', '-o', 'second')
+    third = offline(tmp_path, '--from', 'second', '-o', 'third')
+    assert 'identical to first' in again.stdout
+    assert 'identical to second' in third.stdout
