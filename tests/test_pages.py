@@ -48,6 +48,16 @@ def test_every_link_leads_somewhere(page):
     assert [link for link in links if not (page.parent / link).is_file()] == []
 
 
+@pytest.mark.parametrize('page', PAGES, ids=lambda page: page.name)
+def test_every_file_of_ours_that_a_page_names_is_there(page):
+    named = re.findall(
+        r'\b((?:setcmas_\w+|launch_scripts|tests|docs)/[\w/]+\.?\w*)', page.read_text()
+    )
+    for name in set(named):
+        package = name.partition('/')[0]
+        assert (ROOT / name).exists() or (ROOT / package / name).exists(), name
+
+
 def scripts(function):
     """Return the scripts of all pages that define a function for `--algo` or `--ctc`."""
     return [text for _, text in code('python') if f'def {function}(' in text]
