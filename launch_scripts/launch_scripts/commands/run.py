@@ -15,7 +15,6 @@ from __future__ import annotations
 import argparse
 import sys
 import time
-from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
@@ -153,10 +152,11 @@ def _robots_run(
             supervisor.run(lambda: run.started or time.monotonic() > deadline, run.tick)
             if not run.started:
                 supervisor.warn(
-                    f'setcmas run: the robots did not start within {_START_TIMEOUT_S:g} s'
+                    f'setcmas run: the robots did not start within {_START_TIMEOUT_S:g} s; '
+                    f'{run.missing}'
                 )
-                return 1, Outcome(State.NOT_STARTED)
-            _show_progress(supervisor, args.duration, run.tick)
+                return 1, Outcome(State.NOT_STARTED, detail=run.missing)
+            _show_progress(supervisor, args.duration, run)
             trouble = run.trouble
             run.finish()
             outcome = outcome_of(run.failed)
@@ -178,7 +178,9 @@ def _robots_run(
                 run.stop()
 
 
-def _show_progress(supervisor: Supervisor, duration: float, tick: Callable[[], None]) -> None:
+def _show_progress(
+    supervisor: Supervisor, duration: float, run: EmulatedRun | SimulatedRun
+) -> None:
     begin = time.monotonic()
     form = '{desc}: {percentage:3.0f}%|{bar}| {n:.0f}/{total:.0f} s'
     with tqdm(
@@ -186,7 +188,8 @@ def _show_progress(supervisor: Supervisor, duration: float, tick: Callable[[], N
     ) as bar:
 
         def advance() -> None:
-            tick()
+            run.tick()
+            bar.set_description('paused' if run.paused else 'running', refresh=False)
             bar.update(min(duration, time.monotonic() - begin) - bar.n)
 
         supervisor.run(until=lambda: time.monotonic() - begin >= duration, on_tick=advance)

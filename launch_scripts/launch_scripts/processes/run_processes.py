@@ -21,7 +21,14 @@ from setcmas_ctrl.control.options import ControllerOptions
 from setcmas_expe.lab.model import Lab
 from setcmas_expe.lab.options import LabOptions
 from setcmas_expe.pause.console_protocol import Status
-from setcmas_simu.reports.reports import Function, ScriptCall, Started
+from setcmas_simu.reports.reports import (
+    Function,
+    Paused,
+    Ready,
+    Recording,
+    ScriptCall,
+    Started,
+)
 from setcmas_simu.simulator.options import SimulationOptions
 from setcmas_tools.recorder.options import RecorderOptions
 from setcmas_tools.run.outcome import Outcome
@@ -62,6 +69,21 @@ class SimulatedRun:
         """Whether the robots are under control."""
         return self._ctrl.heard(Started) is not None
 
+    @property
+    def paused(self) -> bool:
+        """Whether somebody has paused the robots."""
+        report = self._ctrl.heard(Paused)
+        return report is not None and report.paused
+
+    @property
+    def missing(self) -> str:
+        """What a run that has not started waits for."""
+        if not self._simulator.heard(Ready):
+            return 'the simulator is not ready'
+        if not self._recorder.heard(Recording):
+            return 'the recorder has not found the topics of all robots'
+        return 'the controllers have not called their laws'
+
     def tick(self) -> None:
         """Do what is to be done ten times a second: nothing."""
 
@@ -81,6 +103,7 @@ class EmulatedRun:
 
     Attributes:
         started: Whether the robots are under control and not paused.
+        paused: Whether they are paused now.
         status: Exit status of the controllers once `finish` has ended them.
         failed: Calls of scripts that failed, or hung, at some time, known then.
     """
@@ -90,8 +113,10 @@ class EmulatedRun:
     ) -> None:
         """Start the processes."""
         self.started = False
+        self.paused = True
         self.status = 0
         self._paused = ''
+        self._unready = ''
         self.failed: tuple[ScriptCall, ...] = ()
         self._supervisor = supervisor
         recorder = node_command(RECORDER, RecorderOptions(output=bag).arguments())
@@ -105,8 +130,19 @@ class EmulatedRun:
         if status.paused and self._experiment.controlled and ready and not self.started:
             self._experiment.go()
         self.started = self.started or not status.paused
+        self.paused = status.paused
+        self._unready = '; '.join(
+            f'{robot.name} is {robot.reason}' for robot in status.robots if not robot.ready
+        )
         if self.started and status.paused and not self._paused:
             self._paused = f'the robots were paused: {status.why}'
+
+    @property
+    def missing(self) -> str:
+        """What a run that has not started waits for."""
+        if not self._experiment.controlled:
+            return 'the controllers have not called their laws'
+        return self._unready or 'nothing is heard of the bridge process'
 
     @property
     def trouble(self) -> str:

@@ -97,7 +97,7 @@ class FleetOptions(Options):
     TITLE: ClassVar[str] = 'fleet'
 
     nb_robots: int | None = option(
-        NB_ROBOTS, 'size of the fleet', default=None, default_text='found by its odometry'
+        NB_ROBOTS, 'size of the fleet', default=None, default_text='announced on /fleet'
     )
     robots: tuple[int, ...] | None = option(
         Robots(), "control only these robots of it, such as '1-4'", default=None

@@ -1,7 +1,7 @@
 """Memory that tells the launcher which call of a script a process is in, or died in.
 
 It outlives the process, however it ends, and the script's closing of all descriptors. To note a
-call costs less than a microsecond.
+call costs about a microsecond.
 """
 
 from __future__ import annotations

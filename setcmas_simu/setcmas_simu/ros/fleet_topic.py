@@ -57,6 +57,7 @@ class FleetListener:
         """Listen through a node, by an executor or by `take`."""
         self._node = node
         self.by_source: dict[Source, Announcement] = {}
+        self._was_there = False
         self.on_change: Callable[[], None] = lambda: None
         self._topic = PolledTopic(node, String, topics.FLEET, self._on_text, qos.LATCHED_BY_MANY)
 
@@ -82,8 +83,12 @@ class FleetListener:
         return announcers <= len(self.by_source)
 
     def take(self) -> None:
-        """Take what has come, where no executor does."""
+        """Take what has come, where no executor does; what nobody announces now is forgotten."""
         self._topic.take()
+        is_there = self._node.count_publishers(topics.FLEET) > 0
+        if self._was_there and not is_there:
+            self.by_source.clear()
+        self._was_there = is_there
 
     def _on_text(self, message: String) -> None:
         if announcement := decode(message.data):

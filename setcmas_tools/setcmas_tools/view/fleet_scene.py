@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 import numpy as np
 import viser
 
+from setcmas_simu.fleet.fleet import format_robots
 from setcmas_tools.view.model.communication import Flashes, Pairs
 from setcmas_tools.view.model.fleet_view import FleetView, Floats
 from setcmas_tools.view.model.marker_store import MarkerStore
@@ -33,6 +34,7 @@ class FleetState:
     """What is known of a fleet.
 
     Attributes:
+        announced: Numbers of the robots that there are said to be.
         models: Names of the models of robots whose model is announced.
         real: Whether this is an experiment, so that robots cannot be reset.
         both: Robot numbers of communication links that go both ways, shape (E, 2).
@@ -46,6 +48,7 @@ class FleetState:
     flashes: Flashes = field(default_factory=Flashes)
     both: Pairs = field(default_factory=lambda: NO_PAIRS)
     one_way: Pairs = field(default_factory=lambda: NO_PAIRS)
+    announced: list[int] = field(default_factory=list)
     models: dict[int, str] = field(default_factory=dict)
     real: bool = False
 
@@ -128,6 +131,8 @@ class FleetScene:
             for robot, pose, speed, lost in columns
         ]
         run = 'paused' if paused else state.clock.describe(now)
+        if unseen := sorted(set(state.announced) - set(fleet.robots)):
+            run += f'; robots {format_robots(unseen)} are announced, but not seen'
         text = panel_html(rows, run, state.clock.seconds(now), fleet.disagreement(now))
         self.controls.show_figures(text, paused, not state.real)
         self.controls.offer(fleet.robots)

@@ -92,6 +92,7 @@ class ViewedTopics:
             topic.take()
         self._announced.take()
         self._state.models = self._announced.models
+        self._state.announced = self._announced.robots
 
     def _is_wanted(self, name: str, kind: type) -> bool:
         robot = topics.robot_of(name)
