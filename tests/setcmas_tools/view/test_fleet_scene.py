@@ -26,6 +26,7 @@ def draw(state):
         scene.update(now)
         return page.server.scene._handle_from_node_name
 
+    draw_at.figures = lambda: scene.controls._figures.content
     yield draw_at
     page.stop()
 
@@ -47,6 +48,17 @@ def test_fleets_that_come_grow_and_go(state, draw):
 
     assert '/numbers/2' in bodies
     assert '/numbers/50' not in bodies
+
+
+def test_robots_that_are_announced_but_not_seen_are_named(state, draw):
+    state.announced = [1, 2, 3]
+    see(state, [1], 1.0)
+    draw(1.0)
+    assert 'robots 2-3 are announced, but not seen' in draw.figures()
+
+    see(state, [2, 3], 2.0)
+    draw(3.0)
+    assert 'not seen' not in draw.figures()
 
 
 def test_a_robot_that_is_told_to_be_very_far_away_does_not_take_the_ground_along(state, draw):
