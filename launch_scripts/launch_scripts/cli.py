@@ -11,6 +11,7 @@ import sys
 from typing import Any, NoReturn
 
 from launch_scripts.processes.inherited import leave_out_what_breaks
+from launch_scripts.terminal.terminal_state import kept_terminal
 from setcmas_simu import __version__
 from setcmas_simu.errors import SetcmasError
 
@@ -114,7 +115,8 @@ def main(arguments: list[str] | None = None) -> int:
     arguments = spelled(sys.argv[1:] if arguments is None else arguments)
     try:
         args = _parsed(arguments)
-        return int(args.main(args))
+        with kept_terminal():
+            return int(args.main(args))
     except SetcmasError as error:
         print(f'setcmas {arguments[0]}: {error}', file=sys.stderr)
         return 2

@@ -19,6 +19,7 @@ from launch_scripts.processes.child_process import (
     known_signals,
     prepare_child,
 )
+from launch_scripts.processes.orphans import adopt_orphans, children, end_orphans
 from launch_scripts.processes.script_calls import SILENT_S
 from launch_scripts.terminal.output_lines import LineBuffer, Stream, write_line
 from launch_scripts.terminal.output_queue import OutputQueue, QueuedStream
@@ -60,12 +61,15 @@ class Supervisor:
         self._prefix = prefix
         self._selector = selectors.DefaultSelector()
         self._stop_signals = 0
+        self._strangers: set[int] = set()
         self._previous_handlers: dict[signal.Signals, Any] = {}
 
     def __enter__(self) -> Supervisor:
         """Take over the signals that ask to stop."""
         for signum in STOP_SIGNALS:
             self._previous_handlers[signum] = signal.signal(signum, self._on_signal)
+        adopt_orphans()
+        self._strangers = children()
         return self
 
     def __exit__(self, *exc_info: object) -> None:
@@ -73,6 +77,7 @@ class Supervisor:
         self.stop(*reversed(self.children))
         for process in self._aside:
             _end(process)
+        end_orphans(self._strangers)
         for key in list(self._selector.get_map().values()):
             cast(IO[bytes], key.fileobj).close()
         self._selector.close()
