@@ -16,6 +16,7 @@ DOCTOR = 'setcmas_expe.doctor.main'
 INJECT_FAULT = 'setcmas_expe.emulation.inject_fault'
 RECORDER = 'setcmas_tools.recorder.main'
 BROWSER_VIEW = 'setcmas_tools.view.main'
+OFFLINE_WORKER = 'setcmas_tools.offline.worker'
 
 _RUN_MODULE = (
     'import runpy, sys; del sys.path[0]; '

@@ -24,7 +24,7 @@ from setcmas_ctrl.scripts.messages import (
     unheard_robots,
 )
 from setcmas_ctrl.scripts.settings import Settings
-from setcmas_ctrl.scripts.stop_call import AbandonCall, StopCall
+from setcmas_ctrl.scripts.stop_call import AbandonCall, StopCall, scripts_own
 
 Velocity = tuple[float, float]
 _FLOATS = (float, np.float64)
@@ -108,9 +108,11 @@ class ControlLaw:
         )
         try:
             result = self._control(self.robot, self._nb_robots, poses.copy(), t)
-        except (StopCall, AbandonCall, KeyboardInterrupt):
+        except (StopCall, AbandonCall):
             raise
         except BaseException as error:  # whatever a script raises, the other robots go on
+            if isinstance(error, KeyboardInterrupt) and not scripts_own(error):
+                raise
             failure = self.failure(error)
             if isinstance(error, _RAISED_BY_NAN):
                 text = f'{failure}{unheard_robots(self.robot, poses)}'

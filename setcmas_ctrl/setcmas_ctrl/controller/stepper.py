@@ -185,9 +185,6 @@ class ControlStepper:
                     self.outcomes.laws.failed(controller.robot, t, error)
                 except AbandonCall:
                     self._has_laws = False
-                except KeyboardInterrupt as error:  # signals raise StopCall: it is the script's
-                    failure = controller.law.failure(error)
-                    self.outcomes.laws.failed(controller.robot, t, failure)
             controller.publish(*saturate(velocity, self._vnom).tolist())
 
     def _check_ros(self, controller: Controller, t: float) -> None:

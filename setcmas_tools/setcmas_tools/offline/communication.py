@@ -11,6 +11,8 @@ from setcmas_ctrl.communication.graph_changes import GraphChanges
 from setcmas_ctrl.communication.settings import Communication
 from setcmas_ctrl.communication.triggering import CONSEQUENCE
 from setcmas_ctrl.scripts.error_reports import ErrorReports
+from setcmas_simu.reports.reports import Function
+from setcmas_tools.offline import board
 from setcmas_tools.records.communication import CommunicationRecord, Counts, record_of
 
 Floats = NDArray[np.float64]
@@ -64,9 +66,13 @@ class OfflineCommunication:
         senders = self._everybody
         if self._broadcasts:
             states = zip(self._broadcasts, poses.T.tolist(), V.tolist(), strict=True)
-            triggered = np.array(
-                [one.is_triggered(tuple(pose), speed, t) for one, pose, speed in states]
-            )
+            notes = board.current
+            notes.enter(Function.CONDITION)
+            triggered = self._everybody < 0
+            for index, (one, pose, speed) in enumerate(states):
+                notes.begin(index + 1)
+                triggered[index] = one.is_triggered(tuple(pose), speed, t)
+            notes.end()
             self._triggered.append(triggered)
             senders = np.flatnonzero(triggered)
         self._links.send(senders, poses[:, senders], t)

@@ -26,7 +26,7 @@ from setcmas_simu.robots.si_to_uni import KOMEGA
 from setcmas_simu.robots.unicycle import RATE_HZ as ROBOT_RATE_HZ
 from setcmas_simu.robots.virtual_fleet import VirtualFleet
 from setcmas_simu.simulator.options import SimulationOptions
-from setcmas_tools.offline import history
+from setcmas_tools.offline import board, history
 from setcmas_tools.offline.communication import OfflineCommunication
 from setcmas_tools.offline.fleet_laws import Algo, FleetLaws, load_laws
 from setcmas_tools.offline.given import (
@@ -206,7 +206,8 @@ def _run(
 ) -> tuple[FleetTable, Commands]:
     nb_robots = fleet.poses.shape[1]
     t = np.linspace(0.0, nb_steps * Ts, nb_steps + 1)
-    states = np.empty((nb_steps + 1, 6, nb_robots))
+    notes = board.current
+    states = notes.new_states(nb_steps + 1, 6, nb_robots)
     states[0] = fleet.states[:6]
     control_t: list[float] = []
     velocities = []
@@ -222,6 +223,7 @@ def _run(
             fleet.command_all(commands, now)
         fleet.step(Ts, now)
         states[step + 1] = fleet.states[:6]
+        notes.done = step + 2
         if progress:
             progress(now)
     if radio:

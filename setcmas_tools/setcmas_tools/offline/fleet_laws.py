@@ -20,7 +20,9 @@ from setcmas_ctrl.scripts.failures import ControlError
 from setcmas_ctrl.scripts.settings import Settings
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet.per_robot import check_in_fleet, format_per_robot
+from setcmas_simu.reports.reports import Function
 from setcmas_simu.robots.model import RobotModel
+from setcmas_tools.offline import board
 
 Floats = NDArray[np.float64]
 Law = str | Path | Callable[..., Any]
@@ -51,12 +53,17 @@ def load_laws(algo: Algo, nb_robots: int, settings: Settings | None = None) -> l
         scripts = LawScripts(_text(algo, functions), settings=settings)
         scripts.check(nb_robots, functions)
     check_in_fleet(functions, nb_robots, 'algo')
-    return [
-        ControlLaw.of_function(functions[robot], robot, nb_robots)
-        if robot in functions or scripts is None
-        else scripts.law(robot, nb_robots)
-        for robot in robots
-    ]
+    board.current.enter(Function.LOADING)
+    laws = []
+    for robot in robots:
+        board.current.begin(robot)
+        laws.append(
+            ControlLaw.of_function(functions[robot], robot, nb_robots)
+            if robot in functions or scripts is None
+            else scripts.law(robot, nb_robots)
+        )
+    board.current.end()
+    return laws
 
 
 def _text(algo: Algo, functions: Collection[int]) -> str:
@@ -114,8 +121,11 @@ class FleetLaws:
         wanted = []
         durations = []
         clock = time.perf_counter
+        notes = board.current
+        notes.enter(Function.CONTROL)
         for law, known in zip(self._laws, repeat(poses) if heard is None else heard, strict=False):
             begin = clock()
+            notes.begin(law.robot)
             try:
                 velocity = law(known, t, adjacency)
                 if self._failing:
@@ -126,6 +136,7 @@ class FleetLaws:
                 self._reports.failed(law.robot, t, error)
             wanted.append(velocity)
             durations.append(clock() - begin)
+        notes.end()
         self.call_time += durations
         velocities = saturate(np.array(wanted).T, self._gains.vnom)
         return velocities, self._robots.command(velocities, poses, self._gains.komega)

@@ -1,0 +1,188 @@
+"""Offline run in a process of its own: a script that hangs or dies ends it, not the command."""
+
+from __future__ import annotations
+
+import os
+import pickle
+import re
+import signal
+import subprocess
+import sys
+import tempfile
+import threading
+import time
+from collections.abc import Callable, Mapping
+from contextlib import suppress
+from dataclasses import dataclass
+from pathlib import Path
+from typing import IO, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from launch_scripts.processes.child_process import KILL
+from launch_scripts.processes.node_commands import OFFLINE_WORKER, node_command
+from launch_scripts.processes.orphans import adopt_orphans, children, end_orphans
+from setcmas_ctrl.scripts.call_watch import STUCK_S
+from setcmas_ctrl.scripts.messages import described_place, quoted_line
+from setcmas_simu.errors import SetcmasError
+from setcmas_simu.fleet.topics import robot_name
+from setcmas_simu.reports.reports import Function
+from setcmas_tools.offline.board import Board
+from setcmas_tools.offline.worker import BOARD, JOB, MISTAKE, MISTAKEN, RUN, WHERE
+
+_LOOK_S = 0.05
+_ANSWER_S = 0.5
+_FRAME = re.compile(r'^  File "(?P<file>.*)", line (?P<line>\d+) in ', re.MULTILINE)
+
+
+@dataclass(frozen=True)
+class BrokenRun:
+    """What is left of a run that a script has ended.
+
+    Attributes:
+        states: As `Board.states`, as far as they came.
+        robot: Number of the robot whose script ended it; 0 if that is not known.
+        reason: How, with script and line.
+    """
+
+    states: NDArray[np.float64]
+    robot: int
+    reason: str
+
+
+class OfflineProcess:
+    """The process; use as a context manager, which leaves nothing of it behind."""
+
+    def __init__(self, job: Mapping[str, Any], script: Path) -> None:
+        """Start the process.
+
+        Args:
+            job: Arguments of `simulate`.
+            script: The control script, in whose files the place is looked for.
+        """
+        self._script = script
+        self._strangers = children()
+        adopt_orphans()
+        self._temporary = tempfile.TemporaryDirectory(prefix='setcmas_')
+        self._folder = Path(self._temporary.name)
+        (self._folder / JOB).write_bytes(pickle.dumps(dict(job)))
+        (self._folder / WHERE).touch()
+        self._board = Board(self._folder / BOARD)
+        self._process = subprocess.Popen(
+            node_command(OFFLINE_WORKER, [str(self._folder)]),
+            stdin=subprocess.DEVNULL,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            env=os.environ | {'PYTHONUNBUFFERED': '1'},
+            start_new_session=True,  # Ctrl-C is answered here
+        )
+        self._readers = [
+            threading.Thread(target=_copy, args=pair, daemon=True)
+            for pair in ((self._process.stdout, sys.stdout), (self._process.stderr, sys.stderr))
+        ]
+        for reader in self._readers:
+            reader.start()
+
+    def __enter__(self) -> OfflineProcess:
+        """Return the process."""
+        return self
+
+    def __exit__(self, *exc_info: object) -> None:
+        """End the process, and what scripts have started in it."""
+        self._kill()
+        self._temporary.cleanup()
+
+    def run(
+        self, call_timeout: float, warn: Callable[[str], None], on_state: Callable[[int], None]
+    ) -> Any:
+        """Wait for the end; returns the run, or a `BrokenRun`.
+
+        Args:
+            call_timeout: Time in s after which a call that does not return ends the run.
+            warn: Shows a message to the user.
+            on_state: Is told now and then how many states are complete.
+
+        Raises:
+            SetcmasError: The user's mistake that the process has found.
+        """
+        calls, since, told = -1, time.monotonic(), False
+        while self._process.poll() is None:
+            on_state(self._board.done)
+            now = time.monotonic()
+            if self._board.calls != calls or not self._board.robot:
+                calls, since, told = self._board.calls, now, False
+            elif now - since > call_timeout:
+                self._kill()
+                return self._broken(f'{self._late(call_timeout)} (--call-timeout)')
+            elif now - since > STUCK_S and not told:
+                told = True
+                warn(f'{robot_name(self._board.robot)}: {self._late(STUCK_S)}{self._place()}')
+            time.sleep(_LOOK_S)
+        status = self._process.returncode
+        self._kill()
+        on_state(self._board.done)
+        return self._result(status)
+
+    def place(self) -> str:
+        """Return where in the script the process is now, or was last; empty if that is unknown."""
+        return self._place(' at ')
+
+    def _result(self, status: int) -> Any:
+        with suppress(OSError, EOFError, pickle.UnpicklingError, AttributeError):
+            if status == 0:
+                return pickle.loads((self._folder / RUN).read_bytes())
+        mistake = ''
+        with suppress(OSError):
+            mistake = (self._folder / MISTAKE).read_text(encoding='utf-8')
+        if status == MISTAKEN and mistake:
+            raise SetcmasError(mistake)
+        if mistake:
+            return self._broken(f'the script has broken the simulation itself: {mistake}')
+        if status < 0:
+            return self._broken(f'the process was killed by {signal.Signals(-status).name}')
+        return self._broken(f'the process ended with exit status {status}')
+
+    def _late(self, seconds: float) -> str:
+        if self._board.function is Function.LOADING:
+            return f'{self._script.name} has been loading for {seconds:g} s'
+        return f'{self._board.function.value} has not returned for {seconds:g} s'
+
+    def _broken(self, reason: str) -> BrokenRun:
+        place = self._place(' at ', ask=False)
+        return BrokenRun(self._board.states().copy(), self._board.robot, f'{reason}{place}')
+
+    def _place(self, before: str = '; it is at ', ask: bool = True) -> str:
+        """Return the place in the script with its line; empty if it is not known."""
+        where = self._folder / WHERE
+        size = where.stat().st_size
+        if ask and size and self._process.poll() is None:
+            self._process.send_signal(signal.SIGUSR1)
+            deadline = time.monotonic() + _ANSWER_S
+            while where.stat().st_size == size and time.monotonic() < deadline:
+                time.sleep(0.01)
+        last = where.read_text(encoding='utf-8', errors='replace').rpartition('(most recent')[2]
+        for found in _FRAME.finditer(last):
+            file, line = Path(found['file']), int(found['line'])
+            if file.parent == self._script.parent:
+                there = described_place(file, line, self._script)
+                return f'{before}{there}{quoted_line(file, line)}'
+        return ''
+
+    def _kill(self) -> None:
+        """End what is left, with what the script has started."""
+        if hasattr(os, 'killpg'):
+            with suppress(ProcessLookupError, PermissionError):
+                os.killpg(self._process.pid, KILL)
+        self._process.kill()
+        self._process.wait()
+        end_orphans(self._strangers)
+        for reader in self._readers:
+            reader.join(_ANSWER_S)
+
+
+def _copy(source: IO[bytes], target: IO[str]) -> None:
+    with source:
+        for line in source:
+            target.write(line.decode(errors='replace'))
+            target.flush()

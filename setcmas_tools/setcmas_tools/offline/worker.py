@@ -1,0 +1,98 @@
+"""Process that makes an offline run for another one, which outlives whatever a script does to it.
+
+Run as `python -m setcmas_tools.offline.worker FOLDER`. The folder holds the arguments of
+`simulate`; the process leaves the run there, or the user's mistake, and on the way the board and
+where it was when it was asked (SIGUSR1) or died.
+"""
+
+from __future__ import annotations
+
+import faulthandler
+import os
+import pickle
+import signal
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import IO, Any, NoReturn
+
+from setcmas_ctrl.scripts.messages import summarise
+from setcmas_simu.errors import SetcmasError
+from setcmas_tools.offline import board
+from setcmas_tools.offline.engine import simulate
+
+JOB, BOARD, RUN, MISTAKE, WHERE = 'job', 'board', 'run', 'mistake', 'where'
+"""Files in the folder."""
+
+MISTAKEN, BROKEN = 2, 3
+"""Exit statuses: a mistake of the user's, and a script that broke the simulation itself."""
+
+_exit = os._exit
+
+
+def main() -> NoReturn:
+    """Make the run; whatever threads and clean-ups scripts have left, the process ends then."""
+    folder = Path(sys.argv[1])
+    # Ctrl-C is the other process's to answer, also where a script would swallow it.
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    _tell_where(folder)
+    job = pickle.loads((folder / JOB).read_bytes())
+    board.current = board.Board(folder / BOARD)
+    status = _make_run(job, folder)
+    for stream in (sys.__stdout__, sys.__stderr__):
+        if stream is not None and not stream.closed:
+            stream.flush()
+    _exit(status)
+
+
+def _make_run(job: dict[str, Any], folder: Path) -> int:
+    try:
+        run = simulate(**job, warn=_warn, progress=_only_in(os.getpid()))
+        part = folder / f'{RUN}.part'
+        part.write_bytes(pickle.dumps(run))
+        part.replace(folder / RUN)
+    except SetcmasError as error:
+        (folder / MISTAKE).write_text(str(error), encoding='utf-8')
+        return MISTAKEN
+    except BaseException as error:  # a script has changed what the simulation is made of
+        (folder / MISTAKE).write_text(summarise(error), encoding='utf-8')
+        return BROKEN
+    return 0
+
+
+def _warn(message: str) -> None:
+    print(message, file=sys.stderr, flush=True)
+
+
+def _only_in(process: int) -> Callable[[float], None]:
+    """Return what ends a copy of this process, which a script has forked, at its next step."""
+
+    def check(_: float) -> None:
+        if os.getpid() != process:
+            _exit(0)
+
+    return check
+
+
+def _tell_where(folder: Path) -> None:
+    """Let the place in the script be written down when the process is asked, crashes or ends."""
+    file = (folder / WHERE).open('w', encoding='utf-8')
+    faulthandler.enable(file, all_threads=False)
+    if hasattr(signal, 'SIGUSR1'):
+        faulthandler.register(signal.SIGUSR1, file, all_threads=False)
+        print('can be asked', file=file, flush=True)
+    os._exit = _telling(os._exit, file)
+    os.kill = _telling(os.kill, file)
+    signal.raise_signal = _telling(signal.raise_signal, file)
+
+
+def _telling(function: Callable[..., Any], file: IO[str]) -> Callable[..., Any]:
+    def tell_and_call(*args: Any) -> Any:
+        faulthandler.dump_traceback(file, all_threads=False)
+        return function(*args)
+
+    return tell_and_call
+
+
+if __name__ == '__main__':
+    main()
