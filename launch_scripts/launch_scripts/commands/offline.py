@@ -14,13 +14,10 @@ Examples:
 from __future__ import annotations
 
 import argparse
-import os
 import sys
-import threading
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import replace
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from tqdm import tqdm
@@ -31,12 +28,13 @@ from launch_scripts.terminal.output_lines import warn
 from launch_scripts.terminal.progress_output import progress_output
 from setcmas_ctrl.communication.options import CommunicationOptions
 from setcmas_ctrl.communication.settings import check_communication
+from setcmas_ctrl.control.law_scripts import LawScripts
 from setcmas_ctrl.control.options import SCRIPT_FAILED, LawOptions
-from setcmas_ctrl.scripts.messages import described_place, quoted_line, script_place
-from setcmas_ctrl.scripts.output import named_output
 from setcmas_simu.fleet.pose_options import chosen_start_poses
+from setcmas_tools.offline.options import OfflineOptions
 from setcmas_tools.run.folder import RunFolder
 from setcmas_tools.run.inputs import run_inputs
+from setcmas_tools.run.outcome import Outcome, State
 
 if TYPE_CHECKING:
     from setcmas_tools.run.run import Run
@@ -47,20 +45,11 @@ _BAR = '{desc}: {percentage:3.0f}%|{bar}| {n:.0f}/{total:.0f} s'
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the options of the verb."""
     add_run_arguments(parser, without=('watch', 'cmd_timeout'))
+    OfflineOptions.add_to(parser)
 
 
 def main(args: argparse.Namespace) -> int:
     """Run, and write the results; returns the exit status."""
-    threads = set(threading.enumerate())
-    with named_output():
-        status = _run(args)
-        sys.stdout.flush()
-        if any(not thread.daemon for thread in set(threading.enumerate()) - threads):
-            os._exit(status)  # Python would wait for the threads that the script has started
-    return status
-
-
-def _run(args: argparse.Namespace) -> int:
     # Imported late: help texts and completion do not wait for matplotlib.
     from setcmas_tools.comparison import compared
     from setcmas_tools.evaluation import evaluate
@@ -76,13 +65,10 @@ def _run(args: argparse.Namespace) -> int:
     inputs = run_inputs(args, scripts)
     folder = RunFolder(output_folder(args, scripts), inputs)
     folder.check(args.overwrite)
-    begin = time.perf_counter()
-    try:
-        run = _simulate(args, scripts.text, law.settings, communication)
-    except KeyboardInterrupt as error:
-        warn(f'setcmas offline: stopped by the user{_place(error, scripts.paths)}')
-        return 130
-    elapsed = time.perf_counter() - begin
+    run, elapsed = _simulate(args, scripts, law.settings, communication)
+    if not len(run.table.t):
+        warn(f'setcmas offline: {run.outcome}')
+        return SCRIPT_FAILED
     command = ['setcmas', *sys.argv[1:]]
     info = replace(run.info, command=command, parameters=parameters(args, scripts))
     replace(run, info=info, inputs=tuple(inputs)).save(folder.path, args.overwrite)
@@ -97,47 +83,58 @@ def _run(args: argparse.Namespace) -> int:
         f'{args.duration:g} s in {elapsed:.2f} s ({args.duration / elapsed:.0f} times real time)'
         f'   CSV: {folder.csv}   {len(evaluation.plots)} plots: {folder.plots}'
     )
+    if run.outcome.state is State.DIED:
+        warn(f'setcmas offline: {run.outcome}\n    the first {run.table.t[-1]:g} s are written')
+        return SCRIPT_FAILED
     if run.failed_robots:
         warn(f'setcmas offline: {run.outcome}; the messages above the table tell why')
         return SCRIPT_FAILED
     return 0
 
 
-def _place(error: BaseException, scripts: Sequence[Path]) -> str:
-    """Return where in a script an error arose, in words; nothing if in none."""
-    for script in scripts:
-        file, line = script_place(error, script)
-        if line:
-            return f' in {described_place(file, line, script)}{quoted_line(file, line)}'
-    return ''
-
-
 def _simulate(
     args: argparse.Namespace,
-    algo: str,
+    scripts: LawScripts,
     settings: Mapping[str, Any],
     communication: CommunicationOptions,
-) -> Run:
-    from setcmas_tools.offline.engine import simulate
+) -> tuple[Run, float]:
+    """Return the run, or what is left of it, and its time in s; scripts cannot harm us."""
+    from launch_scripts.processes.offline_process import BrokenRun, OfflineProcess
+    from setcmas_tools.offline.history import remains
 
+    job = {
+        'algo': scripts.text,
+        'nb_robots': args.nb_robots,
+        'duration': args.duration,
+        'poses': chosen_start_poses(args.nb_robots, args.poses, args.pose),
+        'model': args.model,
+        'limits': args.limits,
+        'vnom': args.vnom,
+        'komega': args.komega,
+        'rate': args.rate,
+        'robot_rate': args.robot_rate,
+        'seed': args.seed,
+        'settings': settings,
+        **communication.values(),
+    }
     with (
         tqdm(total=args.duration, desc='running', bar_format=_BAR, disable=None) as bar,
         progress_output(),
+        OfflineProcess(job, scripts) as process,
     ):
-        return simulate(
-            algo,
-            args.nb_robots,
-            args.duration,
-            poses=chosen_start_poses(args.nb_robots, args.poses, args.pose),
-            model=args.model,
-            limits=args.limits,
-            vnom=args.vnom,
-            komega=args.komega,
-            rate=args.rate,
-            robot_rate=args.robot_rate,
-            seed=args.seed,
-            settings=settings,
-            **communication.values(),
-            warn=warn,
-            progress=lambda now: bar.update(now - bar.n),
-        )
+
+        def show(states: int) -> None:
+            bar.update(max(0, states - 1) / args.robot_rate - bar.n)
+
+        try:
+            begin = time.perf_counter()
+            run = process.run(args.call_timeout, warn, show)
+            elapsed = process.elapsed or time.perf_counter() - begin
+        except KeyboardInterrupt:
+            warn(f'setcmas offline: stopped by the user{process.place()}')
+            raise
+    if not isinstance(run, BrokenRun):
+        return run, elapsed
+    failed = {scripts.script(run.robot).name: [run.robot]} if run.robot else {}
+    outcome = Outcome(State.DIED, failed, {}, str(run))
+    return remains(run.states, args.robot_rate, outcome), elapsed

@@ -23,6 +23,7 @@ from numpy.typing import NDArray
 from launch_scripts.processes.child_process import KILL
 from launch_scripts.processes.node_commands import OFFLINE_WORKER, node_command
 from launch_scripts.processes.orphans import adopt_orphans, children, end_orphans
+from setcmas_ctrl.control.law_scripts import LawScripts
 from setcmas_ctrl.scripts.call_watch import STUCK_S
 from setcmas_ctrl.scripts.messages import described_place, quoted_line
 from setcmas_simu.errors import SetcmasError
@@ -30,6 +31,7 @@ from setcmas_simu.fleet.topics import robot_name
 from setcmas_simu.reports.reports import Function
 from setcmas_tools.offline.board import Board
 from setcmas_tools.offline.worker import BOARD, JOB, MISTAKE, MISTAKEN, RUN, WHERE
+from setcmas_tools.run.run import Run
 
 _LOOK_S = 0.05
 _ANSWER_S = 0.5
@@ -50,18 +52,22 @@ class BrokenRun:
     robot: int
     reason: str
 
+    def __str__(self) -> str:
+        """Return what ended it, with the robot's name."""
+        return f'{robot_name(self.robot)}: {self.reason}' if self.robot else self.reason
+
 
 class OfflineProcess:
     """The process; use as a context manager, which leaves nothing of it behind."""
 
-    def __init__(self, job: Mapping[str, Any], script: Path) -> None:
+    def __init__(self, job: Mapping[str, Any], scripts: LawScripts) -> None:
         """Start the process.
 
         Args:
             job: Arguments of `simulate`.
-            script: The control script, in whose files the place is looked for.
+            scripts: The control scripts, in whose files the place is looked for.
         """
-        self._script = script
+        self._scripts = scripts
         self._strangers = children()
         adopt_orphans()
         self._temporary = tempfile.TemporaryDirectory(prefix='setcmas_')
@@ -95,7 +101,7 @@ class OfflineProcess:
 
     def run(
         self, call_timeout: float, warn: Callable[[str], None], on_state: Callable[[int], None]
-    ) -> Any:
+    ) -> Run | BrokenRun:
         """Wait for the end; returns the run, or a `BrokenRun`.
 
         Args:
@@ -124,14 +130,20 @@ class OfflineProcess:
         on_state(self._board.done)
         return self._result(status)
 
+    @property
+    def elapsed(self) -> float:
+        """How long the run has taken in s, without the start of the process; 0 if it broke."""
+        return self._board.elapsed
+
     def place(self) -> str:
         """Return where in the script the process is now, or was last; empty if that is unknown."""
-        return self._place(' at ')
+        return self._place(' in ')
 
-    def _result(self, status: int) -> Any:
-        with suppress(OSError, EOFError, pickle.UnpicklingError, AttributeError):
-            if status == 0:
-                return pickle.loads((self._folder / RUN).read_bytes())
+    def _result(self, status: int) -> Run | BrokenRun:
+        with suppress(Exception):  # the script may have put anything into the run
+            run = pickle.loads((self._folder / RUN).read_bytes()) if status == 0 else None
+            if isinstance(run, Run):
+                return run
         mistake = ''
         with suppress(OSError):
             mistake = (self._folder / MISTAKE).read_text(encoding='utf-8')
@@ -145,7 +157,8 @@ class OfflineProcess:
 
     def _late(self, seconds: float) -> str:
         if self._board.function is Function.LOADING:
-            return f'{self._script.name} has been loading for {seconds:g} s'
+            script = self._scripts.script(self._board.robot)
+            return f'{script.name} has been loading for {seconds:g} s'
         return f'{self._board.function.value} has not returned for {seconds:g} s'
 
     def _broken(self, reason: str) -> BrokenRun:
@@ -164,9 +177,10 @@ class OfflineProcess:
         last = where.read_text(encoding='utf-8', errors='replace').rpartition('(most recent')[2]
         for found in _FRAME.finditer(last):
             file, line = Path(found['file']), int(found['line'])
-            if file.parent == self._script.parent:
-                there = described_place(file, line, self._script)
-                return f'{before}{there}{quoted_line(file, line)}'
+            for script in self._scripts.paths:
+                if file.parent == script.parent:
+                    there = described_place(file, line, script)
+                    return f'{before}{there}{quoted_line(file, line)}'
         return ''
 
     def _kill(self) -> None:

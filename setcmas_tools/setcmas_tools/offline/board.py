@@ -17,7 +17,7 @@ from setcmas_simu.reports.reports import Function
 Floats = NDArray[np.float64]
 
 _HEAD = 64  # bytes
-_CALLS, _ROBOT, _FUNCTION, _DONE, _STATES, _ROWS, _ROBOTS = range(7)
+_CALLS, _ROBOT, _FUNCTION, _DONE, _STATES, _ROWS, _ROBOTS, _ELAPSED = range(8)
 _FUNCTIONS = tuple(Function)
 
 
@@ -52,6 +52,15 @@ class Board:
     @done.setter
     def done(self, states: int) -> None:
         self._notes[_DONE] = states
+
+    @property
+    def elapsed(self) -> float:
+        """How long the run has taken in s; 0 before its end."""
+        return self._notes[_ELAPSED] / 1e9
+
+    @elapsed.setter
+    def elapsed(self, seconds: float) -> None:
+        self._notes[_ELAPSED] = round(seconds * 1e9)
 
     def begin(self, robot: int) -> None:
         """Note that a function of the present kind is called for a robot."""

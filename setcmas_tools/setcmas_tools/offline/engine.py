@@ -209,6 +209,7 @@ def _run(
     notes = board.current
     states = notes.new_states(nb_steps + 1, 6, nb_robots)
     states[0] = fleet.states[:6]
+    notes.done = 1
     control_t: list[float] = []
     velocities = []
     for step, now in enumerate(t[:-1].tolist()):

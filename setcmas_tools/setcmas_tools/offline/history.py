@@ -12,6 +12,10 @@ from setcmas_ctrl import drawing
 from setcmas_tools.records.commands import Commands
 from setcmas_tools.records.drawings import DrawingRecord
 from setcmas_tools.records.fleet_table import FleetTable
+from setcmas_tools.records.tables import RunTables
+from setcmas_tools.run.info import RunInfo
+from setcmas_tools.run.outcome import Outcome
+from setcmas_tools.run.run import Run
 
 Floats = NDArray[np.float64]
 
@@ -40,6 +44,19 @@ def commands(t: Floats, velocities: Floats) -> Commands:
     times, robots = _rows(t, velocities.shape[2])
     vx, vy = velocities.transpose(1, 0, 2).reshape(2, -1)
     return Commands(times, robots, vx, vy)
+
+
+def remains(states: Floats, robot_rate: float, outcome: Outcome) -> Run:
+    """Return the run that was ended by a script.
+
+    Args:
+        states: Rows x, y, theta, V, ... of the robots as far as they came, shape (K, rows, N).
+        robot_rate: Rate of the states in Hz.
+        outcome: How it ended.
+    """
+    t = np.arange(len(states)) / robot_rate
+    fleet = motion(t, states[:, :3], states[:, 3], states[:, 5])
+    return Run(RunTables(fleet), RunInfo(outcome=outcome))
 
 
 @contextmanager

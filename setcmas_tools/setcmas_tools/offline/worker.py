@@ -12,6 +12,7 @@ import os
 import pickle
 import signal
 import sys
+import time
 from collections.abc import Callable
 from pathlib import Path
 from typing import IO, Any, NoReturn
@@ -47,7 +48,9 @@ def main() -> NoReturn:
 
 def _make_run(job: dict[str, Any], folder: Path) -> int:
     try:
+        begin = time.perf_counter()
         run = simulate(**job, warn=_warn, progress=_only_in(os.getpid()))
+        board.current.elapsed = time.perf_counter() - begin
         part = folder / f'{RUN}.part'
         part.write_bytes(pickle.dumps(run))
         part.replace(folder / RUN)

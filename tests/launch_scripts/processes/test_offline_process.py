@@ -8,6 +8,7 @@ import time
 import pytest
 
 from launch_scripts.processes.offline_process import BrokenRun, OfflineProcess
+from setcmas_ctrl.control.law_scripts import LawScripts
 from setcmas_simu.errors import SetcmasError
 
 LAW = """
@@ -32,7 +33,7 @@ def run(tmp_path):
         path.write_text(LAW.format(top=textwrap.dedent(top), body=body))
         said = []
         job = {'algo': str(path), 'nb_robots': 3, 'duration': 4.0, **options}
-        with OfflineProcess(job, path) as process:
+        with OfflineProcess(job, LawScripts(str(path))) as process:
             return process.run(call_timeout, said.append, lambda _: None), said
 
     return run_script
@@ -171,7 +172,8 @@ def test_scripts_cannot_be_asked_anything(run, capfd):
 def test_ctrl_c_is_answered_with_the_place(tmp_path):
     path = tmp_path / 'law.py'
     path.write_text(LAW.format(top='', body='while True: pass'))
-    with OfflineProcess({'algo': str(path), 'nb_robots': 3, 'duration': 4.0}, path) as process:
+    job = {'algo': str(path), 'nb_robots': 3, 'duration': 4.0}
+    with OfflineProcess(job, LawScripts(str(path))) as process:
         deadline = time.monotonic() + 30
         while 'line 9' not in process.place():
             assert time.monotonic() < deadline
