@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
-from dataclasses import dataclass
-from typing import Protocol
+from typing import NamedTuple, Protocol
 
 from setcmas_simu.fleet import topics
 
@@ -13,8 +12,7 @@ _NAME = re.compile(r'[A-Za-z_]\w*(/[A-Za-z_]\w*)*', re.ASCII)
 """Names of topics within a robot's namespace."""
 
 
-@dataclass(frozen=True)
-class Sphere:
+class Sphere(NamedTuple):
     """A sphere in the world frame: centre and diameter in m, colour and opacity in [0, 1]."""
 
     x: float

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import csv
 from collections.abc import Iterable
-from dataclasses import astuple, dataclass, replace
+from operator import itemgetter
 from pathlib import Path
+from typing import NamedTuple
 
 from setcmas_ctrl.drawing import Sphere
 from setcmas_simu.errors import SetcmasError
@@ -18,8 +19,7 @@ _COLUMNS = (
 _DIGITS = 9
 
 
-@dataclass(frozen=True)
-class Drawing:
+class Drawing(NamedTuple):
     """A sphere that a script drew.
 
     Attributes:
@@ -68,8 +68,8 @@ class DrawingRecord:
         Args:
             start: The time that is t = 0, in s.
         """
-        moved = (replace(drawing, t=drawing.t - start) for drawing in self._drawings)
-        return sorted(moved, key=lambda drawing: (drawing.t, drawing.robot))
+        moved = [d._replace(t=d.t - start) for d in self._drawings] if start else self._drawings
+        return sorted(moved, key=itemgetter(0, 1))  # by time, then by robot
 
 
 def write_csv(drawings: Iterable[Drawing], path: Path) -> None:
@@ -82,7 +82,7 @@ def write_csv(drawings: Iterable[Drawing], path: Path) -> None:
         writer = csv.writer(file, lineterminator='\n')
         writer.writerow(_COLUMNS)
         for d in drawings:
-            x, y, z, diameter, colour, alpha = astuple(d.sphere)
+            x, y, z, diameter, colour, alpha = d.sphere
             numbers = (f'{n:.{_DIGITS}g}' for n in (x, y, z, diameter, *colour, alpha))
             writer.writerow([f'{d.t:.6f}', d.robot, d.name, d.kind, *numbers])
 

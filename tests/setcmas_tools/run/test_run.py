@@ -46,7 +46,7 @@ def test_a_saved_run_is_loaded_as_it_was(run, tmp_path):
     assert loaded.record.links.keys() == run.record.links.keys()
     for ours, theirs in zip(run.drawings, loaded.drawings, strict=True):
         assert (theirs.t, theirs.sphere.x) == pytest.approx((ours.t, ours.sphere.x), abs=1e-6)
-        assert replace(theirs, t=0, sphere=None) == replace(ours, t=0, sphere=None)
+        assert theirs[1:4] == ours[1:4]
     assert loaded.references == run.references
     assert replace(loaded.info, origin=None, inputs={}) == replace(
         run.info, references=run.references
