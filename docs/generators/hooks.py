@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import generate
 import maths
+import notebook_page
 from mkdocs.config.defaults import MkDocsConfig
 from mkdocs.structure.files import File, Files
 
@@ -19,8 +20,11 @@ def on_config(config: MkDocsConfig) -> MkDocsConfig:
 
 
 def on_files(files: Files, config: MkDocsConfig) -> Files:
-    """Take the generated pages and pictures from the code, whatever the committed ones are."""
-    for path, text in generate.generated_files().items():
+    """Take generated pages from the code, whatever the committed ones are, and run notebooks."""
+    pages = generate.generated_files()
+    for notebook in sorted((generate.DOCS / 'notebooks').glob('*.ipynb')):
+        pages[notebook.with_suffix('.md')] = notebook_page.text(notebook)
+    for path, text in pages.items():
         name = path.relative_to(generate.DOCS).as_posix()
         if old := files.get_file_from_path(name):
             files.remove(old)
