@@ -90,8 +90,9 @@ class SimulatedRun:
     def finish(self) -> None:
         """Stop the controllers."""
         self._supervisor.stop(self._ctrl)
-        self.status = self._ctrl.exit_status
-        self.failed = self._ctrl.calls.failed
+        robots = self._simulator.calls.failed
+        self.status = self._ctrl.exit_status or int(robots != ())
+        self.failed = self._ctrl.calls.failed + robots
 
     def stop(self) -> None:
         """Stop all, controllers first: their last command, zero, is to be in the bag."""

@@ -16,6 +16,7 @@ class Function(enum.Enum):
     CONTROL = 'control'
     CONDITION = 'ctc'
     LOADING = 'loading'
+    STEP = 'step'
 
 
 class ScriptCall(msgspec.Struct, frozen=True):

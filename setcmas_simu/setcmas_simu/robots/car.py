@@ -37,7 +37,7 @@ def _with_wheels() -> tuple[tuple[float, float], ...]:
 
 
 class Car(RobotModel):
-    """The kinematic bicycle, seen from the middle of its rear axle.
+    """Car: a kinematic bicycle, seen from its rear axle, with a smallest turning radius.
 
     Its turn rate is V tan(delta) / L with the steering angle delta and the wheelbase L, so
     |omega| <= |V| / R (Siciliano et al., Robotics, 2009, section 11.2.2).

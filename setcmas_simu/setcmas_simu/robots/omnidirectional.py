@@ -15,9 +15,10 @@ _OUTLINE = ((0.16, 0.0), *(corner for corner in _BODY if corner[0] < 0.105))
 
 
 class Omnidirectional(RobotModel):
-    """A single integrator with a heading: Swedish or mecanum wheels (Siciliano et al., 11.1).
+    """Omnidirectional: goes in every direction at once, on Swedish or mecanum wheels.
 
-    Its heading stays as it is unless a command turns it.
+    A single integrator with a heading (Siciliano et al., Robotics, 2009, section 11.2), which
+    stays as it is unless a command turns it.
     """
 
     shape = Shape(

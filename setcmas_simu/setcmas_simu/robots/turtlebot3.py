@@ -21,7 +21,7 @@ we know of. Yours is where 63 % of a step of cmd_vel is reached."""
 
 
 class TurtleBot3(RobotModel):
-    """A differential drive whose wheels follow their command as a first-order system.
+    """TurtleBot3: limits of its firmware, wheels that take time to follow their command.
 
     Each wheel's speed w approaches the commanded one u with the time constant T, by no more than
     the acceleration a allows: w+ = w + clip((1 - exp(-Ts/T)) (u - w), -a Ts, a Ts), where u is

@@ -33,7 +33,7 @@ BURGER_SHAPE = Shape(
 
 
 class Unicycle(RobotModel):
-    """The robot of the ROS 1 stack: it follows its command at once, up to its limits."""
+    """Unicycle, the robot of the ROS 1 stack: follows its command at once, up to its limits."""
 
     shape = BURGER_SHAPE
 

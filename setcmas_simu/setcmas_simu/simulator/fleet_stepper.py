@@ -5,6 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable
 from functools import partial
+from pathlib import Path
 
 import numpy as np
 from rclpy.clock import Clock, ClockType
@@ -14,8 +15,9 @@ from std_msgs.msg import Empty
 from setcmas_simu.fleet import topics
 from setcmas_simu.fleet.fleet import format_robots
 from setcmas_simu.options.kinds import MAX_RATE_HZ
+from setcmas_simu.reports.reports import Failed, Function, ScriptCall
 from setcmas_simu.robots.mixed_fleet import fleet_model
-from setcmas_simu.robots.models import robot_models
+from setcmas_simu.robots.models import is_script, robot_models
 from setcmas_simu.robots.virtual_fleet import VirtualFleet
 from setcmas_simu.ros import qos
 from setcmas_simu.simulator.transforms import FleetTransforms
@@ -43,14 +45,21 @@ class FleetStepper:
         """
         self._node = node
         self._robots = robots
+        self.on_failure: Callable[[Failed], object] = lambda _: None
+        """Called when the script of a robot has failed for the first time."""
+        self._last_words = ''
         far = 1e6  # m, rad: excludes what is not finite
         start = ('x0', 'y0', 'theta0')
         poses = np.array([[robot.number(name, -far, far) for name in start] for robot in robots]).T
         names = [str(robot.value('model')) for robot in robots]
         numbers = [robot.robot for robot in robots]
-        models = robot_models(
-            names, numbers, str(robots[0].value('limits')), node.get_logger().warning
-        )
+        limits = str(robots[0].value('limits'))
+        models = robot_models(names, numbers, limits, self._warn)
+        self._scripts = {
+            robot: (Path(name).name, model)
+            for robot, name, model in zip(numbers, names, models, strict=True)
+            if is_script(name)
+        }
         timeout = robots[0].number('cmd_timeout', least=1e-3)
         self._fleet = VirtualFleet(poses, fleet_model(models), timeout)
         self._period = 1.0 / robots[0].number('rate', least=0.1, most=MAX_RATE_HZ)
@@ -86,6 +95,7 @@ class FleetStepper:
     def _step(self) -> None:
         now = time.monotonic()
         self._fleet.step(self._period, now)
+        self._tell_failures()
         stamp = self._node.get_clock().now().to_msg()
         poses = list(map(tuple, self._fleet.poses.T.tolist()))
         twists = map(tuple, self._fleet.twists.T.tolist())
@@ -100,6 +110,17 @@ class FleetStepper:
             self._next_housekeeping = now + _HOUSEKEEPING_S
             self._report_missed_steps()
             self._housekeeping()
+
+    def _warn(self, text: str) -> None:
+        self._node.get_logger().warning(text)
+        self._last_words = text
+
+    def _tell_failures(self) -> None:
+        for robot, (script, model) in list(self._scripts.items()):
+            if model.failed:
+                del self._scripts[robot]
+                call = ScriptCall(robot, script, Function.STEP)
+                self.on_failure(Failed(call, self._last_words))
 
     def _count_missed_steps(self, now: float) -> None:
         if self._last_step is not None:

@@ -49,6 +49,7 @@ def _simulate(process: RosProcess, args: argparse.Namespace) -> None:
     guard = SimulatorGuard(node, simulated.robots)
     nodes = _virtual_robots(simulated, options)
     stepper = FleetStepper(node, nodes)
+    stepper.on_failure = process.launcher.tell
     guard.refuse_second_simulator()
     process.add(node, *nodes)
     stepper.start(guard.warn_of_latecomers)
