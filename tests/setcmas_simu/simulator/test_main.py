@@ -184,3 +184,37 @@ def test_mistakes_are_told_without_a_traceback(start, arguments, message):
     assert process.wait() == 2
     assert message in process.output()
     assert 'Traceback' not in process.output()
+
+
+def test_each_robot_moves_as_its_model(start, peer, tmp_path):
+    script = tmp_path / 'frozen.py'
+    script.write_text('def step(state, command, Ts):\n    return 1 / 0\n')
+    model = f'1:omnidirectional,2:car,3:{script}'
+    process = start(*SIMU, '--nb-robots', '3', '--model', model)
+    odometry = [peer.odometry(robot) for robot in (1, 2, 3)]
+    commands = [peer.publisher(TwistStamped, f'/tb3_{robot}/cmd_vel') for robot in (1, 2, 3)]
+    marker = peer.listen(Marker, '/tb3_2/marker')
+    peer.wait_for(lambda: all(odometry) and marker)
+    homes = [position(messages[-1]) for messages in odometry]
+
+    sideways = twist_stamped(0.0, 0.0)
+    sideways.twist.linear.y = 0.2
+    for command, message in zip(
+        commands, (sideways, twist_stamped(0.0, 1.0), twist_stamped(0.3, 0.0)), strict=True
+    ):
+        command.publish(message)
+    peer.wait_for(lambda: odometry[0][-1].twist.twist.linear.y == 0.2)
+    process.wait_for_output('ZeroDivisionError')
+    peer.wait_for(lambda: position(odometry[0][-1])[1] > homes[0][1] + 0.1)
+
+    assert position(odometry[0][-1])[0] == homes[0][0]
+    assert odometry[1][-1].twist.twist.angular.z == 0.0
+    assert position(odometry[2][-1]) == homes[2]
+    assert marker[-1].type == Marker.TRIANGLE_LIST
+
+
+def test_a_model_that_does_not_exist_is_a_mistake(start):
+    process = start(*SIMU, '--model', '1:segway')
+
+    assert process.wait() == 2
+    assert "there is no robot model 'segway'" in process.output()
