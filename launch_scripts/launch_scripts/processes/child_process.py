@@ -134,7 +134,7 @@ class Child:
     def exit_status(self) -> int:
         """Exit status of a process that was asked to stop: 0 only if nothing went wrong."""
         status = self.process.returncode
-        if self.killed or (status == 0 and self.calls.failed):
+        if self.killed or (status <= 0 and self.calls.failed):
             return 1
         return status if status >= 0 else 128 - status  # as shells tell it
 
@@ -161,7 +161,7 @@ class Child:
         call = self.calls.running()
         during = f' in {call}' if call else ''
         message = f'{self.name} (process {self.process.pid}) {reason}{during}'
-        return ChildDiedError(message, status or 1, self)
+        return ChildDiedError(message, 1 if call else status or 1, self)
 
     def disconnection(self) -> ChildDiedError:
         """Return why a process is of no more use that has closed its descriptors."""

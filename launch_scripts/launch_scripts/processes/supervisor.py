@@ -177,6 +177,7 @@ class Supervisor:
                 self._await_end(child, wait_s)
             child.signal_group(KILL)  # what the process itself left behind
             child.process.wait()
+            child.calls.running()  # a call that a signal has cut off has failed, too
             if child.process.stdin:
                 child.process.stdin.close()
             self._show_output(0)

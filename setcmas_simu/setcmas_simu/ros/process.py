@@ -102,13 +102,16 @@ class RosProcess:
         return condition()
 
     def take_signals(self) -> None:
-        """Let the signals that ask to stop do so."""
+        """Let the signals that ask to stop do so, and none that a script has ordered for later."""
         for signum in STOP_SIGNALS:
             signal.signal(signum, self.handle_signal)
+        if signal.getsignal(signal.SIGALRM) == signal.SIG_DFL:
+            signal.signal(signal.SIGALRM, signal.SIG_IGN)
 
     def handle_signal(self, _signum: int, _frame: FrameType | None) -> None:
         """Note the wish to stop, and set the deadline for the clean-up."""
         self.stopping = True
+        signal.signal(signal.SIGALRM, signal.SIG_DFL)
         signal.alarm(_LONGEST_END_S)
         if self.on_stop_signal:
             self.on_stop_signal()
