@@ -8,6 +8,8 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet.per_robot import (
     format_per_robot,
@@ -55,8 +57,9 @@ def with_earlier_run(args: argparse.Namespace) -> tuple[argparse.Namespace, Path
     parser = args.parser
     known = {action.dest for action in parser._actions}
     values = _options(info, args.earlier)
-    if values.get('emulate') and 'emulate' in known:
-        values = {name: value for name, value in values.items() if name != 'limits'}
+    if values.get('emulate'):  # the lab has limits and start poses of its own
+        values |= {'limits': None} if 'emulate' in known else {'pose': _first_poses(args.earlier)}
+        values = {name: value for name, value in values.items() if value is not None}
     parser.set_defaults(**{name: value for name, value in values.items() if name in known})
     again: argparse.Namespace = parser.parse_args(args.arguments)
     again.verb, again.arguments = args.verb, args.arguments
@@ -82,6 +85,15 @@ def _options(info: RunInfo, folder: Path) -> dict[str, Any]:
             f"the run in '{folder}' has no control script in its folder, so it cannot be repeated"
         )
     return {name: value for name, value in values.items() if value is not None}
+
+
+def _first_poses(folder: Path) -> list[str]:
+    """Return where the robots of a run were at t = 0, as --pose takes it."""
+    from setcmas_tools.offline.given import pose_options
+    from setcmas_tools.run.run import Run
+
+    grid = Run.load(folder).counted_grid
+    return pose_options(np.array([grid.x[:, 0], grid.y[:, 0], grid.theta[:, 0]]))
 
 
 def _kept(path: Path) -> str:
