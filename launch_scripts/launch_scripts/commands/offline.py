@@ -31,6 +31,7 @@ from setcmas_ctrl.communication.settings import check_communication
 from setcmas_ctrl.control.law_scripts import LawScripts
 from setcmas_ctrl.control.options import SCRIPT_FAILED, LawOptions
 from setcmas_simu.fleet.pose_options import chosen_start_poses
+from setcmas_simu.simulator.options import SimulationOptions
 from setcmas_tools.offline.options import OfflineOptions
 from setcmas_tools.run.folder import RunFolder
 from setcmas_tools.run.inputs import run_inputs
@@ -60,6 +61,7 @@ def main(args: argparse.Namespace) -> int:
     law = LawOptions.of(args)
     scripts = law.scripts()
     scripts.check(args.nb_robots)
+    SimulationOptions.of(args).simulated()  # mistakes are told before anything starts
     communication = CommunicationOptions.of(args).found(law.exercise)
     check_communication(communication, args.nb_robots)
     inputs = run_inputs(args, scripts)
