@@ -7,6 +7,7 @@ where it was when it was asked (SIGUSR1) or died.
 
 from __future__ import annotations
 
+import ctypes
 import faulthandler
 import os
 import pickle
@@ -28,12 +29,15 @@ JOB, BOARD, RUN, MISTAKE, WHERE = 'job', 'board', 'run', 'mistake', 'where'
 MISTAKEN, BROKEN = 2, 3
 """Exit statuses: a mistake of the user's, and a script that broke the simulation itself."""
 
+_PR_SET_PDEATHSIG = 1
+
 _exit = os._exit
 
 
 def main() -> NoReturn:
     """Make the run; whatever threads and clean-ups scripts have left, the process ends then."""
     folder = Path(sys.argv[1])
+    _end_with_parent()
     # Ctrl-C is the other process's to answer, also where a script would swallow it.
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     _tell_where(folder)
@@ -44,6 +48,15 @@ def main() -> NoReturn:
         if stream is not None and not stream.closed:
             stream.flush()
     _exit(status)
+
+
+def _end_with_parent() -> None:
+    """Let the kernel end this process when the one that watches it is gone (Linux)."""
+    if sys.platform == 'linux':
+        parent = os.getppid()
+        ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, signal.SIGKILL)
+        if os.getppid() != parent:
+            _exit(1)
 
 
 def _make_run(job: dict[str, Any], folder: Path) -> int:

@@ -6,6 +6,7 @@ import textwrap
 import time
 
 import pytest
+from processes import SETCMAS
 
 from launch_scripts.processes.offline_process import BrokenRun, OfflineProcess
 from setcmas_ctrl.control.law_scripts import LawScripts
@@ -155,6 +156,21 @@ def test_a_fork_goes_on_once(run, tmp_path):
     assert not isinstance(result, BrokenRun)
     for pid in (tmp_path / 'pids').read_text().split():
         assert not os.path.exists(f'/proc/{pid}')  # noqa: PTH110
+
+
+@pytest.mark.skipif(sys.platform != 'linux', reason='the kernel ends the process there')
+def test_a_command_that_is_killed_leaves_no_process(start, tmp_path):
+    psutil = pytest.importorskip('psutil')
+    law = tmp_path / 'law.py'
+    law.write_text('def control(i, n, p, t):\n    print("here")\n    while True:\n        pass\n')
+    command = start(*SETCMAS, 'offline', '--algo', str(law), '--call-timeout', '600')
+    command.wait_for_output('here')
+    [worker] = psutil.Process(command.pid).children()
+
+    command.popen.kill()
+
+    psutil.wait_procs([worker], timeout=60)
+    assert not worker.is_running()
 
 
 def test_mistakes_are_those_of_the_user(run):
