@@ -37,6 +37,10 @@ _OPTIONAL = {'start': 'start(x, y, theta)', 'command': 'command(velocity, pose)'
 _STANDS = 'stands; the other robots go on'
 
 
+on_call: Callable[[int], object] = int
+"""Is told for which robot a function of a script is called next; it does nothing by default."""
+
+
 class ScriptRobot(RobotModel):
     """One robot, moved by a script that is loaded for it alone; drawn as a unicycle is.
 
@@ -119,6 +123,7 @@ class ScriptRobot(RobotModel):
         self, function: Callable[..., Any], arguments: tuple[Any, ...], sizes: tuple[int, ...]
     ) -> Floats | None:
         """Return the numbers that a function of the script returns; None if it fails."""
+        on_call(self._robot)
         try:
             result = _numbers(function(*arguments), sizes, function.__name__)
         except (StopCall, AbandonCall, KeyboardInterrupt):

@@ -29,6 +29,7 @@ from setcmas_ctrl.scripts.messages import described_place, quoted_line
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet.topics import robot_name
 from setcmas_simu.reports.reports import Function
+from setcmas_simu.robots.models import model_names
 from setcmas_tools.offline.board import Board
 from setcmas_tools.offline.worker import BOARD, JOB, MISTAKE, MISTAKEN, RUN, WHERE
 from setcmas_tools.run.run import Run
@@ -68,6 +69,8 @@ class OfflineProcess:
             scripts: The control scripts, in whose files the place is looked for.
         """
         self._scripts = scripts
+        models = set(model_names(job.get('model'), job.get('nb_robots', 1)))
+        self._robot_scripts = [Path(name).resolve() for name in models if name.endswith('.py')]
         self._strangers = children()
         adopt_orphans()
         self._temporary = tempfile.TemporaryDirectory(prefix='setcmas_')
@@ -177,7 +180,7 @@ class OfflineProcess:
         last = where.read_text(encoding='utf-8', errors='replace').rpartition('(most recent')[2]
         for found in _FRAME.finditer(last):
             file, line = Path(found['file']), int(found['line'])
-            for script in self._scripts.paths:
+            for script in (*self._scripts.paths, *self._robot_scripts):
                 if file.parent == script.parent:
                     there = described_place(file, line, script)
                     return f'{before}{there}{quoted_line(file, line)}'

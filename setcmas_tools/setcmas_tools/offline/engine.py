@@ -20,6 +20,7 @@ from setcmas_ctrl.scripts.settings import Settings
 from setcmas_ctrl.task.references import told_references
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet.fleet import start_poses
+from setcmas_simu.reports.reports import Function
 from setcmas_simu.robots.mixed_fleet import fleet_model
 from setcmas_simu.robots.models import NO_LIMITS, check_models, model_names, robot_models
 from setcmas_simu.robots.si_to_uni import KOMEGA
@@ -222,7 +223,9 @@ def _run(
             control_t.append(next_call)
             velocities.append(wanted)
             fleet.command_all(commands, now)
+        notes.enter(Function.STEP)
         fleet.step(Ts, now)
+        notes.end()
         states[step + 1] = fleet.states[:6]
         notes.done = step + 2
         if progress:

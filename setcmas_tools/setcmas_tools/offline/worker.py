@@ -18,6 +18,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import IO, Any, NoReturn
 
+from setcmas_ctrl import robot_script
 from setcmas_ctrl.scripts.messages import summarise
 from setcmas_simu.errors import SetcmasError
 from setcmas_tools.offline import board
@@ -43,6 +44,7 @@ def main() -> NoReturn:
     _tell_where(folder)
     job = pickle.loads((folder / JOB).read_bytes())
     board.current = board.Board(folder / BOARD)
+    robot_script.on_call = board.current.begin
     status = _make_run(job, folder)
     for stream in (sys.__stdout__, sys.__stderr__):
         if stream is not None and not stream.closed:

@@ -82,6 +82,17 @@ def test_a_call_that_swallows_everything_is_ended_too(run):
     assert result.reason.startswith('control has not returned for 3 s')
 
 
+def test_a_robot_that_does_not_step_is_told_and_ended(run, tmp_path):
+    robot = tmp_path / 'robot.py'
+    robot.write_text('def step(state, command, Ts):\n    while True:\n        pass\n')
+
+    result, said = run(model=f'3:{robot}')
+
+    assert result.robot == 3
+    assert result.reason.startswith('step has not returned for 3 s (--call-timeout) at robot.py')
+    assert said[0].startswith('tb3_3: step has not returned for 2 s; it is at robot.py, line 2')
+
+
 def test_a_script_that_does_not_load_is_told_and_ended(run):
     result, said = run(top='while True: pass')
 
