@@ -11,7 +11,7 @@ def text() -> str:
     for name, offer in MOCAP_SOURCES.offers().items():
         if offer.shipped:
             source = MOCAP_SOURCES.get(name)
-            kind = source.message_type.replace('/msg/', '/')
+            kind = source.message_type.rpartition('/')[2]
             lost = ', or '.join(source.lost_looks_like)
             lines.append(f'| `{name}` | `{source.topic}` | {kind} | {lost} |')
     return '\n'.join(lines)
