@@ -64,15 +64,10 @@ def plot_of_a_run(folder: Path, plot: str, *options: str) -> Path:
     return folder / 'plots' / f'{plot}.png'
 
 
-def trajectories(folder: Path) -> Path:
-    """Show a leader that visits waypoints, and the formation around it."""
-    options = ('--algo', 'leader_follower_formation', '--nb-robots', '5', '--duration', '60')
-    return plot_of_a_run(folder, 'trajectories', *options)
-
-
 def formation(folder: Path) -> Path:
-    """Show the same as a film."""
-    trajectories(folder)
+    """Show a leader that visits waypoints, and the formation around it, as a film."""
+    options = ('--algo', 'leader_follower_formation', '--nb-robots', '5', '--duration', '60')
+    plot_of_a_run(folder, 'trajectories', *options)
     subprocess.run(
         [SETCMAS, 'csv_to_plot', str(folder), '--animate', 'gif', '--speed', '6'],
         check=True,
@@ -156,8 +151,7 @@ def browser_view(folder: Path) -> Path:
 
 
 MAKERS = {
-    maker.__name__: maker
-    for maker in (trajectories, formation, communication, graph, notebook, browser_view)
+    maker.__name__: maker for maker in (formation, communication, graph, notebook, browser_view)
 }
 
 
