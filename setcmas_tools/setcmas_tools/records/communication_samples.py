@@ -97,8 +97,8 @@ def _square(data: Any) -> NDArray[np.float64]:
 
 
 def _with_first_state(events: list[tuple[int, int]]) -> list[tuple[int, int]]:
-    """Return events with that of the first state, which is always sent, at the start.
+    """Return events of which the first tells that the state was sent, as the first always is.
 
-    It is missing where the robot sent it before the recorder listened.
+    It is told so where the robot sent it before the recorder listened.
     """
-    return events if not events or events[0][1] == 1 else [(events[0][0], 1), *events]
+    return [(events[0][0], 1), *events[1:]] if events else []

@@ -121,7 +121,7 @@ def test_a_record_from_a_bag(bag):
     # The first state of robot 1 was sent before the recorder listened.
     assert {robot: counts.sent for robot, counts in record.robots.items()} == {1: 1, 2: 3}
     assert record.robots[2].mean_interval == pytest.approx(1.0)
-    assert record.triggers[:3].tolist() == [[-1, 1, 0], [-1, 1, 1], [-1, 2, 1]]
+    assert record.triggers[:3].tolist() == [[-1, 1, 1], [-1, 2, 1], [-0.9, 1, 0]]
     assert record.changes.tolist() == [[0, 1, 2, 1], [1, 2, 1, 0.5]]
 
 
