@@ -10,11 +10,16 @@ from pathlib import Path
 
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet.fleet import format_robots
-from setcmas_simu.fleet.topics import robot_name
+
+_ENTRY_SIZE = 16  # bytes
 
 
 class RobotLocks:
-    """Holds the locks of some robots in one ROS domain until the process ends."""
+    """Holds the locks of some robots in one ROS domain until the process ends.
+
+    A lock is on a robot's entry in one file for the domain, which tells who holds it: any number
+    of robots takes one descriptor.
+    """
 
     def __init__(self, robots: list[int], domain: str) -> None:
         """Take the locks.
@@ -26,8 +31,12 @@ class RobotLocks:
         Raises:
             SetcmasError: Another process holds one of them.
         """
-        self._files: list[int] = []
-        taken = {robot: holder for robot in robots if (holder := self._take(robot, domain))}
+        self._file: int | None = None
+        # Another user's file cannot be opened: what is on the ROS graph decides.
+        with contextlib.suppress(PermissionError):
+            flags = os.O_RDWR | os.O_CREAT | os.O_NOFOLLOW
+            self._file = os.open(_path(domain), flags, 0o666)
+        taken = {robot: holder for robot in robots if (holder := self._take(robot))}
         if taken:
             self.release()
             raise SetcmasError(
@@ -38,31 +47,27 @@ class RobotLocks:
 
     def release(self) -> None:
         """Give the locks back."""
-        while self._files:
-            os.close(self._files.pop())
+        if self._file is not None:
+            os.close(self._file)
+            self._file = None
 
-    def _take(self, robot: int, domain: str) -> str | None:
+    def _take(self, robot: int) -> str | None:
         """Return who holds the lock of a robot; None if it is ours now."""
-        try:
-            file = os.open(_path(robot, domain), os.O_RDWR | os.O_CREAT | os.O_NOFOLLOW, 0o666)
-        except PermissionError:  # another user's file: what is on the ROS graph decides
+        if self._file is None:
             return None
+        place = robot * _ENTRY_SIZE
         try:
-            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            fcntl.lockf(self._file, fcntl.LOCK_EX | fcntl.LOCK_NB, _ENTRY_SIZE, place)
         except OSError:
-            holder = os.read(file, 32).decode(errors='replace').strip()
-            os.close(file)
+            holder = os.pread(self._file, _ENTRY_SIZE, place).decode(errors='replace').strip()
             return holder or 'of somebody else'
-        os.ftruncate(file, 0)
-        os.write(file, f'{os.getpid()}\n'.encode())
-        self._files.append(file)
+        os.pwrite(self._file, f'{os.getpid():<{_ENTRY_SIZE}}'.encode(), place)
         return None
 
 
-def _path(robot: int, domain: str) -> Path:
+def _path(domain: str) -> Path:
     # Hosts made of network namespaces share a disk, not their robots.
     network = 0
     with contextlib.suppress(OSError):
         network = Path('/proc/self/ns/net').stat().st_ino
-    name = f'setcmas_{network}_{domain}_{robot_name(robot)}.lock'
-    return Path(tempfile.gettempdir()) / name
+    return Path(tempfile.gettempdir()) / f'setcmas_{network}_{domain}.locks'

@@ -1,5 +1,6 @@
 import subprocess
 import sys
+from pathlib import Path
 
 import pytest
 
@@ -44,3 +45,14 @@ def test_a_killed_process_leaves_no_lock(holder):
     holder.wait()
 
     RobotLocks([1, 2], 'test').release()
+
+
+def test_any_number_of_robots_takes_one_file_and_one_descriptor(tmp_path, monkeypatch):
+    monkeypatch.setattr('tempfile.tempdir', str(tmp_path))
+    before = len(list(Path('/proc/self/fd').iterdir()))
+
+    locks = RobotLocks(list(range(1, 2001)), 'test')
+
+    assert len(list(Path('/proc/self/fd').iterdir())) == before + 1
+    assert len(list(tmp_path.iterdir())) == 1
+    locks.release()
