@@ -18,6 +18,7 @@ from launch_scripts.options.view_options import NONE, ViewOptions, view_beside
 from launch_scripts.processes.environment import require_ros
 from launch_scripts.processes.foreground import run_in_foreground
 from launch_scripts.processes.node_commands import CONTROLLER, node_command
+from launch_scripts.terminal.output_lines import warn
 from setcmas_ctrl.communication.options import CommunicationOptions
 from setcmas_ctrl.communication.settings import check_communication
 from setcmas_ctrl.control.options import FleetOptions, LawOptions
@@ -38,6 +39,8 @@ def main(args: argparse.Namespace) -> int:
     communication = CommunicationOptions.of(args)
     # Mistakes are told before anything starts.
     scripts = law.scripts()
+    for note in scripts.hiding:
+        warn(f'setcmas ctrl: {note}')
     if fleet.nb_robots:
         scripts.check(fleet.nb_robots)
         check_models(model_names(fleet.model, fleet.nb_robots), NO_LIMITS)

@@ -16,7 +16,7 @@ import re
 from importlib import resources
 from pathlib import Path
 
-from setcmas_ctrl.scripts.loader import EXERCISES, find_script
+from setcmas_ctrl.scripts.loader import ALGORITHMS, EXERCISES, find_script
 from setcmas_expe.lab.file import DEFAULT_FILE
 from setcmas_simu.errors import SetcmasError
 
@@ -63,6 +63,11 @@ def main(args: argparse.Namespace) -> int:
         name = ROBOT if args.robot else CONTROL_LAW
         source = Path(str(resources.files('setcmas_ctrl') / 'templates' / f'{name}.py'))
     write(target, source.read_bytes())
+    if not (args.source or args.exercise or args.robot) and target.stem in ALGORITHMS:
+        print(
+            f'--algo {target.stem} means this file now, and not the built-in law; to begin with a '
+            f'copy of that: delete it, then setcmas new {target.stem} --from {target.stem}'
+        )
     print(f'{target} is yours to edit; then')
     print(f'    {next_command(target.stem, source.stem)}')
     return 0

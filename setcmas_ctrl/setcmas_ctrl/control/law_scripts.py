@@ -6,7 +6,7 @@ from collections.abc import Collection, Mapping
 from pathlib import Path
 
 from setcmas_ctrl.control.control_law import ControlLaw
-from setcmas_ctrl.scripts.loader import compile_script, find_script, names_to_set
+from setcmas_ctrl.scripts.loader import ALGORITHMS, compile_script, find_script, names_to_set
 from setcmas_ctrl.scripts.settings import Settings
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet.fleet import format_robots
@@ -41,11 +41,22 @@ class LawScripts:
         self._algo = algo
         named = parse_per_robot(algo, '--algo') if is_per_robot(algo) else None
         found = {name: find_script(name, exercise) for name in (named or {0: algo}).values()}
+        self._found = found
         self.paths = list(dict.fromkeys(found.values()))
         self._by_robot = {robot: found[name] for robot, name in named.items()} if named else None
         self._settings = self._shared_out(settings or {})
         for path in self.paths:
             compile_script(path, settings=self._settings[path])
+
+    @property
+    def hiding(self) -> list[str]:
+        """What to say of names of built-in laws that files in the current folder have too."""
+        return [
+            f'--algo {name} is {path.name} in this folder, which hides the built-in law of that '
+            'name; rename the file to run that one'
+            for name, path in self._found.items()
+            if name in ALGORITHMS and path.parent == Path.cwd()
+        ]
 
     @property
     def title(self) -> str:

@@ -63,3 +63,12 @@ def test_mistakes_are_told_in_one_line_and_nothing_is_written(tmp_path, argument
     assert len(result.stderr.strip().splitlines()) == 1
     assert (tmp_path / 'taken.py').read_text() == 'mine'
     assert len(list(tmp_path.iterdir())) == 1
+
+
+def test_a_script_that_hides_a_built_in_law_is_told_when_written_and_when_run(tmp_path):
+    written = run_setcmas('new', 'consensus', cwd=tmp_path)
+    run = run_setcmas('offline', '--algo', 'consensus', '--duration', '1', cwd=tmp_path)
+
+    assert '--algo consensus means this file now, and not the built-in law' in written.stdout
+    assert run.returncode == 0
+    assert '--algo consensus is consensus.py in this folder' in run.stderr

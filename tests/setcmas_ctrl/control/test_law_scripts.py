@@ -66,3 +66,13 @@ def test_a_file_whose_name_begins_as_robots_do_is_meant_by_its_folder():
 def test_mistakes_are_told_of(algo, settings, message):
     with pytest.raises(SetcmasError, match=message):
         LawScripts(algo, settings=settings).check(3)
+
+
+def test_a_file_that_hides_a_built_in_law_is_told(tmp_path):
+    assert LawScripts('consensus').hiding == []
+    (tmp_path / 'consensus.py').write_text(LEADER)
+
+    assert LawScripts('leader').hiding == []
+    assert LawScripts('./consensus.py').hiding == []
+    (note,) = LawScripts('1:leader,2:consensus').hiding
+    assert note.startswith('--algo consensus is consensus.py in this folder, which hides the')
