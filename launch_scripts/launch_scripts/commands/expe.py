@@ -25,6 +25,7 @@ from launch_scripts.processes.experiment import (
 )
 from launch_scripts.processes.supervisor import StoppedError, Supervisor
 from launch_scripts.terminal.keyboard import Keyboard
+from launch_scripts.terminal.output_lines import warn
 from launch_scripts.terminal.status_display import KEYS, StatusDisplay
 from setcmas_ctrl.communication.options import CommunicationOptions
 from setcmas_ctrl.communication.settings import check_communication
@@ -55,7 +56,10 @@ def main(args: argparse.Namespace) -> int:
     law = LawOptions.of(args)
     scripts = law.scripts()  # mistakes are told before anything starts
     lab = LabOptions.of(args).chosen()
+    lab.check_rate(law.rate)
     scripts.check(lab.nb_robots)
+    for note in scripts.hiding:
+        warn(f'setcmas expe: {note}')
     check_communication(CommunicationOptions.of(args).found(law.exercise), lab.nb_robots)
     poses = StartPoseOptions.of(args)
     if args.emulate:
@@ -114,6 +118,7 @@ def _run(
     try:
         supervisor.run(on_tick=serve_terminal)
     except StoppedError:
+        experiment.on_status = lambda _: None  # what was measured last is no state any more
         status = experiment.stop()
         experiment.stop_lab()
         if experiment.runaways:

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 from setcmas_expe.arena import Arena
 from setcmas_expe.mocap.sources import MocapSource
+from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet.topics import robot_name
 from setcmas_simu.robots.velocity_limits import VelocityLimits
 
@@ -96,3 +97,16 @@ class Lab:
     def nb_robots(self) -> int:
         """Number of robots."""
         return len(self.robots)
+
+    def check_rate(self, rate: float) -> None:
+        """See that a rate of control in Hz lets no robot stop between two commands.
+
+        Raises:
+            SetcmasError: It is too low.
+        """
+        longest = self.timeouts.command_s
+        if rate * longest <= 1:
+            raise SetcmasError(
+                f'--rate is {rate:g}; it must be above {1 / longest:g} Hz in this lab, where a '
+                f'robot stops {longest:g} s after its last command (timeouts: command)'
+            )

@@ -183,6 +183,7 @@ def test_the_whole_job_in_an_emulated_lab(start, tmp_path):
         (('--lab', 'lab.yaml'), 'add --emulate'),
         (('--emulate', '--limits', 'burger'), '--limits is for simulated robots'),
         (('--emulate', '--cmd-timeout', '1'), '--cmd-timeout is for simulated robots'),
+        (('--emulate', '--rate', '1'), '--rate is 1; it must be above 2 Hz in this lab'),
     ],
 )
 def test_runs_do_not_mix_simulation_and_lab(arguments, message, tmp_path):
@@ -212,6 +213,7 @@ def test_without_a_terminal_the_status_is_a_line_now_and_then(start):
         (('--joystick-button=-1',), '--joystick-button is -1'),
         (('--min-separation', '0'), '--min-separation is 0; it must be above 0 m'),
         (('--pose', '1:0,0'), 'add --emulate'),
+        (('--rate', '2'), '--rate is 2; it must be above 2 Hz in this lab'),
     ],
 )
 def test_mistakes_are_told_before_anything_starts(arguments, message, tmp_path):
