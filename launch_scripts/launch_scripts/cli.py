@@ -8,6 +8,7 @@ import difflib
 import importlib
 import os
 import sys
+from pathlib import Path
 from typing import Any, NoReturn
 
 from launch_scripts.processes.inherited import leave_out_what_breaks
@@ -114,6 +115,7 @@ def main(arguments: list[str] | None = None) -> int:
     leave_out_what_breaks()
     arguments = spelled(sys.argv[1:] if arguments is None else arguments)
     try:
+        _check_current_folder()
         args = _parsed(arguments)
         with kept_terminal():
             return int(args.main(args))
@@ -125,6 +127,13 @@ def main(arguments: list[str] | None = None) -> int:
     except BrokenPipeError:  # such as `setcmas run ... | head`: the work is done, nobody reads
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 0
+
+
+def _check_current_folder() -> None:
+    try:
+        Path.cwd()
+    except FileNotFoundError as error:
+        raise SetcmasError('the current folder was removed; change into another one') from error
 
 
 def _parsed(arguments: list[str]) -> argparse.Namespace:

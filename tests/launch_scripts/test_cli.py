@@ -4,7 +4,7 @@ import subprocess
 import sys
 
 import pytest
-from processes import run_setcmas
+from processes import SETCMAS, run_setcmas
 
 from launch_scripts.cli import VERBS, spelled
 from setcmas_simu import __version__
@@ -171,3 +171,15 @@ def test_completion_of_verbs_options_and_values(tmp_path):
     assert complete('setcmas run --graph dir') == ['directed_ring']
     assert 'vicon' in complete('setcmas expe --mocap v')
     assert complete('setcmas simu --model wa') == ['waffle']
+
+
+def test_a_current_folder_that_was_removed_is_told_in_one_line(tmp_path):
+    command = f'mkdir gone && cd gone && rmdir ../gone && {SETCMAS[0]} csv_to_plot ../out'
+    result = subprocess.run(
+        ['sh', '-c', command], cwd=tmp_path, capture_output=True, text=True, check=False
+    )
+
+    assert result.returncode == 2
+    assert result.stderr == (
+        'setcmas csv_to_plot: the current folder was removed; change into another one\n'
+    )

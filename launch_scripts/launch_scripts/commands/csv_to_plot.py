@@ -13,7 +13,7 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from launch_scripts.options.plot_options import BEST, FilmOptions, StyleOptions
+from launch_scripts.options.plot_options import BEST, FilmOptions, PlotFolderOptions, StyleOptions
 from launch_scripts.terminal.output_lines import warn
 
 
@@ -25,9 +25,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar='DIR',
         help='folder of a run, of its CSV files, a fleet.csv, or a bag',
     )
-    parser.add_argument(
-        '-o', '--output', type=Path, metavar='DIR', help='folder of the plots (default: DIR/plots)'
-    )
+    PlotFolderOptions.add_to(parser)
     StyleOptions.add_to(parser)
     FilmOptions.add_to(parser)
     parser.add_argument('--show', action='store_true', help='open the plots in windows as well')

@@ -62,6 +62,8 @@ def main(args: argparse.Namespace) -> int:
     scripts = law.scripts()
     scripts.check(args.nb_robots)
     SimulationOptions.of(args).simulated()  # mistakes are told before anything starts
+    for note in scripts.hiding:
+        warn(f'setcmas offline: {note}')
     communication = CommunicationOptions.of(args).found(law.exercise)
     check_communication(communication, args.nb_robots)
     inputs = run_inputs(args, scripts)
@@ -83,7 +85,8 @@ def main(args: argparse.Namespace) -> int:
         print(compared(folder.path, earlier))
     print(
         f'{args.duration:g} s in {elapsed:.2f} s ({args.duration / elapsed:.0f} times real time)'
-        f'   CSV: {folder.csv}   {len(evaluation.plots)} plots: {folder.plots}'
+        f'   CSV: {folder.shown(folder.csv)}   '
+        f'{len(evaluation.plots)} plots: {folder.shown(folder.plots)}'
     )
     if run.outcome.state is State.DIED:
         warn(f'setcmas offline: {run.outcome}\n    the first {run.table.t[-1]:g} s are written')

@@ -70,6 +70,8 @@ def main(args: argparse.Namespace) -> int:
     law = LawOptions.of(args)
     scripts = law.scripts()  # mistakes are told before anything starts
     scripts.check(args.nb_robots)
+    for note in scripts.hiding:
+        warn(f'setcmas run: {note}')
     robots = SimulationOptions.of(args).simulated().robots
     check_communication(CommunicationOptions.of(args).found(law.exercise), args.nb_robots)
     lab = _emulated_lab(args)
@@ -85,8 +87,13 @@ def main(args: argparse.Namespace) -> int:
         started=time.strftime('%Y-%m-%dT%H:%M:%S%z'),
     )
     with view_beside(ViewOptions.of(args), robots) as views:
-        folder.create(info)
-        status, outcome = _robots_run(args, folder, lab, views)
+        try:
+            folder.create(info)
+            status, outcome = _robots_run(args, folder, lab, views)
+        except KeyboardInterrupt:
+            if not folder.bag.exists():  # before the processes
+                folder.discard()
+            raise
     if outcome is None:
         folder.discard()
         return status
@@ -100,7 +107,8 @@ def main(args: argparse.Namespace) -> int:
             warn(f'setcmas run: {outcome}; the messages above the table tell why')
         return status
     except KeyboardInterrupt:
-        warn(f'setcmas run: the bag is complete; bag_to_csv {folder.bag} goes on from there')
+        bag = folder.shown(folder.bag)
+        warn(f'setcmas run: the bag is complete; bag_to_csv {bag} goes on from there')
         return 130
     except SetcmasError as error:
         if not status:
@@ -124,7 +132,9 @@ def _emulated_lab(args: argparse.Namespace) -> Lab | None:
             raise SetcmasError(
                 f'{spelled(name)} is for simulated robots; it has no place in a lab'
             )
-    return load_lab(args.lab or DEFAULT_FILE, args.nb_robots)
+    lab = load_lab(args.lab or DEFAULT_FILE, args.nb_robots)
+    lab.check_rate(args.rate)
+    return lab
 
 
 def _robots_run(
@@ -167,7 +177,7 @@ def _robots_run(
                 return run.status, replace(outcome, state=State.FAILED)
             return 0, outcome
         except StoppedError:
-            return 130, Outcome(State.STOPPED)
+            return 130, Outcome(State.STOPPED) if run and run.started else None
         except ChildDiedError as death:
             if str(death):
                 supervisor.warn(f'setcmas run: {death}; the others are stopped')
@@ -221,7 +231,10 @@ def _evaluate(
     look = PlotLook(tuple(args.format))
     evaluation = evaluate(run, folder.plots, look, folder.metrics, warn)
     lines = [str(evaluation), *([compared(folder.path, earlier)] if earlier else [])]
-    where = f'{len(evaluation.plots)} plots: {folder.plots}'
+    where = (
+        f'bag: {folder.shown(folder.bag)}   CSV: {folder.shown(folder.csv)}   '
+        f'{len(evaluation.plots)} plots: {folder.shown(folder.plots)}'
+    )
     with suppress(OSError):  # the terminal may be closed by now, the work is done
-        print(*lines, f'bag: {folder.bag}   CSV: {folder.csv}   {where}', sep='\n', flush=True)
+        print(*lines, where, sep='\n', flush=True)
     return 0

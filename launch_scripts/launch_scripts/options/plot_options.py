@@ -8,7 +8,7 @@ from typing import Any
 
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.options.group import ClashError, Form, Options, option
-from setcmas_simu.options.kinds import Number, OneOf
+from setcmas_simu.options.kinds import Number, OneOf, PathTo
 from setcmas_tools.plots.formats import FILMS, FORMATS, PALETTES, PAPERS
 
 BEST = 'best'
@@ -37,6 +37,19 @@ class FormatOptions(Options):
         'formats of the plots',
         default=('png',),
         form=Form.SEVERAL,
+    )
+
+
+@dataclass(frozen=True, kw_only=True)
+class PlotFolderOptions(Options):
+    """Where plots go."""
+
+    output: Path | None = option(
+        PathTo(metavar='DIR'),
+        'folder of the plots',
+        default=None,
+        default_text='DIR/plots',
+        short='-o',
     )
 
 

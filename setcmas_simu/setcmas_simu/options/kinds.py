@@ -151,8 +151,9 @@ class Whole(Kind):
         return self.least <= int(value) and (self.most is None or int(value) <= self.most)
 
 
-NB_ROBOTS = Whole(1)
-"""Sizes of a fleet."""
+MAX_ROBOTS = 2000
+NB_ROBOTS = Whole(1, MAX_ROBOTS)
+"""Sizes of a fleet: each robot knows of each other one, which memory and time limit."""
 
 
 @dataclass(frozen=True)
@@ -192,9 +193,9 @@ class PathTo(Kind):
         """A path."""
         return 'a path'
 
-    def parse(self, text: str) -> Path:
-        """Return the path that a text tells."""
-        return Path(text)
+    def parse(self, text: str) -> Path | str:
+        """Return the path that a text tells; an empty one tells none."""
+        return Path(text) if text else text
 
     def accepts(self, value: Any) -> bool:
         """Return whether a value is a path."""

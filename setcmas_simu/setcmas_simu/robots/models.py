@@ -124,6 +124,11 @@ def _check_file(path: Path) -> None:
         raise SetcmasError(f"robot script '{path}' was not found; write one: setcmas new --robot")
 
 
+def absolute(names: Sequence[str]) -> list[str]:
+    """Return names of models, scripts with absolute paths: another script may change folders."""
+    return [str(Path(name).absolute()) if is_script(name) else name for name in names]
+
+
 def robot_models(
     names: Sequence[str],
     robots: Sequence[int],

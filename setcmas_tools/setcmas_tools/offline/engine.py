@@ -22,7 +22,7 @@ from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet.fleet import start_poses
 from setcmas_simu.reports.reports import Function
 from setcmas_simu.robots.mixed_fleet import fleet_model
-from setcmas_simu.robots.models import NO_LIMITS, check_models, model_names, robot_models
+from setcmas_simu.robots.models import NO_LIMITS, absolute, check_models, model_names, robot_models
 from setcmas_simu.robots.si_to_uni import KOMEGA
 from setcmas_simu.robots.unicycle import RATE_HZ as ROBOT_RATE_HZ
 from setcmas_simu.robots.virtual_fleet import VirtualFleet
@@ -52,6 +52,11 @@ from setcmas_tools.run.run import Run
 
 Floats = NDArray[np.float64]
 _SAME_TIME_S = 1e-9
+
+MAX_STATES = 10_000_000
+"""The most states of robots in a run, a state a robot and step; they are held in memory."""
+
+_BYTES_A_STATE = 500  # measured: 150 to 220, and once more while the run changes processes
 
 
 def simulate(
@@ -129,6 +134,8 @@ def simulate(
         nb_robots=nb_robots, model=model, limits=limits, robot_rate=robot_rate
     )
     gains = GainOptions(vnom=vnom, komega=komega, rate=rate, seed=seed)
+    nb_steps = max(1, round(duration * robot_rate))
+    _check_size(nb_steps, nb_robots)
     start = start_poses(nb_robots) if poses is None else np.array(poses, dtype=float)
     if start.shape != (3, nb_robots) or not np.isfinite(start).all():
         raise SetcmasError(
@@ -145,11 +152,13 @@ def simulate(
         noise=noise,
     )
     tells = chosen_communication(nb_robots, options, seed)
-    seed_scripts(seed)
-    radio = None if tells.is_ideal else OfflineCommunication(tells, nb_robots, warn)
     names = model_names(model, nb_robots)
     check_models(names, limits)
-    nb_steps = max(1, round(duration * robot_rate))
+    # Files are found before a script is loaded: it may change the current folder.
+    names = absolute(names)
+    inputs = [*model_inputs(model, nb_robots), *given_files(tells.condition_script, graph)]
+    seed_scripts(seed)
+    radio = None if tells.is_ideal else OfflineCommunication(tells, nb_robots, warn)
     with named_output(), history.recorded_drawings() as drawings:
         models = robot_models(names, builtins.range(1, nb_robots + 1), limits, warn)
         robots = fleet_model(models)
@@ -188,11 +197,19 @@ def simulate(
     return Run(
         tables,
         RunInfo(outcome=outcome, parameters=parameters, seed=seed),
-        given_files(
-            [*given_scripts(laws), *model_inputs(model, nb_robots)], tells.condition_script, graph
-        ),
+        (*given_scripts(laws), *inputs),
         controllers.call_time * nb_robots / len(commands.t),
     )
+
+
+def _check_size(nb_steps: int, nb_robots: int) -> None:
+    nb_states = nb_steps * nb_robots
+    if nb_states > MAX_STATES:
+        raise SetcmasError(
+            f'the run has {nb_states:.3g} states of robots and would take about '
+            f'{nb_states * _BYTES_A_STATE / 1e9:.3g} GB; it must be {MAX_STATES:.3g} at most: '
+            'take a shorter duration, fewer robots, or a lower robot rate'
+        )
 
 
 def _run(

@@ -17,13 +17,10 @@ from setcmas_tools.offline.fleet_laws import Algo
 from setcmas_tools.run.inputs import RunInput
 
 
-def given_files(
-    scripts: Sequence[RunInput], condition: Path | None, graph: Graph
-) -> tuple[RunInput, ...]:
-    """Return the files that a run is given.
+def given_files(condition: Path | None, graph: Graph) -> list[RunInput]:
+    """Return the files of communication that a run is given.
 
     Args:
-        scripts: Its control scripts and robot scripts.
         condition: The script of its triggering condition, if it is one.
         graph: A preset, a file, or an adjacency matrix.
 
@@ -32,7 +29,7 @@ def given_files(
     """
     file = graph_file(graph) if isinstance(graph, (str, Path)) else None
     named = {'ctc': condition, 'graph': file}
-    return (*scripts, *(RunInput(option, path) for option, path in named.items() if path))
+    return [RunInput(option, path) for option, path in named.items() if path]
 
 
 def given_scripts(laws: Sequence[ControlLaw]) -> list[RunInput]:

@@ -20,13 +20,23 @@ class RunFolder:
     """Where the parts of a run go.
 
     Attributes:
-        path: The folder.
+        path: The folder, absolute: a script that changes the current folder moves no results.
     """
 
     def __init__(self, path: Path, inputs: Sequence[RunInput] = ()) -> None:
-        """Name the folder, and what the run is given; nothing is created yet."""
-        self.path = path
+        """Name the folder, and what the run is given; nothing is created yet.
+
+        Raises:
+            SetcmasError: The path is relative, and the current folder is gone.
+        """
+        self._named = path
         self._inputs = inputs
+        with self._writing():
+            self.path = path.absolute()
+
+    def shown(self, part: Path) -> Path:
+        """Return the path of a part as it follows from the name of the folder, for messages."""
+        return self._named / part.relative_to(self.path)
 
     @property
     def bag(self) -> Path:
@@ -52,27 +62,31 @@ class RunFolder:
         """See that no earlier run would be lost, and nothing that this one needs.
 
         Raises:
-            SetcmasError: The folder holds a run and must not be overwritten, is no folder, or
-                what would be overwritten is an input of the new run.
+            SetcmasError: The folder holds a run and must not be overwritten, is no folder, cannot
+                be looked at, or what would be overwritten is an input of the new run.
         """
+        with self._writing():
+            self._check(overwrite)
+
+    def _check(self, overwrite: bool) -> None:
         if self.path.exists() and not self.path.is_dir():
-            raise SetcmasError(f"output '{self.path}' is not a folder")
+            raise SetcmasError(f"output '{self._named}' is not a folder")
         taken = [part for part in _PARTS if (self.path / part).exists()]
         if taken and 'run.yaml' not in taken:
             raise SetcmasError(
-                f"output '{self.path}' holds {', '.join(taken)} and no run.yaml, so it is not a "
+                f"output '{self._named}' holds {', '.join(taken)} and no run.yaml, so it is not a "
                 'run of setcmas; name another folder'
             )
         if taken and not overwrite:
             raise SetcmasError(
-                f"output '{self.path}' holds an earlier run; "
+                f"output '{self._named}' holds an earlier run; "
                 'name another folder, or add --overwrite to replace that run'
             )
         parts = [(self.path / part).resolve() for part in taken]
         for given in self._inputs:
             if any(given.path.resolve().is_relative_to(part) for part in parts):
                 raise SetcmasError(
-                    f"'{given.path}' is part of the earlier run in '{self.path}' and would be "
+                    f"'{given.path}' is part of the earlier run in '{self._named}' and would be "
                     'lost with it; name another output folder'
                 )
 
@@ -128,5 +142,5 @@ class RunFolder:
             yield
         except OSError as error:
             raise SetcmasError(
-                f"output '{self.path}' cannot be written: {error.strerror}"
+                f"output '{self._named}' cannot be written: {error.strerror}"
             ) from error

@@ -23,7 +23,7 @@ from setcmas_tools.records.tables import RunTables, read_tables
 from setcmas_tools.run.folder import RunFolder
 from setcmas_tools.run.info import RunInfo, read_info
 from setcmas_tools.run.inputs import RunInput, kept_inputs
-from setcmas_tools.run.outcome import Outcome
+from setcmas_tools.run.outcome import Outcome, State
 from setcmas_tools.run.source import find_run
 from setcmas_tools.run.tools import DATA_FRAME, FIGURE, FILM, HTML, MEASURE, tool
 
@@ -103,8 +103,10 @@ class Run:
         """
         target = RunFolder(Path(folder), self.inputs)
         target.check(overwrite)
-        target.create(replace(self.info, references=self.references))
+        info = replace(self.info, references=self.references)
+        target.create(replace(info, outcome=Outcome(State.NOT_FINISHED)))
         target.write_tables(self.tables)
+        target.write_info(info)  # last: a full disk leaves no run that says it is complete
         return target.path
 
     @property

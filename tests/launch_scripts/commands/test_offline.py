@@ -165,6 +165,14 @@ def test_another_seed_gives_another_run(tmp_path):
             ('--algo', 'nav_wp', '--seed', '-1'),
             '--seed is -1; it must be a whole number from 0 to',
         ),
+        (
+            ('--algo', 'nav_wp', '--nb-robots', '1000000000'),
+            '--nb-robots is 1000000000; it must be a whole number from 1 to 2000',
+        ),
+        (
+            ('--algo', 'nav_wp', '--duration', '1e9'),
+            'the run has 1e+10 states of robots and would take about 5e+03 GB; it must be 1e+07',
+        ),
         (('--algo', 'nav_wp', '--noise', 'x'), "--noise is 'x'; it must be a number of at"),
         (('--algo', 'nav_wp', '--vnom', 'x'), "--vnom is 'x'; it must be a number above 0 m/s"),
         (('--algo', 'nav_wp', '--pose', '2:0,0'), 'the fleet has robots 1 to 1'),
@@ -294,3 +302,57 @@ def test_a_law_and_a_model_for_each_robot_and_the_run_again(tmp_path):
     third = offline(tmp_path, '--from', 'second', '-o', 'third')
     assert 'identical to first' in again.stdout
     assert 'identical to second' in third.stdout
+
+
+_ELSEWHERE = 'import os\nos.chdir(os.path.dirname(os.path.abspath(__file__)))\n'
+
+
+def test_scripts_that_change_the_current_folder_move_nothing(tmp_path):
+    (tmp_path / 'labs').mkdir()
+    (tmp_path / 'labs' / 'law.py').write_text(
+        _ELSEWHERE + 'def control(i, n, p, t):\n    return 0.1, 0\n'
+    )
+    (tmp_path / 'labs' / 'robot.py').write_text(
+        _ELSEWHERE + 'def step(state, command, Ts):\n    return state\n'
+        'def command(velocity, pose):\n    return velocity\n'
+    )
+    (tmp_path / 'labs' / 'when.py').write_text(
+        _ELSEWHERE + 'def ctc(pos, last_pos, t):\n    return True\n'
+    )
+    (tmp_path / 'links.yaml').write_text('graph: ring\n')
+    offline(
+        tmp_path, '--algo', 'labs/law.py', '--model', 'labs/robot.py', '--nb-robots', '3',
+        '--graph', 'links.yaml', '--event-triggered', '--ctc', 'labs/when.py', '--duration', '1',
+        '--output', 'out',
+    )  # fmt: skip
+
+    assert (tmp_path / 'out' / 'run.yaml').is_file()
+    assert (tmp_path / 'out' / 'inputs' / 'graph' / 'links.yaml').is_file()
+    assert {path.name for path in (tmp_path / 'labs').glob('out*')} == set()
+
+
+def test_results_of_a_script_that_removes_the_current_folder_are_written(tmp_path):
+    (tmp_path / 'gone').mkdir()
+    (tmp_path / 'law.py').write_text(
+        'import os, shutil\nshutil.rmtree(os.getcwd())\n'
+        'def control(i, n, p, t):\n    return 0.1, 0\n'
+    )
+    result = run_setcmas(
+        'offline', '--algo', '../law.py', '--duration', '1', '-o', 'out', cwd=tmp_path / 'gone'
+    )
+
+    assert result.returncode == 0, result.stderr
+    assert read_csv(tmp_path / 'gone' / 'out' / 'csv' / 'fleet.csv').x[-1] > 0
+
+
+@pytest.mark.parametrize(
+    ('output', 'message'),
+    [('', "--output is ''; it must be a path"), ('a' * 300, 'cannot be written: File name too')],
+)
+def test_an_output_that_can_be_no_folder_is_told_in_one_line(tmp_path, output, message):
+    result = run_setcmas('offline', '--algo', 'nav_wp', '--output', output, cwd=tmp_path)
+
+    assert result.returncode == 2
+    assert message in result.stderr
+    assert len(result.stderr.strip().splitlines()) == 1
+    assert list(tmp_path.iterdir()) == []

@@ -8,7 +8,7 @@ import numpy as np
 import psutil
 import pytest
 import yaml
-from processes import SETCMAS, run_setcmas
+from processes import SETCMAS, TIMEOUT_S, run_setcmas
 from ros1_recordings import WP_NAV
 
 pytest.importorskip('rclpy')
@@ -253,3 +253,13 @@ def test_a_gain_of_the_command_line_and_a_script_that_is_edited_meanwhile(start,
     assert record['parameters']['set'] == {'V': 0.2}
     commands = table_of_text(tmp_path / 'out' / 'csv' / 'tb3_1_cmd_cart_vel.csv')
     assert {round(float(row['x']), 3) for row in commands} == {0.2, -0.2}
+
+
+def test_a_run_that_is_stopped_before_the_robots_start_leaves_no_folder(start, tmp_path):
+    process = start(*SETCMAS, 'run', '--algo', 'consensus', '--output', 'out', cwd=tmp_path)
+    deadline = time.monotonic() + TIMEOUT_S
+    while not (tmp_path / 'out' / 'run.yaml').exists() and time.monotonic() < deadline:
+        time.sleep(0.01)
+
+    assert process.end(signal.SIGINT) == 130
+    assert not (tmp_path / 'out').exists()

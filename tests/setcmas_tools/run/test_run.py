@@ -11,6 +11,8 @@ from runs import run_of
 import setcmas_tools
 from setcmas_simu.errors import SetcmasError
 from setcmas_tools import Run, simulate
+from setcmas_tools.run.info import read_info
+from setcmas_tools.run.outcome import State
 
 LAW = """
 import rviz_marker, rviz_marker_array
@@ -178,3 +180,20 @@ def test_what_the_package_offers_is_known_before_it_is_imported():
 
     assert result.stdout == 'True False\n', result.stderr
     assert setcmas_tools.evaluate.__name__ == 'evaluate'
+
+
+def test_a_full_disk_leaves_no_run_that_says_it_is_complete(tmp_path):
+    command = (
+        'import resource, signal\n'
+        'from setcmas_tools import simulate\n'
+        "run = simulate('consensus', 8, 60)\n"
+        'signal.signal(signal.SIGXFSZ, signal.SIG_IGN)\n'
+        'resource.setrlimit(resource.RLIMIT_FSIZE, (20_000, 20_000))\n'
+        "run.save('out')\n"
+    )
+    result = subprocess.run(
+        [sys.executable, '-c', command], cwd=tmp_path, capture_output=True, text=True, check=False
+    )
+
+    assert "output 'out' cannot be written: File too large" in result.stderr
+    assert read_info(tmp_path / 'out').outcome.state is State.NOT_FINISHED
