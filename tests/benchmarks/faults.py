@@ -33,11 +33,11 @@ from sensor_msgs.msg import Joy
 from tabulate import tabulate
 from tqdm import tqdm
 
-from setcmas_expe.lab.file import default_lab
+from setcmas_expe.lab.file import DEFAULT_FILE, load_lab
 
 MOST_S, MOST_M = 0.7, 0.16
-ARENA = default_lab(2).arena
-SEPARATION = default_lab(2).min_separation
+ARENA = load_lab(DEFAULT_FILE, 2).arena
+SEPARATION = load_lab(DEFAULT_FILE, 2).min_separation
 EMULATED_LAB = [sys.executable, '-m', 'setcmas_expe.emulation.lab']
 
 Outcome = list[Stop]

@@ -1,8 +1,7 @@
 from pathlib import Path
 
 import pytest
-
-from setcmas_ctrl.scripts.loader import load_control
+from control_functions import load_control
 
 
 def test_drawing_functions_of_the_ros_1_stack_resolve_and_draw_nothing_without_ros(script):

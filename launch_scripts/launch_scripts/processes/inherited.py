@@ -5,18 +5,17 @@ from __future__ import annotations
 import os
 import sys
 import warnings
-from collections.abc import MutableMapping
 
 
-def leave_out_what_breaks(environment: MutableMapping[str, str] = os.environ) -> None:
+def leave_out_what_breaks() -> None:
     """Take out of the environment what would end this process or one that it starts.
 
     PYTHONWARNINGS=error makes errors of the remarks of other packages, ROS among them; a notebook
     sets MPLBACKEND to a backend that exists in its own kernel only.
     """
-    environment.pop('PYTHONWARNINGS', None)
+    os.environ.pop('PYTHONWARNINGS', None)
     if sys.warnoptions:
         warnings.resetwarnings()
         warnings.simplefilter('ignore')
-    if environment.get('MPLBACKEND', '').startswith('module://'):
-        del environment['MPLBACKEND']
+    if os.environ.get('MPLBACKEND', '').startswith('module://'):
+        del os.environ['MPLBACKEND']

@@ -15,7 +15,7 @@ import warnings
 from pathlib import Path
 from typing import Any
 
-from setcmas_ctrl.scripts.function import CONTROL, Control, check_defines, checked_control
+from setcmas_ctrl.scripts.function import CONTROL, check_defines
 from setcmas_ctrl.scripts.imports import ScriptImports
 from setcmas_ctrl.scripts.messages import describe_failure
 from setcmas_ctrl.scripts.settings import CALL, Settings, apply_settings, converted, plain_names
@@ -154,16 +154,6 @@ def _read(path: Path) -> str:
     except SyntaxError as error:  # neither UTF-8 nor another encoding that is known
         reason = error.msg.partition(' for ')[0]
         raise SetcmasError(f'{path.name} has an {reason}; save it as UTF-8') from error
-
-
-def load_control(path: Path, robot: int) -> Control:
-    """Run a script in a fresh module for one robot and return its `control`.
-
-    Raises:
-        SetcmasError: The script fails while it is loaded, or `control` does not take four
-            arguments.
-    """
-    return checked_control(vars(load_script(path, robot)).get('control'), path)
 
 
 def load_script(

@@ -56,11 +56,6 @@ _NAMESPACE = re.compile(r'[A-Za-z][A-Za-z0-9_]*(/[A-Za-z][A-Za-z0-9_]*)*')
 _ADDRESS = re.compile(r'[A-Za-z0-9_.:-]+')
 
 
-def default_lab(nb_robots: int) -> Lab:
-    """Return the lab of the default file, with robots that are called tb3_1 .. tb3_N."""
-    return load_lab(DEFAULT_FILE, nb_robots)
-
-
 def load_lab(path: Path, nb_robots: int | None = None) -> Lab:
     """Return the lab that a file describes; the default file gives what it leaves out.
 

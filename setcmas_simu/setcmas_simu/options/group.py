@@ -204,12 +204,11 @@ class Options:
         """Return the values by name."""
         return {one.name: getattr(self, one.name) for one in fields(self)}
 
-    def arguments(self, without: Container[str] = ()) -> list[str]:
+    def arguments(self) -> list[str]:
         """Return the command line of a process that is to have the same values."""
         line: list[str] = []
         for name, (kept, value) in self._changed().items():
-            if name not in without:
-                line += _typed(kept, kept.flag or spelled(name), value)
+            line += _typed(kept, kept.flag or spelled(name), value)
         return line
 
     def changed(self) -> list[str]:

@@ -6,6 +6,8 @@ import math
 from dataclasses import dataclass
 
 Points = tuple[tuple[float, float], ...]
+
+_DISC_CORNERS = 32
 """Corners (x, y) in m."""
 
 
@@ -61,9 +63,9 @@ def rectangle(x: tuple[float, float], y: tuple[float, float]) -> Points:
     return ((x[0], y[0]), (x[1], y[0]), (x[1], y[1]), (x[0], y[1]))
 
 
-def disc(radius: float, x: float = 0.0, corners: int = 32) -> Points:
+def disc(radius: float, x: float = 0.0) -> Points:
     """Return the corners of a disc with its middle on the x axis, all in m."""
-    angles = [math.tau * i / corners for i in range(corners)]
+    angles = [math.tau * i / _DISC_CORNERS for i in range(_DISC_CORNERS)]
     return tuple((x + radius * math.cos(angle), radius * math.sin(angle)) for angle in angles)
 
 

@@ -55,7 +55,7 @@ class ConversionReport:
         return '\n'.join([*self.notices, summary])
 
 
-def convert(bag: Path, output: Path | None = None, progress: bool = True) -> ConversionReport:
+def convert(bag: Path, output: Path | None = None) -> ConversionReport:
     """Write a CSV file for each topic of a bag, and the tables of the fleet and its communication.
 
     Files of these names that are there already are replaced, all of them at the end only.
@@ -64,7 +64,6 @@ def convert(bag: Path, output: Path | None = None, progress: bool = True) -> Con
         bag: What `bag_reader.open_bag` accepts.
         output: Folder of the files; by default `csv` beside a bag folder that is named `bag`,
             else `<name of the bag>_csv` beside the bag.
-        progress: Whether to show a progress bar, if the bag is long and there is a terminal.
 
     Raises:
         SetcmasError: The bag cannot be read, or the files cannot be written.
@@ -74,7 +73,7 @@ def convert(bag: Path, output: Path | None = None, progress: bool = True) -> Con
         try:
             folder.mkdir(parents=True, exist_ok=True)
             with tempfile.TemporaryDirectory(prefix='.converting-', dir=folder) as unfinished:
-                report = _write_files(source, Path(unfinished), folder, progress)
+                report = _write_files(source, Path(unfinished), folder)
         except OSError as error:
             raise SetcmasError(
                 f"CSV files cannot be written to '{folder}': {error.strerror}"
@@ -99,14 +98,14 @@ def _as_given(path: Path, like: Path) -> Path:
     return path.relative_to(here) if not like.is_absolute() and here in path.parents else path
 
 
-def _write_files(bag: Bag, unfinished: Path, folder: Path, progress: bool) -> ConversionReport:
+def _write_files(bag: Bag, unfinished: Path, folder: Path) -> ConversionReport:
     names = file_names(topic.name for topic in bag.topics)
     samples = RunSamples((topic.name, topic.type.name) for topic in bag.topics)
     jobs = {
         topic: _TopicJob(topic, unfinished / name, samples.collectors(topic.name, topic.type.name))
         for topic, name in zip(bag.topics, names, strict=True)
     }
-    for topic, time_ns, data in _with_progress(bag, progress):
+    for topic, time_ns, data in _with_progress(bag):
         jobs[topic].take(time_ns - bag.start_ns, data)
     written = [job for job in jobs.values() if job.finish()]
     if tables := samples.tables():
@@ -177,8 +176,8 @@ def file_names(topics: Iterable[str]) -> list[str]:
     return names
 
 
-def _with_progress(bag: Bag, progress: bool) -> Iterator[tuple[BagTopic, int, bytes]]:
-    if not progress or bag.count < _LONG_BAG or not sys.stderr.isatty():
+def _with_progress(bag: Bag) -> Iterator[tuple[BagTopic, int, bytes]]:
+    if bag.count < _LONG_BAG or not sys.stderr.isatty():
         return bag.messages()
     from tqdm import tqdm  # only the long bags pay for its import
 

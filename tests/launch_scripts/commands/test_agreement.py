@@ -10,9 +10,9 @@ import pytest
 import yaml
 from processes import SETCMAS
 from ros_domain import reserved_domain
+from trajectory_comparison import compare
 
 from setcmas_tools import simulate
-from setcmas_tools.metrics.trajectory_comparison import compare
 from setcmas_tools.records.fleet_table import read_csv
 
 pytest.importorskip('rclpy')

@@ -7,7 +7,7 @@ import pytest
 
 from launch_scripts.processes import environment
 from launch_scripts.processes.experiment import experiment_environment
-from setcmas_expe.lab.file import default_lab
+from setcmas_expe.lab.file import DEFAULT_FILE, load_lab
 from setcmas_simu.errors import SetcmasError
 
 
@@ -25,7 +25,7 @@ def test_an_emulated_lab_reaches_no_real_robot_whatever_the_user_has_set(monkeyp
     monkeypatch.setenv('ROS_DISCOVERY_SERVER', '192.168.1.10:11811')
     monkeypatch.setenv('ROS_SUPER_CLIENT', 'TRUE')
     monkeypatch.setenv('FASTRTPS_DEFAULT_PROFILES_FILE', 'out.xml')
-    lab = replace(default_lab(1), static_peers=('192.168.1.22',))
+    lab = replace(load_lab(DEFAULT_FILE, 1), static_peers=('192.168.1.22',))
     closed = experiment_environment(lab, emulated=True)
 
     assert closed['ROS_AUTOMATIC_DISCOVERY_RANGE'] == 'LOCALHOST'
@@ -37,7 +37,7 @@ def test_an_emulated_lab_reaches_no_real_robot_whatever_the_user_has_set(monkeyp
 @pytest.mark.parametrize('name', ['robot1.invalid', 'robot..1'])
 def test_a_static_peer_that_does_not_exist_is_told_in_one_line(monkeypatch, name):
     monkeypatch.delenv('ROS_STATIC_PEERS', raising=False)
-    lab = replace(default_lab(1), static_peers=('192.168.1.21', name))
+    lab = replace(load_lab(DEFAULT_FILE, 1), static_peers=('192.168.1.21', name))
 
     with pytest.raises(SetcmasError, match=f"'{re.escape(name)}' is not known"):
         experiment_environment(lab, emulated=False)

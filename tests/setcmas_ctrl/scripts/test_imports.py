@@ -2,9 +2,10 @@ import sys
 import textwrap
 
 import pytest
+from control_functions import load_control
 
 from setcmas_ctrl.scripts.imports import helper_files
-from setcmas_ctrl.scripts.loader import load_control, load_script
+from setcmas_ctrl.scripts.loader import load_script
 from setcmas_simu.errors import SetcmasError
 
 

@@ -4,12 +4,12 @@ import sys
 import textwrap
 
 import pytest
+from control_functions import load_control
 
 from setcmas_ctrl.scripts.loader import (
     ALGORITHMS,
     compile_script,
     find_script,
-    load_control,
 )
 from setcmas_simu.errors import SetcmasError
 

@@ -5,7 +5,8 @@ import sys
 import textwrap
 import time
 
-from setcmas_ctrl.scripts.loader import load_control
+from control_functions import load_control
+
 from setcmas_ctrl.scripts.output import named_output
 
 

@@ -4,9 +4,9 @@ import pytest
 
 from setcmas_expe.doctor import nudge
 from setcmas_expe.doctor.findings import OK, PROBLEM
-from setcmas_expe.lab.file import default_lab
+from setcmas_expe.lab.file import DEFAULT_FILE, load_lab
 
-LAB = default_lab(2)
+LAB = load_lab(DEFAULT_FILE, 2)
 BEFORE = {1: (1.0, 1.0, math.pi / 2), 2: (-1.0, 0.0, 0.0)}
 
 

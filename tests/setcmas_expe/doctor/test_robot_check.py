@@ -5,10 +5,10 @@ import pytest
 from setcmas_expe.doctor.arrival_statistics import ArrivalStatistics
 from setcmas_expe.doctor.findings import NOTE, PROBLEM
 from setcmas_expe.doctor.robot_check import COLUMNS, RobotCheck
-from setcmas_expe.lab.file import default_lab
+from setcmas_expe.lab.file import DEFAULT_FILE, load_lab
 from setcmas_expe.lab.model import LabRobot
 
-LAB = default_lab(1)
+LAB = load_lab(DEFAULT_FILE, 1)
 GOOD = RobotCheck(
     robot=LabRobot.numbered(1),
     mocap=ArrivalStatistics(100.0, 0.001, 0.02, 0.008),

@@ -2,7 +2,7 @@ import re
 
 import pytest
 
-from setcmas_expe.lab.file import DEFAULT_FILE, default_lab, load_lab
+from setcmas_expe.lab.file import DEFAULT_FILE, load_lab
 from setcmas_expe.lab.model import LabRobot
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.robots.velocity_limits import ROBOT_MODELS, VelocityLimits
@@ -19,7 +19,7 @@ def lab_file(tmp_path):
 
 
 def test_the_default_lab_has_robots_that_are_called_the_same_everywhere():
-    lab = default_lab(2)
+    lab = load_lab(DEFAULT_FILE, 2)
 
     assert lab.robots == (LabRobot(1, 'tb3_1', 'tb3_1'), LabRobot(2, 'tb3_2', 'tb3_2'))
     assert lab.mocap.topic_of(lab.robots[1]) == '/qualisys/tb3_2/odom'
@@ -30,7 +30,7 @@ def test_the_default_lab_has_robots_that_are_called_the_same_everywhere():
 
 
 def test_an_empty_file_is_the_default_lab(lab_file):
-    assert load_lab(lab_file('# nothing\n'), 3) == default_lab(3)
+    assert load_lab(lab_file('# nothing\n'), 3) == load_lab(DEFAULT_FILE, 3)
 
 
 def test_every_line_of_the_default_file_that_is_commented_out_is_accepted(lab_file):

@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 from setcmas_expe.arena import Arena
-from setcmas_expe.lab.file import default_lab
+from setcmas_expe.lab.file import DEFAULT_FILE, load_lab
 from setcmas_expe.safety.decision import HOLD_S, Situation, State, decide
 
-LAB = replace(default_lab(3), arena=Arena(-2.0, 2.0, -1.0, 1.0))
+LAB = replace(load_lab(DEFAULT_FILE, 3), arena=Arena(-2.0, 2.0, -1.0, 1.0))
 FREE = Situation(
     pose=(0.0, 0.0, 0.0),
     pose_age=0.01,

@@ -70,7 +70,7 @@ def test_a_process_gets_the_same_values(options):
 
 
 def test_only_what_differs_is_passed_on():
-    assert parsed('--noise', '1').arguments(without=['law']) == ['--noise=1']
+    assert parsed('--noise', '1').arguments() == ['--noise=1', '--law=go']
     assert parsed('--noise', '1').changed() == ['noise', 'law']
 
 

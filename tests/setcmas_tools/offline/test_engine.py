@@ -6,6 +6,7 @@ from dataclasses import fields
 import numpy as np
 import pytest
 from ros1_recordings import WP_NAV
+from trajectory_comparison import compare
 
 from setcmas_ctrl.communication.options import CommunicationOptions
 from setcmas_ctrl.control.options import GainOptions
@@ -13,7 +14,6 @@ from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet.fleet import start_poses
 from setcmas_simu.simulator.options import SimulationOptions
 from setcmas_tools import simulate
-from setcmas_tools.metrics.trajectory_comparison import compare
 from setcmas_tools.records.fleet_table import read_csv
 from setcmas_tools.run.options import RunOptions
 

@@ -111,7 +111,7 @@ def bag(tmp_path, make, write_bag):
 
 
 def test_a_record_from_a_bag(bag):
-    folder = convert(bag(), progress=False).folder
+    folder = convert(bag()).folder
     record = read_csv(folder)
 
     assert record.links == {
@@ -127,13 +127,13 @@ def test_a_record_from_a_bag(bag):
 
 def test_graphs_of_two_controller_processes(bag):
     graphs = ((0.9, [0, 1, np.nan, np.nan]), (2.0, [np.nan, np.nan, 0.5, 0]))
-    record = read_csv(convert(bag(graphs), progress=False).folder)
+    record = read_csv(convert(bag(graphs)).folder)
 
     assert record.changes.tolist() == [[0, 1, 2, 1], [1, 2, 1, 0.5]]
 
 
 def test_a_bag_without_graphs_is_that_of_a_complete_one(bag):
-    record = read_csv(convert(bag(graphs=()), progress=False).folder)
+    record = read_csv(convert(bag(graphs=())).folder)
 
     assert record.changes.tolist() == [[0, 1, 2, 1], [0, 2, 1, 1]]
 
@@ -144,7 +144,7 @@ def test_a_bag_of_the_ros_1_stack_tells_what_was_sent_only(tmp_path, make, write
         event = make('std_msgs/msg/UInt16', {'data': int(k % 5 == 0)})
         messages += [('/tb3_1/odom', 0.1 * k, make('nav_msgs/msg/Odometry'))]
         messages += [('/tb3_1/trig_event', 0.1 * k, event)]
-    folder = convert(write_bag(tmp_path / 'bag', messages), progress=False).folder
+    folder = convert(write_bag(tmp_path / 'bag', messages)).folder
     lines = str(compute(folder)).splitlines()
 
     assert read_csv(folder).robots[1].sent == 4
@@ -154,7 +154,7 @@ def test_a_bag_of_the_ros_1_stack_tells_what_was_sent_only(tmp_path, make, write
 def test_a_bag_of_periodic_communication_has_no_record(tmp_path, make, write_bag):
     bag = write_bag(tmp_path / 'bag', [('/tb3_1/odom', 0.0, make('nav_msgs/msg/Odometry'))])
 
-    assert read_csv(convert(bag, progress=False).folder) is None
+    assert read_csv(convert(bag).folder) is None
 
 
 def test_a_record_of_an_offline_run_survives_its_files(tmp_path):

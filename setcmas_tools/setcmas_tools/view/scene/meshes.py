@@ -78,9 +78,9 @@ def box(x: tuple[float, float], y: tuple[float, float], z: tuple[float, float]) 
     return prism([(x[0], y[0]), (x[1], y[0]), (x[1], y[1]), (x[0], y[1])], *z)
 
 
-def ring(inner: float, outer: float, height: float, sides: int = 48) -> Mesh:
+def ring(inner: float, outer: float, height: float) -> Mesh:
     """Return a flat ring, seen from above, at a height; all in m."""
-    return lathe([(outer, height), (inner, height)], sides)
+    return lathe([(outer, height), (inner, height)], sides=48)
 
 
 def sphere(radius: float, sides: int = 16) -> Mesh:

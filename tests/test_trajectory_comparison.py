@@ -1,7 +1,6 @@
 import numpy as np
 import pytest
-
-from setcmas_tools.metrics.trajectory_comparison import compare
+from trajectory_comparison import compare
 
 T = np.arange(0, 20, 0.1)
 
