@@ -82,13 +82,13 @@ def test_it_waits_for_a_recorder_that_hears_the_robots_too(start, peer):
     recorder.destroy_node()
 
 
-def test_robots_that_come_later_are_mentioned(start):
+def test_a_part_of_an_announced_fleet_waits_for_the_rest(start):
     start(*SIMU, '--nb-robots', '4', '--robots', '1-2').wait_for_output('simulating')
     process = start(*CTRL, '--algo', 'consensus')
-    process.wait_for_output('controlling robots 1-2')
+    process.wait_for_output('waiting for the odometry of robots 3-4')
     start(*SIMU, '--nb-robots', '4', '--robots', '3-4')
 
-    process.wait_for_output('have appeared; this controller does not know them')
+    process.wait_for_output('controlling robots 1-4')
 
 
 def test_it_says_which_odometry_it_waits_for(start, peer):
