@@ -10,7 +10,7 @@ The answers are those for the robot whose `control` is being called, at this tim
 from __future__ import annotations
 
 from setcmas_ctrl.communication import graph as communication_graph
-from setcmas_ctrl.communication.graph import Floats
+from setcmas_simu.arrays import Floats
 
 # Robots of a process share this module: each call of a control law sets the two anew.
 _robot = 0

@@ -26,8 +26,9 @@ from setcmas_ctrl.scripts.function import checked_function
 from setcmas_ctrl.scripts.loader import load_script
 from setcmas_ctrl.scripts.messages import describe_failure, safe_text
 from setcmas_ctrl.scripts.stop_call import AbandonCall, StopCall
+from setcmas_simu.arrays import Floats
 from setcmas_simu.errors import SetcmasError
-from setcmas_simu.robots.model import POSE, TWIST, Floats, RobotModel
+from setcmas_simu.robots.model import POSE, TWIST, RobotModel
 from setcmas_simu.robots.unicycle import BURGER_SHAPE, velocities_between
 
 STEP = 'step(state, command, Ts)'

@@ -9,8 +9,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from setcmas_simu.arrays import Floats
 from setcmas_simu.fleet.topics import robot_name
 from setcmas_tools.metrics.compute import Metrics, measure
 from setcmas_tools.metrics.yaml_file import as_dict
@@ -58,7 +58,7 @@ def largest_distance(first: Run, second: Run) -> Apart:
     return largest
 
 
-def _of(grid: FleetGrid, robot: int) -> dict[int, NDArray[np.float64]]:
+def _of(grid: FleetGrid, robot: int) -> dict[int, Floats]:
     """Return the positions (x, y) of a robot by the number of its time step, 10 a second."""
     if robot not in grid.robots:
         return {}

@@ -17,15 +17,13 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import IO, Any
 
-import numpy as np
-from numpy.typing import NDArray
-
 from launch_scripts.processes.child_process import KILL
 from launch_scripts.processes.node_commands import OFFLINE_WORKER, node_command
 from launch_scripts.processes.orphans import adopt_orphans, children, end_orphans
 from setcmas_ctrl.control.law_scripts import LawScripts
 from setcmas_ctrl.scripts.call_watch import STUCK_S
 from setcmas_ctrl.scripts.messages import described_place, quoted_line
+from setcmas_simu.arrays import Floats
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet.topics import robot_name
 from setcmas_simu.reports.reports import Function
@@ -49,7 +47,7 @@ class BrokenRun:
         reason: How, with script and line.
     """
 
-    states: NDArray[np.float64]
+    states: Floats
     robot: int
     reason: str
 

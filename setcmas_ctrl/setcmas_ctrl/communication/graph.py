@@ -8,11 +8,10 @@ from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from setcmas_simu.arrays import Floats
 from setcmas_simu.errors import SetcmasError
-
-Floats = NDArray[np.float64]
 
 COMPLETE = 'complete'
 

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
+
+from setcmas_simu.arrays import Floats
 
 Change = tuple[float, int, int, float]
 
@@ -18,9 +19,9 @@ class GraphChanges:
     def __init__(self, nb_robots: int) -> None:
         """Start without any link."""
         self.rows: list[Change] = []
-        self._last: NDArray[np.float64] = np.zeros((nb_robots, nb_robots))
+        self._last: Floats = np.zeros((nb_robots, nb_robots))
 
-    def note(self, t: float, adjacency: NDArray[np.float64]) -> bool:
+    def note(self, t: float, adjacency: Floats) -> bool:
         """Note the graph of a time t (s), shape (N, N); returns whether it is another one."""
         if adjacency is self._last or np.array_equal(adjacency, self._last):
             return False

@@ -15,7 +15,8 @@ from typing import Any
 import numpy as np
 
 from setcmas_ctrl.communication.channel import LinkChannel
-from setcmas_ctrl.communication.graph import PRESETS, Floats, Segment, checked_adjacency
+from setcmas_ctrl.communication.graph import PRESETS, Segment, checked_adjacency
+from setcmas_simu.arrays import Floats
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.yaml_entries import Entry, read_entries
 

@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 
 from setcmas_ctrl.communication.channel import Channel
 from setcmas_ctrl.communication.link_counts import LinkCounts
+from setcmas_simu.arrays import Floats
 
-Floats = NDArray[np.float64]
 Indices = NDArray[np.intp]
 
 _SAME_TIME_S = 1e-9

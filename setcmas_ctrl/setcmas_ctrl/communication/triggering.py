@@ -18,16 +18,15 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from setcmas_ctrl.scripts.error_reports import ErrorReports
 from setcmas_ctrl.scripts.failures import ControlError, failure_of
 from setcmas_ctrl.scripts.loader import load_script
 from setcmas_ctrl.scripts.messages import safe_text
 from setcmas_ctrl.scripts.stop_call import AbandonCall, StopCall
+from setcmas_simu.arrays import Floats
 from setcmas_simu.errors import SetcmasError
 
-Floats = NDArray[np.float64]
 Condition = Callable[..., Any]
 
 THRESHOLD_M = 0.25

@@ -10,7 +10,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from setcmas_ctrl import network
 from setcmas_ctrl.communication.graph import complete
@@ -25,6 +24,7 @@ from setcmas_ctrl.scripts.messages import (
 )
 from setcmas_ctrl.scripts.settings import Settings
 from setcmas_ctrl.scripts.stop_call import AbandonCall, StopCall, scripts_own
+from setcmas_simu.arrays import Floats
 
 Velocity = tuple[float, float]
 _FLOATS = (float, np.float64)
@@ -88,9 +88,9 @@ class ControlLaw:
 
     def __call__(
         self,
-        poses: NDArray[np.float64],
+        poses: Floats,
         t: float,
-        adjacency: NDArray[np.float64] | None = None,
+        adjacency: Floats | None = None,
     ) -> Velocity:
         """Return the velocity (vx, vy) in m/s that the script asks for.
 

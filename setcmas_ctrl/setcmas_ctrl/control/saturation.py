@@ -5,15 +5,16 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from setcmas_simu.arrays import Floats
 from setcmas_simu.robots.si_to_uni import SLOW
 
 VNOM = 0.5
 """Default largest speed of a robot, in m/s."""
 
 
-def saturate(velocities: ArrayLike, vnom: float = VNOM) -> NDArray[np.float64]:
+def saturate(velocities: ArrayLike, vnom: float = VNOM) -> Floats:
     """Scale velocities down to a largest speed, keeping their directions.
 
     Args:
@@ -23,11 +24,11 @@ def saturate(velocities: ArrayLike, vnom: float = VNOM) -> NDArray[np.float64]:
     Returns:
         The saturated velocities, same shape.
     """
-    wanted: NDArray[np.float64] = np.asarray(velocities, dtype=float)
+    wanted: Floats = np.asarray(velocities, dtype=float)
     if vnom == math.inf:
         return wanted
     speeds = np.hypot(wanted[0], wanted[1])
-    scaled: NDArray[np.float64] = wanted * (vnom / np.maximum(speeds, vnom))
+    scaled: Floats = wanted * (vnom / np.maximum(speeds, vnom))
     return scaled
 
 

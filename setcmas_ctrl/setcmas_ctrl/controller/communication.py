@@ -6,7 +6,6 @@ import time
 
 import numpy as np
 from nav_msgs.msg import Odometry
-from numpy.typing import NDArray
 from rclpy.duration import Duration
 from rclpy.node import Node
 from std_msgs.msg import Float32MultiArray, Float64MultiArray, MultiArrayDimension
@@ -14,10 +13,9 @@ from std_msgs.msg import Float32MultiArray, Float64MultiArray, MultiArrayDimensi
 from setcmas_ctrl.communication.graph_changes import GraphChanges
 from setcmas_ctrl.communication.settings import Communication
 from setcmas_ctrl.fleet.odometry import FleetOdometry, Pose, planar_pose
+from setcmas_simu.arrays import Floats
 from setcmas_simu.fleet import topics
 from setcmas_simu.ros import qos
-
-Floats = NDArray[np.float64]
 
 _COUNTS_EVERY_S = 1.0
 _GRAPH_EVERY_S = 0.2

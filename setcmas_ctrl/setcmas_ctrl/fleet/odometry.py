@@ -8,9 +8,9 @@ from functools import partial
 
 import numpy as np
 from nav_msgs.msg import Odometry
-from numpy.typing import NDArray
 from rclpy.node import Node
 
+from setcmas_simu.arrays import Floats
 from setcmas_simu.fleet import topics
 from setcmas_simu.fleet.planar_pose import yaw_of_quaternion
 from setcmas_simu.ros import qos
@@ -47,7 +47,7 @@ class FleetOdometry:
             robots: The robots to follow; None is the whole fleet.
         """
         self.topic_of = topic_of
-        self.poses: NDArray[np.float64] = np.full((3, nb_robots), np.nan)
+        self.poses: Floats = np.full((3, nb_robots), np.nan)
         self._received = np.full(nb_robots, -np.inf)
         self._followed = list(robots or range(1, nb_robots + 1))
         self._complete = False
@@ -76,7 +76,7 @@ class FleetOdometry:
         """Return how long ago a robot was last seen, in s."""
         return time.monotonic() - float(self._received[robot - 1])
 
-    def pose(self, robot: int) -> NDArray[np.float64]:
+    def pose(self, robot: int) -> Floats:
         """Return a robot's pose, shape (3, 1); NaN if it has not been seen yet."""
         return self.poses[:, robot - 1 : robot]
 

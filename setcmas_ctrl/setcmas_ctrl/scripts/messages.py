@@ -10,10 +10,10 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from setcmas_ctrl.scripts.imports import robot_of_frame
 from setcmas_ctrl.scripts.stop_call import AbandonCall, StopCall
+from setcmas_simu.arrays import Floats
 from setcmas_simu.fleet.fleet import format_robots
 from setcmas_simu.fleet.topics import robot_name
 
@@ -92,7 +92,7 @@ def described_place(file: Path, line: int | None, path: Path) -> str:
     return place if file == path else f'{place} (imported by {path.name})'
 
 
-def unheard_robots(robot: int, poses: NDArray[np.float64]) -> str:
+def unheard_robots(robot: int, poses: Floats) -> str:
     """Return a new line that names the robots whose poses a robot does not know, or nothing.
 
     Args:

@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
+from setcmas_simu.arrays import Floats
 from setcmas_simu.robots import unicycle
 from setcmas_simu.robots.velocity_limits import VelocityLimits
 
@@ -41,7 +41,7 @@ class EmulatedFleet:
     """
 
     def __init__(
-        self, start_poses: NDArray[np.float64], limits: VelocityLimits, rng: np.random.Generator
+        self, start_poses: Floats, limits: VelocityLimits, rng: np.random.Generator
     ) -> None:
         """Place the robots.
 
@@ -88,7 +88,7 @@ class EmulatedFleet:
         self.odometry = unicycle.step(self.odometry, *self.wheel_velocities(), Ts)
         self.battery = np.maximum(0.0, self.battery - _FULL * Ts / _ENDURANCE_S)
 
-    def wheel_velocities(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    def wheel_velocities(self) -> tuple[Floats, Floats]:
         """Return forward speeds (m/s) and turn rates (rad/s) as the wheels measure them.
 
         The left and the right wheel each have a radius that is a little wrong, so that straight

@@ -6,10 +6,10 @@ import math
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from setcmas_expe.emulation import faults
 from setcmas_expe.emulation.faults import Fault
+from setcmas_simu.arrays import Floats
 from setcmas_simu.fleet.planar_pose import quaternion_of_yaw
 
 LATENCY_S = 0.01
@@ -66,7 +66,7 @@ class EmulatedMocap:
         """Let a fault begin at time now (s)."""
         self._faults[fault.kind, fault.robot - 1] = now + fault.duration
 
-    def capture(self, poses: NDArray[np.float64], now: float) -> None:
+    def capture(self, poses: Floats, now: float) -> None:
         """Take a frame.
 
         Args:

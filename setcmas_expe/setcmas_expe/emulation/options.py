@@ -5,11 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from setcmas_expe.arena import Arena
 from setcmas_expe.lab.model import Mocap
 from setcmas_expe.mocap.messages import STANDARD
+from setcmas_simu.arrays import Floats
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet.fleet import start_poses
 from setcmas_simu.fleet.pose_options import chosen_start_poses
@@ -59,7 +59,7 @@ def check_emulated_mocap(mocap: Mocap) -> None:
 
 def emulated_start_poses(
     arena: Arena, nb_robots: int, given: StartPoseOptions | None = None
-) -> NDArray[np.float64]:
+) -> Floats:
     """Return start poses: those of a simulation, drawn together until they fit into the arena.
 
     Args:

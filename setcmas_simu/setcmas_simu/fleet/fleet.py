@@ -6,8 +6,8 @@ import math
 import re
 
 import numpy as np
-from numpy.typing import NDArray
 
+from setcmas_simu.arrays import Floats
 from setcmas_simu.errors import SetcmasError
 
 Colour = tuple[float, float, float]
@@ -40,7 +40,7 @@ _LIGHT_GREY: Colour = (0.78, 0.78, 0.78)
 _WHITE_ROBOT = 5
 
 
-def start_poses(nb_robots: int) -> NDArray[np.float64]:
+def start_poses(nb_robots: int) -> Floats:
     """Return the default start poses of a fleet.
 
     One robot starts at the origin, several on the border of a 10 m square as in ROS 1, further

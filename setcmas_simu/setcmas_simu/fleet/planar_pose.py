@@ -5,10 +5,12 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
+
+from setcmas_simu.arrays import Floats
 
 
-def wrap_angle(angle: ArrayLike) -> NDArray[np.float64]:
+def wrap_angle(angle: ArrayLike) -> Floats:
     """Wrap angles to (-pi, pi].
 
     Args:

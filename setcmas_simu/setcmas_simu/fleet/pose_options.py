@@ -6,9 +6,7 @@ import math
 from collections.abc import Iterable
 from pathlib import Path
 
-import numpy as np
-from numpy.typing import NDArray
-
+from setcmas_simu.arrays import Floats
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet.fleet import start_poses
 from setcmas_simu.yaml_entries import Entry, read_entries
@@ -84,8 +82,8 @@ def chosen_start_poses(
     nb_robots: int,
     poses_file: Path | None = None,
     pose_options: Iterable[str] = (),
-    defaults: NDArray[np.float64] | None = None,
-) -> NDArray[np.float64]:
+    defaults: Floats | None = None,
+) -> Floats:
     """Return the start poses of a fleet: the defaults, then the file's, then single ones.
 
     Args:

@@ -6,7 +6,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from setcmas_simu.robots.model import Floats, RobotModel
+from setcmas_simu.arrays import Floats
+from setcmas_simu.robots.model import RobotModel
 
 
 def fleet_model(models: Sequence[RobotModel]) -> RobotModel:

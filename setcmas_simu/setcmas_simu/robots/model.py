@@ -6,12 +6,10 @@ import math
 from typing import Protocol, runtime_checkable
 
 import numpy as np
-from numpy.typing import NDArray
 
+from setcmas_simu.arrays import Floats
 from setcmas_simu.robots.shape import Shape
 from setcmas_simu.robots.si_to_uni import si_to_uni
-
-Floats = NDArray[np.float64]
 
 POSE, TWIST = slice(0, 3), slice(3, 6)
 """Rows of a state: x, y (m), theta (rad); and velocities along the robot's axes over the last

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from setcmas_simu.robots.model import Floats, RobotModel
+from setcmas_simu.arrays import Floats
+from setcmas_simu.robots.model import RobotModel
 from setcmas_simu.robots.shape import Prism, Shape, Wheel, disc, rectangle
 
 _RADIUS = 0.12

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from setcmas_simu.arrays import Floats
 from setcmas_simu.fleet.planar_pose import wrap_angle
 
 SLOW = 0.01
@@ -18,7 +19,7 @@ _SLOW_TURN = 0.01  # rad/s: a TurtleBot3 cannot turn slower
 
 def si_to_uni(
     velocities: ArrayLike, theta: ArrayLike, komega: float = KOMEGA
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+) -> tuple[Floats, Floats]:
     """Turn towards the wanted velocity and go at its speed.
 
     V = |v| and omega = komega wrap(atan2(vy, vx) - theta): the proportional heading control of

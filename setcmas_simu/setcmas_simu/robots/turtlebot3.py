@@ -6,8 +6,9 @@ import math
 
 import numpy as np
 
+from setcmas_simu.arrays import Floats
 from setcmas_simu.robots import unicycle
-from setcmas_simu.robots.model import Floats, RobotModel
+from setcmas_simu.robots.model import RobotModel
 from setcmas_simu.robots.shape import Shape
 from setcmas_simu.robots.velocity_limits import VelocityLimits
 

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from setcmas_simu.arrays import Floats
 from setcmas_simu.fleet.planar_pose import wrap_angle
-from setcmas_simu.robots.model import Floats, RobotModel
+from setcmas_simu.robots.model import RobotModel
 from setcmas_simu.robots.shape import Prism, Shape, Wheel, disc, mirrored, rectangle
 from setcmas_simu.robots.velocity_limits import IDEAL, VelocityLimits
 
@@ -55,7 +56,7 @@ def driven(states: Floats, V: Floats, omega: Floats, Ts: float) -> Floats:
     return later
 
 
-def step(poses: ArrayLike, V: ArrayLike, omega: ArrayLike, Ts: float) -> NDArray[np.float64]:
+def step(poses: ArrayLike, V: ArrayLike, omega: ArrayLike, Ts: float) -> Floats:
     """Integrate the unicycle over one period, the heading first.
 
     theta+ = theta + Ts omega, then x+ = x + Ts V cos(theta+) and y+ = y + Ts V sin(theta+): the
@@ -79,9 +80,7 @@ def step(poses: ArrayLike, V: ArrayLike, omega: ArrayLike, Ts: float) -> NDArray
     return later
 
 
-def velocities_between(
-    before: ArrayLike, after: ArrayLike, Ts: float
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def velocities_between(before: ArrayLike, after: ArrayLike, Ts: float) -> tuple[Floats, Floats]:
     """Return the velocities that lead from poses to later ones: backward differences.
 
     The forward speed is the displacement along the later heading, as `step` would have made it;

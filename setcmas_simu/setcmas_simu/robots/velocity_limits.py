@@ -6,11 +6,12 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from setcmas_simu.arrays import Floats
 from setcmas_simu.errors import SetcmasError
 
-Velocities = tuple[NDArray[np.float64], NDArray[np.float64]]
+Velocities = tuple[Floats, Floats]
 
 
 @dataclass(frozen=True)

@@ -6,7 +6,8 @@ import math
 
 import numpy as np
 
-from setcmas_simu.robots.model import POSE, TWIST, Floats, RobotModel
+from setcmas_simu.arrays import Floats
+from setcmas_simu.robots.model import POSE, TWIST, RobotModel
 from setcmas_simu.robots.unicycle import Unicycle
 
 Command = tuple[float, float, float]

@@ -7,9 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import ClassVar
 
-import numpy as np
-from numpy.typing import NDArray
-
+from setcmas_simu.arrays import Floats
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet.fleet import format_robots
 from setcmas_simu.fleet.pose_options import chosen_start_poses
@@ -34,7 +32,7 @@ class SimulatedRobots:
     """
 
     robots: list[int]
-    start_poses: NDArray[np.float64]
+    start_poses: Floats
     models: list[str]
 
 

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import numpy as np
 from builtin_interfaces.msg import Time
 from geometry_msgs.msg import TransformStamped
-from numpy.typing import NDArray
 from rclpy.node import Node
 
+from setcmas_simu.arrays import Floats
 from setcmas_simu.fleet.planar_pose import quaternion_of_yaw
 from setcmas_simu.fleet.topics import TF
 from setcmas_simu.ros import qos
@@ -39,7 +38,7 @@ class FleetTransforms:
             self._message.transforms.append(transform)
         self._publisher = node.create_publisher(TFMessage, TF, qos.EVENT)
 
-    def publish(self, stamp: Time, poses: NDArray[np.float64]) -> None:
+    def publish(self, stamp: Time, poses: Floats) -> None:
         """Publish the poses, shape (3, N), of the robots in the order of the frames."""
         if self._publisher is None:
             return

@@ -12,9 +12,9 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.collections import LineCollection, PolyCollection
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
-from numpy.typing import NDArray
 from PIL import Image
 
+from setcmas_simu.arrays import Floats
 from setcmas_tools.plots.references import draw_arena, draw_references
 from setcmas_tools.plots.robot_symbols import symbols
 from setcmas_tools.plots.style import edge_effects, legend, line_look, robot_handles
@@ -22,8 +22,6 @@ from setcmas_tools.plots.trajectories import fit_plane
 from setcmas_tools.records.fleet_grid import FleetGrid
 from setcmas_tools.records.fleet_table import FleetTable
 from setcmas_tools.run.run import Run
-
-Floats = NDArray[np.float64]
 
 _SIZE_IN = (6.4, 5.4)  # at 100 dots an inch
 _ROBOT_SIZE = 0.022  # of the width of the plane that is shown

@@ -7,7 +7,6 @@ from dataclasses import asdict, dataclass
 from typing import Any, TypeGuard
 
 import numpy as np
-from numpy.typing import NDArray
 
 from setcmas_ctrl.control.saturation import VNOM
 from setcmas_simu.errors import SetcmasError
@@ -16,8 +15,6 @@ from setcmas_tools.kinds.metric import Columns, Measured
 from setcmas_tools.records.fleet_grid import LONGEST_GAP_S
 from setcmas_tools.records.fleet_table import FleetTable
 from setcmas_tools.run.run import Run
-
-Floats = NDArray[np.float64]
 
 SATURATION_TOLERANCE = 1e-3
 """A robot is in saturation from (1 - this) vnom on."""

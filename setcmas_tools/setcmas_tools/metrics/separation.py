@@ -5,13 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from setcmas_simu.arrays import Floats
 from setcmas_tools.kinds.metric import Measured
 from setcmas_tools.records.fleet_grid import FleetGrid
 from setcmas_tools.run.run import Run
-
-Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

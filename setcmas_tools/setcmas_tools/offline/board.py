@@ -10,11 +10,9 @@ import mmap
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
+from setcmas_simu.arrays import Floats
 from setcmas_simu.reports.reports import Function
-
-Floats = NDArray[np.float64]
 
 _HEAD = 64  # bytes
 _CALLS, _ROBOT, _FUNCTION, _DONE, _STATES, _ROWS, _ROBOTS, _ELAPSED = range(8)

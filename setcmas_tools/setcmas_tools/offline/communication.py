@@ -11,11 +11,10 @@ from setcmas_ctrl.communication.graph_changes import GraphChanges
 from setcmas_ctrl.communication.settings import Communication
 from setcmas_ctrl.communication.triggering import CONSEQUENCE
 from setcmas_ctrl.scripts.error_reports import ErrorReports
+from setcmas_simu.arrays import Floats
 from setcmas_simu.reports.reports import Function
 from setcmas_tools.offline import board
 from setcmas_tools.records.communication import CommunicationRecord, Counts, record_of
-
-Floats = NDArray[np.float64]
 
 
 class OfflineCommunication:

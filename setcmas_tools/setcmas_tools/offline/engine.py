@@ -6,7 +6,7 @@ import builtins
 from collections.abc import Callable
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from setcmas_ctrl.communication.graph import COMPLETE
 from setcmas_ctrl.communication.options import CommunicationOptions, Condition, Graph
@@ -50,7 +50,6 @@ from setcmas_tools.run.options import RunOptions
 from setcmas_tools.run.outcome import Outcome
 from setcmas_tools.run.run import Run
 
-Floats = NDArray[np.float64]
 _SAME_TIME_S = 1e-9
 
 MAX_STATES = 10_000_000

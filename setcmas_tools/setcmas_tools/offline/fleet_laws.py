@@ -9,7 +9,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from setcmas_ctrl.control.control_law import ControlLaw
 from setcmas_ctrl.control.law_scripts import LawScripts
@@ -18,13 +17,13 @@ from setcmas_ctrl.control.saturation import saturate
 from setcmas_ctrl.scripts.error_reports import ErrorReports
 from setcmas_ctrl.scripts.failures import ControlError
 from setcmas_ctrl.scripts.settings import Settings
+from setcmas_simu.arrays import Floats
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet.per_robot import check_in_fleet, format_per_robot
 from setcmas_simu.reports.reports import Function
 from setcmas_simu.robots.model import RobotModel
 from setcmas_tools.offline import board
 
-Floats = NDArray[np.float64]
 Law = str | Path | Callable[..., Any]
 Algo = Law | Mapping[int, Law]
 """What `simulate` takes for its control laws."""

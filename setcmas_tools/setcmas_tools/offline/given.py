@@ -7,11 +7,11 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from setcmas_ctrl.communication.options import Condition, Graph
 from setcmas_ctrl.communication.settings import graph_file
 from setcmas_ctrl.control.control_law import ControlLaw
+from setcmas_simu.arrays import Floats
 from setcmas_simu.fleet.per_robot import format_per_robot
 from setcmas_tools.offline.fleet_laws import Algo
 from setcmas_tools.run.inputs import RunInput
@@ -67,7 +67,7 @@ def condition_name(condition: Condition) -> str:
     return Path(name_of(condition) or 'by default').name
 
 
-def pose_options(poses: NDArray[np.float64]) -> list[str]:
+def pose_options(poses: Floats) -> list[str]:
     """Return start poses, shape (3, N), as `--pose` takes them."""
     return [
         f'{robot}:{x!r},{y!r},{theta!r}'

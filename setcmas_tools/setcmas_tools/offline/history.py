@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from setcmas_ctrl import drawing
+from setcmas_simu.arrays import Floats
 from setcmas_tools.records.commands import Commands
 from setcmas_tools.records.drawings import DrawingRecord
 from setcmas_tools.records.fleet_table import FleetTable
@@ -16,8 +17,6 @@ from setcmas_tools.records.tables import RunTables
 from setcmas_tools.run.info import RunInfo
 from setcmas_tools.run.outcome import Outcome
 from setcmas_tools.run.run import Run
-
-Floats = NDArray[np.float64]
 
 
 def motion(t: Floats, poses: Floats, V: Floats, omega: Floats) -> FleetTable:

@@ -4,15 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 from matplotlib.figure import Figure
-from numpy.typing import NDArray
 
+from setcmas_simu.arrays import Floats
 from setcmas_tools.kinds.plot import applies_to
 from setcmas_tools.plots.style import legend, line_look, robot_handles, time_axis
 from setcmas_tools.records.communication import CommunicationRecord
 from setcmas_tools.records.fleet_table import FleetTable
 from setcmas_tools.run.run import Run
-
-Floats = NDArray[np.float64]
 
 _MOST_PANELS = 12
 _INCHES_PER_PANEL = 0.78

@@ -12,15 +12,13 @@ from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
-from numpy.typing import NDArray
 
+from setcmas_simu.arrays import Floats
 from setcmas_tools.kinds.plot import applies_to
 from setcmas_tools.plots.references import draw_references
 from setcmas_tools.plots.style import legend, line_look, robot_colour, robot_handles, time_axis
 from setcmas_tools.records.fleet_grid import FleetGrid
 from setcmas_tools.run.run import Run
-
-Floats = NDArray[np.float64]
 
 _MOST_ROBOTS_IN_PAIRS = 5
 

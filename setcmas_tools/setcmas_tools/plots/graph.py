@@ -9,14 +9,12 @@ from matplotlib import rcParams
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import FancyArrowPatch
-from numpy.typing import NDArray
 
+from setcmas_simu.arrays import Floats
 from setcmas_tools.kinds.plot import applies_to
 from setcmas_tools.plots.style import final_width, line_look
 from setcmas_tools.records.communication import CommunicationRecord
 from setcmas_tools.run.run import Run
-
-Floats = NDArray[np.float64]
 
 MOST_ROBOTS = 60
 """Graphs of larger fleets are not drawn: their links would be a black disc."""

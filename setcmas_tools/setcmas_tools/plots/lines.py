@@ -6,13 +6,11 @@ from collections.abc import Callable
 
 import numpy as np
 from matplotlib.axes import Axes
-from numpy.typing import NDArray
 
+from setcmas_simu.arrays import Floats
 from setcmas_tools.plots.style import line_look
 from setcmas_tools.records.fleet_grid import LONGEST_GAP_S
 from setcmas_tools.records.fleet_table import FleetTable
-
-Floats = NDArray[np.float64]
 
 
 def with_gaps(t: Floats, *columns: Floats) -> list[Floats]:

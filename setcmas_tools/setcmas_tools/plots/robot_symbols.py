@@ -6,13 +6,11 @@ import contextlib
 
 import numpy as np
 from matplotlib.path import Path as Outline
-from numpy.typing import NDArray
 
+from setcmas_simu.arrays import Floats
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.robots.models import UNICYCLE, model_names, shape_of
 from setcmas_tools.run.run import Run
-
-Floats = NDArray[np.float64]
 
 _SIDE = 1.587
 """Side of the square that is as large as the rectangle around a symbol."""

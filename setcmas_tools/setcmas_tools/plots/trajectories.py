@@ -12,8 +12,8 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.markers import MarkerStyle
 from matplotlib.transforms import Affine2D
-from numpy.typing import NDArray
 
+from setcmas_simu.arrays import Floats
 from setcmas_simu.fleet.fleet import Colour
 from setcmas_simu.robots.models import UNICYCLE
 from setcmas_tools.plots.lines import finite_rows, with_gaps
@@ -22,8 +22,6 @@ from setcmas_tools.plots.robot_symbols import closed, symbol, symbols
 from setcmas_tools.plots.style import edge_effects, legend, line_look, robot_colour, robot_handles
 from setcmas_tools.records.fleet_table import FleetTable
 from setcmas_tools.run.run import Run
-
-Floats = NDArray[np.float64]
 
 _SMALLEST_SPAN_M = 1.0
 

@@ -8,10 +8,9 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from setcmas_simu.arrays import Floats
 from setcmas_tools.records.fleet_table import stacked
 from setcmas_tools.records.numbers_csv import read_numbers, write_numbers
-
-Floats = NDArray[np.float64]
 
 FILE_NAME = 'commands.csv'
 _COLUMNS = ('t', 'robot', 'vx', 'vy')

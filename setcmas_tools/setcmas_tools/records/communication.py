@@ -11,11 +11,9 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from setcmas_simu.arrays import Floats
 from setcmas_simu.errors import SetcmasError
-
-Floats = NDArray[np.float64]
 
 COUNTS_FILE = 'communication.csv'
 TRIGGERS_FILE = 'triggers.csv'

@@ -6,10 +6,10 @@ from collections.abc import Callable
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from setcmas_ctrl.communication.graph import complete, with_known_rows
 from setcmas_ctrl.communication.graph_changes import GraphChanges
+from setcmas_simu.arrays import Floats
 from setcmas_simu.fleet import topics
 from setcmas_tools.records.communication import CommunicationRecord, Counts, record_of
 from setcmas_tools.records.fleet_table import FleetTable
@@ -29,8 +29,8 @@ class CommunicationSamples:
     def __init__(self) -> None:
         """Start without any message."""
         self._events: dict[int, list[tuple[int, int]]] = {}
-        self._counts: dict[int, NDArray[np.float64]] = {}
-        self._graphs: list[tuple[int, NDArray[np.float64]]] = []
+        self._counts: dict[int, Floats] = {}
+        self._graphs: list[tuple[int, Floats]] = []
 
     def collector(self, topic: str, msgtype: str) -> Collect | None:
         """Return the function that takes the messages of a topic; None if it is not of use."""
@@ -91,7 +91,7 @@ class CommunicationSamples:
         )
 
 
-def _square(data: Any) -> NDArray[np.float64]:
+def _square(data: Any) -> Floats:
     size = int(len(data) ** 0.5)
     return np.array(data[: size * size], dtype=float).reshape(size, size)
 

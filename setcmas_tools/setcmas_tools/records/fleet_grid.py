@@ -7,9 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from setcmas_simu.arrays import Floats
 from setcmas_tools.records.fleet_table import FleetTable
-
-Floats = NDArray[np.float64]
 
 LONGEST_GAP_S = 1.0
 """Over longer gaps between two samples of a robot nothing is interpolated."""

@@ -10,9 +10,8 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from setcmas_simu.arrays import Floats
 from setcmas_simu.errors import SetcmasError
-
-Floats = NDArray[np.float64]
 
 FILE_NAME = 'fleet.csv'
 COLUMNS = ('t', 'robot', 'x', 'y', 'theta', 'v', 'omega')

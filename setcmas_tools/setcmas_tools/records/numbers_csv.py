@@ -9,13 +9,14 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from setcmas_simu.arrays import Floats
 from setcmas_simu.errors import SetcmasError
 
 
 def write_numbers(
     path: Path,
     names: Sequence[str],
-    columns: Sequence[NDArray[np.float64] | NDArray[np.int64]],
+    columns: Sequence[Floats | NDArray[np.int64]],
     formats: Sequence[str],
 ) -> None:
     """Write columns, each in its format.
@@ -29,7 +30,7 @@ def write_numbers(
         file.writelines(map(row.format, *(column.tolist() for column in columns)))
 
 
-def read_numbers(path: Path, names: Sequence[str]) -> NDArray[np.float64] | None:
+def read_numbers(path: Path, names: Sequence[str]) -> Floats | None:
     """Return the rows of a file, shape (rows, columns); None if there is no such file.
 
     Raises:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-Floats = NDArray[np.float64]
+from setcmas_simu.arrays import Floats
 
 
 def rms_by_robot(t: Floats, errors: dict[int, Floats], share: float) -> dict[int, float]:

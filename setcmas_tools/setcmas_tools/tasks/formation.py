@@ -9,10 +9,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from setcmas_ctrl.task.references import number, points
+from setcmas_simu.arrays import Floats
 from setcmas_tools.kinds.metric import Columns, Measured
 from setcmas_tools.kinds.task import Task
 from setcmas_tools.records.fleet_grid import FleetGrid
-from setcmas_tools.tasks.errors import Floats, rms, rms_by_robot
+from setcmas_tools.tasks.errors import rms, rms_by_robot
 from setcmas_tools.tasks.waypoints import REACHED_M, draw_waypoints, waypoints
 
 if TYPE_CHECKING:

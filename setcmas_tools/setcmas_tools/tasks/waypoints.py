@@ -10,11 +10,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from setcmas_ctrl.task.references import number, points
+from setcmas_simu.arrays import Floats
 from setcmas_simu.fleet.topics import robot_name
 from setcmas_tools.kinds.metric import Columns, Measured
 from setcmas_tools.kinds.task import Task
 from setcmas_tools.records.fleet_table import FleetTable
-from setcmas_tools.tasks.errors import Floats
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -7,9 +7,10 @@ from dataclasses import dataclass, field
 import numpy as np
 import viser
 
+from setcmas_simu.arrays import Floats
 from setcmas_simu.fleet.fleet import format_robots
 from setcmas_tools.view.model.communication import Flashes, Pairs
-from setcmas_tools.view.model.fleet_view import FleetView, Floats
+from setcmas_tools.view.model.fleet_view import FleetView
 from setcmas_tools.view.model.marker_store import MarkerStore
 from setcmas_tools.view.model.robot_states import RobotStates
 from setcmas_tools.view.model.run_clock import RunClock

@@ -10,13 +10,13 @@ import numpy as np
 from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import Point32
 from nav_msgs.msg import Odometry
-from numpy.typing import NDArray
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from std_msgs.msg import Bool, Float32MultiArray, UInt16
 from visualization_msgs.msg import Marker, MarkerArray
 
 from setcmas_ctrl.communication.graph import with_known_rows
+from setcmas_simu.arrays import Floats
 from setcmas_simu.fleet import topics
 from setcmas_simu.fleet.planar_pose import yaw_of_quaternion
 from setcmas_simu.ros import qos
@@ -49,7 +49,7 @@ class ViewedTopics:
         self._now = time.monotonic()
         self._robots: dict[str, PolledTopic] = {}
         self._commands: dict[str, PolledTopic] = {}
-        self._adjacency: NDArray[np.float64] = np.empty((0, 0))
+        self._adjacency: Floats = np.empty((0, 0))
         self._graph_told = False
         self._announced = FleetListener(node)
         diagnosed = partial(PolledTopic, node, DiagnosticArray, topics.DIAGNOSTICS)

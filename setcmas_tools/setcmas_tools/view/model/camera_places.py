@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
-Floats = NDArray[np.float64]
+from setcmas_simu.arrays import Floats
 
 FOV = 0.6
 """Vertical field of view of the cameras, in rad."""

@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-Floats = NDArray[np.float64]
+from setcmas_simu.arrays import Floats
+
 Pairs = NDArray[np.int64]
 
 FLASH_S = 0.5

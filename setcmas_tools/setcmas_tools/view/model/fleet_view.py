@@ -7,10 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from setcmas_simu.arrays import Floats
 from setcmas_simu.fleet.planar_pose import wrap_angle
 from setcmas_tools.metrics import consensus as consensus_metrics
-
-Floats = NDArray[np.float64]
 
 LOST_S = 1.5
 """Silence in s from which a robot counts as lost."""

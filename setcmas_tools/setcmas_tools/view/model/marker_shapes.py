@@ -6,11 +6,9 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from setcmas_simu.arrays import Floats
 from setcmas_simu.fleet import topics
-
-Floats = NDArray[np.float64]
 
 ARROW, CUBE, SPHERE, CYLINDER, LINE_STRIP, LINE_LIST, CUBE_LIST, SPHERE_LIST = range(8)
 POINTS, TEXT = 8, 9

@@ -7,11 +7,10 @@ from collections.abc import Collection, Iterator
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from setcmas_simu.arrays import Floats
 from setcmas_tools.view.model.marker_shapes import LINES, Shape, rotate, shape
 
-Floats = NDArray[np.float64]
 Key = tuple[str, str, int]
 
 ADD, DELETE, DELETE_ALL = 0, 2, 3

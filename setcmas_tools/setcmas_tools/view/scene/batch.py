@@ -8,10 +8,9 @@ import numpy as np
 import viser
 from numpy.typing import NDArray
 
+from setcmas_simu.arrays import Floats
 from setcmas_tools.view.scene.meshes import Mesh
 from setcmas_tools.view.scene.tone import untoned
-
-Floats = NDArray[np.float64]
 
 _LEAST_CAPACITY = 8
 

@@ -9,11 +9,11 @@ import numpy as np
 import viser
 from numpy.typing import NDArray
 
+from setcmas_simu.arrays import Floats
 from setcmas_simu.fleet import fleet
 from setcmas_tools.view.model.communication import Pairs
 from setcmas_tools.view.scene.tone import untoned
 
-Floats = NDArray[np.float64]
 Points = NDArray[np.float32]
 Colours = NDArray[np.uint8]
 Handle = TypeVar('Handle', viser.LineSegmentsHandle, viser.ArrowsHandle)

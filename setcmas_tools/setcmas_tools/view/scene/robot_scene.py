@@ -8,13 +8,12 @@ import numpy as np
 import viser
 from numpy.typing import NDArray
 
+from setcmas_simu.arrays import Floats
 from setcmas_simu.fleet import fleet
 from setcmas_simu.robots.models import UNICYCLE, shape_of
 from setcmas_simu.robots.shape import Shape
 from setcmas_tools.view.scene.batch import Batch
 from setcmas_tools.view.scene.robot_mesh import coloured_body, dark_body, unit_ring
-
-Floats = NDArray[np.float64]
 
 _DARK = np.array([0.16, 0.18, 0.21])
 _PALE = np.array([0.9, 0.91, 0.93])

@@ -8,9 +8,9 @@ System's reference transforms). Uncorrected, yellow comes out beige and salmon g
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-Floats = NDArray[np.float64]
+from setcmas_simu.arrays import Floats
 
 _INTO = np.array(
     [
