@@ -16,6 +16,7 @@ from setcmas_simu.ros.fleet_topic import FleetListener
 
 _CHECK_EVERY_S = 2.0
 _PATIENCE_S = 2.0  # a robot that nobody hears for longer is told
+_FORGOTTEN_AFTER_S = 6.0  # a second more than the lease in config/fastdds_network.xml
 
 
 class GraphWatch:
@@ -43,6 +44,7 @@ class GraphWatch:
         self._announced = announced
         self._followers = followers
         self._warn = warn
+        self._begin = time.monotonic()
         self._next_check = 0.0
         self._unheard: set[int] = set()
         self._unheard_since = 0.0
@@ -84,7 +86,8 @@ class GraphWatch:
             self._notice_unheard(now)
             self._notice_mixed_types()
             self._notice_latecomers()
-            self._notice_rivals()
+            if now - self._begin > _FORGOTTEN_AFTER_S:  # who was killed before is not seen then
+                self._notice_rivals()
 
     def _notice_unheard(self, now: float) -> None:
         unheard = self.unheard_robots()

@@ -66,6 +66,23 @@ def test_a_second_controller_of_a_robot_is_noticed(start):
     first.wait_for_output('another controller commands robots 1 too (/tb3_1/si_to_uni)')
 
 
+def test_a_controller_that_was_killed_is_no_second_one(start, peer):
+    start(*SIMU, '--nb-robots', '1').wait_for_output('simulating')
+    killed = start(*CTRL, '--algo', 'nav_wp')
+    killed.wait_for_output('controlling')
+    killed.kill_group()
+    again = start(*CTRL, '--algo', 'nav_wp')
+    again.wait_for_output('controlling')
+
+    def commanders():
+        found = peer.node.get_publishers_info_by_topic('/tb3_1/cmd_vel')
+        return [one for one in found if one.node_name == 'si_to_uni']
+
+    peer.wait_for(lambda: len(commanders()) == 2)  # who was killed is still in the graph
+    peer.wait_for(lambda: len(commanders()) == 1)
+    assert 'another controller commands' not in again.output()
+
+
 def test_other_publishers_of_the_wanted_velocity_are_served(start, peer):
     start(*SIMU, '--nb-robots', '1').wait_for_output('simulating')
     start(*CTRL, '--algo', 'consensus').wait_for_output('controlling')
