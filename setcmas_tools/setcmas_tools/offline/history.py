@@ -53,6 +53,8 @@ def remains(states: Floats, robot_rate: float, outcome: Outcome) -> Run:
         robot_rate: Rate of the states in Hz.
         outcome: How it ended.
     """
+    if not states.size:  # it ended before the first
+        states = np.empty((0, 6, 0))
     t = np.arange(len(states)) / robot_rate
     fleet = motion(t, states[:, :3], states[:, 3], states[:, 5])
     return Run(RunTables(fleet), RunInfo(outcome=outcome))

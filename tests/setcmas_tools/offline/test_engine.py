@@ -123,8 +123,8 @@ def test_start_poses_that_make_no_sense_are_refused(arguments):
 @pytest.mark.parametrize(
     ('arguments', 'message'),
     [
-        ({'nb_robots': 0}, 'nb_robots is 0; it must be a whole number from 1'),
-        ({'nb_robots': 2.5}, r'nb_robots is 2\.5; it must be a whole number from 1'),
+        ({'nb_robots': 0}, 'nb_robots is 0; it must be a whole number from 1 to 2000'),
+        ({'nb_robots': 2.5}, r'nb_robots is 2\.5; it must be a whole number from 1 to 2000'),
         ({'duration': 0}, 'duration is 0; it must be above 0 s and finite'),
         ({'duration': np.inf}, 'duration is inf; it must be above 0 s and finite'),
         ({'rate': -1}, 'rate is -1; it must be above 0 and at most 200 Hz'),
