@@ -1,7 +1,6 @@
 """ROS domains that nobody else on this machine uses at the same time."""
 
 import contextlib
-import fcntl
 import random
 import tempfile
 from collections.abc import Iterator
@@ -21,6 +20,8 @@ def domains_in_use() -> set[int]:
 @contextlib.contextmanager
 def reserved_domain() -> Iterator[int]:
     """Reserve a domain for as long as the context lasts."""
+    import fcntl  # other tests can do without
+
     for number in random.sample(DOMAINS, len(DOMAINS)):
         path = Path(tempfile.gettempdir()) / f'setcmas_test_domain_{number}.lock'
         with path.open('w') as lock:

@@ -16,6 +16,7 @@ import re
 from importlib import resources
 from pathlib import Path
 
+from launch_scripts.processes.environment import missing_ros
 from setcmas_ctrl.scripts.loader import ALGORITHMS, EXERCISES, find_script
 from setcmas_expe.lab.file import DEFAULT_FILE
 from setcmas_simu.errors import SetcmasError
@@ -116,9 +117,10 @@ def write(target: Path, content: bytes) -> None:
 
 
 def next_command(stem: str, source: str) -> str:
-    """Return the command that tries a script written from a source."""
+    """Return the command that tries a script written from a source, on this machine."""
+    verb = 'offline' if missing_ros() else 'run'
     if source == 'ctc':
-        return f'setcmas run --algo consensus --nb-robots 8 --event-triggered --ctc {stem}'
+        return f'setcmas {verb} --algo consensus --nb-robots 8 --event-triggered --ctc {stem}'
     if source == ROBOT:
-        return f'setcmas run --algo consensus --nb-robots 5 --model {stem}.py'
-    return f'setcmas run --algo {stem} --nb-robots 5'
+        return f'setcmas {verb} --algo consensus --nb-robots 5 --model {stem}.py'
+    return f'setcmas {verb} --algo {stem} --nb-robots 5'

@@ -78,7 +78,7 @@ def main(args: argparse.Namespace) -> int:
     inputs = run_inputs(args, scripts, (args.lab or DEFAULT_FILE) if lab else None)
     folder = RunFolder(output_folder(args, scripts), inputs)
     folder.check(args.overwrite)
-    require_ros()
+    require_ros("'setcmas offline' with the same options needs no ROS; ")
     info = RunInfo(
         ['setcmas', *sys.argv[1:]],
         Outcome(State.NOT_FINISHED),

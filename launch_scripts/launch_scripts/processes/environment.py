@@ -27,8 +27,17 @@ _WAYS_OUT = (
 """Variables by which topics may reach other machines whatever the discovery range."""
 
 
-def require_ros() -> None:
+def missing_ros() -> str:
+    """Return the first of ROS 2's Python packages that is missing; empty if none is."""
+    missing = (name for name in _ROS_PACKAGES if importlib.util.find_spec(name) is None)
+    return next(missing, '')
+
+
+def require_ros(without: str = '') -> None:
     """See that ROS 2's Python packages are there and can take part in a ROS domain.
+
+    Args:
+        without: What can be done without ROS, if anything, for the message.
 
     Raises:
         SetcmasError: They are not, the message says how to install them; or ROS_DOMAIN_ID is
@@ -45,10 +54,9 @@ def require_ros() -> None:
             f"RMW_IMPLEMENTATION is '{middleware}', and only {_MIDDLEWARE} comes from PyPI: "
             'unset RMW_IMPLEMENTATION'
         )
-    missing = [name for name in _ROS_PACKAGES if importlib.util.find_spec(name) is None]
-    if missing:
+    if missing := missing_ros():
         raise SetcmasError(
-            f'ROS 2 Jazzy is needed and {missing[0]} is missing: {ROS_WHEELS} '
+            f'ROS 2 Jazzy is needed and {missing} is missing: {without}{ROS_WHEELS} '
             'installs it on Linux; or source the setup.bash of an installed ROS 2 Jazzy'
         )
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import contextlib
-import fcntl
 import socket
 import struct
 
@@ -20,7 +19,14 @@ _ADVICE = (
 
 
 def network_addresses() -> dict[str, str]:
-    """Return the IPv4 address of each network interface but the loopback, by name."""
+    """Return the IPv4 address of each network interface but the loopback, by name.
+
+    None where the system does not tell, such as Windows.
+    """
+    try:
+        import fcntl
+    except ImportError:
+        return {}
     addresses = {}
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
         for _, name in socket.if_nameindex():
@@ -52,7 +58,7 @@ def multicast_finding() -> Finding:
     """Return through which interfaces multicast works, as far as this machine can tell."""
     addresses = network_addresses()
     if not addresses:
-        return Finding(NOTE, _WHAT, 'no network but this machine itself')
+        return Finding(NOTE, _WHAT, 'no network is known but this machine itself')
     working = [name for name, address in addresses.items() if multicast_works(address)]
     if not working:
         return Finding(NOTE, _WHAT, f'blocked on {", ".join(addresses)}', _ADVICE)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import contextlib
-import fcntl
 import os
 import tempfile
 from pathlib import Path
@@ -34,8 +33,9 @@ class RobotLocks:
         self._file: int | None = None
         # Another user's file cannot be opened: what is on the ROS graph decides.
         with contextlib.suppress(PermissionError):
-            flags = os.O_RDWR | os.O_CREAT | os.O_NOFOLLOW
-            self._file = os.open(_path(domain), flags, 0o666)
+            if hasattr(os, 'O_NOFOLLOW'):  # there are no such locks on Windows
+                flags = os.O_RDWR | os.O_CREAT | os.O_NOFOLLOW
+                self._file = os.open(_path(domain), flags, 0o666)
         taken = {robot: holder for robot in robots if (holder := self._take(robot))}
         if taken:
             self.release()
@@ -55,6 +55,8 @@ class RobotLocks:
         """Return who holds the lock of a robot; None if it is ours now."""
         if self._file is None:
             return None
+        import fcntl  # POSIX has it
+
         place = robot * _ENTRY_SIZE
         try:
             fcntl.lockf(self._file, fcntl.LOCK_EX | fcntl.LOCK_NB, _ENTRY_SIZE, place)

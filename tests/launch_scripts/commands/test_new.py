@@ -72,3 +72,13 @@ def test_a_script_that_hides_a_built_in_law_is_told_when_written_and_when_run(tm
     assert '--algo consensus means this file now, and not the built-in law' in written.stdout
     assert run.returncode == 0
     assert '--algo consensus is consensus.py in this folder' in run.stderr
+
+
+def test_without_ros_there_is_setcmas_offline(tmp_path):
+    (tmp_path / 'sitecustomize.py').write_text("import sys\nsys.modules['rclpy'] = None\n")
+    run = run_setcmas('run', '--algo', 'consensus', cwd=tmp_path, PYTHONPATH=str(tmp_path))
+    new = run_setcmas('new', 'my_law', cwd=tmp_path, PYTHONPATH=str(tmp_path))
+
+    assert run.returncode == 2
+    assert "rclpy is missing: 'setcmas offline' with the same options needs no ROS" in run.stderr
+    assert 'setcmas offline --algo my_law --nb-robots 5' in new.stdout
