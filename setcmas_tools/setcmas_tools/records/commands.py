@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from setcmas_simu.arrays import Floats
+from setcmas_tools.records.csv_files import read_rows, write_lines
 from setcmas_tools.records.fleet_table import stacked
-from setcmas_tools.records.numbers_csv import read_numbers, write_numbers
 
 FILE_NAME = 'commands.csv'
 _COLUMNS = ('t', 'robot', 'vx', 'vy')
@@ -60,8 +60,8 @@ def write_csv(given: Commands, path: Path) -> None:
     Raises:
         OSError: The file cannot be written.
     """
-    columns = (given.t, given.robot, given.vx, given.vy)
-    write_numbers(path, _COLUMNS, columns, ('.6f', 'd', '.9f', '.9f'))
+    columns = (column.tolist() for column in (given.t, given.robot, given.vx, given.vy))
+    write_lines(path, _COLUMNS, map('{:.6f},{:d},{:.9f},{:.9f}\n'.format, *columns))
 
 
 def read_csv(path: Path) -> Commands | None:
@@ -70,5 +70,5 @@ def read_csv(path: Path) -> Commands | None:
     Raises:
         SetcmasError: The file cannot be read or is damaged.
     """
-    rows = read_numbers(path, _COLUMNS)
+    rows = read_rows(path, _COLUMNS, lambda cells: list(map(float, cells)))
     return None if rows is None else commands(rows)

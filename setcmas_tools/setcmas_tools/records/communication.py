@@ -2,18 +2,16 @@
 
 from __future__ import annotations
 
-import csv
 import math
 from collections import Counter
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
 from setcmas_simu.arrays import Floats
-from setcmas_simu.errors import SetcmasError
+from setcmas_tools.records.csv_files import read_rows, write_lines
 
 COUNTS_FILE = 'communication.csv'
 TRIGGERS_FILE = 'triggers.csv'
@@ -132,32 +130,25 @@ def write_csv(record: CommunicationRecord, folder: Path) -> None:
     """
     robots = [(robot, _ALL, counts) for robot, counts in record.robots.items()]
     links = [(sender, receiver, counts) for (receiver, sender), counts in record.links.items()]
-    _write(
-        folder / COUNTS_FILE,
-        _COUNTS,
-        (
-            f'{sender},{receiver},{c.sent},{c.received},{c.lost},{_seconds(c.mean_interval)}'
-            for sender, receiver, c in [*robots, *links]
-        ),
+    lines = (
+        f'{sender},{receiver},{c.sent},{c.received},{c.lost},{_seconds(c.mean_interval)}\n'
+        for sender, receiver, c in [*robots, *links]
     )
+    write_lines(folder / COUNTS_FILE, _COUNTS, lines)
     if record.is_event_triggered:
-        rows = (f'{t:.6f},{robot:.0f},{sent:.0f}' for t, robot, sent in record.triggers.tolist())
-        _write(folder / TRIGGERS_FILE, _TRIGGERS, rows)
-    rows = (
-        f'{t:.6f},{receiver:.0f},{sender:.0f},{weight:.9g}'
+        lines = (
+            f'{t:.6f},{robot:.0f},{sent:.0f}\n' for t, robot, sent in record.triggers.tolist()
+        )
+        write_lines(folder / TRIGGERS_FILE, _TRIGGERS, lines)
+    lines = (
+        f'{t:.6f},{receiver:.0f},{sender:.0f},{weight:.9g}\n'
         for t, receiver, sender, weight in record.changes.tolist()
     )
-    _write(folder / GRAPH_FILE, _GRAPH, rows)
+    write_lines(folder / GRAPH_FILE, _GRAPH, lines)
 
 
 def _seconds(value: float) -> str:
     return f'{value:.6f}' if math.isfinite(value) else ''
-
-
-def _write(path: Path, columns: tuple[str, ...], rows: Iterable[str]) -> None:
-    with path.open('w', encoding='utf-8', newline='') as file:
-        file.write(','.join(columns) + '\n')
-        file.writelines(f'{row}\n' for row in rows)
 
 
 def read_csv(folder: Path) -> CommunicationRecord | None:
@@ -166,25 +157,24 @@ def read_csv(folder: Path) -> CommunicationRecord | None:
     Raises:
         SetcmasError: A file cannot be read or is damaged.
     """
-    if not (folder / COUNTS_FILE).is_file():
+    rows = read_rows(folder / COUNTS_FILE, _COUNTS, _counts)
+    if rows is None:
         return None
     robots: dict[int, Counts] = {}
     links: dict[tuple[int, int], Counts] = {}
-    for sender, receiver, counts in _read(folder / COUNTS_FILE, _COUNTS, _counts):
+    for sender, receiver, counts in rows:
         if receiver == _ALL:
             robots[sender] = counts
         else:
             links[int(receiver), sender] = counts
-    tables = [
-        np.array(_read(folder / name, columns, parsed), dtype=float).reshape(-1, len(columns))
-        if (folder / name).is_file()
-        else np.empty((0, len(columns)))
-        for name, columns, parsed in (
-            (TRIGGERS_FILE, _TRIGGERS, _trigger),
-            (GRAPH_FILE, _GRAPH, _change),
-        )
-    ]
-    return CommunicationRecord(robots, links, *tables)
+    triggers = read_rows(folder / TRIGGERS_FILE, _TRIGGERS, _trigger) or []
+    changes = read_rows(folder / GRAPH_FILE, _GRAPH, _change) or []
+    return CommunicationRecord(
+        robots,
+        links,
+        np.array(triggers, dtype=float).reshape(-1, len(_TRIGGERS)),
+        np.array(changes, dtype=float).reshape(-1, len(_GRAPH)),
+    )
 
 
 def _counts(cells: list[str]) -> tuple[int, str, Counts]:
@@ -212,16 +202,3 @@ def _robot(cell: str) -> int:
     if (robot := int(cell)) < 1:
         raise ValueError
     return robot
-
-
-def _read(path: Path, columns: tuple[str, ...], parsed: Callable[[list[str]], Any]) -> list[Any]:
-    try:
-        with path.open(encoding='utf-8-sig', newline='') as file:
-            header, *rows = csv.reader(file)
-            if tuple(header) != columns or any(len(row) != len(columns) for row in rows):
-                raise ValueError
-            return [parsed(row) for row in rows]
-    except (OSError, UnicodeDecodeError, csv.Error, ValueError) as error:
-        raise SetcmasError(
-            f"'{path}' is damaged; it must have the columns {','.join(columns)}"
-        ) from error

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -12,10 +11,8 @@ from setcmas_ctrl.communication.graph_changes import GraphChanges
 from setcmas_simu.arrays import Floats
 from setcmas_simu.fleet import topics
 from setcmas_tools.records.communication import CommunicationRecord, Counts, record_of
+from setcmas_tools.records.fleet_samples import Collect
 from setcmas_tools.records.fleet_table import FleetTable
-
-Collect = Callable[[int, Any], None]
-"""Takes the time of a message in ns from the bag's start, and the message."""
 
 _MATRIX = 'std_msgs/msg/Float32MultiArray'
 _TABLE = 'std_msgs/msg/Float64MultiArray'

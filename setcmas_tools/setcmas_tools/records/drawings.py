@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import csv
 from collections.abc import Iterable
 from operator import itemgetter
 from pathlib import Path
 from typing import NamedTuple
 
 from setcmas_ctrl.drawing import Sphere
-from setcmas_simu.errors import SetcmasError
+from setcmas_tools.records.csv_files import read_rows, write_lines
 
 FILE_NAME = 'drawings.csv'
 MARKER, TRAIL = 'marker', 'trail'
@@ -78,13 +77,13 @@ def write_csv(drawings: Iterable[Drawing], path: Path) -> None:
     Raises:
         OSError: The file cannot be written.
     """
-    with path.open('w', encoding='utf-8', newline='') as file:
-        writer = csv.writer(file, lineterminator='\n')
-        writer.writerow(_COLUMNS)
-        for d in drawings:
-            x, y, z, diameter, colour, alpha = d.sphere
-            numbers = (f'{n:.{_DIGITS}g}' for n in (x, y, z, diameter, *colour, alpha))
-            writer.writerow([f'{d.t:.6f}', d.robot, d.name, d.kind, *numbers])
+    write_lines(path, _COLUMNS, map(_line, drawings))
+
+
+def _line(d: Drawing) -> str:
+    x, y, z, diameter, colour, alpha = d.sphere
+    numbers = ','.join(f'{n:.{_DIGITS}g}' for n in (x, y, z, diameter, *colour, alpha))
+    return f'{d.t:.6f},{d.robot},{d.name},{d.kind},{numbers}\n'
 
 
 def read_csv(path: Path) -> list[Drawing]:
@@ -93,18 +92,7 @@ def read_csv(path: Path) -> list[Drawing]:
     Raises:
         SetcmasError: The file cannot be read or is damaged.
     """
-    try:
-        with path.open(encoding='utf-8-sig', newline='') as file:
-            header, *rows = csv.reader(file)
-            if tuple(header) != _COLUMNS:
-                raise ValueError
-            return [_drawing(*row) for row in rows]
-    except FileNotFoundError:
-        return []
-    except (OSError, UnicodeDecodeError, csv.Error, ValueError, TypeError) as error:
-        raise SetcmasError(
-            f"'{path}' is damaged; it must have the columns {','.join(_COLUMNS)}"
-        ) from error
+    return read_rows(path, _COLUMNS, lambda cells: _drawing(*cells)) or []
 
 
 def _drawing(t: str, robot: str, name: str, kind: str, *numbers: str) -> Drawing:

@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from setcmas_simu.arrays import Floats
 from setcmas_simu.errors import SetcmasError
+from setcmas_tools.records.csv_files import write_lines
 
 FILE_NAME = 'fleet.csv'
 COLUMNS = ('t', 'robot', 'x', 'y', 'theta', 'v', 'omega')
@@ -102,12 +103,11 @@ def write_csv(table: FleetTable, path: Path) -> None:
     """
     part = path.with_name(f'{path.name}.part')
     columns = [getattr(table, name).tolist() for name in COLUMNS]
-    with part.open('w', encoding='utf-8', newline='') as file:
-        file.write(','.join(COLUMNS) + '\n')
-        file.writelines(
-            f'{t:.6f},{robot:d},{x:.9f},{y:.9f},{theta:.9f},{v:.9f},{omega:.9f}\n'
-            for t, robot, x, y, theta, v, omega in zip(*columns, strict=True)
-        )
+    lines = (
+        f'{t:.6f},{robot:d},{x:.9f},{y:.9f},{theta:.9f},{v:.9f},{omega:.9f}\n'
+        for t, robot, x, y, theta, v, omega in zip(*columns, strict=True)
+    )
+    write_lines(part, COLUMNS, lines)
     part.replace(path)
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from array import array
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 from functools import partial
 from typing import Any
 
@@ -15,11 +15,8 @@ from setcmas_simu.fleet import topics
 from setcmas_tools.records.commands import commands
 from setcmas_tools.records.communication_samples import CommunicationSamples
 from setcmas_tools.records.drawings import DrawingRecord
-from setcmas_tools.records.fleet_samples import FleetSamples
+from setcmas_tools.records.fleet_samples import Collect, FleetSamples
 from setcmas_tools.records.tables import RunTables
-
-Collect = Callable[[int, Any], None]
-"""Takes the time of a message in ns from the bag's start, and the message."""
 
 _VELOCITY = 'geometry_msgs/msg/Point32'
 _MARKER = 'visualization_msgs/msg/Marker'

@@ -14,7 +14,8 @@ from setcmas_simu.errors import SetcmasError
 from setcmas_tools.bags.reader import Bag, BagTopic, open_bag
 from setcmas_tools.bags.types import UndecodableError
 from setcmas_tools.records import fleet_table
-from setcmas_tools.records.samples import Collect, RunSamples
+from setcmas_tools.records.fleet_samples import Collect
+from setcmas_tools.records.samples import RunSamples
 from setcmas_tools.records.tables import FILE_NAMES, write_tables
 from setcmas_tools.tables.flatten import flattener
 from setcmas_tools.tables.topic_table import CsvTable
