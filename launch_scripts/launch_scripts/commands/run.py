@@ -97,7 +97,7 @@ def main(args: argparse.Namespace) -> int:
     if outcome is None:
         folder.discard()
         return status
-    info = replace(info, outcome=outcome)
+    info = replace(info, outcome=outcome, reloads=folder.reloads or None)
     folder.write_info(info)
     if not folder.bag.exists():
         return status or 1
@@ -158,6 +158,7 @@ def _robots_run(
                 if lab
                 else SimulatedRun(supervisor, args, folder.bag)
             )
+            run.reloads.on_reload = folder.keep_reload
             deadline = time.monotonic() + _START_TIMEOUT_S
             supervisor.run(lambda: run.started or time.monotonic() > deadline, run.tick)
             if not run.started:

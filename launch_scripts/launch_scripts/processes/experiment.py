@@ -42,6 +42,7 @@ class Experiment:
 
     Attributes:
         on_status: Takes the state of pause and robots, several times a second.
+        on_script: Takes the reports of the controllers.
         runaways: Names of the robots that moved at some time although they were commanded zero.
     """
 
@@ -70,6 +71,7 @@ class Experiment:
         self._stopped = False
         self.runaways: set[str] = set()
         self.on_status: Callable[[Status], None] = lambda _: None
+        self.on_script: Callable[[ChildReport], None] = lambda _: None
         self._emulated: list[Child] = []
         told = lab_options.arguments()
         if args.emulate:
@@ -87,6 +89,7 @@ class Experiment:
         )
         laws = law_arguments(args, controllers)
         self._ctrl = supervisor.start('ctrl', node_command(CONTROLLER, laws))
+        self._ctrl.on_report = lambda report: self.on_script(report)
 
     @property
     def controlled(self) -> bool:

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Sequence
+import time
+from collections.abc import Callable, Sequence
 from functools import partial
 from pathlib import Path
 
+from launch_scripts.processes.child_process import ChildReport
 from launch_scripts.processes.experiment import Experiment
 from launch_scripts.processes.law_arguments import law_arguments
 from launch_scripts.processes.node_commands import (
@@ -26,6 +28,7 @@ from setcmas_simu.reports.reports import (
     Paused,
     Ready,
     Recording,
+    Reloaded,
     ScriptCall,
     Started,
 )
@@ -34,12 +37,34 @@ from setcmas_tools.recorder.options import RecorderOptions
 from setcmas_tools.run.outcome import Outcome
 
 
+class ReloadTimes:
+    """When control scripts were loaded again.
+
+    Attributes:
+        on_reload: Takes the time in s since the control laws were called first, and whether the
+            new version works.
+    """
+
+    def __init__(self) -> None:
+        """Begin before the control laws are called."""
+        self._begin = time.monotonic()
+        self.on_reload: Callable[[float, bool], None] = lambda _t, _works: None
+
+    def take(self, report: ChildReport) -> None:
+        """Take a report of the controllers."""
+        if isinstance(report, Started):
+            self._begin = time.monotonic()
+        elif isinstance(report, Reloaded):
+            self.on_reload(time.monotonic() - self._begin, report.works)
+
+
 class SimulatedRun:
     """Recorder, simulator and controllers.
 
     Attributes:
         status: Exit status of the controllers once `finish` has ended them.
         failed: Calls of scripts that failed, or hung, at some time, known then.
+        reloads: When scripts were loaded again.
         trouble: What went wrong with the robots, though no process died; here nothing can.
     """
 
@@ -48,6 +73,7 @@ class SimulatedRun:
     def __init__(self, supervisor: Supervisor, args: argparse.Namespace, bag: Path) -> None:
         """Start the processes."""
         self.status = 0
+        self.reloads = ReloadTimes()
         self.failed: tuple[ScriptCall, ...] = ()
         self._supervisor = supervisor
         recorder = node_command(RECORDER, RecorderOptions(output=bag).arguments())
@@ -62,6 +88,7 @@ class SimulatedRun:
         )
         laws = node_command(CONTROLLER, law_arguments(args, options))
         self._ctrl = supervisor.start('ctrl', laws)
+        self._ctrl.on_report = self.reloads.take
         self._ctrl.on_hang = partial(stop_robots_of, supervisor, self._ctrl)
 
     @property
@@ -107,6 +134,7 @@ class EmulatedRun:
         paused: Whether they are paused now.
         status: Exit status of the controllers once `finish` has ended them.
         failed: Calls of scripts that failed, or hung, at some time, known then.
+        reloads: When scripts were loaded again.
     """
 
     def __init__(
@@ -116,6 +144,7 @@ class EmulatedRun:
         self.started = False
         self.paused = True
         self.status = 0
+        self.reloads = ReloadTimes()
         self._paused = ''
         self._unready = ''
         self.failed: tuple[ScriptCall, ...] = ()
@@ -125,6 +154,7 @@ class EmulatedRun:
         told = LabOptions(lab=args.lab, nb_robots=args.nb_robots)
         self._experiment = Experiment(supervisor, lab, args, told, recorded=True)
         self._experiment.on_status = self._start_when_ready
+        self._experiment.on_script = self.reloads.take
 
     def _start_when_ready(self, status: Status) -> None:
         ready = all(robot.ready for robot in status.robots)

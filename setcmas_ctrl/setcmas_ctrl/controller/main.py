@@ -127,7 +127,8 @@ def build(args: argparse.Namespace, process: RosProcess, node: FleetNode) -> Con
     stepper = ControlStepper(node, odometry, pairs, law.rate, law.vnom, outcomes, graph, pause)
     if law.watch:
         laws = [controller.law for controller in controllers]
-        ScriptReloader(node, stepper, laws, load, watch, options.pause_timeout)
+        tell = process.launcher.tell
+        ScriptReloader(node, stepper, laws, load, watch, options.pause_timeout, tell)
     connect(stepper, communication, robots, process, node, odometry)
     return stepper
 

@@ -21,6 +21,7 @@ from setcmas_ctrl.scripts.stop_call import AbandonCall
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet import topics
 from setcmas_simu.fleet.fleet import format_robots
+from setcmas_simu.reports.reports import Reloaded
 
 _POLL_EVERY_S = 0.1
 _ATTEMPTS = 8  # to end a stuck call, several a second
@@ -42,6 +43,7 @@ class ScriptReloader:
         load: Callable[[], list[ControlLaw]],
         watch: CallWatch,
         pause_timeout_s: float,
+        tell: Callable[[Reloaded], None],
     ) -> None:
         """Watch the script and the helper modules that it has imported.
 
@@ -52,6 +54,7 @@ class ScriptReloader:
             load: Returns new ones, or raises SetcmasError.
             watch: Knows whether a call is stuck.
             pause_timeout_s: Age in s from which the last word of the pause node is too old.
+            tell: Tells the launcher of each version.
         """
         self._node = node
         self._stepper = stepper
@@ -59,6 +62,7 @@ class ScriptReloader:
         self._load = load
         self._watch = watch
         self._pause_timeout_s = pause_timeout_s
+        self._tell = tell
         self._scripts = list(dict.fromkeys(law.path for law in laws))
         self._files = FileWatch(self._scripts)
         self._is_new = self._told_to_wait = False
@@ -112,6 +116,7 @@ class ScriptReloader:
             self._node.get_logger().info(
                 f'{self._saved()} was saved and is loaded again for robots {robots}; t = 0'
             )
+        self._tell(Reloaded(self._laws != []))
         self._files.watch(self._watched_files())
         self._stepper.use(self._laws)
 

@@ -90,4 +90,14 @@ class Paused(Message, frozen=True):
     paused: bool
 
 
-Report = Ready | Mistake | Started | Failed | Stuck | Ended | Recording | Paused
+class Reloaded(Message, frozen=True):
+    """The control scripts were saved and are loaded again.
+
+    Attributes:
+        works: Whether they could be loaded.
+    """
+
+    works: bool
+
+
+Report = Ready | Mistake | Started | Failed | Stuck | Ended | Recording | Paused | Reloaded

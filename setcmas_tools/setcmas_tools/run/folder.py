@@ -10,7 +10,7 @@ from pathlib import Path
 
 from setcmas_simu.errors import SetcmasError
 from setcmas_tools.records.tables import RunTables, write_tables
-from setcmas_tools.run.info import FILE_NAME, RunInfo, write_info
+from setcmas_tools.run.info import FILE_NAME, Reload, RunInfo, write_info
 from setcmas_tools.run.inputs import INPUTS, RunInput, entries
 
 _PARTS = ('bag', 'csv', 'plots', INPUTS, 'metrics.yaml', FILE_NAME)
@@ -21,6 +21,7 @@ class RunFolder:
 
     Attributes:
         path: The folder, absolute: a script that changes the current folder moves no results.
+        reloads: The later versions of control scripts that it keeps.
     """
 
     def __init__(self, path: Path, inputs: Sequence[RunInput] = ()) -> None:
@@ -30,6 +31,7 @@ class RunFolder:
             SetcmasError: The path is relative, and the current folder is gone.
         """
         self._named = path
+        self.reloads: list[Reload] = []
         self._inputs = inputs
         with self._writing():
             self.path = path.absolute()
@@ -102,6 +104,18 @@ class RunFolder:
             self.write_info(info)
             for given in self._inputs:
                 given.write_to(self.path)
+
+    def keep_reload(self, t: float, works: bool) -> None:
+        """Keep the control scripts as they are now, t seconds after the run has begun."""
+        kept = []
+        with suppress(OSError, SetcmasError):  # such as a script that is deleted meanwhile
+            for given in self._inputs:
+                if given.option == 'algo':
+                    folder = f'{given.folder}_reload_{len(self.reloads) + 1}'
+                    now = RunInput(given.option, given.path, given.robots)
+                    now.write_into(self.path / folder)
+                    kept.append(f'{folder}/{given.path.name}')
+        self.reloads.append(Reload(round(t, 3), works, kept))
 
     def write_info(self, info: RunInfo) -> None:
         """Write run.yaml in place of the one that is there.

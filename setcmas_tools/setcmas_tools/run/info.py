@@ -20,6 +20,21 @@ FORMAT = 1
 
 
 @dataclass(frozen=True)
+class Reload:
+    """Control scripts that were loaded again in a run (`--watch`).
+
+    Attributes:
+        t: When, in s since the control laws were called first.
+        works: Whether they could be loaded.
+        scripts: The versions, as paths in the folder of the run.
+    """
+
+    t: float
+    works: bool
+    scripts: list[str]
+
+
+@dataclass(frozen=True)
 class RunInfo:
     """What a run was.
 
@@ -33,6 +48,7 @@ class RunInfo:
         started: When, such as '2026-11-21T16:02:11+0000'; None if that is not told, so that equal
             runs leave equal files.
         origin: What it was made with; None is this process.
+        reloads: The later versions of its control scripts; None if there were none.
     """
 
     command: list[str] = field(default_factory=list)
@@ -43,6 +59,7 @@ class RunInfo:
     references: References | None = None
     started: str | None = None
     origin: Origin | None = None
+    reloads: list[Reload] | None = None
 
 
 def write_info(info: RunInfo, folder: Path) -> None:

@@ -54,8 +54,16 @@ class RunInput:
         Raises:
             OSError: A file cannot be written.
         """
+        self.write_into(run / self.folder)
+
+    def write_into(self, folder: Path) -> None:
+        """Write the files into a folder of their own.
+
+        Raises:
+            OSError: A file cannot be written.
+        """
         for file, content in zip(self.files, self._contents, strict=True):
-            target = run / self.folder / file.relative_to(self.path.parent)
+            target = folder / file.relative_to(self.path.parent)
             target.parent.mkdir(parents=True, exist_ok=True)
             target.write_bytes(content)
 

@@ -253,6 +253,16 @@ def test_a_gain_of_the_command_line_and_a_script_that_is_edited_meanwhile(start,
     assert record['parameters']['set'] == {'V': 0.2}
     commands = table_of_text(tmp_path / 'out' / 'csv' / 'tb3_1_cmd_cart_vel.csv')
     assert {round(float(row['x']), 3) for row in commands} == {0.2, -0.2}
+    (reload,) = record['reloads']
+    assert reload['works']
+    assert 0 < reload['t'] < 5
+    versions = [record['inputs']['algo'], *reload['scripts']]
+    assert [(tmp_path / 'out' / path).read_text().split()[-2] for path in versions] == [
+        'V,',
+        '-V,',
+    ]
+    turned = min(float(row['t']) for row in commands if float(row['x']) < 0)
+    assert abs(turned - reload['t']) < 1
 
 
 def test_a_run_that_is_stopped_before_the_robots_start_leaves_no_folder(start, tmp_path):

@@ -2,7 +2,7 @@ import pytest
 
 from setcmas_ctrl.task.references import References
 from setcmas_simu.errors import SetcmasError
-from setcmas_tools.run.info import RunInfo, read_info, write_info
+from setcmas_tools.run.info import Reload, RunInfo, read_info, write_info
 from setcmas_tools.run.origin import this_origin
 from setcmas_tools.run.outcome import Outcome, State
 
@@ -15,6 +15,7 @@ INFO = RunInfo(
     References('waypoints', {'WPL': [[1.0, 2.0]], 'REACHED': 0.1}),
     '2026-11-21T16:02:11+0000',
     this_origin(),
+    [Reload(2.5, True, ['inputs/algo_reload_1/law.py'])],
 )
 
 
