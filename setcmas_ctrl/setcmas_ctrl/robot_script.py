@@ -74,11 +74,6 @@ class ScriptRobot(RobotModel):
         self._reports = ErrorReports(warn, _STANDS)
         self._t = 0.0
 
-    @property
-    def has_command(self) -> bool:
-        """Whether the script turns velocities into commands itself."""
-        return 'command' in self._own
-
     def start(self, poses: Floats) -> Floats:
         """Return the state (3 + 3 or more, 1) of the robot that stands at a pose (3, 1).
 
@@ -100,7 +95,7 @@ class ScriptRobot(RobotModel):
 
     def command(self, velocities: Floats, poses: Floats, komega: float) -> Floats:
         """Return the command (3, 1) for a velocity (2, 1); zero if the script fails."""
-        if not self.has_command:
+        if 'command' not in self._own:
             return super().command(velocities, poses, komega)
         commands = np.zeros((3, 1))
         result = self._called(self._own['command'], (velocities[:, 0], poses[:, 0]), (2, 3))

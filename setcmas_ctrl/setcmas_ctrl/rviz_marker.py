@@ -19,7 +19,7 @@ def publish_marker(
 ) -> None:
     """Show a sphere; the next call with the same robot and name moves it.
 
-    Without ROS (offline runs) nothing is drawn.
+    Offline runs keep it in drawings.csv.
 
     Args:
         x: Position of the centre in the world frame, in m.

@@ -19,7 +19,7 @@ def publish_marker(
 ) -> None:
     """Add a sphere to a trail; the trail keeps its last 500 spheres.
 
-    Arguments as for `rviz_marker.publish_marker`. Without ROS (offline runs) nothing is drawn.
+    Arguments as for `rviz_marker.publish_marker`.
     """
     sphere = drawing.sphere(x, y, z, scale, color, alpha)
     robot, name = drawing.checked_topic(robotNo, marker_name)

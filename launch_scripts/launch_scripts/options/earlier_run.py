@@ -38,9 +38,6 @@ def add_from_argument(parser: argparse.ArgumentParser) -> None:
 def with_earlier_run(args: argparse.Namespace) -> tuple[argparse.Namespace, Path | None]:
     """Return the options of a run, those of the earlier run that --from names filled in.
 
-    Args:
-        args: Parsed options.
-
     Returns:
         The options, and the folder of the earlier run; None if there is none.
 

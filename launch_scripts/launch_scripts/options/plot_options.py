@@ -7,8 +7,9 @@ from pathlib import Path
 from typing import Any
 
 from setcmas_simu.errors import SetcmasError
-from setcmas_simu.options.group import ClashError, Form, Options, option
+from setcmas_simu.options.group import ClashError, Options, option
 from setcmas_simu.options.kinds import Number, OneOf, PathTo
+from setcmas_simu.options.option import Form
 from setcmas_tools.plots.formats import FILMS, FORMATS, PALETTES, PAPERS
 
 BEST = 'best'

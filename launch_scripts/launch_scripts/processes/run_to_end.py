@@ -14,10 +14,6 @@ def run_to_end(command: Sequence[str], environment: Mapping[str, str]) -> int:
     """Run a process with this one's terminal; returns its exit status.
 
     Signals that ask to stop are handed on, so that the process ends in its own order.
-
-    Args:
-        command: Program and arguments.
-        environment: Its environment.
     """
     process = subprocess.Popen(command, env=environment)
 

@@ -15,8 +15,9 @@ from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet.fleet import format_robots
 from setcmas_simu.fleet.topics import AUTO, CMD_VEL_TYPES
 from setcmas_simu.options.completion import names_and_files
-from setcmas_simu.options.group import Form, Options, flag, option
+from setcmas_simu.options.group import Options, flag, option
 from setcmas_simu.options.kinds import NB_ROBOTS, RATE, Kind, Number, OneOf, Robots, Whole
+from setcmas_simu.options.option import Form
 from setcmas_simu.robots.si_to_uni import KOMEGA
 
 RATE_HZ = 5.0

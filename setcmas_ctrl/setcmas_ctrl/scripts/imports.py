@@ -47,12 +47,7 @@ class ScriptImports(MetaPathFinder):
     """
 
     def __init__(self, folder: Path, robot: int) -> None:
-        """Prepare; helper modules are those beside the script.
-
-        Args:
-            folder: The script's folder.
-            robot: Number of the robot.
-        """
+        """Prepare for one robot; helper modules are those beside the script, in its folder."""
         self.robot = robot
         self._folder = str(folder)
         self._modules: dict[str, types.ModuleType] = dict(_DRAWING)

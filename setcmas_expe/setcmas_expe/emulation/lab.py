@@ -52,10 +52,6 @@ class EmulatedLab(FleetNode):
     def __init__(self, lab: Lab, options: EmulationOptions) -> None:
         """Create the lab's nodes; nothing moves before `start`.
 
-        Args:
-            lab: The lab.
-            options: How it is emulated.
-
         Raises:
             SetcmasError: A start pose is malformed, or another process emulates its robots.
         """

@@ -13,8 +13,9 @@ from setcmas_simu.fleet.fleet import format_robots
 from setcmas_simu.fleet.pose_options import chosen_start_poses
 from setcmas_simu.fleet.topics import CMD_VEL_TYPES
 from setcmas_simu.options.completion import names_and_files
-from setcmas_simu.options.group import Form, Options, option
+from setcmas_simu.options.group import Options, option
 from setcmas_simu.options.kinds import NB_ROBOTS, RATE, Kind, Number, OneOf, PathTo, Robots
+from setcmas_simu.options.option import Form
 from setcmas_simu.robots.models import MODELS as ROBOT_MODELS
 from setcmas_simu.robots.models import NO_LIMITS, UNICYCLE, check_models, model_names
 from setcmas_simu.robots.unicycle import RATE_HZ

@@ -21,11 +21,7 @@ class RobotLocks:
     """
 
     def __init__(self, robots: list[int], domain: str) -> None:
-        """Take the locks.
-
-        Args:
-            robots: Numbers of the robots, sorted.
-            domain: The ROS domain.
+        """Take the locks of robots (their numbers, sorted) in a ROS domain.
 
         Raises:
             SetcmasError: Another process holds one of them.

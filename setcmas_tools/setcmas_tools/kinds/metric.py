@@ -29,11 +29,7 @@ class Measured:
         return {}
 
     def lines(self, task: str | None) -> list[str]:
-        """Return what stands below the table.
-
-        Args:
-            task: Of the run.
-        """
+        """Return what stands below the table of a run with a task."""
         del task
         return []
 

@@ -19,11 +19,7 @@ Applies = Callable[['Run'], bool]
 
 
 def applies_to(condition: Applies) -> Callable[[Plot], Plot]:
-    """Return a decorator of plots that suit some runs only.
-
-    Args:
-        condition: Tells whether a run is one of them.
-    """
+    """Return a decorator of plots that suit only the runs that fulfil a condition."""
 
     def decorate(plot: Plot) -> Plot:
         plot.applies = condition  # type: ignore[attr-defined]

@@ -15,12 +15,7 @@ MOST_ROBOTS_IN_ROWS = 50
 
 
 def table_lines(parts: Mapping[str, Measured], task: str | None) -> list[str]:
-    """Return metrics as lines of text: a row for each robot, then what concerns the fleet.
-
-    Args:
-        parts: What was measured, by name.
-        task: Of the run.
-    """
+    """Return metrics as lines of text: a row for each robot, then what concerns the fleet."""
     columns = {name: c for part in parts.values() for name, c in part.columns().items()}
     rows = _robot_lines(columns) if columns else []
     return [*rows, *(line for part in parts.values() for line in part.lines(task))]

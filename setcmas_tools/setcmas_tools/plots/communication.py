@@ -25,10 +25,6 @@ def draw_instants(figure: Figure, run: Run) -> None:
     """Draw when each robot sent its state: a panel per robot, a row per robot of larger fleets.
 
     As in figure 4 of Bertrand, ECC 2024.
-
-    Args:
-        figure: An empty figure.
-        run: A run with triggers.
     """
     assert run.record
     table, record, robots = run.table, run.record, run.robots
@@ -67,10 +63,6 @@ def draw_counts(figure: Figure, run: Run) -> None:
     """Draw how many states were sent over time, against periodic communication.
 
     Above of the whole fleet, below of each robot; periodic is a state at each evaluation.
-
-    Args:
-        figure: An empty figure.
-        run: A run with triggers.
     """
     assert run.record
     table, record, robots = run.table, run.record, run.robots

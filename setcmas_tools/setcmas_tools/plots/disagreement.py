@@ -17,10 +17,6 @@ def draw_disagreement(figure: Figure, run: Run) -> None:
 
     delta holds the distances to the fleet's centre; V is the Lyapunov function of Olfati-Saber
     and Murray, IEEE Transactions on Automatic Control 49(9), 2004.
-
-    Args:
-        figure: An empty figure.
-        run: A run of at least two robots.
     """
     figure.set_size_inches(9.0, 5.0)
     axes = figure.add_subplot(

@@ -29,10 +29,6 @@ def draw_distances(figure: Figure, run: Run) -> None:
 
     Fleets of more than 5 get the smallest, mean and largest distance of all pairs, and below it
     the distance of each robot to the centre of the fleet.
-
-    Args:
-        figure: An empty figure.
-        run: A run of at least two robots.
     """
     table, grid = run.table, run.grid()
     if len(grid.robots) <= _MOST_ROBOTS_IN_PAIRS:

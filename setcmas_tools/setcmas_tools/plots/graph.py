@@ -36,10 +36,6 @@ def draw_graph(figure: Figure, run: Run) -> None:
     """Draw who hears whom: robots on a circle, lines both ways, arrows to the one that hears.
 
     A panel for each graph of the run; of more than 6 some that are evenly spread.
-
-    Args:
-        figure: An empty figure.
-        run: A run with changes of its graph.
     """
     assert run.record
     record, robots = run.record, run.robots

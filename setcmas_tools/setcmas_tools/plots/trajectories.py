@@ -27,12 +27,7 @@ _SMALLEST_SPAN_M = 1.0
 
 
 def draw_trajectories(figure: Figure, run: Run) -> None:
-    """Draw each robot's path with its start (ring) and its end (dart along its heading).
-
-    Args:
-        figure: An empty figure.
-        run: The run.
-    """
+    """Draw each robot's path with its start (ring) and its end (dart along its heading)."""
     figure.set_size_inches(8.0, 6.4)
     axes = figure.add_subplot()
     table, robots = run.table, run.robots

@@ -5,8 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 
-from setcmas_simu.options.group import Form, Options, option
+from setcmas_simu.options.group import Options, option
 from setcmas_simu.options.kinds import Kind, PathTo
+from setcmas_simu.options.option import Form
 
 
 @dataclass(frozen=True, kw_only=True)

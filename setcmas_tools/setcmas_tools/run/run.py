@@ -228,19 +228,10 @@ class Run:
         return on_grid(near).since(0.0)
 
     @property
-    def failed_laws(self) -> list[int]:
-        """The robots whose law failed at some time, sorted."""
-        return sorted({i for robots in self.outcome.failed_laws.values() for i in robots})
-
-    @property
-    def failed_conditions(self) -> list[int]:
-        """The robots whose triggering condition failed at some time, sorted."""
-        return sorted({i for robots in self.outcome.failed_conditions.values() for i in robots})
-
-    @property
     def failed_robots(self) -> list[int]:
         """The robots whose law or triggering condition failed at some time, sorted."""
-        return sorted({*self.failed_laws, *self.failed_conditions})
+        failed = (self.outcome.failed_laws, self.outcome.failed_conditions)
+        return sorted({i for scripts in failed for robots in scripts.values() for i in robots})
 
     def metrics(self) -> Any:
         """Return what the run is measured by."""

@@ -1,0 +1,108 @@
+"""Options of a command line: what is known of each but its name and default."""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Callable, Iterable
+from dataclasses import MISSING, dataclass
+from enum import Enum
+from typing import Any
+
+from setcmas_simu.errors import SetcmasError
+from setcmas_simu.options.kinds import Kind
+
+Completer = Callable[..., Iterable[str]]
+
+
+class Form(Enum):
+    """How an option is typed."""
+
+    ONE = 'with a value'
+    FLAG = 'alone; it is off without'
+    SWITCH = 'alone; --no- before its name turns it off'
+    REPEATED = 'with a value, any number of times'
+    SEVERAL = 'with one or more values'
+
+
+@dataclass(frozen=True)
+class Option:
+    """What is known of an option besides its name and default.
+
+    Attributes:
+        kind: The values that it takes.
+        help: Its help text, without unit and default.
+        form: How it is typed.
+        default_text: What the help text says of the default if that tells nothing by itself.
+        alone: The value that the name without a value means; None if that is a mistake.
+        short: Another name, such as '-o'.
+        flag: What is typed, where that is not the name.
+        complete: Offers values to argcomplete, if they are no files and no list of words.
+    """
+
+    kind: Kind
+    help: str
+    form: Form = Form.ONE
+    default_text: str = ''
+    alone: str | None = None
+    short: str = ''
+    flag: str = ''
+    complete: Completer | None = None
+
+    def add_to(self, group: argparse._ArgumentGroup, name: str, flag: str, default: Any) -> None:
+        """Add the option to a command line; it is required if its default is MISSING."""
+        known: dict[str, Any] = {'dest': name, 'help': self._help(default)}
+        if self.form in (Form.FLAG, Form.SWITCH):
+            switch = argparse.BooleanOptionalAction
+            known['action'] = 'store_true' if self.form is Form.FLAG else switch
+            known['default'] = default
+        else:
+            known['type'] = self._type(flag)
+            known['metavar'] = self.kind.metavar or _of_unit(self.kind)
+            known['choices'] = None if known['metavar'] else self.kind.choices or None
+            known |= self._counted(default)
+        action = group.add_argument(*filter(None, (self.short, flag)), **known)
+        if self.complete:
+            action.completer = self.complete  # type: ignore[attr-defined]  # argcomplete's
+
+    def typed(self, flag: str, value: Any) -> list[str]:
+        """Return how the option with a value is typed; with = as a value may begin with a dash."""
+        if self.form in (Form.FLAG, Form.SWITCH):
+            return [flag if value else f'--no-{flag[2:]}']
+        if self.form is Form.SEVERAL:
+            return [flag, *map(self.kind.text, value)]
+        several = value if self.form is Form.REPEATED else [value]
+        return [f'{flag}={self.kind.text(one)}' for one in several]
+
+    def _counted(self, default: Any) -> dict[str, Any]:
+        if default is MISSING:
+            return {'required': True}
+        if self.form is Form.REPEATED:
+            return {'default': list(default), 'action': 'append'}
+        if self.form is Form.SEVERAL:
+            return {'default': default, 'nargs': '+'}
+        if self.alone is not None:
+            return {'default': default, 'nargs': '?', 'const': self.alone}
+        return {'default': default}
+
+    def _help(self, default: Any) -> str:
+        text = self.default_text
+        if not text and self.form in (Form.ONE, Form.SEVERAL) and default not in (MISSING, None):
+            several = default if self.form is Form.SEVERAL else [default]
+            unit = getattr(self.kind, 'unit', '')
+            text = f'{" ".join(map(self.kind.text, several))} {unit}'.rstrip()
+        return f'{self.help} (default: {text})' if text else self.help
+
+    def _type(self, flag: str) -> Callable[[str], Any]:
+        def parse(text: str) -> Any:
+            value = self.kind.parse(text)
+            try:
+                self.kind.check(flag, value)
+            except SetcmasError as error:
+                raise argparse.ArgumentError(None, str(error)) from error
+            return value
+
+        return parse
+
+
+def _of_unit(kind: Kind) -> str | None:
+    return getattr(kind, 'unit', '').upper() or None
