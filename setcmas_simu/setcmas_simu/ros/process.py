@@ -105,7 +105,8 @@ class RosProcess:
         """Let the signals that ask to stop do so, and none that a script has ordered for later."""
         for signum in STOP_SIGNALS:
             signal.signal(signum, self.handle_signal)
-        if signal.getsignal(signal.SIGALRM) == signal.SIG_DFL:
+        # Once it stops, the alarm is that of its own end.
+        if not self.stopping and signal.getsignal(signal.SIGALRM) == signal.SIG_DFL:
             signal.signal(signal.SIGALRM, signal.SIG_IGN)
 
     def handle_signal(self, _signum: int, _frame: FrameType | None) -> None:

@@ -41,6 +41,8 @@ def main() -> NoReturn:
     _end_with_parent()
     # Ctrl-C is the other process's to answer, also where a script would swallow it.
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+    if hasattr(signal, 'SIGALRM'):  # a script's alarm does nothing, as over ROS
+        signal.signal(signal.SIGALRM, lambda *_: None)
     _tell_where(folder)
     job = pickle.loads((folder / JOB).read_bytes())
     board.current = board.Board(folder / BOARD)

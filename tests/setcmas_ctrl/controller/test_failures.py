@@ -2,8 +2,9 @@ import os
 import signal
 
 import numpy as np
+import psutil
 import pytest
-from processes import CTRL, SIMU
+from processes import CTRL, SETCMAS, SIMU
 
 pytest.importorskip('rclpy')
 
@@ -189,6 +190,10 @@ def test_a_robot_whose_odometry_ends_is_commanded_zero(start, peer, script):
         ('x = 1\n', 'no function control'),
         ('def control(a, b):\n    return 0, 0\n', 'does not take four arguments'),
         ('1 / 0\ndef control(a, b, c, d):\n    return 0, 0\n', 'line 1: ZeroDivisionError'),
+        (
+            'import rclpy\nrclpy.shutdown()\ndef control(a, b, c, d):\n    return 0, 0\n',
+            'law.py has shut ROS down while loading',
+        ),
     ],
 )
 def test_scripts_that_cannot_be_loaded_are_told(start, script, text, message):
@@ -198,3 +203,48 @@ def test_scripts_that_cannot_be_loaded_are_told(start, script, text, message):
     assert process.wait() == 2
     assert message in process.output()
     assert 'Traceback' not in process.output()
+
+
+HOSTILE = """
+import atexit, multiprocessing, os, signal, subprocess, sys, threading, time
+fork = multiprocessing.get_context('fork')
+harms = {
+    1: lambda: signal.alarm(1),
+    2: lambda: (signal.signal(signal.SIGALRM, signal.SIG_DFL), signal.alarm(1)),
+    3: lambda: signal.setitimer(signal.ITIMER_REAL, 0.5, 0.5),
+    4: lambda: [signal.signal(s, signal.SIG_IGN) for s in (signal.SIGINT, signal.SIGTERM)],
+    5: lambda: atexit.register(time.sleep, 600),
+    6: lambda: threading.Thread(target=time.sleep, args=(600,)).start(),
+    7: lambda: fork.Process(target=time.sleep, args=(600,)).start(),
+    8: lambda: subprocess.Popen(['sleep', '600'], start_new_session=True),
+    9: lambda: sys.exit(3),
+    10: lambda: os.close(0),
+}
+done = False
+def control(robotNo, nbRobots, poses, t):
+    global done
+    if t > 0.5 and not done:
+        done = True
+        harms.get(robotNo, int)()
+    return 0.3, 0
+"""
+
+
+def test_nothing_of_this_disturbs_the_others(start, peer, script):
+    start(*SIMU, '--nb-robots', '11').wait_for_output('simulating')
+    odometry = [peer.odometry(robot) for robot in range(1, 12)]
+    process = start(*SETCMAS, 'ctrl', '--algo', script(HOSTILE))
+    peer.wait_for(lambda: all(odometry))
+    begin = [position(messages[0])[0] for messages in odometry]
+    peer.wait_for(
+        lambda: all(
+            position(messages[-1])[0] > start_x + 1.2  # m, in more than 4 s
+            for messages, start_x in zip(odometry, begin, strict=True)
+        )
+    )
+    family = psutil.Process(process.pid).children(recursive=True)
+
+    assert len(family) >= 3  # the controllers, and two that a script has started
+    assert process.end() == 1
+    assert 'tb3_9 at t = ' in process.output()  # it alone has failed
+    assert not [child for child in family if child.is_running()]
