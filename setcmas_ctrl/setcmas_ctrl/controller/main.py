@@ -12,6 +12,7 @@ import contextlib
 from functools import partial
 from pathlib import Path
 
+import rclpy
 from std_msgs.msg import Bool
 
 from setcmas_ctrl import drawing
@@ -40,6 +41,7 @@ from setcmas_ctrl.scripts.call_watch import CallWatch
 from setcmas_ctrl.scripts.output import named_output
 from setcmas_ctrl.scripts.random_seed import seed_scripts
 from setcmas_ctrl.scripts.stop_call import StopCall
+from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet import topics
 from setcmas_simu.reports.launcher import Launcher
 from setcmas_simu.reports.reports import Paused
@@ -60,13 +62,18 @@ def load_laws(
     """Return the control laws of the robots of this process, with fresh state; tell their task.
 
     Raises:
-        SetcmasError: The script cannot be loaded.
+        SetcmasError: The script cannot be loaded, or has shut ROS down.
     """
     seed_scripts(seed)
     laws = []
     for robot in robots:
         with watch.loading(robot, scripts.script(robot)):
             laws.append(scripts.law(robot, nb_robots))
+        if not rclpy.ok():
+            raise SetcmasError(
+                f'{scripts.script(robot).name} has shut ROS down while loading: leave out '
+                'rclpy.shutdown'
+            )
     with watch.loading(robots[0], scripts.script(robots[0])):
         task.tell(laws)
     return laws

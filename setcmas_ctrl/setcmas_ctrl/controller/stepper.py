@@ -31,6 +31,7 @@ from setcmas_simu.ros.process import RosProcess
 Floats = NDArray[np.float64]
 
 _LISTENERS_WAIT_S = 2.0
+_ENDS_ALL = 'and the other robots of this process cannot be commanded any more: it ends'
 _RECORDER_WAIT_S = 15.0  # of a machine that reads everything from its disk for the first time
 
 
@@ -195,7 +196,8 @@ class ControlStepper:
         """
         if not self._node.context.ok():
             name = controller.law.path.name
-            error = ControlError(f'{name} has shut ROS down (rclpy.shutdown)', 'shutdown')
+            text = f'{name} has shut ROS down (rclpy.shutdown)'
+            error = ControlError(text, 'shutdown', _ENDS_ALL)
             self.outcomes.laws.failed(controller.robot, t, error)
             raise StopCall
 

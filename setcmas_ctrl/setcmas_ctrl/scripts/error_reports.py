@@ -45,7 +45,8 @@ class ErrorReports:
             name = robot_name(robot)
             first = self._first.setdefault(str(error), robot)
             if first == robot:
-                self._warn(f'{name} at t = {t:.1f} s: {error}\n    {name} {self._consequence}')
+                consequence = error.consequence or self._consequence
+                self._warn(f'{name} at t = {t:.1f} s: {error}\n    {name} {consequence}')
             else:
                 self._warn(f'{name} at t = {t:.1f} s: the same error as {robot_name(first)}')
 

@@ -12,12 +12,14 @@ class ControlError(Exception):
 
     Attributes:
         key: The same for errors that a student would call the same.
+        consequence: What happens to the robot, after its name; empty if it is as usual.
     """
 
-    def __init__(self, message: str, key: object) -> None:
-        """Store the message and what identifies the error."""
+    def __init__(self, message: str, key: object, consequence: str = '') -> None:
+        """Store the message, what identifies the error, and what comes of it."""
         super().__init__(message)
         self.key = key
+        self.consequence = consequence
 
 
 def failure_of(error: BaseException, path: Path) -> ControlError:
