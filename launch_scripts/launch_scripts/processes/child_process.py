@@ -158,10 +158,8 @@ class Child:
             status = 128 - status  # as shells tell it
         else:
             reason = f'ended by itself with exit status {status}'
-        call = self.calls.running()
-        during = f' in {call}' if call else ''
-        message = f'{self.name} (process {self.process.pid}) {reason}{during}'
-        return ChildDiedError(message, 1 if call else status or 1, self)
+        message = f'{self.name} (process {self.process.pid}) {reason}{self.calls.described()}'
+        return ChildDiedError(message, 1 if self.calls.running() else status or 1, self)
 
     def disconnection(self) -> ChildDiedError:
         """Return why a process is of no more use that has closed its descriptors."""

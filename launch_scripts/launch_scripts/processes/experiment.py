@@ -97,6 +97,11 @@ class Experiment:
         return self._ctrl.heard(Started) is not None
 
     @property
+    def missing(self) -> str:
+        """Why control laws are not called yet."""
+        return self._ctrl.calls.missing
+
+    @property
     def failed(self) -> tuple[ScriptCall, ...]:
         """Calls of scripts that failed, or hung, at some time, once the controllers ended."""
         return self._ctrl.calls.failed

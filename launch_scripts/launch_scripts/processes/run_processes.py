@@ -109,7 +109,7 @@ class SimulatedRun:
             return 'the simulator is not ready'
         if not self._recorder.heard(Recording):
             return 'the recorder has not found the topics of all robots'
-        return 'the controllers have not called their laws'
+        return self._ctrl.calls.missing
 
     def tick(self) -> None:
         """Do what is to be done ten times a second: nothing."""
@@ -172,7 +172,7 @@ class EmulatedRun:
     def missing(self) -> str:
         """What a run that has not started waits for."""
         if not self._experiment.controlled:
-            return 'the controllers have not called their laws'
+            return self._experiment.missing
         return self._unready or 'nothing is heard of the bridge process'
 
     @property

@@ -53,6 +53,18 @@ class ScriptCalls:
             self.note(call)
         return call
 
+    def described(self) -> str:
+        """Return in which call a process has ended, or after which; empty if there was none."""
+        if call := self.running():
+            return f' in {call}'
+        return f' after {self.last()}' if self.last() else ''
+
+    @property
+    def missing(self) -> str:
+        """Why control laws are not called yet."""
+        call = self.running()
+        return f'{call} has not returned' if call else 'the controllers have not called their laws'
+
     @property
     def running_s(self) -> float:
         """For how long a call has been running, in s; 0 between calls."""

@@ -134,6 +134,23 @@ def test_a_process_that_dies_in_a_call_is_named_with_robot_and_script(supervisor
     assert child.calls.failed == (CALL,)
 
 
+def test_a_process_that_ends_after_a_call_is_named_with_robot_and_script(supervisor):
+    supervisor.start('ctrl', python(IN_A_CALL.format(ago=0) + 'launcher.current_call.end()'))
+
+    with pytest.raises(ChildDiedError, match=r'status 0 after control of law\.py for tb3_2'):
+        supervisor.run()
+
+
+def test_what_a_start_waits_for_is_the_call_that_hangs(supervisor):
+    code = IN_A_CALL.format(ago=0).replace('CONTROL', 'LOADING') + 'print("in it", flush=True)\n'
+    child = supervisor.start('ctrl', python(code + 'time.sleep(600)'))
+    assert child.calls.missing == 'the controllers have not called their laws'
+    supervisor.run(until=lambda: supervisor.lines)
+
+    assert child.calls.missing == 'loading of law.py for tb3_2 has not returned'
+    assert child.calls.failed == ()
+
+
 def test_a_process_without_descriptors_is_of_no_more_use(supervisor):
     code = IN_A_CALL.format(ago=0) + 'os.closerange(0, 100)\n' + SLEEPER.partition('; ')[0]
     child = supervisor.start('ctrl', python(code + '; time.sleep(600)'))
