@@ -204,6 +204,32 @@ def test_without_a_terminal_the_status_is_a_line_now_and_then(start):
     assert '\x02' not in process.output()
 
 
+def test_after_q_no_status_is_told_any_more(domain, tmp_path):
+    keys, terminal = os.openpty()
+    log = tmp_path / 'log.txt'
+    with log.open('w') as output:
+        process = subprocess.Popen(
+            [*SETCMAS, 'expe', *ALGO], stdin=terminal, stdout=output, stderr=output
+        )
+
+    def press(key, awaited):
+        deadline = time.monotonic() + TIMEOUT_S
+        while awaited not in log.read_text() and time.monotonic() < deadline:
+            time.sleep(0.05)
+        os.write(keys, key)
+
+    try:
+        press(b' ', 'PAUSED; tb3_1 paused (paused)\n')
+        press(b'q', 'RUNNING; tb3_1 moving')
+        assert process.wait(TIMEOUT_S) == 0, log.read_text()
+    finally:
+        process.kill()
+        process.wait()
+        os.close(keys)
+        os.close(terminal)
+    assert 'moving' not in log.read_text().partition('RUNNING; tb3_1 moving')[2]
+
+
 @pytest.mark.parametrize(
     ('arguments', 'message'),
     [
