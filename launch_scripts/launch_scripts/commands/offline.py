@@ -40,6 +40,9 @@ from setcmas_tools.run.outcome import Outcome, State
 if TYPE_CHECKING:
     from setcmas_tools.run.run import Run
 
+_AS_TYPED = (
+    'nb_robots', 'duration', 'model', 'limits', 'vnom', 'komega', 'rate', 'robot_rate', 'seed',
+)  # fmt: skip
 _BAR = '{desc}: {percentage:3.0f}%|{bar}| {n:.0f}/{total:.0f} s'
 
 
@@ -109,17 +112,9 @@ def _simulate(
 
     job = {
         'algo': scripts.text,
-        'nb_robots': args.nb_robots,
-        'duration': args.duration,
         'poses': chosen_start_poses(args.nb_robots, args.poses, args.pose),
-        'model': args.model,
-        'limits': args.limits,
-        'vnom': args.vnom,
-        'komega': args.komega,
-        'rate': args.rate,
-        'robot_rate': args.robot_rate,
-        'seed': args.seed,
         'settings': settings,
+        **{name: getattr(args, name) for name in _AS_TYPED},
         **communication.values(),
     }
     with (

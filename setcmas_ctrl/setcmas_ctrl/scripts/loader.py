@@ -176,19 +176,7 @@ def load_script(
     settings = settings or {}
     code = compile_script(path, expected, settings)
     _tell_doubts(path)
-
-    def setting(name: str, own: Any) -> Any:
-        return converted(name, own, settings[name], path.name)
-
-    module = types.ModuleType(f'{path.stem}_tb3_{robot}')
-    module.__file__ = str(path)
-    imports = ScriptImports(path.parent, robot)
-    imports.builtins[CALL] = setting
-    vars(module)['__builtins__'] = imports.builtins
-    sys.modules[module.__name__] = module
-    if str(path.parent) not in sys.path:
-        sys.path.append(str(path.parent))  # for importlib.import_module and the like
-    importlib.invalidate_caches()
+    module = _fresh_module(path, robot, settings)
     try:
         exec(code, module.__dict__)
     except (StopCall, AbandonCall, SetcmasError):
@@ -202,4 +190,22 @@ def load_script(
     for name in settings:
         if name not in vars(module):
             raise SetcmasError(f"--set {name}: {path.name} has no module-level name '{name}'")
+    return module
+
+
+def _fresh_module(path: Path, robot: int, settings: Settings) -> types.ModuleType:
+    """Return the empty module in which a script runs for a robot, with imports of its own."""
+
+    def setting(name: str, own: Any) -> Any:
+        return converted(name, own, settings[name], path.name)
+
+    module = types.ModuleType(f'{path.stem}_tb3_{robot}')
+    module.__file__ = str(path)
+    imports = ScriptImports(path.parent, robot)
+    imports.builtins[CALL] = setting
+    vars(module)['__builtins__'] = imports.builtins
+    sys.modules[module.__name__] = module
+    if str(path.parent) not in sys.path:
+        sys.path.append(str(path.parent))  # for importlib.import_module and the like
+    importlib.invalidate_caches()
     return module

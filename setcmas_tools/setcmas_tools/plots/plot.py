@@ -66,7 +66,6 @@ def plot(
     run: Run,
     folder: Path,
     look: PlotLook = _LOOK,
-    progress: bool = True,
     warn: Callable[[str], None] = print,
 ) -> list[Path]:
     """Write the plots that suit a run.
@@ -75,7 +74,6 @@ def plot(
         run: The run.
         folder: Where they go.
         look: How they look.
-        progress: Whether to show a progress bar if there is a terminal.
         warn: Shows a plot that fails; the others are drawn.
 
     Returns:
@@ -87,12 +85,11 @@ def plot(
     """
     look.check()
     plots = plots_of(run, warn)
-    hidden = None if progress else True  # None: hidden unless there is a terminal
     with plot_style(look.palette, look.paper):
         paths = []
         try:
             folder.mkdir(parents=True, exist_ok=True)
-            for name, draw in tqdm(plots.items(), desc='plots', leave=False, disable=hidden):
+            for name, draw in tqdm(plots.items(), desc='plots', leave=False, disable=None):
                 figure = _window() if look.show else Figure()
                 if _drawn(name, draw, figure, run, warn):
                     paths += _write(figure, folder / name, look.formats)

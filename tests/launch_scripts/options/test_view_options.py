@@ -48,7 +48,7 @@ def test_the_viser_that_is_asked_for_is_that_of_the_extra():
     project = (Path(__file__).parents[3] / 'pyproject.toml').read_text(encoding='utf-8')
     asked = INSTALL_VISER.split("'")[1]
 
-    assert f'view = ["{asked}"]' in project
+    assert f'view = ["{asked}"' in project
 
 
 def test_a_page_that_is_wanted_needs_viser():
