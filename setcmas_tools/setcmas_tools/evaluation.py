@@ -8,7 +8,7 @@ from pathlib import Path
 
 from setcmas_tools.metrics.compute import Metrics, measure
 from setcmas_tools.metrics.yaml_file import write_yaml
-from setcmas_tools.plots.plot import PlotLook, plot
+from setcmas_tools.plots.look import PlotLook
 from setcmas_tools.run.run import Run
 
 _LOOK = PlotLook()
@@ -50,7 +50,11 @@ def evaluate(
     Raises:
         SetcmasError: The run cannot be measured, or a file cannot be written.
     """
-    figures = plot(run, folder, look, warn=warn) if folder else []
+    figures: list[Path] = []
+    if folder:
+        from setcmas_tools.plots.plot import plot  # who draws nothing does not wait for matplotlib
+
+        figures = plot(run, folder, look, warn=warn)
     metrics = None
     if metrics_file:
         metrics = measure(run, warn)

@@ -57,7 +57,7 @@ def main(args: argparse.Namespace) -> int:
     # Imported late: help texts and completion do not wait for matplotlib.
     from setcmas_tools.comparison import compared
     from setcmas_tools.evaluation import evaluate
-    from setcmas_tools.plots.plot import PlotLook
+    from setcmas_tools.plots.look import PlotLook
     from setcmas_tools.run.run import Run
 
     args, earlier = with_earlier_run(args)
@@ -82,14 +82,14 @@ def main(args: argparse.Namespace) -> int:
     # What is in the files is measured, so that `setcmas metrics` finds the same.
     saved = replace(Run.load(folder.path, warn), call_time=run.call_time)
     look = PlotLook(tuple(args.format))
-    evaluation = evaluate(saved, folder.plots, look, folder.metrics, warn)
+    plots = folder.plots if args.plots else None
+    evaluation = evaluate(saved, plots, look, folder.metrics, warn)
     print(evaluation)
     if earlier:
         print(compared(folder.path, earlier))
     print(
         f'{args.duration:g} s in {elapsed:.2f} s ({args.duration / elapsed:.0f} times real time)'
-        f'   CSV: {folder.shown(folder.csv)}   '
-        f'{len(evaluation.plots)} plots: {folder.shown(folder.plots)}'
+        f'   {folder.summary(len(evaluation.plots))}'
     )
     if run.outcome.state is State.DIED:
         warn(f'setcmas offline: {run.outcome}\n    the first {run.table.t[-1]:g} s are written')

@@ -214,7 +214,7 @@ def _evaluate(
     # Imported late: a fresh start of the robots does not wait for matplotlib.
     from setcmas_tools.comparison import compared
     from setcmas_tools.evaluation import evaluate
-    from setcmas_tools.plots.plot import PlotLook
+    from setcmas_tools.plots.look import PlotLook
     from setcmas_tools.run.run import Run
     from setcmas_tools.tables.convert import convert
 
@@ -230,12 +230,10 @@ def _evaluate(
             'there too; they are in the plots and in the metrics'
         )
     look = PlotLook(tuple(args.format))
-    evaluation = evaluate(run, folder.plots, look, folder.metrics, warn)
+    plots = folder.plots if args.plots else None
+    evaluation = evaluate(run, plots, look, folder.metrics, warn)
     lines = [str(evaluation), *([compared(folder.path, earlier)] if earlier else [])]
-    where = (
-        f'bag: {folder.shown(folder.bag)}   CSV: {folder.shown(folder.csv)}   '
-        f'{len(evaluation.plots)} plots: {folder.shown(folder.plots)}'
-    )
+    where = f'bag: {folder.shown(folder.bag)}   {folder.summary(len(evaluation.plots))}'
     with suppress(OSError):  # the terminal may be closed by now, the work is done
         print(*lines, where, sep='\n', flush=True)
     return 0

@@ -13,7 +13,8 @@ from setcmas_simu.errors import SetcmasError
 from setcmas_tools.films import writers as film_writers
 from setcmas_tools.films.frames import FilmFrames, from_first_command
 from setcmas_tools.plots.formats import PALETTES
-from setcmas_tools.plots.style import check_style, plot_style
+from setcmas_tools.plots.look import check_style
+from setcmas_tools.plots.style import plot_style
 from setcmas_tools.records.fleet_grid import on_grid
 from setcmas_tools.run.run import Run
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import io
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -13,44 +12,15 @@ from tqdm import tqdm
 
 from setcmas_simu.errors import SetcmasError
 from setcmas_tools.kinds.plot import PLOTS, Plot, suits
-from setcmas_tools.plots.formats import FORMATS, PALETTES
-from setcmas_tools.plots.style import check_style, finish, plot_style, save
+from setcmas_tools.plots.formats import PALETTES
+from setcmas_tools.plots.look import PlotLook, check_style
+from setcmas_tools.plots.style import finish, plot_style, save
 from setcmas_tools.run.run import Run
 
 _FIRST = (
     'trajectories', 'positions', 'heading', 'velocities', 'distances', 'communication_instants',
     'communication_counts', 'graph', 'disagreement',
 )  # fmt: skip
-
-
-@dataclass(frozen=True)
-class PlotLook:
-    """How plots look.
-
-    Attributes:
-        formats: Any of `formats.FORMATS`.
-        palette: One of `formats.PALETTES`.
-        paper: One of `formats.PAPERS`, for fonts and sizes of a printed paper.
-        show: Whether to open the plots in windows too, until the user closes them.
-    """
-
-    formats: Sequence[str] = ('png',)
-    palette: str = PALETTES[0]
-    paper: str | None = None
-    show: bool = False
-
-    def check(self) -> None:
-        """See that there are such formats and styles.
-
-        Raises:
-            SetcmasError: A choice is unknown.
-        """
-        for unknown in set(self.formats) - set(FORMATS):
-            raise SetcmasError(
-                f"format '{unknown}' is unknown; must be one of {', '.join(FORMATS)}"
-            )
-        check_style(self.palette, self.paper)
-
 
 _LOOK = PlotLook()
 

@@ -17,7 +17,6 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patheffects import AbstractPathEffect, withStroke
 
-from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet import fleet
 from setcmas_simu.fleet.fleet import Colour
 from setcmas_tools.plots import palette as plot_palette
@@ -55,18 +54,6 @@ def plot_style(palette: str = PALETTES[0], paper: str | None = None) -> Iterator
             yield
     finally:
         _choice.reset(token)
-
-
-def check_style(palette: str, paper: str | None) -> None:
-    """See that a style exists.
-
-    Raises:
-        SetcmasError: It does not.
-    """
-    if palette not in PALETTES:
-        raise SetcmasError(f"palette '{palette}' is unknown; it must be {', '.join(PALETTES)}")
-    if paper is not None and paper not in PAPERS:
-        raise SetcmasError(f"paper '{paper}' is unknown; it must be {', '.join(PAPERS)}")
 
 
 def finish(figure: Figure, run: str = '') -> None:

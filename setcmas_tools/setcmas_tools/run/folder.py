@@ -60,6 +60,11 @@ class RunFolder:
         """The file of the metrics."""
         return self.path / 'metrics.yaml'
 
+    def summary(self, nb_plots: int) -> str:
+        """Return where CSV files and plots are, in words."""
+        plots = f'   {nb_plots} plots: {self.shown(self.plots)}' if nb_plots else ''
+        return f'CSV: {self.shown(self.csv)}{plots}'
+
     def check(self, overwrite: bool) -> None:
         """See that no earlier run would be lost, and nothing that this one needs.
 

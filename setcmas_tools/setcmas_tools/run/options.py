@@ -21,4 +21,5 @@ class RunOptions(Options):
     output: Path | None = option(
         PathTo(metavar='DIR'), 'folder of the results, to be created', default=None, short='-o'
     )
+    plots: bool = flag('draw the plots', default=True)
     overwrite: bool = flag('replace an earlier run in that folder')

@@ -48,7 +48,17 @@ def run_over_ros(names, duration, folder):
             options += [f'--{option}={value}' for option, value in further.items()]
             environment = {'ROS_AUTOMATIC_DISCOVERY_RANGE': 'LOCALHOST', 'ROS_DOMAIN_ID': domain}
             run = subprocess.Popen(
-                [*SETCMAS, 'run', '--algo', algo, *options, '-o', name, '--overwrite'],
+                [
+                    *SETCMAS,
+                    'run',
+                    '--no-plots',
+                    '--algo',
+                    algo,
+                    *options,
+                    '-o',
+                    name,
+                    '--overwrite',
+                ],
                 cwd=folder,
                 env={**os.environ, **{name: str(value) for name, value in environment.items()}},
                 stdout=subprocess.PIPE,

@@ -130,7 +130,7 @@ def files_tell_of_it(robots, share, out, output):
 
 
 def an_offline_run_agrees(robots, duration, record, folder):
-    options = [*fleet_options(robots, duration), '--output', 'offline']
+    options = [*fleet_options(robots, duration), '--no-plots', '--output', 'offline']
     result = run_setcmas('offline', '--algo', 'consensus', *options, cwd=folder)
     offline = read_csv(folder / 'offline' / 'csv')
 

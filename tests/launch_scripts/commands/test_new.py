@@ -10,7 +10,9 @@ def test_the_new_script_runs_and_the_command_that_is_told_is_right(tmp_path):
 
     assert result.returncode == 0
     assert told == ['setcmas', 'run', '--algo', 'my_law', '--nb-robots', '5']
-    offline = run_setcmas('offline', *told[2:], '--duration', '2', '-o', 'out', cwd=tmp_path)
+    offline = run_setcmas(
+        'offline', '--no-plots', *told[2:], '--duration', '2', '-o', 'out', cwd=tmp_path
+    )
     assert offline.returncode == 0, offline.stderr
     assert 'tb3_5: I start at (0.0, 5.0) m' in offline.stdout
     assert 'my_law  My control law' in run_setcmas('list', cwd=tmp_path).stdout
@@ -67,7 +69,9 @@ def test_mistakes_are_told_in_one_line_and_nothing_is_written(tmp_path, argument
 
 def test_a_script_that_hides_a_built_in_law_is_told_when_written_and_when_run(tmp_path):
     written = run_setcmas('new', 'consensus', cwd=tmp_path)
-    run = run_setcmas('offline', '--algo', 'consensus', '--duration', '1', cwd=tmp_path)
+    run = run_setcmas(
+        'offline', '--no-plots', '--algo', 'consensus', '--duration', '1', cwd=tmp_path
+    )
 
     assert '--algo consensus means this file now, and not the built-in law' in written.stdout
     assert run.returncode == 0

@@ -9,8 +9,9 @@ from setcmas_tools.records.fleet_table import read_csv
 from setcmas_tools.run.info import RunInfo, write_info
 
 
-def offline(tmp_path, *arguments):
-    result = run_setcmas('offline', *arguments, cwd=tmp_path)
+def offline(tmp_path, *arguments, plots=False):
+    drawn = () if plots else ('--no-plots',)
+    result = run_setcmas('offline', *arguments, *drawn, cwd=tmp_path)
     assert result.returncode == 0, result.stderr
     return result
 
@@ -20,7 +21,8 @@ def files(folder):
 
 
 def test_the_layout_is_that_of_run_and_other_commands_take_it_from_there(tmp_path):
-    result = offline(tmp_path, '--algo', 'nav_wp', '--nb-robots', '2', '--output', 'out')
+    options = ('--algo', 'nav_wp', '--nb-robots', '2', '--output', 'out')
+    result = offline(tmp_path, *options, plots=True)
 
     assert {path.name for path in (tmp_path / 'out').iterdir()} == {
         'csv',
@@ -138,7 +140,7 @@ def test_a_run_that_cannot_be_repeated_is_told_in_one_line(tmp_path, arguments, 
     (tmp_path / 'old' / 'run.yaml').write_text('parameters: {algo: nav_wp}\n')
     write_info(RunInfo(), tmp_path / 'empty')
 
-    result = run_setcmas('offline', *arguments, cwd=tmp_path)
+    result = run_setcmas('offline', '--no-plots', *arguments, cwd=tmp_path)
 
     assert result.returncode == 2
     assert message in result.stderr
@@ -182,7 +184,7 @@ def test_another_seed_gives_another_run(tmp_path):
     ],
 )
 def test_mistakes_are_told_in_one_line(tmp_path, arguments, message):
-    result = run_setcmas('offline', *arguments, cwd=tmp_path)
+    result = run_setcmas('offline', '--no-plots', *arguments, cwd=tmp_path)
 
     assert result.returncode == 2
     assert message in result.stderr
@@ -194,7 +196,7 @@ def test_a_law_that_failed_is_told_at_the_end_and_by_the_exit_status(tmp_path):
     (tmp_path / 'law.py').write_text('def control(i, n, p, t):\n    return (1 / (i - 2), 0)\n')
     options = ('--nb-robots', '3', '--duration', '1', '--output', 'out')
 
-    result = run_setcmas('offline', '--algo', 'law', *options, cwd=tmp_path)
+    result = run_setcmas('offline', '--no-plots', '--algo', 'law', *options, cwd=tmp_path)
 
     assert result.returncode == 1
     assert result.stderr.splitlines()[-1].startswith(
@@ -208,7 +210,7 @@ def test_a_condition_that_failed_is_not_the_fault_of_the_law(tmp_path):
     (tmp_path / 'when.py').write_text('def ctc(pos, last_pos, t):\n    return None\n')
     options = ('--nb-robots', '2', '--duration', '1', '--event-triggered', '--ctc', 'when.py')
 
-    result = run_setcmas('offline', '--algo', 'consensus', *options, cwd=tmp_path)
+    result = run_setcmas('offline', '--no-plots', '--algo', 'consensus', *options, cwd=tmp_path)
 
     assert result.returncode == 1
     last_line = result.stderr.splitlines()[-1]
@@ -219,7 +221,9 @@ def test_ctrl_c_ends_an_endless_law_and_leaves_nothing(start, tmp_path):
     (tmp_path / 'law.py').write_text(
         'def control(i, n, p, t):\n    print("here", flush=True)\n    while True:\n        pass\n'
     )
-    process = start(*SETCMAS, 'offline', '--algo', 'law', '--output', 'out', cwd=tmp_path)
+    process = start(
+        *SETCMAS, 'offline', '--no-plots', '--algo', 'law', '--output', 'out', cwd=tmp_path
+    )
     process.wait_for_output('here')
 
     assert process.end(signal.SIGINT) == 130
@@ -232,7 +236,7 @@ def test_an_earlier_run_is_kept_unless_it_is_to_be_replaced(tmp_path):
     (tmp_path / 'out' / 'run.yaml').write_text('an earlier run')
     arguments = ('--algo', 'nav_wp', '--duration', '1', '--output', 'out')
 
-    assert run_setcmas('offline', *arguments, cwd=tmp_path).returncode == 2
+    assert run_setcmas('offline', '--no-plots', *arguments, cwd=tmp_path).returncode == 2
     assert (tmp_path / 'out' / 'run.yaml').read_text() == 'an earlier run'
     offline(tmp_path, *arguments, '--overwrite')
 
@@ -350,7 +354,9 @@ def test_results_of_a_script_that_removes_the_current_folder_are_written(tmp_pat
     [('', "--output is ''; it must be a path"), ('a' * 300, 'cannot be written: File name too')],
 )
 def test_an_output_that_can_be_no_folder_is_told_in_one_line(tmp_path, output, message):
-    result = run_setcmas('offline', '--algo', 'nav_wp', '--output', output, cwd=tmp_path)
+    result = run_setcmas(
+        'offline', '--no-plots', '--algo', 'nav_wp', '--output', output, cwd=tmp_path
+    )
 
     assert result.returncode == 2
     assert message in result.stderr

@@ -72,8 +72,8 @@ def test_a_recorder_that_is_slow_to_start_misses_nothing(domain, tmp_path, monke
     monkeypatch.setenv('PYTHONPATH', str(tmp_path))
 
     result = run_setcmas(
-        'run', '--algo', 'consensus', '--nb-robots', '2', '--duration', '2', '--output', 'out',
-        cwd=tmp_path,
+        'run', '--no-plots', '--algo', 'consensus', '--nb-robots', '2', '--duration', '2',
+        '--output', 'out', cwd=tmp_path,
     )  # fmt: skip
 
     assert result.returncode == 0, result.stderr
@@ -83,7 +83,9 @@ def test_a_recorder_that_is_slow_to_start_misses_nothing(domain, tmp_path, monke
 
 
 def test_an_interrupted_run_keeps_what_it_has(start, tmp_path):
-    process = start(*SETCMAS, 'run', '--algo', 'nav_wp', '--output', 'out', cwd=tmp_path)
+    process = start(
+        *SETCMAS, 'run', '--no-plots', '--algo', 'nav_wp', '--output', 'out', cwd=tmp_path
+    )
     process.wait_for_output('[ctrl] controlling')
     nodes = nodes_of(process)
     bag = tmp_path / 'out' / 'bag' / 'bag.mcap'
@@ -106,7 +108,16 @@ def wait_for_growth(path):
 @pytest.mark.parametrize('victim', ['simulator', 'controller', 'recorder'])
 def test_when_a_process_dies_the_launcher_says_so_and_stops_the_rest(start, tmp_path, victim):
     process = start(
-        *SETCMAS, 'run', '--algo', 'consensus', '--nb-robots', '2', '--output', 'out', cwd=tmp_path
+        *SETCMAS,
+        'run',
+        '--no-plots',
+        '--algo',
+        'consensus',
+        '--nb-robots',
+        '2',
+        '--output',
+        'out',
+        cwd=tmp_path,
     )
     process.wait_for_output('[ctrl] controlling')
     nodes = nodes_of(process)
@@ -123,7 +134,9 @@ def test_when_a_process_dies_the_launcher_says_so_and_stops_the_rest(start, tmp_
 
 
 def test_nothing_is_left_when_the_launcher_is_killed(start, tmp_path):
-    process = start(*SETCMAS, 'run', '--algo', 'nav_wp', '--output', 'out', cwd=tmp_path)
+    process = start(
+        *SETCMAS, 'run', '--no-plots', '--algo', 'nav_wp', '--output', 'out', cwd=tmp_path
+    )
     process.wait_for_output('[ctrl] controlling')
     nodes = nodes_of(process)
 
@@ -136,7 +149,7 @@ def test_nothing_is_left_when_the_launcher_is_killed(start, tmp_path):
 def test_a_script_with_a_mistake_starts_nothing(domain, tmp_path):
     (tmp_path / 'law.py').write_text('def control(a, b, c, d):\n    return 1,, 2\n')
 
-    result = run_setcmas('run', '--algo', 'law', '--output', 'out', cwd=tmp_path)
+    result = run_setcmas('run', '--no-plots', '--algo', 'law', '--output', 'out', cwd=tmp_path)
 
     assert result.returncode == 2
     assert 'law.py, line 2: SyntaxError' in result.stderr
@@ -147,7 +160,9 @@ def test_a_script_with_a_mistake_starts_nothing(domain, tmp_path):
 def test_a_script_that_fails_while_loading_ends_the_run_with_status_2(start, tmp_path):
     (tmp_path / 'law.py').write_text('import no_such\ndef control(a, b, c, d):\n    return 1, 2\n')
 
-    process = start(*SETCMAS, 'run', '--algo', 'law', '--output', 'out', cwd=tmp_path)
+    process = start(
+        *SETCMAS, 'run', '--no-plots', '--algo', 'law', '--output', 'out', cwd=tmp_path
+    )
 
     assert process.wait() == 2
     assert "No module named 'no_such'" in process.output()
@@ -159,7 +174,9 @@ def test_an_earlier_run_is_kept(domain, tmp_path):
     (tmp_path / 'out').mkdir()
     (tmp_path / 'out' / 'run.yaml').touch()
 
-    result = run_setcmas('run', '--algo', 'consensus', '--output', 'out', cwd=tmp_path)
+    result = run_setcmas(
+        'run', '--no-plots', '--algo', 'consensus', '--output', 'out', cwd=tmp_path
+    )
 
     assert result.returncode == 2
     assert 'holds an earlier run' in result.stderr
@@ -199,7 +216,9 @@ def test_nav_wp_over_ros_goes_the_way_of_the_recording_of_the_ros_1_stack(domain
     from setcmas_tools.records.fleet_table import read_csv
 
     arguments = ['--algo', 'nav_wp', '--nb-robots', '1', '--pose', '1:5,5,0', '--duration', '60']
-    result = run_setcmas('run', *arguments, '--output', 'out', cwd=tmp_path, timeout=120)
+    result = run_setcmas(
+        'run', '--no-plots', *arguments, '--output', 'out', cwd=tmp_path, timeout=120
+    )
 
     assert result.returncode == 0, result.stderr
     ours, theirs = read_csv(tmp_path / 'out' / 'csv' / 'fleet.csv'), read_csv(WP_NAV)
@@ -228,9 +247,11 @@ def test_a_run_that_a_script_ends_with_status_2_is_kept_and_told(start, tmp_path
         'import os\ndef control(i, n, p, t):\n'
         '    if t > 2:\n        os._exit(2)\n    return 0.1, 0\n'
     )
-    process = start(*SETCMAS, 'run', '--algo', 'law', '--output', 'out', cwd=tmp_path)
+    process = start(
+        *SETCMAS, 'run', '--no-plots', '--algo', 'law', '--output', 'out', cwd=tmp_path
+    )
 
-    assert process.wait() == 2
+    assert process.wait() == 1
     assert 'ended by itself with exit status 2' in process.output()
     assert table(tmp_path / 'out' / 'csv' / 'fleet.csv')
 
@@ -240,8 +261,8 @@ def test_a_gain_of_the_command_line_and_a_script_that_is_edited_meanwhile(start,
     text = 'V = 0.1\nprint("loaded", V)\ndef control(i, n, p, t):\n    return V, 0\n'
     law.write_text(text)
     process = start(
-        *SETCMAS, 'run', '--algo', 'law', '--nb-robots', '2', '--set', 'V=2e-1', '--watch',
-        '--duration', '5', '--output', 'out', cwd=tmp_path,
+        *SETCMAS, 'run', '--no-plots', '--algo', 'law', '--nb-robots', '2', '--set', 'V=2e-1',
+        '--watch', '--duration', '5', '--output', 'out', cwd=tmp_path,
     )  # fmt: skip
     process.wait_for_output('[ctrl] tb3_2: loaded 0.2\n')
     process.wait_for_output('[ctrl] controlling')
@@ -266,7 +287,9 @@ def test_a_gain_of_the_command_line_and_a_script_that_is_edited_meanwhile(start,
 
 
 def test_a_run_that_is_stopped_before_the_robots_start_leaves_no_folder(start, tmp_path):
-    process = start(*SETCMAS, 'run', '--algo', 'consensus', '--output', 'out', cwd=tmp_path)
+    process = start(
+        *SETCMAS, 'run', '--no-plots', '--algo', 'consensus', '--output', 'out', cwd=tmp_path
+    )
     deadline = time.monotonic() + TIMEOUT_S
     while not (tmp_path / 'out' / 'run.yaml').exists() and time.monotonic() < deadline:
         time.sleep(0.01)
