@@ -127,7 +127,7 @@ class RobotCheck:
         strange = [kind for kind in self.kinds if kind not in CMD_VEL_TYPES]
         others = [kind for kind in self.kinds if kind != lab.cmd_vel_type]
         if strange:
-            advice = 'it should be geometry_msgs TwistStamped or Twist'
+            advice = 'it must be geometry_msgs TwistStamped or Twist'
             findings.append(self._finding(PROBLEM, 'cmd_vel', f'type {strange[0]}', advice))
         elif lab.cmd_vel_type in CMD_VEL_TYPES and others:
             found = f'it wants {others[0]}, the lab file says {lab.cmd_vel_type}'

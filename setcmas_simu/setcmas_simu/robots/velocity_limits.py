@@ -88,5 +88,5 @@ def limits_named(name: str) -> VelocityLimits:
         SetcmasError: There is no model of that name.
     """
     if name not in MODELS:
-        raise SetcmasError(f"limits '{name}' are unknown; known are: {', '.join(MODELS)}")
+        raise SetcmasError(f"limits '{name}' are unknown; they must be one of {', '.join(MODELS)}")
     return MODELS[name]
