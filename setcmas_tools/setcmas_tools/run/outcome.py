@@ -42,11 +42,11 @@ class Outcome:
     detail: str = ''
 
     def __str__(self) -> str:
-        """Return the outcome for people, such as 'complete, but law.py failed for robots 2'."""
+        """Return the outcome for people, such as 'complete, but law.py failed for robot 2'."""
         failures = [
-            *(f'{name} failed for robots {_listed(r)}' for name, r in self.failed_laws.items()),
+            *(f'{name} failed for {_listed(r)}' for name, r in self.failed_laws.items()),
             *(
-                f'the condition {name} failed for robots {_listed(robots)}'
+                f'the condition {name} failed for {_listed(robots)}'
                 for name, robots in self.failed_conditions.items()
             ),
         ]
@@ -73,4 +73,4 @@ class Outcome:
 
 
 def _listed(robots: list[int]) -> str:
-    return format_robots(sorted(robots))
+    return f'robot{"s" * (len(robots) > 1)} {format_robots(sorted(robots))}'

@@ -200,7 +200,7 @@ def test_a_law_that_failed_is_told_at_the_end_and_by_the_exit_status(tmp_path):
 
     assert result.returncode == 1
     assert result.stderr.splitlines()[-1].startswith(
-        'setcmas offline: complete, but law.py failed for robots 2;'
+        'setcmas offline: complete, but law.py failed for robot 2;'
     )
     record = yaml.safe_load((tmp_path / 'out' / 'run.yaml').read_text())
     assert record['outcome'] == {'state': 'failed', 'failed_laws': {'law.py': [2]}}

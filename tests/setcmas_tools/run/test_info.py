@@ -28,7 +28,7 @@ def test_what_is_written_is_read(tmp_path):
 
 def test_the_outcome_in_words():
     assert str(INFO.outcome) == (
-        'complete, but law.py failed for robots 2-3 and the condition when.py failed for robots 1'
+        'complete, but law.py failed for robots 2-3 and the condition when.py failed for robot 1'
     )
     assert str(Outcome(State.DIED, detail='tb3_1 was killed')) == 'died: tb3_1 was killed'
     assert str(Outcome(State.STOPPED)) == 'stopped by the user'

@@ -78,7 +78,7 @@ def test_what_scripts_drew(run):
 
 def test_failures_are_kept(run):
     assert run.failed_robots == [2]
-    assert str(run.outcome) == 'complete, but law.py failed for robots 2'
+    assert str(run.outcome) == 'complete, but law.py failed for robot 2'
 
 
 def test_robots_by_name_and_by_number(run):
@@ -117,7 +117,7 @@ def test_a_notebook_shows_picture_and_table(run):
 
     assert '<img src="data:image/png;base64,' in html
     assert 'least separation' in html
-    assert 'law.py failed for robots 2' in html
+    assert 'law.py failed for robot 2' in html
 
 
 def test_a_film(run):
