@@ -1,6 +1,7 @@
 """The site: it builds without a warning, fetches nothing, and its generated parts are those of the
 code."""
 
+import fcntl
 import re
 import shutil
 import subprocess
@@ -15,13 +16,17 @@ GENERATORS = ROOT / 'docs' / 'generators'
 pytest.importorskip('mkdocs')
 
 
-@pytest.fixture(scope='module')
-def site(tmp_path_factory):
-    """Build the site in a folder of its own."""
-    folder = tmp_path_factory.mktemp('site')
+@pytest.fixture(scope='session')
+def site(tmp_path_factory, worker_id):
+    """Build the site, once for all workers."""
+    base = tmp_path_factory.getbasetemp()
+    folder = (base if worker_id == 'master' else base.parent) / 'site'
     command = [sys.executable, '-m', 'mkdocs', 'build', '--strict', '-q', '-d', str(folder)]
-    build = subprocess.run(command, cwd=ROOT, capture_output=True, text=True)
-    assert build.returncode == 0, build.stderr
+    with folder.with_suffix('.lock').open('w') as lock:
+        fcntl.flock(lock, fcntl.LOCK_EX)
+        if not folder.exists():
+            build = subprocess.run(command, cwd=ROOT, capture_output=True, text=True)
+            assert build.returncode == 0, build.stderr
     return folder
 
 

@@ -107,8 +107,9 @@ def test_a_status_of_2_is_told_even_if_a_script_prints_error(supervisor):
 IN_A_CALL = (
     TELL
     + """
-import os, time
+import os, signal, time
 from pathlib import Path
+signal.signal(signal.SIGINT, lambda *_: None)  # as nodes do: it is answered between two calls
 launcher = launcher()
 launcher.tell(Ready())
 launcher.current_call.begin(2, Path('law.py'), Function.CONTROL, time.monotonic() - {ago})

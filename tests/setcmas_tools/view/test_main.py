@@ -73,6 +73,7 @@ def repeated(action):
 
 
 @needs_browser
+@pytest.mark.nightly
 def test_eight_robots_in_a_browser(start, peer):
     pytest.importorskip('viser')
     from browser import buttons, close_notifications, open_browser, wait_for, wait_for_text
