@@ -73,13 +73,8 @@ def test_nothing_at_the_root_makes_colcon_take_it_for_a_package():
         assert not (ROOT / name).exists()
 
 
-@pytest.mark.parametrize(
-    'option',
-    [
-        pytest.param((), id='plain'),
-        pytest.param(('--symlink-install',), id='symlink', marks=pytest.mark.nightly),
-    ],
-)
+@pytest.mark.nightly
+@pytest.mark.parametrize('option', [(), ('--symlink-install',)], ids=['plain', 'symlink'])
 def test_colcon_builds_the_five_packages(start, domain, tmp_path, option):
     pytest.importorskip('rclpy')
     pytest.importorskip('colcon_ros', reason='colcon is not installed')
