@@ -12,6 +12,8 @@ import pytest
 
 from setcmas_ctrl.scripts.loader import ALGORITHMS
 
+pytestmark = pytest.mark.nightly
+
 PLUGIN = Path(__file__).parent / 'plugin'
 PAGES = [
     Path(__file__).parents[1] / 'docs' / 'extending' / f'{name}.md'
@@ -93,7 +95,6 @@ def test_law_model_task_metric_and_plot_are_used_by_name(setcmas, tmp_path):
     assert "plot 'unplotted' of package example-lab 0.3 cannot be used" in result.stderr
 
 
-@pytest.mark.nightly
 def test_law_and_model_are_used_over_ros(setcmas, domain, tmp_path):
     pytest.importorskip('rclpy')
     options = ('--algo', 'spiral', '--model', 'hovercraft', '--nb-robots', '2')

@@ -42,6 +42,7 @@ def test_it_fetches_nothing_from_the_network(site):
     not (shutil.which('chromium') and shutil.which('chromedriver')),
     reason='needs chromium and chromedriver',
 )
+@pytest.mark.nightly
 def test_pages_fit_a_phone(site):
     from browser import open_browser
 

@@ -120,7 +120,9 @@ def test_space_starts_and_pauses_and_q_gives_the_terminal_back(terminal):
     assert 'Traceback' not in terminal.text
 
 
-@pytest.mark.parametrize('signum', [signal.SIGINT, signal.SIGTERM])
+@pytest.mark.parametrize(
+    'signum', [signal.SIGINT, pytest.param(signal.SIGTERM, marks=pytest.mark.nightly)]
+)
 def test_signals_give_the_terminal_back(terminal, signum):
     terminal.wait_for('PAUSED')
     children = psutil.Process(terminal.process.pid).children()

@@ -49,17 +49,23 @@ def test_a_run_that_goes_well_is_the_same_as_without_a_process(run, tmp_path):
     assert (result.poses == simulate(tmp_path / 'law.py', 3, 4.0).poses).all()
 
 
+def nightly(*bodies):
+    return [pytest.param(body, marks=pytest.mark.nightly) for body in bodies]
+
+
 @pytest.mark.parametrize(
     'body',
     [
         'while True: pass',
-        'time.sleep(1000)',
-        'threading.Lock().acquire() and threading.Event().wait()',
-        '9 ** 9 ** 9',
-        're.match("(a+)+$", "a" * 40 + "b")',
         'sum(range(10 ** 14))',
         'signal.raise_signal(signal.SIGSTOP)',
-        'print(input.__class__.__call__ and list(iter(int, 1)))',
+        *nightly(
+            'time.sleep(1000)',
+            'threading.Lock().acquire() and threading.Event().wait()',
+            '9 ** 9 ** 9',
+            're.match("(a+)+$", "a" * 40 + "b")',
+            'print(input.__class__.__call__ and list(iter(int, 1)))',
+        ),
     ],
 )
 def test_a_call_that_does_not_return_is_told_and_ended(run, body):

@@ -32,6 +32,7 @@ def test_an_emulated_lab_that_is_well_is_nudged(start):
         assert f'ok  turn of {robot}' in output
 
 
+@pytest.mark.nightly
 def test_exchanged_bodies_and_nothing_moves_unasked(start, peer, tmp_path):
     start(*LAB)
     truth = peer.odometry(1)

@@ -62,7 +62,7 @@ def test_vector_formats_embed_their_fonts(run, paper):
 
 
 def test_equal_tables_give_equal_bytes(run):
-    formats = ['pdf', 'svg']  # and png in the next test
+    formats = ['pdf']  # and png in the next test
     first = [path.read_bytes() for path in plot(run(2), formats=formats)]
 
     assert [path.read_bytes() for path in plot(run(2), formats=formats)] == first
