@@ -87,13 +87,7 @@ def main(args: argparse.Namespace) -> int:
         started=time.strftime('%Y-%m-%dT%H:%M:%S%z'),
     )
     with view_beside(ViewOptions.of(args), robots) as views:
-        try:
-            folder.create(info)
-            status, outcome = _robots_run(args, folder, lab, views)
-        except KeyboardInterrupt:
-            if not folder.bag.exists():  # before the processes
-                folder.discard()
-            raise
+        status, outcome = _robots_run(args, folder, info, lab, views)
     if outcome is None:
         folder.discard()
         return status
@@ -138,11 +132,16 @@ def _emulated_lab(args: argparse.Namespace) -> Lab | None:
 
 
 def _robots_run(
-    args: argparse.Namespace, folder: RunFolder, lab: Lab | None, views: list[Companion]
+    args: argparse.Namespace,
+    folder: RunFolder,
+    info: RunInfo,
+    lab: Lab | None,
+    views: list[Companion],
 ) -> tuple[int, Outcome | None]:
     """Let the robots run; returns the exit status so far, and how it ended if it began."""
     environment = experiment_environment(lab, emulated=True) if lab else local_environment()
     with Supervisor(environment, prefix=True) as supervisor:
+        folder.create(info)  # now that no Ctrl-C can leave it behind
 
         def write(line: str, stream: Stream) -> None:
             with tqdm.external_write_mode(file=supervisor.stderr):
