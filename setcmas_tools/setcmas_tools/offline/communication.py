@@ -67,11 +67,12 @@ class OfflineCommunication:
             states = zip(self._broadcasts, poses.T.tolist(), V.tolist(), strict=True)
             notes = board.current
             notes.enter(Function.CONDITION)
-            triggered = self._everybody < 0
-            for index, (one, pose, speed) in enumerate(states):
-                notes.begin(index + 1)
-                triggered[index] = one.is_triggered(tuple(pose), speed, t)
+            results: list[bool] = []
+            for one, pose, speed in states:
+                notes.begin(len(results) + 1)
+                results.append(one.is_triggered(tuple(pose), speed, t))
             notes.end()
+            triggered = np.array(results)
             self._triggered.append(triggered)
             senders = np.flatnonzero(triggered)
         self._links.send(senders, poses[:, senders], t)
