@@ -47,7 +47,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     group.add_argument(
         '--emulate', action='store_true', help='no hardware: an emulated lab on this machine'
     )
-    StartPoseOptions.add_to(parser)
+    StartPoseOptions.add_to(parser, without=('seed',))
     ViewOptions.add_to(parser, view=NONE)
 
 
@@ -65,8 +65,8 @@ def main(args: argparse.Namespace) -> int:
     if args.emulate:
         check_emulated_mocap(lab.mocap)
         emulated_start_poses(lab.arena, lab.nb_robots, poses)
-    elif poses.changed():
-        raise SetcmasError('--pose and --poses are for emulated robots: add --emulate')
+    elif poses.poses or poses.pose or poses.random_poses:
+        raise SetcmasError('start poses are for emulated robots: add --emulate')
     require_ros()
     lab.mocap.source.message_class()
     environment = experiment_environment(lab, args.emulate)

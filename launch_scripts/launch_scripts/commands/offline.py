@@ -30,7 +30,6 @@ from setcmas_ctrl.communication.options import CommunicationOptions
 from setcmas_ctrl.communication.settings import check_communication
 from setcmas_ctrl.control.law_scripts import LawScripts
 from setcmas_ctrl.control.options import SCRIPT_FAILED, LawOptions
-from setcmas_simu.fleet.pose_options import chosen_start_poses
 from setcmas_simu.simulator.options import SimulationOptions
 from setcmas_tools.offline.options import OfflineOptions
 from setcmas_tools.run.folder import RunFolder
@@ -112,7 +111,7 @@ def _simulate(
 
     job = {
         'algo': scripts.text,
-        'poses': chosen_start_poses(args.nb_robots, args.poses, args.pose),
+        'poses': SimulationOptions.of(args).start_poses(args.nb_robots),
         'settings': settings,
         **{name: getattr(args, name) for name in _AS_TYPED},
         **communication.values(),

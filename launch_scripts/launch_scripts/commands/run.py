@@ -34,6 +34,7 @@ from launch_scripts.terminal.output_lines import Stream, warn, write_line
 from setcmas_ctrl.communication.options import CommunicationOptions
 from setcmas_ctrl.communication.settings import check_communication
 from setcmas_ctrl.control.options import LawOptions
+from setcmas_expe.emulation.options import emulated_start_poses
 from setcmas_expe.lab.file import DEFAULT_FILE, load_lab
 from setcmas_expe.lab.model import Lab
 from setcmas_simu.errors import SetcmasError
@@ -128,6 +129,7 @@ def _emulated_lab(args: argparse.Namespace) -> Lab | None:
             )
     lab = load_lab(args.lab or DEFAULT_FILE, args.nb_robots)
     lab.check_rate(args.rate)
+    emulated_start_poses(lab.arena, args.nb_robots, SimulationOptions.of(args))
     return lab
 
 

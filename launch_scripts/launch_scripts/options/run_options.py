@@ -18,6 +18,8 @@ from setcmas_expe.lab.model import Lab
 from setcmas_simu.simulator.options import SimulationOptions
 from setcmas_tools.run.options import RunOptions
 
+_OF_ROBOTS = ('pose', 'random_poses', 'model', 'limits', 'robot_rate', 'poses', 'cmd_timeout')
+
 
 def add_run_arguments(parser: argparse.ArgumentParser, without: Sequence[str] = ()) -> None:
     """Add the options, without some of the law's or of the simulated robots'."""
@@ -25,7 +27,8 @@ def add_run_arguments(parser: argparse.ArgumentParser, without: Sequence[str] = 
     FormatOptions.add_to(parser)
     LawOptions.add_to(parser, without)
     CommunicationOptions.add_to(parser)
-    SimulationOptions.add_to(parser, ('robots', 'cmd_vel_type', *without), nb_robots=1)
+    given = ('robots', 'cmd_vel_type', 'seed', *without)
+    SimulationOptions.add_to(parser, given, nb_robots=1)
     add_from_argument(parser)
 
 
@@ -45,8 +48,7 @@ def parameters(
     values |= {'vnom': law.vnom, 'komega': law.komega, 'rate': law.rate}
     values |= CommunicationOptions.of(args).record()
     robots = SimulationOptions.of(args).record()
-    values |= {name: robots[name] for name in ('pose', 'model', 'limits', 'robot_rate', 'poses')}
-    values['cmd_timeout'] = robots['cmd_timeout']
+    values |= {name: robots[name] for name in _OF_ROBOTS}
     return values | _of_lab(lab) if lab else values
 
 

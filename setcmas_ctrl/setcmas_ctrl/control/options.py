@@ -9,14 +9,14 @@ from typing import Any, ClassVar
 from setcmas_ctrl.control.law_scripts import LawScripts
 from setcmas_ctrl.control.saturation import VNOM
 from setcmas_ctrl.scripts.loader import ALGORITHMS
-from setcmas_ctrl.scripts.random_seed import LARGEST_SEED, SEED
+from setcmas_ctrl.scripts.random_seed import SEED
 from setcmas_ctrl.scripts.settings import parse_settings
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet.fleet import format_robots
 from setcmas_simu.fleet.topics import AUTO, CMD_VEL_TYPES
 from setcmas_simu.options.completion import names_and_files
 from setcmas_simu.options.group import Options, flag, option
-from setcmas_simu.options.kinds import NB_ROBOTS, RATE, Kind, Number, OneOf, Robots, Whole
+from setcmas_simu.options.kinds import NB_ROBOTS, RATE, SEEDS, Kind, Number, OneOf, Robots, Whole
 from setcmas_simu.options.option import Form
 from setcmas_simu.robots.si_to_uni import KOMEGA
 
@@ -44,7 +44,7 @@ class GainOptions(Options):
     )
     rate: float = option(RATE, 'rate of control', default=RATE_HZ)
     seed: int = option(
-        Whole(0, LARGEST_SEED), 'seed of the random numbers that scripts draw', default=SEED
+        SEEDS, 'seed of the random numbers of scripts, links and start poses', default=SEED
     )
 
 

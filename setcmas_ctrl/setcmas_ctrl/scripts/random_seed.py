@@ -9,9 +9,6 @@ import numpy as np
 SEED = 0
 """Default seed: equal runs draw equal numbers."""
 
-LARGEST_SEED = 2**32 - 1
-"""Largest seed that every generator takes."""
-
 
 def seed_scripts(value: int) -> None:
     """Seed the generators that scripts use: those of `random` and `numpy.random`."""

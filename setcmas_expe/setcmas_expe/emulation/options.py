@@ -12,10 +12,10 @@ from setcmas_expe.mocap.messages import STANDARD
 from setcmas_simu.arrays import Floats
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet.fleet import start_poses
-from setcmas_simu.fleet.pose_options import chosen_start_poses
+from setcmas_simu.fleet.random_poses import RandomPoses
 from setcmas_simu.fleet.topics import CMD_VEL_TYPES
 from setcmas_simu.options.group import flag, option
-from setcmas_simu.options.kinds import RATE, OneOf, Whole
+from setcmas_simu.options.kinds import RATE, SEEDS, OneOf
 from setcmas_simu.simulator.options import StartPoseOptions
 
 MOCAP_RATE_HZ = 50.0
@@ -29,7 +29,7 @@ _HALF_SQUARE = 5.0  # m, of the default start poses
 class EmulationOptions(StartPoseOptions):
     """How a lab is emulated."""
 
-    seed: int = option(Whole(), 'seed of noise', default=0)
+    seed: int = option(SEEDS, 'seed of noise and of random start poses', default=0)
     mocap_rate: float = option(RATE, 'rate of the motion capture system', default=MOCAP_RATE_HZ)
     robot_cmd_vel_type: str = option(
         OneOf(tuple(CMD_VEL_TYPES)),
@@ -71,13 +71,17 @@ def emulated_start_poses(
         Rows x, y in m and theta in rad, shape (3, nb_robots).
 
     Raises:
-        SetcmasError: A given pose is malformed, or for a robot that is not in the fleet.
+        SetcmasError: A given pose is malformed, or for a robot that is not in the fleet, or there
+            is no room for random ones.
     """
     defaults = start_poses(nb_robots)
     middle = np.array([[arena.xmin + arena.xmax], [arena.ymin + arena.ymax]]) / 2
     halves = np.array([[arena.xmax - arena.xmin], [arena.ymax - arena.ymin]]) / 2
+    inner = np.maximum(halves - _MARGIN, 0.5 * halves)
     reach = max(_HALF_SQUARE, float(np.abs(defaults[:2]).max()))
-    scale = np.minimum(1.0, np.maximum(halves - _MARGIN, 0.5 * halves) / reach)
-    defaults[:2] = middle + scale * defaults[:2]
-    chosen = given or StartPoseOptions()
-    return chosen_start_poses(nb_robots, chosen.poses, chosen.pose, defaults)
+    defaults[:2] = middle + np.minimum(1.0, inner / reach) * defaults[:2]
+
+    def within(places: RandomPoses) -> RandomPoses:
+        return places.within(*((x.item(), y.item()) for x, y in (middle, 2 * inner, 2 * halves)))
+
+    return (given or StartPoseOptions()).start_poses(nb_robots, defaults, within)

@@ -6,9 +6,7 @@ import math
 from collections.abc import Iterable
 from pathlib import Path
 
-from setcmas_simu.arrays import Floats
 from setcmas_simu.errors import SetcmasError
-from setcmas_simu.fleet.fleet import start_poses
 from setcmas_simu.yaml_entries import Entry, read_entries
 
 Pose = tuple[float, float, float]
@@ -78,32 +76,24 @@ def _pose_of_entry(entry: Entry) -> Pose:
     return (x, y, theta)
 
 
-def chosen_start_poses(
-    nb_robots: int,
-    poses_file: Path | None = None,
-    pose_options: Iterable[str] = (),
-    defaults: Floats | None = None,
-) -> Floats:
-    """Return the start poses of a fleet: the defaults, then the file's, then single ones.
+def given_poses(
+    nb_robots: int, poses_file: Path | None = None, pose_options: Iterable[str] = ()
+) -> dict[int, Pose]:
+    """Return the start poses that are given to a fleet: the file's, then single ones.
 
     Args:
         nb_robots: Size of the fleet.
         poses_file: A YAML file as `load_poses` reads it.
         pose_options: Texts as `parse_pose_option` reads them.
-        defaults: Poses of robots for which nothing is given, shape (3, nb_robots);
-            `fleet.start_poses` unless told.
-
-    Returns:
-        Rows x, y in m and theta in rad, shape (3, nb_robots).
 
     Raises:
         SetcmasError: A pose is malformed, or for a robot that is not in the fleet.
     """
-    chosen = load_poses(poses_file, nb_robots) if poses_file else {}
+    given = load_poses(poses_file, nb_robots) if poses_file else {}
     # A file may serve fleets of several sizes; a pose typed for a missing robot is a mistake.
-    chosen = {robot: pose for robot, pose in chosen.items() if robot <= nb_robots}
+    given = {robot: pose for robot, pose in given.items() if robot <= nb_robots}
     named: set[int] = set()
-    for text in pose_options or []:
+    for text in pose_options:
         robot, pose = parse_pose_option(text)
         if robot > nb_robots:
             raise SetcmasError(
@@ -112,11 +102,8 @@ def chosen_start_poses(
         if robot in named:
             raise SetcmasError(f"--pose '{text}': robot {robot} has a pose already; leave one out")
         named.add(robot)
-        chosen[robot] = pose
-    poses = start_poses(nb_robots) if defaults is None else defaults.copy()
-    for robot, pose in chosen.items():
-        poses[:, robot - 1] = pose
-    return poses
+        given[robot] = pose
+    return given
 
 
 def _pose(values: list[str], where: str) -> Pose:

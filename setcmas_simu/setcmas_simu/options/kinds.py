@@ -155,6 +155,9 @@ MAX_ROBOTS = 2000
 NB_ROBOTS = Whole(1, MAX_ROBOTS)
 """Sizes of a fleet: each robot knows of each other one, which memory and time limit."""
 
+SEEDS = Whole(0, 2**32 - 1)
+"""Seeds that every generator takes."""
+
 
 @dataclass(frozen=True)
 class OneOf(Kind):

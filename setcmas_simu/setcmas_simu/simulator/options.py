@@ -3,18 +3,29 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import ClassVar
+from typing import Any, ClassVar
 
 from setcmas_simu.arrays import Floats
 from setcmas_simu.errors import SetcmasError
-from setcmas_simu.fleet.fleet import format_robots
-from setcmas_simu.fleet.pose_options import chosen_start_poses
+from setcmas_simu.fleet.fleet import format_robots, start_poses
+from setcmas_simu.fleet.pose_options import given_poses
+from setcmas_simu.fleet.random_poses import AUTO, FORM, RandomPoses
 from setcmas_simu.fleet.topics import CMD_VEL_TYPES
 from setcmas_simu.options.completion import names_and_files
 from setcmas_simu.options.group import Options, option
-from setcmas_simu.options.kinds import NB_ROBOTS, RATE, Kind, Number, OneOf, PathTo, Robots
+from setcmas_simu.options.kinds import (
+    NB_ROBOTS,
+    RATE,
+    SEEDS,
+    Kind,
+    Number,
+    OneOf,
+    PathTo,
+    Robots,
+)
 from setcmas_simu.options.option import Form
 from setcmas_simu.robots.models import MODELS as ROBOT_MODELS
 from setcmas_simu.robots.models import NO_LIMITS, UNICYCLE, check_models, model_names
@@ -37,6 +48,23 @@ class SimulatedRobots:
     models: list[str]
 
 
+@dataclass(frozen=True)
+class _RandomPosesKind(Kind):
+    """Descriptions of random start poses."""
+
+    @property
+    def must_be(self) -> str:
+        """The form."""
+        return FORM
+
+    def accepts(self, value: Any) -> bool:
+        """Return whether a value describes random poses."""
+        try:
+            return isinstance(value, str) and bool(RandomPoses.of(value))
+        except SetcmasError:
+            return False
+
+
 @dataclass(frozen=True, kw_only=True)
 class StartPoseOptions(Options):
     """Where robots start that are not real."""
@@ -52,6 +80,44 @@ class StartPoseOptions(Options):
         form=Form.REPEATED,
         default=(),
     )
+    random_poses: str | None = option(
+        _RandomPosesKind(metavar='box=WxH,distance=D'),
+        'start the robots that have no pose at random in a box, at a least distance in m from '
+        'each other; alone: 10x10 and 1 where that fits',
+        default=None,
+        alone=AUTO,
+    )
+    seed: int = option(SEEDS, 'seed of random start poses', default=0)
+
+    def start_poses(
+        self,
+        nb_robots: int,
+        defaults: Floats | None = None,
+        within: Callable[[RandomPoses], RandomPoses] | None = None,
+    ) -> Floats:
+        """Return where a fleet starts: single poses go before the file, the file before others.
+
+        Args:
+            nb_robots: Size of the fleet.
+            defaults: Poses of robots for which nothing is given, shape (3, nb_robots);
+                `fleet.start_poses` unless told.
+            within: Fits random poses into a room.
+
+        Returns:
+            Rows x, y in m and theta in rad, shape (3, nb_robots).
+
+        Raises:
+            SetcmasError: A pose is malformed or for a robot that is not in the fleet, or there is
+                no room for random ones.
+        """
+        given = given_poses(nb_robots, self.poses, self.pose)
+        if self.random_poses:
+            places = RandomPoses.of(self.random_poses)
+            return (within(places) if within else places).draw(nb_robots, self.seed, given)
+        poses = start_poses(nb_robots) if defaults is None else defaults.copy()
+        for robot, pose in given.items():
+            poses[:, robot - 1] = pose
+        return poses
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -109,7 +175,7 @@ class SimulationOptions(StartPoseOptions):
                 f"--robots '{format_robots(robots)}' names robot {robots[-1]}; "
                 f'the fleet has robots 1 to {fleet[-1]} (--nb-robots)'
             )
-        poses = chosen_start_poses(len(fleet), self.poses, self.pose)
+        poses = self.start_poses(len(fleet))
         models = model_names(self.model, len(fleet))
         check_models(models, self.limits)
         columns = [robot - 1 for robot in robots]

@@ -18,8 +18,9 @@ from setcmas_ctrl.scripts.output import named_output
 from setcmas_ctrl.scripts.random_seed import SEED, seed_scripts
 from setcmas_ctrl.scripts.settings import Settings
 from setcmas_ctrl.task.references import told_references
+from setcmas_simu.arrays import Floats
 from setcmas_simu.errors import SetcmasError
-from setcmas_simu.fleet.fleet import start_poses
+from setcmas_simu.options.group import ClashError
 from setcmas_simu.reports.reports import Function
 from setcmas_simu.robots.mixed_fleet import fleet_model
 from setcmas_simu.robots.models import NO_LIMITS, absolute, check_models, model_names, robot_models
@@ -64,6 +65,7 @@ def simulate(
     duration: float = 40.0,
     *,
     poses: ArrayLike | None = None,
+    random_poses: str | None = None,
     model: str | None = None,
     limits: str = NO_LIMITS,
     vnom: float = VNOM,
@@ -103,6 +105,8 @@ def simulate(
         duration: Length of the run in s.
         poses: Start poses: rows x, y in m and theta in rad, shape (3, nb_robots); by default
             those of `setcmas simu`.
+        random_poses: Start at random instead: 'auto', or 'box=4x3,distance=0.5' (width and height
+            of the box, and least distance between robots, in m).
         model: How the robots move: a model ('burger'), a script ('my_robot.py'), or for some of
             them '1:burger,2-4:my_robot.py'; the others are unicycles.
         limits: What unicycles can do: 'ideal', 'burger' or 'waffle'.
@@ -112,7 +116,7 @@ def simulate(
         robot_rate: Rate of the robots' steps in Hz.
         settings: Values for module-level names of the script, such as {'K': 1.2}; what the
             script derives from them follows.
-        seed: Seed of the random numbers that scripts and links draw.
+        seed: Seed of the random numbers of scripts, links and start poses.
         graph: Who hears whom: 'complete', 'ring', 'path', 'star', 'directed_ring', a YAML file,
             or an adjacency matrix (row i: whom robot i hears, and with which weight).
         range: Distance in m up to which robots hear each other; None is no limit.
@@ -130,17 +134,17 @@ def simulate(
     """
     RunOptions(duration=duration)
     simulation = SimulationOptions(
-        nb_robots=nb_robots, model=model, limits=limits, robot_rate=robot_rate
+        nb_robots=nb_robots,
+        random_poses=random_poses,
+        model=model,
+        limits=limits,
+        robot_rate=robot_rate,
+        seed=seed,
     )
     gains = GainOptions(vnom=vnom, komega=komega, rate=rate, seed=seed)
     nb_steps = max(1, round(duration * robot_rate))
     _check_size(nb_steps, nb_robots)
-    start = start_poses(nb_robots) if poses is None else np.array(poses, dtype=float)
-    if start.shape != (3, nb_robots) or not np.isfinite(start).all():
-        raise SetcmasError(
-            f'poses have shape {start.shape}; they must be finite numbers of shape '
-            f'(3, {nb_robots})'
-        )
+    start = _start(simulation, nb_robots, poses)
     options = CommunicationOptions(
         graph=graph,
         range=range,
@@ -191,7 +195,7 @@ def simulate(
         'ctc': name_of(ctc),
         'graph': graph_entry(graph),
         **simulation.record(),
-        'pose': pose_options(start),
+        'pose': [] if random_poses else pose_options(start),
     }
     return Run(
         tables,
@@ -199,6 +203,20 @@ def simulate(
         (*given_scripts(laws), *inputs),
         controllers.call_time * nb_robots / len(commands.t),
     )
+
+
+def _start(simulation: SimulationOptions, nb_robots: int, poses: ArrayLike | None) -> Floats:
+    if poses is None:
+        return simulation.start_poses(nb_robots)
+    if simulation.random_poses:
+        raise ClashError('{} and {} both say where robots start', 'poses', 'random_poses')
+    start = np.array(poses, dtype=float)
+    if start.shape != (3, nb_robots) or not np.isfinite(start).all():
+        raise SetcmasError(
+            f'poses have shape {start.shape}; they must be finite numbers of shape '
+            f'(3, {nb_robots})'
+        )
+    return start
 
 
 def _check_size(nb_steps: int, nb_robots: int) -> None:

@@ -3,6 +3,7 @@ import pytest
 
 from setcmas_expe.arena import Arena
 from setcmas_expe.emulation.options import emulated_start_poses
+from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet.fleet import start_poses
 from setcmas_simu.simulator.options import StartPoseOptions
 
@@ -30,3 +31,12 @@ def test_given_poses_are_taken_as_they_are():
     )
 
     assert poses[:, 1].tolist() == [4.0, 4.0, 1.0]
+
+
+def test_random_poses_are_inside_the_arena():
+    arena = Arena(-1.0, 3.0, 2.0, 8.0)
+    x, y, _ = emulated_start_poses(arena, 8, StartPoseOptions(random_poses='auto'))
+
+    assert max(arena.distance(*place) for place in zip(x, y, strict=True)) == 0.0
+    with pytest.raises(SetcmasError, match='random poses is 5x6 m; the arena is 4x6 m'):
+        emulated_start_poses(arena, 8, StartPoseOptions(random_poses='box=5x6'))

@@ -1,9 +1,7 @@
-import numpy as np
 import pytest
 
 from setcmas_simu.errors import SetcmasError
-from setcmas_simu.fleet.fleet import start_poses
-from setcmas_simu.fleet.pose_options import chosen_start_poses, load_poses, parse_pose_option
+from setcmas_simu.fleet.pose_options import given_poses, load_poses, parse_pose_option
 
 
 @pytest.mark.parametrize(
@@ -55,19 +53,16 @@ def test_a_missing_poses_file_is_named(tmp_path):
         load_poses(tmp_path / 'none.yaml')
 
 
-def test_single_poses_go_before_the_file_and_the_file_before_defaults(tmp_path):
+def test_single_poses_go_before_the_file(tmp_path):
     path = tmp_path / 'poses.yaml'
     path.write_text('{1: [1, 1, 1], 2: [2, 2, 2], 7: [7, 7, 7]}')
 
-    poses = chosen_start_poses(3, path, ['2:9,9,9'])
-
-    np.testing.assert_array_equal(poses[:, :2].T, [[1, 1, 1], [9, 9, 9]])
-    np.testing.assert_array_equal(poses[:, 2], start_poses(3)[:, 2])
+    assert given_poses(3, path, ['2:9,9,9']) == {1: (1.0, 1.0, 1.0), 2: (9.0, 9.0, 9.0)}
 
 
 def test_a_pose_for_a_robot_outside_the_fleet_is_refused():
     with pytest.raises(SetcmasError, match='robots 1 to 3'):
-        chosen_start_poses(3, None, ['4:0,0,0'])
+        given_poses(3, None, ['4:0,0,0'])
 
 
 def test_a_list_that_is_shorter_than_the_fleet_is_refused(tmp_path):
@@ -75,10 +70,10 @@ def test_a_list_that_is_shorter_than_the_fleet_is_refused(tmp_path):
     path.write_text('[[1, 1, 1], [2, 2, 2]]')
 
     with pytest.raises(SetcmasError, match=r'has 2 poses; the fleet has 3 robots'):
-        chosen_start_poses(3, path)
-    assert chosen_start_poses(1, path).shape == (3, 1)
+        given_poses(3, path)
+    assert list(given_poses(1, path)) == [1]
 
 
 def test_a_pose_that_is_given_twice_is_refused():
     with pytest.raises(SetcmasError, match='robot 1 has a pose already'):
-        chosen_start_poses(3, None, ['1:0,0,0', '1:1,1,1'])
+        given_poses(3, None, ['1:0,0,0', '1:1,1,1'])

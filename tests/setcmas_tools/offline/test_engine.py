@@ -12,6 +12,7 @@ from setcmas_ctrl.communication.options import CommunicationOptions
 from setcmas_ctrl.control.options import GainOptions
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet.fleet import start_poses
+from setcmas_simu.fleet.random_poses import RandomPoses
 from setcmas_simu.simulator.options import SimulationOptions
 from setcmas_tools import simulate
 from setcmas_tools.records.fleet_table import read_csv
@@ -106,6 +107,16 @@ def test_start_poses_limits_and_gains():
     np.testing.assert_allclose(run.velocities[0, :, 0], [0.25, 0.0])
     assert run.omega[1, 0] == pytest.approx(-2.0 * np.pi / 2)
     np.testing.assert_array_equal(simulate(forward, 8, 1).poses[0], start_poses(8))
+
+
+def test_random_start_poses_follow_the_seed_and_are_recorded():
+    run = simulate(forward, 8, 1, random_poses='box=4x3', seed=5)
+
+    np.testing.assert_array_equal(run.poses[0], RandomPoses.of('box=4x3').draw(8, 5))
+    assert run.info.parameters['random_poses'] == 'box=4x3'
+    assert run.info.parameters['pose'] == []
+    with pytest.raises(SetcmasError, match='poses and random_poses both say'):
+        simulate(forward, poses=np.zeros((3, 1)), random_poses='auto')
 
 
 @pytest.mark.parametrize(

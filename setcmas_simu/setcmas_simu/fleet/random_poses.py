@@ -1,0 +1,129 @@
+"""Random start poses: uniform in a box, with a least distance between robots."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from setcmas_simu.arrays import Floats
+from setcmas_simu.errors import SetcmasError
+from setcmas_simu.fleet.pose_options import Pose
+
+AUTO = 'auto'
+"""The text that leaves box and distance to the fleet."""
+
+FORM = f"{AUTO}, or box=WIDTHxHEIGHT and distance=D in m, such as 'box=4x3,distance=0.5'"
+"""The texts that describe random start poses."""
+
+_SIDE = 10.0  # m, as the square of the default start poses
+_DISTANCE = 1.0  # m
+_SPACE = 4.0  # squared distances per robot in a box: a third of the robots that would fit
+_TRIES = 10_000  # for each robot: a place is missed only if it is smaller than 0.1 % of the box
+
+_NUMBER = r'0*[1-9]\d*(?:\.\d*)?|\d*\.\d*[1-9]\d*'
+_TEXT = re.compile(
+    rf'(?!,)(?:box=(?P<width>{_NUMBER})x(?P<height>{_NUMBER}))?(?:(?:^|,)distance=(?P<d>{_NUMBER}))?'
+)
+
+
+@dataclass(frozen=True)
+class RandomPoses:
+    """Where robots may start.
+
+    Attributes:
+        size: Width and height of the box in m; None is a square of 10 m, or more for many robots.
+        distance: Least distance between robots in m; None is 1 m, or less in a full box.
+        centre: Centre of the box, x and y in m.
+    """
+
+    size: tuple[float, float] | None = None
+    distance: float | None = None
+    centre: tuple[float, float] = (0.0, 0.0)
+
+    @classmethod
+    def of(cls, text: str) -> RandomPoses:
+        """Return what a text such as 'auto' or 'box=4x3,distance=0.5' describes.
+
+        Raises:
+            SetcmasError: The text has another form.
+        """
+        found = _TEXT.fullmatch(text) if text else None
+        if text != AUTO and not found:
+            raise SetcmasError(f'random poses {text!r} must be {FORM}')
+        box = found and found['width']
+        size = (float(found['width']), float(found['height'])) if found and box else None
+        return cls(size, float(found['d']) if found and found['d'] else None)
+
+    def within(
+        self, centre: tuple[float, float], size: tuple[float, float], most: tuple[float, float]
+    ) -> RandomPoses:
+        """Return the same in a room, in a box of that centre and size unless one is given.
+
+        Args:
+            centre: Centre of the room, x and y in m.
+            size: Width and height of the box in m.
+            most: Those of the room.
+
+        Raises:
+            SetcmasError: The box that is given is larger than the room.
+        """
+        chosen = self.size or size
+        if chosen[0] > most[0] or chosen[1] > most[1]:
+            raise SetcmasError(
+                f'the box of random poses is {_shown(chosen)} m; the arena is {_shown(most)} m'
+            )
+        return replace(self, size=chosen, centre=centre)
+
+    def draw(self, nb_robots: int, seed: int, given: Mapping[int, Pose] | None = None) -> Floats:
+        """Draw start poses, robot by robot, until each is far enough from those before.
+
+        Dart throwing (Cook, ACM Transactions on Graphics 5(1), 1986). Headings are uniform in
+        (-pi, pi].
+
+        Args:
+            nb_robots: Size of the fleet.
+            seed: Chooses the poses; nothing else does.
+            given: Poses of robots that are not drawn; the others keep the distance from them.
+
+        Returns:
+            Rows x, y in m and theta in rad, shape (3, nb_robots).
+
+        Raises:
+            SetcmasError: So many robots do not fit into the box.
+        """
+        side = max(_SIDE, math.sqrt(_SPACE * nb_robots) * _DISTANCE)
+        size = np.array(self.size or (side, side))
+        roomy = math.sqrt(size.prod() / (_SPACE * nb_robots))
+        distance = min(_DISTANCE, roomy) if self.distance is None else self.distance
+        generator = np.random.default_rng(seed)
+        placed = np.full((nb_robots, 3), np.nan)
+        for robot, pose in (given or {}).items():
+            placed[robot - 1] = pose
+        for row in np.flatnonzero(np.isnan(placed[:, 0])).tolist():
+            for _ in range(_TRIES):
+                place = self.centre + size * (generator.random(2) - 0.5)
+                # Comparisons with NaN are false: robots without a place are nowhere near.
+                if not (np.hypot(*(placed[:, :2] - place).T) < distance).any():
+                    break
+            else:
+                raise SetcmasError(
+                    f'{nb_robots} robots that keep {distance:g} m do not fit into a box of '
+                    f'{_shown(size)} m; take a larger box, or distance={_floored(roomy)}'
+                )
+            placed[row] = *place, math.pi * (1.0 - 2.0 * generator.random())
+        poses: Floats = placed.T.copy()
+        return poses
+
+
+def _shown(size: tuple[float, float] | Floats) -> str:
+    return f'{size[0]:g}x{size[1]:g}'
+
+
+def _floored(distance: float) -> str:
+    """Return a distance in m that is not longer, with two figures."""
+    digits = 1 - math.floor(math.log10(distance))
+    return f'{math.floor(distance * 10**digits) / 10**digits:g}'
