@@ -62,6 +62,7 @@ MAY_IMPORT_ROS = [
     'setcmas_tools.recorder.graph_recorder',
     'setcmas_tools.recorder.offered_qos',
     'setcmas_tools.recorder.recorded_topic',
+    'setcmas_tools.recorder.transform_recorder',
     'setcmas_tools.view.commands',
     'setcmas_tools.view.topics',
 ]

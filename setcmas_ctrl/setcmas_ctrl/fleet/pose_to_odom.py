@@ -35,7 +35,7 @@ class PoseToOdom(FleetNode):
         super().__init__('pose_to_odom', namespace=topics.robot_name(robot))
         self._last: tuple[float, tuple[float, float, float]] | None = None
         self._publisher = self.create_publisher(Odometry, topics.ODOM, qos.STATE)
-        self._message = Odometry(child_frame_id=topics.robot_name(robot))
+        self._message = Odometry(child_frame_id=topics.robot_frame(robot))
         self.create_subscription(
             PoseStamped,
             pose_topic.replace('{name}', topics.robot_name(robot)),

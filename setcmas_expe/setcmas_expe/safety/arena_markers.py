@@ -42,7 +42,7 @@ def _border(lab: Lab) -> Marker:
 def _separation(robot: int, diameter: float) -> Marker:
     # Half the separation around each robot: two robots are too near when their discs touch.
     marker = Marker(ns='separation', id=robot, type=Marker.CYLINDER, action=Marker.ADD)
-    marker.header.frame_id = topics.robot_name(robot)
+    marker.header.frame_id = topics.robot_frame(robot)
     marker.frame_locked = True
     marker.pose.orientation.w = 1.0
     marker.scale.x = marker.scale.y = diameter

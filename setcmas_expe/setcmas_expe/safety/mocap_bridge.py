@@ -34,7 +34,7 @@ class MocapBridge(FleetNode):
         self.track = PoseTrack(lab.arena, lab.limits)
         self.speed = 0.0
         self._filter = VelocityFilter()
-        self._odometry = Odometry(child_frame_id=topics.robot_name(robot.number))
+        self._odometry = Odometry(child_frame_id=topics.robot_frame(robot.number))
         self._odometry.header.frame_id = topics.WORLD_FRAME
         self._publisher = self.create_publisher(
             Odometry,

@@ -33,6 +33,7 @@ TASK = '/task'
 COMMUNICATION_GRAPH = '/communication_graph'
 EMULATED_FAULT = '/emulated_lab/fault'
 TF = '/tf'
+TF_STATIC = '/tf_static'
 
 CMD_VEL_TYPES = ('twist_stamped', 'twist')
 """Message types of cmd_vel, the usual one first."""
@@ -57,8 +58,13 @@ ROBOT_PATTERN = re.compile(r'/tb3_([1-9][0-9]*)/')
 
 
 def robot_name(robot: int) -> str:
-    """Return the name of a robot, which is also its namespace and its frame, from its number."""
+    """Return the name of a robot, which is also its namespace, from its number."""
     return f'tb3_{robot}'
+
+
+def robot_frame(robot: int) -> str:
+    """Return the frame of a robot on the ground between its wheels (REP-105), x forward."""
+    return f'{robot_name(robot)}/base_footprint'
 
 
 def robot_topic(robot: int, topic: str) -> str:
@@ -82,6 +88,12 @@ def truth_topic(robot: int) -> str:
     Its twist is what the wheels do. Real labs have no such thing.
     """
     return f'/emulated_lab/truth/{robot_name(robot)}'
+
+
+def is_odometry(topic: str) -> bool:
+    """Return whether a full topic name is that of a robot's poses, as a law sees them."""
+    robot = robot_of(topic)
+    return robot is not None and topic in (odometry_topic(robot), mocap_topic(robot))
 
 
 def robot_of(topic: str) -> int | None:

@@ -46,7 +46,8 @@ class CmdVelPublisher:
         """
         self.mixed: str | None = None
         self._node = node
-        self._frame = topics.robot_name(robot)
+        self._name = topics.robot_name(robot)
+        self._frame = topics.robot_frame(robot)
         self.topic = topic
         self._odometry_topic = odometry_topic
         self._auto = cmd_vel_type == AUTO
@@ -76,7 +77,7 @@ class CmdVelPublisher:
         if self._auto and wanted:
             self._use_type(wanted)
         others = [f'{one.node} wants {one.kind}' for one in found if one.kind != self._type]
-        self.mixed = f'{self._frame} gets {self._type}, but {others[0]}' if others else None
+        self.mixed = f'{self._name} gets {self._type}, but {others[0]}' if others else None
         return any(one.kind == self._type for one in found)
 
     def other_commanders(self) -> list[str]:

@@ -48,7 +48,7 @@ class VirtualRobot(FleetNode):
         super().__init__(topics.VIRTUAL_ROBOT_NODE, namespace=topics.robot_name(robot))
         # Dynamic typing: `-p x0:=2` is an integer to ROS, and must do.
         dynamic = ParameterDescriptor(dynamic_typing=True)
-        names = {'world_frame': topics.WORLD_FRAME, 'robot_frame': topics.robot_name(robot)}
+        names = {'world_frame': topics.WORLD_FRAME, 'robot_frame': topics.robot_frame(robot)}
         for name, value in (names | defaults | {'robot_no': robot}).items():
             self.declare_parameter(name, value, dynamic)
 

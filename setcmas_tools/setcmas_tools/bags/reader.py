@@ -11,6 +11,7 @@ from pathlib import Path
 from rosbags.interfaces import Connection
 
 from setcmas_simu.errors import SetcmasError
+from setcmas_tools.bags.derived import is_derived
 from setcmas_tools.bags.files import open_sources
 from setcmas_tools.bags.source import BagSource
 from setcmas_tools.bags.types import BagTypes, MessageType, UnresolvedTypeError
@@ -24,11 +25,13 @@ class BagTopic:
         name: Full name, such as `/tb3_1/odom`.
         type: Type of its messages.
         count: How many of them the bag holds.
+        derived: Whether a recorder has made them from other messages of this bag.
     """
 
     name: str
     type: MessageType
     count: int
+    derived: bool = False
 
 
 class Bag:
@@ -91,7 +94,8 @@ class Bag:
                 if counts[key]:
                     self._left_out.append(f'topic {key[0]} ({key[1]}) is left out: {error}')
             else:
-                topics[key] = BagTopic(key[0], message_type, counts[key])
+                derived = is_derived(connection)
+                topics[key] = BagTopic(key[0], message_type, counts[key], derived)
         return {key: topic for key, topic in topics.items() if topic.count}
 
 

@@ -12,6 +12,7 @@ from setcmas_tools.recorder.message_definitions import MessageDefinitions, Unkno
 from setcmas_tools.recorder.offered_qos import stored_qos
 from setcmas_tools.recorder.receive_clock import ReceiveClock
 from setcmas_tools.recorder.recorded_topic import NoPythonTypeError, Received, RecordedTopic
+from setcmas_tools.recorder.transform_recorder import TransformRecorder
 from setcmas_tools.recorder.writer import BagWriter
 
 _LEFT_OUT = '/parameter_events'
@@ -38,6 +39,7 @@ class GraphRecorder:
         self._seen: dict[str, tuple[int, list[str]]] = {}
         self._told: set[str] = set()
         self._fleet = FleetListener(node)
+        self._transforms = TransformRecorder(writer)
 
     @property
     def recorded(self) -> list[str]:
@@ -46,6 +48,8 @@ class GraphRecorder:
 
     def look(self) -> None:
         """Follow the changes of the graph since the last look."""
+        is_there = any(map(self._node.count_publishers, (topics.TF, topics.TF_STATIC)))
+        self._transforms.wanted = self._is_wanted(topics.TF) and not is_there
         for name, types in self._node.get_topic_names_and_types():
             if self._is_wanted(name):
                 state = (self._node.count_publishers(name), types)
@@ -107,11 +111,15 @@ class GraphRecorder:
 
     def _write(self, received: list[Received]) -> None:
         for message in sorted(received, key=lambda message: message.time_ns):
-            if not message.topic.connection:
-                self._follow(message.topic.name, [message.topic.msgtype])
-            if message.topic.connection:
+            topic = message.topic
+            if not topic.connection:
+                self._follow(topic.name, [topic.msgtype])
+            if topic.connection:
                 stamp = self._clock.stamp(message.time_ns)
-                self._writer.write(message.topic.connection, stamp, message.data)
+                self._writer.write(topic.connection, stamp, message.data)
+                if topic.tells_poses:
+                    self._transforms.take(message.data)
+        self._transforms.write()
 
     def _tell_once(self, line: str) -> None:
         if line not in self._told:

@@ -11,6 +11,7 @@ from rclpy.node import Node
 from rclpy.qos import QoSProfile
 from rosbags.interfaces import Connection
 
+from setcmas_simu.fleet.topics import is_odometry
 from setcmas_tools.recorder.offered_qos import (
     DEPTH,
     are_reliable,
@@ -48,6 +49,7 @@ class RecordedTopic:
         name: Full name.
         msgtype: Type of its messages.
         connection: The topic in the bag; None until a publisher is known.
+        tells_poses: Whether it is the odometry of a robot.
     """
 
     def __init__(self, node: Node, name: str, msgtype: str) -> None:
@@ -61,6 +63,7 @@ class RecordedTopic:
         self.name = name
         self.msgtype = msgtype
         self.connection: Connection | None = None
+        self.tells_poses = msgtype == 'nav_msgs/msg/Odometry' and is_odometry(name)
         self._node = node
         self._class = _message_class(msgtype)
         self._has_publishers = False

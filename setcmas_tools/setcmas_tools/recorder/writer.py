@@ -39,6 +39,7 @@ class BagWriter:
         self.count = 0
         self.start_ns = 0
         self.end_ns = 0
+        self._topics: dict[tuple[str, str], Connection] = {}
         self._topics_with_messages: set[int] = set()
         try:
             self._writer = Writer(path, version=_BAG_VERSION, storage_plugin=StoragePlugin.MCAP)
@@ -52,7 +53,7 @@ class BagWriter:
     def add_topic(
         self, name: str, msgtype: str, definition: Definition, offered_qos: Sequence[Qos]
     ) -> Connection:
-        """Add a topic; what it returns stands for the topic in `write`.
+        """Add a topic unless it is there; what it returns stands for the topic in `write`.
 
         Args:
             name: Full name.
@@ -60,13 +61,16 @@ class BagWriter:
             definition: That of the type.
             offered_qos: Quality of service of each publisher, which a player repeats.
         """
-        return self._writer.add_connection(
-            name,
-            msgtype,
-            msgdef=definition.text,
-            rihs01=definition.digest,
-            offered_qos_profiles=offered_qos,
-        )
+        key = (name, msgtype)
+        if key not in self._topics:
+            self._topics[key] = self._writer.add_connection(
+                name,
+                msgtype,
+                msgdef=definition.text,
+                rihs01=definition.digest,
+                offered_qos_profiles=offered_qos,
+            )
+        return self._topics[key]
 
     def write(self, topic: Connection, time_ns: int, data: bytes) -> None:
         """Write a message that was received at a time, not before that of the last one.

@@ -100,14 +100,16 @@ def _as_given(path: Path, like: Path) -> Path:
 
 
 def _write_files(bag: Bag, unfinished: Path, folder: Path) -> ConversionReport:
-    names = file_names(topic.name for topic in bag.topics)
-    samples = RunSamples((topic.name, topic.type.name) for topic in bag.topics)
+    topics = [topic for topic in bag.topics if not topic.derived]
+    names = file_names(topic.name for topic in topics)
+    samples = RunSamples((topic.name, topic.type.name) for topic in topics)
     jobs = {
         topic: _TopicJob(topic, unfinished / name, samples.collectors(topic.name, topic.type.name))
-        for topic, name in zip(bag.topics, names, strict=True)
+        for topic, name in zip(topics, names, strict=True)
     }
     for topic, time_ns, data in _with_progress(bag):
-        jobs[topic].take(time_ns - bag.start_ns, data)
+        if job := jobs.get(topic):
+            job.take(time_ns - bag.start_ns, data)
     written = [job for job in jobs.values() if job.finish()]
     if tables := samples.tables():
         write_tables(tables, unfinished)

@@ -38,7 +38,7 @@ def test_poses_become_odometry_with_velocities(start, peer):
     assert [m.pose.pose.position.x for m in answers] == [1.0, 1.03, 1.05, 9.0]
     assert [m.twist.twist.linear.x for m in answers] == pytest.approx([0, 0.3, 0.2, 0], abs=1e-6)
     assert answers[0].header.frame_id == 'mocap'
-    assert answers[0].child_frame_id == 'tb3_2'
+    assert answers[0].child_frame_id == 'tb3_2/base_footprint'
 
 
 def test_malformed_robots_are_refused(start):

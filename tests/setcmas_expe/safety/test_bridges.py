@@ -95,7 +95,7 @@ def test_odometry_diagnostics_and_arena_are_told(start, peer, lab):
     peer.wait_for(lambda: lab.status(1)[1]['battery'] == '87')
 
     assert odometry[-1].header.frame_id == 'world'
-    assert odometry[-1].child_frame_id == 'tb3_1'
+    assert odometry[-1].child_frame_id == 'tb3_1/base_footprint'
     assert odometry[-1].pose.pose.position.x == -1.0
     status, values = lab.status(1)
     assert (status.name, status.message, status.level) == ('tb3_1', '', b'\x00')
@@ -106,7 +106,7 @@ def test_odometry_diagnostics_and_arena_are_told(start, peer, lab):
     assert (border.ns, border.type) == ('arena', border.LINE_STRIP)
     assert {(p.x, p.y) for p in border.points} == {(x, y) for x in (-2, 2) for y in (-1, 1)}
     assert [(d.ns, d.id, d.header.frame_id, d.scale.x) for d in discs] == [
-        ('separation', i, f'tb3_{i}', 0.35) for i in (1, 2)
+        ('separation', i, f'tb3_{i}/base_footprint', 0.35) for i in (1, 2)
     ]
 
     lab.poses[2] = None

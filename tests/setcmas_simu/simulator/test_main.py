@@ -23,7 +23,7 @@ def test_odometry_pose_and_marker_of_every_robot(start, peer):
     peer.wait_for(lambda: all(odometry) and pose and marker)
 
     assert odometry[0][0].header.frame_id == 'world'
-    assert odometry[0][0].child_frame_id == 'tb3_1'
+    assert odometry[0][0].child_frame_id == 'tb3_1/base_footprint'
     assert position(odometry[0][0]) == tuple(start_poses(3)[:2, 0])
     assert position(odometry[1][0]) == (1.0, 2.0)
     z, w = pose[0].pose.orientation.z, pose[0].pose.orientation.w

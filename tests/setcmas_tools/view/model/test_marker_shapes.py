@@ -92,7 +92,7 @@ def test_what_is_not_finite_is_not_shown():
 def test_a_marker_in_a_robots_frame_moves_with_it():
     store = MarkerStore()
     message = marker(Marker.CYLINDER)
-    message.header.frame_id = 'tb3_3'
+    message.header.frame_id = 'tb3_3/base_footprint'
     store.apply('/arena', message, 0.0)
 
     assert store.moves('cylinder')
