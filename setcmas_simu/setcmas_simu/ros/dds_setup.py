@@ -1,4 +1,4 @@
-"""Setup of Fast DDS: processes meet at once, and talk over UDP alone."""
+"""Setup of Fast DDS: processes find each other soon, and talk over UDP alone."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ _LOOPBACK = str(_CONFIG / 'fastdds_loopback.xml')
 
 @contextlib.contextmanager
 def dds_setup() -> Iterator[None]:
-    """Set Fast DDS up for what is initialised inside, unless the user has a profile of their own.
+    """Set Fast DDS up for what is initialised inside, unless the user has done so.
 
     Fast DDS 2.14 prefers shared memory on one machine. There a process that hangs while it holds
     the lock of its queue holds up whoever sends to it (SharedMemGlobal::Port::try_push), and so
@@ -33,13 +33,13 @@ def dds_setup() -> Iterator[None]:
     """
     given = {os.environ[name] for name in _PROFILE_VARIABLES if name in os.environ}
     fast_dds = rclpy.get_rmw_implementation_identifier().startswith('rmw_fastrtps')
-    if not fast_dds or given - {_NETWORK, _LOOPBACK}:
+    own_transports = os.environ.get(_TRANSPORTS, _UDP) != _UDP
+    if not fast_dds or own_transports or given - {_NETWORK, _LOOPBACK}:
         yield
         return
     loopback = is_loopback_enough(os.environ)
     os.environ[_PROFILE_VARIABLES[0]] = _LOOPBACK if loopback else _NETWORK
     if not loopback:
-        os.environ.setdefault(_TRANSPORTS, _UDP)
         yield
         return
     os.environ[_RANGE] = 'SYSTEM_DEFAULT'  # what the profile says
@@ -50,9 +50,6 @@ def dds_setup() -> Iterator[None]:
 
 
 def is_loopback_enough(environment: Mapping[str, str]) -> bool:
-    """Return whether topics are to stay on this machine, over whichever transport."""
-    return (
-        environment.get(_RANGE) == 'LOCALHOST'
-        and not any(environment.get(name) for name in _WAYS_OUT)
-        and environment.get(_TRANSPORTS, _UDP) == _UDP
-    )
+    """Return whether topics are to stay on this machine."""
+    on_this_machine = environment.get(_RANGE) == 'LOCALHOST'
+    return on_this_machine and not any(environment.get(name) for name in _WAYS_OUT)

@@ -6,6 +6,9 @@ import pytest
 
 pytest.importorskip('rclpy')
 
+from network_namespaces import Network, NoNetworkError
+from processes import TIMEOUT_S
+
 from setcmas_simu.ros.dds_setup import is_loopback_enough
 
 USES_SHARED_MEMORY = """
@@ -15,6 +18,27 @@ with ros_process() as process:
     node = FleetNode('node')
     with open('/proc/self/maps') as maps:
         print('/dev/shm/fastrtps' in maps.read(), os.environ['ROS_AUTOMATIC_DISCOVERY_RANGE'])
+"""
+
+MEET = f"""
+import sys
+import time
+import rclpy
+from setcmas_simu.ros.dds_setup import dds_setup
+from setcmas_simu.ros.process import FleetNode
+host, own, all_there = sys.argv[1], int(sys.argv[2]), int(sys.argv[3])
+with dds_setup():
+    contexts = [rclpy.Context() for _ in range(own)]
+    for context in contexts:
+        rclpy.init(context=context)
+nodes = [FleetNode(f'{{host}}_{{i}}', context=c) for i, c in enumerate(contexts)]
+end = time.monotonic() + {TIMEOUT_S}
+while (seen := [len(set(node.get_node_names())) for node in nodes]) != [all_there] * own:
+    if time.monotonic() > end:
+        break
+    time.sleep(0.02)
+print(seen, flush=True)
+sys.stdin.read()
 """
 
 
@@ -47,3 +71,30 @@ def test_nodes_share_no_memory_unless_the_user_has_chosen_it(domain, reach, chos
 )
 def test_loopback_is_enough_if_nothing_leads_to_other_machines(variables, enough):
     assert is_loopback_enough(variables) == enough
+
+
+def test_static_peers_meet_however_many_processes_each_machine_has(domain):
+    numbers = 6, 12  # of a machine, and in all; Fast DDS by itself asks the first four
+    try:
+        with Network('left', 'right') as network:
+            machines = [
+                subprocess.Popen(
+                    network.command(name, [sys.executable, '-c', MEET, name, *map(str, numbers)]),
+                    env={
+                        **os.environ,
+                        'ROS_AUTOMATIC_DISCOVERY_RANGE': 'SUBNET',
+                        'ROS_STATIC_PEERS': ';'.join(network.addresses.values()),
+                    },
+                    stdin=subprocess.PIPE,
+                    stdout=subprocess.PIPE,
+                    text=True,
+                )
+                for name in network.addresses
+            ]
+            seen = [machine.stdout.readline() for machine in machines]
+            for machine in machines:
+                machine.communicate()
+    except NoNetworkError as error:
+        pytest.skip(str(error))
+
+    assert seen == [f'{[12] * 6}\n'] * 2
