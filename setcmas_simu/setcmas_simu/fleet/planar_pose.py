@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-import math
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from setcmas_simu.arrays import Floats
+
+Numbers = TypeVar('Numbers', float, Floats)
 
 
 def wrap_angle(angle: ArrayLike) -> Floats:
@@ -23,15 +25,35 @@ def wrap_angle(angle: ArrayLike) -> Floats:
     return np.pi - np.mod(np.pi - np.asarray(angle, dtype=float), 2 * np.pi)
 
 
-def quaternion_of_yaw(yaw: float) -> tuple[float, float]:
-    """Return (z, w) of the unit quaternion that turns by `yaw` rad about z; x and y are 0."""
-    return math.sin(0.5 * yaw), math.cos(0.5 * yaw)
+def quaternion_of_yaw(yaw: Numbers) -> tuple[Numbers, Numbers]:
+    """Return (z, w) of the unit quaternion that turns by `yaw` rad about z; x and y are 0.
+
+    Takes a heading, or an array of them.
+    """
+    half = 0.5 * yaw
+    return np.sin(half), np.cos(half)
 
 
-def yaw_of_quaternion(x: float, y: float, z: float, w: float) -> float:
-    """Return the heading in rad, in (-pi, pi], of a quaternion.
+def yaw_of_quaternion(x: float | Numbers, y: float | Numbers, z: Numbers, w: Numbers) -> Numbers:
+    """Return the heading in rad, in (-pi, pi], of a quaternion, or those of arrays of them.
 
     The z angle of the z-y-x Euler sequence (Siciliano et al., Robotics, 2009, section 2.4.2).
     The quaternion need not have unit norm.
     """
-    return math.atan2(2.0 * (w * z + x * y), w * w + x * x - y * y - z * z)
+    # numpy's for a single one, too: the last bit of math.atan2 may be another.
+    yaw: Numbers = np.arctan2(2.0 * (w * z + x * y), w * w + x * x - y * y - z * z)
+    return yaw
+
+
+def as_heard(poses: Floats) -> Floats:
+    """Return poses as messages hand them over, with headings that went through a quaternion.
+
+    Args:
+        poses: Rows x, y in m and theta in rad, shape (3, ...).
+
+    Returns:
+        The poses with theta in (-pi, pi], in an array of their own.
+    """
+    heard: Floats = poses.copy()
+    heard[2] = yaw_of_quaternion(0.0, 0.0, *quaternion_of_yaw(poses[2]))
+    return heard

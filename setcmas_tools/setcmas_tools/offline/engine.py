@@ -20,6 +20,7 @@ from setcmas_ctrl.scripts.settings import Settings
 from setcmas_ctrl.task.references import told_references
 from setcmas_simu.arrays import Floats
 from setcmas_simu.errors import SetcmasError
+from setcmas_simu.fleet.planar_pose import as_heard
 from setcmas_simu.options.group import ClashError
 from setcmas_simu.reports.reports import Function
 from setcmas_simu.robots.mixed_fleet import fleet_model
@@ -94,7 +95,8 @@ def simulate(
 
     As over ROS, robots have a new state at each multiple of 1/robot_rate, which the last command
     before it has led to; the laws are called at t = 0, 1/rate, 2/rate, ... with the states of that
-    moment or, between two, with the older ones. Equal arguments give equal results.
+    moment or, between two, with the older ones. Headings go through a quaternion, as messages
+    carry them, and are in (-pi, pi]. Equal arguments give equal results.
 
     Args:
         algo: A built-in ('consensus'), a script ('my_law.py'), or a function
@@ -171,7 +173,7 @@ def simulate(
         references = told_references(scripts, nb_robots, warn)
         controllers = FleetLaws(laws, robots, gains, warn)
         fleet_table, commands = _run(
-            fleet, controllers, radio, nb_steps, 1 / robot_rate, rate, progress, drawings
+            fleet, controllers, radio, nb_steps, robot_rate, rate, progress, drawings
         )
     tables = RunTables(
         fleet_table,
@@ -234,13 +236,14 @@ def _run(
     controllers: FleetLaws,
     radio: OfflineCommunication | None,
     nb_steps: int,
-    Ts: float,
+    robot_rate: float,
     rate: float,
     progress: Callable[[float], object] | None,
     drawings: DrawingRecord,
 ) -> tuple[FleetTable, Commands]:
     nb_robots = fleet.poses.shape[1]
-    t = np.linspace(0.0, nb_steps * Ts, nb_steps + 1)
+    Ts = 1 / robot_rate
+    t = np.arange(nb_steps + 1) / robot_rate
     notes = board.current
     states = notes.new_states(nb_steps + 1, 6, nb_robots)
     states[0] = fleet.states[:6]
@@ -248,12 +251,13 @@ def _run(
     control_t: list[float] = []
     velocities = []
     for step, now in enumerate(t[:-1].tolist()):
+        poses = as_heard(fleet.poses)
         if radio:
-            radio.measure(fleet.poses, fleet.states[3], now)
+            radio.measure(poses, fleet.states[3], now)
         while (next_call := len(control_t) / rate) < now + Ts - _SAME_TIME_S:
             drawings.t = next_call
-            heard = radio.heard(fleet.poses, next_call) if radio else ()
-            wanted, commands = controllers(fleet.poses, next_call, *heard)
+            heard = radio.heard(poses, next_call) if radio else ()
+            wanted, commands = controllers(poses, next_call, *heard)
             control_t.append(next_call)
             velocities.append(wanted)
             fleet.command_all(commands, now)
@@ -265,7 +269,7 @@ def _run(
         if progress:
             progress(now)
     if radio:
-        radio.measure(fleet.poses, fleet.states[3], float(t[-1]))
+        radio.measure(as_heard(fleet.poses), fleet.states[3], float(t[-1]))
     return (
         history.motion(t, states[:, :3], states[:, 3], states[:, 5]),
         history.commands(np.array(control_t), np.array(velocities)),

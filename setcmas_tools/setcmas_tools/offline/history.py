@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from setcmas_ctrl import drawing
 from setcmas_simu.arrays import Floats
+from setcmas_simu.fleet.planar_pose import as_heard
 from setcmas_tools.records.commands import Commands
 from setcmas_tools.records.drawings import DrawingRecord
 from setcmas_tools.records.fleet_table import FleetTable
@@ -24,24 +25,25 @@ def motion(t: Floats, poses: Floats, V: Floats, omega: Floats) -> FleetTable:
 
     Args:
         t: Times in s, shape (K,).
-        poses: Rows x, y in m and theta in rad, shape (K, 3, N).
+        poses: Rows x, y in m and theta in rad as simulated, shape (K, 3, N).
         V: Forward speeds over the step that led to each state in m/s, shape (K, N).
         omega: Turn rates over that step in rad/s, shape (K, N).
     """
     times, robots = _rows(t, poses.shape[2])
-    x, y, theta = poses.transpose(1, 0, 2).reshape(3, -1)
+    x, y, theta = as_heard(poses.transpose(1, 0, 2).reshape(3, -1))
     return FleetTable(times, robots, x, y, theta, V.ravel(), omega.ravel())
 
 
 def commands(t: Floats, velocities: Floats) -> Commands:
-    """Return the commands of a fleet.
+    """Return the commands of a fleet, in single precision as cmd_cart_vel carries them.
 
     Args:
         t: Times in s at which the laws were called, shape (C,).
         velocities: What they asked for, after saturation: rows vx, vy in m/s, shape (C, 2, N).
     """
     times, robots = _rows(t, velocities.shape[2])
-    vx, vy = velocities.transpose(1, 0, 2).reshape(2, -1)
+    carried = velocities.astype(np.float32).astype(float)
+    vx, vy = carried.transpose(1, 0, 2).reshape(2, -1)
     return Commands(times, robots, vx, vy)
 
 

@@ -11,10 +11,11 @@ import numpy as np
 
 from setcmas_simu.fleet import topics
 from setcmas_simu.fleet.planar_pose import yaw_of_quaternion
-from setcmas_tools.records.fleet_table import COLUMNS, FleetTable, fleet_table
+from setcmas_tools.records.fleet_table import FleetTable, fleet_table
 
 _ODOMETRY = 'nav_msgs/msg/Odometry'
 _MOTION_CAPTURE = '/mocap'
+_NB_NUMBERS = 10  # t, robot, x, y, a quaternion, v, omega
 
 Collect = Callable[[int, Any], None]
 """Takes the time of a message in ns from the bag's start, and the message."""
@@ -62,15 +63,17 @@ class FleetSamples:
             return self._first_go_ns
         if self._first_command_ns is not None:
             return self._first_command_ns
-        return round(min(self._rows[:: len(COLUMNS)], default=0.0) * 1e9)
+        return round(min(self._rows[::_NB_NUMBERS], default=0.0) * 1e9)
 
     def table(self) -> FleetTable | None:
         """Return the table."""
         if not self._rows:
             return None
-        rows = np.array(self._rows).reshape(-1, len(COLUMNS))
+        rows = np.array(self._rows).reshape(-1, _NB_NUMBERS)
         rows[:, 0] -= self.start_ns / 1e9
-        return fleet_table(rows)
+        x, y, z, w, *_ = rows[:, 4:].T
+        theta = yaw_of_quaternion(x, y, z, w)
+        return fleet_table(np.column_stack([rows[:, :4], theta, rows[:, 8:]]))
 
     def _take_command(self, time_ns: int, _: Any) -> None:
         if self._first_command_ns is None or time_ns < self._first_command_ns:
@@ -83,8 +86,7 @@ class FleetSamples:
     def _take_odometry(self, robot: int, time_ns: int, message: Any) -> None:
         position, q = message.pose.pose.position, message.pose.pose.orientation
         twist = message.twist.twist
-        theta = yaw_of_quaternion(q.x, q.y, q.z, q.w)
-        row = (time_ns / 1e9, robot, position.x, position.y, theta)
+        row = (time_ns / 1e9, robot, position.x, position.y, q.x, q.y, q.z, q.w)
         self._rows.extend((*row, twist.linear.x, twist.angular.z))
 
 

@@ -95,7 +95,8 @@ def _composed(get: Callable[[Any], Any], convert: Callable[[Any], Any]) -> Calla
 
 
 def _yaw(q: Any) -> float:
-    return yaw_of_quaternion(q.x, q.y, q.z, q.w)
+    yaw: float = yaw_of_quaternion(q.x, q.y, q.z, q.w)
+    return yaw
 
 
 def _orientation(store: Typestore, msgtype: str) -> str | None:

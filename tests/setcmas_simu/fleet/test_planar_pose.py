@@ -1,7 +1,12 @@
 import numpy as np
 import pytest
 
-from setcmas_simu.fleet.planar_pose import quaternion_of_yaw, wrap_angle, yaw_of_quaternion
+from setcmas_simu.fleet.planar_pose import (
+    as_heard,
+    quaternion_of_yaw,
+    wrap_angle,
+    yaw_of_quaternion,
+)
 
 
 @pytest.mark.parametrize(
@@ -26,3 +31,14 @@ def test_quaternion_round_trip(yaw):
 
     assert yaw_of_quaternion(0.0, 0.0, z, w) == pytest.approx(yaw)
     assert yaw_of_quaternion(0.0, 0.0, 5 * z, 5 * w) == pytest.approx(yaw)
+
+
+def test_a_fleet_and_a_single_robot_have_the_same_heading_to_the_last_bit():
+    theta = np.random.default_rng(0).uniform(-30, 30, 1001)
+    theta[0] = -0.0
+    together = as_heard(np.stack([theta, theta, theta]))[2]
+    single = [yaw_of_quaternion(0.0, 0.0, *quaternion_of_yaw(one)) for one in theta.tolist()]
+    by_column = [as_heard(np.array([[0.0], [0.0], [one]]))[2, 0] for one in theta.tolist()]
+
+    assert together.tobytes() == np.array(single).tobytes() == np.array(by_column).tobytes()
+    np.testing.assert_allclose(together, wrap_angle(theta), atol=1e-14)

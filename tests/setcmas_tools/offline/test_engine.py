@@ -102,7 +102,7 @@ def test_start_poses_limits_and_gains():
     run = simulate(forward, duration=1, poses=poses, vnom=0.25, komega=2.0)
     burger = simulate(forward, duration=1, poses=poses, limits='burger')
 
-    np.testing.assert_array_equal(run.poses[0], poses)
+    np.testing.assert_allclose(run.poses[0], poses, rtol=1e-15)
     assert 0.15 < burger.V.max() <= 0.2108
     np.testing.assert_allclose(run.velocities[0, :, 0], [0.25, 0.0])
     assert run.omega[1, 0] == pytest.approx(-2.0 * np.pi / 2)
@@ -112,7 +112,7 @@ def test_start_poses_limits_and_gains():
 def test_random_start_poses_follow_the_seed_and_are_recorded():
     run = simulate(forward, 8, 1, random_poses='box=4x3', seed=5)
 
-    np.testing.assert_array_equal(run.poses[0], RandomPoses.of('box=4x3').draw(8, 5))
+    np.testing.assert_allclose(run.poses[0], RandomPoses.of('box=4x3').draw(8, 5), rtol=1e-14)
     assert run.info.parameters['random_poses'] == 'box=4x3'
     assert run.info.parameters['pose'] == []
     with pytest.raises(SetcmasError, match='poses and random_poses both say'):
