@@ -4,17 +4,19 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from setcmas_ctrl.communication import draws
 from setcmas_ctrl.communication.channel import Channel
 from setcmas_ctrl.communication.link_counts import LinkCounts
+from setcmas_ctrl.communication.routes import Indices, Routes
 from setcmas_simu.arrays import Floats
 
-Indices = NDArray[np.intp]
-
 _SAME_TIME_S = 1e-9
+_DRAWS = 3  # random words for each message: loss, and two for noise
 
 
 class Links:
@@ -38,26 +40,29 @@ class Links:
                 receiver, sender, how many the sender has sent before, and, for a state that is
                 sent once more, how often the link has come up.
         """
-        self._nb_robots = len(channel.delay)
-        self._receivers: Indices = np.array(receivers, dtype=np.intp) - 1
-        self._channel = Channel(
-            channel.delay[self._receivers],
-            channel.loss[self._receivers],
-            channel.noise[self._receivers],
-        )
-        self._seed = seed
-        shape = (len(receivers), self._nb_robots)
+        self._nb_robots = nb_robots = len(channel.delay)
+        rows: Indices = np.array(receivers, dtype=np.intp) - 1
+        self._receivers = rows
+        self._channel = Channel(channel.delay[rows], channel.loss[rows], channel.noise[rows])
+        self._is_lossy = bool(self._channel.loss.any())
+        self._is_noisy = bool(self._channel.noise.any())
+        self._streams = draws.streams(seed, rows[:, None], np.arange(nb_robots))
+        shape = (len(receivers), nb_robots)
         self._up = np.zeros(shape, dtype=bool)
-        self._held = np.full((len(receivers), 3, self._nb_robots), np.nan)
-        self._last_sent = np.full((3, self._nb_robots), np.nan)
-        self._numbers = np.full(self._nb_robots, -1)
+        self._adjacency: Floats | None = None
+        self._routes = Routes.of(self._up, self._channel, self._streams)
+        self._held = np.full((len(receivers), 3, nb_robots), np.nan)
+        own = 3 * np.arange(len(receivers)) + np.arange(3)[:, None]
+        self._own: Indices = own * nb_robots + rows
+        self._last_sent = np.full((3, nb_robots), np.nan)
+        self._numbers = np.full(nb_robots, -1)
         self._times_up = np.zeros(shape, dtype=int)
         # A queue for each delay: within one, messages arrive in the order in which they were sent.
-        delays = np.unique(self._channel.delay)
-        self._on_the_way: dict[float, deque[tuple[float, Indices, Indices, Floats]]] = {
-            float(delay): deque() for delay in delays[delays > 0]
+        self._on_the_way: dict[float, deque[Messages]] = {
+            delay: deque() for delay in np.unique(self._channel.delay).tolist()
         }
         self.counts = LinkCounts.zero(*shape)
+        self._all_heard = False  # whether a message has arrived over each link that is up
 
     @property
     def last_sent(self) -> Floats:
@@ -66,26 +71,26 @@ class Links:
 
     def begin(self, adjacency: Floats) -> None:
         """Bring up the links of a graph, at the start of the run; adjacency has shape (N, N)."""
-        self._up = self._wanted(adjacency)
-        senders, rows = np.nonzero(self._up.T & (self._numbers >= 0)[:, None])
-        _, noise = self._draws(rows, senders)
-        self._hold(rows, senders, self._as_heard(rows, senders, noise))
+        self._wire(adjacency, self._wanted(adjacency))
+        routes = self._routes[self._numbers[self._routes.senders] >= 0]
+        self._held.reshape(-1)[routes.held] = self._as_heard(routes)
 
     def connect(self, adjacency: Floats, now: float) -> None:
         """Bring links up and down as a graph wants it; `now` is in s on any steady clock."""
+        if adjacency is self._adjacency:
+            return
         wanted = self._wanted(adjacency)
         if np.array_equal(wanted, self._up):
+            self._adjacency = adjacency
             return
         self._deliver(now)  # what has arrived before a link goes down is not lost
         rows, senders = np.nonzero(self._up & ~wanted)
         self._held[rows, :, senders] = np.nan
-        senders, rows = np.nonzero((wanted & ~self._up).T & (self._numbers >= 0)[:, None])
-        self._up = wanted
-        self._times_up[rows, senders] += 1
-        times_up = self._times_up[rows, senders]
-        for count in np.unique(times_up).tolist():
-            alike = times_up == count
-            self._carry(rows[alike], senders[alike], now, count)
+        new = wanted & ~self._up & (self._numbers >= 0)
+        self._times_up[new] += 1
+        self._wire(adjacency, wanted)
+        streams = draws.streams(self._streams, self._times_up)
+        self._carry(Routes.of(new, self._channel, streams), now)
 
     def send(self, senders: Sequence[int] | Indices, poses: Floats, now: float) -> None:
         """Take messages that robots broadcast.
@@ -99,8 +104,7 @@ class Links:
         columns: Indices = np.asarray(senders, dtype=np.intp)
         self._numbers[columns] += 1
         self._last_sent[:, columns] = poses
-        which, rows = np.nonzero(self._up[:, columns].T)
-        self._carry(rows, columns[which], now)
+        self._carry(self._routes.sent_by(columns, self._nb_robots), now)
 
     def heard(self, own_poses: Floats, now: float) -> Floats:
         """Return the poses that each receiver knows at a time, its own one exactly.
@@ -113,76 +117,78 @@ class Links:
             Shape (R, 3, N), NaN for robots that are not heard; valid until the next call.
         """
         self._deliver(now)
-        self._held[np.arange(len(self._receivers)), :, self._receivers] = own_poses.T
+        self._held.reshape(-1)[self._own] = own_poses
         return self._held
-
-    def _deliver(self, now: float) -> None:
-        for queue in self._on_the_way.values():
-            while queue and queue[0][0] <= now + _SAME_TIME_S:
-                arrival, rows, senders, poses = queue.popleft()
-                self._arrive(rows, senders, poses, arrival)
 
     def _wanted(self, adjacency: Floats) -> NDArray[np.bool_]:
         return np.asarray(adjacency[self._receivers] > 0)
 
-    def _carry(self, rows: Indices, senders: Indices, now: float, times_up: int = 0) -> None:
-        """Send the last state of senders over links, given in the order of the senders.
+    def _wire(self, adjacency: Floats, up: NDArray[np.bool_]) -> None:
+        self._adjacency, self._up = adjacency, up
+        self._routes = Routes.of(up, self._channel, self._streams)
+        self._all_heard = False
 
-        Args:
-            rows: The receivers.
-            senders: The senders.
-            now: Time in s.
-            times_up: How often these links have come up, if the states are sent once more.
-        """
-        self.counts.sent[rows, senders] += 1
-        uniform, noise = self._draws(rows, senders, times_up)
-        lost = uniform < self._channel.loss[rows, senders]
-        self.counts.lost[rows[lost], senders[lost]] += 1
-        rows, senders, noise = rows[~lost], senders[~lost], noise[:, ~lost]
-        poses = self._as_heard(rows, senders, noise)
-        delays = self._channel.delay[rows, senders]
-        at_once = delays == 0
-        self._arrive(rows[at_once], senders[at_once], poses[:, at_once], now)
+    def _deliver(self, now: float) -> None:
+        for queue in self._on_the_way.values():
+            while queue and queue[0].arrival <= now + _SAME_TIME_S:
+                self._arrive(queue.popleft())
+
+    def _carry(self, routes: Routes, now: float) -> None:
+        """Send the last states of the senders over links."""
+        self.counts.sent.reshape(-1)[routes.cells] += 1
+        if self._is_lossy:
+            words = draws.word(routes.streams, self._numbers[routes.senders] * _DRAWS)
+            lost = draws.happens(words, routes.loss)
+            self.counts.lost.reshape(-1)[routes.cells[lost]] += 1
+            routes = routes[np.flatnonzero(~lost)]
+        poses = self._as_heard(routes)
         for delay, queue in self._on_the_way.items():
-            late = delays == delay
-            queue.append((now + delay, rows[late], senders[late], poses[:, late]))
+            late = slice(None) if len(self._on_the_way) == 1 else routes.delay == delay
+            messages = Messages(
+                now + delay, routes.cells[late], routes.held[:, late], poses[:, late], self._routes
+            )
+            if delay:
+                queue.append(messages)
+            else:
+                self._arrive(messages)
 
-    def _as_heard(self, rows: Indices, senders: Indices, noise: Floats) -> Floats:
-        poses = self._last_sent[:, senders]
-        poses[:2] += self._channel.noise[rows, senders] * noise
+    def _as_heard(self, routes: Routes) -> Floats:
+        poses = self._last_sent[:, routes.senders]
+        if self._is_noisy:
+            first = self._numbers[routes.senders] * _DRAWS + 1
+            words = draws.word(routes.streams, first), draws.word(routes.streams, first + 1)
+            poses[:2] += routes.noise * draws.normal(*words)
         return poses
 
-    def _draws(self, rows: Indices, senders: Indices, times_up: int = 0) -> tuple[Floats, Floats]:
-        """Return a number uniform in [0, 1), shape (n,), and two normal ones, (2, n), per link."""
-        uniform, normal = np.ones(len(rows)), np.zeros((2, len(rows)))
-        if not (self._channel.is_random and len(rows)):
-            return uniform, normal
-        begins = np.flatnonzero(np.diff(senders, prepend=-1)).tolist()
-        for begin, end in zip(begins, [*begins[1:], len(senders)], strict=True):
-            sender = int(senders[begin])
-            # A generator for each message: its numbers do not depend on what came before.
-            generator = np.random.Generator(
-                np.random.Philox(
-                    key=[self._seed, sender],
-                    counter=[0, int(self._numbers[sender]), times_up, 0],
-                )
-            )
-            receivers = self._receivers[rows[begin:end]]
-            uniform[begin:end] = generator.random(self._nb_robots)[receivers]
-            normal[:, begin:end] = generator.standard_normal((2, self._nb_robots))[:, receivers]
-        return uniform, normal
-
-    def _arrive(self, rows: Indices, senders: Indices, poses: Floats, now: float) -> None:
-        up = self._up[rows, senders]
-        if not up.all():  # the link went down meanwhile
-            self.counts.lost[rows[~up], senders[~up]] += 1
-            rows, senders, poses = rows[up], senders[up], poses[:, up]
+    def _arrive(self, messages: Messages) -> None:
+        arrival, cells, held, poses, routes = messages
         counts = self.counts
-        new = counts.received[rows, senders] == 0
-        counts.first[rows[new], senders[new]] = now
-        counts.last[rows, senders] = now
-        counts.received[rows, senders] += 1
-        self._hold(rows, senders, poses)
+        if routes is not self._routes:  # links may have gone down meanwhile
+            up = self._up.reshape(-1)[cells]
+            counts.lost.reshape(-1)[cells[~up]] += 1
+            cells, held, poses = cells[up], held[:, up], poses[:, up]
+        if not self._all_heard:
+            first = counts.first.reshape(-1)
+            first[cells[np.isnan(first[cells])]] = arrival
+            self._all_heard = not np.isnan(first[self._routes.cells]).any()
+        counts.last.reshape(-1)[cells] = arrival
+        counts.received.reshape(-1)[cells] += 1
+        self._held.reshape(-1)[held] = poses
 
-    def _hold(self, rows: Indices, senders: Indices, poses: Floats) -> None:
-        self._held[rows, :, senders] = poses.T
+
+class Messages(NamedTuple):
+    """Messages that arrive together.
+
+    Attributes:
+        arrival: When, in s.
+        cells: As in `Routes`, of the links that they are on, shape (n,).
+        held: As in `Routes`, shape (3, n).
+        poses: What they say: rows x, y in m and theta in rad, shape (3, n).
+        routes: The links that were up when they were sent.
+    """
+
+    arrival: float
+    cells: Indices
+    held: Indices
+    poses: Floats
+    routes: Routes

@@ -1,0 +1,67 @@
+"""Random numbers of messages: hashes of what each message is, whatever was drawn before."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from setcmas_simu.arrays import Floats
+
+Words = NDArray[np.uint64]
+
+_GAMMA = np.uint64(0x9E3779B97F4A7C15)
+_BITS = 53  # of a float's significand
+
+
+def streams(*parts: ArrayLike) -> Words:
+    """Return a stream of random words for each combination of whole numbers, such as a link's.
+
+    Args:
+        parts: Arrays of whole numbers that broadcast to a shape (n,).
+    """
+    words = np.zeros(1, dtype=np.uint64)
+    for part in parts:
+        words = word(words ^ np.asarray(part).astype(np.uint64), 1)
+    return words
+
+
+def word(stream: Words, index: ArrayLike) -> Words:
+    """Return the words at places of streams, uniform in 0 .. 2^64 - 1, shape (n,).
+
+    SplitMix64, whose output is a hash of a counter (Steele, Lea and Flood, Fast splittable
+    pseudorandom number generators, OOPSLA 2014; the finaliser is Stafford's variant 13).
+
+    Args:
+        stream: As `streams` gives them, shape (n,).
+        index: Whole numbers from 0, shape (n,) or ().
+    """
+    words: Words = np.asarray(index).astype(np.uint64) * _GAMMA + stream
+    words ^= words >> 30
+    words *= 0xBF58476D1CE4E5B9
+    words ^= words >> 27
+    words *= 0x94D049BB133111EB
+    words ^= words >> 31
+    return words
+
+
+def thresholds(probability: Floats) -> Words:
+    """Return what `happens` compares words with, shape as that of the probabilities."""
+    return np.ceil(probability * 2.0**_BITS).astype(np.uint64)
+
+
+def happens(words: Words, threshold: Words) -> NDArray[np.bool_]:
+    """Return whether events happen: a uniform number in [0, 1) is below their probability."""
+    result: NDArray[np.bool_] = words >> (64 - _BITS) < threshold
+    return result
+
+
+def normal(first: Words, second: Words) -> Floats:
+    """Return two independent standard normal numbers for each pair of words, shape (2, n).
+
+    The transform of Box and Muller (Annals of Mathematical Statistics 29(2), 1958). The words are
+    equal on every machine, the numbers as far as its logarithm, sine and cosine are.
+    """
+    u = ((first >> (64 - _BITS)) + 1) * 2.0**-_BITS  # in (0, 1]
+    angle = (second >> (64 - _BITS)) * (2.0 * np.pi * 2.0**-_BITS)
+    result: Floats = np.sqrt(-2.0 * np.log(u)) * np.stack([np.cos(angle), np.sin(angle)])
+    return result
