@@ -5,13 +5,13 @@ from __future__ import annotations
 import ast
 import contextlib
 import difflib
-import importlib
 import linecache
 import stat
 import sys
 import tokenize
 import types
 import warnings
+from importlib.machinery import FileFinder
 from pathlib import Path
 from typing import Any
 
@@ -30,6 +30,7 @@ EXERCISES = ScriptDoor('setcmas.exercises', 'exercise')
 
 _doubts: dict[Path, list[str]] = {}  # what Python found odd in the syntax of each script
 _told: set[str] = set()
+_compiled: dict[Path, tuple[object, types.CodeType]] = {}  # of each script, and what it is of
 
 
 def find_script(name: str, exercise: bool = False) -> Path:
@@ -109,9 +110,16 @@ def compile_script(
             not have a name that is to be set.
     """
     source = _read(path)
+    what = source, expected, repr(settings)
     # Errors quote what was run, even when the file has been edited meanwhile.
-    lines = source.splitlines(keepends=True)
-    linecache.cache[str(path)] = (len(source), None, lines, str(path))
+    linecache.cache[str(path)] = (len(source), None, source.splitlines(keepends=True), str(path))
+    compiled = _compiled.get(path)
+    if not compiled or compiled[0] != what:
+        compiled = _compiled[path] = what, _compile(path, source, expected, settings)
+    return compiled[1]
+
+
+def _compile(path: Path, source: str, expected: str, settings: Settings | None) -> types.CodeType:
     try:
         with warnings.catch_warnings(record=True) as doubts:
             warnings.simplefilter('always', SyntaxWarning)
@@ -207,5 +215,7 @@ def _fresh_module(path: Path, robot: int, settings: Settings) -> types.ModuleTyp
     sys.modules[module.__name__] = module
     if str(path.parent) not in sys.path:
         sys.path.append(str(path.parent))  # for importlib.import_module and the like
-    importlib.invalidate_caches()
+    for folder, finder in list(sys.path_importer_cache.items()):
+        if isinstance(finder, FileFinder) and folder.startswith(str(path.parent)):
+            finder.invalidate_caches()  # a helper module may be new
     return module
