@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import math
 import re
 import warnings
 from collections.abc import Callable, Mapping
+from math import isfinite
 from pathlib import Path
 from typing import Any
 
@@ -150,8 +150,8 @@ def checked_velocity(result: Any) -> Velocity:
         raise ValueError('control returned None: is a return missing?')
     if type(result) is tuple and len(result) == 2:
         vx, vy = result
-        if type(vx) in _FLOATS and type(vy) in _FLOATS:  # the usual case
-            return _finite(float(vx), float(vy), result)
+        if type(vx) in _FLOATS and type(vy) in _FLOATS and isfinite(vx) and isfinite(vy):
+            return vx, vy  # the usual case
     try:
         with warnings.catch_warnings():
             warnings.simplefilter('ignore')  # numpy's, of masked values: they are refused
@@ -172,7 +172,7 @@ def checked_velocity(result: Any) -> Velocity:
 
 
 def _finite(vx: float, vy: float, result: Any) -> Velocity:
-    if not (math.isfinite(vx) and math.isfinite(vy)):
+    if not (isfinite(vx) and isfinite(vy)):
         raise ValueError(f'control returned a value that is not finite: {_short(result)}')
     return vx, vy
 

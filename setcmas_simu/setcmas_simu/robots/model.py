@@ -66,3 +66,10 @@ class RobotModel(Protocol):
             The states, shape (S, N), in an array of their own.
         """
         ...
+
+    def steps(self, states: Floats, commands: Floats, Ts: float, count: int) -> Floats:
+        """Return the states after each of some periods, as `step` gives them, (count, S, N)."""
+        later = np.empty((count, *states.shape))
+        for row in later:
+            row[:] = states = self.step(states, commands, Ts)
+        return later

@@ -38,7 +38,8 @@ def si_to_uni(
     vx, vy = np.asarray(velocities, dtype=float)
     V = np.hypot(vx, vy)
     omega = komega * wrap_angle(np.arctan2(vy, vx) - np.asarray(theta, dtype=float))
+    turn = np.abs(omega)
     # Comparisons with NaN are false, which is what makes a robot stand that has none.
-    turns = (V >= SLOW) & (np.abs(omega) >= _SLOW_TURN) & (np.abs(omega) < np.inf)
-    goes = (np.inf > V) & (np.abs(omega) < np.inf)
-    return np.where(goes, V, 0.0), np.where(turns & goes, omega, 0.0)
+    goes = np.maximum(V, turn) < np.inf
+    turns = goes & (V >= SLOW) & (turn >= _SLOW_TURN)
+    return np.where(goes, V, 0.0), np.where(turns, omega, 0.0)

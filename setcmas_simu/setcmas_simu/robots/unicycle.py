@@ -48,6 +48,19 @@ class Unicycle(RobotModel):
         V, omega = self.limits.saturate(commands[0], commands[2])
         return driven(states, V, omega, Ts)
 
+    def steps(self, states: Floats, commands: Floats, Ts: float, count: int) -> Floats:
+        """Return the states after each of some periods, (count, S, N), in a few array calls."""
+        V, omega = self.limits.saturate(commands[0], commands[2])
+        rows = np.empty((count + 1, *states.shape))
+        rows[0], later = states, rows[1:]
+        later[:, 3], later[:, 4:], later[:, 5] = V, states[4:], omega
+        later[:, 2] = Ts * omega
+        headings = np.add.accumulate(rows[:, 2])[1:]  # adds up one by one, as `step` does
+        later[:, 0], later[:, 1] = Ts * V * np.cos(headings), Ts * V * np.sin(headings)
+        np.add.accumulate(rows[:, :2], out=rows[:, :2])
+        later[:, 2] = headings
+        return later
+
 
 def driven(states: Floats, V: Floats, omega: Floats, Ts: float) -> Floats:
     """Return the states after a period of Ts s at forward speeds V (m/s), turn rates omega."""
@@ -73,10 +86,11 @@ def step(poses: ArrayLike, V: ArrayLike, omega: ArrayLike, Ts: float) -> Floats:
         The poses a period later, the same shape.
     """
     later = np.array(poses, dtype=float)
+    x, y, theta = later[:3]
     travel = Ts * np.asarray(V, dtype=float)
-    later[2] += Ts * np.asarray(omega, dtype=float)
-    later[0] += travel * np.cos(later[2])
-    later[1] += travel * np.sin(later[2])
+    theta += Ts * np.asarray(omega, dtype=float)
+    x += travel * np.cos(theta)
+    y += travel * np.sin(theta)
     return later
 
 

@@ -82,3 +82,13 @@ class VirtualFleet:
         if self._cmd_timeout < math.inf:
             commands = commands * (now - self._command_times <= self._cmd_timeout)
         self.states = self._model.step(self.states, commands, Ts)
+
+    def steps(self, Ts: float, count: int) -> Floats:
+        """Move all robots by some periods of Ts s under their last commands, however old.
+
+        Returns:
+            The states after each period, shape (count, S, N).
+        """
+        later = self._model.steps(self.states, self._commands, Ts, count)
+        self.states = later[-1]
+        return later

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import builtins
+import math
 from collections.abc import Callable
 
 import numpy as np
@@ -242,35 +243,57 @@ def _run(
     drawings: DrawingRecord,
 ) -> tuple[FleetTable, Commands]:
     nb_robots = fleet.poses.shape[1]
-    Ts = 1 / robot_rate
     t = np.arange(nb_steps + 1) / robot_rate
+    control_t, due = _calls(t, 1 / robot_rate, rate)
+    velocities = np.empty((len(control_t), 2, nb_robots))
     notes = board.current
     states = notes.new_states(nb_steps + 1, 6, nb_robots)
     states[0] = fleet.states[:6]
     notes.done = 1
-    control_t: list[float] = []
-    velocities = []
-    for step, now in enumerate(t[:-1].tolist()):
-        poses = as_heard(fleet.poses)
-        if radio:
-            radio.measure(poses, fleet.states[3], now)
-        while (next_call := len(control_t) / rate) < now + Ts - _SAME_TIME_S:
-            drawings.t = next_call
-            heard = radio.heard(poses, next_call) if radio else ()
-            wanted, commands = controllers(poses, next_call, *heard)
-            control_t.append(next_call)
-            velocities.append(wanted)
-            fleet.command_all(commands, now)
-        notes.enter(Function.STEP)
-        fleet.step(Ts, now)
-        notes.end()
-        states[step + 1] = fleet.states[:6]
-        notes.done = step + 2
-        if progress:
-            progress(now)
+    poses = as_heard(fleet.poses)
     if radio:
-        radio.measure(as_heard(fleet.poses), fleet.states[3], float(t[-1]))
+        radio.measure(poses, fleet.states[3], 0.0)
+
+    def advance(done: int, step: int) -> Floats:
+        """Move the robots from one step to a later one; returns their poses as heard."""
+        notes.enter(Function.STEP)
+        later = fleet.steps(1 / robot_rate, step - done)
+        notes.end()
+        states[done + 1 : step + 1] = later[:, :6]
+        notes.done = step + 1
+        if progress:
+            progress(float(t[step]))
+        if not radio:
+            return as_heard(fleet.poses)
+        heard = as_heard(later[:, :3].transpose(1, 0, 2))
+        for k, now in enumerate(t[done + 1 : step + 1].tolist()):
+            radio.measure(heard[:, k], later[k, 3], now)
+        return heard[:, -1]
+
+    done = 0
+    for call, (now, step) in enumerate(zip(control_t.tolist(), due, strict=True)):
+        if step > done:
+            poses, done = advance(done, step), step
+        drawings.t = now
+        heard = radio.heard(poses, now) if radio else ()
+        velocities[call], commands = controllers(poses, now, *heard)
+        fleet.command_all(commands, now)
+    advance(done, nb_steps)
     return (
         history.motion(t, states[:, :3], states[:, 3], states[:, 5]),
-        history.commands(np.array(control_t), np.array(velocities)),
+        history.commands(control_t, velocities),
     )
+
+
+def _calls(t: Floats, Ts: float, rate: float) -> tuple[Floats, list[int]]:
+    """Return the times at which laws are called, in s, and the robots' step that each precedes.
+
+    Args:
+        t: The times of the robots' states, Ts s apart.
+        Ts: Period of the robots' steps.
+        rate: Rate of the calls in Hz.
+    """
+    before = t[:-1] + Ts - _SAME_TIME_S  # calls before these times precede the robots' steps
+    times = np.arange(math.ceil(before[-1] * rate) + 1) / rate
+    times = times[times < before[-1]]
+    return times, np.searchsorted(before, times, side='right').tolist()

@@ -117,25 +117,24 @@ class FleetLaws:
             heard: The poses that each law is given instead, shapes (3, N).
             adjacency: Who hears whom, shape (N, N); None is complete.
         """
-        wanted = []
+        wanted: list[float] = []
         durations = []
         clock = time.perf_counter
         notes = board.current
         notes.enter(Function.CONTROL)
+        begin = clock()
         for law, known in zip(self._laws, repeat(poses) if heard is None else heard, strict=False):
-            begin = clock()
             notes.begin(law.robot)
             try:
-                velocity = law(known, t, adjacency)
+                wanted += law(known, t, adjacency)
                 if self._failing:
                     self._reports.succeeded(law.robot, t)
             except ControlError as error:
-                velocity = (0.0, 0.0)
+                wanted += (0.0, 0.0)
                 self._failing = True
                 self._reports.failed(law.robot, t, error)
-            wanted.append(velocity)
-            durations.append(clock() - begin)
+            durations.append(-begin + (begin := clock()))
         notes.end()
         self.call_time += durations
-        velocities = saturate(np.array(wanted).T, self._gains.vnom)
+        velocities = saturate(np.array(wanted).reshape(-1, 2).T, self._gains.vnom)
         return velocities, self._robots.command(velocities, poses, self._gains.komega)

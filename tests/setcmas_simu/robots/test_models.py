@@ -177,3 +177,14 @@ def test_unicycles_alone_have_the_limits_that_are_asked_for():
 
     assert unicycle.V_max == 0.2108
     assert car is CAR
+
+
+@pytest.mark.parametrize('names', [*([name] * 3 for name in SHIPPED), ['unicycle', 'car', 'car']])
+def test_several_steps_are_those_one_by_one_to_the_last_bit(names):
+    model = fleet_model(robot_models(names, [1, 2, 3], 'ideal'))
+    states = model.start(np.array([[1.0, -2.0, 0.3], [0.1, 5.0, -1.0], [0.0, 3.0, -9.0]]))
+    commands = np.array([[0.31, -0.17, 0.0], [0.0, 0.0, 0.0], [1.3, -0.7, 0.01]])
+    together = model.steps(states, commands, TS, 7)
+    for later in together:
+        states = model.step(states, commands, TS)
+        assert later.tobytes() == states.tobytes()
