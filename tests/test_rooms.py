@@ -12,7 +12,7 @@ import pytest
 
 ROOT = Path(__file__).parents[1]
 PACKAGES = ('setcmas_simu', 'setcmas_ctrl', 'setcmas_expe', 'setcmas_tools', 'launch_scripts')
-ROS = ('rclpy', 'rcl_interfaces', 'builtin_interfaces', 'tf2_ros', 'std_srvs')
+ROS = ('rclpy', 'rcl_interfaces', 'builtin_interfaces', 'rosgraph_msgs', 'tf2_ros', 'std_srvs')
 
 MAY_IMPORT_ROS = [
     'setcmas_ctrl.controller.canvas',
@@ -59,6 +59,10 @@ MAY_IMPORT_ROS = [
     'setcmas_simu.simulator.simulator_guard',
     'setcmas_simu.simulator.transforms',
     'setcmas_simu.simulator.virtual_robot',
+    'setcmas_tools.player.main',
+    'setcmas_tools.player.player',
+    'setcmas_tools.player.restored_qos',
+    'setcmas_tools.player.robots_there',
     'setcmas_tools.recorder.graph_recorder',
     'setcmas_tools.recorder.offered_qos',
     'setcmas_tools.recorder.recorded_topic',

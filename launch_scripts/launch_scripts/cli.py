@@ -26,6 +26,7 @@ VERBS = {
     'doctor': 'check this machine, and a lab before an experiment',
     'fault': 'let something go wrong in an emulated lab',
     'record': 'record all topics into a bag',
+    'play': 'play a recording: topics as they were, but no commands',
     'bag_to_csv': 'convert a bag to CSV files',
     'csv_to_plot': 'plot the CSV files of a run',
     'metrics': 'measure a run: path, separation, settling time, errors of the task',

@@ -15,6 +15,7 @@ JOYSTICK_READER = 'setcmas_expe.pause.joystick_reader'
 DOCTOR = 'setcmas_expe.doctor.main'
 INJECT_FAULT = 'setcmas_expe.emulation.inject_fault'
 RECORDER = 'setcmas_tools.recorder.main'
+PLAYER = 'setcmas_tools.player.main'
 BROWSER_VIEW = 'setcmas_tools.view.main'
 OFFLINE_WORKER = 'setcmas_tools.offline.worker'
 

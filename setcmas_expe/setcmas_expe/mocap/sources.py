@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import importlib
 import re
 from dataclasses import dataclass
 from typing import Any
@@ -11,6 +10,7 @@ from setcmas_expe.mocap.messages import STANDARD, Read
 from setcmas_expe.mocap.sample import Sample
 from setcmas_simu.doors import Door, MisfitError
 from setcmas_simu.errors import SetcmasError
+from setcmas_simu.ros.message_class import NoPythonTypeError, message_class
 
 NAME = '{name}'
 """Stands in a topic for the name of a rigid body."""
@@ -65,10 +65,10 @@ class MocapSource:
         Raises:
             SetcmasError: Its package is not installed.
         """
-        package, _, name = self.message_type.split('/')
         try:
-            return getattr(importlib.import_module(f'{package}.msg'), name)
-        except (ImportError, AttributeError):
+            return message_class(self.message_type)
+        except NoPythonTypeError:
+            package = self.message_type.partition('/')[0]
             raise SetcmasError(
                 f'motion capture sends {self.message_type}, whose package is not installed: '
                 f'sudo apt install ros-jazzy-{package.replace("_", "-")}, and source ROS'

@@ -32,6 +32,7 @@ ARENA = '/arena'
 TASK = '/task'
 COMMUNICATION_GRAPH = '/communication_graph'
 EMULATED_FAULT = '/emulated_lab/fault'
+CLOCK = '/clock'
 TF = '/tf'
 TF_STATIC = '/tf_static'
 
@@ -41,6 +42,7 @@ AUTO = 'auto'
 """Stands for the type of cmd_vel that a robot listens to."""
 
 VIRTUAL_ROBOT_NODE = 'virtual_robot'
+PLAYER_NODE = 'player'
 RECORDER_NODE = 'recorder'
 RECORDER_NODES = (RECORDER_NODE, 'rosbag2_recorder')
 """Nodes that listen to everything without being a robot."""

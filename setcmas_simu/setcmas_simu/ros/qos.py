@@ -22,6 +22,9 @@ ROBOT_COMMAND = QoSProfile(
 EVENT = QoSProfile(depth=10)
 """Wishes of people, such as reset and pause: none of them may be lost."""
 
+CLOCK = QoSProfile(depth=1, reliability=ReliabilityPolicy.BEST_EFFORT)
+"""As ROS's own nodes listen to /clock."""
+
 LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 """Kept for those who subscribe late."""
 

@@ -17,7 +17,9 @@ from rosbags.interfaces import (
     ConnectionExtRosbag2,
     MessageDefinition,
     MessageDefinitionFormat,
+    Qos,
 )
+from rosbags.rosbag2.metadata import parse_qos
 
 from setcmas_simu.errors import SetcmasError
 from setcmas_tools.bags.source import Entry, Extent
@@ -119,7 +121,7 @@ class McapSalvage:
             MessageDefinition(form, text),
             '',
             count,
-            ConnectionExtRosbag2(channel.message_encoding, []),
+            ConnectionExtRosbag2(channel.message_encoding, _offered_qos(channel)),
             self,
         )
 
@@ -137,6 +139,13 @@ class McapSalvage:
             what, rest = ('cut short', 'incomplete') if self._was_cut else ('damaged', 'lost')
             rest = f'the last {missing:,} bytes are {rest}' if missing else 'all that it holds'
             yield f"'{self._path}' was {what}: {self.extent} were read, {rest}"
+
+
+def _offered_qos(channel: Channel) -> list[Qos]:
+    try:
+        return parse_qos(channel.metadata.get('offered_qos_profiles', ''))
+    except Exception:  # of a damaged text, by any of rosbags' and its parser's
+        return []
 
 
 def _log_time(record: Any) -> int:

@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
-from rosbags.interfaces import Connection
+from rosbags.interfaces import Connection, Qos
 
 from setcmas_simu.errors import SetcmasError
 from setcmas_tools.bags.derived import is_derived
@@ -26,12 +26,14 @@ class BagTopic:
         type: Type of its messages.
         count: How many of them the bag holds.
         derived: Whether a recorder has made them from other messages of this bag.
+        offered_qos: Quality of service of its publishers, as far as the bag tells.
     """
 
     name: str
     type: MessageType
     count: int
     derived: bool = False
+    offered_qos: tuple[Qos, ...] = ()
 
 
 class Bag:
@@ -94,8 +96,10 @@ class Bag:
                 if counts[key]:
                     self._left_out.append(f'topic {key[0]} ({key[1]}) is left out: {error}')
             else:
-                derived = is_derived(connection)
-                topics[key] = BagTopic(key[0], message_type, counts[key], derived)
+                offered = getattr(connection.ext, 'offered_qos_profiles', ())  # none in ROS 1
+                topics[key] = BagTopic(
+                    key[0], message_type, counts[key], is_derived(connection), tuple(offered)
+                )
         return {key: topic for key, topic in topics.items() if topic.count}
 
 

@@ -8,10 +8,11 @@ from rclpy.node import Node
 
 from setcmas_simu.fleet import topics
 from setcmas_simu.ros.fleet_topic import FleetListener
+from setcmas_simu.ros.message_class import NoPythonTypeError
 from setcmas_tools.recorder.message_definitions import MessageDefinitions, UnknownDefinitionError
 from setcmas_tools.recorder.offered_qos import stored_qos
 from setcmas_tools.recorder.receive_clock import ReceiveClock
-from setcmas_tools.recorder.recorded_topic import NoPythonTypeError, Received, RecordedTopic
+from setcmas_tools.recorder.recorded_topic import Received, RecordedTopic
 from setcmas_tools.recorder.transform_recorder import TransformRecorder
 from setcmas_tools.recorder.writer import BagWriter
 

@@ -4,24 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from importlib import import_module
-from typing import Any
 
 from rclpy.node import Node
 from rclpy.qos import QoSProfile
 from rosbags.interfaces import Connection
 
 from setcmas_simu.fleet.topics import is_odometry
+from setcmas_simu.ros.message_class import message_class
 from setcmas_tools.recorder.offered_qos import (
     DEPTH,
     are_reliable,
     are_transient_local,
     subscription_qos,
 )
-
-
-class NoPythonTypeError(Exception):
-    """A message type that this machine has no Python package for."""
 
 
 @dataclass
@@ -65,7 +60,7 @@ class RecordedTopic:
         self.connection: Connection | None = None
         self.tells_poses = msgtype == 'nav_msgs/msg/Odometry' and is_odometry(name)
         self._node = node
-        self._class = _message_class(msgtype)
+        self._class = message_class(msgtype)
         self._has_publishers = False
         self._reliable, self._transient_local = True, False
         self._taken_early: set[int] = set()
@@ -124,11 +119,3 @@ class RecordedTopic:
             return source_ns not in self._taken_early
         self._taken_early.add(source_ns)
         return True
-
-
-def _message_class(msgtype: str) -> Any:
-    package, kind, name = msgtype.split('/')
-    try:
-        return getattr(import_module(f'{package}.{kind}'), name)
-    except (ImportError, AttributeError) as error:
-        raise NoPythonTypeError(f'no Python package {package} with it is installed') from error

@@ -37,7 +37,11 @@ class FleetSamples:
         self._first_command_ns: int | None = None
         self._first_go_ns: int | None = None
         self._odometry: dict[int, str] = {}
-        for name, msgtype in sorted(bag_topics):
+        named = sorted(bag_topics)
+        # A recording of what `setcmas play` plays has no commands but what the laws returned.
+        commanded = any(_robot_of(name, topics.CMD_VEL) for name, _ in named)
+        self._command = topics.CMD_VEL if commanded else topics.CMD_CART_VEL
+        for name, msgtype in named:
             robot = _robot_of(name, topics.ODOM)
             if robot and msgtype == _ODOMETRY and self._odometry.get(robot, '/tb3') >= '/tb3':
                 self._odometry[robot] = name
@@ -46,7 +50,7 @@ class FleetSamples:
         """Return the function that takes the messages of a topic; None if it is not of use."""
         if topic == topics.PAUSED:
             return self._take_pause
-        if _robot_of(topic, topics.CMD_VEL):
+        if _robot_of(topic, self._command):
             return self._take_command
         robot = _robot_of(topic, topics.ODOM)
         if robot and self._odometry.get(robot) == topic:

@@ -1,12 +1,8 @@
 """`setcmas expe` as its user sees it: keys, status lines, and a terminal that is given back."""
 
-import contextlib
-import fcntl
 import os
-import pty
 import re
 import signal
-import struct
 import subprocess
 import termios
 import time
@@ -14,6 +10,7 @@ import time
 import numpy as np
 import psutil
 import pytest
+import terminals
 import yaml
 from processes import SETCMAS, TIMEOUT_S, run_setcmas
 
@@ -21,43 +18,14 @@ from setcmas_tools.records.fleet_table import read_csv
 
 pytest.importorskip('rclpy')
 
-ESCAPE = re.compile('\x1b\\[[0-9;?]*[A-Za-z]')
 ALGO = ('--emulate', '--algo', 'nav_wp', '--no-joystick')
 
 
-class Terminal:
+class Terminal(terminals.Terminal):
     """A terminal of one's own with `setcmas expe` in it."""
 
     def __init__(self, *options):
-        self.master, self.slave = pty.openpty()
-        fcntl.ioctl(self.slave, termios.TIOCSWINSZ, struct.pack('4H', 30, 110, 0, 0))
-        self.before = termios.tcgetattr(self.slave)
-        self.text = ''
-        self.process = subprocess.Popen(
-            [*SETCMAS, 'expe', *ALGO, *options],
-            stdin=self.slave,
-            stdout=self.slave,
-            stderr=self.slave,
-            env={**os.environ, 'TERM': 'xterm-256color'},
-            start_new_session=True,
-            preexec_fn=lambda: fcntl.ioctl(0, termios.TIOCSCTTY, 0),
-        )
-        os.set_blocking(self.master, False)
-
-    def read(self):
-        with contextlib.suppress(BlockingIOError, OSError):
-            self.text += ESCAPE.sub('', os.read(self.master, 65536).decode())
-        return self.text
-
-    def wait_for(self, pattern, timeout=TIMEOUT_S):
-        deadline = time.monotonic() + timeout
-        while not re.search(pattern, self.read(), re.DOTALL):
-            assert time.monotonic() < deadline, self.text
-            time.sleep(0.02)
-        self.text = ''
-
-    def press(self, key):
-        os.write(self.master, key.encode())
+        super().__init__('expe', *ALGO, *options)
 
     def start_robots(self, pattern, timeout=TIMEOUT_S):
         """Press space until a pattern is seen: again where a busy machine held up the node."""
@@ -70,24 +38,6 @@ class Terminal:
                 self.press(' ')
             time.sleep(0.02)
         self.text = ''
-
-    def wait(self, timeout=TIMEOUT_S):
-        deadline = time.monotonic() + timeout
-        while self.process.poll() is None:
-            assert time.monotonic() < deadline, self.text
-            self.read()
-            time.sleep(0.02)
-        return self.process.returncode
-
-    def close(self):
-        with contextlib.suppress(psutil.NoSuchProcess):
-            for child in psutil.Process(self.process.pid).children(recursive=True):
-                child.kill()
-        self.process.kill()
-        self.process.wait()
-        for descriptor in (self.master, self.slave):
-            with contextlib.suppress(OSError):
-                os.close(descriptor)
 
 
 @pytest.fixture

@@ -82,6 +82,17 @@ def test_the_fleets_time_begins_at_the_first_command(tmp_path, write_bag, run):
     assert second.v[0] == 0.25
 
 
+def test_where_no_robot_is_commanded_time_begins_when_a_law_first_answers(
+    tmp_path, write_bag, run, make
+):
+    answer = ('/tb3_1/cmd_cart_vel', 0.5, make('geometry_msgs/msg/Point32'))
+    messages = [one for one in [*run, answer] if 'cmd_vel' not in one[0]]
+    bag = write_bag(tmp_path / 'bag', sorted(messages, key=lambda one: one[1]))
+
+    table = fleet_table.read_csv(convert(bag).fleet)
+    assert table.t[0] == pytest.approx(-0.5)
+
+
 def test_without_a_command_time_begins_at_the_first_odometry(tmp_path, write_bag, run):
     messages = [('/other', 0, run[0][2])] + [
         (topic, seconds + 1, message) for topic, seconds, message in run if 'odom' in topic

@@ -1,0 +1,1 @@
+"""Process that plays a recording: what was there is published again, commands never."""
