@@ -86,11 +86,10 @@ def step(poses: ArrayLike, V: ArrayLike, omega: ArrayLike, Ts: float) -> Floats:
         The poses a period later, the same shape.
     """
     later = np.array(poses, dtype=float)
-    x, y, theta = later[:3]
     travel = Ts * np.asarray(V, dtype=float)
-    theta += Ts * np.asarray(omega, dtype=float)
-    x += travel * np.cos(theta)
-    y += travel * np.sin(theta)
+    later[2] += Ts * np.asarray(omega, dtype=float)
+    later[0] += travel * np.cos(later[2])
+    later[1] += travel * np.sin(later[2])
     return later
 
 
