@@ -20,6 +20,9 @@ DISTRIBUTIONS = packages_distributions()
 EXTRAS = {
     'setcmas_expe/setcmas_expe/pause/joystick_reader.py': 'joystick',
     'setcmas_tools/setcmas_tools/summary.py': 'notebook',
+    'setcmas_tools/setcmas_tools/studies/study.py': 'notebook',
+    'setcmas_tools/setcmas_tools/studies/table.py': 'parquet',
+    'setcmas_tools/setcmas_tools/studies/workers/engine.py': 'cluster',
     'setcmas_tools/setcmas_tools/view': 'view',
     'docs': 'docs',
     'tests': 'all',
@@ -29,7 +32,7 @@ EXTRAS = {
 SYSTEM_PACKAGES = {'PIL': 'pil', 'yaml': 'yaml'}
 """Modules that are called otherwise in rosdep's keys, `python3-NAME`."""
 
-NOT_IN_ROSDEP = {'mcap', 'msgspec', 'rosbags'}
+NOT_IN_ROSDEP = {'cloudpickle', 'joblib', 'mcap', 'msgspec', 'rosbags', 'simpleeval'}
 """Modules that beside a sourced ROS come from PyPI."""
 
 

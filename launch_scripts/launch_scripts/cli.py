@@ -19,6 +19,7 @@ from setcmas_simu.errors import SetcmasError
 VERBS = {
     'run': 'simulate, control, record, convert and plot with one command',
     'offline': 'simulate and control without ROS, much faster than real time',
+    'sweep': 'run offline many times, with parameters varied, into one table',
     'simu': 'simulate robots',
     'ctrl': 'run a control law on the robots',
     'view': 'show the robots that are running on a page in the browser',

@@ -1,4 +1,4 @@
-"""Recording, CSV files, plots, metrics and offline runs of a fleet."""
+"""Recording, CSV files, plots, metrics, offline runs and studies of a fleet."""
 
 from __future__ import annotations
 
@@ -9,13 +9,17 @@ if TYPE_CHECKING:
     from setcmas_tools.evaluation import evaluate
     from setcmas_tools.offline.engine import simulate
     from setcmas_tools.run.run import Run
+    from setcmas_tools.studies.study import Study
+    from setcmas_tools.studies.sweep import sweep
 
-__all__ = ['Run', 'evaluate', 'simulate']
+__all__ = ['Run', 'Study', 'evaluate', 'simulate', 'sweep']
 
 _HOMES = {
     'Run': 'setcmas_tools.run.run',
+    'Study': 'setcmas_tools.studies.study',
     'evaluate': 'setcmas_tools.evaluation',
     'simulate': 'setcmas_tools.offline.engine',
+    'sweep': 'setcmas_tools.studies.sweep',
 }
 
 

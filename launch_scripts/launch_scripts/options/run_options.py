@@ -25,11 +25,16 @@ def add_run_arguments(parser: argparse.ArgumentParser, without: Sequence[str] = 
     """Add the options, without some of the law's or of the simulated robots'."""
     RunOptions.add_to(parser)
     FormatOptions.add_to(parser)
+    add_law_arguments(parser, without)
+    add_from_argument(parser)
+
+
+def add_law_arguments(parser: argparse.ArgumentParser, without: Sequence[str] = ()) -> None:
+    """Add the options of the law, of communication and of simulated robots, without some."""
     LawOptions.add_to(parser, without)
     CommunicationOptions.add_to(parser)
     given = ('robots', 'cmd_vel_type', 'seed', *without)
     SimulationOptions.add_to(parser, given, nb_robots=1)
-    add_from_argument(parser)
 
 
 def output_folder(args: argparse.Namespace, scripts: LawScripts) -> Path:

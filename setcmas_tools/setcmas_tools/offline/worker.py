@@ -66,7 +66,7 @@ def _end_with_parent() -> None:
 def _make_run(job: dict[str, Any], folder: Path) -> int:
     try:
         begin = time.perf_counter()
-        run = simulate(**job, warn=_warn, progress=_only_in(os.getpid()))
+        run = simulate(**job, warn=_warn, progress=only_in(os.getpid()))
         board.current.elapsed = time.perf_counter() - begin
         part = folder / f'{RUN}.part'
         part.write_bytes(pickle.dumps(run))
@@ -84,7 +84,7 @@ def _warn(message: str) -> None:
     print(message, file=sys.stderr, flush=True)
 
 
-def _only_in(process: int) -> Callable[[float], None]:
+def only_in(process: int) -> Callable[[float], None]:
     """Return what ends a copy of this process, which a script has forked, at its next step."""
 
     def check(_: float) -> None:

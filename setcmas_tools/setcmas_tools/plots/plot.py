@@ -72,7 +72,7 @@ def plot(
     return paths
 
 
-class _Picture(Figure):
+class Picture(Figure):
     """A figure that a notebook shows."""
 
     def _repr_png_(self) -> bytes:
@@ -94,7 +94,7 @@ def figure(run: Run, name: str, palette: str = PALETTES[0], paper: str | None = 
         known = ', '.join(plots_of(run))
         raise SetcmasError(f"plot '{name}' does not suit this run; must be one of {known}")
     with plot_style(palette, paper):
-        picture = _Picture()
+        picture = Picture()
         draw(picture, run)
         finish(picture, run.title)
     return picture

@@ -29,6 +29,7 @@ class RunInput:
         path: The file.
         robots: The robots that it is for; none if it is for all.
         files: The file, and if it is a script the modules beside it that it imports.
+        contents: What is in each of them.
     """
 
     def __init__(self, option: str, path: Path, robots: Sequence[int] = ()) -> None:
@@ -41,7 +42,7 @@ class RunInput:
         self.path = path
         self.robots = tuple(robots)
         self.files = [path, *(helper_modules(path) if option in _SCRIPTS else [])]
-        self._contents = [_read(file) for file in self.files]
+        self.contents = [_read(file) for file in self.files]
 
     @property
     def folder(self) -> str:
@@ -62,7 +63,7 @@ class RunInput:
         Raises:
             OSError: A file cannot be written.
         """
-        for file, content in zip(self.files, self._contents, strict=True):
+        for file, content in zip(self.files, self.contents, strict=True):
             target = folder / file.relative_to(self.path.parent)
             target.parent.mkdir(parents=True, exist_ok=True)
             target.write_bytes(content)

@@ -1,0 +1,1 @@
+"""Studies: many runs with varied parameters, and their table."""

@@ -1,0 +1,277 @@
+"""Plan of a study: what every run has, what is varied, and the files that this names."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, fields
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from setcmas_ctrl.communication.options import CommunicationOptions
+from setcmas_ctrl.communication.settings import check_communication
+from setcmas_ctrl.control.law_scripts import LawScripts
+from setcmas_ctrl.control.options import GainOptions
+from setcmas_ctrl.scripts.loader import names_to_set
+from setcmas_simu.errors import SetcmasError
+from setcmas_tools.run.options import RunOptions
+from setcmas_tools.studies.cases.case_table import SEED, CaseTable, read_cases
+from setcmas_tools.studies.cases.kept_files import KeptFiles
+from setcmas_tools.studies.cases.names import (
+    checked_name,
+    is_setting,
+    plain,
+    value_of,
+    with_values,
+)
+from setcmas_tools.studies.cases.variation import Draw, parse_variation
+from setcmas_tools.studies.columns import COLUMNS
+from setcmas_tools.studies.info import FILE_NAME, StudyInfo, read_info
+from setcmas_tools.studies.workers.job import OF_FILES, located
+from setcmas_tools.studies.workers.row import simulated_robots
+
+Variation = str | Sequence[Any] | Mapping[Any, Any]
+"""Values of a name: as on the command line, a sequence, or what is meant by what it is called."""
+
+_RESERVED = {*COLUMNS, 'run', 'state', 'robots', 'message'}
+
+
+@dataclass(frozen=True)
+class Plan:
+    """What a study is, ready to be made.
+
+    Attributes:
+        info: What its folder records.
+        cases: Its runs.
+        files: The files that its options name.
+        objects: What cannot be written, by option and by what stands for it: functions.
+    """
+
+    info: StudyInfo
+    cases: CaseTable
+    files: KeptFiles
+    objects: Mapping[str, Mapping[Any, Any]] = field(default_factory=dict)
+
+    def parameters(self, run: int, place: Callable[[str], str] | None = None) -> dict[str, Any]:
+        """Return the options of a run by name, settings of the script under 'set'.
+
+        Args:
+            run: Its number.
+            place: Returns the path of a file that is kept as 'inputs/...'; None keeps these.
+
+        Raises:
+            SetcmasError: There is no such run.
+        """
+        found = with_values(self.info.parameters, self.cases.values(run))
+        for stand_ins in (self.files.texts, self.objects):
+            for option, by_value in dict[str, Mapping[Any, Any]](stand_ins).items():
+                value = found.get(option)
+                if isinstance(value, (str, float, int)) and value in by_value:
+                    found[option] = by_value[value]
+        return located(found, place) if place else found
+
+    def original(self, name: str) -> str:
+        """Return the path of a file that is kept as 'inputs/...', where it was found."""
+        return str(self.files.originals[name])
+
+
+def make_plan(
+    parameters: Mapping[str, Any],
+    vary: Mapping[str, Variation],
+    cases: Path | None = None,
+    seeds: int = 1,
+    success: str | None = None,
+) -> Plan:
+    """Return the plan of a study.
+
+    Args:
+        parameters: Options of all runs by name, settings of the script under 'set'; 'exercise'
+            says whether `algo` may name one.
+        vary: What is varied, by name.
+        cases: A CSV file of names and values that vary together.
+        seeds: Number of seeds.
+        success: What makes a run a success.
+
+    Raises:
+        SetcmasError: A name, a value or a file is not known, or values do not go together.
+    """
+    base = {name: _plain(value) for name, value in parameters.items() if name != 'exercise'}
+    exercise = bool(parameters.get('exercise'))
+    objects: dict[str, dict[Any, Any]] = {}
+    for name in ('algo', 'ctc'):
+        if callable(base[name]):
+            stand_in = str(getattr(base[name], '__name__', 'function'))
+            objects[name], base[name] = {stand_in: base[name]}, stand_in
+    names = _script_names(base['algo'], vary, exercise, objects)
+    varied = {checked_name(name, names): values for name, values in vary.items()}
+    known: dict[str, Any] = {}
+    for name, values in varied.items():
+        known[name] = _values(name, values, base[SEED], objects)
+    heads, rows = read_cases(cases) if cases else ([], [])
+    heads = [checked_name(name, names) for name in heads]
+    table = case_table(known, heads, rows, seeds, base[SEED])
+    _check_names([*known, *heads], seeds)
+    files = _kept_files(base, table, cases, exercise, objects)
+    info = StudyInfo(base, _recorded(known), heads, seeds, success, files.texts, files.digests)
+    plan = Plan(info, table, files, objects)
+    for run in _telling_runs(table):
+        _check(plan.parameters(run, plan.original))
+    return plan
+
+
+def case_table(
+    vary: Mapping[str, Any], heads: Sequence[str], rows: Sequence[Sequence[Any]],
+    seeds: int, seed: int,
+) -> CaseTable:  # fmt: skip
+    """Return the cases of a study.
+
+    Args:
+        vary: A list of values, or a draw, for each name.
+        heads: Names of the columns of a file of cases.
+        rows: Its rows.
+        seeds: Number of seeds.
+        seed: The first one.
+
+    Raises:
+        SetcmasError: A value of the file is none of its name's.
+    """
+    typed = [
+        tuple(value_of(name, cell) for name, cell in zip(heads, row, strict=True)) for row in rows
+    ]
+    axes = [(tuple(heads), typed)] if heads else []
+    draws = {name: values for name, values in vary.items() if isinstance(values, Draw)}
+    axes += [
+        ((name,), [(v,) for v in values]) for name, values in vary.items() if name not in draws
+    ]
+    return CaseTable(axes, draws, seed, seeds)
+
+
+def _values(
+    name: str, values: Variation, seed: int, objects: dict[str, dict[Any, Any]]
+) -> list[Any] | Draw:
+    """Return the values of a name; functions stay with the objects, under what they are called."""
+    if isinstance(values, Mapping):
+        objects.setdefault(plain(name), {}).update(values)
+        return list(values)
+    read = parse_variation(name, values, seed) if isinstance(values, str) else values
+    if isinstance(read, Draw):
+        return read
+    found = []
+    for value in map(_plain, read):
+        if callable(value):
+            stand_in = str(getattr(value, '__name__', value))
+            objects.setdefault(plain(name), {})[stand_in] = value
+            value = stand_in
+        elif value not in objects.get(plain(name), ()):
+            value = value_of(name, value)
+        found.append(value)
+    return found
+
+
+def _plain(value: Any) -> Any:
+    """Return a value as YAML has it, if it is no function."""
+    if isinstance(value, (np.ndarray, np.generic)):
+        return value.tolist()
+    if isinstance(value, (tuple, list)):
+        return [_plain(one) for one in value]
+    if isinstance(value, dict):
+        return {key: _plain(one) for key, one in value.items()}
+    return str(value) if isinstance(value, Path) else value
+
+
+def _recorded(vary: Mapping[str, Any]) -> dict[str, Any]:
+    return {name: str(v) if isinstance(v, Draw) else v for name, v in vary.items()}
+
+
+def _script_names(
+    algo: Any, vary: Mapping[str, Variation], exercise: bool, objects: Mapping[str, Any]
+) -> set[str]:
+    """Return what the control scripts assign."""
+    laws = vary.get('algo', [algo])
+    read: Any = parse_variation('algo', laws, 0) if isinstance(laws, str) else laws
+    texts = [law for law in read if isinstance(law, str) and law not in objects.get('algo', ())]
+    paths = [path for law in texts for path in LawScripts(law, exercise).paths]
+    return {name for path in paths for name in names_to_set(path)}
+
+
+def _check_names(names: Sequence[str], seeds: int) -> None:
+    twice = {name for name in names if names.count(name) > 1}
+    if twice:
+        raise SetcmasError(f"'{min(twice)}' is varied twice; it must be varied once")
+    if taken := _RESERVED.intersection(names):
+        raise SetcmasError(
+            f"the table has a column '{min(taken)}' already; rename that name of the script"
+        )
+    if SEED in names and seeds > 1:
+        raise SetcmasError(f'seeds are varied by --vary {SEED} and --seeds; leave one out')
+
+
+def _kept_files(
+    base: Mapping[str, Any], table: CaseTable, cases: Path | None, exercise: bool,
+    objects: Mapping[str, Mapping[Any, Any]],
+) -> KeptFiles:  # fmt: skip
+    files = KeptFiles()
+    varied: dict[str, list[Any]] = {}
+    for names, rows in table.axes:
+        for name, *values in zip(names, *rows, strict=True):
+            if not is_setting(name):
+                varied[plain(name)] = values
+    for option in OF_FILES:
+        for value in varied.get(option, [base.get(option)]):
+            if isinstance(value, str) and value not in objects.get(option, ()):
+                files.add(option, value, exercise)
+    if cases:
+        files.add('cases', str(cases))
+    return files
+
+
+def _telling_runs(table: CaseTable) -> Iterator[int]:
+    """Yield runs that together have each value of each axis."""
+    stride = table.seeds
+    for _, values in reversed(table.axes):
+        yield from (1 + index * stride for index in range(len(values)))
+        stride *= len(values)
+
+
+def _check(parameters: Mapping[str, Any]) -> None:
+    """See that a run can be made.
+
+    Raises:
+        SetcmasError: It cannot.
+    """
+    RunOptions(duration=parameters['duration'])
+    _group(GainOptions, parameters)
+    simulated_robots(parameters).simulated()
+    check_communication(_group(CommunicationOptions, parameters), parameters['nb_robots'])
+    if isinstance(parameters['algo'], str):
+        scripts = LawScripts(parameters['algo'], settings=parameters['set'])
+        scripts.check(parameters['nb_robots'])
+    elif parameters['set']:
+        raise SetcmasError('settings are for scripts; a function takes none')
+
+
+def _group(group: type[Any], parameters: Mapping[str, Any]) -> Any:
+    names = {one.name for one in fields(group)} & parameters.keys()
+    return group(**{name: parameters[name] for name in names})
+
+
+def read_plan(folder: Path) -> Plan:
+    """Return the plan of the study in a folder.
+
+    Raises:
+        SetcmasError: There is no study, or a file is damaged.
+    """
+    info = read_info(folder)
+    if info is None:
+        raise SetcmasError(f"there is no {FILE_NAME} in '{folder}'; it must be a study's folder")
+    rows: Sequence[Sequence[str]] = []
+    if info.cases:
+        _, rows = read_cases(folder / next(iter(info.files['cases'].values())))
+    seed = info.parameters[SEED]
+    vary = {
+        name: values if isinstance(values, list) else parse_variation(name, values, seed)
+        for name, values in info.vary.items()
+    }
+    table = case_table(vary, info.cases, rows, info.seeds, seed)
+    return Plan(info, table, KeptFiles(info.files))

@@ -1,0 +1,72 @@
+"""Options of a study: what is varied, who makes the runs, and what is drawn."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, ClassVar
+
+from setcmas_simu.options.group import Options, flag, option
+from setcmas_simu.options.kinds import Kind, Number, PathTo, Whole
+from setcmas_simu.options.option import Form
+
+
+def _columns(**_: Any) -> Iterable[str]:
+    from setcmas_tools.studies.columns import COLUMNS  # completion alone needs them here
+
+    return list(COLUMNS)
+
+
+def _cores() -> int:
+    """Return the number of cores that this process may use."""
+    affinity = getattr(os, 'sched_getaffinity', None)
+    return len(affinity(0)) if affinity else os.cpu_count() or 1
+
+
+@dataclass(frozen=True, kw_only=True)
+class SweepOptions(Options):
+    """What is varied, and how the runs are made."""
+
+    TITLE: ClassVar[str] = 'study'
+
+    vary: tuple[str, ...] = option(
+        Kind(metavar='NAME=VALUES'),
+        'vary an option or a name of the script: a list (loss=0,0.2,0.4), a range '
+        'FIRST:LAST:COUNT (K=0.2:2:10) or log:FIRST:LAST:COUNT, or a draw for each run, '
+        'uniform:LOW:HIGH, loguniform:LOW:HIGH, normal:MEAN:DEVIATION; may be repeated: all '
+        'combinations are run',
+        form=Form.REPEATED,
+        default=(),
+    )
+    cases: Path | None = option(
+        PathTo(metavar='FILE.csv'),
+        'vary names together: a line of names, then a line for each case',
+        default=None,
+    )
+    seeds: int = option(Whole(1), 'run each case with so many seeds, from --seed on', default=1)
+    success: str | None = option(
+        Kind(metavar='EXPRESSION'),
+        "what makes a run a success, such as 'disagreement<0.1 and least_separation>0.2'",
+        default=None,
+    )
+    metric: tuple[str, ...] = option(
+        Kind(metavar='COLUMN'),
+        'what is drawn, such as disagreement (see setcmas list); may be repeated',
+        form=Form.REPEATED,
+        default=(),
+        complete=_columns,
+    )
+    jobs: int = option(
+        Whole(1), 'runs at a time', default=_cores(), default_text='the number of cores'
+    )
+    cluster: str | None = option(
+        Kind(metavar='ADDRESS'),
+        'let the workers of this Dask scheduler make the runs, such as tcp://10.0.0.1:8786',
+        default=None,
+    )
+    timeout: float = option(
+        Number(above=0, unit='s', finite=True), 'end a run that takes longer', default=60.0
+    )
+    dry_run: bool = flag('tell how many runs there are and how long they take; make none')

@@ -1,0 +1,269 @@
+"""A study: the table of many runs, what they were, and the folder that holds them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from tabulate import tabulate
+
+from setcmas_simu.arrays import Floats
+from setcmas_simu.errors import SetcmasError
+from setcmas_tools.run.run import Run
+from setcmas_tools.run.tools import tool
+from setcmas_tools.studies.cases.plan import Plan, read_plan
+from setcmas_tools.studies.columns import COLUMNS
+from setcmas_tools.studies.success import Success, share_of
+from setcmas_tools.studies.table import FILE_NAME, TOLD, read_table
+from setcmas_tools.studies.workers.row import run_of
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+_FIGURE = 'setcmas_tools.studies.plots:figure'
+_MEASURED = ('complete', 'failed')
+_MOST_GROUPS = 40
+_FIRST = ('disagreement', 'settling_time', 'least_separation', 'communications')
+
+
+@dataclass(frozen=True)
+class Group:
+    """The runs of a study that differ in nothing but their seeds, or in names left aside.
+
+    Attributes:
+        values: What they have in common, by name.
+        rows: Their places in the table, from 0.
+    """
+
+    values: Mapping[str, Any]
+    rows: Sequence[int]
+
+
+@dataclass(frozen=True, repr=False, eq=False)
+class Study:
+    """A study.
+
+        study = Study.load('study')
+        study['disagreement']            # of each run, NaN where there is none
+        study.plot('disagreement', by='K')
+        study.run(417)                   # that run, made again
+
+    Attributes:
+        plan: What it is.
+        table: What became of its runs, by column: None in a column of numbers is none.
+        folder: What holds it.
+    """
+
+    plan: Plan
+    table: Mapping[str, Sequence[Any]]
+    folder: Path
+    _temporary: object = None  # a folder that goes with the study
+
+    @classmethod
+    def load(cls, folder: str | Path) -> Study:
+        """Read a study that is finished.
+
+        Raises:
+            SetcmasError: There is none, or a file is damaged.
+        """
+        plan = read_plan(Path(folder))
+        return cls.of(plan, Path(folder))
+
+    @classmethod
+    def of(cls, plan: Plan, folder: Path, temporary: object = None) -> Study:
+        """Return the study of a plan whose table is in a folder.
+
+        Raises:
+            SetcmasError: The table is damaged, or the plan's success names no column.
+        """
+        study = cls(plan, read_table(folder / FILE_NAME), folder, temporary)
+        if plan.info.success:
+            study.successes(plan.info.success)
+        return study
+
+    def __len__(self) -> int:
+        """Return the number of runs."""
+        return len(self.plan.cases)
+
+    def __getitem__(self, column: str) -> Any:
+        """Return a column as an array: numbers, NaN where there is none, or words.
+
+        Raises:
+            SetcmasError: There is no such column.
+        """
+        if column not in self.table:
+            raise SetcmasError(
+                f"there is no column '{column}'; it must be one of {', '.join(self.table)}"
+            )
+        values = self.table[column]
+        if column in TOLD or any(isinstance(value, str) for value in values):
+            return np.array(values, dtype=object)
+        return np.array(values, dtype=float)
+
+    @property
+    def names(self) -> list[str]:
+        """What is varied, without the seeds."""
+        return self.plan.cases.names
+
+    @property
+    def metrics(self) -> list[str]:
+        """The columns that the runs are measured by."""
+        return [name for name in self.table if name not in ('run', 'seed', *TOLD, *self.names)]
+
+    @cached_property
+    def _successes(self) -> dict[str, list[bool]]:
+        return {}
+
+    @cached_property
+    def measured(self) -> Any:
+        """Whether each run went on to its end, so that it is measured."""
+        return np.isin(self['state'].astype(str), _MEASURED)
+
+    def numbers(self, metric: str) -> Floats:
+        """Return a metric of each run: inf for what was never reached, NaN of broken runs.
+
+        Raises:
+            SetcmasError: There is no such metric.
+        """
+        if metric not in self.metrics:
+            raise SetcmasError(
+                f"there is no metric '{metric}'; it must be one of {', '.join(self.metrics)}"
+            )
+        values: Floats = self[metric].copy()
+        if metric in COLUMNS and COLUMNS[metric].endless:
+            values[np.isnan(values) & self.measured] = np.inf
+        return values
+
+    def groups(self, *names: str) -> Iterator[Group]:
+        """Yield the runs with equal values of some names, in the order of the table.
+
+        Raises:
+            SetcmasError: A name is not varied.
+        """
+        for name in names:
+            if name not in self.names:
+                known = ', '.join(self.names) or 'nothing'
+                raise SetcmasError(f"'{name}' is not varied in this study; it varies {known}")
+        found: dict[tuple[Any, ...], list[int]] = {}
+        for row, values in enumerate(zip(*(self.table[name] for name in names), strict=True)):
+            found.setdefault(values, []).append(row)
+        if not names:
+            found[()] = list(range(len(self)))
+        for values, rows in found.items():
+            yield Group(dict(zip(names, values, strict=True)), rows)
+
+    def successes(self, expression: str | None = None) -> list[bool]:
+        """Return which runs are successes; a run that did not end as it should is none.
+
+        Args:
+            expression: Such as 'disagreement < 0.1'; by default that of the study.
+
+        Raises:
+            SetcmasError: There is none, or it names what is no column.
+        """
+        text = expression or self.plan.info.success
+        if not text:
+            raise SetcmasError('a success must be told, such as success="disagreement < 0.1"')
+        if text not in self._successes:
+            names = [*self.names, 'seed', *self.metrics]
+            success = Success(text, names)
+            columns = {n: self.numbers(n) if n in self.metrics else self[n] for n in names}
+            self._successes[text] = [
+                state == 'complete' and success.of({n: c[row] for n, c in columns.items()})
+                for row, state in enumerate(self['state'])
+            ]
+        return self._successes[text]
+
+    def run(self, number: int) -> Run:
+        """Make a run again, and return it with all that happened in it.
+
+        Raises:
+            SetcmasError: There is no such run, or a file that it needs is missing.
+        """
+        kept = self.plan.parameters(number, lambda name: str(self.folder / name))
+        return run_of(kept, print)
+
+    def plot(self, metric: str, by: str | Sequence[str] | None = None, **look: Any) -> Figure:
+        """Return a plot.
+
+        Args:
+            metric: A column, 'success', or 'tradeoff' (communications against settling time).
+            by: What is varied along the axis; two names make a map. By default the first.
+            look: `success`, an expression in place of the study's; `palette` and `paper` as
+                for csv_to_plot.
+
+        Raises:
+            SetcmasError: There is no such column or style, or nothing is varied.
+        """
+        figure: Figure = tool(_FIGURE)(self, metric, by, **look)
+        return figure
+
+    def to_dataframe(self) -> Any:
+        """Return the table as a pandas DataFrame.
+
+        Raises:
+            SetcmasError: pandas is missing.
+        """
+        try:
+            import pandas as pd
+        except ImportError as error:
+            raise SetcmasError('pandas is missing; install it with pip install pandas') from error
+        return pd.DataFrame({name: self[name] for name in self.table})
+
+    @property
+    def title(self) -> str:
+        """What the study is called in plots, such as 'consensus, 600 runs'."""
+        algo = Path(str(self.plan.info.parameters['algo'])).stem
+        return f'{algo}, {len(self):,} runs' if 'algo' not in self.names else f'{len(self):,} runs'
+
+    @property
+    def summary(self) -> str:
+        """The medians over seeds of each case as a table; of all runs if there are too many."""
+        groups = list(self.groups(*self.names))
+        names = self.names if 1 < len(groups) <= _MOST_GROUPS else []
+        groups = groups if names else list(self.groups())
+        metrics = [name for name in _FIRST if name in self.metrics] or self.metrics[:4]
+        heads = [*names, 'runs', 'broken', *(f'median\n{name}' for name in metrics)]
+        heads += ['success'] if self.plan.info.success else []
+        rows = [self._summed_up(group, metrics) for group in groups]
+        return tabulate(rows, heads, tablefmt='simple', floatfmt='.4g')
+
+    def _summed_up(self, group: Group, metrics: Sequence[str]) -> list[Any]:
+        rows = [row for row in group.rows if self.measured[row]]
+        told: list[Any] = [*group.values.values(), len(group.rows), len(group.rows) - len(rows)]
+        for name in metrics:
+            told.append(median(self.numbers(name)[rows]))
+        if self.plan.info.success:
+            share, low, high = share_of([self.successes()[row] for row in group.rows])
+            told.append(f'{100 * share:.0f} % ({100 * low:.0f} to {100 * high:.0f})')
+        return told
+
+    def __repr__(self) -> str:
+        """Return one line."""
+        varied = f', {", ".join(self.names)} varied' if self.names else ''
+        return f'Study({self.title}{varied})'
+
+    def _repr_html_(self) -> str:
+        heads, *rows = self.summary.splitlines()
+        return f'<div><b>{self.title}</b><pre>{heads}\n' + '\n'.join(rows) + '</pre></div>'
+
+
+def median(values: Floats) -> float:
+    """Return the median of values without NaN; inf is larger than all others."""
+    return float(quantiles(values, 0.5)[0])
+
+
+def quantiles(values: Floats, *shares: float) -> Floats:
+    """Return quantiles of values without NaN; NaN if there are none.
+
+    Source of the definition, which needs no mean of a number and inf: inverse of the empirical
+    distribution function, Hyndman and Fan, The American Statistician 50(4), 1996, type 1.
+    """
+    known = values[~np.isnan(values)]
+    if not len(known):
+        return np.full(len(shares), np.nan)
+    return np.asarray(np.quantile(known, shares, method='inverted_cdf'))

@@ -1,0 +1,148 @@
+"""Process that makes runs of a study one after the other, each in a copy of itself.
+
+Run as `python -m setcmas_tools.studies.workers.runner FOLDER`. Jobs come on the standard input,
+pickled; for each a line of JSON, a `Row`, goes to the standard output. A copy (fork) takes a few
+milliseconds, has everything imported, and takes with it whatever a script has done to the process:
+nothing of a run reaches the next one, so rows depend neither on the order of runs nor on who makes
+them. Without fork (Windows) the runs share the process.
+"""
+
+from __future__ import annotations
+
+import os
+import pickle
+import select
+import signal
+import sys
+import time
+from collections.abc import Iterator
+from contextlib import suppress
+from pathlib import Path
+from typing import BinaryIO, NoReturn
+
+import msgspec
+
+from setcmas_ctrl import robot_script
+from setcmas_ctrl.scripts.messages import summarise
+from setcmas_simu.errors import SetcmasError
+from setcmas_simu.fleet.topics import robot_name
+from setcmas_tools.kinds.metric import METRICS
+from setcmas_tools.offline import board
+from setcmas_tools.offline.worker import only_in
+from setcmas_tools.run.outcome import State
+from setcmas_tools.studies.workers.job import Job
+from setcmas_tools.studies.workers.row import Row, one_line, row_of
+
+_exit = os._exit
+
+
+def main() -> None:
+    """Make runs until there are no more jobs."""
+    folder = Path(sys.argv[1])
+    jobs, rows = os.fdopen(os.dup(0), 'rb'), os.fdopen(os.dup(1), 'wb')
+    nowhere = os.open(os.devnull, os.O_RDWR)
+    for stream in (0, 1, 2):  # what scripts print in a thousand runs is for nobody
+        os.dup2(nowhere, stream)
+    METRICS.usable(lambda _: None)  # imported once, not in each copy
+    make = _in_copy if hasattr(os, 'fork') else _here
+    for job in _received(jobs):
+        job.unpack(folder)
+        row = make(job, folder, jobs)
+        rows.write(msgspec.json.encode(row) + b'\n')
+        rows.flush()
+
+
+def _received(jobs: BinaryIO) -> Iterator[Job]:
+    with suppress(EOFError):
+        while True:
+            yield pickle.load(jobs)
+
+
+def _in_copy(job: Job, folder: Path, jobs: BinaryIO) -> Row:
+    """Return the row of a job, also if its script ends or hangs the process."""
+    (folder / 'board').unlink(missing_ok=True)
+    notes = board.Board(folder / 'board')
+    source, target = os.pipe()
+    process = os.fork()
+    if not process:
+        _work(job, folder, notes, target)
+    os.close(target)
+    answer, late = _answer(source, jobs, job.timeout)
+    os.close(source)
+    for kill in (os.killpg, os.kill):  # with what the script has started
+        with suppress(ProcessLookupError, PermissionError):
+            kill(process, signal.SIGKILL)
+    status = os.waitstatus_to_exitcode(os.waitpid(process, 0)[1])
+    if answer.endswith(b'\n'):
+        return msgspec.json.decode(answer, type=Row)
+    return _broken(job, notes, _late(notes, job.timeout) if late else _death(status))
+
+
+def _work(job: Job, folder: Path, notes: board.Board, target: int) -> NoReturn:
+    """Make a run in this process, which is a copy, and end."""
+    os.setpgid(0, 0)
+    _limit(job.memory)
+    board.current = notes
+    robot_script.on_call = notes.begin
+    answer = msgspec.json.encode(_row(job, folder)) + b'\n'
+    while answer:
+        answer = answer[os.write(target, answer) :]
+    _exit(0)
+
+
+def _here(job: Job, folder: Path, _: BinaryIO) -> Row:
+    return _row(job, folder)
+
+
+def _row(job: Job, folder: Path) -> Row:
+    try:
+        return row_of(job.run, job.parameters(folder), only_in(os.getpid()))
+    except SetcmasError as error:
+        state, message = State.NOT_STARTED, str(error)
+    except BaseException as error:  # a script has changed what the simulation is made of
+        state, message = State.DIED, f'the script broke the simulation: {summarise(error)}'
+    return Row(run=job.run, state=state, message=one_line(message))
+
+
+def _limit(memory: int) -> None:
+    import resource  # where there is fork
+
+    resource.setrlimit(resource.RLIMIT_AS, (memory, memory))
+    resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
+
+
+def _answer(source: int, jobs: BinaryIO, timeout: float) -> tuple[bytes, bool]:
+    """Return the line that a copy writes, or a part if it ends before, and whether it is late."""
+    answer, deadline = b'', time.monotonic() + timeout
+    while not answer.endswith(b'\n'):
+        left = max(0.0, deadline - time.monotonic())
+        ready = select.select([source, jobs.fileno()], [], [], left)[0]
+        if source in ready:
+            part = os.read(source, 65536)
+            if not part:
+                break
+            answer += part
+        else:  # there is time for no more, or nobody who waits
+            return b'', True
+    return answer, False
+
+
+def _broken(job: Job, notes: board.Board, reason: str) -> Row:
+    robot = notes.robot
+    message = f'{robot_name(robot)}: {reason}' if robot else reason
+    return Row(run=job.run, state=State.DIED, robots=str(robot or ''), message=message)
+
+
+def _late(notes: board.Board, timeout: float) -> str:
+    place = f', in {notes.function.value}' if notes.robot else ''
+    return f'ended after {timeout:g} s (--timeout){place}'
+
+
+def _death(status: int) -> str:
+    if status < 0:
+        return f'the process was killed by {signal.Signals(-status).name}'
+    return f'the process ended with exit status {status}'
+
+
+if __name__ == '__main__':
+    main()
