@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import time
+from functools import partial
 
 import numpy as np
 from nav_msgs.msg import Odometry
@@ -16,6 +16,7 @@ from setcmas_ctrl.fleet.odometry import FleetOdometry, Pose, planar_pose
 from setcmas_simu.arrays import Floats
 from setcmas_simu.fleet import topics
 from setcmas_simu.ros import qos
+from setcmas_simu.ros.polled_topic import PolledTopic
 
 _COUNTS_EVERY_S = 1.0
 _GRAPH_EVERY_S = 0.2
@@ -59,27 +60,27 @@ class FleetCommunication:
             )
             for robot in robots
         ]
+        self._states: list[PolledTopic] = []
         for robot in range(1, self._nb_robots + 1):
-            self._listen(node, robot)
+            if communication.event_triggered:
+                topic = topics.robot_topic(robot, topics.TRIG_ODOM)
+                on_state = partial(self._on_state, robot)
+                self._states.append(PolledTopic(node, Odometry, topic, on_state, qos.LATCHED))
+            else:
+                odometry.listen(robot, partial(self._send, robot))
 
-    def _listen(self, node: Node, robot: int) -> None:
-        def take(_: Odometry, pose: Pose) -> None:
-            self._links.send([robot - 1], np.array(pose)[:, None], time.monotonic())
+    def take(self) -> None:
+        """Take the states that robots have sent; odometry has been taken before."""
+        for topic in self._states:
+            topic.take()
 
-        def take_state(message: Odometry) -> None:
-            pose = planar_pose(message)
-            if np.isfinite(pose).all():
-                take(message, pose)
+    def _on_state(self, robot: int, message: Odometry) -> None:
+        pose = planar_pose(message)
+        if np.isfinite(pose).all():
+            self._send(robot, message, pose)
 
-        if not self._communication.event_triggered:
-            self._odometry.listen(robot, take)
-            return
-        node.create_subscription(
-            Odometry,
-            topics.robot_topic(robot, topics.TRIG_ODOM),
-            take_state,
-            qos.LATCHED,
-        )
+    def _send(self, robot: int, _: Odometry, pose: Pose) -> None:
+        self._links.send([robot - 1], np.array(pose)[:, None], self._odometry.now)
 
     def missing(self) -> list[int]:
         """Return the robots that have not sent a state yet."""
@@ -91,7 +92,7 @@ class FleetCommunication:
         Returns:
             Poses by receiver, shape (R, 3, N), NaN for robots that are not heard; and (N, N).
         """
-        now = time.monotonic()
+        now = self._odometry.now
         # A step of t = 9.9998 s is the one that offline is of t = 10 s, when a graph may switch.
         t += _TIMER_JITTER_S
         self._tell_segment(t)

@@ -31,6 +31,9 @@ from setcmas_simu.reports.reports import Function
 from setcmas_simu.robots.unicycle import RATE_HZ as ROBOT_RATE_HZ
 from setcmas_simu.ros import qos
 from setcmas_simu.ros.process import FleetNode, RosProcess, node_main
+from setcmas_simu.ros.step_loop import StepLoop
+
+_LOOK_EVERY_S = 0.01
 
 
 class EventTriggeredComm(FleetNode):
@@ -78,21 +81,18 @@ def broadcasters(
     reports: ErrorReports,
     clock: Callable[[], float],
     watch: CallWatch,
-) -> list[EventTriggeredComm]:
-    """Return a node for each robot, connected to its odometry.
+) -> None:
+    """Create a node for each robot, which takes its odometry.
 
     Raises:
         SetcmasError: A triggering condition cannot be loaded.
     """
-    nodes = []
     path = communication.condition_script or Path(CTC)
     for robot in robots:
         with watch.loading(robot, path):
             broadcast = communication.broadcast(robot, reports)
         node = EventTriggeredComm(broadcast, clock, watch)
         odometry.listen(robot, node.take)
-        nodes.append(node)
-    return nodes
 
 
 def main(argv: list[str] | None = None) -> int:
@@ -134,13 +134,11 @@ def _broadcast(
     watch = CallWatch(1 / ROBOT_RATE_HZ, node.get_logger().warning, process.launcher)
     end_stuck_script(process, watch)
     begin = time.monotonic()
-    nodes = broadcasters(
-        robots, chosen, odometry, reports, lambda: time.monotonic() - begin, watch
-    )
+    broadcasters(robots, chosen, odometry, reports, lambda: time.monotonic() - begin, watch)
     process.take_signals()  # scripts may have taken them while they were loaded
-    process.add(node, *nodes)
+    process.add(node)
     node.get_logger().info(f'broadcasting for robots {format_robots(robots)}; Ctrl-C stops')
-    process.spin()
+    StepLoop(process, _LOOK_EVERY_S, odometry.take).run()
 
 
 def run() -> None:

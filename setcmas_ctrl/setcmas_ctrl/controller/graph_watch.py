@@ -109,6 +109,7 @@ class GraphWatch:
 
     def _notice_latecomers(self) -> None:
         present = set(robots_with_odometry(self._node, self._odometry.topic_of))
+        self._announced.take()
         present |= set(self._announced.robots)
         if latecomers := present - self._known:
             self._known |= latecomers

@@ -49,6 +49,7 @@ from setcmas_simu.robots.models import model_names
 from setcmas_simu.ros import qos
 from setcmas_simu.ros.fleet_topic import FleetListener
 from setcmas_simu.ros.process import FleetNode, RosProcess, node_main
+from setcmas_simu.ros.step_loop import StepLoop
 
 
 def load_laws(
@@ -114,15 +115,12 @@ def build(args: argparse.Namespace, process: RosProcess, node: FleetNode) -> Con
         robots if communication.event_triggered else None,
     )
     command = topics.CMD_VEL_WANTED if options.experiment else topics.CMD_VEL
-    followers = [
-        SiToUni(robot, odometry, law.komega, options.cmd_vel_type, command) for robot in robots
-    ]
+    followers = [SiToUni(robot, options.cmd_vel_type, command) for robot in robots]
     models = DrivenModels(followers, node.get_logger().warning)
     if options.model:
         models.use(model_names(options.model, nb_robots))
     else:
         models.follow(announced)
-    process.add(*controllers, *followers)
     pause = PauseWatch(node, options.pause_timeout) if options.experiment else None
     if not pause:
         _follow_pause(node, followers, process.launcher)
@@ -131,12 +129,12 @@ def build(args: argparse.Namespace, process: RosProcess, node: FleetNode) -> Con
     outcomes = ScriptOutcomes(node.get_logger().warning, watch, process.launcher, paths, condition)
     graph = GraphWatch(node, odometry, announced, followers, node.get_logger().warning)
     pairs = list(zip(controllers, followers, strict=True))
-    stepper = ControlStepper(node, odometry, pairs, law.rate, law.vnom, outcomes, graph, pause)
+    stepper = ControlStepper(node, odometry, pairs, law, outcomes, graph, pause)
     if law.watch:
         laws = [controller.law for controller in controllers]
         tell = process.launcher.tell
         ScriptReloader(node, stepper, laws, load, watch, options.pause_timeout, tell)
-    connect(stepper, communication, robots, process, node, odometry)
+    connect(stepper, communication, robots, node, odometry)
     return stepper
 
 
@@ -144,7 +142,6 @@ def connect(
     stepper: ControlStepper,
     communication: Communication,
     robots: list[int],
-    process: RosProcess,
     node: FleetNode,
     odometry: FleetOdometry,
 ) -> None:
@@ -157,11 +154,7 @@ def connect(
         stepper.communication = FleetCommunication(node, odometry, communication, robots)
     if communication.event_triggered:
         reports = stepper.outcomes.conditions
-        process.add(
-            *broadcasters(
-                robots, communication, odometry, reports, lambda: stepper.t, stepper.watch
-            )
-        )
+        broadcasters(robots, communication, odometry, reports, lambda: stepper.t, stepper.watch)
 
 
 def _follow_pause(node: FleetNode, followers: list[SiToUni], launcher: Launcher) -> None:
@@ -198,8 +191,11 @@ def _control(process: RosProcess, args: argparse.Namespace) -> int:
         end_stuck_script(process, stepper.watch, stepper.stop)
         try:
             with contextlib.suppress(StopCall):
-                stepper.start(process, args.recorded)
-                process.spin()
+                stepper.get_ready(process, args.recorded)
+                loop = StepLoop(process, stepper.period, stepper.step, stepper.clock)
+                if stepper.communication:  # it counts when a state comes
+                    loop.poll = stepper.take
+                loop.run()
         finally:
             if process.can_talk:
                 stepper.stop()

@@ -1,18 +1,16 @@
-"""Node si_to_uni: a wanted velocity (cmd_cart_vel) in, a robot's command (cmd_vel) out."""
+"""Node si_to_uni: the commands of one robot (cmd_vel)."""
 
 from __future__ import annotations
 
-import numpy as np
-from geometry_msgs.msg import Point32
 from std_msgs.msg import Bool
 
-from setcmas_ctrl.fleet.odometry import FleetOdometry
 from setcmas_simu.fleet import topics
 from setcmas_simu.fleet.topics import AUTO
 from setcmas_simu.robots.model import RobotModel
 from setcmas_simu.robots.unicycle import UNICYCLE
 from setcmas_simu.ros import qos
 from setcmas_simu.ros.cmd_vel_publisher import CmdVelPublisher
+from setcmas_simu.ros.polled_topic import PolledTopic
 from setcmas_simu.ros.process import FleetNode
 
 NODE_NAME = 'si_to_uni'
@@ -30,8 +28,6 @@ class SiToUni(FleetNode):
     def __init__(
         self,
         robot: int,
-        odometry: FleetOdometry,
-        komega: float,
         cmd_vel_type: str = AUTO,
         topic: str = topics.CMD_VEL,
     ) -> None:
@@ -39,8 +35,6 @@ class SiToUni(FleetNode):
 
         Args:
             robot: Number of the robot.
-            odometry: Where its heading is read.
-            komega: Gain on the heading error in 1/s.
             cmd_vel_type: 'twist', 'twist_stamped', or 'auto' for what the robot listens to.
             topic: Name of the robot's topic that takes the commands.
         """
@@ -48,8 +42,6 @@ class SiToUni(FleetNode):
         self.robot = robot
         self.paused = False
         self.model: RobotModel = UNICYCLE
-        self._odometry = odometry
-        self._komega = komega
         self.cmd_vel = CmdVelPublisher(
             self,
             robot,
@@ -57,12 +49,13 @@ class SiToUni(FleetNode):
             topics.odometry_topic(robot),
             cmd_vel_type,
         )
-        self.create_subscription(
-            Point32, topics.CMD_CART_VEL, self._on_wanted_velocity, qos.COMMAND
+        self._pauses = PolledTopic(
+            self, Bool, topics.PAUSE, lambda message: self.pause(message.data), qos.EVENT
         )
-        self.create_subscription(
-            Bool, topics.PAUSE, lambda message: self.pause(message.data), qos.EVENT
-        )
+
+    def take(self) -> None:
+        """Take the wishes to pause the robot that have come."""
+        self._pauses.take()
 
     def pause(self, paused: bool) -> None:
         """Hold the robot at zero velocity, or let it go on."""
@@ -71,14 +64,12 @@ class SiToUni(FleetNode):
             self.cmd_vel.publish(0.0, 0.0)
 
     def stop(self) -> None:
-        """Command zero; called while the process ends."""
+        """Command zero."""
         self.cmd_vel.publish(0.0, 0.0)
 
-    def _on_wanted_velocity(self, message: Point32) -> None:
+    def command(self, V: float, left: float, omega: float) -> None:
+        """Command speeds forward and to the left (m/s) and a turn rate (rad/s), unless paused."""
         if self.paused:
-            self.cmd_vel.publish(0.0, 0.0)
-            return
-        velocity = np.array([[message.x], [message.y]], dtype=float)
-        pose = self._odometry.pose(self.robot)
-        V, left, omega = self.model.command(velocity, pose, self._komega)[:, 0].tolist()
-        self.cmd_vel.publish(V, omega, left)
+            self.stop()
+        else:
+            self.cmd_vel.publish(V, omega, left)

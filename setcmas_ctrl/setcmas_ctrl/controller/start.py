@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import time
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
@@ -15,25 +14,30 @@ if TYPE_CHECKING:
     from setcmas_ctrl.controller.communication import FleetCommunication
 
 _REMIND_EVERY_S = 2.0
+_LOOK_EVERY_S = 0.002
 _AFTER_ODOMETRY_S = 0.02
 
 Warn = Callable[[str], None]
+Take = Callable[[], object]
+"""Takes what has come."""
 
 
 def wait_for_poses(
-    process: RosProcess, odometry: FleetOdometry, warn: Warn, experiment: bool
+    process: RosProcess, odometry: FleetOdometry, take: Take, warn: Warn, experiment: bool
 ) -> None:
     """Wait until the pose of every robot is known, and say whose is not.
 
     Args:
-        process: Serves the subscriptions meanwhile.
+        process: Is served meanwhile.
         odometry: The poses of the fleet.
+        take: Takes them as they come.
         warn: Shows a message to the user.
         experiment: Whether poses come from motion capture.
     """
     source = 'does motion capture see them' if experiment else 'is their simulator running'
     _wait(
         process,
+        take,
         odometry.missing,
         lambda missing: warn(
             f'waiting for the odometry of robots {format_robots(missing)} '
@@ -42,10 +46,13 @@ def wait_for_poses(
     )
 
 
-def wait_for_states(process: RosProcess, communication: FleetCommunication, warn: Warn) -> None:
+def wait_for_states(
+    process: RosProcess, communication: FleetCommunication, take: Take, warn: Warn
+) -> None:
     """Wait until every robot that sends its state when triggered has sent one."""
     _wait(
         process,
+        take,
         communication.missing,
         lambda missing: warn(
             f'waiting for the states of robots {format_robots(missing)} '
@@ -56,20 +63,30 @@ def wait_for_states(process: RosProcess, communication: FleetCommunication, warn
 
 
 def _wait(
-    process: RosProcess, missing: Callable[[], list[int]], remind: Callable[[list[int]], None]
+    process: RosProcess,
+    take: Take,
+    missing: Callable[[], list[int]],
+    remind: Callable[[list[int]], None],
 ) -> None:
-    while (robots := missing()) and not process.stopping:
-        complete = process.spin_until(lambda: not missing(), _REMIND_EVERY_S)
-        if not complete and not process.stopping:
-            remind(robots)
+    def complete() -> bool:
+        take()
+        return not missing()
+
+    while not process.spin_until(complete, _REMIND_EVERY_S) and not process.stopping:
+        remind(missing())
 
 
-def fall_in_step(process: RosProcess, odometry: FleetOdometry, robot: int) -> None:
+def fall_in_step(process: RosProcess, odometry: FleetOdometry, take: Take, robot: int) -> None:
     """Wait until shortly after the next odometry of a robot.
 
     Robots and laws step on steady clocks at rates that divide each other, so that from then on
     every call sees fresh poses, and its commands arrive before the robots' next step.
     """
-    begin = time.monotonic()
-    process.spin_until(lambda: odometry.age(robot) < time.monotonic() - begin, 1.0)
-    process.spin_until(lambda: False, _AFTER_ODOMETRY_S)
+    take()
+
+    def is_new() -> bool:
+        take()
+        return odometry.age(robot) == 0.0
+
+    process.spin_until(is_new, 1.0, _LOOK_EVERY_S)
+    process.spin_until(lambda: False, _AFTER_ODOMETRY_S, _LOOK_EVERY_S)

@@ -1,17 +1,15 @@
-"""Stepper of a controller process: one timer that evaluates the laws of all its robots."""
+"""Stepper of a controller process: one step that evaluates the laws of all its robots."""
 
 from __future__ import annotations
 
-import time
 from collections.abc import Callable, Iterable
 from itertools import repeat
 
 import numpy as np
-from numpy.typing import NDArray
-from rclpy.clock import Clock, ClockType
 from rclpy.node import Node
 
 from setcmas_ctrl.control.control_law import ControlLaw
+from setcmas_ctrl.control.options import GainOptions
 from setcmas_ctrl.control.saturation import saturate
 from setcmas_ctrl.controller.communication import FleetCommunication
 from setcmas_ctrl.controller.controller import Controller
@@ -23,12 +21,13 @@ from setcmas_ctrl.fleet.odometry import POSE_TIMEOUT_S, FleetOdometry
 from setcmas_ctrl.fleet.pause_watch import PauseWatch
 from setcmas_ctrl.scripts.failures import ControlError
 from setcmas_ctrl.scripts.stop_call import AbandonCall, StopCall
+from setcmas_simu.arrays import Floats
 from setcmas_simu.fleet.fleet import format_robots
 from setcmas_simu.fleet.topics import robot_name
 from setcmas_simu.reports.reports import Started
+from setcmas_simu.robots.mixed_fleet import fleet_model
 from setcmas_simu.ros.process import RosProcess
-
-Floats = NDArray[np.float64]
+from setcmas_simu.ros.step_clock import SteadyClock, StepClock
 
 _LISTENERS_WAIT_S = 2.0
 _ENDS_ALL = 'and the other robots of this process cannot be commanded any more: it ends'
@@ -36,27 +35,30 @@ _RECORDER_WAIT_S = 15.0  # of a machine that reads everything from its disk for 
 
 
 class ControlStepper:
-    """Calls the control laws at a fixed rate, all with the same poses and the same time."""
+    """Calls the control laws at a fixed rate, all with the same poses and the same time.
+
+    Attributes:
+        period: Time in s from step to step.
+        clock: The time that is followed.
+    """
 
     def __init__(
         self,
         node: Node,
         odometry: FleetOdometry,
         robots: list[tuple[Controller, SiToUni]],
-        rate: float,
-        vnom: float,
+        gains: GainOptions,
         outcomes: ScriptOutcomes,
         graph: GraphWatch,
         pause: PauseWatch | None = None,
     ) -> None:
-        """Prepare; nothing is called before `start`.
+        """Prepare; nothing is called before the first step.
 
         Args:
-            node: The node that owns the timer and the messages to the user.
+            node: The node that owns the messages to the user.
             odometry: The poses of the fleet.
             robots: The controller of each robot of this process, and its si_to_uni node.
-            rate: Rate of control in Hz.
-            vnom: Largest speed of a robot in m/s.
+            gains: How fast the robots follow the laws.
             outcomes: Takes the errors of the scripts; its watch watches the calls.
             graph: Looks who listens, and who else is there.
             pause: In an experiment, says when the laws are held; in a simulation they are while
@@ -66,8 +68,10 @@ class ControlStepper:
         self._odometry = odometry
         self._controllers = [controller for controller, _ in robots]
         self._followers = [follower for _, follower in robots]
-        self._period = 1.0 / rate
-        self._vnom = vnom
+        self._own = np.array([follower.robot for follower in self._followers]) - 1
+        self._gains = gains
+        self.period = 1.0 / gains.rate
+        self.clock: StepClock = SteadyClock()
         self._pause = pause
         self._warn = node.get_logger().warning
         self._has_laws = True
@@ -82,16 +86,17 @@ class ControlStepper:
         self._lost: set[int] = set()
         self._take_signals: Callable[[], None] = lambda: None
 
-    def start(self, process: RosProcess, recorded: bool = False) -> None:
-        """Wait until all poses are known and the robots listen, then call the control laws.
+    def get_ready(self, process: RosProcess, recorded: bool = False) -> None:
+        """Wait until all poses are known and the robots listen.
 
         Args:
-            process: Spun meanwhile.
+            process: Is served meanwhile.
             recorded: Whether a recorder is sure to come, and is waited for.
         """
-        wait_for_poses(process, self._odometry, self._warn, self._pause is not None)
+        experiment = self._pause is not None
+        wait_for_poses(process, self._odometry, self.take, self._warn, experiment)
         if self.communication:
-            wait_for_states(process, self.communication, self._warn)
+            wait_for_states(process, self.communication, self.take, self._warn)
         # A robot, and a recorder if there is or will be one, are to get the very first command.
         process.spin_until(lambda: not self._graph.unheard_robots(), _LISTENERS_WAIT_S)
         if recorded:
@@ -100,30 +105,24 @@ class ControlStepper:
             process.spin_until(self._graph.is_recorded_if_it_can_be, _LISTENERS_WAIT_S)
         if process.stopping:
             return
-        # Said before: the time that it takes must not come between a timer's beginning and t = 0.
+        # Said before: the time that it takes must not come between the odometry and t = 0.
         robots = [controller.robot for controller in self._controllers]
         law = ', '.join(dict.fromkeys(one.law.path.stem for one in self._controllers))
         self._node.get_logger().info(
             f'controlling robots {format_robots(robots)} with {law} '
-            f'at {1 / self._period:g} Hz; Ctrl-C stops'
+            f'at {1 / self.period:g} Hz; Ctrl-C stops'
         )
         process.launcher.tell(Started(tuple(robots), law))
-        fall_in_step(process, self._odometry, self._controllers[0].robot)
-        if process.stopping:
-            return
-        # A steady clock: setting the system's time must not freeze the controllers.
-        steady = Clock(clock_type=ClockType.STEADY_TIME)
-        self._node.create_timer(self._period, self._step, clock=steady)
-        self._stepped = time.monotonic()
         self._take_signals = process.take_signals
-        self._step()
+        fall_in_step(process, self._odometry, self.take, self._controllers[0].robot)
+        self._stepped = self.clock.now()
 
     @property
     def t(self) -> float:
         """Time of the control laws in s: 0 before their first call, held while they are."""
         if self._started is None:
             return 0.0
-        return (self._stood or time.monotonic()) - self._started
+        return (self._stood or self.clock.now()) - self._started
 
     def use(self, laws: list[ControlLaw]) -> None:
         """Go on with other laws, with t from 0 and errors counted anew; none: all robots stand."""
@@ -142,8 +141,13 @@ class ControlStepper:
         if self.communication:
             self.communication.stop()
 
-    def _step(self) -> None:
-        now = time.monotonic()
+    def take(self) -> None:
+        """Take what has come: poses, wishes to pause a robot, states that robots have sent."""
+        self._take(self.clock.now())
+
+    def step(self, now: float) -> None:
+        """Take what has come, call the laws, and command the robots; `now` is in s."""
+        self._take(now)
         self._started = now if self._started is None else self._started
         # Odometry cannot come in while a step takes its time.
         self._notice_lost_odometry(POSE_TIMEOUT_S + now - self._stepped)
@@ -157,6 +161,13 @@ class ControlStepper:
         self._take_signals()  # scripts may have taken them
         self._graph.check()
 
+    def _take(self, now: float) -> None:
+        self._odometry.take(now)
+        if self.communication:
+            self.communication.take()
+        for follower in self._followers:
+            follower.take()
+
     def _is_held(self) -> bool:
         if self._pause:
             return self._pause.reason() != ''
@@ -166,14 +177,14 @@ class ControlStepper:
         """Command zero without calling the laws: a reference must not run away meanwhile."""
         self._started = (self._started or now) + now - self._stepped
         self._stood = now
-        for controller in self._controllers:
-            controller.publish(0.0, 0.0)
+        self._command([(0.0, 0.0)] * len(self._controllers))
 
     def _control(self, t: float) -> None:
         poses: Iterable[Floats] = repeat(self._odometry.poses.copy())
         adjacency = None
         if self.communication:
             poses, adjacency = self.communication.heard(t)
+        velocities = []
         for controller, known in zip(self._controllers, poses, strict=False):
             velocity = (0.0, 0.0)
             if self._has_laws and controller.robot not in self._lost:
@@ -186,7 +197,19 @@ class ControlStepper:
                     self.outcomes.laws.failed(controller.robot, t, error)
                 except AbandonCall:
                     self._has_laws = False
-            controller.publish(*saturate(velocity, self._vnom).tolist())
+            velocities.append(velocity)
+        self._command(velocities)
+
+    def _command(self, velocities: list[tuple[float, float]]) -> None:
+        """Publish what the laws want, in m/s, and command the robots accordingly."""
+        wanted = saturate(np.array(velocities).T, self._gains.vnom)
+        for controller, velocity in zip(self._controllers, wanted.T.tolist(), strict=True):
+            controller.publish(*velocity)
+        model = fleet_model([follower.model for follower in self._followers])
+        poses = self._odometry.poses[:, self._own]
+        commands = model.command(wanted, poses, self._gains.komega).T.tolist()
+        for follower, command in zip(self._followers, commands, strict=True):
+            follower.command(*command)
 
     def _check_ros(self, controller: Controller, t: float) -> None:
         """See that the script has not ended ROS in this process: no robot could be commanded.

@@ -68,7 +68,7 @@ def wait_for_source(process: RosProcess, node: Node, listener: FleetListener, pi
     """
     source = own_source(Kind.SIMULATOR, pid)
     while not process.stopping and not process.spin_until(
-        lambda: source in listener.by_source, _REMIND_EVERY_S
+        lambda: source in listener.take(), _REMIND_EVERY_S
     ):
         if not process.stopping:
             node.get_logger().warning(f'waiting for the {source} to announce its robots')
@@ -90,7 +90,7 @@ class _Fleet:
 
     def is_known(self) -> bool:
         """Look at what is announced, and at the graph; return whether the fleet is known."""
-        if self._announced.by_source:
+        if self._announced.take():
             self._note_change(len(self._announced.by_source) != self._nb_announcements)
             self._nb_announcements = len(self._announced.by_source)
             # Who was killed stays on the graph for a while, and will not announce anything.

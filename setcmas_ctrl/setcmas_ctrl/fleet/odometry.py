@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import time
 from collections.abc import Callable, Iterable
 from functools import partial
 
@@ -14,6 +13,7 @@ from setcmas_simu.arrays import Floats
 from setcmas_simu.fleet import topics
 from setcmas_simu.fleet.planar_pose import yaw_of_quaternion
 from setcmas_simu.ros import qos
+from setcmas_simu.ros.polled_topic import PolledTopic
 
 Pose = tuple[float, float, float]
 """x, y in m and theta in rad."""
@@ -29,6 +29,7 @@ class FleetOdometry:
 
     Attributes:
         poses: Rows x, y in m and theta in rad, shape (3, N); NaN for robots not seen yet.
+        now: Time in s at which `take` was called last.
     """
 
     def __init__(
@@ -38,7 +39,7 @@ class FleetOdometry:
         topic_of: Callable[[int], str] = topics.odometry_topic,
         robots: Iterable[int] | None = None,
     ) -> None:
-        """Subscribe to the odometry of robots.
+        """Subscribe to the odometry of robots; `take` takes what has come.
 
         Args:
             node: The node that subscribes.
@@ -48,17 +49,23 @@ class FleetOdometry:
         """
         self.topic_of = topic_of
         self.poses: Floats = np.full((3, nb_robots), np.nan)
+        self.now = 0.0
         self._received = np.full(nb_robots, -np.inf)
         self._followed = list(robots or range(1, nb_robots + 1))
         self._complete = False
         self._listeners: list[list[Listener]] = [[] for _ in range(nb_robots)]
-        for robot in self._followed:
-            node.create_subscription(
-                Odometry,
-                topic_of(robot),
-                partial(self._on_odometry, robot - 1),
-                qos.STATE,
+        self._topics = [
+            PolledTopic(
+                node, Odometry, topic_of(robot), partial(self._on_odometry, robot - 1), qos.STATE
             )
+            for robot in self._followed
+        ]
+
+    def take(self, now: float) -> None:
+        """Take the newest pose of each robot; `now` is the time of a steady clock in s."""
+        self.now = now
+        for topic in self._topics:
+            topic.take()
 
     def listen(self, robot: int, listener: Listener) -> None:
         """Call a function with each odometry of a robot, and its pose."""
@@ -73,18 +80,14 @@ class FleetOdometry:
         return missing
 
     def age(self, robot: int) -> float:
-        """Return how long ago a robot was last seen, in s."""
-        return time.monotonic() - float(self._received[robot - 1])
-
-    def pose(self, robot: int) -> Floats:
-        """Return a robot's pose, shape (3, 1); NaN if it has not been seen yet."""
-        return self.poses[:, robot - 1 : robot]
+        """Return how long before the last `take` a robot was last seen, in s."""
+        return self.now - float(self._received[robot - 1])
 
     def _on_odometry(self, index: int, message: Odometry) -> None:
         pose = planar_pose(message)
         if np.isfinite(pose).all():
             self.poses[:, index] = pose
-            self._received[index] = time.monotonic()
+            self._received[index] = self.now
             for listener in self._listeners[index]:
                 listener(message, pose)
 

@@ -10,6 +10,7 @@ from std_msgs.msg import Bool
 from setcmas_ctrl.control.options import PAUSE_TIMEOUT_S
 from setcmas_simu.fleet import topics
 from setcmas_simu.ros import qos
+from setcmas_simu.ros.polled_topic import PolledTopic
 
 BY_WISH = 'paused'
 SILENT = 'paused: nothing is heard of the pause node'
@@ -39,15 +40,11 @@ class PauseWatch:
         self._held = ''
         self._paused = True
         self._received = -float('inf')
-        node.create_subscription(
-            Bool,
-            topics.PAUSED,
-            self._on_paused,
-            qos.STATE,
-        )
+        self._topic = PolledTopic(node, Bool, topics.PAUSED, self._on_paused, qos.STATE)
 
     def reason(self) -> str:
-        """Return why robots are paused; empty if they are not."""
+        """Return why robots are paused, by what has come; empty if they are not."""
+        self._topic.take()
         trouble = self._trouble()
         if trouble:
             self._may_go = not self._latches
@@ -64,7 +61,8 @@ class PauseWatch:
         self._held = f'{BY_WISH}: {why}'
 
     def forget(self) -> None:
-        """Let what was heard count as nothing: this process was held up since."""
+        """Let all that has come count as nothing: this process was held up since."""
+        self._topic.take()
         self._received = -float('inf')
 
     def _trouble(self) -> str:

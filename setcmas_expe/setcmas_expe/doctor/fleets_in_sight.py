@@ -16,7 +16,7 @@ _WHAT = 'other fleets'
 
 def fleets_finding(node: Node, announced: FleetListener) -> Finding:
     """Return which robots are in sight: those announced, and others with the nodes of theirs."""
-    fleets = {str(one.source): set(one.robots) for one in announced.by_source.values()}
+    fleets = {str(one.source): set(one.robots) for one in announced.take().values()}
     for sender, robots in _by_odometry(node).items():
         if others := robots.difference(*fleets.values()):
             fleets[sender] = others

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 
 from rclpy.node import Node
 from std_msgs.msg import String
@@ -54,7 +54,7 @@ class FleetListener:
     """
 
     def __init__(self, node: Node) -> None:
-        """Listen through a node, by an executor or by `take`."""
+        """Listen through a node; `take` takes what has come."""
         self._node = node
         self.by_source: dict[Source, Announcement] = {}
         self._was_there = False
@@ -82,13 +82,14 @@ class FleetListener:
         announcers: int = self._node.count_publishers(topics.FLEET)
         return announcers <= len(self.by_source)
 
-    def take(self) -> None:
-        """Take what has come, where no executor does; what nobody announces now is forgotten."""
+    def take(self) -> Mapping[Source, Announcement]:
+        """Take what has come, and return it all; what nobody announces now is forgotten."""
         self._topic.take()
         is_there = self._node.count_publishers(topics.FLEET) > 0
         if self._was_there and not is_there:
             self.by_source.clear()
         self._was_there = is_there
+        return self.by_source
 
     def _on_text(self, message: String) -> None:
         if announcement := decode(message.data):

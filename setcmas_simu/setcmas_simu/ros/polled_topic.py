@@ -5,8 +5,22 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from typing import Any
 
+from rclpy.callback_groups import CallbackGroup
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
+
+
+class _NeverCalledBack(CallbackGroup):
+    """Group of subscriptions that an executor passes over, although it serves their node."""
+
+    def add_entity(self, _: object) -> None:
+        pass
+
+    def can_execute(self, _: object) -> bool:
+        return False
+
+
+_POLLED = _NeverCalledBack()
 
 
 class PolledTopic:
@@ -35,7 +49,9 @@ class PolledTopic:
         self._node = node
         self._on_message = on_message
         self._depth = profile.depth
-        self._subscription = node.create_subscription(kind, name, on_message, profile)
+        self._subscription = node.create_subscription(
+            kind, name, on_message, profile, callback_group=_POLLED
+        )
 
     def take(self) -> None:
         """Hand over what has come."""

@@ -27,6 +27,7 @@ from setcmas_simu.reports.reports import Mistake
 from setcmas_simu.ros.dds_setup import dds_setup
 
 STOP_SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
+_LONGEST_WAIT_S = 0.25
 _LONGEST_END_S = 10  # after that the kernel ends a process that hangs in its clean-up
 
 
@@ -86,19 +87,32 @@ class RosProcess:
         """Whether messages can be sent: a script may have shut ROS down in this process."""
         return bool(rclpy.ok())
 
+    def serve(self, timeout_s: float) -> None:
+        """Serve a callback if one is due within a time, which may be over; end with ROS."""
+        try:
+            # A signal does not wake a wait: its longest bounds the time to notice one.
+            self.executor.spin_once(timeout_sec=min(max(0.0, timeout_s), _LONGEST_WAIT_S))
+        except ExternalShutdownException:
+            self.stop()
+
     def spin(self) -> None:
         """Serve callbacks until something asks to stop."""
-        with contextlib.suppress(ExternalShutdownException):
-            while not self.stopping:
-                # The timeout bounds the time to notice a signal, which does not wake a wait.
-                self.executor.spin_once(timeout_sec=0.25)
+        while not self.stopping:
+            self.serve(_LONGEST_WAIT_S)
 
-    def spin_until(self, condition: Callable[[], bool], timeout_s: float) -> bool:
-        """Serve callbacks until a condition holds; False if it did not within the timeout."""
+    def spin_until(
+        self, condition: Callable[[], bool], timeout_s: float, every_s: float = 0.02
+    ) -> bool:
+        """Serve callbacks until a condition holds; False if it did not within the timeout.
+
+        Args:
+            condition: Is looked at again and again.
+            timeout_s: Longest time in s.
+            every_s: Time in s from look to look, if nothing happens meanwhile.
+        """
         deadline = time.monotonic() + timeout_s
-        with contextlib.suppress(ExternalShutdownException):
-            while not self.stopping and not condition() and time.monotonic() < deadline:
-                self.executor.spin_once(timeout_sec=0.02)
+        while not self.stopping and not condition() and time.monotonic() < deadline:
+            self.serve(every_s)
         return condition()
 
     def take_signals(self) -> None:

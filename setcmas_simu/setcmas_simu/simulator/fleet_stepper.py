@@ -1,14 +1,13 @@
-"""Stepper of a simulator process: one timer that moves and publishes all its robots."""
+"""Stepper of a simulator process: one step that moves and publishes all its robots."""
 
 from __future__ import annotations
 
-import time
+import math
 from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 
 import numpy as np
-from rclpy.clock import Clock, ClockType
 from rclpy.node import Node
 from std_msgs.msg import Empty
 
@@ -18,8 +17,9 @@ from setcmas_simu.options.kinds import MAX_RATE_HZ
 from setcmas_simu.reports.reports import Failed, Function, ScriptCall
 from setcmas_simu.robots.mixed_fleet import fleet_model
 from setcmas_simu.robots.models import is_script, robot_models
-from setcmas_simu.robots.virtual_fleet import VirtualFleet
+from setcmas_simu.robots.virtual_fleet import Command, VirtualFleet
 from setcmas_simu.ros import qos
+from setcmas_simu.ros.polled_topic import PolledTopic
 from setcmas_simu.simulator.transforms import FleetTransforms
 from setcmas_simu.simulator.virtual_robot import VirtualRobot
 
@@ -29,15 +29,15 @@ _HOUSEKEEPING_S = 2.0
 class FleetStepper:
     """Moves the virtual robots of a process at a fixed rate.
 
-    A timer for each robot would wake the executor N times a period, and rclpy rebuilds its wait
-    set over all entities at every wake-up.
+    Attributes:
+        period: Time in s from step to step.
     """
 
     def __init__(self, node: Node, robots: list[VirtualRobot]) -> None:
-        """Connect the robots' commands to a simulated fleet; nothing moves before `start`.
+        """Connect the robots' commands to a simulated fleet; nothing moves before the first step.
 
         Args:
-            node: The node that owns the timer and what concerns the whole fleet.
+            node: The node that owns what concerns the whole fleet.
             robots: The robots; rate, limits and cmd_timeout are the first one's parameters.
 
         Raises:
@@ -62,39 +62,32 @@ class FleetStepper:
         }
         timeout = robots[0].number('cmd_timeout', least=1e-3)
         self._fleet = VirtualFleet(poses, fleet_model(models), timeout)
-        self._period = 1.0 / robots[0].number('rate', least=0.1, most=MAX_RATE_HZ)
+        self.period = 1.0 / robots[0].number('rate', least=0.1, most=MAX_RATE_HZ)
         for index, robot in enumerate(robots):
-            robot.on_command = partial(self._fleet.command, index)
+            robot.on_command = partial(self._command, index)
             robot.on_reset = partial(self._fleet.reset, index)
-        node.create_subscription(
-            Empty,
-            topics.FLEET_RESET,
-            self._reset_all,
-            qos.EVENT,
-        )
+        self._resets = PolledTopic(node, Empty, topics.FLEET_RESET, self._reset_all, qos.EVENT)
         self._transforms = FleetTransforms(
             node, [(str(r.value('world_frame')), str(r.value('robot_frame'))) for r in robots]
         )
         self._missed = 0
+        self._now = 0.0
         self._last_step: float | None = None
-        self._next_housekeeping = 0.0
-        self._housekeeping: Callable[[], None] = lambda: None
+        self._next_housekeeping = -math.inf
+        self.housekeeping: Callable[[], None] = lambda: None
+        """Called every other second."""
 
-    def start(self, housekeeping: Callable[[], None]) -> None:
-        """Start to step; `housekeeping` is called every other second."""
-        self._housekeeping = housekeeping
-        # A steady clock: setting the system's time must not freeze the robots.
-        steady = Clock(clock_type=ClockType.STEADY_TIME)
-        self._node.create_timer(self._period, self._step, clock=steady)
+    def greet(self) -> None:
+        """Say which robots are simulated."""
         robots = format_robots([robot.robot for robot in self._robots])
         self._node.get_logger().info(
-            f'simulating robots {robots} at {1 / self._period:g} Hz; Ctrl-C stops'
+            f'simulating robots {robots} at {1 / self.period:g} Hz; Ctrl-C stops'
         )
-        self._step()
 
-    def _step(self) -> None:
-        now = time.monotonic()
-        self._fleet.step(self._period, now)
+    def step(self, now: float) -> None:
+        """Follow what has come, move the robots by a period, and publish; `now` is in s."""
+        self._take(now)
+        self._fleet.step(self.period, now)
         self._tell_failures()
         stamp = self._node.get_clock().now().to_msg()
         poses = list(map(tuple, self._fleet.poses.T.tolist()))
@@ -109,7 +102,16 @@ class FleetStepper:
         if now >= self._next_housekeeping:
             self._next_housekeeping = now + _HOUSEKEEPING_S
             self._report_missed_steps()
-            self._housekeeping()
+            self.housekeeping()
+
+    def _take(self, now: float) -> None:
+        self._now = now
+        for robot in self._robots:
+            robot.take()
+        self._resets.take()
+
+    def _command(self, index: int, command: Command) -> None:
+        self._fleet.command(index, command, self._now)
 
     def _warn(self, text: str) -> None:
         self._node.get_logger().warning(text)
@@ -124,7 +126,7 @@ class FleetStepper:
 
     def _count_missed_steps(self, now: float) -> None:
         if self._last_step is not None:
-            self._missed += max(0, round((now - self._last_step) / self._period) - 1)
+            self._missed += max(0, round((now - self._last_step) / self.period) - 1)
         self._last_step = now
 
     def _report_missed_steps(self) -> None:

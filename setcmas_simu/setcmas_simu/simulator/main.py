@@ -16,6 +16,7 @@ from setcmas_simu.fleet.announcement import Kind
 from setcmas_simu.reports.reports import Ready
 from setcmas_simu.ros.fleet_topic import FleetAnnouncer
 from setcmas_simu.ros.process import FleetNode, RosProcess, node_main
+from setcmas_simu.ros.step_loop import StepLoop
 from setcmas_simu.simulator.fleet_stepper import FleetStepper
 from setcmas_simu.simulator.options import SimulatedRobots, SimulationOptions
 from setcmas_simu.simulator.simulator_guard import SimulatorGuard
@@ -51,12 +52,13 @@ def _simulate(process: RosProcess, args: argparse.Namespace) -> None:
     stepper = FleetStepper(node, nodes)
     stepper.on_failure = process.launcher.tell
     guard.refuse_second_simulator()
-    process.add(node, *nodes)
-    stepper.start(guard.warn_of_latecomers)
+    process.add(node)
+    stepper.housekeeping = guard.warn_of_latecomers
+    stepper.greet()
     models = [str(robot.value('model')) for robot in nodes]
     announcer.announce(simulated.robots, options.fleet_size, models)
     process.launcher.tell(Ready())
-    process.spin()
+    StepLoop(process, stepper.period, stepper.step).run()
 
 
 def _virtual_robots(simulated: SimulatedRobots, options: SimulationOptions) -> list[VirtualRobot]:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import time
 from collections.abc import Callable, Iterable
 from typing import Any
 
@@ -21,10 +20,11 @@ from setcmas_simu.robots.models import shape_of
 from setcmas_simu.robots.virtual_fleet import Command
 from setcmas_simu.ros import qos
 from setcmas_simu.ros.cmd_vel_type import TYPES, command
+from setcmas_simu.ros.polled_topic import PolledTopic
 from setcmas_simu.ros.process import FleetNode
 from setcmas_simu.simulator.robot_marker import robot_marker
 
-OnCommand = Callable[[Command, float], None]
+OnCommand = Callable[[Command], None]
 
 
 class VirtualRobot(FleetNode):
@@ -42,7 +42,7 @@ class VirtualRobot(FleetNode):
             defaults: Values of the parameters that `--ros-args` does not give.
         """
         self.robot = robot
-        self.on_command: OnCommand = lambda *_: None
+        self.on_command: OnCommand = lambda _: None
         self.on_reset: Callable[[], None] = lambda: None
 
         super().__init__(topics.VIRTUAL_ROBOT_NODE, namespace=topics.robot_name(robot))
@@ -55,13 +55,9 @@ class VirtualRobot(FleetNode):
         self._odom_publisher = self.create_publisher(Odometry, topics.ODOM, qos.STATE)
         self._pose_publisher = self.create_publisher(PoseStamped, topics.POSE, qos.STATE)
         self._marker_publisher = self.create_publisher(Marker, topics.MARKER, qos.STATE)
-        self.create_subscription(
-            TYPES[self.choice('cmd_vel_type', TYPES)],
-            topics.CMD_VEL,
-            self._on_cmd_vel,
-            qos.COMMAND,
-        )
-        self.create_subscription(Empty, topics.RESET, lambda _: self.on_reset(), qos.EVENT)
+        kind = TYPES[self.choice('cmd_vel_type', TYPES)]
+        self._commands = PolledTopic(self, kind, topics.CMD_VEL, self._on_cmd_vel, qos.COMMAND)
+        self._resets = PolledTopic(self, Empty, topics.RESET, lambda _: self.on_reset(), qos.EVENT)
 
         world = str(self.value('world_frame'))
         self._odom = Odometry(child_frame_id=str(self.value('robot_frame')))
@@ -100,6 +96,11 @@ class VirtualRobot(FleetNode):
             )
         return str(value)
 
+    def take(self) -> None:
+        """Take the newest command, and resets, which count for more."""
+        self._commands.take()
+        self._resets.take()
+
     def publish_odometry(
         self, stamp: Time, pose: tuple[float, float, float], twist: Command
     ) -> None:
@@ -119,7 +120,7 @@ class VirtualRobot(FleetNode):
         self._marker_publisher.publish(self._marker)
 
     def _on_cmd_vel(self, message: Twist | TwistStamped) -> None:
-        self.on_command(command(message), time.monotonic())
+        self.on_command(command(message))
 
 
 def _fill(message: Pose, pose: tuple[float, float, float]) -> None:

@@ -1,14 +1,12 @@
 import os
 import signal
 
-import numpy as np
 import psutil
 import pytest
 from processes import CTRL, SETCMAS, SIMU
 
 pytest.importorskip('rclpy')
 
-from geometry_msgs.msg import Point32
 from ros_peer import position, velocity
 
 
@@ -20,18 +18,6 @@ def test_a_slow_fleet_is_told_so_and_not_that_its_odometry_is_lost(start, script
     process.wait_for_output('longer than the control period of 0.20 s')
     process.wait_for_output('s for 5 robots')
     assert 'no odometry' not in process.output()
-
-
-def test_a_wanted_velocity_that_is_not_finite_becomes_zero(start, peer, script):
-    law = script('def control(i, n, p, t):\n    return 0.3, 0\n')
-    start(*SIMU, '--nb-robots', '1').wait_for_output('simulating')
-    start(*CTRL, '--algo', law).wait_for_output('controlling')
-    wanted, command = peer.publisher(Point32, '/tb3_1/cmd_cart_vel'), peer.cmd_vel(1)
-    peer.wait_for(lambda: command)
-    wanted.publish(Point32(x=float('nan')))
-
-    peer.wait_for(lambda: any(velocity(m) == (0.0, 0.0) for m in command))
-    assert np.isfinite([velocity(m) for m in command]).all()
 
 
 def test_a_script_with_a_thread_of_its_own_ends_too(start, script):

@@ -3,7 +3,7 @@ from processes import CTRL, SIMU
 
 pytest.importorskip('rclpy')
 
-from geometry_msgs.msg import Point32, Twist, TwistStamped
+from geometry_msgs.msg import Twist, TwistStamped
 from nav_msgs.msg import Odometry
 from ros_peer import velocity
 from std_msgs.msg import Bool
@@ -81,17 +81,6 @@ def test_a_controller_that_was_killed_is_no_second_one(start, peer):
     peer.wait_for(lambda: len(commanders()) == 2)  # who was killed is still in the graph
     peer.wait_for(lambda: len(commanders()) == 1)
     assert 'another controller commands' not in again.output()
-
-
-def test_other_publishers_of_the_wanted_velocity_are_served(start, peer):
-    start(*SIMU, '--nb-robots', '1').wait_for_output('simulating')
-    start(*CTRL, '--algo', 'consensus').wait_for_output('controlling')
-    wanted = peer.publisher(Point32, '/tb3_1/cmd_cart_vel')
-    command = peer.cmd_vel(1)
-    peer.wait_for(lambda: command)
-    wanted.publish(Point32(x=0.25))
-
-    peer.wait_for(lambda: any(velocity(m)[0] == 0.25 for m in command))
 
 
 def test_the_type_of_the_commands_can_be_forced(start, peer):
