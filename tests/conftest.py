@@ -1,9 +1,17 @@
 """Fixtures for all tests: a ROS domain of one's own, processes that never outlive their test."""
 
 import os
+import signal
+import sys
 
 import pytest
 from ros_domain import reserved_domain
+
+# Processes that tests start are to find compiled modules, as a user's do.
+os.environ.pop('PYTHONDONTWRITEBYTECODE', None)
+sys.dont_write_bytecode = False
+# A shell that starts the tests in the background has Ctrl-C ignored, by all their processes too.
+signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
 def pytest_terminal_summary(terminalreporter, exitstatus):
