@@ -20,6 +20,7 @@ from typing import IO, Any, NoReturn
 
 from setcmas_ctrl import robot_script
 from setcmas_ctrl.scripts.messages import summarise
+from setcmas_ctrl.scripts.output import named_output
 from setcmas_simu.errors import SetcmasError
 from setcmas_tools.offline import board
 from setcmas_tools.offline.engine import simulate
@@ -47,11 +48,12 @@ def main() -> NoReturn:
     job = pickle.loads((folder / JOB).read_bytes())
     board.current = board.Board(folder / BOARD)
     robot_script.on_call = board.current.begin
-    status = _make_run(job, folder)
-    for stream in (sys.__stdout__, sys.__stderr__):
-        if stream is not None and not stream.closed:
-            stream.flush()
-    _exit(status)
+    with named_output():  # threads of scripts print on until the very end
+        status = _make_run(job, folder)
+        for stream in (sys.__stdout__, sys.__stderr__):
+            if stream is not None and not stream.closed:
+                stream.flush()
+        _exit(status)
 
 
 def _end_with_parent() -> None:
