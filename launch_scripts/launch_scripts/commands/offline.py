@@ -53,12 +53,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def main(args: argparse.Namespace) -> int:
     """Run, and write the results; returns the exit status."""
-    # Imported late: help texts and completion do not wait for matplotlib.
-    from setcmas_tools.comparison import compared
-    from setcmas_tools.evaluation import evaluate
-    from setcmas_tools.plots.look import PlotLook
-    from setcmas_tools.run.run import Run
-
     args, earlier = with_earlier_run(args)
     law = LawOptions.of(args)
     scripts = law.scripts()
@@ -72,6 +66,12 @@ def main(args: argparse.Namespace) -> int:
     folder = RunFolder(output_folder(args, scripts), inputs)
     folder.check(args.overwrite)
     run, elapsed = _simulate(args, scripts, law.settings, communication)
+    # Imported late, most of it by now: help texts and completion do not wait for it.
+    from setcmas_tools.comparison import compared
+    from setcmas_tools.evaluation import evaluate
+    from setcmas_tools.plots.look import PlotLook
+    from setcmas_tools.run.run import Run
+
     if not len(run.table.t):
         warn(f'setcmas offline: {run.outcome}')
         return SCRIPT_FAILED
@@ -127,6 +127,8 @@ def _simulate(
 
         try:
             begin = time.perf_counter()
+            import setcmas_tools.evaluation  # noqa: F401  (while the other process starts)
+
             run = process.run(args.call_timeout, warn, show)
             elapsed = process.elapsed or time.perf_counter() - begin
         except KeyboardInterrupt:

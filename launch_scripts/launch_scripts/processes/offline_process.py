@@ -125,7 +125,8 @@ class OfflineProcess:
             elif now - since > STUCK_S and not told:
                 told = True
                 warn(f'{robot_name(self._board.robot)}: {self._late(STUCK_S)}{self._place()}')
-            time.sleep(_LOOK_S)
+            with suppress(subprocess.TimeoutExpired):
+                self._process.wait(_LOOK_S)
         status = self._process.returncode
         self._kill()
         on_state(self._board.done)

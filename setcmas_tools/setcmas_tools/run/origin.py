@@ -6,7 +6,6 @@ import functools
 import platform
 import subprocess
 from dataclasses import dataclass
-from importlib import metadata
 from pathlib import Path
 
 from setcmas_simu import __version__
@@ -43,6 +42,8 @@ def this_origin() -> Origin:
 
 
 def _version(package: str) -> str | None:
+    from importlib import metadata  # slow, and needed only where a run is written
+
     try:
         return metadata.version(package)
     except metadata.PackageNotFoundError:
