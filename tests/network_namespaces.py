@@ -73,6 +73,10 @@ class Network:
         """Pull a machine's plug."""
         ip('-n', self.space('switch'), 'link', 'set', name, 'down')
 
+    def restore(self, name: str) -> None:
+        """Push a machine's plug in again."""
+        ip('-n', self.space('switch'), 'link', 'set', name, 'up')
+
     def command(self, name: str, command) -> list[str]:
         """Return a command that runs on a machine."""
         return ['ip', 'netns', 'exec', self.space(name), *command]

@@ -26,6 +26,7 @@ MAY_IMPORT_ROS = [
     'setcmas_ctrl.controller.stepper',
     'setcmas_ctrl.controller.task_topic',
     'setcmas_ctrl.fleet.discovery',
+    'setcmas_ctrl.fleet.fleet_time_topic',
     'setcmas_ctrl.fleet.odometry',
     'setcmas_ctrl.fleet.pause_watch',
     'setcmas_ctrl.fleet.pose_to_odom',

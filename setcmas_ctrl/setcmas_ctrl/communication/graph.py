@@ -144,7 +144,12 @@ class CommunicationGraph:
         """Whether every robot hears every other with weight 1 at all times."""
         everybody = complete(len(self._segments[0].adjacency))
         same = all(np.array_equal(part.adjacency, everybody) for part in self._segments)
-        return same and self._reach == math.inf
+        return same and not self.needs_places
+
+    @property
+    def needs_places(self) -> bool:
+        """Whether who hears whom depends on where robots are."""
+        return self._reach < math.inf
 
     def segment(self, t: float) -> Segment:
         """Return the segment of a time t in s since the run started."""
@@ -165,7 +170,7 @@ class CommunicationGraph:
             A read-only array of shape (N, N), the same object while nothing changes.
         """
         adjacency = self.segment(t).adjacency
-        if self._reach == math.inf:
+        if not self.needs_places:
             return adjacency
         x, y = positions
         near = np.hypot(x[:, None] - x, y[:, None] - y) <= self._reach

@@ -51,6 +51,11 @@ class Communication:
         return self.graph.is_complete and self.channel.is_perfect
 
     @property
+    def needs_all_poses(self) -> bool:
+        """Whether it takes the newest pose of every robot to tell who hears what."""
+        return self.graph.needs_places or not self.event_triggered
+
+    @property
     def condition_script(self) -> Path | None:
         """The script of the triggering condition, if it is one."""
         condition = self._condition

@@ -96,10 +96,8 @@ class FleetCommunication:
         # A step of t = 9.9998 s is the one that offline is of t = 10 s, when a graph may switch.
         t += _TIMER_JITTER_S
         self._tell_segment(t)
-        # Where robots are: by odometry if this process has it, else by what they sent last.
         poses = self._odometry.poses
-        known = np.where(np.isnan(poses), self._links.last_sent, poses)
-        adjacency = self._communication.graph.adjacency(t, known[:2])
+        adjacency = self._communication.graph.adjacency(t, poses[:2])
         if not self._begun:
             self._begun = True
             self._links.begin(adjacency)

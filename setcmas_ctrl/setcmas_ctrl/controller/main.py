@@ -65,7 +65,7 @@ def load_laws(
     Raises:
         SetcmasError: The script cannot be loaded, or has shut ROS down.
     """
-    seed_scripts(seed)
+    seed_scripts((seed + robots[0] - 1) % 2**32)  # in another process, other numbers
     laws = []
     for robot in robots:
         with watch.loading(robot, scripts.script(robot)):
@@ -107,12 +107,13 @@ def build(args: argparse.Namespace, process: RosProcess, node: FleetNode) -> Con
     )
     controllers = [Controller(law) for law in load()]
     communication = chosen_communication(nb_robots, heard, law.seed)
-    # With event-triggered broadcast the other robots are known by what they send only.
+    # With event-triggered broadcast the laws know the other robots by what they send only; a
+    # range is one of the radio, and of where robots are.
     odometry = FleetOdometry(
         node,
         nb_robots,
         topics.mocap_topic if options.experiment else topics.odometry_topic,
-        robots if communication.event_triggered else None,
+        None if communication.needs_all_poses else robots,
     )
     command = topics.CMD_VEL_WANTED if options.experiment else topics.CMD_VEL
     followers = [SiToUni(robot, options.cmd_vel_type, command) for robot in robots]

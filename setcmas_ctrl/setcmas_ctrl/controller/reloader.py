@@ -30,9 +30,10 @@ _ATTEMPTS = 8  # to end a stuck call, several a second
 class ScriptReloader:
     """Exchanges the control laws of a process for those of the script's newest version.
 
-    The new laws start as in a new run: fresh state, t = 0, the same random numbers; robots keep
-    their poses. A version that cannot be loaded leaves the robots at zero until the next one.
-    While an experiment is not paused (topic /paused), a new version has to wait.
+    The new laws start as in a new run: fresh state, t = 0 unless other processes have a t, the
+    same random numbers; robots keep their poses. A version that cannot be loaded leaves the
+    robots at zero until the next one. While an experiment is not paused (topic /paused), a new
+    version has to wait.
     """
 
     def __init__(
@@ -114,7 +115,8 @@ class ScriptReloader:
         else:
             robots = format_robots([law.robot for law in self._laws])
             self._node.get_logger().info(
-                f'{self._saved()} was saved and is loaded again for robots {robots}; t = 0'
+                f'{self._saved()} was saved and is loaded again for robots {robots}; '
+                f't {"goes on, as other controllers do" if self._stepper.shares_t else "= 0"}'
             )
         self._tell(Reloaded(self._laws != []))
         self._files.watch(self._watched_files())

@@ -16,7 +16,13 @@ from setcmas_ctrl.controller.controller import Controller
 from setcmas_ctrl.controller.graph_watch import GraphWatch
 from setcmas_ctrl.controller.script_outcomes import ScriptOutcomes
 from setcmas_ctrl.controller.si_to_uni import SiToUni
-from setcmas_ctrl.controller.start import fall_in_step, wait_for_poses, wait_for_states
+from setcmas_ctrl.controller.start import (
+    fall_in_step,
+    wait_for_poses,
+    wait_for_states,
+)
+from setcmas_ctrl.fleet.fleet_time import FleetTime
+from setcmas_ctrl.fleet.fleet_time_topic import FleetTimeTopic
 from setcmas_ctrl.fleet.odometry import POSE_TIMEOUT_S, FleetOdometry
 from setcmas_ctrl.fleet.pause_watch import PauseWatch
 from setcmas_ctrl.scripts.failures import ControlError
@@ -77,8 +83,9 @@ class ControlStepper:
         self._has_laws = True
         self.watch = outcomes.watch
         self.outcomes = outcomes
-        self._started: float | None = None  # set by the first step
-        self._stood: float | None = None  # the last step, if the laws were held in it
+        self._time = FleetTime()
+        own = [controller.robot for controller in self._controllers]
+        self._time_topic = FleetTimeTopic(node, own, self._time, lambda: self.clock.now())
         self.communication: FleetCommunication | None = None
         """What each robot hears of the fleet; None if all robots know all poses."""
         self._stepped = 0.0
@@ -103,6 +110,8 @@ class ControlStepper:
             process.spin_until(self._graph.is_recorded, _RECORDER_WAIT_S)
         else:
             process.spin_until(self._graph.is_recorded_if_it_can_be, _LISTENERS_WAIT_S)
+        if len(self._controllers) < self._odometry.poses.shape[1]:
+            self._time_topic.wait_for_others(process)
         if process.stopping:
             return
         # Said before: the time that it takes must not come between the odometry and t = 0.
@@ -120,17 +129,20 @@ class ControlStepper:
     @property
     def t(self) -> float:
         """Time of the control laws in s: 0 before their first call, held while they are."""
-        if self._started is None:
-            return 0.0
-        return (self._stood or self.clock.now()) - self._started
+        return self._time.at(self.clock.now())
+
+    @property
+    def shares_t(self) -> bool:
+        """Whether other processes have the same t."""
+        return self._time.is_shared(self.clock.now())
 
     def use(self, laws: list[ControlLaw]) -> None:
-        """Go on with other laws, with t from 0 and errors counted anew; none: all robots stand."""
+        """Go on with other laws, with t and errors anew; none: all robots stand."""
         self.outcomes.begin_anew(loaded=laws != [])
         self._has_laws = laws != []
         for controller, law in zip(self._controllers, laws, strict=False):
             controller.law = law
-        self._started = None
+        self._time.begin_anew()
 
     def stop(self) -> None:
         """Command zero to every robot."""
@@ -148,15 +160,16 @@ class ControlStepper:
     def step(self, now: float) -> None:
         """Take what has come, call the laws, and command the robots; `now` is in s."""
         self._take(now)
-        self._started = now if self._started is None else self._started
         # Odometry cannot come in while a step takes its time.
         self._notice_lost_odometry(POSE_TIMEOUT_S + now - self._stepped)
         with self.watch.step():
-            if self._is_held():
-                self._stand(now)
+            held = self._is_held()
+            t = self._time.step(now, held)
+            if held:
+                self._stand()
             else:
-                self._stood = None
-                self._control(now - self._started)
+                self._control(t)
+        self._time_topic.tell()
         self._stepped = now
         self._take_signals()  # scripts may have taken them
         self._graph.check()
@@ -173,10 +186,8 @@ class ControlStepper:
             return self._pause.reason() != ''
         return all(follower.paused for follower in self._followers)
 
-    def _stand(self, now: float) -> None:
+    def _stand(self) -> None:
         """Command zero without calling the laws: a reference must not run away meanwhile."""
-        self._started = (self._started or now) + now - self._stepped
-        self._stood = now
         self._command([(0.0, 0.0)] * len(self._controllers))
 
     def _control(self, t: float) -> None:

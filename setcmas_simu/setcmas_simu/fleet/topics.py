@@ -26,6 +26,7 @@ OF_ROBOT = (ODOM, POSE, CMD_CART_VEL, CMD_VEL, TRIG_ODOM, TRIG_EVENT, RESET, PAU
 FLEET = '/fleet'
 FLEET_RESET = '/reset'
 FLEET_PAUSE = '/pause'
+FLEET_TIME = '/fleet_time'
 PAUSED = '/paused'
 DIAGNOSTICS = '/diagnostics'
 ARENA = '/arena'

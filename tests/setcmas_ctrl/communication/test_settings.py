@@ -116,3 +116,17 @@ def test_values_that_make_no_sense(arguments, capsys):
 def test_arguments_that_make_no_sense(options):
     with pytest.raises(SetcmasError, match=f'{next(iter(options))} is'):
         CommunicationOptions(**options)
+
+
+@pytest.mark.parametrize(
+    ('options', 'needed'),
+    [
+        ({}, True),
+        ({'event_triggered': True}, False),
+        ({'event_triggered': True, 'range': 3}, True),
+    ],
+)
+def test_places_of_robots_that_send_on_events_are_needed_for_a_range_only(options, needed):
+    chosen = chosen_communication(2, CommunicationOptions(**options))
+
+    assert chosen.needs_all_poses == needed

@@ -1,0 +1,205 @@
+"""A fleet over three machines of a network: its simulators, its controllers, and their faults."""
+
+import contextlib
+import math
+import os
+import signal
+import sys
+import time
+from pathlib import Path
+
+from network_namespaces import Network
+from processes import CTRL, SIMU, Process
+from ros_peer import Peer, position
+from sensor_msgs.msg import TimeReference
+
+from setcmas_expe.doctor.discovery_server import PORT
+from setcmas_simu.fleet import topics
+from setcmas_simu.fleet.fleet import start_poses
+from setcmas_tools.bags.reader import open_bag
+
+PEERS, SERVER = 'static peers', 'discovery server'
+LEFT, RIGHT = range(1, 5), range(5, 9)
+FLEET = [*LEFT, *RIGHT]
+COMMAND_TIMEOUT_S = 0.5
+SPEED = 0.2  # m/s
+SAME_T_S = 0.05
+LEASE_S = 5.0  # of config/fastdds_network.xml
+LAW = f"""
+import math
+def control(robotNo, nbRobots, poses, t):
+    return {SPEED} * math.cos(0.3 * t), {SPEED} * math.sin(0.3 * t)
+"""
+RECORDER = [sys.executable, '-m', 'setcmas_tools.recorder.main']
+SERVER_COMMAND = [sys.executable, '-m', 'setcmas_expe.doctor.discovery_server']
+
+
+def seconds(time_message) -> float:
+    return time_message.sec + 1e-9 * time_message.nanosec
+
+
+class ThreeMachines:
+    """Robots 1 to 4 on one machine, 5 to 8 on another, controllers and recorder on the third."""
+
+    def __init__(self, way: str, domain: int, folder: Path) -> None:
+        """Prepare; `way` is how the machines find each other."""
+        self._folder = folder
+        self._processes: list[Process] = []
+        self._stack = contextlib.ExitStack()
+        self.bag = folder / 'bag'
+        (folder / 'law.py').write_text(LAW)
+        self.network = self._stack.enter_context(Network('left', 'right', 'laptop'))
+        self._stack.callback(self._end)
+        os.environ['ROS_AUTOMATIC_DISCOVERY_RANGE'] = 'SUBNET'
+        addresses = self.network.addresses
+        if way == PEERS:
+            os.environ['ROS_STATIC_PEERS'] = ';'.join(addresses.values())
+        else:
+            os.environ['ROS_DISCOVERY_SERVER'] = f'{addresses["laptop"]}:{PORT}'
+            self.start('laptop', *SERVER_COMMAND)
+        with self.network.on('laptop'):
+            self.peer = self._stack.enter_context(Peer(domain))
+        self.odometry = {robot: self.peer.odometry(robot) for robot in FLEET}
+        self.commands = {robot: self.peer.cmd_vel(robot) for robot in FLEET}
+        self.times = self.peer.listen(TimeReference, topics.FLEET_TIME)
+
+    def _end(self) -> None:
+        for process in self._processes:
+            process.kill_group()
+
+    def start(self, machine: str, *command: str) -> Process:
+        log = self._folder / f'{len(self._processes)}.txt'
+        command = self.network.command(machine, command)
+        process = Process(command, log, self._folder, dict(os.environ))
+        self._processes.append(process)
+        return process
+
+    def simulate(self, machine: str, robots) -> Process:
+        options = ['--cmd-timeout', str(COMMAND_TIMEOUT_S)]
+        return self.start(machine, *SIMU, *part(robots), *options)
+
+    def control(self, robots) -> Process:
+        return self.start('laptop', *CTRL, '--algo', 'law.py', *part(robots))
+
+    def record(self) -> Process:
+        return self.start('laptop', *RECORDER, '--output', str(self.bag))
+
+    def t(self, robots) -> float:
+        """Return t of a controller, by the newest that it told; as of now."""
+        told = (one for one in self.times[::-1] if one.source.startswith(name(robots)))
+        newest = next(told, None)
+        if newest is None:
+            return math.nan
+        return time.time() - seconds(newest.header.stamp) + seconds(newest.time_ref)
+
+    def forget(self) -> None:
+        """Let what was heard count as nothing."""
+        for messages in self.peer.messages.values():
+            messages.clear()
+
+    def wait_until_all_go(self) -> None:
+        """Wait until every robot moves, by messages that come from now on, and t is one."""
+        self.forget()
+        self.peer.wait_for(lambda: all(moves(self.odometry[robot]) for robot in FLEET))
+        self.peer.wait_for(lambda: abs(self.t(LEFT) - self.t(RIGHT)) < SAME_T_S)
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        self._stack.close()
+
+
+def part(robots) -> list[str]:
+    return ['--nb-robots', str(len(FLEET)), '--robots', name(robots).split()[1]]
+
+
+def name(robots) -> str:
+    return f'robots {robots[0]}-{robots[-1]}'
+
+
+def moves(odometry) -> bool:
+    return len(odometry) > 1 and math.dist(position(odometry[0]), position(odometry[-1])) > 0.02
+
+
+def go(way: str, domain: int, folder: Path) -> None:
+    """Let the fleet go, and see that all machines have one t."""
+    with ThreeMachines(way, domain, folder) as machines:
+        begin(machines)
+
+
+def begin(machines: ThreeMachines):
+    simulators = machines.simulate('left', LEFT), machines.simulate('right', RIGHT)
+    controllers = machines.control(LEFT), machines.control(RIGHT)
+    machines.wait_until_all_go()
+    return simulators, controllers
+
+
+def recover(way: str, domain: int, folder: Path) -> None:
+    """Let the fleet go, and see that it goes on after each fault without a restart of the rest."""
+    with ThreeMachines(way, domain, folder) as machines:
+        recorder = machines.record()
+        (_, right), (controller, _) = begin(machines)
+        recover_from_a_cut_link(machines)
+        recover_from_a_killed_simulator(machines, right)
+        recover_from_a_killed_controller(machines, controller)
+        assert recorder.end() == 0, recorder.output()
+        assert recorded_at_the_end(machines.bag) == {f'/tb3_{robot}/odom' for robot in FLEET}
+
+
+def recover_from_a_cut_link(machines: ThreeMachines) -> None:
+    before = {robot: position(machines.odometry[robot][-1]) for robot in LEFT}
+    t = machines.t(LEFT)
+    machines.network.cut('left')
+    machines.peer.spin(0.5)  # what was on its way
+    machines.forget()
+    machines.peer.spin(1.5 * LEASE_S)
+    assert all(moves(machines.odometry[robot]) for robot in RIGHT)
+    assert not any(machines.odometry[robot] for robot in LEFT)
+    machines.network.restore('left')
+    machines.peer.wait_for(lambda: all(machines.odometry[robot] for robot in LEFT))
+    for robot, place in before.items():
+        rolled = math.dist(place, position(machines.odometry[robot][0]))
+        assert rolled < SPEED * (COMMAND_TIMEOUT_S + 1), f'tb3_{robot} rolled {rolled} m'
+    machines.wait_until_all_go()
+    assert machines.t(LEFT) > t + LEASE_S
+
+
+def recover_from_a_killed_simulator(machines: ThreeMachines, simulator: Process) -> None:
+    simulator.end(signal.SIGKILL)
+    machines.peer.spin(0.5)  # what was on its way
+    t = machines.t(RIGHT)
+    machines.forget()
+    machines.simulate('right', RIGHT)
+    machines.peer.wait_for(lambda: all(machines.odometry[robot] for robot in RIGHT))
+    for robot, start in zip(RIGHT, start_poses(len(FLEET)).T[4:], strict=True):
+        way = math.dist(start[:2], position(machines.odometry[robot][0]))
+        assert way < 0.5, f'tb3_{robot} is {way} m from its start'
+    machines.wait_until_all_go()
+    assert machines.t(RIGHT) > t
+
+
+def recover_from_a_killed_controller(machines: ThreeMachines, controller: Process) -> None:
+    controller.end(signal.SIGKILL)
+    t = machines.t(RIGHT)
+    machines.peer.wait_for(
+        lambda: (
+            all(stands(machines.odometry[robot][-1]) for robot in LEFT)
+            and not any(stands(machines.odometry[robot][-1]) for robot in RIGHT)
+        )
+    )
+    machines.control(LEFT)
+    machines.wait_until_all_go()
+    assert machines.t(LEFT) > t
+
+
+def stands(odometry) -> bool:
+    return odometry.twist.twist.linear.x == odometry.twist.twist.angular.z == 0
+
+
+def recorded_at_the_end(path: Path) -> set[str]:
+    """Return the odometry topics of which the last second of a bag has messages."""
+    with open_bag(path) as bag:
+        newest = {topic.name: stamp for topic, stamp, _ in bag.messages()}
+    end = max(newest.values())
+    return {one for one, at in newest.items() if one.endswith('/odom') and end - at < 1e9}

@@ -1,0 +1,25 @@
+"""A fleet over several machines, without multicast: one t, and what happens after faults."""
+
+import pytest
+
+pytest.importorskip('rclpy')
+
+from machines import PEERS, SERVER, go, recover
+from network_namespaces import NoNetworkError, in_a_process
+
+
+def on_three_machines(function, way, domain, folder):
+    try:
+        in_a_process(function, way, domain, folder)
+    except NoNetworkError as error:
+        pytest.skip(str(error))
+
+
+def test_a_fleet_over_three_machines_has_one_t(domain, tmp_path):
+    on_three_machines(go, PEERS, domain, tmp_path)
+
+
+@pytest.mark.nightly
+@pytest.mark.parametrize('way', [PEERS, SERVER])
+def test_a_fleet_recovers_from_faults_of_one_machine(way, domain, tmp_path):
+    on_three_machines(recover, way, domain, tmp_path)
