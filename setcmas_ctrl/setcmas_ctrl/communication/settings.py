@@ -56,6 +56,11 @@ class Communication:
         return self.graph.needs_places or not self.event_triggered
 
     @property
+    def has_default_condition(self) -> bool:
+        """Whether no condition was given."""
+        return self._condition is None
+
+    @property
     def condition_script(self) -> Path | None:
         """The script of the triggering condition, if it is one."""
         condition = self._condition

@@ -18,6 +18,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from setcmas_ctrl.scripts.error_reports import ErrorReports
 from setcmas_ctrl.scripts.failures import ControlError, failure_of
@@ -28,6 +29,8 @@ from setcmas_simu.arrays import Floats
 from setcmas_simu.errors import SetcmasError
 
 Condition = Callable[..., Any]
+State = tuple[tuple[float, float, float], float]
+"""Pose x, y in m and theta in rad, and forward speed in m/s."""
 
 THRESHOLD_M = 0.25
 """Distance from the position sent last at which the default condition triggers, in m."""
@@ -47,7 +50,19 @@ def ctc(pos: Floats, last_pos: Floats, t: float) -> bool:
     The default condition of the ROS 1 stack (Bertrand, ECC 2024).
     """
     del t
-    return bool(np.linalg.norm(pos - last_pos) > THRESHOLD_M)
+    return bool(have_gone_far(pos, last_pos))
+
+
+def have_gone_far(positions: Floats, sent: Floats) -> NDArray[np.bool_]:
+    """Return where the default condition triggers, for a whole fleet.
+
+    Args:
+        positions: Rows x, y in m, and others that do not count, shape (2 or more, ...).
+        sent: The same as sent last, NaN where nothing was sent yet.
+    """
+    dx, dy = positions[:2] - sent[:2]
+    stay: NDArray[np.bool_] = np.sqrt(dx * dx + dy * dy) <= THRESHOLD_M
+    return ~stay  # comparisons with NaN are false: the first state is sent
 
 
 def takes_velocities(condition: Any, name: str) -> bool:
@@ -99,7 +114,7 @@ class Broadcast:
         self.path = path
         self._reports = reports
         self._with_velocities = takes_velocities(condition, path.name)
-        self._last: tuple[Floats, Floats] | None = None
+        self._last: State | None = None
         self._failing = False
 
     @classmethod
@@ -122,12 +137,10 @@ class Broadcast:
             V: Forward speed in m/s.
             t: Time since the run started, in s.
         """
-        x, y, theta = pose
-        pos = np.array((x, y, 0.0))
-        vit = np.array((V * math.cos(theta), V * math.sin(theta), 0.0))
-        triggered = self._last is None or self._asked(pos, vit, *self._last, t)
+        state = pose, V
+        triggered = self._last is None or self._asked(state, self._last, t)
         if triggered:
-            self._last = pos, vit
+            self._last = state
         return triggered
 
     def failed(self, error: BaseException, t: float) -> bool:
@@ -136,15 +149,13 @@ class Broadcast:
         self._reports.failed(self.robot, t, failure_of(error, self.path))
         return True
 
-    def _asked(
-        self, pos: Floats, vit: Floats, last_pos: Floats, last_vit: Floats, t: float
-    ) -> bool:
-        # Copies: a script must not be able to change what was sent.
-        arguments = [pos.copy(), last_pos.copy(), t]
+    def _asked(self, state: State, last: State, t: float) -> bool:
+        # New arrays each time: a script must not be able to change what was sent.
+        arguments = [_position(state), _position(last)]
         if self._with_velocities:
-            arguments = [pos.copy(), vit.copy(), last_pos.copy(), last_vit.copy(), t]
+            arguments = [_position(state), _velocity(state), _position(last), _velocity(last)]
         try:
-            answer = self._checked(self._condition(*arguments))
+            answer = self._checked(self._condition(*arguments, t))
         except (StopCall, AbandonCall, KeyboardInterrupt):
             raise
         except ControlError as error:
@@ -160,6 +171,8 @@ class Broadcast:
 
     def _checked(self, result: Any) -> bool:
         """Return what the condition returned as a bool; 0 and 1 will do."""
+        if result is True or result is False:  # the usual case
+            return bool(result)
         array = np.asarray(result)
         if array.size == 1 and array.dtype.kind in 'biuf' and np.isfinite(array).all():
             return bool(array.ravel()[0])
@@ -168,3 +181,13 @@ class Broadcast:
             f'{self.path.name}: ctc returned {text}; it must be True or False',
             ('result', 'ctc', type(result).__name__),
         )
+
+
+def _position(state: State) -> Floats:
+    x, y, _ = state[0]
+    return np.array((x, y, 0.0))
+
+
+def _velocity(state: State) -> Floats:
+    (_, _, theta), V = state
+    return np.array((V * math.cos(theta), V * math.sin(theta), 0.0))

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from setcmas_ctrl.communication.graph_changes import GraphChanges
 from setcmas_ctrl.communication.settings import Communication
-from setcmas_ctrl.communication.triggering import CONSEQUENCE
+from setcmas_ctrl.communication.triggering import CONSEQUENCE, have_gone_far
 from setcmas_ctrl.scripts.error_reports import ErrorReports
 from setcmas_simu.arrays import Floats
 from setcmas_simu.reports.reports import Function
@@ -37,9 +37,10 @@ class OfflineCommunication:
         self._graph = communication.graph
         self._links = communication.links(robots)
         self._reports = ErrorReports(warn, CONSEQUENCE)
+        self._event_triggered = communication.event_triggered
         self._broadcasts = (
             [communication.broadcast(robot, self._reports) for robot in robots]
-            if communication.event_triggered
+            if communication.event_triggered and not communication.has_default_condition
             else []
         )
         self._everybody = np.arange(nb_robots)
@@ -62,20 +63,29 @@ class OfflineCommunication:
             t: Time in s.
         """
         self._times.append(t)
-        senders = self._everybody
+        if not self._event_triggered:
+            self._links.send(self._everybody, poses, t)
+            return
         if self._broadcasts:
-            states = zip(self._broadcasts, poses.T.tolist(), V.tolist(), strict=True)
-            notes = board.current
-            notes.enter(Function.CONDITION)
-            results: list[bool] = []
-            for one, pose, speed in states:
-                notes.begin(len(results) + 1)
-                results.append(one.is_triggered(tuple(pose), speed, t))
-            notes.end()
-            triggered = np.array(results)
-            self._triggered.append(triggered)
+            triggered = self._asked(poses, V, t)
+        else:  # as each of them would be, all at once
+            triggered = have_gone_far(poses, self._links.last_sent)
+        self._triggered.append(triggered)
+        if triggered.any():
             senders = np.flatnonzero(triggered)
-        self._links.send(senders, poses[:, senders], t)
+            self._links.send(senders, poses[:, senders], t)
+
+    def _asked(self, poses: Floats, V: Floats, t: float) -> NDArray[np.bool_]:
+        """Return for which robots the condition of a script triggers."""
+        states = zip(self._broadcasts, poses.T.tolist(), V.tolist(), strict=True)
+        notes = board.current
+        notes.enter(Function.CONDITION)
+        results: list[bool] = []
+        for one, (x, y, theta), speed in states:
+            notes.begin(len(results) + 1)
+            results.append(one.is_triggered((x, y, theta), speed, t))
+        notes.end()
+        return np.array(results)
 
     def heard(self, poses: Floats, t: float) -> tuple[Floats, Floats]:
         """Return what each robot knows at time t (s), and the adjacency matrix.
@@ -112,11 +122,10 @@ class OfflineCommunication:
             )
             for i, j in zip(*np.nonzero(was_up), strict=True)
         }
-        triggers = (
-            (t, index + 1, int(sent))
-            for t, row in zip(self._times, self._triggered, strict=False)
-            for index, sent in enumerate(row)
-        )
         times = np.array(self._times)
+        sent = np.array(self._triggered, dtype=float).reshape(-1, 1)
+        evaluated = times[: len(self._triggered)]
+        robots = np.tile(self._everybody + 1.0, len(evaluated))
+        triggers = np.column_stack([np.repeat(evaluated, len(self._everybody)), robots, sent])
         broadcasts = {int(index) + 1: times for index in self._everybody}
         return record_of(links, triggers, self._changes.rows, broadcasts)

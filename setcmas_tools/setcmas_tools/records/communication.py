@@ -83,7 +83,7 @@ class CommunicationRecord:
 
 def record_of(
     links: Mapping[tuple[int, int], Counts],
-    triggers: Iterable[tuple[float, int, int]],
+    triggers: Iterable[tuple[float, int, int]] | Floats,
     changes: Iterable[tuple[float, int, int, float]],
     broadcasts: Mapping[int, Floats],
 ) -> CommunicationRecord:
@@ -117,8 +117,9 @@ def _mean_interval(times: Floats) -> float:
     return float(times[-1] - times[0]) / (len(times) - 1) if len(times) > 1 else math.nan
 
 
-def _sorted(rows: Iterable[tuple[float, ...]], nb_columns: int) -> Floats:
-    table = np.array(list(rows), dtype=float).reshape(-1, nb_columns)
+def _sorted(rows: Iterable[tuple[float, ...]] | Floats, nb_columns: int) -> Floats:
+    given = rows if isinstance(rows, np.ndarray) else list(rows)
+    table = np.array(given, dtype=float).reshape(-1, nb_columns)
     return table[np.lexsort(table.T[::-1])]
 
 
