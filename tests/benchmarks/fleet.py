@@ -1,8 +1,11 @@
-"""Measures a simulated fleet under consensus, on this machine; prints figures, asserts nothing.
+"""Measures simulated fleets under consensus, on this machine; prints figures, asserts nothing.
 
 Run in the environment that setcmas is installed in, on a quiet machine:
 
-    python tests/benchmarks/fleet.py [--nb-robots 8] [--duration 60] [--repeat 3]
+    python tests/benchmarks/fleet.py --nb-robots 8 20 50 100 250 [--duration 30] [--repeat 1]
+
+prints a table and draws the cost against the number of robots into fleet.png. To compare with another
+version, give its command: --setcmas /elsewhere/.venv/bin/setcmas; versions take turns.
 """
 
 from __future__ import annotations
@@ -16,47 +19,76 @@ import subprocess
 import sys
 import tempfile
 import time
-from collections import defaultdict
+from dataclasses import dataclass, field
 from pathlib import Path
 
 os.environ.setdefault('ROS_AUTOMATIC_DISCOVERY_RANGE', 'LOCALHOST')
 os.environ['ROS_DOMAIN_ID'] = str(1 + os.getpid() % 100)
 
+import matplotlib
+
+matplotlib.use('Agg')
+
+import matplotlib.pyplot as plt
 import numpy as np
 import psutil
 import rclpy
 from geometry_msgs.msg import TwistStamped
 from nav_msgs.msg import Odometry
-from rclpy.executors import SingleThreadedExecutor
-from rclpy.node import Node
+from rclpy.qos import QoSProfile
+from tabulate import tabulate
 
 from setcmas_simu.ros.dds_setup import dds_setup
+from setcmas_simu.ros.process import FleetNode
 
 SETCMAS = Path(sys.executable).parent / 'setcmas'
+ROBOT_HZ, CONTROL_HZ = 10.0, 5.0
+LOOK_S = 0.5
+DEPTH = 50  # messages that wait for a look, more than come in between
 
 
-class Observer(Node):
-    """Notes when messages of each robot arrive, as a separate participant."""
+@dataclass
+class Observer:
+    """Notes when messages of each robot arrive, as a participant of its own that looks seldom."""
 
-    def __init__(self, nb_robots: int) -> None:
-        super().__init__('observer')
-        self.arrivals: dict[str, list[list[float]]] = defaultdict(list)
+    nb_robots: int
+    times: dict[str, list[list[float]]] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        self.node = FleetNode('observer')
+        self.subscriptions = {}
         for kind, topic in ((Odometry, 'odom'), (TwistStamped, 'cmd_vel')):
-            for robot in range(1, nb_robots + 1):
-                times: list[float] = []
-                self.arrivals[topic].append(times)
-                self.create_subscription(
-                    kind, f'/tb3_{robot}/{topic}', lambda _, t=times: t.append(time.time()), 50
+            robots = range(1, self.nb_robots + 1)
+            self.times[topic] = [[] for _ in robots]
+            self.subscriptions[topic] = [
+                self.node.create_subscription(
+                    kind, f'/tb3_{robot}/{topic}', print, QoSProfile(depth=DEPTH)
                 )
+                for robot in robots
+            ]
 
-    def all_seen(self, topic: str) -> bool:
-        return all(self.arrivals[topic])
+    def look(self) -> None:
+        """Take what has come, undecoded; DDS has noted when it came."""
+        for topic, subscriptions in self.subscriptions.items():
+            for subscription, times in zip(subscriptions, self.times[topic], strict=True):
+                with subscription.handle:
+                    while taken := subscription.handle.take_message(subscription.msg_type, True):
+                        times.append(taken[1]['received_timestamp'] * 1e-9)
 
+    def wait_for(self, topic: str, timeout: float) -> None:
+        end = time.monotonic() + timeout
+        while not all(self.times[topic]):
+            if time.monotonic() > end:
+                silent = sum(not times for times in self.times[topic])
+                raise SystemExit(f'{silent} robots have no {topic} after {timeout:g} s')
+            time.sleep(0.1)
+            self.look()
 
-def spin(executor: SingleThreadedExecutor, done, timeout: float) -> None:
-    end = time.monotonic() + timeout
-    while not done() and time.monotonic() < end:
-        executor.spin_once(timeout_sec=0.05)
+    def watch(self, duration: float) -> None:
+        end = time.monotonic() + duration
+        while time.monotonic() < end:
+            time.sleep(LOOK_S)
+            self.look()
 
 
 def tree(process: subprocess.Popen) -> list[psutil.Process]:
@@ -66,6 +98,10 @@ def tree(process: subprocess.Popen) -> list[psutil.Process]:
 
 def cpu_s(processes: list[psutil.Process]) -> float:
     return sum(sum(p.cpu_times()[:2]) for p in processes)
+
+
+def pss_mb(processes: list[psutil.Process]) -> float:
+    return sum(p.memory_full_info().pss for p in processes) / 1e6
 
 
 def start(setcmas: Path, *arguments: str) -> tuple[float, subprocess.Popen]:
@@ -79,43 +115,58 @@ def measure_fleet(nb_robots: int, duration: float, setcmas: Path = SETCMAS) -> d
     with dds_setup():
         rclpy.init()
     observer = Observer(nb_robots)
-    executor = SingleThreadedExecutor()
-    executor.add_node(observer)
     simu_begin, simu = start(setcmas, 'simu', '--nb-robots', str(nb_robots))
-    spin(executor, lambda: observer.all_seen('odom'), 30)
-    spin(executor, lambda: False, 2)
-    ctrl_begin, ctrl = start(setcmas, 'ctrl', '--algo', 'consensus')
-    spin(executor, lambda: observer.all_seen('cmd_vel'), 30)
-    spin(executor, lambda: False, 2)
-
-    processes = {'simu': tree(simu), 'ctrl': tree(ctrl)}
-    before = {name: cpu_s(group) for name, group in processes.items()}
-    begin, wall = time.time(), time.monotonic()
-    spin(executor, lambda: False, duration)
-    wall = time.monotonic() - wall
+    ctrl = None
+    try:
+        observer.wait_for('odom', 60)
+        ctrl_begin, ctrl = start(setcmas, 'ctrl', '--algo', 'consensus')
+        observer.wait_for('cmd_vel', 60)
+        observer.watch(3.0)
+        processes = {'simu': tree(simu), 'ctrl': tree(ctrl)}
+        before = {name: cpu_s(group) for name, group in processes.items()}
+        begin, wall = time.time(), time.monotonic()
+        observer.watch(duration)
+        wall, end = time.monotonic() - wall, time.time()
+        cores = {name: (cpu_s(group) - before[name]) / wall for name, group in processes.items()}
+        memory = {name: pss_mb(group) for name, group in processes.items()}
+    finally:
+        for process in (ctrl, simu):
+            if process:
+                process.send_signal(signal.SIGINT)
+                process.wait()
+    observer.look()
+    first = {topic: max(times[0] for times in lists) for topic, lists in observer.times.items()}
     figures = {
-        f'{name} cpu (core)': (cpu_s(group) - before[name]) / wall
-        for name, group in processes.items()
+        'simu (core)': cores['simu'],
+        'ctrl (core)': cores['ctrl'],
+        'both (core)': sum(cores.values()),
+        'simu PSS (MB)': memory['simu'],
+        'ctrl PSS (MB)': memory['ctrl'],
+        'both PSS (MB)': sum(memory.values()),
+        'simu ready (s)': first['odom'] - simu_begin,
+        'ctrl ready (s)': first['cmd_vel'] - ctrl_begin,
     }
-    figures['both cpu (core)'] = sum(figures.values())
-    everything = [p for group in processes.values() for p in group]
-    figures['both PSS (MB)'] = sum(p.memory_full_info().pss for p in everything) / 1e6
-    figures['processes'] = len(everything)
-    first = {topic: max(times[0] for times in lists) for topic, lists in observer.arrivals.items()}
-    figures['simu to last odometry (s)'] = first['odom'] - simu_begin
-    figures['ctrl to last cmd_vel (s)'] = first['cmd_vel'] - ctrl_begin
-    gaps = [np.diff([t for t in times if t >= begin]) * 1e3 for times in observer.arrivals['odom']]
-    figures['odometry median gap (ms)'] = float(np.median(np.concatenate(gaps)))
-    figures['odometry largest gap (ms)'] = float(max(gap.max() for gap in gaps))
-    expected = nb_robots * (wall * 10)
-    figures['odometry messages of expected (%)'] = (
-        100 * sum(len(gap) + 1 for gap in gaps) / expected
-    )
-    for process in (ctrl, simu):
-        process.send_signal(signal.SIGINT)
-        process.wait()
+    for topic, rate in (('odom', ROBOT_HZ), ('cmd_vel', CONTROL_HZ)):
+        seen = [np.array([t for t in one if begin <= t < end]) for one in observer.times[topic]]
+        figures[f'{topic} gap (ms)'] = max(np.diff(one).max() for one in seen) * 1e3
+        missing = [max(0, int(rate * (end - begin)) - 1 - len(one)) for one in seen]
+        figures[f'{topic} missing'] = sum(missing)
     rclpy.shutdown()
     return figures
+
+
+def draw(sizes: list[int], medians: dict[int, dict[str, float]], path: Path) -> None:
+    """Draw cores and memory against the number of robots."""
+    figure, (left, right) = plt.subplots(1, 2, figsize=(9, 3.6), layout='constrained')
+    for axes, unit in ((left, '(core)'), (right, 'PSS (MB)')):
+        for name, style in (('simu', 'o-'), ('ctrl', 's-'), ('both', 'D-')):
+            values = [medians[size][f'{name} {unit}'] for size in sizes]
+            axes.plot(sizes, values, style, label=name, markersize=4)
+        axes.set(xlabel='robots', ylabel=unit.strip('()'), xlim=(0, None), ylim=(0, None))
+        axes.grid(alpha=0.3)
+    left.set_ylabel('cores')
+    left.legend(frameon=False)
+    figure.savefig(path, dpi=120)
 
 
 def time_of_help(setcmas: Path = SETCMAS) -> float:
@@ -128,22 +179,47 @@ def time_of_help(setcmas: Path = SETCMAS) -> float:
 def main() -> None:
     """Print the figures."""
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument('--nb-robots', type=int, default=8)
-    parser.add_argument('--duration', type=float, default=60.0)
-    parser.add_argument('--repeat', type=int, default=3)
+    parser.add_argument('--nb-robots', type=int, nargs='+', default=[8, 20, 50, 100, 250])
+    parser.add_argument('--duration', type=float, default=30.0)
+    parser.add_argument('--repeat', type=int, default=1)
+    parser.add_argument('--setcmas', type=Path, nargs='+', default=[SETCMAS])
+    parser.add_argument('--picture', type=Path, default=Path('fleet.png'))
     args = parser.parse_args()
+    picture = args.picture.resolve()
     print(f'{platform.platform()}, {os.cpu_count()} cores, Python {platform.python_version()}')
     helps = [time_of_help() for _ in range(7)]
     print(f'setcmas --help: {statistics.median(helps):.3f} s (median of 7)')
-    runs = [measure_fleet(args.nb_robots, args.duration) for _ in range(args.repeat)]
-    print(f'{args.nb_robots} robots, {args.duration:g} s, {args.repeat} runs: median (all)')
-    for name in runs[0]:
-        values = [run[name] for run in runs]
-        each = ' '.join(f'{value:.3f}' for value in values)
-        print(f'  {name:36} {statistics.median(values):8.3f}   ({each})')
+    with tempfile.TemporaryDirectory() as folder:
+        os.chdir(folder)
+        for setcmas, medians in measure(args).items():
+            if len(args.setcmas) > 1:
+                print(setcmas)
+            rows = [
+                [name, *(f'{medians[size][name]:.4g}' for size in args.nb_robots)]
+                for name in medians[args.nb_robots[0]]
+            ]
+            print(f'medians of {args.repeat}, {args.duration:g} s each')
+            print(tabulate(rows, ['robots', *args.nb_robots], disable_numparse=True), flush=True)
+            draw(args.nb_robots, medians, picture)
+    print(picture)
+
+
+def measure(args: argparse.Namespace) -> dict[Path, dict[int, dict[str, float]]]:
+    """Return the median figures of each version and number of robots; the versions take turns."""
+    runs: dict[tuple[Path, int], list[dict[str, float]]] = {}
+    for _ in range(args.repeat):
+        for nb_robots in args.nb_robots:
+            for setcmas in args.setcmas:
+                figures = measure_fleet(nb_robots, args.duration, setcmas)
+                runs.setdefault((setcmas, nb_robots), []).append(figures)
+                print(f'  {nb_robots}: {figures["both (core)"]:.3f} core', flush=True)
+    medians: dict[Path, dict[int, dict[str, float]]] = {}
+    for (setcmas, nb_robots), figures in runs.items():
+        medians.setdefault(setcmas, {})[nb_robots] = {
+            name: statistics.median(one[name] for one in figures) for name in figures[0]
+        }
+    return medians
 
 
 if __name__ == '__main__':
-    with tempfile.TemporaryDirectory() as folder:
-        os.chdir(folder)
-        main()
+    main()

@@ -12,7 +12,7 @@ from std_msgs.msg import Float32MultiArray, Float64MultiArray, MultiArrayDimensi
 
 from setcmas_ctrl.communication.graph_changes import GraphChanges
 from setcmas_ctrl.communication.settings import Communication
-from setcmas_ctrl.fleet.odometry import FleetOdometry, Pose, planar_pose
+from setcmas_ctrl.fleet.odometry import FleetOdometry, State, told_state
 from setcmas_simu.arrays import Floats
 from setcmas_simu.fleet import topics
 from setcmas_simu.ros import qos
@@ -65,7 +65,9 @@ class FleetCommunication:
             if communication.event_triggered:
                 topic = topics.robot_topic(robot, topics.TRIG_ODOM)
                 on_state = partial(self._on_state, robot)
-                self._states.append(PolledTopic(node, Odometry, topic, on_state, qos.LATCHED))
+                self._states.append(
+                    PolledTopic(node, Odometry, topic, on_state, qos.LATCHED, encoded=True)
+                )
             else:
                 odometry.listen(robot, partial(self._send, robot))
 
@@ -74,13 +76,12 @@ class FleetCommunication:
         for topic in self._states:
             topic.take()
 
-    def _on_state(self, robot: int, message: Odometry) -> None:
-        pose = planar_pose(message)
-        if np.isfinite(pose).all():
-            self._send(robot, message, pose)
+    def _on_state(self, robot: int, data: bytes) -> None:
+        if state := told_state(data):
+            self._send(robot, state)
 
-    def _send(self, robot: int, _: Odometry, pose: Pose) -> None:
-        self._links.send([robot - 1], np.array(pose)[:, None], self._odometry.now)
+    def _send(self, robot: int, state: State) -> None:
+        self._links.send([robot - 1], np.array(state.pose)[:, None], self._odometry.now)
 
     def missing(self) -> list[int]:
         """Return the robots that have not sent a state yet."""

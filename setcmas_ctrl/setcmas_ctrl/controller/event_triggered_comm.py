@@ -20,7 +20,7 @@ from setcmas_ctrl.communication.settings import Communication, chosen_communicat
 from setcmas_ctrl.communication.triggering import CONSEQUENCE, CTC, Broadcast
 from setcmas_ctrl.control.options import SCRIPT_FAILED
 from setcmas_ctrl.controller.stuck_scripts import end_process, end_stuck_script
-from setcmas_ctrl.fleet.odometry import FleetOdometry, Pose
+from setcmas_ctrl.fleet.odometry import FleetOdometry, Pose, State
 from setcmas_ctrl.scripts.call_watch import CallWatch
 from setcmas_ctrl.scripts.error_reports import ErrorReports
 from setcmas_ctrl.scripts.output import named_output
@@ -55,12 +55,12 @@ class EventTriggeredComm(FleetNode):
         # Latched: who starts late holds the state that was sent last.
         self._states = self.create_publisher(Odometry, topics.TRIG_ODOM, qos.LATCHED)
 
-    def take(self, message: Odometry, pose: Pose) -> None:
-        """Decide on an odometry; its pose is x, y in m and theta in rad."""
-        triggered = self._is_triggered(pose, message.twist.twist.linear.x)
+    def take(self, state: State) -> None:
+        """Decide whether to send a state."""
+        triggered = self._is_triggered(state.pose, state.V)
         self._events.publish(UInt16(data=int(triggered)))
         if triggered:
-            self._states.publish(message)
+            self._states.publish(state.odometry)
 
     def _is_triggered(self, pose: Pose, V: float) -> bool:
         t = self._now()

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterable
 from functools import partial
+from typing import NamedTuple
 
 import numpy as np
 from nav_msgs.msg import Odometry
@@ -13,12 +15,28 @@ from setcmas_simu.arrays import Floats
 from setcmas_simu.fleet import topics
 from setcmas_simu.fleet.planar_pose import yaw_of_quaternion
 from setcmas_simu.ros import qos
+from setcmas_simu.ros.cdr import read_odometry
 from setcmas_simu.ros.polled_topic import PolledTopic
 
 Pose = tuple[float, float, float]
 """x, y in m and theta in rad."""
 
-Listener = Callable[[Odometry, Pose], None]
+
+class State(NamedTuple):
+    """What an odometry tells of a robot.
+
+    Attributes:
+        pose: x, y in m and theta in rad.
+        V: Forward speed in m/s.
+        odometry: The message that tells it, encoded.
+    """
+
+    pose: Pose
+    V: float
+    odometry: bytes
+
+
+Listener = Callable[[State], None]
 
 POSE_TIMEOUT_S = 1.0
 """Age in s from which a robot's own pose is too old to command it."""
@@ -56,7 +74,12 @@ class FleetOdometry:
         self._listeners: list[list[Listener]] = [[] for _ in range(nb_robots)]
         self._topics = [
             PolledTopic(
-                node, Odometry, topic_of(robot), partial(self._on_odometry, robot - 1), qos.STATE
+                node,
+                Odometry,
+                topic_of(robot),
+                partial(self._on_odometry, robot - 1),
+                qos.STATE,
+                encoded=True,
             )
             for robot in self._followed
         ]
@@ -68,7 +91,7 @@ class FleetOdometry:
             topic.take()
 
     def listen(self, robot: int, listener: Listener) -> None:
-        """Call a function with each odometry of a robot, and its pose."""
+        """Call a function with each state of a robot that is taken."""
         self._listeners[robot - 1].append(listener)
 
     def missing(self) -> list[int]:
@@ -83,16 +106,16 @@ class FleetOdometry:
         """Return how long before the last `take` a robot was last seen, in s."""
         return self.now - float(self._received[robot - 1])
 
-    def _on_odometry(self, index: int, message: Odometry) -> None:
-        pose = planar_pose(message)
-        if np.isfinite(pose).all():
-            self.poses[:, index] = pose
+    def _on_odometry(self, index: int, data: bytes) -> None:
+        if state := told_state(data):
+            self.poses[:, index] = state.pose
             self._received[index] = self.now
             for listener in self._listeners[index]:
-                listener(message, pose)
+                listener(state)
 
 
-def planar_pose(message: Odometry) -> Pose:
-    """Return the pose that an odometry tells; it may not be finite."""
-    position, q = message.pose.pose.position, message.pose.pose.orientation
-    return position.x, position.y, yaw_of_quaternion(q.x, q.y, q.z, q.w)
+def told_state(data: bytes) -> State | None:
+    """Return what an encoded odometry tells; None if its pose is not finite."""
+    (x, y), quaternion, V = read_odometry(data)
+    pose = (x, y, yaw_of_quaternion(*quaternion))
+    return State(pose, V, data) if all(map(math.isfinite, pose)) else None

@@ -18,9 +18,3 @@ def velocities(message: Twist | TwistStamped) -> tuple[float, float]:
     """Return forward speed (m/s) and turn rate (rad/s) of a command of either type."""
     twist = message.twist if isinstance(message, TwistStamped) else message
     return twist.linear.x, twist.angular.z
-
-
-def command(message: Twist | TwistStamped) -> tuple[float, float, float]:
-    """Return speeds forward and to the left (m/s) and turn rate (rad/s) of either type."""
-    twist = message.twist if isinstance(message, TwistStamped) else message
-    return twist.linear.x, twist.linear.y, twist.angular.z

@@ -36,6 +36,7 @@ class PolledTopic:
         name: str,
         on_message: Callable[[Any], None],
         profile: QoSProfile,
+        encoded: bool = False,
     ) -> None:
         """Subscribe.
 
@@ -45,10 +46,12 @@ class PolledTopic:
             name: Full name of the topic.
             on_message: Takes a message.
             profile: Quality of service; its depth bounds what waits to be taken.
+            encoded: Whether messages are handed over as bytes (module `cdr`).
         """
         self._node = node
         self._on_message = on_message
         self._depth = profile.depth
+        self._encoded = encoded
         self._subscription = node.create_subscription(
             kind, name, on_message, profile, callback_group=_POLLED
         )
@@ -66,7 +69,7 @@ class PolledTopic:
         handle = self._subscription.handle
         with handle:
             for _ in range(self._depth):
-                taken = handle.take_message(self._subscription.msg_type, False)
+                taken = handle.take_message(self._subscription.msg_type, self._encoded)
                 if taken is None:
                     return
                 yield taken[0]

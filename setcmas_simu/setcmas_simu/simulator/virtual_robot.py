@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterable
 from typing import Any
 
 from builtin_interfaces.msg import Time
-from geometry_msgs.msg import Pose, PoseStamped, Twist, TwistStamped
+from geometry_msgs.msg import PoseStamped
 from nav_msgs.msg import Odometry
 from rcl_interfaces.msg import ParameterDescriptor
 from std_msgs.msg import Empty
@@ -19,7 +19,8 @@ from setcmas_simu.fleet.planar_pose import quaternion_of_yaw
 from setcmas_simu.robots.models import shape_of
 from setcmas_simu.robots.virtual_fleet import Command
 from setcmas_simu.ros import qos
-from setcmas_simu.ros.cmd_vel_type import TYPES, command
+from setcmas_simu.ros.cdr import POSE, STAMP, TWIST, PreparedMessage, read_twist
+from setcmas_simu.ros.cmd_vel_type import TYPES
 from setcmas_simu.ros.polled_topic import PolledTopic
 from setcmas_simu.ros.process import FleetNode
 from setcmas_simu.simulator.robot_marker import robot_marker
@@ -55,15 +56,20 @@ class VirtualRobot(FleetNode):
         self._odom_publisher = self.create_publisher(Odometry, topics.ODOM, qos.STATE)
         self._pose_publisher = self.create_publisher(PoseStamped, topics.POSE, qos.STATE)
         self._marker_publisher = self.create_publisher(Marker, topics.MARKER, qos.STATE)
-        kind = TYPES[self.choice('cmd_vel_type', TYPES)]
-        self._commands = PolledTopic(self, kind, topics.CMD_VEL, self._on_cmd_vel, qos.COMMAND)
+        self._kind = TYPES[self.choice('cmd_vel_type', TYPES)]
+        self._commands = PolledTopic(
+            self, self._kind, topics.CMD_VEL, self._on_cmd_vel, qos.COMMAND, encoded=True
+        )
         self._resets = PolledTopic(self, Empty, topics.RESET, lambda _: self.on_reset(), qos.EVENT)
 
         world = str(self.value('world_frame'))
-        self._odom = Odometry(child_frame_id=str(self.value('robot_frame')))
-        self._pose = PoseStamped()
-        self._marker = robot_marker(robot, world, shape_of(str(self.value('model'))))
-        self._odom.header.frame_id = self._pose.header.frame_id = world
+        odom = Odometry(child_frame_id=str(self.value('robot_frame')))
+        pose = PoseStamped()
+        odom.header.frame_id = pose.header.frame_id = world
+        marker = robot_marker(robot, world, shape_of(str(self.value('model'))))
+        self._odom = _Located(odom, 'pose.pose')
+        self._write_twist = self._odom.place('twist.twist.linear.x', TWIST)
+        self._pose, self._marker = _Located(pose, 'pose'), _Located(marker, 'pose')
 
     def value(self, name: str) -> Any:
         """Return the value of a parameter."""
@@ -105,24 +111,31 @@ class VirtualRobot(FleetNode):
         self, stamp: Time, pose: tuple[float, float, float], twist: Command
     ) -> None:
         """Publish where the robot is (m, rad) and how fast it goes (m/s, rad/s)."""
-        self._odom.header.stamp = stamp
-        _fill(self._odom.pose.pose, pose)
-        linear, angular = self._odom.twist.twist.linear, self._odom.twist.twist.angular
-        linear.x, linear.y, angular.z = twist
-        self._odom_publisher.publish(self._odom)
+        V, left, omega = twist
+        self._write_twist(V, left, 0.0, 0.0, 0.0, omega)
+        self._odom_publisher.publish(self._odom.at(stamp, pose))
 
     def publish_picture(self, stamp: Time, pose: tuple[float, float, float]) -> None:
         """Publish the pose (m, rad) for displays, and the robot's marker at it."""
-        self._pose.header.stamp = self._marker.header.stamp = stamp
-        _fill(self._pose.pose, pose)
-        self._pose_publisher.publish(self._pose)
-        _fill(self._marker.pose, pose)
-        self._marker_publisher.publish(self._marker)
+        self._pose_publisher.publish(self._pose.at(stamp, pose))
+        self._marker_publisher.publish(self._marker.at(stamp, pose))
 
-    def _on_cmd_vel(self, message: Twist | TwistStamped) -> None:
-        self.on_command(command(message))
+    def _on_cmd_vel(self, data: bytes) -> None:
+        self.on_command(read_twist(data, self._kind))
 
 
-def _fill(message: Pose, pose: tuple[float, float, float]) -> None:
-    message.position.x, message.position.y = pose[0], pose[1]
-    message.orientation.z, message.orientation.w = quaternion_of_yaw(pose[2])
+class _Located(PreparedMessage):
+    """A message that tells where the robot is."""
+
+    def __init__(self, message: Any, pose: str) -> None:
+        """Encode a message with a header; `pose` names the pose in it."""
+        super().__init__(message)
+        self._write_stamp = self.place('header.stamp.sec', STAMP)
+        self._write_pose = self.place(f'{pose}.position.x', POSE)
+
+    def at(self, stamp: Time, pose: tuple[float, float, float]) -> bytes:
+        """Return the message for a pose (m, rad)."""
+        self._write_stamp(stamp.sec, stamp.nanosec)
+        x, y, theta = pose
+        self._write_pose(x, y, 0.0, 0.0, 0.0, *quaternion_of_yaw(theta))
+        return self.encoded()
