@@ -47,6 +47,7 @@ MAY_IMPORT_ROS = [
     'setcmas_expe.safety.diagnostics',
     'setcmas_expe.safety.mocap_bridge',
     'setcmas_expe.safety.stepper',
+    'setcmas_simu.ros.cdr',
     'setcmas_simu.ros.cmd_vel_graph',
     'setcmas_simu.ros.cmd_vel_publisher',
     'setcmas_simu.ros.cmd_vel_type',
