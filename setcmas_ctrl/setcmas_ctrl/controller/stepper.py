@@ -84,8 +84,10 @@ class ControlStepper:
         self.watch = outcomes.watch
         self.outcomes = outcomes
         self._time = FleetTime()
-        own = [controller.robot for controller in self._controllers]
-        self._time_topic = FleetTimeTopic(node, own, self._time, lambda: self.clock.now())
+        self._time_topic = None
+        if len(robots) < odometry.poses.shape[1]:  # other processes may control the others
+            own = [controller.robot for controller in self._controllers]
+            self._time_topic = FleetTimeTopic(node, own, self._time, lambda: self.clock.now())
         self.communication: FleetCommunication | None = None
         """What each robot hears of the fleet; None if all robots know all poses."""
         self._stepped = 0.0
@@ -110,7 +112,7 @@ class ControlStepper:
             process.spin_until(self._graph.is_recorded, _RECORDER_WAIT_S)
         else:
             process.spin_until(self._graph.is_recorded_if_it_can_be, _LISTENERS_WAIT_S)
-        if len(self._controllers) < self._odometry.poses.shape[1]:
+        if self._time_topic:
             self._time_topic.wait_for_others(process)
         if process.stopping:
             return
@@ -169,7 +171,8 @@ class ControlStepper:
                 self._stand()
             else:
                 self._control(t)
-        self._time_topic.tell()
+        if self._time_topic:
+            self._time_topic.tell()
         self._stepped = now
         self._take_signals()  # scripts may have taken them
         self._graph.check()
