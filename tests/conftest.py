@@ -30,6 +30,14 @@ def pytest_terminal_summary(terminalreporter, exitstatus):
         terminalreporter.write_line(f'{len(skipped)} tests were skipped; none may be', red=True)
 
 
+@pytest.hookimpl(tryfirst=True)
+def pytest_collection_modifyitems(items):
+    """Mark the tests that need ROS topics."""
+    for item in items:
+        if 'domain' in getattr(item, 'fixturenames', ()):
+            item.add_marker(pytest.mark.ros)
+
+
 @pytest.fixture
 def domain(monkeypatch):
     """Reserve a ROS domain that no other test on this machine uses at the same time."""

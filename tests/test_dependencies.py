@@ -8,6 +8,7 @@ from pathlib import Path
 from xml.etree import ElementTree
 
 import pytest
+import yaml
 
 tomllib = pytest.importorskip('tomllib')
 
@@ -32,8 +33,11 @@ EXTRAS = {
 SYSTEM_PACKAGES = {'PIL': 'pil', 'yaml': 'yaml'}
 """Modules that are called otherwise in rosdep's keys, `python3-NAME`."""
 
-NOT_IN_ROSDEP = {'cloudpickle', 'joblib', 'mcap', 'msgspec', 'rosbags', 'simpleeval'}
-"""Modules that beside a sourced ROS come from PyPI."""
+PIP_KEYS = {'cloudpickle', 'joblib', 'mcap', 'msgspec', 'rosbags', 'simpleeval', 'viser'}
+"""Modules that beside a sourced ROS come from PyPI; their keys are `python3-NAME-pip`."""
+
+EXTRAS_BESIDE_ROS = ('joystick', 'notebook', 'view')
+"""Extras that package.xml asks for, too: there is no choice there."""
 
 
 def files(folder):
@@ -105,17 +109,29 @@ def test_every_import_is_declared_in_package_xml(package):
     manifest = ElementTree.parse(ROOT / package / 'package.xml').getroot()
     known = {node.text for node in manifest if node.tag == 'exec_depend'}
     keys = set()
-    for module in set().union(*map(imported, files(f'{package}/{package}'))) - NOT_IN_ROSDEP:
+    for module in set().union(*map(imported, files(f'{package}/{package}'))):
         if is_ros(module):
             keys.add(module)
-        elif not undeclared(module, []):
+        elif module in PIP_KEYS:
+            keys.add(f'python3-{module}-pip')
+        elif not undeclared(module, EXTRAS_BESIDE_ROS):
             keys.add(f'python3-{SYSTEM_PACKAGES.get(module, module)}')
 
     assert keys - known == set()
 
 
-def test_what_rosdep_does_not_know_is_named_in_the_docs():
-    page = (ROOT / 'docs' / 'topics.md').read_text(encoding='utf-8')
-    (named,) = re.findall(r'Leave out the `ros` extra, `pip install ([a-z ]+)`', page)
+def test_pip_keys_are_in_our_rosdep_list_as_pyproject_asks_for_them():
+    keys = set()
+    for package in PACKAGES:
+        manifest = ElementTree.parse(ROOT / package / 'package.xml').getroot()
+        keys |= {node.text for node in manifest.iter('exec_depend') if node.text.endswith('-pip')}
+    rules = yaml.safe_load((ROOT / 'rosdep.yaml').read_text())
+    extras = PROJECT['optional-dependencies']
+    asked = [*PROJECT['dependencies'], *extras['view']]
 
-    assert set(named.split()) >= NOT_IN_ROSDEP
+    assert keys == rules.keys()
+    for key, rule in rules.items():
+        (wanted,) = rule['ubuntu']['pip']['packages']
+        name = key.removeprefix('python3-').removesuffix('-pip')
+        assert wanted in asked
+        assert wanted.startswith(name)

@@ -83,6 +83,7 @@ def test_colcon_builds_the_five_packages(start, domain, tmp_path, option):
     for package in PACKAGES:
         shutil.copytree(ROOT / package, source / package, ignore=skipped)
     shutil.copy(ROOT / 'pyproject.toml', source)
+    shutil.copytree(ROOT / 'tests', source / 'tests', ignore=skipped)
     binaries = Path(sys.executable).parent
     # A workspace finds its packages by itself, not through an editable install beside it.
     environment = {**os.environ, 'PATH': f'{binaries}:{os.environ["PATH"]}'}
@@ -99,6 +100,19 @@ def test_colcon_builds_the_five_packages(start, domain, tmp_path, option):
 
     for package, name in (('setcmas_simu', 'simulation_8'), ('setcmas_expe', 'experiment_8')):
         assert (tmp_path / 'install' / package / 'share' / package / f'rviz/{name}.rviz').is_file()
+
+    command = ['test', '--packages-select', 'setcmas_simu', '--return-code-on-test-failure']
+    tested = subprocess.run(
+        [sys.executable, '-m', 'colcon', '--log-base', 'log', *command],
+        cwd=tmp_path,
+        env=environment,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert tested.returncode == 0, tested.stdout + tested.stderr
+    results = ElementTree.parse(tmp_path / 'build' / 'setcmas_simu' / 'pytest.xml').getroot()
+    assert int(next(results.iter('testsuite')).get('tests')) > 200
 
     sourced = subprocess.run(
         ['bash', '-c', f'source install/setup.bash && command -v setcmas && {HELP} && {DOORS}'],
