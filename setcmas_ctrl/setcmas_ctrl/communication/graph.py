@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from bisect import bisect_right
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
@@ -136,7 +137,7 @@ class CommunicationGraph:
         self._segments = segments
         self._reach = reach
         ends = np.cumsum([segment.duration for segment in segments])
-        self._begins = np.array([0.0, *ends[:-1]])
+        self._begins = [0.0, *ends[:-1].tolist()]
         self._period = float(ends[-1]) if repeat else math.inf
 
     @property
@@ -155,8 +156,7 @@ class CommunicationGraph:
         """Return the segment of a time t in s since the run started."""
         if self._period < math.inf:
             t = math.fmod(t + _SAME_TIME_S, self._period)
-        index = np.searchsorted(self._begins, t + _SAME_TIME_S, side='right') - 1
-        return self._segments[max(0, int(index))]
+        return self._segments[max(0, bisect_right(self._begins, t + _SAME_TIME_S) - 1)]
 
     def adjacency(self, t: float, positions: Floats) -> Floats:
         """Return the weights with which each robot (row) hears each other (column).

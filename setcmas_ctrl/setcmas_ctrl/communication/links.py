@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from setcmas_ctrl.communication import draws
 from setcmas_ctrl.communication.channel import Channel
 from setcmas_ctrl.communication.link_counts import LinkCounts
-from setcmas_ctrl.communication.routes import Indices, Routes
+from setcmas_ctrl.communication.routes import Choice, Indices, Routes
 from setcmas_simu.arrays import Floats
 
 _SAME_TIME_S = 1e-9
@@ -52,6 +52,7 @@ class Links:
         self._adjacency: Floats | None = None
         self._routes = Routes.of(self._up, self._channel, self._streams)
         self._held = np.full((len(receivers), 3, nb_robots), np.nan)
+        self._flat_held = self._held.reshape(-1)
         own = 3 * np.arange(len(receivers)) + np.arange(3)[:, None]
         self._own: Indices = own * nb_robots + rows
         self._last_sent = np.full((3, nb_robots), np.nan)
@@ -62,6 +63,7 @@ class Links:
             delay: deque() for delay in np.unique(self._channel.delay).tolist()
         }
         self.counts = LinkCounts.zero(*shape)
+        self._flat = LinkCounts(*(count.reshape(-1) for count in vars(self.counts).values()))
         self._all_heard = False  # whether a message has arrived over each link that is up
 
     @property
@@ -73,7 +75,7 @@ class Links:
         """Bring up the links of a graph, at the start of the run; adjacency has shape (N, N)."""
         self._wire(adjacency, self._wanted(adjacency))
         routes = self._routes[self._numbers[self._routes.senders] >= 0]
-        self._held.reshape(-1)[routes.held] = self._as_heard(routes)
+        self._flat_held[routes.held] = self._as_heard(routes)
 
     def connect(self, adjacency: Floats, now: float) -> None:
         """Bring links up and down as a graph wants it; `now` is in s on any steady clock."""
@@ -117,7 +119,7 @@ class Links:
             Shape (R, 3, N), NaN for robots that are not heard; valid until the next call.
         """
         self._deliver(now)
-        self._held.reshape(-1)[self._own] = own_poses
+        self._flat_held[self._own] = own_poses
         return self._held
 
     def _wanted(self, adjacency: Floats) -> NDArray[np.bool_]:
@@ -135,22 +137,28 @@ class Links:
 
     def _carry(self, routes: Routes, now: float) -> None:
         """Send the last states of the senders over links."""
-        self.counts.sent.reshape(-1)[routes.cells] += 1
+        self._flat.sent[routes.cells] += 1
+        lost = None
         if self._is_lossy:
             words = draws.word(routes.streams, self._numbers[routes.senders] * _DRAWS)
             lost = draws.happens(words, routes.loss)
-            self.counts.lost.reshape(-1)[routes.cells[lost]] += 1
-            routes = routes[np.flatnonzero(~lost)]
+            self._flat.lost[routes.cells] += lost
         poses = self._as_heard(routes)
         for delay, queue in self._on_the_way.items():
-            late = slice(None) if len(self._on_the_way) == 1 else routes.delay == delay
-            messages = Messages(
-                now + delay, routes.cells[late], routes.held[:, late], poses[:, late], self._routes
-            )
+            which = self._arriving(routes, lost, delay)
+            cells, held = routes.cells[which], routes.held[:, which]
+            messages = Messages(now + delay, cells, held, poses[:, which], self._routes)
             if delay:
                 queue.append(messages)
             else:
                 self._arrive(messages)
+
+    def _arriving(self, routes: Routes, lost: NDArray[np.bool_] | None, delay: float) -> Choice:
+        """Return on which of some links messages arrive after a delay in s."""
+        if len(self._on_the_way) == 1:
+            return slice(None) if lost is None else (~lost).nonzero()[0]
+        late: NDArray[np.bool_] = routes.delay == delay
+        return late if lost is None else late & ~lost
 
     def _as_heard(self, routes: Routes) -> Floats:
         poses = self._last_sent[:, routes.senders]
@@ -162,18 +170,17 @@ class Links:
 
     def _arrive(self, messages: Messages) -> None:
         arrival, cells, held, poses, routes = messages
-        counts = self.counts
+        counts = self._flat
         if routes is not self._routes:  # links may have gone down meanwhile
             up = self._up.reshape(-1)[cells]
-            counts.lost.reshape(-1)[cells[~up]] += 1
+            counts.lost[cells[~up]] += 1
             cells, held, poses = cells[up], held[:, up], poses[:, up]
         if not self._all_heard:
-            first = counts.first.reshape(-1)
-            first[cells[np.isnan(first[cells])]] = arrival
-            self._all_heard = not np.isnan(first[self._routes.cells]).any()
-        counts.last.reshape(-1)[cells] = arrival
-        counts.received.reshape(-1)[cells] += 1
-        self._held.reshape(-1)[held] = poses
+            counts.first[cells[np.isnan(counts.first[cells])]] = arrival
+            self._all_heard = not np.isnan(counts.first[self._routes.cells]).any()
+        counts.last[cells] = arrival
+        counts.received[cells] += 1
+        self._flat_held[held] = poses
 
 
 class Messages(NamedTuple):

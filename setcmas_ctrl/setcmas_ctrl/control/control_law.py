@@ -120,6 +120,10 @@ class ControlLaw:
             raise failure from error
         finally:
             network.end_call()
+        if type(result) is tuple and len(result) == 2:  # the usual case
+            vx, vy = result
+            if type(vx) in _FLOATS and type(vy) in _FLOATS and isfinite(vx) and isfinite(vy):
+                return vx, vy
         try:
             return checked_velocity(result)
         except ValueError as error:
@@ -148,10 +152,6 @@ def checked_velocity(result: Any) -> Velocity:
     """
     if result is None:
         raise ValueError('control returned None: is a return missing?')
-    if type(result) is tuple and len(result) == 2:
-        vx, vy = result
-        if type(vx) in _FLOATS and type(vy) in _FLOATS and isfinite(vx) and isfinite(vy):
-            return vx, vy  # the usual case
     try:
         with warnings.catch_warnings():
             warnings.simplefilter('ignore')  # numpy's, of masked values: they are refused

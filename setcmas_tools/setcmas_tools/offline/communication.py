@@ -71,8 +71,8 @@ class OfflineCommunication:
         else:  # as each of them would be, all at once
             triggered = have_gone_far(poses, self._links.last_sent)
         self._triggered.append(triggered)
-        if triggered.any():
-            senders = np.flatnonzero(triggered)
+        senders = triggered.nonzero()[0]
+        if len(senders):
             self._links.send(senders, poses[:, senders], t)
 
     def _asked(self, poses: Floats, V: Floats, t: float) -> NDArray[np.bool_]:
