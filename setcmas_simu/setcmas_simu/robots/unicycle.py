@@ -52,11 +52,10 @@ class Unicycle(RobotModel):
         """Return the states after each of some periods, (count, S, N), in a few array calls."""
         V, omega = self.limits.saturate(commands[0], commands[2])
         rows = np.empty((count + 1, *states.shape))
-        rows[0], later = states, rows[1:]
-        later[:, 3], later[:, 4:], later[:, 5] = V, states[4:], omega
-        later[:, 2] = Ts * omega
+        rows[:], later, travel = states, rows[1:], Ts * V
+        later[:, 2], later[:, 3], later[:, 5] = Ts * omega, V, omega
         headings = np.add.accumulate(rows[:, 2])[1:]  # adds up one by one, as `step` does
-        later[:, 0], later[:, 1] = Ts * V * np.cos(headings), Ts * V * np.sin(headings)
+        later[:, 0], later[:, 1] = travel * np.cos(headings), travel * np.sin(headings)
         np.add.accumulate(rows[:, :2], out=rows[:, :2])
         later[:, 2] = headings
         return later

@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from setcmas_ctrl.communication.graph import complete
 from setcmas_ctrl.control.control_law import ControlLaw
 from setcmas_ctrl.control.law_scripts import LawScripts
 from setcmas_ctrl.control.options import GainOptions
@@ -117,6 +118,8 @@ class FleetLaws:
             heard: The poses that each law is given instead, shapes (3, N).
             adjacency: Who hears whom, shape (N, N); None is complete.
         """
+        if adjacency is None:
+            adjacency = complete(len(self._laws))
         wanted: list[float] = []
         durations = []
         clock = time.perf_counter
