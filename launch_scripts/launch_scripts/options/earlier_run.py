@@ -30,8 +30,8 @@ def add_from_argument(parser: argparse.ArgumentParser) -> None:
         dest='earlier',
         type=Path,
         metavar='DIR',
-        help='repeat the run in this folder, with its options and its files, and compare; options '
-        'that are typed beside it go before',
+        help='repeat the run in this folder, with its options and its files, and compare; or a '
+        'run of a study, such as study/417; options that are typed beside it go before',
     )
 
 
@@ -39,7 +39,7 @@ def with_earlier_run(args: argparse.Namespace) -> tuple[argparse.Namespace, Path
     """Return the options of a run, those of the earlier run that --from names filled in.
 
     Returns:
-        The options, and the folder of the earlier run; None if there is none.
+        The options, and the folder of the earlier run; None if there is none to compare with.
 
     Raises:
         SetcmasError: There is no such run, or it cannot be repeated.
@@ -48,19 +48,34 @@ def with_earlier_run(args: argparse.Namespace) -> tuple[argparse.Namespace, Path
         if not args.algo:
             args.parser.error('the following arguments are required: --algo, or --from')
         return args, None
-    info = read_info(args.earlier)
+    info, folder = read_info(args.earlier), args.earlier
+    if info is None and args.earlier.name.isdecimal():
+        info, folder = _run_of_study(args.earlier), args.earlier.parent
     if info is None:
-        raise SetcmasError(f"there is no run.yaml in '{args.earlier}'; it must be a run's folder")
+        raise SetcmasError(
+            f"there is no run.yaml in '{args.earlier}'; it must be a run's folder, or the folder "
+            'of a study and the number of a run, such as study/417'
+        )
     parser = args.parser
     known = {action.dest for action in parser._actions}
-    values = _options(info, args.earlier)
+    values = _options(info, folder)
     if values.get('emulate'):  # the lab has limits and start poses of its own
         values |= {'limits': None} if 'emulate' in known else {'pose': _first_poses(args.earlier)}
         values = {name: value for name, value in values.items() if value is not None}
     parser.set_defaults(**{name: value for name, value in values.items() if name in known})
     again: argparse.Namespace = parser.parse_args(args.arguments)
     again.verb, again.arguments = args.verb, args.arguments
-    return again, args.earlier
+    return again, args.earlier if folder == args.earlier else None
+
+
+def _run_of_study(path: Path) -> RunInfo | None:
+    """Return what a run of a study is, by its path 'study/417'; None if there is no study."""
+    from setcmas_tools.studies.cases.plan import read_plan
+    from setcmas_tools.studies.info import FILE_NAME
+
+    if not (path.parent / FILE_NAME).is_file():
+        return None
+    return read_plan(path.parent).run_info(int(path.name))
 
 
 def _options(info: RunInfo, folder: Path) -> dict[str, Any]:

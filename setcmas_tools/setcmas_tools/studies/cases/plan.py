@@ -15,6 +15,8 @@ from setcmas_ctrl.control.law_scripts import LawScripts
 from setcmas_ctrl.control.options import GainOptions
 from setcmas_ctrl.scripts.loader import names_to_set
 from setcmas_simu.errors import SetcmasError
+from setcmas_tools.run.info import RunInfo
+from setcmas_tools.run.inputs import INPUTS
 from setcmas_tools.run.options import RunOptions
 from setcmas_tools.studies.cases.case_table import SEED, CaseTable, read_cases
 from setcmas_tools.studies.cases.kept_files import KeptFiles
@@ -70,6 +72,16 @@ class Plan:
                 if isinstance(value, (str, float, int)) and value in by_value:
                     found[option] = by_value[value]
         return located(found, place) if place else found
+
+    def run_info(self, run: int) -> RunInfo:
+        """Return what a run is, as the run.yaml of its own would say.
+
+        Raises:
+            SetcmasError: There is no such run.
+        """
+        found = self.parameters(run)
+        kept = {name: found[name] for name in OF_FILES if f'{INPUTS}/' in str(found[name])}
+        return RunInfo(parameters=found, seed=found[SEED], inputs=kept)
 
     def original(self, name: str) -> str:
         """Return the path of a file that is kept as 'inputs/...', where it was found."""
