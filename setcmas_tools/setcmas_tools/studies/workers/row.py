@@ -76,7 +76,11 @@ def simulated_robots(parameters: Mapping[str, Any]) -> SimulationOptions:
     )
 
 
-def row_of(number: int, parameters: Mapping[str, Any], progress: Callable[[float], object]) -> Row:
+def row_of(
+    number: int,
+    parameters: Mapping[str, Any],
+    progress: Callable[[float], object] | None = None,
+) -> Row:
     """Make a run and return its row.
 
     Args:
