@@ -10,7 +10,7 @@ from typing import Any, ClassVar
 from numpy.typing import ArrayLike
 
 from setcmas_ctrl.communication.graph import COMPLETE, PRESETS
-from setcmas_ctrl.communication.triggering import CTC
+from setcmas_ctrl.communication.triggering import CTC, THRESHOLD_M
 from setcmas_ctrl.scripts.loader import EXERCISES
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.options.completion import names_and_files
@@ -41,7 +41,12 @@ class CommunicationOptions(Options):
         _Anything(metavar='FILE'),
         'script with the condition ctc(pos, last_pos, t), found as --algo is',
         default=None,
-        default_text='more than 0.25 m away from the position sent last',
+        default_text='further away from the position sent last than the threshold',
+    )
+    threshold: float = option(
+        Number(above=0, unit='m', finite=True),
+        'distance from the position sent last at which robots send without --ctc',
+        default=THRESHOLD_M,
     )
     graph: Graph = option(
         _Anything(metavar='NAME|FILE.yaml'),
@@ -65,9 +70,15 @@ class CommunicationOptions(Options):
     )
 
     def check(self) -> None:
-        """See that a condition has an effect."""
+        """See that a condition and a threshold have an effect."""
         if self.ctc is not None and not self.event_triggered:
             raise ClashError('{} has an effect with {} only; add that', 'ctc', 'event_triggered')
+        if self.threshold != THRESHOLD_M and not self.event_triggered:
+            raise ClashError(
+                '{} has an effect with {} only; add that', 'threshold', 'event_triggered'
+            )
+        if self.threshold != THRESHOLD_M and self.ctc is not None:
+            raise ClashError('{} has its own threshold; leave {} out', 'ctc', 'threshold')
 
     def found(self, exercise: bool = False) -> CommunicationOptions:
         """Return the same with the file of the script that `ctc` names.

@@ -17,7 +17,7 @@ from setcmas_ctrl.communication.graph import (
 from setcmas_ctrl.communication.graph_file import GraphDescription, load_graph
 from setcmas_ctrl.communication.links import Links
 from setcmas_ctrl.communication.options import CommunicationOptions, Condition, Graph
-from setcmas_ctrl.communication.triggering import CTC, Broadcast
+from setcmas_ctrl.communication.triggering import CTC, THRESHOLD_M, Broadcast, further_than
 from setcmas_ctrl.scripts.error_reports import ErrorReports
 from setcmas_ctrl.scripts.loader import compile_script
 from setcmas_simu.errors import SetcmasError
@@ -32,6 +32,7 @@ class Communication:
         channel: What happens to messages on their way.
         event_triggered: Whether robots send their state only when a condition triggers.
         seed: Chooses the random numbers of the links.
+        threshold: That of the default condition in m.
     """
 
     graph: CommunicationGraph
@@ -39,6 +40,7 @@ class Communication:
     event_triggered: bool
     seed: int
     _condition: Condition = None
+    threshold: float = THRESHOLD_M
 
     @property
     def is_ideal(self) -> bool:
@@ -76,11 +78,11 @@ class Communication:
         Raises:
             SetcmasError: The condition cannot be loaded.
         """
-        condition = self._condition
+        condition = self._condition or further_than(self.threshold)
         if callable(condition):
             code = getattr(condition, '__code__', None)
             return Broadcast(robot, condition, Path(code.co_filename if code else 'ctc'), reports)
-        return Broadcast.of_script(robot, self.condition_script, reports)
+        return Broadcast.of_script(robot, Path(condition), reports)
 
 
 def chosen_communication(
@@ -105,6 +107,7 @@ def chosen_communication(
         chosen.event_triggered,
         seed,
         chosen.found().ctc,
+        chosen.threshold,
     )
 
 

@@ -33,7 +33,7 @@ State = tuple[tuple[float, float, float], float]
 """Pose x, y in m and theta in rad, and forward speed in m/s."""
 
 THRESHOLD_M = 0.25
-"""Distance from the position sent last at which the default condition triggers, in m."""
+"""Default distance from the position sent last at which a robot sends its state, in m."""
 
 CTC = 'ctc(pos, last_pos, t)'
 """The function that a script with a condition must have, in its short form."""
@@ -44,24 +44,29 @@ CONSEQUENCE = 'sends its state whenever the condition fails'
 _FORMS = f'{CTC} or ctc(pos, vit, last_pos, last_vit, t)'
 
 
-def ctc(pos: Floats, last_pos: Floats, t: float) -> bool:
-    """Return whether the robot is more than THRESHOLD_M away from where it sent its state last.
+def further_than(threshold: float) -> Condition:
+    """Return the condition of the ROS 1 stack (Bertrand, ECC 2024).
 
-    The default condition of the ROS 1 stack (Bertrand, ECC 2024).
+    It triggers when the robot is further than the threshold (m) from where it sent its state last.
     """
-    del t
-    return bool(have_gone_far(pos, last_pos))
+
+    def ctc(pos: Floats, last_pos: Floats, t: float) -> bool:
+        del t
+        return bool(have_gone_far(pos, last_pos, threshold))
+
+    return ctc
 
 
-def have_gone_far(positions: Floats, sent: Floats) -> NDArray[np.bool_]:
-    """Return where the default condition triggers, for a whole fleet.
+def have_gone_far(positions: Floats, sent: Floats, threshold: float) -> NDArray[np.bool_]:
+    """Return where the condition of the ROS 1 stack triggers, for a whole fleet.
 
     Args:
         positions: Rows x, y in m, and others that do not count, shape (2 or more, ...).
         sent: The same as sent last, NaN where nothing was sent yet.
+        threshold: Distance in m.
     """
     dx, dy = positions[:2] - sent[:2]
-    stay: NDArray[np.bool_] = np.sqrt(dx * dx + dy * dy) <= THRESHOLD_M
+    stay: NDArray[np.bool_] = np.sqrt(dx * dx + dy * dy) <= threshold
     return ~stay  # comparisons with NaN are false: the first state is sent
 
 
@@ -118,14 +123,12 @@ class Broadcast:
         self._failing = False
 
     @classmethod
-    def of_script(cls, robot: int, path: Path | None, reports: ErrorReports) -> Broadcast:
-        """Load the condition of a robot from a script; None means the default condition.
+    def of_script(cls, robot: int, path: Path, reports: ErrorReports) -> Broadcast:
+        """Load the condition of a robot from a script.
 
         Raises:
             SetcmasError: The script cannot be loaded, or has no `ctc` of one of the two forms.
         """
-        if path is None:
-            return cls(robot, ctc, Path(__file__), reports)
         script = load_script(path, robot, expected=CTC)
         return cls(robot, vars(script).get('ctc'), path, reports)
 

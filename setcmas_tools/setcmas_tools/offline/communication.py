@@ -38,6 +38,7 @@ class OfflineCommunication:
         self._links = communication.links(robots)
         self._reports = ErrorReports(warn, CONSEQUENCE)
         self._event_triggered = communication.event_triggered
+        self._threshold = communication.threshold
         self._broadcasts = (
             [communication.broadcast(robot, self._reports) for robot in robots]
             if communication.event_triggered and not communication.has_default_condition
@@ -69,7 +70,7 @@ class OfflineCommunication:
         if self._broadcasts:
             triggered = self._asked(poses, V, t)
         else:  # as each of them would be, all at once
-            triggered = have_gone_far(poses, self._links.last_sent)
+            triggered = have_gone_far(poses, self._links.last_sent, self._threshold)
         self._triggered.append(triggered)
         senders = triggered.nonzero()[0]
         if len(senders):

@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike
 from setcmas_ctrl.communication.graph import COMPLETE
 from setcmas_ctrl.communication.options import CommunicationOptions, Condition, Graph
 from setcmas_ctrl.communication.settings import chosen_communication
+from setcmas_ctrl.communication.triggering import THRESHOLD_M
 from setcmas_ctrl.control.options import RATE_HZ as CONTROL_RATE_HZ
 from setcmas_ctrl.control.options import GainOptions
 from setcmas_ctrl.control.saturation import VNOM
@@ -80,6 +81,7 @@ def simulate(
     range: float | None = None,  # noqa: A002 (as on the command line)
     event_triggered: bool = False,
     ctc: Condition = None,
+    threshold: float = THRESHOLD_M,
     delay: float = 0.0,
     loss: float = 0.0,
     noise: float = 0.0,
@@ -124,8 +126,9 @@ def simulate(
             or an adjacency matrix (row i: whom robot i hears, and with which weight).
         range: Distance in m up to which robots hear each other; None is no limit.
         event_triggered: Whether robots send their state only when a condition triggers.
-        ctc: The condition: a script, or a function ctc(pos, last_pos, t); by default more than
-            0.25 m away from the position sent last.
+        ctc: The condition: a script, or a function ctc(pos, last_pos, t); by default further away
+            from the position sent last than the threshold.
+        threshold: That of the default condition in m.
         delay: By how much later messages arrive, in s.
         loss: Probability that a message is lost.
         noise: Standard deviation of received positions in m.
@@ -153,6 +156,7 @@ def simulate(
         range=range,
         event_triggered=event_triggered,
         ctc=ctc,
+        threshold=threshold,
         delay=delay,
         loss=loss,
         noise=noise,

@@ -3,7 +3,7 @@ import math
 import numpy as np
 import pytest
 
-from setcmas_ctrl.communication.triggering import CONSEQUENCE, Broadcast, ctc
+from setcmas_ctrl.communication.triggering import CONSEQUENCE, Broadcast, further_than
 from setcmas_ctrl.scripts.error_reports import ErrorReports
 from setcmas_simu.errors import SetcmasError
 
@@ -17,12 +17,13 @@ def said():
 def broadcast(tmp_path, said):
     """Load a condition from the text of a script, or the default one."""
 
-    def broadcast(text=None):
-        path = None
-        if text is not None:
-            path = tmp_path / 'when.py'
-            path.write_text(text)
-        return Broadcast.of_script(3, path, ErrorReports(said.append, CONSEQUENCE))
+    def broadcast(text=None, threshold=0.25):
+        reports = ErrorReports(said.append, CONSEQUENCE)
+        path = tmp_path / 'when.py'
+        if text is None:
+            return Broadcast(3, further_than(threshold), path, reports)
+        path.write_text(text)
+        return Broadcast.of_script(3, path, reports)
 
     return broadcast
 
@@ -32,7 +33,7 @@ def decisions(broadcast, xs, V=0.0):
 
 
 def test_the_default_condition():
-    here = np.zeros(3)
+    here, ctc = np.zeros(3), further_than(0.25)
 
     assert not ctc(here, np.array([0.25, 0.0, 0.0]), 0.0)
     assert ctc(here, np.array([0.2, 0.16, 0.0]), 0.0)
@@ -42,6 +43,7 @@ def test_the_first_state_is_sent_and_then_each_quarter_of_a_metre(broadcast):
     xs = np.arange(0, 1.0, 0.1)
 
     assert decisions(broadcast(), xs) == [k % 3 == 0 for k in range(10)]
+    assert decisions(broadcast(threshold=0.45), xs) == [k % 5 == 0 for k in range(10)]
 
 
 def test_turning_on_the_spot_sends_nothing(broadcast):
