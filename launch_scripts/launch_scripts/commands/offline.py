@@ -47,7 +47,7 @@ _BAR = '{desc}: {percentage:3.0f}%|{bar}| {n:.0f}/{total:.0f} s'
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the options of the verb."""
-    add_run_arguments(parser, without=('watch', 'cmd_timeout'))
+    add_run_arguments(parser, without=('watch', 'cmd_timeout', 'lockstep', 'rtf'))
     OfflineOptions.add_to(parser)
 
 

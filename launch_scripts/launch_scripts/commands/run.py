@@ -47,7 +47,8 @@ from setcmas_tools.run.inputs import run_inputs
 from setcmas_tools.run.outcome import Outcome, State
 
 _START_TIMEOUT_S = 20.0
-_OF_SIMULATED_ROBOTS = ('model', 'limits', 'robot_rate', 'cmd_timeout')
+_ROUNDING_S = 1e-9
+_OF_SIMULATED_ROBOTS = ('model', 'limits', 'robot_rate', 'cmd_timeout', 'lockstep', 'rtf')
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -194,6 +195,10 @@ def _show_progress(
     supervisor: Supervisor, duration: float, run: EmulatedRun | SimulatedRun
 ) -> None:
     begin = time.monotonic()
+
+    def elapsed() -> float:
+        return run.elapsed(time.monotonic() - begin)
+
     form = '{desc}: {percentage:3.0f}%|{bar}| {n:.0f}/{total:.0f} s'
     with tqdm(
         total=duration, desc='running', bar_format=form, disable=None, file=supervisor.stderr
@@ -202,9 +207,9 @@ def _show_progress(
         def advance() -> None:
             run.tick()
             bar.set_description('paused' if run.paused else 'running', refresh=False)
-            bar.update(min(duration, time.monotonic() - begin) - bar.n)
+            bar.update(min(duration, elapsed()) - bar.n)
 
-        supervisor.run(until=lambda: time.monotonic() - begin >= duration, on_tick=advance)
+        supervisor.run(until=lambda: elapsed() >= duration - _ROUNDING_S, on_tick=advance)
         bar.update(duration - bar.n)
 
 

@@ -18,7 +18,17 @@ from setcmas_expe.lab.model import Lab
 from setcmas_simu.simulator.options import SimulationOptions
 from setcmas_tools.run.options import RunOptions
 
-_OF_ROBOTS = ('pose', 'random_poses', 'model', 'limits', 'robot_rate', 'poses', 'cmd_timeout')
+_OF_ROBOTS = (
+    'pose',
+    'random_poses',
+    'model',
+    'limits',
+    'robot_rate',
+    'poses',
+    'cmd_timeout',
+    'lockstep',
+    'rtf',
+)
 
 
 def add_run_arguments(parser: argparse.ArgumentParser, without: Sequence[str] = ()) -> None:

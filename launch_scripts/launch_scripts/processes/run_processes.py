@@ -26,13 +26,14 @@ from setcmas_expe.pause.console_protocol import Status
 from setcmas_simu.reports.reports import (
     Function,
     Paused,
+    Reached,
     Ready,
     Recording,
     Reloaded,
     ScriptCall,
     Started,
 )
-from setcmas_simu.simulator.options import SimulationOptions
+from setcmas_simu.simulator.options import SimulationOptions, SimulatorOptions
 from setcmas_tools.recorder.options import RecorderOptions
 from setcmas_tools.run.outcome import Outcome
 
@@ -78,7 +79,11 @@ class SimulatedRun:
         self._supervisor = supervisor
         recorder = node_command(RECORDER, RecorderOptions(output=bag).arguments())
         self._recorder = supervisor.start('record', recorder)
-        robots = node_command(SIMULATOR, SimulationOptions.of(args).arguments())
+        told = SimulationOptions.of(args)
+        self._lockstep, self._rtf = told.lockstep, told.rtf
+        nb_steps = told.nb_steps(args.duration) if told.lockstep else None
+        lockstep = SimulatorOptions(recorded=told.lockstep, nb_steps=nb_steps)
+        robots = node_command(SIMULATOR, told.arguments() + lockstep.arguments())
         self._simulator = supervisor.start('simu', robots)
         options = ControllerOptions(
             nb_robots=args.nb_robots,
@@ -99,8 +104,13 @@ class SimulatedRun:
     @property
     def paused(self) -> bool:
         """Whether somebody has paused the robots."""
-        report = self._ctrl.heard(Paused)
+        report = (self._simulator if self._lockstep else self._ctrl).heard(Paused)
         return report is not None and report.paused
+
+    def elapsed(self, wall_s: float) -> float:
+        """Return how long the run has lasted in its own time, `wall_s` s after its start."""
+        reached = self._simulator.heard(Reached)
+        return (reached.t if reached else 0.0) if self._lockstep else wall_s * self._rtf
 
     @property
     def missing(self) -> str:
@@ -180,6 +190,10 @@ class EmulatedRun:
         """Why the robots were paused meanwhile, or which did not stop; empty if all went well."""
         runaways = ', '.join(sorted(self._experiment.runaways))
         return f'{runaways} did not stop when commanded zero' if runaways else self._paused
+
+    def elapsed(self, wall_s: float) -> float:
+        """Return how long the run has lasted, `wall_s` s after its start."""
+        return wall_s
 
     def tick(self) -> None:
         """Show the pause process that somebody is there; ten times a second."""

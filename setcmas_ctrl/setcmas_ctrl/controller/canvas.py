@@ -13,7 +13,7 @@ from visualization_msgs.msg import Marker, MarkerArray
 
 from setcmas_ctrl.drawing import Sphere
 from setcmas_simu.fleet import topics
-from setcmas_simu.ros import qos
+from setcmas_simu.ros import qos, ros_time
 
 TRAIL_LENGTH = 500
 """Number of spheres that a trail keeps."""
@@ -61,7 +61,7 @@ class MarkerCanvas:
     def _marker(self, robot: int, name: str, sphere: Sphere, number: int) -> Marker:
         marker = Marker(ns=f'{topics.robot_name(robot)}/{name}', id=number)
         marker.header.frame_id = topics.WORLD_FRAME
-        marker.header.stamp = self._node.get_clock().now().to_msg()
+        marker.header.stamp = ros_time.stamp()
         marker.type, marker.action = Marker.SPHERE, Marker.ADD
         marker.lifetime = Duration()  # for ever
         position = marker.pose.position

@@ -15,7 +15,9 @@ from setcmas_ctrl.communication.settings import Communication
 from setcmas_ctrl.fleet.odometry import FleetOdometry, State, told_state
 from setcmas_simu.arrays import Floats
 from setcmas_simu.fleet import topics
+from setcmas_simu.lockstep.answer import NONE
 from setcmas_simu.ros import qos
+from setcmas_simu.ros.cdr import read_stamp
 from setcmas_simu.ros.polled_topic import PolledTopic
 
 _COUNTS_EVERY_S = 1.0
@@ -47,6 +49,8 @@ class FleetCommunication:
         self._graph = GraphChanges(self._nb_robots)
         self._segment = ''
         self._warn = node.get_logger().info
+        self.jitter_s = _TIMER_JITTER_S
+        """A step that comes so much too early counts as in time."""
         self._begun = False
         self._next_graph = self._next_counts = 0.0
         self._graph_publisher = None
@@ -60,6 +64,8 @@ class FleetCommunication:
             )
             for robot in robots
         ]
+        self.stamps = np.full(self._nb_robots, NONE)
+        """Times of the states that robots have sent when triggered, in ns, shape (N,)."""
         self._states: list[PolledTopic] = []
         for robot in range(1, self._nb_robots + 1):
             if communication.event_triggered:
@@ -78,6 +84,7 @@ class FleetCommunication:
 
     def _on_state(self, robot: int, data: bytes) -> None:
         if state := told_state(data):
+            self.stamps[robot - 1] = read_stamp(data)
             self._send(robot, state)
 
     def _send(self, robot: int, state: State) -> None:
@@ -95,7 +102,7 @@ class FleetCommunication:
         """
         now = self._odometry.now
         # A step of t = 9.9998 s is the one that offline is of t = 10 s, when a graph may switch.
-        t += _TIMER_JITTER_S
+        t += self.jitter_s
         self._tell_segment(t)
         poses = self._odometry.poses
         adjacency = self._communication.graph.adjacency(t, poses[:2])

@@ -27,9 +27,11 @@ from setcmas_ctrl.scripts.output import named_output
 from setcmas_ctrl.scripts.stop_call import AbandonCall, StopCall
 from setcmas_simu.fleet import topics
 from setcmas_simu.fleet.fleet import format_robots, parse_robots
+from setcmas_simu.lockstep.answer import NONE
 from setcmas_simu.reports.reports import Function
 from setcmas_simu.robots.unicycle import RATE_HZ as ROBOT_RATE_HZ
 from setcmas_simu.ros import qos
+from setcmas_simu.ros.cdr import read_stamp
 from setcmas_simu.ros.process import FleetNode, RosProcess, node_main
 from setcmas_simu.ros.step_loop import StepLoop
 
@@ -37,29 +39,45 @@ _LOOK_EVERY_S = 0.01
 
 
 class EventTriggeredComm(FleetNode):
-    """Broadcasts the state of one robot when its condition triggers, and tells each decision."""
+    """Broadcasts the state of one robot when its condition triggers, and tells each decision.
 
-    def __init__(self, broadcast: Broadcast, clock: Callable[[], float], watch: CallWatch) -> None:
+    Attributes:
+        robot: Number of the robot.
+        sent: The time of the state that was sent last in ns; NONE for none.
+    """
+
+    def __init__(
+        self,
+        broadcast: Broadcast,
+        clock: Callable[[], float],
+        watch: CallWatch,
+        lockstep: bool = False,
+    ) -> None:
         """Create the node in the robot's namespace.
 
         Args:
             broadcast: Decides.
             clock: Returns the time since the run started, in s.
             watch: Watches the calls of the condition.
+            lockstep: Whether a recorder that comes late is to get everything.
         """
         super().__init__('event_triggered_comm', namespace=topics.robot_name(broadcast.robot))
+        self.robot = broadcast.robot
+        self.sent = NONE
         self._broadcast = broadcast
         self._now = clock
         self._watch = watch
-        self._events = self.create_publisher(UInt16, topics.TRIG_EVENT, qos.EVENT)
+        events, states = (qos.LOCKSTEP_STATE,) * 2 if lockstep else (qos.EVENT, qos.LATCHED)
+        self._events = self.create_publisher(UInt16, topics.TRIG_EVENT, events)
         # Latched: who starts late holds the state that was sent last.
-        self._states = self.create_publisher(Odometry, topics.TRIG_ODOM, qos.LATCHED)
+        self._states = self.create_publisher(Odometry, topics.TRIG_ODOM, states)
 
     def take(self, state: State) -> None:
         """Decide whether to send a state."""
         triggered = self._is_triggered(state.pose, state.V)
         self._events.publish(UInt16(data=int(triggered)))
         if triggered:
+            self.sent = read_stamp(state.odometry)
             self._states.publish(state.odometry)
 
     def _is_triggered(self, pose: Pose, V: float) -> bool:
@@ -81,18 +99,22 @@ def broadcasters(
     reports: ErrorReports,
     clock: Callable[[], float],
     watch: CallWatch,
-) -> None:
-    """Create a node for each robot, which takes its odometry.
+    lockstep: bool = False,
+) -> list[EventTriggeredComm]:
+    """Return a node for each robot, which takes its odometry.
 
     Raises:
         SetcmasError: A triggering condition cannot be loaded.
     """
+    nodes = []
     path = communication.condition_script or Path(CTC)
     for robot in robots:
         with watch.loading(robot, path):
             broadcast = communication.broadcast(robot, reports)
-        node = EventTriggeredComm(broadcast, clock, watch)
+        node = EventTriggeredComm(broadcast, clock, watch, lockstep)
         odometry.listen(robot, node.take)
+        nodes.append(node)
+    return nodes
 
 
 def main(argv: list[str] | None = None) -> int:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 
 from rclpy.node import Node
 
@@ -71,8 +71,15 @@ class GraphWatch:
 
     def is_recorded_if_it_can_be(self) -> bool:
         """Return the same, or true if there is no recorder."""
-        there = set(RECORDER_NODES) & set(self._node.get_node_names())
-        return not there or self.is_recorded()
+        return not self.has_recorder() or self.is_recorded()
+
+    def has_recorder(self) -> bool:
+        """Return whether there is a recorder."""
+        return bool(set(RECORDER_NODES) & set(self._node.get_node_names()))
+
+    def are_recorded(self, names: Iterable[str]) -> bool:
+        """Return whether a recorder listens to some topics, or there is none."""
+        return not self.has_recorder() or all(map(self._recorder_listens, names))
 
     def _recorder_listens(self, topic: str) -> bool:
         listeners = self._node.get_subscriptions_info_by_topic(topic)

@@ -26,8 +26,9 @@ from setcmas_ctrl.controller.canvas import MarkerCanvas
 from setcmas_ctrl.controller.communication import FleetCommunication
 from setcmas_ctrl.controller.controller import Controller
 from setcmas_ctrl.controller.driven_models import DrivenModels
-from setcmas_ctrl.controller.event_triggered_comm import broadcasters
+from setcmas_ctrl.controller.event_triggered_comm import EventTriggeredComm, broadcasters
 from setcmas_ctrl.controller.graph_watch import GraphWatch
+from setcmas_ctrl.controller.lockstep_loop import LockstepLoop
 from setcmas_ctrl.controller.reloader import ScriptReloader
 from setcmas_ctrl.controller.script_outcomes import ScriptOutcomes
 from setcmas_ctrl.controller.si_to_uni import SiToUni
@@ -43,13 +44,17 @@ from setcmas_ctrl.scripts.random_seed import seed_scripts
 from setcmas_ctrl.scripts.stop_call import StopCall
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet import topics
+from setcmas_simu.fleet.announcement import Lockstep
 from setcmas_simu.reports.launcher import Launcher
 from setcmas_simu.reports.reports import Paused
 from setcmas_simu.robots.models import model_names
 from setcmas_simu.ros import qos
 from setcmas_simu.ros.fleet_topic import FleetListener
 from setcmas_simu.ros.process import FleetNode, RosProcess, node_main
+from setcmas_simu.ros.step_clock import ScaledClock, SteadyClock
 from setcmas_simu.ros.step_loop import StepLoop
+
+_ANNOUNCED_WITHIN_S = 0.5
 
 
 def load_laws(
@@ -80,8 +85,13 @@ def load_laws(
     return laws
 
 
-def build(args: argparse.Namespace, process: RosProcess, node: FleetNode) -> ControlStepper | None:
-    """Create the nodes of a controller process; None if it was asked to stop meanwhile.
+def build(
+    args: argparse.Namespace, process: RosProcess, node: FleetNode
+) -> tuple[ControlStepper, StepLoop | LockstepLoop] | None:
+    """Return the stepper of a new controller process, and what calls it, with all their nodes.
+
+    Returns:
+        None if it was asked to stop meanwhile.
 
     Raises:
         SetcmasError: The script cannot be loaded, or options contradict each other.
@@ -94,6 +104,8 @@ def build(args: argparse.Namespace, process: RosProcess, node: FleetNode) -> Con
     # Nothing is commanded to robots of somebody else's simulator.
     if options.simulator and not wait_for_source(process, node, announced, options.simulator):
         return None
+    if options.nb_robots and not options.experiment:  # their time must be known
+        process.spin_until(lambda: bool(announced.take()), _ANNOUNCED_WITHIN_S)
     nb_robots = options.nb_robots or wait_for_fleet(process, node, announced)
     if not nb_robots:
         return None
@@ -105,8 +117,13 @@ def build(args: argparse.Namespace, process: RosProcess, node: FleetNode) -> Con
     load = partial(
         load_laws, law.seed, scripts, robots, nb_robots, watch, TaskTopic(node, nb_robots)
     )
-    controllers = [Controller(law) for law in load()]
     communication = chosen_communication(nb_robots, heard, law.seed)
+    time = None if options.experiment else announced.time
+    lockstep = isinstance(time, Lockstep)
+    if lockstep:
+        check_lockstep(options, communication, nb_robots)
+    profile = qos.LOCKSTEP_COMMAND if lockstep else qos.COMMAND
+    controllers = [Controller(law, profile) for law in load()]
     # With event-triggered broadcast the laws know the other robots by what they send only; a
     # range is one of the radio, and of where robots are.
     odometry = FleetOdometry(
@@ -114,16 +131,17 @@ def build(args: argparse.Namespace, process: RosProcess, node: FleetNode) -> Con
         nb_robots,
         topics.mocap_topic if options.experiment else topics.odometry_topic,
         None if communication.needs_all_poses else robots,
+        qos.LATCHED if lockstep else qos.STATE,
     )
     command = topics.CMD_VEL_WANTED if options.experiment else topics.CMD_VEL
-    followers = [SiToUni(robot, options.cmd_vel_type, command) for robot in robots]
+    followers = [SiToUni(robot, options.cmd_vel_type, command, profile) for robot in robots]
     models = DrivenModels(followers, node.get_logger().warning)
     if options.model:
         models.use(model_names(options.model, nb_robots))
     else:
         models.follow(announced)
     pause = PauseWatch(node, options.pause_timeout) if options.experiment else None
-    if not pause:
+    if not pause and not lockstep:  # there time itself stands
         _follow_pause(node, followers, process.launcher)
     paths = {robot: scripts.script(robot) for robot in robots}
     condition = communication.condition_script or Path(CTC)
@@ -135,8 +153,37 @@ def build(args: argparse.Namespace, process: RosProcess, node: FleetNode) -> Con
         laws = [controller.law for controller in controllers]
         tell = process.launcher.tell
         ScriptReloader(node, stepper, laws, load, watch, options.pause_timeout, tell)
-    connect(stepper, communication, robots, node, odometry)
-    return stepper
+    senders = connect(stepper, communication, robots, node, odometry, lockstep)
+    if isinstance(time, Lockstep):
+        return stepper, LockstepLoop(
+            process, node, odometry, stepper, senders, graph, law.rate, time
+        )
+    clock = ScaledClock(time.rtf, time.begin) if time else SteadyClock()
+    stepper.clock = clock
+    loop = StepLoop(process, stepper.period, stepper.step, clock)
+    if stepper.communication:  # it counts when a state comes
+        loop.poll = stepper.take
+    return stepper, loop
+
+
+def check_lockstep(
+    options: ControllerOptions, communication: Communication, nb_robots: int
+) -> None:
+    """See that a controller can follow a simulator in lockstep.
+
+    Raises:
+        SetcmasError: It cannot.
+    """
+    if options.cmd_vel_type == 'twist':
+        raise SetcmasError(
+            'the simulator is in lockstep and needs commands with a stamp: '
+            '--cmd-vel-type must be twist_stamped'
+        )
+    if communication.event_triggered and len(options.controlled(nb_robots)) < nb_robots:
+        raise SetcmasError(
+            'the simulator is in lockstep: event-triggered robots must all be controlled by one '
+            'process; leave out --robots'
+        )
 
 
 def connect(
@@ -145,17 +192,24 @@ def connect(
     robots: list[int],
     node: FleetNode,
     odometry: FleetOdometry,
-) -> None:
+    lockstep: bool = False,
+) -> list[EventTriggeredComm]:
     """Let the robots of this process communicate as they are asked to.
+
+    Returns:
+        The nodes that send their states when a condition triggers.
 
     Raises:
         SetcmasError: A triggering condition cannot be loaded.
     """
     if not communication.is_ideal:
         stepper.communication = FleetCommunication(node, odometry, communication, robots)
-    if communication.event_triggered:
-        reports = stepper.outcomes.conditions
-        broadcasters(robots, communication, odometry, reports, lambda: stepper.t, stepper.watch)
+    if not communication.event_triggered:
+        return []
+    reports = stepper.outcomes.conditions
+    return broadcasters(
+        robots, communication, odometry, reports, lambda: stepper.t, stepper.watch, lockstep
+    )
 
 
 def _follow_pause(node: FleetNode, followers: list[SiToUni], launcher: Launcher) -> None:
@@ -183,23 +237,23 @@ def main(argv: list[str] | None = None) -> int:
 def _control(process: RosProcess, args: argparse.Namespace) -> int:
     with named_output():
         try:
-            stepper = build(args, process, FleetNode('controllers'))
+            built = build(args, process, FleetNode('controllers'))
         except StopCall:
             return 0
-        if stepper is None:
+        if built is None:
             return 0
+        stepper, loop = built
         process.take_signals()  # scripts may have taken them while they were loaded
         end_stuck_script(process, stepper.watch, stepper.stop)
         try:
             with contextlib.suppress(StopCall):
-                stepper.get_ready(process, args.recorded)
-                loop = StepLoop(process, stepper.period, stepper.step, stepper.clock)
-                if stepper.communication:  # it counts when a state comes
-                    loop.poll = stepper.take
+                stepper.get_ready(process, args.recorded, isinstance(loop, LockstepLoop))
                 loop.run()
         finally:
             if process.can_talk:
                 stepper.stop()
+                if isinstance(loop, LockstepLoop):
+                    loop.leave()
             stepper.watch.close()
         stepper.outcomes.end()
         return SCRIPT_FAILED if stepper.outcomes.failed else 0

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from rclpy.qos import QoSProfile
 from std_msgs.msg import Bool
 
 from setcmas_simu.fleet import topics
@@ -30,6 +31,7 @@ class SiToUni(FleetNode):
         robot: int,
         cmd_vel_type: str = AUTO,
         topic: str = topics.CMD_VEL,
+        profile: QoSProfile = qos.COMMAND,
     ) -> None:
         """Create the node in the robot's namespace.
 
@@ -37,6 +39,7 @@ class SiToUni(FleetNode):
             robot: Number of the robot.
             cmd_vel_type: 'twist', 'twist_stamped', or 'auto' for what the robot listens to.
             topic: Name of the robot's topic that takes the commands.
+            profile: Quality of service of the commands.
         """
         super().__init__(NODE_NAME, namespace=topics.robot_name(robot))
         self.robot = robot
@@ -48,6 +51,7 @@ class SiToUni(FleetNode):
             topics.robot_topic(robot, topic),
             topics.odometry_topic(robot),
             cmd_vel_type,
+            profile,
         )
         self._pauses = PolledTopic(
             self, Bool, topics.PAUSE, lambda message: self.pause(message.data), qos.EVENT

@@ -33,7 +33,7 @@ from setcmas_simu.fleet.topics import robot_name
 from setcmas_simu.reports.reports import Started
 from setcmas_simu.robots.mixed_fleet import fleet_model
 from setcmas_simu.ros.process import RosProcess
-from setcmas_simu.ros.step_clock import SteadyClock, StepClock
+from setcmas_simu.ros.step_clock import Clock, SteadyClock
 
 _LISTENERS_WAIT_S = 2.0
 _ENDS_ALL = 'and the other robots of this process cannot be commanded any more: it ends'
@@ -77,7 +77,7 @@ class ControlStepper:
         self._own = np.array([follower.robot for follower in self._followers]) - 1
         self._gains = gains
         self.period = 1.0 / gains.rate
-        self.clock: StepClock = SteadyClock()
+        self.clock: Clock = SteadyClock()
         self._pause = pause
         self._warn = node.get_logger().warning
         self._has_laws = True
@@ -95,12 +95,15 @@ class ControlStepper:
         self._lost: set[int] = set()
         self._take_signals: Callable[[], None] = lambda: None
 
-    def get_ready(self, process: RosProcess, recorded: bool = False) -> None:
+    def get_ready(
+        self, process: RosProcess, recorded: bool = False, lockstep: bool = False
+    ) -> None:
         """Wait until all poses are known and the robots listen.
 
         Args:
             process: Is served meanwhile.
             recorded: Whether a recorder is sure to come, and is waited for.
+            lockstep: Whether the robots wait for the laws, so that there is no step to fall into.
         """
         experiment = self._pause is not None
         wait_for_poses(process, self._odometry, self.take, self._warn, experiment)
@@ -112,21 +115,35 @@ class ControlStepper:
             process.spin_until(self._graph.is_recorded, _RECORDER_WAIT_S)
         else:
             process.spin_until(self._graph.is_recorded_if_it_can_be, _LISTENERS_WAIT_S)
-        if self._time_topic:
+        if self._time_topic and not lockstep:
             self._time_topic.wait_for_others(process)
         if process.stopping:
             return
         # Said before: the time that it takes must not come between the odometry and t = 0.
-        robots = [controller.robot for controller in self._controllers]
         law = ', '.join(dict.fromkeys(one.law.path.stem for one in self._controllers))
         self._node.get_logger().info(
-            f'controlling robots {format_robots(robots)} with {law} '
+            f'controlling robots {format_robots(list(self.robots))} with {law} '
             f'at {1 / self.period:g} Hz; Ctrl-C stops'
         )
-        process.launcher.tell(Started(tuple(robots), law))
+        process.launcher.tell(Started(self.robots, law))
         self._take_signals = process.take_signals
-        fall_in_step(process, self._odometry, self.take, self._controllers[0].robot)
+        if not lockstep:
+            fall_in_step(process, self._odometry, self.take, self._controllers[0].robot)
         self._stepped = self.clock.now()
+
+    @property
+    def nodes(self) -> list[Node]:
+        """The nodes of the robots of this process."""
+        return [*self._controllers, *self._followers]
+
+    @property
+    def robots(self) -> tuple[int, ...]:
+        """The robots of this process."""
+        return tuple(controller.robot for controller in self._controllers)
+
+    def follow_clock(self) -> None:
+        """Let t be the time of the clock, which other processes follow too."""
+        self._time.follow_clock()
 
     @property
     def t(self) -> float:

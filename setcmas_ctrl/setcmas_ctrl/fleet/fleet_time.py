@@ -21,6 +21,7 @@ class FleetTime:
         self._held = False
         self._heard_zero = 0.0
         self._heard_at = -float('inf')
+        self._is_clocks = False
 
     def at(self, now: float) -> float:
         """Return t, in s: 0 before the first step, and what it was then since a held one."""
@@ -39,9 +40,15 @@ class FleetTime:
 
     def hear(self, t: float, now: float) -> None:
         """Take what another process says that t is."""
+        if self._is_clocks:
+            return
         self._heard_zero, self._heard_at = now - t, now
         if self._zero is not None and (lead := t - self.at(now)) > _SAME_S:
             self._zero -= lead
+
+    def follow_clock(self) -> None:
+        """Let t be the time of the clock: other processes have the same one."""
+        self._zero, self._is_clocks = 0.0, True
 
     def is_shared(self, now: float) -> bool:
         """Return whether another process was heard of lately."""

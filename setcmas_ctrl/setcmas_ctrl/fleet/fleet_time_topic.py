@@ -13,7 +13,7 @@ from sensor_msgs.msg import TimeReference
 from setcmas_ctrl.fleet.fleet_time import FleetTime
 from setcmas_simu.fleet import topics
 from setcmas_simu.fleet.fleet import format_robots
-from setcmas_simu.ros import qos
+from setcmas_simu.ros import qos, ros_time
 from setcmas_simu.ros.process import RosProcess
 
 _NANOSECONDS = 1_000_000_000
@@ -53,7 +53,7 @@ class FleetTimeTopic:
             t = self._time.at(self._now())
             sec, nanosec = divmod(round(t * _NANOSECONDS), _NANOSECONDS)
             message = TimeReference(time_ref=Time(sec=sec, nanosec=nanosec), source=self._source)
-            message.header.stamp = self._node.get_clock().now().to_msg()
+            message.header.stamp = ros_time.stamp()
             self._publisher.publish(message)
 
     def _on_time(self, message: TimeReference) -> None:

@@ -10,12 +10,14 @@ from typing import NamedTuple
 import numpy as np
 from nav_msgs.msg import Odometry
 from rclpy.node import Node
+from rclpy.qos import QoSProfile
 
 from setcmas_simu.arrays import Floats
 from setcmas_simu.fleet import topics
 from setcmas_simu.fleet.planar_pose import yaw_of_quaternion
+from setcmas_simu.lockstep.answer import NONE
 from setcmas_simu.ros import qos
-from setcmas_simu.ros.cdr import read_odometry
+from setcmas_simu.ros.cdr import read_odometry, read_stamp
 from setcmas_simu.ros.polled_topic import PolledTopic
 
 Pose = tuple[float, float, float]
@@ -47,6 +49,7 @@ class FleetOdometry:
 
     Attributes:
         poses: Rows x, y in m and theta in rad, shape (3, N); NaN for robots not seen yet.
+        stamps: Their times in ns, shape (N,); NONE for robots not seen yet.
         now: Time in s at which `take` was called last.
     """
 
@@ -56,6 +59,7 @@ class FleetOdometry:
         nb_robots: int,
         topic_of: Callable[[int], str] = topics.odometry_topic,
         robots: Iterable[int] | None = None,
+        profile: QoSProfile = qos.STATE,
     ) -> None:
         """Subscribe to the odometry of robots; `take` takes what has come.
 
@@ -64,21 +68,23 @@ class FleetOdometry:
             nb_robots: Number of robots in the fleet.
             topic_of: Gives the topic of each robot's poses.
             robots: The robots to follow; None is the whole fleet.
+            profile: Quality of service.
         """
         self.topic_of = topic_of
         self.poses: Floats = np.full((3, nb_robots), np.nan)
         self.now = 0.0
+        self.stamps = np.full(nb_robots, NONE)
         self._received = np.full(nb_robots, -np.inf)
         self._followed = list(robots or range(1, nb_robots + 1))
         self._complete = False
         self._listeners: list[list[Listener]] = [[] for _ in range(nb_robots)]
-        self._topics = [
+        self.topics = [
             PolledTopic(
                 node,
                 Odometry,
                 topic_of(robot),
                 partial(self._on_odometry, robot - 1),
-                qos.STATE,
+                profile,
                 encoded=True,
             )
             for robot in self._followed
@@ -87,7 +93,7 @@ class FleetOdometry:
     def take(self, now: float) -> None:
         """Take the newest pose of each robot; `now` is the time of a steady clock in s."""
         self.now = now
-        for topic in self._topics:
+        for topic in self.topics:
             topic.take()
 
     def listen(self, robot: int, listener: Listener) -> None:
@@ -109,6 +115,7 @@ class FleetOdometry:
     def _on_odometry(self, index: int, data: bytes) -> None:
         if state := told_state(data):
             self.poses[:, index] = state.pose
+            self.stamps[index] = read_stamp(data)
             self._received[index] = self.now
             for listener in self._listeners[index]:
                 listener(state)

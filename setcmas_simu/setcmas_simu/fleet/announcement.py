@@ -29,6 +29,33 @@ class Source(msgspec.Struct, frozen=True):
         return f'{self.kind.value} (process {self.process} on {self.host})'
 
 
+class Lockstep(msgspec.Struct, frozen=True, tag=True):
+    """Time that goes on when all that follow have answered, from 0 on.
+
+    Attributes:
+        robot_rate: Rate of the robots' states in Hz.
+        nb_steps: After how many steps it stands still; None is never.
+    """
+
+    robot_rate: float
+    nb_steps: int | None = None
+
+
+class Scaled(msgspec.Struct, frozen=True, tag=True):
+    """Time that goes faster or slower than the system's, from 0 on.
+
+    Attributes:
+        rtf: Real time factor: how many seconds of it pass in a second.
+        begin: The time of the system's clock at its 0, in s.
+    """
+
+    rtf: float
+    begin: float
+
+
+SimulatedTime = Lockstep | Scaled
+
+
 class Announcement(msgspec.Struct, frozen=True):
     """The robots of one process.
 
@@ -37,12 +64,14 @@ class Announcement(msgspec.Struct, frozen=True):
         robots: Numbers of the robots, sorted.
         source: The process.
         models: The name of each one's model, or of its script; none where all are unicycles.
+        time: The time that they follow; None is the system's.
     """
 
     nb_robots: int
     robots: tuple[int, ...]
     source: Source
     models: tuple[str, ...] = ()
+    time: SimulatedTime | None = None
 
 
 def own_source(kind: Kind, process: int | None = None) -> Source:

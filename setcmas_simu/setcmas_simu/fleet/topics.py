@@ -35,6 +35,8 @@ COMMUNICATION_GRAPH = '/communication_graph'
 EMULATED_FAULT = '/emulated_lab/fault'
 CLOCK = '/clock'
 TF = '/tf'
+CLOCK = '/clock'
+LOCKSTEP = '/lockstep'
 TF_STATIC = '/tf_static'
 
 CMD_VEL_TYPES = ('twist_stamped', 'twist')

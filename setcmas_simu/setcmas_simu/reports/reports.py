@@ -90,6 +90,16 @@ class Paused(Message, frozen=True):
     paused: bool
 
 
+class Reached(Message, frozen=True):
+    """A simulation in lockstep has reached a time.
+
+    Attributes:
+        t: The time in s.
+    """
+
+    t: float
+
+
 class Reloaded(Message, frozen=True):
     """The control scripts were saved and are loaded again.
 
@@ -100,4 +110,6 @@ class Reloaded(Message, frozen=True):
     works: bool
 
 
-Report = Ready | Mistake | Started | Failed | Stuck | Ended | Recording | Paused | Reloaded
+Report = (
+    Ready | Mistake | Started | Failed | Stuck | Ended | Recording | Paused | Reached | Reloaded
+)

@@ -74,6 +74,13 @@ class EncodedOdometry(NamedTuple):
     V: float
 
 
+def read_stamp(data: bytes) -> int:
+    """Return the time in ns at the beginning of an encoded message, such as that of a header."""
+    is_little = data[1] & 1
+    seconds, nanoseconds = struct.unpack_from('<iI' if is_little else '>iI', data, _ORIGIN)
+    return int(seconds) * 10**9 + int(nanoseconds)
+
+
 def read_odometry(data: bytes) -> EncodedOdometry:
     """Return the pose and the speed of an encoded nav_msgs/Odometry."""
     data = _in_our_encoding(data, Odometry)

@@ -10,7 +10,7 @@ from rclpy.qos import QoSProfile
 
 from setcmas_simu.fleet import topics
 from setcmas_simu.fleet.topics import AUTO, CMD_VEL_TYPES
-from setcmas_simu.ros import cmd_vel_graph, qos
+from setcmas_simu.ros import cmd_vel_graph, qos, ros_time
 from setcmas_simu.ros.cmd_vel_type import TYPES
 
 _PREFERRED_TYPE = CMD_VEL_TYPES[0]
@@ -60,7 +60,7 @@ class CmdVelPublisher:
         message = TYPES[self._type]()
         twist = message
         if isinstance(message, TwistStamped):
-            message.header.stamp = self._node.get_clock().now().to_msg()
+            message.header.stamp = ros_time.stamp()
             message.header.frame_id = self._frame
             twist = message.twist
         twist.linear.x, twist.linear.y, twist.angular.z = V, left, omega

@@ -11,6 +11,7 @@ from setcmas_simu.fleet import topics
 from setcmas_simu.fleet.announcement import (
     Announcement,
     Kind,
+    SimulatedTime,
     Source,
     decode,
     encode,
@@ -33,15 +34,22 @@ class FleetAnnouncer:
         self._source = own_source(kind)
         self._publisher = node.create_publisher(String, topics.FLEET, qos.LATCHED)
 
-    def announce(self, robots: Sequence[int], nb_robots: int, models: Sequence[str] = ()) -> None:
+    def announce(
+        self,
+        robots: Sequence[int],
+        nb_robots: int,
+        models: Sequence[str] = (),
+        time: SimulatedTime | None = None,
+    ) -> None:
         """Tell which robots there are, now and to everybody who comes later.
 
         Args:
             robots: Numbers of the robots, sorted.
             nb_robots: Size of the fleet.
             models: The name of each one's model; none where all are unicycles.
+            time: The time that they follow; None is the system's.
         """
-        announcement = Announcement(nb_robots, tuple(robots), self._source, tuple(models))
+        announcement = Announcement(nb_robots, tuple(robots), self._source, tuple(models), time)
         self._publisher.publish(String(data=encode(announcement)))
 
 
@@ -75,6 +83,11 @@ class FleetListener:
     def models(self) -> dict[int, str]:
         """The models of the robots whose model is announced."""
         return models_of(self.by_source.values())
+
+    @property
+    def time(self) -> SimulatedTime | None:
+        """The time that the robots follow; None is the system's."""
+        return next((one.time for one in self.by_source.values() if one.time), None)
 
     @property
     def announced_by_all(self) -> bool:

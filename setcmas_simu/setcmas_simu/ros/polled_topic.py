@@ -27,6 +27,9 @@ class PolledTopic:
     """Hands the messages of a topic to a function when it is asked to.
 
     An executor would wake up for each message and rebuild its wait set over all topics.
+
+    Attributes:
+        subscription: That of the topic.
     """
 
     def __init__(
@@ -52,7 +55,7 @@ class PolledTopic:
         self._on_message = on_message
         self._depth = profile.depth
         self._encoded = encoded
-        self._subscription = node.create_subscription(
+        self.subscription = node.create_subscription(
             kind, name, on_message, profile, callback_group=_POLLED
         )
 
@@ -63,13 +66,13 @@ class PolledTopic:
 
     def close(self) -> None:
         """Unsubscribe."""
-        self._node.destroy_subscription(self._subscription)
+        self._node.destroy_subscription(self.subscription)
 
     def _messages(self) -> Iterator[Any]:
-        handle = self._subscription.handle
+        handle = self.subscription.handle
         with handle:
             for _ in range(self._depth):
-                taken = handle.take_message(self._subscription.msg_type, self._encoded)
+                taken = handle.take_message(self.subscription.msg_type, self._encoded)
                 if taken is None:
                     return
                 yield taken[0]

@@ -19,6 +19,12 @@ ROBOT_COMMAND = QoSProfile(
 )
 """Velocities over a radio link: one that was held up is dropped, not followed late."""
 
+LOCKSTEP_STATE = QoSProfile(depth=100, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+"""Robots' states in lockstep: who subscribes gets those of now, and a recorder all of them."""
+
+LOCKSTEP_COMMAND = QoSProfile(depth=100)
+"""What laws send in lockstep: a recorder gets all of it."""
+
 EVENT = QoSProfile(depth=10)
 """Wishes of people, such as reset and pause: none of them may be lost."""
 

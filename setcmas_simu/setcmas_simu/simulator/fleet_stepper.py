@@ -8,6 +8,7 @@ from functools import partial
 from pathlib import Path
 
 import numpy as np
+from builtin_interfaces.msg import Time
 from rclpy.node import Node
 from std_msgs.msg import Empty
 
@@ -18,7 +19,7 @@ from setcmas_simu.reports.reports import Failed, Function, ScriptCall
 from setcmas_simu.robots.mixed_fleet import fleet_model
 from setcmas_simu.robots.models import is_script, robot_models
 from setcmas_simu.robots.virtual_fleet import Command, VirtualFleet
-from setcmas_simu.ros import qos
+from setcmas_simu.ros import qos, ros_time
 from setcmas_simu.ros.polled_topic import PolledTopic
 from setcmas_simu.simulator.transforms import FleetTransforms
 from setcmas_simu.simulator.virtual_robot import VirtualRobot
@@ -62,7 +63,8 @@ class FleetStepper:
         }
         timeout = robots[0].number('cmd_timeout', least=1e-3)
         self._fleet = VirtualFleet(poses, fleet_model(models), timeout)
-        self.period = 1.0 / robots[0].number('rate', least=0.1, most=MAX_RATE_HZ)
+        self.rate = robots[0].number('rate', least=0.1, most=MAX_RATE_HZ)
+        self.period = 1.0 / self.rate
         for index, robot in enumerate(robots):
             robot.on_command = partial(self._command, index)
             robot.on_reset = partial(self._fleet.reset, index)
@@ -74,6 +76,8 @@ class FleetStepper:
         self._now = 0.0
         self._last_step: float | None = None
         self._next_housekeeping = -math.inf
+        self.tell_time: Callable[[Time], object] = lambda _: None
+        """Called with the stamp of each step, before its states are published."""
         self.housekeeping: Callable[[], None] = lambda: None
         """Called every other second."""
 
@@ -85,11 +89,16 @@ class FleetStepper:
         )
 
     def step(self, now: float) -> None:
-        """Follow what has come, move the robots by a period, and publish; `now` is in s."""
+        """Follow what has come, move the robots by a period, and publish; `now` is in s.
+
+        In the first step they stand at their start poses.
+        """
         self._take(now)
-        self._fleet.step(self.period, now)
+        if self._last_step is not None:
+            self._fleet.step(self.period, now)
         self._tell_failures()
-        stamp = self._node.get_clock().now().to_msg()
+        stamp = ros_time.stamp()
+        self.tell_time(stamp)
         poses = list(map(tuple, self._fleet.poses.T.tolist()))
         twists = map(tuple, self._fleet.twists.T.tolist())
         # All odometries first and in one burst: what controls the robots wakes up less often.

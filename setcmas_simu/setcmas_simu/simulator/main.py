@@ -10,15 +10,21 @@ import argparse
 import sys
 from dataclasses import replace
 
+from rclpy.qos import QoSProfile
+
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet import topics
-from setcmas_simu.fleet.announcement import Kind
+from setcmas_simu.fleet.announcement import Kind, Lockstep, Scaled, SimulatedTime
 from setcmas_simu.reports.reports import Ready
+from setcmas_simu.ros import qos
 from setcmas_simu.ros.fleet_topic import FleetAnnouncer
 from setcmas_simu.ros.process import FleetNode, RosProcess, node_main
+from setcmas_simu.ros.step_clock import ScaledClock
 from setcmas_simu.ros.step_loop import StepLoop
+from setcmas_simu.simulator.clock_topic import ClockTopic
 from setcmas_simu.simulator.fleet_stepper import FleetStepper
-from setcmas_simu.simulator.options import SimulatedRobots, SimulationOptions
+from setcmas_simu.simulator.lockstep_loop import LockstepLoop
+from setcmas_simu.simulator.options import SimulatedRobots, SimulationOptions, SimulatorOptions
 from setcmas_simu.simulator.simulator_guard import SimulatorGuard
 from setcmas_simu.simulator.virtual_robot import VirtualRobot
 
@@ -37,6 +43,7 @@ def main(argv: list[str] | None = None) -> int:
     """Simulate robots until a signal arrives; returns the exit status."""
     parser = argparse.ArgumentParser(prog='virtual_robot', description=__doc__)
     SimulationOptions.add_to(parser)
+    SimulatorOptions.add_to(parser)
     return node_main(parser, _simulate, argv)
 
 
@@ -48,7 +55,8 @@ def _simulate(process: RosProcess, args: argparse.Namespace) -> None:
     node = FleetNode(f'{topics.VIRTUAL_ROBOT_NODE}s')
     announcer = FleetAnnouncer(node, Kind.SIMULATOR)
     guard = SimulatorGuard(node, simulated.robots)
-    nodes = _virtual_robots(simulated, options)
+    profile = qos.LOCKSTEP_STATE if options.lockstep else qos.STATE
+    nodes = _virtual_robots(simulated, options, profile)
     stepper = FleetStepper(node, nodes)
     stepper.on_failure = process.launcher.tell
     guard.refuse_second_simulator()
@@ -56,12 +64,28 @@ def _simulate(process: RosProcess, args: argparse.Namespace) -> None:
     stepper.housekeeping = guard.warn_of_latecomers
     stepper.greet()
     models = [str(robot.value('model')) for robot in nodes]
-    announcer.announce(simulated.robots, options.fleet_size, models)
+    loop: LockstepLoop | StepLoop
+    time: SimulatedTime | None = None
+    if options.lockstep:
+        told = SimulatorOptions.of(args)
+        loop = LockstepLoop(process, node, stepper, nodes, told)
+        time = Lockstep(stepper.rate, told.nb_steps)
+    elif options.rtf != 1.0:
+        clock = ScaledClock(options.rtf)
+        loop = StepLoop(process, stepper.period, stepper.step, clock)
+        time = Scaled(options.rtf, clock.begin)
+    else:
+        loop = StepLoop(process, stepper.period, stepper.step)
+    if time:
+        stepper.tell_time = ClockTopic(node).tell
+    announcer.announce(simulated.robots, options.fleet_size, models, time)
     process.launcher.tell(Ready())
-    StepLoop(process, stepper.period, stepper.step).run()
+    loop.run()
 
 
-def _virtual_robots(simulated: SimulatedRobots, options: SimulationOptions) -> list[VirtualRobot]:
+def _virtual_robots(
+    simulated: SimulatedRobots, options: SimulationOptions, profile: QoSProfile
+) -> list[VirtualRobot]:
     poses = simulated.start_poses.T.tolist()
     return [
         VirtualRobot(
@@ -76,6 +100,7 @@ def _virtual_robots(simulated: SimulatedRobots, options: SimulationOptions) -> l
                 'cmd_timeout': options.cmd_timeout,
                 'cmd_vel_type': options.cmd_vel_type,
             },
+            profile,
         )
         for robot, model, (x0, y0, theta0) in zip(
             simulated.robots, simulated.models, poses, strict=True

@@ -15,7 +15,7 @@ from setcmas_simu.fleet.pose_options import given_poses
 from setcmas_simu.fleet.random_poses import AUTO, FORM, RandomPoses
 from setcmas_simu.fleet.topics import CMD_VEL_TYPES
 from setcmas_simu.options.completion import names_and_files
-from setcmas_simu.options.group import Options, option
+from setcmas_simu.options.group import ClashError, Options, flag, option
 from setcmas_simu.options.kinds import (
     NB_ROBOTS,
     RATE,
@@ -25,6 +25,7 @@ from setcmas_simu.options.kinds import (
     OneOf,
     PathTo,
     Robots,
+    Whole,
 )
 from setcmas_simu.options.option import Form
 from setcmas_simu.robots.models import MODELS as ROBOT_MODELS
@@ -155,6 +156,38 @@ class SimulationOptions(StartPoseOptions):
         'message type that the robots listen to on cmd_vel',
         default=CMD_VEL_TYPES[0],
     )
+    lockstep: bool = flag(
+        'let time go on when all controllers have answered: as fast as they can, and to the last '
+        'bit as setcmas offline'
+    )
+    rtf: float = option(
+        Number(above=0, most=100, metavar='FACTOR'),
+        'real time factor: how much faster than the wall clock time goes by',
+        default=1.0,
+    )
+
+    def check(self) -> None:
+        """See that the values go together.
+
+        Raises:
+            ClashError: They do not.
+        """
+        if self.lockstep and self.rtf != 1.0:
+            raise ClashError('{} goes as fast as it can: leave out {}', 'lockstep', 'rtf')
+        if self.lockstep and self.cmd_vel_type != CMD_VEL_TYPES[0]:
+            raise ClashError(
+                f'{{}} needs commands with a stamp: {{}} must be {CMD_VEL_TYPES[0]}',
+                'lockstep',
+                'cmd_vel_type',
+            )
+        if self.lockstep and self.robots and len(self.robots) < self.fleet_size:
+            raise ClashError(
+                '{} needs the whole fleet in one simulator: leave out {}', 'lockstep', 'robots'
+            )
+
+    def nb_steps(self, duration: float) -> int:
+        """Return how many steps the robots do in a run of `duration` s."""
+        return max(1, round(duration * self.robot_rate))
 
     @property
     def fleet_size(self) -> int:
@@ -180,3 +213,13 @@ class SimulationOptions(StartPoseOptions):
         check_models(models, self.limits)
         columns = [robot - 1 for robot in robots]
         return SimulatedRobots(robots, poses[:, columns], [models[i] for i in columns])
+
+
+@dataclass(frozen=True, kw_only=True)
+class SimulatorOptions(Options):
+    """What else a simulator process is told, of a run in lockstep, by the command behind it."""
+
+    recorded: bool = flag('wait for a recorder, which is to get the very first states')
+    nb_steps: int | None = option(
+        Whole(1, metavar='N'), 'stand still after this many steps', default=None
+    )

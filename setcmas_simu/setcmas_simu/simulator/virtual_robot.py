@@ -7,19 +7,21 @@ from collections.abc import Callable, Iterable
 from typing import Any
 
 from builtin_interfaces.msg import Time
-from geometry_msgs.msg import PoseStamped
+from geometry_msgs.msg import PoseStamped, TwistStamped
 from nav_msgs.msg import Odometry
 from rcl_interfaces.msg import ParameterDescriptor
+from rclpy.qos import QoSProfile
 from std_msgs.msg import Empty
 from visualization_msgs.msg import Marker
 
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet import topics
 from setcmas_simu.fleet.planar_pose import quaternion_of_yaw
+from setcmas_simu.lockstep.answer import NONE
 from setcmas_simu.robots.models import shape_of
 from setcmas_simu.robots.virtual_fleet import Command
 from setcmas_simu.ros import qos
-from setcmas_simu.ros.cdr import POSE, STAMP, TWIST, PreparedMessage, read_twist
+from setcmas_simu.ros.cdr import POSE, STAMP, TWIST, PreparedMessage, read_stamp, read_twist
 from setcmas_simu.ros.cmd_vel_type import TYPES
 from setcmas_simu.ros.polled_topic import PolledTopic
 from setcmas_simu.ros.process import FleetNode
@@ -31,18 +33,27 @@ OnCommand = Callable[[Command], None]
 class VirtualRobot(FleetNode):
     """The ROS interface of one simulated robot; a FleetStepper moves it.
 
+    Attributes:
+        robot: Its number.
+        commands: The topic of its commands.
+        commanded: The stamp of its newest command in ns; NONE if it has none.
+
     Parameters: robot_no, x0, y0 (m), theta0 (rad), rate (Hz), world_frame, robot_frame, model,
     limits, cmd_timeout (s), cmd_vel_type.
     """
 
-    def __init__(self, robot: int, defaults: dict[str, Any]) -> None:
+    def __init__(
+        self, robot: int, defaults: dict[str, Any], profile: QoSProfile = qos.STATE
+    ) -> None:
         """Create the node in the robot's namespace.
 
         Args:
             robot: Number of the robot.
             defaults: Values of the parameters that `--ros-args` does not give.
+            profile: Quality of service of its states.
         """
         self.robot = robot
+        self.commanded = NONE
         self.on_command: OnCommand = lambda _: None
         self.on_reset: Callable[[], None] = lambda: None
 
@@ -53,11 +64,11 @@ class VirtualRobot(FleetNode):
         for name, value in (names | defaults | {'robot_no': robot}).items():
             self.declare_parameter(name, value, dynamic)
 
-        self._odom_publisher = self.create_publisher(Odometry, topics.ODOM, qos.STATE)
-        self._pose_publisher = self.create_publisher(PoseStamped, topics.POSE, qos.STATE)
-        self._marker_publisher = self.create_publisher(Marker, topics.MARKER, qos.STATE)
+        self._odom_publisher = self.create_publisher(Odometry, topics.ODOM, profile)
+        self._pose_publisher = self.create_publisher(PoseStamped, topics.POSE, profile)
+        self._marker_publisher = self.create_publisher(Marker, topics.MARKER, profile)
         self._kind = TYPES[self.choice('cmd_vel_type', TYPES)]
-        self._commands = PolledTopic(
+        self.commands = PolledTopic(
             self, self._kind, topics.CMD_VEL, self._on_cmd_vel, qos.COMMAND, encoded=True
         )
         self._resets = PolledTopic(self, Empty, topics.RESET, lambda _: self.on_reset(), qos.EVENT)
@@ -104,7 +115,7 @@ class VirtualRobot(FleetNode):
 
     def take(self) -> None:
         """Take the newest command, and resets, which count for more."""
-        self._commands.take()
+        self.commands.take()
         self._resets.take()
 
     def publish_odometry(
@@ -121,6 +132,8 @@ class VirtualRobot(FleetNode):
         self._marker_publisher.publish(self._marker.at(stamp, pose))
 
     def _on_cmd_vel(self, data: bytes) -> None:
+        if self._kind is TwistStamped:
+            self.commanded = read_stamp(data)
         self.on_command(read_twist(data, self._kind))
 
 

@@ -148,7 +148,7 @@ def simulate(
         seed=seed,
     )
     gains = GainOptions(vnom=vnom, komega=komega, rate=rate, seed=seed)
-    nb_steps = max(1, round(duration * robot_rate))
+    nb_steps = simulation.nb_steps(duration)
     _check_size(nb_steps, nb_robots)
     start = _start(simulation, nb_robots, poses)
     options = CommunicationOptions(

@@ -3,20 +3,25 @@
 from __future__ import annotations
 
 import sys
+import time
 
 from rclpy.node import Node
 
 from setcmas_simu.fleet import topics
+from setcmas_simu.fleet.announcement import Lockstep
 from setcmas_simu.ros.fleet_topic import FleetListener
 from setcmas_simu.ros.message_class import NoPythonTypeError
+from setcmas_tools.recorder.bag_times import BagTimes, bag_times
+from setcmas_tools.recorder.lockstep_answers import LockstepAnswers
 from setcmas_tools.recorder.message_definitions import MessageDefinitions, UnknownDefinitionError
 from setcmas_tools.recorder.offered_qos import stored_qos
-from setcmas_tools.recorder.receive_clock import ReceiveClock
 from setcmas_tools.recorder.recorded_topic import Received, RecordedTopic
 from setcmas_tools.recorder.transform_recorder import TransformRecorder
 from setcmas_tools.recorder.writer import BagWriter
 
-_LEFT_OUT = '/parameter_events'
+_LEFT_OUT = ('/parameter_events', topics.LOCKSTEP)
+_OF_ALL = ('/rosout', topics.FLEET)
+_ANNOUNCED_WITHIN_NS = 10**9
 
 
 class GraphRecorder:
@@ -33,7 +38,9 @@ class GraphRecorder:
         self._node = node
         self._writer = writer
         self._chosen = chosen
-        self._clock = ReceiveClock()
+        self._times: BagTimes | None = None
+        self._waiting: list[Received] = []
+        self._answers: LockstepAnswers | None = None
         self._definitions = MessageDefinitions()
         self._topics: dict[str, RecordedTopic] = {}
         # What was known of each topic at the last look: number of publishers, types.
@@ -72,14 +79,25 @@ class GraphRecorder:
         Raises:
             OSError: The disk is full, or fails.
         """
-        self._clock.update()
-        received = [message for topic in self._topics.values() for message in topic.take()]
-        self._write(received)
+        self._waiting += [message for topic in self._topics.values() for message in topic.take()]
+        self._write(complete=False)
+
+    def close(self) -> None:
+        """Write what has come until now, and what was held back.
+
+        Raises:
+            OSError: The disk is full, or fails.
+        """
+        self.drain()
+        self._times = self._times or bag_times(self._fleet.time)
+        self._write(complete=True)
+        if self._answers:
+            self._answers.leave()
 
     def _is_wanted(self, name: str) -> bool:
         if self._chosen is not None:
-            return name in self._chosen
-        return name != _LEFT_OUT and '/_' not in name
+            return name in self._chosen or (name == topics.CLOCK and self.follows)
+        return name not in _LEFT_OUT and '/_' not in name
 
     def _follow(self, name: str, types: list[str]) -> None:
         infos = self._node.get_publishers_info_by_topic(name)
@@ -96,12 +114,12 @@ class GraphRecorder:
             topic.connection = self._writer.add_topic(
                 name, topic.msgtype, self._definitions.of(topic.msgtype), stored_qos(profiles)
             )
-        self._write(topic.adapt_to(profiles))
+        self._waiting += topic.adapt_to(profiles)
 
     def _subscribe(self, name: str, msgtype: str) -> RecordedTopic | None:
         previous = self._topics.pop(name, None)
         if previous:
-            self._write(list(previous.take()))
+            self._waiting += previous.take()
             previous.close()
         try:
             self._definitions.of(msgtype)
@@ -110,17 +128,39 @@ class GraphRecorder:
             self._tell_once(f'{name} ({msgtype}) is not recorded: {error}')
         return self._topics.get(name)
 
-    def _write(self, received: list[Received]) -> None:
-        for message in sorted(received, key=lambda message: message.time_ns):
+    def _write(self, complete: bool) -> None:
+        if not self._knows_times():
+            return
+        assert self._times
+        for message in self._waiting:
+            if not message.topic.connection:
+                self._follow(message.topic.name, [message.topic.msgtype])
+        if self._answers:
+            self._answers.take(self._waiting)
+        for stamp, message in self._times.of(self._waiting, complete):
             topic = message.topic
-            if not topic.connection:
-                self._follow(topic.name, [topic.msgtype])
             if topic.connection:
-                stamp = self._clock.stamp(message.time_ns)
                 self._writer.write(topic.connection, stamp, message.data)
                 if topic.tells_poses:
                     self._transforms.take(message.data)
         self._transforms.write()
+
+    @property
+    def follows(self) -> bool:
+        """Whether the robots are simulated in lockstep, and wait for this recorder."""
+        return isinstance(self._fleet.time, Lockstep)
+
+    def _knows_times(self) -> bool:
+        """Return whether it is known which time the robots follow, as they announce."""
+        if self._times is None and self._waiting:
+            self._fleet.take()
+            first = next((m.time_ns for m in self._waiting if m.topic.name not in _OF_ALL), None)
+            late = first is not None and time.time_ns() - first > _ANNOUNCED_WITHIN_NS
+            if late or (self._fleet.by_source and self._fleet.announced_by_all):
+                self._times = bag_times(self._fleet.time)
+                if self.follows:
+                    self._answers = LockstepAnswers(self._node, self._fleet.robots)
+        return self._times is not None
 
     def _tell_once(self, line: str) -> None:
         if line not in self._told:

@@ -14,6 +14,7 @@ from setcmas_tools.recorder.options import RecorderOptions
 from setcmas_tools.recorder.writer import BagWriter
 
 _TAKE_PERIOD_S = 0.05
+_LOCKSTEP_PERIOD_S = 0.005  # the robots wait
 _LOOK_PERIOD_S = 0.2
 _FLUSH_PERIOD_S = 1.0
 
@@ -71,8 +72,8 @@ def _record(process: RosProcess, recorder: GraphRecorder, writer: BagWriter) -> 
         if now >= next_flush:
             next_flush = now + _FLUSH_PERIOD_S
             writer.flush()
-        time.sleep(_TAKE_PERIOD_S)
-    recorder.drain()
+        time.sleep(_LOCKSTEP_PERIOD_S if recorder.follows else _TAKE_PERIOD_S)
+    recorder.close()
 
 
 def _summary(writer: BagWriter) -> str:

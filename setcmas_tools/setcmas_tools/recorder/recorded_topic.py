@@ -18,6 +18,8 @@ from setcmas_tools.recorder.offered_qos import (
     subscription_qos,
 )
 
+_TIMES = ('std_msgs/Header', 'builtin_interfaces/Time')
+
 
 @dataclass
 class Received:
@@ -25,11 +27,13 @@ class Received:
 
     Attributes:
         time_ns: When, on the system's clock.
+        sent_ns: When it was sent, on that of its sender.
         topic: Of which topic.
         data: Serialised.
     """
 
     time_ns: int
+    sent_ns: int
     topic: RecordedTopic
     data: bytes
 
@@ -45,6 +49,7 @@ class RecordedTopic:
         msgtype: Type of its messages.
         connection: The topic in the bag; None until a publisher is known.
         tells_poses: Whether it is the odometry of a robot.
+        has_stamp: Whether a message begins with a time.
     """
 
     def __init__(self, node: Node, name: str, msgtype: str) -> None:
@@ -61,6 +66,8 @@ class RecordedTopic:
         self.tells_poses = msgtype == 'nav_msgs/msg/Odometry' and is_odometry(name)
         self._node = node
         self._class = message_class(msgtype)
+        fields = self._class.get_fields_and_field_types()
+        self.has_stamp = next(iter(fields.values()), '') in _TIMES
         self._has_publishers = False
         self._reliable, self._transient_local = True, False
         self._taken_early: set[int] = set()
@@ -97,8 +104,9 @@ class RecordedTopic:
                 if taken is None:
                     return
                 data, info = taken
-                if self._is_new(info['source_timestamp']):
-                    yield Received(info['received_timestamp'], self, data)
+                sent_ns = info['source_timestamp']
+                if self._is_new(sent_ns):
+                    yield Received(info['received_timestamp'], sent_ns, self, data)
 
     def close(self) -> None:
         """Unsubscribe."""

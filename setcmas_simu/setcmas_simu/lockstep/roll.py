@@ -1,0 +1,86 @@
+"""Roll of those that follow a simulation in lockstep, and of what they have answered."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from setcmas_simu.fleet.fleet import format_robots
+from setcmas_simu.lockstep.answer import NONE, Answer, Follower
+
+
+class Roll:
+    """Says when a simulation may go on, and whom it waits for otherwise.
+
+    At first every robot must have a controller, and a recorder must be there if one is to come.
+    Later those that are there are waited for, and one controller is enough.
+    """
+
+    def __init__(self, robots: Sequence[int], recorded: bool, window_ns: int) -> None:
+        """Begin with nobody.
+
+        Args:
+            robots: Numbers of the robots.
+            recorded: Whether a recorder is sure to come.
+            window_ns: By how much a recorder may be behind, in ns.
+        """
+        self._robots = set(robots)
+        self._recorded = recorded
+        self._window_ns = window_ns
+        self._answers: dict[Follower, Answer] = {}
+        self._begun = False
+
+    def __len__(self) -> int:
+        """Return how many follow."""
+        return len(self._answers)
+
+    @property
+    def controlled(self) -> set[int]:
+        """The robots that have a controller."""
+        return {robot for follower in self._answers for robot in follower.robots}
+
+    def take(self, answer: Answer) -> None:
+        """Note an answer."""
+        if answer.leaves:
+            self._answers.pop(answer.follower, None)
+        else:
+            self._answers[answer.follower] = answer
+
+    def drop(self, late: Sequence[Answer]) -> None:
+        """Wait no more for some, which are gone without a word."""
+        for answer in late:
+            self._answers.pop(answer.follower, None)
+
+    def commanded(self) -> dict[int, int]:
+        """Return the stamp in ns of the newest command of each robot that was sent one."""
+        return {
+            robot: answer.commanded
+            for answer in self._answers.values()
+            if answer.commanded != NONE
+            for robot in answer.follower.robots
+        }
+
+    def late(self, stamp: int, exactly: bool = False) -> list[Answer]:
+        """Return the last answers of those that are waited for at a time in ns.
+
+        Args:
+            stamp: The time of the newest states.
+            exactly: Whether a recorder, too, is to have all of them.
+        """
+        window = 0 if exactly else self._window_ns
+        return [
+            answer
+            for answer in self._answers.values()
+            if answer.stamp < stamp - (0 if answer.follower.robots else window)
+        ]
+
+    def missing(self, stamp: int) -> str:
+        """Return who must come before time goes on, in words; empty if nobody."""
+        without = sorted(self._robots - self.controlled)
+        if not self._begun and without:
+            return f'a controller of robots {format_robots(without)}'
+        if without == sorted(self._robots):
+            return 'a controller'
+        if self._recorded and all(follower.robots for follower in self._answers):
+            return 'the recorder'
+        self._begun = self._begun or not self.late(stamp)
+        return ''

@@ -1,0 +1,17 @@
+"""Time of the stamps of messages: the system's, or that of a simulation."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+
+from builtin_interfaces.msg import Time
+
+now_ns: Callable[[], int] = time.time_ns
+"""Returns the time in ns; a process that follows a simulation sets another one."""
+
+
+def stamp() -> Time:
+    """Return the time now."""
+    seconds, nanoseconds = divmod(now_ns(), 10**9)
+    return Time(sec=seconds, nanosec=nanoseconds)

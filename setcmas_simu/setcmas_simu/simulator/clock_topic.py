@@ -1,0 +1,22 @@
+"""The topic /clock, which nodes with use_sim_time follow."""
+
+from __future__ import annotations
+
+from builtin_interfaces.msg import Time
+from rclpy.node import Node
+from rosgraph_msgs.msg import Clock
+
+from setcmas_simu.fleet import topics
+from setcmas_simu.ros import qos
+
+
+class ClockTopic:
+    """Tells the time of a simulation."""
+
+    def __init__(self, node: Node) -> None:
+        """Publish through a node."""
+        self._publisher = node.create_publisher(Clock, topics.CLOCK, qos.LOCKSTEP_STATE)
+
+    def tell(self, stamp: Time) -> None:
+        """Publish a time."""
+        self._publisher.publish(Clock(clock=stamp))
