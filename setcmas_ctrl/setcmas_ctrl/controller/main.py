@@ -34,7 +34,6 @@ from setcmas_ctrl.controller.script_outcomes import ScriptOutcomes
 from setcmas_ctrl.controller.si_to_uni import SiToUni
 from setcmas_ctrl.controller.stepper import ControlStepper
 from setcmas_ctrl.controller.stuck_scripts import end_process, end_stuck_script
-from setcmas_ctrl.controller.task_topic import TaskTopic
 from setcmas_ctrl.fleet.discovery import wait_for_fleet, wait_for_source
 from setcmas_ctrl.fleet.odometry import FleetOdometry
 from setcmas_ctrl.fleet.pause_watch import PauseWatch
@@ -42,6 +41,7 @@ from setcmas_ctrl.scripts.call_watch import CallWatch
 from setcmas_ctrl.scripts.output import named_output
 from setcmas_ctrl.scripts.random_seed import seed_scripts
 from setcmas_ctrl.scripts.stop_call import StopCall
+from setcmas_ctrl.task.task_topic import TaskTopic
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet import topics
 from setcmas_simu.fleet.announcement import Lockstep

@@ -1,0 +1,59 @@
+from types import SimpleNamespace
+
+import pytest
+
+pytest.importorskip('rclpy')
+
+from setcmas_simu.fleet.announcement import Lockstep, Scaled
+from setcmas_tools.recorder.bag_times import bag_times
+from setcmas_tools.recorder.recorded_topic import Received
+
+S = 1_000_000_000
+
+
+def message(name, sent_ns, stamp=None):
+    topic = SimpleNamespace(name=name, has_stamp=stamp is not None)
+    seconds, nanoseconds = divmod(stamp or 0, S)
+    data = b'\0\1\0\0' + seconds.to_bytes(4, 'little') + nanoseconds.to_bytes(4, 'little')
+    return Received(sent_ns, sent_ns, topic, data)
+
+
+def told(times, messages, complete=False):
+    return [(t, one.topic.name) for t, one in times.of(messages, complete)]
+
+
+def test_in_lockstep_the_time_is_that_of_the_stamp_or_of_the_tick_whatever_came_first():
+    times = bag_times(Lockstep(10.0))
+    waiting = [
+        message('/tb3_1/cmd_cart_vel', 60),
+        message('/clock', 50, 1 * S),
+        message('/task', 10),
+        message('/foreign', 55, 1_700_000_000 * S),
+    ]
+    assert told(times, waiting) == []
+    waiting += [
+        message('/tb3_1/odom', 80, 1 * S + S // 10),
+        message('/clock', 70, 1 * S + S // 10),
+        message('/tb3_1/odom', 52, 1 * S),
+    ]
+
+    assert told(times, waiting) == [
+        (S, '/task'),
+        (S, '/clock'),
+        (S, '/tb3_1/odom'),
+        (S, '/foreign'),
+        (S, '/tb3_1/cmd_cart_vel'),
+    ]
+    assert told(times, waiting, complete=True) == [
+        (S + S // 10, '/clock'),
+        (S + S // 10, '/tb3_1/odom'),
+    ]
+    assert waiting == []
+
+
+def test_a_time_that_goes_faster_is_that_of_the_bag():
+    times = bag_times(Scaled(5.0, begin=100.0))
+
+    (first, b), (second, a) = told(times, [message('/a', 102 * S), message('/b', 101 * S)])
+    assert (b, a) == ('/b', '/a')
+    assert (first, second) == pytest.approx((5 * S, 10 * S), abs=S // 100)
