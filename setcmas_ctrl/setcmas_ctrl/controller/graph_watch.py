@@ -14,7 +14,8 @@ from setcmas_simu.fleet.fleet import format_robots
 from setcmas_simu.fleet.topics import RECORDER_NODES
 from setcmas_simu.ros.fleet_topic import FleetListener
 
-_CHECK_EVERY_S = 2.0
+_ROUND_EVERY_S = 2.0
+_LOOKS = 8  # at robots in a step
 _PATIENCE_S = 2.0  # a robot that nobody hears for longer is told
 _FORGOTTEN_AFTER_S = 6.0  # a second more than the lease in config/fastdds_network.xml
 
@@ -45,33 +46,40 @@ class GraphWatch:
         self._followers = followers
         self._warn = warn
         self._begin = time.monotonic()
-        self._next_check = 0.0
+        self._next_round = 0.0
+        self._to_look_at: list[SiToUni] = []
         self._unheard: set[int] = set()
+        self._unheard_before: set[int] = set()
+        self._rivals: dict[int, str] = {}
         self._unheard_since = 0.0
         self._unheard_told = False
         self._contested: set[int] = set()
         self._mixed_told: set[int] = set()
         self._known = set(range(1, odometry.poses.shape[1] + 1))
 
-    def unheard_robots(self) -> set[int]:
-        """Return the robots that do not listen; the type of cmd_vel follows those that do."""
-        return {f.robot for f in self._followers if not f.cmd_vel.follow_listeners()}
+    def all_heard(self) -> Callable[[], bool]:
+        """Return what tells whether every robot listens; the type of cmd_vel follows it."""
+        return self._all(lambda follower: follower.cmd_vel.follow_listeners())
 
-    def is_recorded(self) -> bool:
-        """Return whether a recorder listens to every robot's commands, and to its poses.
+    def all_recorded(self) -> Callable[[], bool]:
+        """Return what tells whether a recorder listens to every robot's commands and poses.
 
         A recorder finds the processes of a fleet one after another: that it knows this one does
         not mean that it knows the robots already.
         """
-        return all(
-            self._recorder_listens(topic)
-            for follower in self._followers
-            for topic in (follower.cmd_vel.topic, self._odometry.topic_of(follower.robot))
+        return self._all(
+            lambda follower: all(
+                map(
+                    self._recorder_listens,
+                    (follower.cmd_vel.topic, self._odometry.topic_of(follower.robot)),
+                )
+            )
         )
 
-    def is_recorded_if_it_can_be(self) -> bool:
-        """Return the same, or true if there is no recorder."""
-        return not self.has_recorder() or self.is_recorded()
+    def recorded_if_they_can_be(self) -> Callable[[], bool]:
+        """Return what tells the same, or true if there is no recorder."""
+        recorded = self.all_recorded()
+        return lambda: not self.has_recorder() or recorded()
 
     def has_recorder(self) -> bool:
         """Return whether there is a recorder."""
@@ -81,25 +89,55 @@ class GraphWatch:
         """Return whether a recorder listens to some topics, or there is none."""
         return not self.has_recorder() or all(map(self._recorder_listens, names))
 
+    def _all(self, holds: Callable[[SiToUni], bool]) -> Callable[[], bool]:
+        """Return what asks, of each robot until it is so, whether something holds."""
+        left = list(self._followers)
+
+        def all_hold() -> bool:
+            left[:] = [follower for follower in left if not holds(follower)]
+            return not left
+
+        return all_hold
+
     def _recorder_listens(self, topic: str) -> bool:
         listeners = self._node.get_subscriptions_info_by_topic(topic)
         return any(info.node_name in RECORDER_NODES for info in listeners)
 
     def check(self) -> None:
-        """Look again, if the last look is some time ago."""
+        """Look at some robots; tell what a round over all of them has shown.
+
+        A look at a topic takes the longer the more topics there are, so that a step could not
+        look at all robots of a large fleet.
+        """
         now = time.monotonic()
-        if now >= self._next_check:
-            self._next_check = now + _CHECK_EVERY_S
+        if not self._to_look_at and now >= self._next_round:
+            self._next_round = now + _ROUND_EVERY_S
+            self._to_look_at = list(self._followers)
+            self._unheard, self._rivals = set(), {}
+        some, self._to_look_at = self._to_look_at[:_LOOKS], self._to_look_at[_LOOKS:]
+        for follower in some:
+            self._look_at(follower, now)
+        if some and not self._to_look_at:
             self._notice_unheard(now)
-            self._notice_mixed_types()
             self._notice_latecomers()
-            if now - self._begin > _FORGOTTEN_AFTER_S:  # who was killed before is not seen then
-                self._notice_rivals()
+            self._notice_rivals()
+
+    def _look_at(self, follower: SiToUni, now: float) -> None:
+        robot, cmd_vel = follower.robot, follower.cmd_vel
+        if not cmd_vel.follow_listeners():
+            self._unheard.add(robot)
+        if cmd_vel.mixed and robot not in self._mixed_told:
+            self._mixed_told.add(robot)
+            self._warn(f'{cmd_vel.mixed}; choose with --cmd-vel-type')
+        # Who was killed before is seen for a while.
+        is_over = now - self._begin > _FORGOTTEN_AFTER_S
+        if is_over and robot not in self._contested and (names := cmd_vel.other_commanders()):
+            self._rivals[robot] = names[0]
 
     def _notice_unheard(self, now: float) -> None:
-        unheard = self.unheard_robots()
-        if unheard != self._unheard:
-            self._unheard, self._unheard_since = unheard, now
+        unheard = self._unheard
+        if unheard != self._unheard_before:
+            self._unheard_before, self._unheard_since = unheard, now
             self._unheard_told = False
         elif unheard and not self._unheard_told and now - self._unheard_since > _PATIENCE_S:
             self._unheard_told = True
@@ -108,16 +146,12 @@ class GraphWatch:
                 'type that is published: they will not move'
             )
 
-    def _notice_mixed_types(self) -> None:
-        for follower in self._followers:
-            if follower.cmd_vel.mixed and follower.robot not in self._mixed_told:
-                self._mixed_told.add(follower.robot)
-                self._warn(f'{follower.cmd_vel.mixed}; choose with --cmd-vel-type')
-
     def _notice_latecomers(self) -> None:
-        present = set(robots_with_odometry(self._node, self._odometry.topic_of))
         self._announced.take()
-        present |= set(self._announced.robots)
+        present = {
+            *robots_with_odometry(self._node, self._odometry.topic_of, self._known),
+            *self._announced.robots,
+        }
         if latecomers := present - self._known:
             self._known |= latecomers
             self._warn(
@@ -126,15 +160,9 @@ class GraphWatch:
             )
 
     def _notice_rivals(self) -> None:
-        rivals = {
-            follower.robot: names[0]
-            for follower in self._followers
-            if follower.robot not in self._contested
-            and (names := follower.cmd_vel.other_commanders())
-        }
-        if rivals:
-            self._contested |= set(rivals)
+        if self._rivals:
+            self._contested |= set(self._rivals)
             self._warn(
-                f'another controller commands robots {format_robots(sorted(rivals))} too '
-                f'({next(iter(rivals.values()))}): they fight; stop one of them'
+                f'another controller commands robots {format_robots(sorted(self._rivals))} too '
+                f'({next(iter(self._rivals.values()))}): they fight; stop one of them'
             )

@@ -110,11 +110,11 @@ class ControlStepper:
         if self.communication:
             wait_for_states(process, self.communication, self.take, self._warn)
         # A robot, and a recorder if there is or will be one, are to get the very first command.
-        process.spin_until(lambda: not self._graph.unheard_robots(), _LISTENERS_WAIT_S)
+        process.spin_until(self._graph.all_heard(), _LISTENERS_WAIT_S)
         if recorded:
-            process.spin_until(self._graph.is_recorded, _RECORDER_WAIT_S)
+            process.spin_until(self._graph.all_recorded(), _RECORDER_WAIT_S)
         else:
-            process.spin_until(self._graph.is_recorded_if_it_can_be, _LISTENERS_WAIT_S)
+            process.spin_until(self._graph.recorded_if_they_can_be(), _LISTENERS_WAIT_S)
         if self._time_topic and not lockstep:
             self._time_topic.wait_for_others(process)
         if process.stopping:

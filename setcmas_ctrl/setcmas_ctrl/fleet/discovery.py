@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Container
 
 from nav_msgs.msg import Odometry
 from rclpy.node import Node
@@ -22,19 +22,23 @@ _REMIND_EVERY_S = 2.0
 
 
 def robots_with_odometry(
-    node: Node, topic_of: Callable[[int], str] = topics.odometry_topic
+    node: Node,
+    topic_of: Callable[[int], str] = topics.odometry_topic,
+    known: Container[int] = (),
 ) -> list[int]:
     """Return the numbers of the robots whose odometry somebody publishes, sorted.
 
     Args:
         node: The node through which the graph is seen.
         topic_of: Gives the topic of each robot's odometry.
+        known: Robots that are left out.
     """
     robots = [
         robot
         for name, types in node.get_topic_names_and_types()
         if _ODOMETRY_TYPE in types
         and (robot := topics.robot_of(name))
+        and robot not in known
         and name == topic_of(robot)
         and node.count_publishers(name)
     ]

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import struct
 from collections.abc import Callable
-from copy import deepcopy
 from operator import attrgetter
 from typing import Any, NamedTuple
 
@@ -60,10 +59,13 @@ class PreparedMessage:
         return bytes(self._data)
 
     def _offset(self, field: str, kind: str) -> int:
-        marked = deepcopy(self._message)
         owner, _, name = field.rpartition('.')
-        setattr(attrgetter(owner)(marked), name, _MARKS[kind])
-        return serialize_message(marked).index(struct.pack(f'={kind}', _MARKS[kind]))
+        holder = attrgetter(owner)(self._message)
+        value = getattr(holder, name)
+        setattr(holder, name, _MARKS[kind])
+        offset = serialize_message(self._message).index(struct.pack(f'={kind}', _MARKS[kind]))
+        setattr(holder, name, value)
+        return offset
 
 
 class EncodedOdometry(NamedTuple):

@@ -44,10 +44,13 @@ def listeners(node: Node, topic: str) -> list[Endpoint]:
 
 def types_of_robot(node: Node, found: list[Endpoint], odometry_topic: str) -> set[str]:
     """Return the types that a robot takes: where listeners differ, who sends odometry is it."""
+    wanted = {one.kind for one in found if one.kind in TYPES}
+    if len(wanted) <= 1:
+        return wanted
     senders = node.get_publishers_info_by_topic(odometry_topic)
     robot = {_endpoint(sender).participant for sender in senders}
     kinds = {one.kind for one in found if one.participant in robot and one.kind in TYPES}
-    return kinds or {one.kind for one in found if one.kind in TYPES}
+    return kinds or wanted
 
 
 def twins(node: Node, topic: str) -> bool:

@@ -10,9 +10,10 @@ import sys
 import time
 from collections.abc import Callable, Iterator, Sequence
 from types import FrameType
-from typing import Any
+from typing import Any, cast
 
 import rclpy
+from rcl_interfaces.msg import ParameterEvent
 from rclpy.event_handler import PublisherEventCallbacks, SubscriptionEventCallbacks
 from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
 from rclpy.node import Node
@@ -40,19 +41,29 @@ class FleetNode(Node):
             Parameter('start_type_description_service', Parameter.Type.BOOL, False),
             *kwargs.pop('parameter_overrides', []),
         ]
-        light = {'enable_rosout': False, 'start_parameter_services': False}
-        super().__init__(node_name, parameter_overrides=overrides, **(light | kwargs))
+        options = {'enable_rosout': False, 'start_parameter_services': False} | kwargs
+        self._tells_parameters = options['start_parameter_services']
+        super().__init__(node_name, parameter_overrides=overrides, **options)
 
-    def create_publisher(self, *args: Any, **kwargs: Any) -> Publisher:
+    def create_publisher(self, msg_type: Any, *args: Any, **kwargs: Any) -> Publisher:
         """Create a publisher without the event callbacks that the executor would wait for."""
+        if msg_type is ParameterEvent and not self._tells_parameters:
+            return cast(Publisher, _NoParameterEvents())
         kwargs.setdefault('event_callbacks', PublisherEventCallbacks(use_default_callbacks=False))
-        return super().create_publisher(*args, **kwargs)
+        return super().create_publisher(msg_type, *args, **kwargs)
 
     def create_subscription(self, *args: Any, **kwargs: Any) -> Subscription:
         """Create a subscription without the event callbacks that the executor would wait for."""
         silent = SubscriptionEventCallbacks(use_default_callbacks=False)
         kwargs.setdefault('event_callbacks', silent)
         return super().create_subscription(*args, **kwargs)
+
+
+class _NoParameterEvents:
+    """Takes the events of parameters that nobody can set: an endpoint less for each node."""
+
+    def publish(self, event: ParameterEvent) -> None:
+        pass
 
 
 class RosProcess:

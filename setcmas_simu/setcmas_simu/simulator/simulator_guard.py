@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import time
+from collections.abc import Sequence
 
 from rclpy.node import Node
 
@@ -14,6 +15,7 @@ from setcmas_simu.simulator.robot_locks import RobotLocks
 
 _DISCOVERY_S = {'LOCALHOST': 0.4}
 _NETWORK_DISCOVERY_S = 1.0
+_LOOKS = 50  # at robots in a call
 _FORGOTTEN_AFTER_S = 6.0  # a second more than the lease in config/fastdds_network.xml
 
 
@@ -35,6 +37,7 @@ class SimulatorGuard:
         self._node = node
         self._robots = robots
         self._started = time.monotonic()
+        self._turn = robots
         self._suspects: set[int] = set()
         self._warned: set[int] = set()
 
@@ -47,8 +50,8 @@ class SimulatorGuard:
             names.remove(own)
         return names
 
-    def _seen(self) -> dict[int, list[str]]:
-        return {robot: names for robot in self._robots if (names := self.others(robot))}
+    def _seen(self, robots: Sequence[int]) -> dict[int, list[str]]:
+        return {robot: names for robot in robots if (names := self.others(robot))}
 
     def refuse_second_simulator(self) -> None:
         """Wait until others have had time to show up.
@@ -59,14 +62,14 @@ class SimulatorGuard:
         discovery_range = os.environ.get('ROS_AUTOMATIC_DISCOVERY_RANGE', 'SUBNET')
         wait = _DISCOVERY_S.get(discovery_range, _NETWORK_DISCOVERY_S)
         time.sleep(max(0.0, self._started + wait - time.monotonic()))
-        seen = self._seen()
+        seen = self._seen(self._robots)
         if seen:
             # Whoever was killed stays on the graph for a while.
             self._node.get_logger().info('others publish odometry; waiting whether they stay')
             deadline = time.monotonic() + _FORGOTTEN_AFTER_S
             while seen and time.monotonic() < deadline:
                 time.sleep(0.1)
-                seen = self._seen()
+                seen = self._seen(self._robots)
         if seen:
             example = next(iter(seen.values()))[0]
             raise SetcmasError(
@@ -76,10 +79,15 @@ class SimulatorGuard:
             )
 
     def warn_of_latecomers(self) -> None:
-        """Say once for each robot when another publisher of its odometry has come and stayed."""
-        seen = self._seen()
+        """Say once for each robot when another publisher of its odometry has come and stayed.
+
+        A call looks at some robots, the next one at those after them.
+        """
+        some, self._turn = self._turn[:_LOOKS], self._turn[_LOOKS:] or self._robots
+        seen = self._seen(some)
         # A second simulator is visible for a moment while it finds out that it must not start.
-        staying, self._suspects = self._suspects & set(seen), set(seen)
+        staying = self._suspects & set(seen)
+        self._suspects = (self._suspects - set(some)) | set(seen)
         for robot, names in seen.items():
             if robot in staying - self._warned:
                 self._warned.add(robot)
