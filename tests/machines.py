@@ -128,6 +128,14 @@ def go(way: str, domain: int, folder: Path) -> None:
         begin(machines)
 
 
+def go_with_losses(way: str, domain: int, folder: Path) -> None:
+    """Let the fleet go although a tenth of all packets is lost, those of discovery too."""
+    with ThreeMachines(way, domain, folder) as machines:
+        for name in machines.network.addresses:
+            machines.network.lose(name, 0.1)
+        begin(machines)
+
+
 def begin(machines: ThreeMachines):
     simulators = machines.simulate('left', LEFT), machines.simulate('right', RIGHT)
     controllers = machines.control(LEFT), machines.control(RIGHT)

@@ -4,7 +4,7 @@ import pytest
 
 pytest.importorskip('rclpy')
 
-from machines import PEERS, SERVER, go, recover
+from machines import PEERS, SERVER, go, go_with_losses, recover
 from network_namespaces import NoNetworkError, in_a_process
 
 
@@ -17,6 +17,11 @@ def on_three_machines(function, way, domain, folder):
 
 def test_a_fleet_over_three_machines_has_one_t(domain, tmp_path):
     on_three_machines(go, PEERS, domain, tmp_path)
+
+
+@pytest.mark.nightly
+def test_a_fleet_goes_over_a_network_that_loses_a_tenth(domain, tmp_path):
+    on_three_machines(go_with_losses, PEERS, domain, tmp_path)
 
 
 @pytest.mark.nightly
