@@ -11,6 +11,7 @@ import sys
 from pathlib import Path
 from typing import Any, NoReturn
 
+from launch_scripts.offline.early_start import start_early
 from launch_scripts.processes.inherited import leave_out_what_breaks
 from launch_scripts.terminal.terminal_state import kept_terminal
 from setcmas_simu import __version__
@@ -81,13 +82,13 @@ def spelled(arguments: list[str]) -> list[str]:
     return result
 
 
-def build_parser(wanted: str | None) -> Parser:
-    """Return the parser; only the wanted verb's options are loaded, None loads all."""
+def build_parser(wanted: str) -> Parser:
+    """Return the parser; only the wanted verb's options are loaded."""
     parser = Parser(prog='setcmas', description=_DESCRIPTION)
     parser.add_argument('--version', action='version', version=f'setcmas {__version__}')
     verbs = parser.add_subparsers(dest='verb', metavar='VERB', title='verbs')
     for verb, purpose in VERBS.items():
-        if wanted is None or verb == wanted:
+        if verb == wanted:
             command = importlib.import_module(f'launch_scripts.commands.{verb}')
             description = command.__doc__ or ''
             subparser = verbs.add_parser(verb, help=purpose, description=description)
@@ -141,8 +142,14 @@ def _check_current_folder() -> None:
 def _parsed(arguments: list[str]) -> argparse.Namespace:
     """Return the parsed arguments; exits after a help text or a mistake."""
     completing = '_ARGCOMPLETE' in os.environ
-    wanted = next((argument for argument in arguments if not argument.startswith('-')), '')
-    parser = build_parser(None if completing else wanted)
+    if completing:
+        typed = os.environ.get('COMP_LINE', '').replace('-', '_').split()
+        wanted = next((word for word in typed if word in VERBS), '')
+    else:
+        wanted = next((argument for argument in arguments if not argument.startswith('-')), '')
+    if wanted == 'offline' and not completing and {'-h', '--help'}.isdisjoint(arguments):
+        start_early()  # before numpy and all the rest is imported here
+    parser = build_parser(wanted)
     if completing:
         import argcomplete
 

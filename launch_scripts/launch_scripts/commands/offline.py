@@ -106,7 +106,7 @@ def _simulate(
     communication: CommunicationOptions,
 ) -> tuple[Run, float]:
     """Return the run, or what is left of it, and its time in s; scripts cannot harm us."""
-    from launch_scripts.processes.offline_process import BrokenRun, OfflineProcess
+    from launch_scripts.offline.run_process import BrokenRun, OfflineProcess
     from setcmas_tools.offline.history import remains
 
     job = {

@@ -1,8 +1,8 @@
 """Process that makes an offline run for another one, which outlives whatever a script does to it.
 
-Run as `python -m setcmas_tools.offline.worker FOLDER`. The folder holds the arguments of
-`simulate`; the process leaves the run there, or the user's mistake, and on the way the board and
-where it was when it was asked (SIGUSR1) or died.
+Run as `python -m setcmas_tools.offline.worker FOLDER`. Once a byte comes on its standard input,
+the folder holds the arguments of `simulate`. The process leaves the run there, or the user's
+mistake, and on the way the board and where it was when it was asked (SIGUSR1) or died.
 """
 
 from __future__ import annotations
@@ -45,6 +45,7 @@ def main() -> NoReturn:
     if hasattr(signal, 'SIGALRM'):  # a script's alarm does nothing, as over ROS
         signal.signal(signal.SIGALRM, lambda *_: None)
     _tell_where(folder)
+    _wait()
     job = pickle.loads((folder / JOB).read_bytes())
     board.current = board.Board(folder / BOARD)
     robot_script.on_call = board.current.begin
@@ -54,6 +55,13 @@ def main() -> NoReturn:
             if stream is not None and not stream.closed:
                 stream.flush()
         _exit(status)
+
+
+def _wait() -> None:
+    """Wait for the word to begin; from then on there is no input."""
+    if not os.read(0, 1):
+        _exit(0)
+    os.dup2(os.open(os.devnull, os.O_RDONLY), 0)
 
 
 def _end_with_parent() -> None:

@@ -8,7 +8,7 @@ import time
 import pytest
 from processes import SETCMAS
 
-from launch_scripts.processes.offline_process import BrokenRun, OfflineProcess
+from launch_scripts.offline.run_process import BrokenRun, OfflineProcess
 from setcmas_ctrl.control.law_scripts import LawScripts
 from setcmas_simu.errors import SetcmasError
 

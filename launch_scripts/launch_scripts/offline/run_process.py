@@ -8,7 +8,6 @@ import re
 import signal
 import subprocess
 import sys
-import tempfile
 import threading
 import time
 from collections.abc import Callable, Mapping
@@ -17,9 +16,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import IO, Any
 
+from launch_scripts.offline.early_start import started
 from launch_scripts.processes.child_process import KILL
-from launch_scripts.processes.node_commands import OFFLINE_WORKER, node_command
-from launch_scripts.processes.orphans import adopt_orphans, children, end_orphans
+from launch_scripts.processes.orphans import end_orphans
 from setcmas_ctrl.control.law_scripts import LawScripts
 from setcmas_ctrl.scripts.call_watch import STUCK_S
 from setcmas_ctrl.scripts.messages import described_place, quoted_line
@@ -69,21 +68,14 @@ class OfflineProcess:
         self._scripts = scripts
         models = set(model_names(job.get('model'), job.get('nb_robots', 1)))
         self._robot_scripts = [Path(name).resolve() for name in models if name.endswith('.py')]
-        self._strangers = children()
-        adopt_orphans()
-        self._temporary = tempfile.TemporaryDirectory(prefix='setcmas_')
-        self._folder = Path(self._temporary.name)
+        self._start = started()
+        self._folder, self._process = self._start.folder, self._start.process
         (self._folder / JOB).write_bytes(pickle.dumps(dict(job)))
         (self._folder / WHERE).touch()
         self._board = Board(self._folder / BOARD)
-        self._process = subprocess.Popen(
-            node_command(OFFLINE_WORKER, [str(self._folder)]),
-            stdin=subprocess.DEVNULL,
-            stdout=subprocess.PIPE,
-            stderr=subprocess.PIPE,
-            env=os.environ | {'PYTHONUNBUFFERED': '1'},
-            start_new_session=True,  # Ctrl-C is answered here
-        )
+        if self._process.stdin:
+            with suppress(OSError), self._process.stdin as begin:
+                begin.write(b'\n')
         self._readers = [
             threading.Thread(target=_copy, args=pair, daemon=True)
             for pair in ((self._process.stdout, sys.stdout), (self._process.stderr, sys.stderr))
@@ -98,7 +90,7 @@ class OfflineProcess:
     def __exit__(self, *exc_info: object) -> None:
         """End the process, and what scripts have started in it."""
         self._kill()
-        self._temporary.cleanup()
+        self._start.clean_up()
 
     def run(
         self, call_timeout: float, warn: Callable[[str], None], on_state: Callable[[int], None]
@@ -192,7 +184,7 @@ class OfflineProcess:
                 os.killpg(self._process.pid, KILL)
         self._process.kill()
         self._process.wait()
-        end_orphans(self._strangers)
+        end_orphans(self._start.strangers)
         for reader in self._readers:
             reader.join(_ANSWER_S)
 
