@@ -39,11 +39,14 @@ class PauseWatch:
         self._may_go = not latches
         self._held = ''
         self._paused = True
-        self._received = -float('inf')
+        self._received = self._looked = self._comes_from = -float('inf')
         self._topic = PolledTopic(node, Bool, topics.PAUSED, self._on_paused, qos.STATE)
 
     def reason(self) -> str:
         """Return why robots are paused, by what has come; empty if they are not."""
+        now = time.monotonic()
+        # Who latches takes a message for as old as it can be: it came after the last look.
+        self._comes_from, self._looked = self._looked if self._latches else now, now
         self._topic.take()
         trouble = self._trouble()
         if trouble:
@@ -74,4 +77,4 @@ class PauseWatch:
 
     def _on_paused(self, message: Bool) -> None:
         self._paused = message.data
-        self._received = time.monotonic()
+        self._received = self._comes_from

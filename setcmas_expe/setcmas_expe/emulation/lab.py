@@ -13,7 +13,6 @@ from functools import partial
 
 import numpy as np
 from nav_msgs.msg import Odometry
-from rclpy.clock import Clock, ClockType
 from rclpy.logging import LoggingSeverity, set_logger_level
 from std_msgs.msg import String
 
@@ -38,6 +37,7 @@ from setcmas_simu.reports.reports import Ready
 from setcmas_simu.robots.velocity_limits import ROBOT_MODELS
 from setcmas_simu.ros import qos
 from setcmas_simu.ros.process import FleetNode, RosProcess, node_main
+from setcmas_simu.ros.step_loop import StepLoop
 from setcmas_simu.simulator.robot_locks import RobotLocks
 
 _STEP_RATE_HZ = 50.0
@@ -96,28 +96,28 @@ class EmulatedLab(FleetNode):
             self._on_fault,
             qos.EVENT,
         )
-        self._rate = max(_STEP_RATE_HZ, options.mocap_rate)
+        self.period = 1.0 / max(_STEP_RATE_HZ, options.mocap_rate)
+        """Time in s from step to step."""
         self._frames = Schedule(options.mocap_rate)
         self._wheel_odometry = Schedule(_WHEEL_ODOMETRY_HZ)
         self._batteries = Schedule(_BATTERY_HZ)
-        self._stepped = 0.0
+        self._stepped = time.monotonic()
 
     @property
     def nodes(self) -> list[FleetNode]:
         """All nodes of the lab."""
         return [self, self._driver, *self._robots, *self._cmd_vel_guards]
 
-    def start(self) -> None:
-        """Start to step."""
-        self._stepped = time.monotonic()
-        steady = Clock(clock_type=ClockType.STEADY_TIME)
-        self.create_timer(1.0 / self._rate, self._step, clock=steady)
+    def greet(self) -> None:
+        """Say what is emulated."""
         self.get_logger().info(
             f'emulating a lab with {len(self._robots)} TurtleBot3s; Ctrl-C stops'
         )
 
-    def _step(self) -> None:
-        now = time.monotonic()
+    def step(self, now: float) -> None:
+        """Move the robots by the commands that have come, and publish; `now` is in s."""
+        for robot in self._robots:
+            robot.take()
         # By the clock and not by counting: robots roll on while this process is late.
         self._fleet.step(min(now - self._stepped, _LONGEST_STEP_S))
         self._stepped = now
@@ -191,9 +191,9 @@ def main(argv: list[str] | None = None) -> int:
 def _emulate(process: RosProcess, args: argparse.Namespace) -> None:
     lab = EmulatedLab(LabOptions.of(args).chosen(), EmulationOptions.of(args))
     process.add(*lab.nodes)
-    lab.start()
+    lab.greet()
     process.launcher.tell(Ready())
-    process.spin()
+    StepLoop(process, lab.period, lab.step).run()
 
 
 if __name__ == '__main__':

@@ -15,6 +15,7 @@ from setcmas_expe.lab.model import LabRobot
 from setcmas_simu.fleet import topics
 from setcmas_simu.fleet.planar_pose import quaternion_of_yaw
 from setcmas_simu.ros.cmd_vel_type import TYPES, velocities
+from setcmas_simu.ros.polled_topic import PolledTopic
 from setcmas_simu.ros.process import FleetNode
 
 NODE_NAME = 'turtlebot3_node'
@@ -52,13 +53,14 @@ class EmulatedTurtleBot3(FleetNode):
         self._odom_publisher = self.create_publisher(Odometry, topics.ODOM, _QOS)
         self._battery = BatteryState(present=True, design_capacity=1.8)
         self._battery_publisher = self.create_publisher(BatteryState, topics.BATTERY, _QOS)
-        self.create_subscription(
-            TYPES[cmd_vel_type],
-            topics.CMD_VEL,
-            self._on_cmd_vel,
-            _QOS,
+        self._commands = PolledTopic(
+            self, TYPES[cmd_vel_type], topics.CMD_VEL, self._on_cmd_vel, _QOS
         )
         self.create_service(SetBool, 'motor_power', self._on_motor_power)
+
+    def take(self) -> None:
+        """Take the commands that have come."""
+        self._commands.take()
 
     def publish_odometry(self, stamp: Time, pose: Pose, V: float, omega: float) -> None:
         """Publish where the wheels say that the robot is (m, rad), and their speeds."""

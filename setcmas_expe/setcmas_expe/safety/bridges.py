@@ -12,12 +12,14 @@ from setcmas_expe.lab.model import Lab
 from setcmas_expe.lab.options import LabOptions
 from setcmas_expe.safety.arena_markers import publish_arena
 from setcmas_expe.safety.cmd_vel_bridge import CmdVelBridge
+from setcmas_expe.safety.decision import RATE_HZ
 from setcmas_expe.safety.mocap_bridge import MocapBridge
 from setcmas_expe.safety.stepper import SafetyStepper
 from setcmas_simu.fleet.announcement import Kind
 from setcmas_simu.fleet.fleet import format_robots
 from setcmas_simu.ros.fleet_topic import FleetAnnouncer
 from setcmas_simu.ros.process import FleetNode, RosProcess, node_main
+from setcmas_simu.ros.step_loop import StepLoop
 
 
 def _greet(node: FleetNode, lab: Lab) -> None:
@@ -48,9 +50,9 @@ def _bridge(process: RosProcess, args: argparse.Namespace) -> None:
     stepper = SafetyStepper(node, lab, mocaps, bridges)
     _greet(node, lab)
     try:
-        stepper.start()
         announcer.announce([robot.number for robot in lab.robots], lab.nb_robots)
-        process.spin()
+        # Motion capture is called back in between: when a pose comes tells how fast it moves.
+        StepLoop(process, 1.0 / RATE_HZ, stepper.step).run()
     finally:  # whatever happens in a callback, robots get their zero
         stepper.stop()
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import time
 
 from geometry_msgs.msg import TwistStamped
 from sensor_msgs.msg import BatteryState
@@ -14,6 +13,7 @@ from setcmas_simu.fleet import topics
 from setcmas_simu.ros import qos
 from setcmas_simu.ros.cmd_vel_publisher import CmdVelPublisher
 from setcmas_simu.ros.cmd_vel_type import velocities
+from setcmas_simu.ros.polled_topic import PolledTopic
 from setcmas_simu.ros.process import FleetNode
 
 
@@ -38,7 +38,7 @@ class CmdVelBridge(FleetNode):
         self.V = self.omega = 0.0
         self.rival = ''
         self.battery: float | None = None
-        self._received = -math.inf
+        self._received = self._comes_from = -math.inf
         self._wanted = topics.robot_topic(robot.number, topics.CMD_VEL_WANTED)
         self.cmd_vel = CmdVelPublisher(
             self,
@@ -48,15 +48,21 @@ class CmdVelBridge(FleetNode):
             lab.cmd_vel_type,
             qos.ROBOT_COMMAND,
         )
-        self.create_subscription(
-            TwistStamped,
-            self._wanted,
-            self._on_wanted,
-            qos.COMMAND,
+        self._commands = PolledTopic(
+            self, TwistStamped, self._wanted, self._on_wanted, qos.COMMAND
         )
         self.create_subscription(
             BatteryState, robot.topic(topics.BATTERY), self._on_battery, qos.SENSOR
         )
+
+    def take(self, last: float) -> None:
+        """Take the newest command of the controller.
+
+        Args:
+            last: When commands were taken last, in s: it counts as old as it can be.
+        """
+        self._comes_from = last
+        self._commands.take()
 
     def age(self, now: float) -> float:
         """Return how old the last command of the controller is, in s; inf before the first."""
@@ -74,7 +80,7 @@ class CmdVelBridge(FleetNode):
 
     def _on_wanted(self, message: TwistStamped) -> None:
         self.V, self.omega = velocities(message)
-        self._received = time.monotonic()
+        self._received = self._comes_from
 
     def _on_battery(self, message: BatteryState) -> None:
         percentage = message.percentage

@@ -1,10 +1,10 @@
-"""Stepper of the bridge process: one timer that decides every robot's command."""
+"""Stepper of the bridge process: one step that decides every robot's command."""
 
 from __future__ import annotations
 
+import math
 import time
 
-from rclpy.clock import Clock, ClockType
 from rclpy.node import Node
 
 from setcmas_ctrl.fleet.pause_watch import SILENT, PauseWatch
@@ -32,10 +32,10 @@ class SafetyStepper:
     def __init__(
         self, node: Node, lab: Lab, mocaps: list[MocapBridge], bridges: list[CmdVelBridge]
     ) -> None:
-        """Prepare; nothing is sent before `start`.
+        """Prepare; nothing is sent before the first step.
 
         Args:
-            node: The node that owns the timer and what concerns the whole fleet.
+            node: The node that owns what concerns the whole fleet.
             lab: The rules.
             mocaps: The mocap bridge of each robot.
             bridges: The cmd_vel bridge of each robot, in the same order.
@@ -56,13 +56,7 @@ class SafetyStepper:
         self._stalls = StallDetector(lab.timeouts.pause_s, time_since_boot())
         self._runaways = Runaways()
         self._steps = 0
-
-    def start(self) -> None:
-        """Start to send."""
-        self._stalls.tick(time_since_boot())
-        # A steady clock: setting the system's time must not stop the watchdogs.
-        steady = Clock(clock_type=ClockType.STEADY_TIME)
-        self._node.create_timer(1.0 / RATE_HZ, self._step, clock=steady)
+        self._stepped = -math.inf
 
     def stop(self) -> None:
         """Command zero, several times in case one is lost; called while the process ends."""
@@ -73,8 +67,11 @@ class SafetyStepper:
         for _, bridge in self._robots:
             bridge.cmd_vel.wait_until_sent()
 
-    def _step(self) -> None:
-        now = time.monotonic()
+    def step(self, now: float) -> None:
+        """Decide on what has come, and command the robots; `now` is in s on the steady clock."""
+        for _, bridge in self._robots:
+            bridge.take(self._stepped)
+        self._stepped = now
         if stalled_for := self._stalls.tick(time_since_boot()):
             # Messages that waited meanwhile look new, and somebody may have come near a robot.
             self._pause.forget()
