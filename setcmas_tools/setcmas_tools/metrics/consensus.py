@@ -16,7 +16,8 @@ from setcmas_tools.run.run import Run
 class ConsensusMetrics(Measured):
     """Agreement on the position, from the first to the last time at which all robots are known.
 
-    Settling times are None if the disagreement is not below its bound at the end.
+    Settling times are None if the disagreement is not below its bound at the end, the rate if the
+    disagreement is never seen to fall from 20 % to 2 %.
     """
 
     start_time_s: float
@@ -25,6 +26,7 @@ class ConsensusMetrics(Measured):
     disagreement_at_end_m: float
     settling_time_2_percent_s: float | None
     settling_time_5_percent_s: float | None
+    convergence_rate_1_s: float | None
     final_centre_x_m: float
     final_centre_y_m: float
 
@@ -83,6 +85,27 @@ def settling_time(t: Floats, values: Floats, share: float) -> float | None:
     return float(t[settled]) if settled < len(t) else None
 
 
+def convergence_rate(t: Floats, values: Floats) -> float | None:
+    """Return the rate in 1/s at which values decay, r in exp(-r t).
+
+    The least-squares slope of their logarithm from the first value below 20 % of that at the start
+    to the first one below 2 %, where the slowest mode of a linear consensus is left: its rate is
+    K lambda_2 (Olfati-Saber and Murray, IEEE Transactions on Automatic Control 49(9), 2004).
+
+    Args:
+        t: Times in s, shape (K,), K at least 1.
+        values: What decays, not negative, shape (K,).
+
+    Returns:
+        None if there are fewer than three values between these bounds.
+    """
+    first, last = (int(np.argmax(values < share * values[0])) for share in (0.2, 0.02))
+    chosen = slice(first, last or len(values))
+    if not first or len(t[chosen]) < 3 or values[chosen].min() <= 0:
+        return None
+    return -float(np.polyfit(t[chosen], np.log(values[chosen]), 1)[0])
+
+
 def consensus(grid: FleetGrid) -> ConsensusMetrics | None:
     """Return how well a fleet agrees; None for one robot, or if all are never known at once."""
     known = np.isfinite(grid.x).all(axis=0)
@@ -97,6 +120,7 @@ def consensus(grid: FleetGrid) -> ConsensusMetrics | None:
         disagreement_at_end_m=float(values[-1]),
         settling_time_2_percent_s=settling_time(t, values, 0.02),
         settling_time_5_percent_s=settling_time(t, values, 0.05),
+        convergence_rate_1_s=convergence_rate(t, values),
         final_centre_x_m=float(x[:, -1].mean()),
         final_centre_y_m=float(y[:, -1].mean()),
     )

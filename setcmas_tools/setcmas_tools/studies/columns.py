@@ -61,6 +61,9 @@ COLUMNS = {
         's', 'disagreement below 2 %, for good', 'consensus', 'settling_time_2_percent_s',
         endless=True,
     ),
+    'convergence_rate': Column(
+        '1/s', 'decay of the disagreement from 20 % to 2 %', 'consensus', 'convergence_rate_1_s'
+    ),
     'least_separation': Column(
         'm', 'least distance of two robots', 'separation', 'least_separation_m'
     ),

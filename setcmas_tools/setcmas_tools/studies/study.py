@@ -61,7 +61,6 @@ class Study:
     plan: Plan
     table: Mapping[str, Sequence[Any]]
     folder: Path
-    _temporary: object = None  # a folder that goes with the study
 
     @classmethod
     def load(cls, folder: str | Path) -> Study:
@@ -74,13 +73,13 @@ class Study:
         return cls.of(plan, Path(folder))
 
     @classmethod
-    def of(cls, plan: Plan, folder: Path, temporary: object = None) -> Study:
+    def of(cls, plan: Plan, folder: Path) -> Study:
         """Return the study of a plan whose table is in a folder.
 
         Raises:
             SetcmasError: The table is damaged, or the plan's success names no column.
         """
-        study = cls(plan, read_table(folder / FILE_NAME), folder, temporary)
+        study = cls(plan, read_table(folder / FILE_NAME), folder)
         if plan.info.success:
             study.successes(plan.info.success)
         return study

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import inspect
 import os
+import shutil
 import statistics
 import tempfile
 import time
+import weakref
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import closing, suppress
 from pathlib import Path
@@ -65,7 +67,7 @@ def sweep(
         SetcmasError: An argument makes no sense, or the folder holds something else.
     """
     own = SweepOptions.__dataclass_fields__.keys() & options.keys()
-    chosen = SweepOptions(**{name: options.pop(name) for name in own})
+    chosen = SweepOptions(seeds=seeds, **{name: options.pop(name) for name in own})
     known = inspect.signature(simulate).parameters
     if strangers := sorted(options.keys() - known.keys()):
         raise SetcmasError(f"'{strangers[0]}' is no argument of sweep or simulate")
@@ -92,8 +94,7 @@ def carry_out(
         SetcmasError: The folder holds something else or cannot be written, or the cluster does
             not answer.
     """
-    temporary = None if folder else tempfile.TemporaryDirectory(prefix='setcmas_study_')
-    place = folder or Path(str(temporary and temporary.name))
+    place = folder or Path(tempfile.mkdtemp(prefix='setcmas_study_'))
     if not prepare(place, plan, overwrite):
         with written(place), PartialTable(place) as table:
             left = [run for run in range(1, len(plan.cases) + 1) if run not in table.done]
@@ -102,7 +103,10 @@ def carry_out(
                 for row in tqdm(rows, 'runs', len(plan.cases), initial=done, disable=None):
                     table.add(row)
             table.finish(plan.cases)
-    return Study.of(plan, place, temporary)
+    study = Study.of(plan, place)
+    if not folder:
+        weakref.finalize(study, shutil.rmtree, place, ignore_errors=True)
+    return study
 
 
 def jobs_of(plan: Plan, runs: Iterable[int], options: SweepOptions) -> Iterator[Job]:

@@ -19,6 +19,7 @@ def test_two_robots_in_consensus_settle_when_theory_says():
     assert agreement.disagreement_at_end_m == pytest.approx(2.0 * 0.95**200)
     assert agreement.settling_time_5_percent_s == pytest.approx(5.9)
     assert agreement.settling_time_2_percent_s == pytest.approx(7.7)
+    assert agreement.convergence_rate_1_s == pytest.approx(-math.log(0.95) / 0.1)
     assert (agreement.final_centre_x_m, agreement.final_centre_y_m) == pytest.approx((1, 2))
 
 
@@ -38,6 +39,7 @@ def test_settling_is_for_good():
 
     assert again.settling_time_5_percent_s == pytest.approx(8.5)
     assert never.settling_time_2_percent_s is None
+    assert never.convergence_rate_1_s is None
 
 
 def test_the_recording_of_the_ros_1_stack():

@@ -115,6 +115,9 @@ def make_plan(
         if callable(base[name]):
             stand_in = str(getattr(base[name], '__name__', 'function'))
             objects[name], base[name] = {stand_in: base[name]}, stand_in
+    for name, values in vary.items():
+        if isinstance(values, Mapping):
+            objects.setdefault(plain(name), {}).update(values)
     names = _script_names(base['algo'], vary, exercise, objects)
     varied = {checked_name(name, names): values for name, values in vary.items()}
     known: dict[str, Any] = {}
@@ -164,7 +167,6 @@ def _values(
 ) -> list[Any] | Draw:
     """Return the values of a name; functions stay with the objects, under what they are called."""
     if isinstance(values, Mapping):
-        objects.setdefault(plain(name), {}).update(values)
         return list(values)
     read = parse_variation(name, values, seed) if isinstance(values, str) else values
     if isinstance(read, Draw):

@@ -33,6 +33,7 @@ from setcmas_tools.run.outcome import State
 from setcmas_tools.studies.workers.job import Job
 from setcmas_tools.studies.workers.row import Row, one_line, row_of
 
+_LOOK_S = 0.005
 _exit = os._exit
 
 
@@ -76,27 +77,33 @@ def _in_copy(job: Job, folder: Path, jobs: BinaryIO) -> Row:
     if not process:
         _work(job, folder, notes, target)
     os.close(target)
-    answer, late = _answer(source, jobs, job.timeout)
+    deadline = time.monotonic() + job.timeout
+    answer = _answer(source, jobs, deadline)
     os.close(source)
-    for kill in (os.killpg, os.kill):  # with what the script has started
-        with suppress(ProcessLookupError, PermissionError):
-            kill(process, signal.SIGKILL)
-    status = os.waitstatus_to_exitcode(os.waitpid(process, 0)[1])
+    status = 0 if answer.endswith(b'\n') else _status(process, jobs, deadline)
+    with suppress(ProcessLookupError, PermissionError):
+        os.killpg(process, signal.SIGKILL)  # with what the script has started
+    with suppress(ProcessLookupError, ChildProcessError):
+        os.kill(process, signal.SIGKILL)
+        os.waitpid(process, 0)
     if answer.endswith(b'\n'):
         return msgspec.json.decode(answer, type=Row)
-    return _broken(job, notes, _late(notes, job.timeout) if late else _death(status))
+    return _broken(job, notes, _late(notes, job.timeout) if status is None else _death(status))
 
 
 def _work(job: Job, folder: Path, notes: board.Board, target: int) -> NoReturn:
     """Make a run in this process, which is a copy, and end."""
-    os.setpgid(0, 0)
-    _limit(job.memory)
-    board.current = notes
-    robot_script.on_call = notes.begin
-    answer = msgspec.json.encode(_row(job, folder)) + b'\n'
-    while answer:
-        answer = answer[os.write(target, answer) :]
-    _exit(0)
+    try:
+        os.setpgid(0, 0)
+        _limit(job.memory)
+        board.current = notes
+        robot_script.on_call = notes.begin
+        answer = msgspec.json.encode(_row(job, folder)) + b'\n'
+        while answer:
+            answer = answer[os.write(target, answer) :]
+        _exit(0)
+    finally:  # such as where a script has closed the pipe
+        _exit(1)
 
 
 def _here(job: Job, folder: Path, _: BinaryIO) -> Row:
@@ -120,20 +127,28 @@ def _limit(memory: int) -> None:
     resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
 
 
-def _answer(source: int, jobs: BinaryIO, timeout: float) -> tuple[bytes, bool]:
-    """Return the line that a copy writes, or a part if it ends before, and whether it is late."""
-    answer, deadline = b'', time.monotonic() + timeout
+def _answer(source: int, jobs: BinaryIO, deadline: float) -> bytes:
+    """Return the line that a copy writes; what there is of it if it ends or is late."""
+    answer = b''
     while not answer.endswith(b'\n'):
         left = max(0.0, deadline - time.monotonic())
         ready = select.select([source, jobs.fileno()], [], [], left)[0]
-        if source in ready:
-            part = os.read(source, 65536)
-            if not part:
-                break
-            answer += part
-        else:  # there is time for no more, or nobody who waits
-            return b'', True
-    return answer, False
+        part = os.read(source, 65536) if source in ready else b''
+        if not part:
+            break
+        answer += part
+    return answer
+
+
+def _status(process: int, jobs: BinaryIO, deadline: float) -> int | None:
+    """Return the exit status of a copy; None if it does not end in time."""
+    while time.monotonic() < deadline:
+        ended, status = os.waitpid(process, os.WNOHANG)
+        if ended:
+            return os.waitstatus_to_exitcode(status)
+        if select.select([jobs.fileno()], [], [], _LOOK_S)[0]:  # nobody waits for the row
+            break
+    return None
 
 
 def _broken(job: Job, notes: board.Board, reason: str) -> Row:

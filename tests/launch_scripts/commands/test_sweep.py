@@ -1,0 +1,48 @@
+import signal
+import sys
+
+import pytest
+from processes import SETCMAS, run_setcmas
+
+from launch_scripts.cli import main
+from setcmas_tools import Study
+
+pytest.importorskip('joblib')
+
+SWEEP = ('sweep', '--algo', 'consensus', '--nb-robots', '3', '--duration', '4', '-o', 'study')
+HANGING = 'def control(robotNo, nbRobots, poses, t):\n    while True:\n        pass\n'
+
+
+def test_a_study_and_one_of_its_runs(tmp_path):
+    varied = ('--vary', 'graph=ring,path', '--vary', 'vnom=0.2:0.4:2', '--random-poses')
+    done = run_setcmas(*SWEEP, *varied, '--success', 'largest_speed<0.3', cwd=tmp_path)
+
+    assert done.returncode == 0, done.stderr
+    assert '4 runs: study/runs.csv   6 plots: study/plots' in done.stdout
+    assert '100 % (21 to 100)' in done.stdout
+    study = Study.load(tmp_path / 'study')
+    assert study['vnom'].tolist() == [0.2, 0.4, 0.2, 0.4]
+
+    again = run_setcmas('offline', '--from', 'study/3', '-o', 'run', '--no-plots', cwd=tmp_path)
+    assert again.returncode == 0, again.stderr
+    assert f', {study["disagreement"][2]:.3f} m at the end' in again.stdout
+
+
+def test_a_dry_run_tells_how_much_work_it_is(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+
+    assert main([*SWEEP, '--seeds', '2000', '--dry-run']) == 0
+    assert capsys.readouterr().out.startswith('2,000 runs, about ')
+    assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.skipif(sys.platform == 'win32', reason='signals')
+def test_ctrl_c_ends_a_study_that_hangs(tmp_path, start):
+    (tmp_path / 'law.py').write_text(HANGING)
+    command = [*SETCMAS, *SWEEP, '--algo', 'law.py', '--seeds', '5', '--jobs', '1']
+    process = start(*command, cwd=tmp_path)
+    while not (tmp_path / 'study' / 'study.yaml').exists():
+        assert process.popen.poll() is None, process.output()
+    assert process.end(signal.SIGINT) == 130
+    assert "stopped; the same command with -o 'study' goes on from there" in process.output()
+    assert 'Traceback' not in process.output()
