@@ -7,8 +7,10 @@ import rclpy
 from geometry_msgs.msg import Point32, Twist, TwistStamped
 from nav_msgs.msg import Odometry
 from processes import TIMEOUT_S
+from rcl_interfaces.srv import SetParameters
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
+from rclpy.parameter import Parameter
 
 from setcmas_simu.ros.dds_setup import dds_setup
 
@@ -53,6 +55,20 @@ class Peer:
         publisher = self.node.create_publisher(kind, topic, qos)
         self.wait_for(lambda: publisher.get_subscription_count() >= listeners)
         return publisher
+
+    def call(self, kind, name: str, **fields):
+        """Call a service and return its response."""
+        client = self.node.create_client(kind, name)
+        self.wait_for(client.service_is_ready)
+        answer = client.call_async(kind.Request(**fields))
+        self.wait_for(answer.done)
+        return answer.result()
+
+    def set_parameter(self, node: str, name: str, value) -> str:
+        """Set a parameter of another node, and return the reason if it refuses."""
+        parameter = Parameter(name, value=value).to_parameter_msg()
+        answer = self.call(SetParameters, f'{node}/set_parameters', parameters=[parameter])
+        return answer.results[0].reason
 
     def wait_for(self, condition, timeout: float = TIMEOUT_S) -> None:
         """Serve callbacks until a condition holds; fails if it never does."""

@@ -56,6 +56,8 @@ MAY_IMPORT_ROS = [
     'setcmas_simu.ros.cmd_vel_type',
     'setcmas_simu.ros.dds_setup',
     'setcmas_simu.ros.fleet_topic',
+    'setcmas_simu.ros.parameters',
+    'setcmas_simu.ros.polled_service',
     'setcmas_simu.ros.polled_topic',
     'setcmas_simu.ros.process',
     'setcmas_simu.ros.qos',

@@ -14,6 +14,7 @@ from pathlib import Path
 
 import rclpy
 from std_msgs.msg import Bool
+from std_srvs.srv import SetBool
 
 from setcmas_ctrl import drawing
 from setcmas_ctrl.communication.options import CommunicationOptions
@@ -21,7 +22,7 @@ from setcmas_ctrl.communication.settings import Communication, chosen_communicat
 from setcmas_ctrl.communication.triggering import CTC
 from setcmas_ctrl.control.control_law import ControlLaw
 from setcmas_ctrl.control.law_scripts import LawScripts
-from setcmas_ctrl.control.options import SCRIPT_FAILED, ControllerOptions, LawOptions
+from setcmas_ctrl.control.options import SCRIPT_FAILED, ControllerOptions, GainOptions, LawOptions
 from setcmas_ctrl.controller.canvas import MarkerCanvas
 from setcmas_ctrl.controller.communication import FleetCommunication
 from setcmas_ctrl.controller.controller import Controller
@@ -50,11 +51,16 @@ from setcmas_simu.reports.reports import Paused
 from setcmas_simu.robots.models import model_names
 from setcmas_simu.ros import qos
 from setcmas_simu.ros.fleet_topic import FleetListener
+from setcmas_simu.ros.parameters import ProcessParameters, fixed_in_lockstep
+from setcmas_simu.ros.polled_service import MOST_WITH_SERVICES
 from setcmas_simu.ros.process import FleetNode, RosProcess, node_main
 from setcmas_simu.ros.step_clock import ScaledClock, SteadyClock
 from setcmas_simu.ros.step_loop import StepLoop
 
 _ANNOUNCED_WITHIN_S = 0.5
+
+PARAMETERS = {name: name for name in ('vnom', 'komega', 'rate')}
+"""The options that are parameters of the process's node, by the parameter's name."""
 
 
 def load_laws(
@@ -86,7 +92,7 @@ def load_laws(
 
 
 def build(
-    args: argparse.Namespace, process: RosProcess, node: FleetNode
+    args: argparse.Namespace, process: RosProcess, node: FleetNode, law: LawOptions
 ) -> tuple[ControlStepper, StepLoop | LockstepLoop] | None:
     """Return the stepper of a new controller process, and what calls it, with all their nodes.
 
@@ -96,7 +102,7 @@ def build(
     Raises:
         SetcmasError: The script cannot be loaded, or options contradict each other.
     """
-    law, options = LawOptions.of(args), ControllerOptions.of(args)
+    options = ControllerOptions.of(args)
     heard = CommunicationOptions.of(args).found(law.exercise)
     scripts = law.scripts()
     process.add(node)
@@ -143,6 +149,9 @@ def build(
     pause = PauseWatch(node, options.pause_timeout) if options.experiment else None
     if not pause and not lockstep:  # there time itself stands
         _follow_pause(node, followers, process.launcher)
+    if len(followers) <= MOST_WITH_SERVICES:
+        for follower in followers:
+            follower.offer_services()
     paths = {robot: scripts.script(robot) for robot in robots}
     condition = communication.condition_script or Path(CTC)
     outcomes = ScriptOutcomes(node.get_logger().warning, watch, process.launcher, paths, condition)
@@ -215,14 +224,41 @@ def connect(
 def _follow_pause(node: FleetNode, followers: list[SiToUni], launcher: Launcher) -> None:
     """Pause the fleet, or let it go on, as /pause says; tell so, as it may come from elsewhere."""
 
-    def follow(message: Bool) -> None:
-        if any(follower.paused != message.data for follower in followers):
-            print('paused by /pause' if message.data else 'started by /pause', flush=True)
-            launcher.tell(Paused(message.data))
+    def pause(paused: bool, by: str) -> None:
+        if any(follower.paused != paused for follower in followers):
+            print(f'{"paused" if paused else "started"} by {by}', flush=True)
+            launcher.tell(Paused(paused))
         for follower in followers:
-            follower.pause(message.data)
+            follower.pause(paused)
 
-    node.create_subscription(Bool, topics.FLEET_PAUSE, follow, qos.EVENT)
+    def answer(request: SetBool.Request, response: SetBool.Response) -> SetBool.Response:
+        pause(request.data, 'service')
+        response.success = True
+        response.message = f'all robots are {"paused" if request.data else "let go"}'
+        return response
+
+    node.create_subscription(
+        Bool, topics.FLEET_PAUSE, lambda message: pause(message.data, '/pause'), qos.EVENT
+    )
+    node.create_service(SetBool, '~/pause', answer)
+
+
+def _follow(stepper: ControlStepper, loop: StepLoop, gains: GainOptions) -> None:
+    stepper.follow(gains)
+    loop.period = stepper.period
+
+
+def _keep_rate(rate: float, gains: GainOptions) -> None:
+    """See that nobody changes the rate of an experiment.
+
+    Raises:
+        SetcmasError: Somebody does.
+    """
+    if gains.rate != rate:
+        raise SetcmasError(
+            f'rate is {rate:g} Hz for the whole experiment, since robots stop without commands '
+            'in time; start it again with another --rate'
+        )
 
 
 def main(argv: list[str] | None = None) -> int:
@@ -236,8 +272,12 @@ def main(argv: list[str] | None = None) -> int:
 
 def _control(process: RosProcess, args: argparse.Namespace) -> int:
     with named_output():
+        node = FleetNode.of_process('controllers')
+        parameters = ProcessParameters(node, LawOptions.of(args), PARAMETERS)
+        if args.experiment:
+            parameters.check = partial(_keep_rate, parameters.options.rate)
         try:
-            built = build(args, process, FleetNode('controllers'))
+            built = build(args, process, node, parameters.options)
         except StopCall:
             return 0
         if built is None:
@@ -248,6 +288,11 @@ def _control(process: RosProcess, args: argparse.Namespace) -> int:
         try:
             with contextlib.suppress(StopCall):
                 stepper.get_ready(process, args.recorded, isinstance(loop, LockstepLoop))
+                if isinstance(loop, StepLoop):
+                    parameters.on_change = partial(_follow, stepper, loop)
+                    _follow(stepper, loop, parameters.options)  # it may have changed meanwhile
+                else:
+                    parameters.check = fixed_in_lockstep
                 loop.run()
         finally:
             if process.can_talk:

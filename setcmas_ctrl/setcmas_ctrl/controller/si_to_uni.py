@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from rclpy.qos import QoSProfile
 from std_msgs.msg import Bool
+from std_srvs.srv import SetBool
 
 from setcmas_simu.fleet import topics
 from setcmas_simu.fleet.topics import AUTO
@@ -11,6 +12,7 @@ from setcmas_simu.robots.model import RobotModel
 from setcmas_simu.robots.unicycle import UNICYCLE
 from setcmas_simu.ros import qos
 from setcmas_simu.ros.cmd_vel_publisher import CmdVelPublisher
+from setcmas_simu.ros.polled_service import PolledService
 from setcmas_simu.ros.polled_topic import PolledTopic
 from setcmas_simu.ros.process import FleetNode
 
@@ -56,16 +58,32 @@ class SiToUni(FleetNode):
         self._pauses = PolledTopic(
             self, Bool, topics.PAUSE, lambda message: self.pause(message.data), qos.EVENT
         )
+        self._offered: list[PolledService] = []
+
+    def offer_services(self) -> None:
+        """Offer `~/pause`, which does what the topic does, and says so."""
+        self._offered.append(PolledService(self, SetBool, '~/pause', self._answer_pause))
 
     def take(self) -> None:
         """Take the wishes to pause the robot that have come."""
         self._pauses.take()
+        for service in self._offered:
+            service.take()
 
     def pause(self, paused: bool) -> None:
         """Hold the robot at zero velocity, or let it go on."""
         self.paused = paused
         if paused:
             self.cmd_vel.publish(0.0, 0.0)
+
+    def _answer_pause(
+        self, request: SetBool.Request, response: SetBool.Response
+    ) -> SetBool.Response:
+        self.pause(request.data)
+        name = topics.robot_name(self.robot)
+        response.success = True
+        response.message = f'{name} is paused' if request.data else f'{name} is not paused itself'
+        return response
 
     def stop(self) -> None:
         """Command zero."""

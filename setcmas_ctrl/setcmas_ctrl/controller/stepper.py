@@ -163,6 +163,11 @@ class ControlStepper:
             controller.law = law
         self._time.begin_anew()
 
+    def follow(self, gains: GainOptions) -> None:
+        """Call the laws from now on at the rate of other gains, and let robots follow by these."""
+        self._gains = gains
+        self.period = self.watch.slow.period = 1.0 / gains.rate
+
     def stop(self) -> None:
         """Command zero to every robot."""
         for follower in self._followers:

@@ -33,7 +33,11 @@ class _Call(NamedTuple):
 
 
 class CallWatch:
-    """Times each call on the thread that makes it, from a thread of its own."""
+    """Times each call on the thread that makes it, from a thread of its own.
+
+    Attributes:
+        slow: Tells of calls that take too long together.
+    """
 
     def __init__(
         self,
@@ -62,7 +66,7 @@ class CallWatch:
             os.register_at_fork(after_in_child=self._note_copy)
         self._call: _Call | None = None
         self._stuck: _Call | None = None
-        self._slow = SlowCalls(period, warn)
+        self.slow = SlowCalls(period, warn)
         self._counting = False
         self._caller = threading.get_ident()
         self._closed = threading.Event()
@@ -90,7 +94,7 @@ class CallWatch:
             self._call = None
             self._launcher.current_call.end()
             if function is not Function.LOADING and self._counting:
-                self._slow.add(call.path, robot, time.monotonic() - call.started)
+                self.slow.add(call.path, robot, time.monotonic() - call.started)
 
     def loading(self, robot: int, path: Path) -> contextlib.AbstractContextManager[None]:
         """Watch what runs inside as the loading of a script for a robot."""
@@ -103,7 +107,7 @@ class CallWatch:
         try:
             yield
         finally:
-            self._slow.end_period(time.monotonic())
+            self.slow.end_period(time.monotonic())
 
     @property
     def running_s(self) -> float:

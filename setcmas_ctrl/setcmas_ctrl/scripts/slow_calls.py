@@ -12,7 +12,11 @@ _REPORT_EVERY_S = 5.0
 
 
 class SlowCalls:
-    """Adds up, script by script, how long the calls of a control period take."""
+    """Adds up, script by script, how long the calls of a control period take.
+
+    Attributes:
+        period: Control period in s.
+    """
 
     def __init__(self, period: float, warn: Callable[[str], None]) -> None:
         """Report through a function that shows a message to the user.
@@ -21,7 +25,7 @@ class SlowCalls:
             period: Control period in s.
             warn: Shows a message to the user.
         """
-        self._period = period
+        self.period = period
         self._warn = warn
         self._spent: defaultdict[Path, defaultdict[int, float]] = defaultdict(
             lambda: defaultdict(float)
@@ -36,7 +40,7 @@ class SlowCalls:
     def end_period(self, now: float) -> None:
         """End a control period at a time (s), and tell of scripts that were slow in it."""
         for path, spent in self._spent.items():
-            if sum(spent.values()) > self._period:
+            if sum(spent.values()) > self.period:
                 self._times[path] += 1
                 if now >= self._next_report.get(path, now):
                     self._next_report[path] = now + _REPORT_EVERY_S
@@ -50,5 +54,5 @@ class SlowCalls:
         self._warn(
             f'{path.name} took {sum(spent.values()):.2f} s for {robots} '
             f'({longest:.2f} s for {robot_name(robot)}), longer than the control period of '
-            f'{self._period:.2f} s ({count} so far)'
+            f'{self.period:.2f} s ({count} so far)'
         )

@@ -12,6 +12,7 @@ import time
 from rclpy.clock import Clock, ClockType
 from sensor_msgs.msg import Joy
 from std_msgs.msg import Bool
+from std_srvs.srv import SetBool
 
 from setcmas_expe.lab.model import Lab
 from setcmas_expe.lab.options import LabOptions
@@ -59,7 +60,13 @@ class Pause(FleetNode):
         self._repetition_told = self._haste_told = False
         self._bridge = BridgeWatch(self, lab)
         self._publisher = self.create_publisher(Bool, topics.PAUSED, qos.STATE)
-        self.create_subscription(Bool, topics.FLEET_PAUSE, self._on_request, qos.EVENT)
+        self.create_subscription(
+            Bool,
+            topics.FLEET_PAUSE,
+            lambda message: self._request(message.data, 'by /pause'),
+            qos.EVENT,
+        )
+        self.create_service(SetBool, '~/pause', self._answer)
         self.create_subscription(Joy, lab.joystick_topic, self._on_joy, qos.SENSOR)
         steady = Clock(clock_type=ClockType.STEADY_TIME)
         self.create_timer(1.0 / (RATE_HZ * _TICKS_PER_MESSAGE), self._tick, clock=steady)
@@ -73,13 +80,14 @@ class Pause(FleetNode):
         self.paused, self.why = paused, why
         self.publish()
 
-    def wish(self, paused: bool, why: str) -> None:
-        """Pause; or let the robots go, if all of them are ready."""
+    def wish(self, paused: bool, why: str) -> str:
+        """Pause; or let the robots go, if all of them are ready; returns why not."""
         unready = '' if paused else self._unreadiness()
         if unready:
             self.get_logger().warning(f'not started: {unready}')
         else:
             self.set(paused, why)
+        return unready
 
     def toggle(self, why: str) -> None:
         """Start if paused, else pause."""
@@ -103,16 +111,25 @@ class Pause(FleetNode):
         """Send the state."""
         self._publisher.publish(Bool(data=self.paused))
 
-    def _on_request(self, message: Bool) -> None:
-        if not self._requests.repeated(message.data, time.monotonic()):
+    def _request(self, paused: bool, why: str) -> str:
+        """Do what a message or a service asks for; returns why not."""
+        if not self._requests.repeated(paused, time.monotonic()):
             self._repetition_told = False
-            self.wish(message.data, 'by /pause')
-        elif self.paused and not self._repetition_told:
+            return self.wish(paused, why)
+        refusal = (
+            'false is repeated on /pause; send it once, and none for '
+            f'{REPEATS_WITHIN_S:g} s before'
+        )
+        if self.paused and not self._repetition_told:
             self._repetition_told = True
-            self.get_logger().warning(
-                f'not started: false is repeated on /pause; send it once, and none for '
-                f'{REPEATS_WITHIN_S:g} s before'
-            )
+            self.get_logger().warning(f'not started: {refusal}')
+        return refusal if self.paused else ''
+
+    def _answer(self, request: SetBool.Request, response: SetBool.Response) -> SetBool.Response:
+        refusal = self._request(request.data, 'by service')
+        response.success = not refusal
+        response.message = f'not started: {refusal}' if refusal else f'paused: {self.paused}'
+        return response
 
     def _on_joy(self, message: Joy) -> None:
         if self._joystick.pressed(message.buttons, time.monotonic()):

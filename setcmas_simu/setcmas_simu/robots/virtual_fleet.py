@@ -21,6 +21,7 @@ class VirtualFleet:
 
     Attributes:
         states: The robots' states as their model has them, shape (S, N).
+        model: How they move.
     """
 
     def __init__(
@@ -33,8 +34,8 @@ class VirtualFleet:
             model: How the robots move; as unicycles unless told.
             cmd_timeout: Age in s from which a command is no longer followed and the robot stops.
         """
-        self._model = model or Unicycle()
-        self._start = self._model.start(np.array(start_poses, dtype=float))
+        self.model = model or Unicycle()
+        self._start = self.model.start(np.array(start_poses, dtype=float))
         self._cmd_timeout = cmd_timeout
         nb_robots = self._start.shape[1]
         self.states: Floats = self._start.copy()
@@ -52,6 +53,10 @@ class VirtualFleet:
         """Speeds forward and to the left (m/s) and turn rates (rad/s) of the last step, (3, N)."""
         twists: Floats = self.states[TWIST]
         return twists
+
+    def use(self, model: RobotModel, cmd_timeout: float) -> None:
+        """Move the robots from now on by a model with the same states, with another time-out."""
+        self.model, self._cmd_timeout = model, cmd_timeout
 
     def command(self, index: int, command: Command, now: float) -> None:
         """Let a robot follow a command from the next step on.
@@ -81,7 +86,7 @@ class VirtualFleet:
         commands = self._commands
         if self._cmd_timeout < math.inf:
             commands = commands * (now - self._command_times <= self._cmd_timeout)
-        self.states = self._model.step(self.states, commands, Ts)
+        self.states = self.model.step(self.states, commands, Ts)
 
     def steps(self, Ts: float, count: int) -> Floats:
         """Move all robots by some periods of Ts s under their last commands, however old.
@@ -89,6 +94,6 @@ class VirtualFleet:
         Returns:
             The states after each period, shape (count, S, N).
         """
-        later = self._model.steps(self.states, self._commands, Ts, count)
+        later = self.model.steps(self.states, self._commands, Ts, count)
         self.states = later[-1]
         return later

@@ -35,6 +35,11 @@ _LONGEST_END_S = 10  # after that the kernel ends a process that hangs in its cl
 class FleetNode(Node):
     """A node of a fleet: without the services that cost a process with many nodes its start."""
 
+    @classmethod
+    def of_process(cls, node_name: str) -> FleetNode:
+        """Return the node that speaks for its process: with parameter services, and /rosout."""
+        return cls(node_name, enable_rosout=True, start_parameter_services=True)
+
     def __init__(self, node_name: str, **kwargs: Any) -> None:
         """Create the node; arguments as for `rclpy.node.Node`."""
         overrides = [

@@ -11,16 +11,20 @@ import numpy as np
 from builtin_interfaces.msg import Time
 from rclpy.node import Node
 from std_msgs.msg import Empty
+from std_srvs.srv import Trigger
 
+from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet import topics
 from setcmas_simu.fleet.fleet import format_robots
 from setcmas_simu.options.kinds import MAX_RATE_HZ
 from setcmas_simu.reports.reports import Failed, Function, ScriptCall
 from setcmas_simu.robots.mixed_fleet import fleet_model
-from setcmas_simu.robots.models import is_script, robot_models
+from setcmas_simu.robots.models import check_models, is_script, robot_models
 from setcmas_simu.robots.virtual_fleet import Command, VirtualFleet
 from setcmas_simu.ros import qos, ros_time
+from setcmas_simu.ros.polled_service import MOST_WITH_SERVICES
 from setcmas_simu.ros.polled_topic import PolledTopic
+from setcmas_simu.simulator.options import SimulationOptions
 from setcmas_simu.simulator.transforms import FleetTransforms
 from setcmas_simu.simulator.virtual_robot import VirtualRobot
 
@@ -34,17 +38,19 @@ class FleetStepper:
         period: Time in s from step to step.
     """
 
-    def __init__(self, node: Node, robots: list[VirtualRobot]) -> None:
+    def __init__(self, node: Node, robots: list[VirtualRobot], rtf: float = 1.0) -> None:
         """Connect the robots' commands to a simulated fleet; nothing moves before the first step.
 
         Args:
             node: The node that owns what concerns the whole fleet.
             robots: The robots; rate, limits and cmd_timeout are the first one's parameters.
+            rtf: How much faster than the wall clock its time goes by.
 
         Raises:
             SetcmasError: A parameter of a robot makes no sense, or its model cannot be loaded.
         """
         self._node = node
+        self._rtf = rtf
         self._robots = robots
         self.on_failure: Callable[[Failed], object] = lambda _: None
         """Called when the script of a robot has failed for the first time."""
@@ -52,9 +58,9 @@ class FleetStepper:
         far = 1e6  # m, rad: excludes what is not finite
         start = ('x0', 'y0', 'theta0')
         poses = np.array([[robot.number(name, -far, far) for name in start] for robot in robots]).T
-        names = [str(robot.value('model')) for robot in robots]
+        self._names = names = [str(robot.value('model')) for robot in robots]
         numbers = [robot.robot for robot in robots]
-        limits = str(robots[0].value('limits'))
+        self._limits = limits = str(robots[0].value('limits'))
         models = robot_models(names, numbers, limits, self._warn)
         self._scripts = {
             robot: (Path(name).name, model)
@@ -66,8 +72,11 @@ class FleetStepper:
         self.rate = robots[0].number('rate', least=0.1, most=MAX_RATE_HZ)
         self.period = 1.0 / self.rate
         for index, robot in enumerate(robots):
+            if len(robots) <= MOST_WITH_SERVICES:
+                robot.offer_services()
             robot.on_command = partial(self._command, index)
             robot.on_reset = partial(self._fleet.reset, index)
+        node.create_service(Trigger, '~/reset', self._answer_reset)
         self._resets = PolledTopic(node, Empty, topics.FLEET_RESET, self._reset_all, qos.EVENT)
         self._transforms = FleetTransforms(
             node, [(str(r.value('world_frame')), str(r.value('robot_frame'))) for r in robots]
@@ -80,6 +89,28 @@ class FleetStepper:
         """Called with the stamp of each step, before its states are published."""
         self.housekeeping: Callable[[], None] = lambda: None
         """Called every other second."""
+
+    def check(self, options: SimulationOptions) -> None:
+        """See that what somebody wants now can be.
+
+        Raises:
+            SetcmasError: Limits are for unicycles only; who follows the time knows its factor.
+        """
+        check_models(self._names, options.limits)
+        if options.rtf != self._rtf:
+            raise SetcmasError('rtf is known to all who follow the time: set it at the start')
+
+    def follow(self, options: SimulationOptions) -> None:
+        """Step from now on at the rate, and with the limits and the time-out, of other options."""
+        self.rate = options.robot_rate
+        self.period = 1.0 / self.rate
+        self._last_step = None
+        model = self._fleet.model
+        if options.limits != self._limits:  # all are unicycles
+            self._limits = options.limits
+            numbers = [robot.robot for robot in self._robots]
+            model = fleet_model(robot_models(self._names, numbers, self._limits))
+        self._fleet.use(model, options.cmd_timeout)
 
     def greet(self) -> None:
         """Say which robots are simulated."""
@@ -150,3 +181,8 @@ class FleetStepper:
     def _reset_all(self, _: Empty) -> None:
         for index in range(len(self._robots)):
             self._fleet.reset(index)
+
+    def _answer_reset(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
+        self._reset_all(Empty())
+        response.success, response.message = True, 'all robots are back at their start poses'
+        return response

@@ -18,6 +18,7 @@ from setcmas_simu.fleet.announcement import Kind, Lockstep, Scaled, SimulatedTim
 from setcmas_simu.reports.reports import Ready
 from setcmas_simu.ros import qos
 from setcmas_simu.ros.fleet_topic import FleetAnnouncer
+from setcmas_simu.ros.parameters import ProcessParameters, fixed_in_lockstep
 from setcmas_simu.ros.process import FleetNode, RosProcess, node_main
 from setcmas_simu.ros.step_clock import ScaledClock
 from setcmas_simu.ros.step_loop import StepLoop
@@ -27,6 +28,14 @@ from setcmas_simu.simulator.lockstep_loop import LockstepLoop
 from setcmas_simu.simulator.options import SimulatedRobots, SimulationOptions, SimulatorOptions
 from setcmas_simu.simulator.simulator_guard import SimulatorGuard
 from setcmas_simu.simulator.virtual_robot import VirtualRobot
+
+PARAMETERS = {
+    'rate': 'robot_rate',
+    'limits': 'limits',
+    'cmd_timeout': 'cmd_timeout',
+    'rtf': 'rtf',
+}
+"""The options that are parameters of the process's node, by the parameter's name."""
 
 
 def robot_of_parameters() -> int:
@@ -52,12 +61,14 @@ def _simulate(process: RosProcess, args: argparse.Namespace) -> None:
     if options.robots is None and options.nb_robots is None:
         options = replace(options, robots=(robot_of_parameters(),))
     simulated = options.simulated()
-    node = FleetNode(f'{topics.VIRTUAL_ROBOT_NODE}s')
+    node = FleetNode.of_process(f'{topics.VIRTUAL_ROBOT_NODE}s')
+    parameters = ProcessParameters(node, options, PARAMETERS)
+    options = parameters.options
     announcer = FleetAnnouncer(node, Kind.SIMULATOR)
     guard = SimulatorGuard(node, simulated.robots)
     profile = qos.LOCKSTEP_STATE if options.lockstep else qos.STATE
     nodes = _virtual_robots(simulated, options, profile)
-    stepper = FleetStepper(node, nodes)
+    stepper = FleetStepper(node, nodes, options.rtf)
     stepper.on_failure = process.launcher.tell
     guard.refuse_second_simulator()
     process.add(node)
@@ -80,6 +91,14 @@ def _simulate(process: RosProcess, args: argparse.Namespace) -> None:
         stepper.tell_time = ClockTopic(node).tell
     announcer.announce(simulated.robots, options.fleet_size, models, time)
     process.launcher.tell(Ready())
+    parameters.check = fixed_in_lockstep if options.lockstep else stepper.check
+
+    def follow(options: SimulationOptions) -> None:
+        stepper.follow(options)
+        if isinstance(loop, StepLoop):
+            loop.period = stepper.period
+
+    parameters.on_change = follow
     loop.run()
 
 

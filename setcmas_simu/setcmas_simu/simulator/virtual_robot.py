@@ -12,6 +12,7 @@ from nav_msgs.msg import Odometry
 from rcl_interfaces.msg import ParameterDescriptor
 from rclpy.qos import QoSProfile
 from std_msgs.msg import Empty
+from std_srvs.srv import Trigger
 from visualization_msgs.msg import Marker
 
 from setcmas_simu.errors import SetcmasError
@@ -23,6 +24,7 @@ from setcmas_simu.robots.virtual_fleet import Command
 from setcmas_simu.ros import qos
 from setcmas_simu.ros.cdr import POSE, STAMP, TWIST, PreparedMessage, read_stamp, read_twist
 from setcmas_simu.ros.cmd_vel_type import TYPES
+from setcmas_simu.ros.polled_service import PolledService
 from setcmas_simu.ros.polled_topic import PolledTopic
 from setcmas_simu.ros.process import FleetNode
 from setcmas_simu.simulator.robot_marker import robot_marker
@@ -73,6 +75,7 @@ class VirtualRobot(FleetNode):
         )
         self._resets = PolledTopic(self, Empty, topics.RESET, lambda _: self.on_reset(), qos.EVENT)
 
+        self._offered: list[PolledService] = []
         world = str(self.value('world_frame'))
         odom = Odometry(child_frame_id=str(self.value('robot_frame')))
         pose = PoseStamped()
@@ -81,6 +84,10 @@ class VirtualRobot(FleetNode):
         self._odom = _Located(odom, 'pose.pose')
         self._write_twist = self._odom.place('twist.twist.linear.x', TWIST)
         self._pose, self._marker = _Located(pose, 'pose'), _Located(marker, 'pose')
+
+    def offer_services(self) -> None:
+        """Offer `~/reset`, which does what the topic does, and says so."""
+        self._offered.append(PolledService(self, Trigger, '~/reset', self._answer_reset))
 
     def value(self, name: str) -> Any:
         """Return the value of a parameter."""
@@ -117,6 +124,8 @@ class VirtualRobot(FleetNode):
         """Take the newest command, and resets, which count for more."""
         self.commands.take()
         self._resets.take()
+        for service in self._offered:
+            service.take()
 
     def publish_odometry(
         self, stamp: Time, pose: tuple[float, float, float], twist: Command
@@ -130,6 +139,12 @@ class VirtualRobot(FleetNode):
         """Publish the pose (m, rad) for displays, and the robot's marker at it."""
         self._pose_publisher.publish(self._pose.at(stamp, pose))
         self._marker_publisher.publish(self._marker.at(stamp, pose))
+
+    def _answer_reset(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
+        self.on_reset()
+        response.success = True
+        response.message = f'{topics.robot_name(self.robot)} is back at its start pose'
+        return response
 
     def _on_cmd_vel(self, data: bytes) -> None:
         if self._kind is TwistStamped:

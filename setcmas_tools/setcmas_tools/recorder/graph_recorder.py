@@ -19,8 +19,7 @@ from setcmas_tools.recorder.recorded_topic import Received, RecordedTopic
 from setcmas_tools.recorder.transform_recorder import TransformRecorder
 from setcmas_tools.recorder.writer import BagWriter
 
-_LEFT_OUT = ('/parameter_events', topics.LOCKSTEP)
-_OF_ALL = ('/rosout', topics.FLEET)
+_LEFT_OUT = ('/parameter_events', '/rosout', topics.LOCKSTEP)
 _ANNOUNCED_WITHIN_NS = 10**9
 
 
@@ -154,7 +153,7 @@ class GraphRecorder:
         """Return whether it is known which time the robots follow, as they announce."""
         if self._times is None and self._waiting:
             self._fleet.take()
-            first = next((m.time_ns for m in self._waiting if m.topic.name not in _OF_ALL), None)
+            first = next((m.time_ns for m in self._waiting if m.topic.name != topics.FLEET), None)
             late = first is not None and time.time_ns() - first > _ANNOUNCED_WITHIN_NS
             if late or (self._fleet.by_source and self._fleet.announced_by_all):
                 self._times = bag_times(self._fleet.time)

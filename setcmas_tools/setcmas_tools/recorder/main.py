@@ -44,8 +44,8 @@ def _record_bag(process: RosProcess, args: argparse.Namespace) -> int:
 def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(
         prog='recorder',
-        description='Record all topics but /parameter_events and hidden ones (/_...) into a '
-        'rosbag2 bag, new topics as they appear, until Ctrl-C.',
+        description='Record all topics but /parameter_events, /rosout and hidden ones (/_...) '
+        'into a rosbag2 bag, new topics as they appear, until Ctrl-C.',
     )
     RecorderOptions.add_to(parser)
     return parser

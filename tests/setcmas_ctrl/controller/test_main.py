@@ -11,6 +11,7 @@ from geometry_msgs.msg import TwistStamped
 from nav_msgs.msg import Odometry
 from ros_peer import position, velocity
 from std_msgs.msg import Bool
+from std_srvs.srv import SetBool
 
 
 def test_consensus_over_the_topics(start, peer):
@@ -52,6 +53,14 @@ def test_velocities_are_saturated_and_turned_into_commands(start, peer, script):
 
     assert (wanted[0].x, wanted[0].y) == pytest.approx((0.0, 0.2))
     assert velocity(command[0]) == pytest.approx((0.2, 0.5 * np.pi / 2))
+
+    assert peer.set_parameter('/controllers', 'vnom', 1) == ''
+    peer.wait_for(lambda: wanted[-1].y == pytest.approx(1.0))
+    for service in ('/controllers/pause', '/tb3_1/si_to_uni/pause'):
+        assert peer.call(SetBool, service, data=True).success
+        peer.wait_for(lambda: velocity(command[-1]) == (0.0, 0.0))
+        assert peer.call(SetBool, service, data=False).success
+        peer.wait_for(lambda: velocity(command[-1])[0] == pytest.approx(1.0))
 
 
 def test_a_part_of_the_fleet_is_controlled_with_the_poses_of_all(start, peer):

@@ -9,6 +9,7 @@ pytest.importorskip('rclpy')
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from sensor_msgs.msg import Joy
 from std_msgs.msg import Bool
+from std_srvs.srv import SetBool
 
 from launch_scripts.processes.supervisor import Supervisor
 from setcmas_expe.pause.console_protocol import Status, Wish, Word
@@ -61,6 +62,21 @@ def is_paused(paused):
 
 def goes(paused):
     return bool(paused) and not any(message.data for message in paused[-3:])
+
+
+def test_a_service_pauses_always_and_starts_as_the_topic_does(start, peer, bridge):
+    paused = peer.listen(Bool, '/paused')
+    start(*PAUSE)
+    refused = peer.call(SetBool, '/pause/pause', data=False)
+    assert not refused.success
+    assert refused.message.startswith('not started: false is repeated')
+    peer.spin(REPEATS_WITHIN_S)
+    assert is_paused(paused)
+
+    assert peer.call(SetBool, '/pause/pause', data=False).success
+    peer.wait_for(lambda: goes(paused))
+    assert peer.call(SetBool, '/pause/pause', data=True).success
+    peer.wait_for(lambda: is_paused(paused))
 
 
 def test_the_ways_to_start_and_to_pause(start, peer, bridge):

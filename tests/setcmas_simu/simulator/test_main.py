@@ -10,6 +10,7 @@ from geometry_msgs.msg import PoseStamped, Twist, TwistStamped
 from nav_msgs.msg import Odometry
 from ros_peer import position, twist, twist_stamped
 from std_msgs.msg import Empty
+from std_srvs.srv import Trigger
 from visualization_msgs.msg import Marker
 
 from setcmas_simu.fleet.fleet import colour, start_poses
@@ -107,6 +108,51 @@ def test_parameters_of_a_single_robot(start, peer):
 
     assert position(odometry[0]) == (2.0, -1.5)
     assert odometry[0].child_frame_id == 'base'
+
+
+def test_parameters_in_a_file_and_set_while_it_runs(start, peer, tmp_path):
+    file = tmp_path / 'parameters.yaml'
+    file.write_text('/virtual_robots:\n  ros__parameters: {rate: 50, limits: burger}\n')
+    simulator = start(*SIMU, '--nb-robots', '2', '--ros-args', '--params-file', str(file))
+    simulator.wait_for_output('simulating robots 1-2 at 50 Hz')
+    odometry = peer.odometry(1)
+    command = peer.publisher(TwistStamped, '/tb3_1/cmd_vel')
+    command.publish(twist_stamped(1.0, 0.0))
+    peer.wait_for(lambda: odometry and 0.0 < odometry[-1].twist.twist.linear.x < 0.3)
+    assert peer.set_parameter('/virtual_robots', 'limits', 'ideal') == ''
+    peer.wait_for(lambda: odometry[-1].twist.twist.linear.x == 1.0)
+    assert 'it must be' in peer.set_parameter('/virtual_robots', 'limits', 'none')
+
+    assert peer.set_parameter('/virtual_robots', 'rate', 20) == ''
+    peer.wait_for_new(odometry, 2)  # one may have been on its way
+    x = position(odometry[-1])[0]
+    (later,) = peer.wait_for_new(odometry, 1)
+    assert position(later)[0] - x == pytest.approx(1 / 20)
+    assert 'rate is 20 from now on' in simulator.output()
+
+
+def test_services_put_robots_back(start, peer):
+    start(*SIMU, '--nb-robots', '2')
+    odometry = [peer.odometry(robot) for robot in (1, 2)]
+    for robot in (1, 2):
+        publisher = peer.publisher(TwistStamped, f'/tb3_{robot}/cmd_vel')
+        publisher.publish(twist_stamped(1.0, 0.0))
+    started = [tuple(pose) for pose in start_poses(2)[:2].T]
+    peer.wait_for(
+        lambda: all(
+            one and position(one[-1]) != start
+            for one, start in zip(odometry, started, strict=True)
+        )
+    )
+
+    assert (
+        peer.call(Trigger, '/tb3_1/virtual_robot/reset').message
+        == 'tb3_1 is back at its start pose'
+    )
+    peer.wait_for(lambda: position(odometry[0][-1]) == started[0])
+    assert position(odometry[1][-1]) != started[1]
+    assert peer.call(Trigger, '/virtual_robots/reset').success
+    peer.wait_for(lambda: position(odometry[1][-1]) == started[1])
 
 
 def test_a_part_of_a_fleet_starts_where_it_does_in_the_whole(start, peer):

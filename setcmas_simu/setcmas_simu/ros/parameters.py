@@ -1,0 +1,123 @@
+"""Options of a process as ROS parameters of its node, to be set while it runs."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import fields, replace
+from typing import Generic
+
+from rcl_interfaces.msg import (
+    FloatingPointRange,
+    ParameterDescriptor,
+    ParameterType,
+    SetParametersResult,
+)
+from rclpy.node import Node
+from rclpy.parameter import Parameter
+
+from setcmas_simu.errors import SetcmasError
+from setcmas_simu.options.group import Group
+from setcmas_simu.options.kinds import Number
+from setcmas_simu.options.option import Option
+
+
+class ProcessParameters(Generic[Group]):
+    """Keeps a group of options equal to the parameters of a node.
+
+    Attributes:
+        options: The options with the values of the parameters.
+        check: Takes options that somebody wants; raises SetcmasError if they cannot be now.
+        on_change: Takes options that are in force from now on.
+    """
+
+    def __init__(self, node: Node, options: Group, names: Mapping[str, str]) -> None:
+        """Declare the parameters; what `--ros-args` gives takes the place of the options.
+
+        Args:
+            node: Holds the parameters; its services are to be served.
+            options: The values by default.
+            names: The option that each parameter is.
+
+        Raises:
+            SetcmasError: A value makes no sense.
+        """
+        self.check: Callable[[Group], object] = lambda _: None
+        self.on_change: Callable[[Group], object] = lambda _: None
+        self._node = node
+        self._names = names
+        known: dict[str, Option] = {one.name: one.metadata['option'] for one in fields(options)}
+        self._options = {parameter: known[name] for parameter, name in names.items()}
+        for parameter, name in names.items():
+            described = _described(self._options[parameter])
+            node.declare_parameter(parameter, getattr(options, name), described)
+        self.options = options
+        given = [node.get_parameter(parameter) for parameter in names]
+        self.options = self._with(given)
+        node.set_parameters(self._converted(given))
+        node.add_pre_set_parameters_callback(self._converted)
+        node.add_on_set_parameters_callback(self._judged)
+        node.add_post_set_parameters_callback(self._take_over)
+
+    def _converted(self, parameters: Iterable[Parameter]) -> list[Parameter]:
+        """Return parameters with whole numbers as real ones where these are wanted."""
+        return [
+            Parameter(one.name, value=float(one.value))
+            if type(one.value) is int and self._is_number(one.name)
+            else one
+            for one in parameters
+        ]
+
+    def _is_number(self, parameter: str) -> bool:
+        return parameter in self._options and isinstance(self._options[parameter].kind, Number)
+
+    def _with(self, parameters: Iterable[Parameter]) -> Group:
+        """Return the options with the values of parameters.
+
+        Raises:
+            SetcmasError: One makes no sense.
+        """
+        values = {}
+        for one in self._converted(parameters):
+            if one.name in self._names:
+                self._options[one.name].kind.check(f'parameter {one.name}', one.value)
+                values[self._names[one.name]] = one.value
+        return replace(self.options, **values)
+
+    def _judged(self, parameters: list[Parameter]) -> SetParametersResult:
+        try:
+            self.check(self._with(parameters))
+        except SetcmasError as error:
+            return SetParametersResult(successful=False, reason=str(error))
+        return SetParametersResult(successful=True)
+
+    def _take_over(self, parameters: list[Parameter]) -> None:
+        before, self.options = self.options, self._with(parameters)
+        if self.options != before:
+            self.on_change(self.options)
+            own = [one for one in parameters if one.name in self._names]
+            texts = [
+                f'{one.name} is {self._options[one.name].kind.text(one.value)}' for one in own
+            ]
+            self._node.get_logger().info(f'{", ".join(texts)} from now on')
+
+
+def fixed_in_lockstep(_: object) -> None:
+    """Refuse every change: a run in lockstep is that of its options, to the last bit.
+
+    Raises:
+        SetcmasError: Always.
+    """
+    raise SetcmasError('nothing changes during a run in lockstep: set it at the start')
+
+
+def _described(option: Option) -> ParameterDescriptor:
+    # Dynamic typing: `-p vnom:=1` is a whole number to ROS, and must do.
+    described = ParameterDescriptor(
+        description=option.help, additional_constraints=option.kind.must_be, dynamic_typing=True
+    )
+    described.type = ParameterType.PARAMETER_STRING
+    if isinstance(option.kind, Number):
+        described.type = ParameterType.PARAMETER_DOUBLE
+        least, most = max(option.kind.above, option.kind.least), option.kind.most
+        described.floating_point_range = [FloatingPointRange(from_value=least, to_value=most)]
+    return described

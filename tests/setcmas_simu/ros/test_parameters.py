@@ -1,0 +1,117 @@
+import math
+from dataclasses import dataclass
+
+import pytest
+
+pytest.importorskip('rclpy')
+
+from rclpy.exceptions import InvalidParameterValueException
+from rclpy.parameter import Parameter
+
+from setcmas_simu.errors import SetcmasError
+from setcmas_simu.options.group import Options, option
+from setcmas_simu.options.kinds import Number, OneOf
+from setcmas_simu.ros.parameters import ProcessParameters
+from setcmas_simu.ros.process import FleetNode
+
+
+@dataclass(frozen=True, kw_only=True)
+class Gains(Options):
+    gain: float = option(Number(above=0, most=9, unit='1/s'), 'a gain', default=1.0)
+    longest: float = option(Number(least=0, unit='s'), 'a time', default=math.inf)
+    mode: str = option(OneOf(('slow', 'fast')), 'a mode', default='slow')
+    other: float = option(Number(), 'no parameter', default=1.0)
+
+
+@pytest.fixture
+def node_with(peer):
+    nodes = []
+
+    def node_with(*given):
+        arguments = [word for one in given for word in ('-p', one)]
+        nodes.append(FleetNode('gains', context=peer.context, cli_args=['--ros-args', *arguments]))
+        return nodes[-1]
+
+    yield node_with
+    for node in nodes:
+        node.destroy_node()
+
+
+@pytest.fixture
+def gains(node_with):
+    """The parameters, and a list that what changes is appended to."""
+    node = node_with()
+    names = {'K': 'gain', 'longest': 'longest', 'mode': 'mode'}
+    parameters = ProcessParameters(node, Gains(), names)
+    changes = []
+    parameters.on_change = changes.append
+    return node, parameters, changes
+
+
+def change(node, **values):
+    results = node.set_parameters([Parameter(name, value=v) for name, v in values.items()])
+    return [result.reason for result in results if not result.successful]
+
+
+def test_ros_arguments_take_the_place_of_options(node_with):
+    node = node_with('K:=2', 'mode:=fast')
+
+    parameters = ProcessParameters(node, Gains(gain=3.0, other=5.0), {'K': 'gain', 'mode': 'mode'})
+    assert parameters.options == Gains(gain=2.0, mode='fast', other=5.0)
+    assert node.get_parameter('K').value == 2.0
+
+
+@pytest.mark.parametrize('given', ['K:=10', 'K:=fast', 'mode:=1'])
+def test_ros_arguments_that_make_no_sense(node_with, given):
+    with pytest.raises((SetcmasError, InvalidParameterValueException), match='parameter'):
+        ProcessParameters(node_with(given), Gains(), {'K': 'gain', 'mode': 'mode'})
+
+
+def test_what_is_set_counts_and_is_told_once(gains):
+    node, parameters, changes = gains
+
+    assert change(node, K=4) == []
+    assert change(node, K=4.0) == []
+    assert change(node, mode='fast') == []
+    assert changes == [Gains(gain=4.0), Gains(gain=4.0, mode='fast')]
+    assert parameters.options == changes[-1]
+
+
+@pytest.mark.parametrize(
+    ('name', 'value', 'reason'),
+    [
+        ('K', 0.0, 'parameter K is 0; it must be above 0 and at most 9 1/s'),
+        ('K', 'much', "parameter K is 'much'; it must be a number above 0"),
+        ('K', 9.5, 'out of range'),
+        ('longest', math.nan, 'out of range'),
+        ('mode', 'odd', "parameter mode is 'odd'; it must be slow or fast"),
+        ('mode', None, 'parameter mode is None; it must be slow or fast'),
+    ],
+)
+def test_what_makes_no_sense_is_refused_with_a_reason(gains, name, value, reason):
+    node, parameters, changes = gains
+
+    (told,) = change(node, **{name: value})
+    assert reason in told
+    assert (parameters.options, changes) == (Gains(), [])
+
+
+def test_what_cannot_be_now_is_refused(gains):
+    node, parameters, changes = gains
+
+    def check(options):
+        raise SetcmasError(f'not now: {options.gain}')
+
+    parameters.check = check
+    assert change(node, K=2.0) == ['not now: 2.0']
+    assert changes == []
+
+
+def test_clients_are_told_types_and_ranges(gains):
+    described = gains[0].describe_parameter('K')
+
+    (bounds,) = described.floating_point_range
+    assert (bounds.from_value, bounds.to_value) == (0.0, 9.0)
+    assert described.type == Parameter.Type.DOUBLE.value
+    assert described.description == 'a gain'
+    assert described.additional_constraints == 'above 0 and at most 9 1/s'
