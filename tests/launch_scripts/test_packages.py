@@ -98,6 +98,9 @@ def test_colcon_builds_the_five_packages(start, domain, tmp_path, option):
     assert built.returncode == 0, built.stdout + built.stderr
     assert 'Summary: 5 packages finished' in built.stdout + built.stderr
 
+    for path in (ROOT / 'launch_scripts' / 'launch').glob('*.py'):
+        share = tmp_path / 'install' / 'launch_scripts' / 'share' / 'launch_scripts'
+        assert (share / 'launch' / path.name).is_file()
     for package, name in (('setcmas_simu', 'simulation_8'), ('setcmas_expe', 'experiment_8')):
         assert (tmp_path / 'install' / package / 'share' / package / f'rviz/{name}.rviz').is_file()
 
