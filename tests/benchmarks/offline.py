@@ -1,4 +1,4 @@
-"""Measures offline runs against real time and against the laws alone; prints, asserts nothing.
+"""Measures offline runs against real time and against the laws alone, in time of one core.
 
 python tests/benchmarks/offline.py [--repeat 5]
 """
@@ -31,30 +31,31 @@ def two_neighbours(robotNo, nbRobots, poses, t):
 
 
 def laws_alone(algo, nb_robots: int, duration: float) -> float:
-    """Return how long the bare functions take, called in a plain loop, in s."""
+    """Return how long the bare functions keep a core busy, called in a plain loop, in s."""
     functions = [law._control for law in load_laws(algo, nb_robots)]
     poses = start_poses(nb_robots)
-    begin = time.perf_counter()
+    begin = time.process_time()
     for k in range(round(duration * CONTROL_RATE_HZ)):
         for robot, function in enumerate(functions, start=1):
             network.begin_call(robot, complete(nb_robots))
             function(robot, nb_robots, poses, k / CONTROL_RATE_HZ)
-    return time.perf_counter() - begin
+    return time.process_time() - begin
 
 
-def measure(algo, nb_robots: int, duration: float, repeat: int) -> None:
-    """Print the medians for one case."""
+def measure(algo, nb_robots: int, duration: float, repeat: int, **options) -> None:
+    """Print the medians for one case, whose options go to `simulate`."""
     whole, alone = [], []
     for _ in range(repeat):  # side by side, because machines are noisy
-        begin = time.perf_counter()
-        run = simulate(algo, nb_robots, duration)
-        whole.append(time.perf_counter() - begin)
+        begin = time.process_time()
+        run = simulate(algo, nb_robots, duration, **options)
+        whole.append(time.process_time() - begin)
         alone.append(laws_alone(algo, nb_robots, duration))
         assert np.isfinite(run.poses).all()
     name = algo if isinstance(algo, str) else algo.__name__
+    name += ''.join(f' {option}={value}' for option, value in options.items())
     total, laws = statistics.median(whole), statistics.median(alone)
     print(
-        f'{name:16} {nb_robots:5} robots {duration:4g} s: {duration / total:7.0f} x real time, '
+        f'{name:42} {nb_robots:5} robots {duration:4g} s: {duration / total:7.0f} x real time, '
         f'{1e3 * total:7.1f} ms; laws alone {duration / laws:7.0f} x; '
         f'overhead {100 * (total / laws - 1):4.0f} %'
     )
@@ -67,6 +68,8 @@ def main() -> None:
     repeat = parser.parse_args().repeat
     print(f'{platform.platform()}, {os.cpu_count()} cores, Python {platform.python_version()}')
     measure('consensus', 8, 60, repeat)
+    measure('consensus', 8, 60, repeat, graph='ring', delay=0.2, loss=0.3)
+    measure('consensus', 8, 60, repeat, event_triggered=True)
     measure('consensus', 20, 60, repeat)
     measure(two_neighbours, 1000, 60, min(repeat, 3))
 
