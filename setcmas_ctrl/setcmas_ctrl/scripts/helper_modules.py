@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ast
 from collections.abc import Iterator
+from functools import lru_cache
 from pathlib import Path
 
 
@@ -21,10 +22,10 @@ def helper_modules(script: Path) -> list[Path]:
 def _imported(file: Path, folder: Path) -> Iterator[Path]:
     """Yield the files below a folder that the import statements of a file may mean."""
     try:
-        tree = ast.parse(file.read_bytes())
+        statements = _import_statements(file.read_bytes())
     except (OSError, SyntaxError, ValueError):
         return  # what is wrong with it is told when it is imported
-    for node in ast.walk(tree):
+    for node in statements:
         for base, name in _names(node, file, folder):
             path = base
             for part in name.split('.'):
@@ -33,12 +34,16 @@ def _imported(file: Path, folder: Path) -> Iterator[Path]:
                 yield from (place for place in places if place.is_file())
 
 
-def _names(node: ast.AST, file: Path, folder: Path) -> list[tuple[Path, str]]:
+@lru_cache(maxsize=64)
+def _import_statements(source: bytes) -> list[ast.Import | ast.ImportFrom]:
+    nodes = ast.walk(ast.parse(source))
+    return [node for node in nodes if isinstance(node, (ast.Import, ast.ImportFrom))]
+
+
+def _names(node: ast.Import | ast.ImportFrom, file: Path, folder: Path) -> list[tuple[Path, str]]:
     """Return the modules that a statement imports, and where each is looked for."""
     if isinstance(node, ast.Import):
         return [(folder, alias.name) for alias in node.names]
-    if not isinstance(node, ast.ImportFrom):
-        return []
     base = folder
     if node.level:
         base = file.parent.joinpath(*['..'] * (node.level - 1)).resolve()

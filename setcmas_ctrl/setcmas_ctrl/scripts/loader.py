@@ -213,9 +213,10 @@ def _fresh_module(path: Path, robot: int, settings: Settings) -> types.ModuleTyp
     imports.builtins[CALL] = setting
     vars(module)['__builtins__'] = imports.builtins
     sys.modules[module.__name__] = module
-    if str(path.parent) not in sys.path:
-        sys.path.append(str(path.parent))  # for importlib.import_module and the like
-    for folder, finder in list(sys.path_importer_cache.items()):
-        if isinstance(finder, FileFinder) and folder.startswith(str(path.parent)):
+    folder = str(path.parent)
+    if folder not in sys.path:
+        sys.path.append(folder)  # for importlib.import_module and the like
+    for place, finder in list(sys.path_importer_cache.items()):
+        if place.startswith(folder) and isinstance(finder, FileFinder):
             finder.invalidate_caches()  # a helper module may be new
     return module
