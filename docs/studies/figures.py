@@ -1,12 +1,13 @@
 """The figures of the page on the literature, drawn with the curves of the theory.
 
-python docs/studies/figures.py
+python docs/studies/figures.py FOLDER
 
-A few minutes on two cores; the studies go to a temporary folder.
+A few minutes on two cores; the studies are kept in the folder, and only drawn if they are there.
 """
 
 from __future__ import annotations
 
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -25,21 +26,21 @@ LINEAR = {'model': 'omnidirectional', 'vnom': 50.0, 'rate': 25.0, 'robot_rate': 
 """Robots that do what the law says, as the theory has them."""
 
 
-def rates() -> Study:
+def rates(output: Path) -> Study:
     """Return the study of the rate of consensus against gain and graph."""
     return sweep(
         str(HERE / 'average.py'), NB_ROBOTS, 250.0,
         vary={'graph': list(GRAPHS), 'K': '0.05,0.1,0.2,0.3,0.5'},
-        seeds=5, random_poses='auto', **LINEAR,
+        seeds=5, random_poses='auto', output=output, **LINEAR,
     )  # fmt: skip
 
 
-def thresholds() -> Study:
+def thresholds(output: Path) -> Study:
     """Return the study of messages and settling time against the threshold of triggering."""
     return sweep(
         str(HERE / 'average.py'), NB_ROBOTS, 250.0,
         vary={'threshold': 'log:0.04:1:9'}, settings={'K': 0.05}, seeds=SEEDS, graph='ring',
-        random_poses='auto', event_triggered=True, **LINEAR,
+        random_poses='auto', event_triggered=True, output=output, **LINEAR,
     )  # fmt: skip
 
 
@@ -75,15 +76,24 @@ def draw_thresholds(study: Study) -> Figure:
     for axes, (name, label) in zip(panels, names.items(), strict=True):
         rows = [study.numbers(name)[list(group.rows)] for group in groups]
         low, middle, high = np.array([quantiles(one, 0.05, 0.5, 0.95) for one in rows]).T
-        axes.fill_between(d, low, high, alpha=0.2, linewidth=0)
-        axes.plot(d, middle, 'o-', label=f'median and 90 % of {SEEDS} seeds')
+        top = 1.1 * max(middle[np.isfinite(middle)].max(), high[np.isfinite(high)].max())
+        axes.fill_between(d, low, np.minimum(high, top), alpha=0.2, linewidth=0)
+        (line,) = axes.plot(d, middle, 'o-', label=f'median and 90 % of {SEEDS} seeds')
+        if (never := np.isinf(middle)).any():
+            look = {'marker': '^', 'linestyle': '', 'color': line.get_color(), 'mfc': 'white'}
+            axes.plot(d[never], 0 * d[never] + top, label='never in most runs', **look)
         axes.set(xscale='log', xlabel='threshold d (m)', ylabel=label)
     way = np.median([total_way(study, run) for run in range(1, SEEDS + 1)])
     panels[0].set_yscale('log')
     panels[0].plot(d, NB_ROBOTS + way / d, 'k--', label=r'$N + \Sigma_i |p_i(0) - \bar{p}| / d$')
     slowest = algebraic_connectivity('ring')
     settling = np.log(20) / (slowest * study.plan.info.parameters['set']['K'])
-    panels[1].axhline(settling, color='k', linestyle='--', label=r'$\ln 20 / (K \lambda_2)$')
+    panels[1].axhline(
+        settling,
+        color='k',
+        linestyle='--',
+        label=r'without triggering at most $\ln 20 / (K \lambda_2)$',
+    )
     panels[2].set_yscale('log')
     panels[2].plot(d, 2 / slowest * d, 'k--', label=r'bound: $\|A\| d / \lambda_2$')
     for axes in panels:
@@ -109,7 +119,7 @@ def main() -> None:
         ('event_threshold', thresholds, draw_thresholds),
     ):
         with plot_style():
-            save(draw(study()), HERE.parent / 'pictures' / f'{name}.png')
+            save(draw(study(Path(sys.argv[1]) / name)), HERE.parent / 'pictures' / f'{name}.png')
 
 
 if __name__ == '__main__':

@@ -23,6 +23,7 @@ from setcmas_simu.doors import Door, Offer, ScriptDoor, UnusableError
 from setcmas_simu.robots.models import MODELS
 from setcmas_tools.kinds.metric import METRICS
 from setcmas_tools.kinds.plot import PLOTS
+from setcmas_tools.studies.columns import COLUMNS
 
 FUNCTIONS = ('control', 'ctc')
 """What a file must define to be listed: a control law, or a triggering condition."""
@@ -44,6 +45,8 @@ def main(args: argparse.Namespace) -> int:
     _print("tasks, for a law that says task = '...'", _things(TASKS, _task))
     _print('metrics, of every run', _things(METRICS, _purpose))
     _print('plots, of every run that they suit', _things(PLOTS, _purpose))
+    columns = ((name, column.unit, column.purpose) for name, column in COLUMNS.items())
+    _print('columns of a study (setcmas sweep), for --success and --metric', columns)
     return 0
 
 
