@@ -40,13 +40,14 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     RunOptions.add_to(parser)
     FormatOptions.add_to(parser)
     SweepOptions.add_to(parser)
-    add_law_arguments(parser, without=('watch', 'cmd_timeout'))
+    add_law_arguments(parser, without=('watch', 'cmd_timeout', 'lockstep', 'rtf'))
 
 
 def main(args: argparse.Namespace) -> int:
     """Make a study, and write its table and plots; returns the exit status."""
     # Imported late: help texts and completion do not wait for numpy's and joblib's.
     from setcmas_tools.studies.cases.plan import make_plan
+    from setcmas_tools.studies.success import check_columns
     from setcmas_tools.studies.sweep import carry_out, estimate
 
     law, options = LawOptions.of(args), SweepOptions.of(args)
@@ -54,6 +55,8 @@ def main(args: argparse.Namespace) -> int:
     parameters = {name: getattr(args, name) for name in _AS_TYPED} | {'set': dict(law.settings)}
     vary = dict(map(_named, options.vary))
     plan = make_plan(parameters, vary, options.cases, options.seeds, options.success)
+    for metric in options.metric:
+        check_columns(metric, [], '--metric')
     if options.dry_run:
         seconds = estimate(plan, options)
         print(f'{len(plan.cases):,} runs, about {_time(seconds)}')

@@ -98,7 +98,8 @@ COLUMNS = {
 }  # fmt: skip
 """The columns of what ships; those of other metrics are named METRIC_FIELD."""
 
-_SHIPPED = {*(column.metric for column in COLUMNS.values()), 'call_time', 'waypoints'}
+SHIPPED = {*(column.metric for column in COLUMNS.values()), 'call_time', 'waypoints'}
+"""The metrics of what ships."""
 
 
 def numbers_of(metrics: Metrics) -> dict[str, float | None]:
@@ -107,7 +108,7 @@ def numbers_of(metrics: Metrics) -> dict[str, float | None]:
         name: column.of(metrics) for name, column in COLUMNS.items() if column.metric in metrics
     }
     for metric, part in metrics.items():
-        if metric not in _SHIPPED and part.in_file:
+        if metric not in SHIPPED and part.in_file:
             found |= _others(metric, part.as_dict())
     return {name: _rounded(number) for name, number in found.items()}
 

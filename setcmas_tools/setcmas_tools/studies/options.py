@@ -4,13 +4,23 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterable
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, ClassVar
 
+from setcmas_simu.errors import SetcmasError
 from setcmas_simu.options.group import Options, flag, option
 from setcmas_simu.options.kinds import Kind, Number, PathTo, Whole
 from setcmas_simu.options.option import Form
+
+
+def _names(parsed_args: Any, **_: Any) -> Iterable[str]:
+    from setcmas_tools.studies.cases.names import OPTIONS, names_of_scripts
+
+    with suppress(SetcmasError):
+        return [f'{name}=' for name in (*OPTIONS, *names_of_scripts(parsed_args.algo or ''))]
+    return [f'{name}=' for name in OPTIONS]
 
 
 def _columns(**_: Any) -> Iterable[str]:
@@ -39,6 +49,7 @@ class SweepOptions(Options):
         'combinations are run',
         form=Form.REPEATED,
         default=(),
+        complete=_names,
     )
     cases: Path | None = option(
         PathTo(metavar='FILE.csv'),

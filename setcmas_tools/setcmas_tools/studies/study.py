@@ -168,9 +168,10 @@ class Study:
         if not text:
             raise SetcmasError('a success must be told, such as success="disagreement < 0.1"')
         if text not in self._successes:
-            names = [*self.names, 'seed', *self.metrics]
-            success = Success(text, names)
-            columns = {n: self.numbers(n) if n in self.metrics else self[n] for n in names}
+            columns = {name: np.full(len(self), np.nan) for name in COLUMNS}
+            columns |= {name: self[name] for name in (*self.names, 'seed')}
+            columns |= {name: self.numbers(name) for name in self.metrics}
+            success = Success(text, columns)
             self._successes[text] = [
                 state == 'complete' and success.of({n: c[row] for n, c in columns.items()})
                 for row, state in enumerate(self['state'])

@@ -5,6 +5,7 @@ from __future__ import annotations
 import ast
 import difflib
 import math
+import re
 from collections.abc import Collection, Mapping, Sequence
 from statistics import NormalDist
 from typing import Any
@@ -12,6 +13,8 @@ from typing import Any
 from simpleeval import InvalidExpression, SimpleEval
 
 from setcmas_simu.errors import SetcmasError
+from setcmas_tools.kinds.metric import METRICS
+from setcmas_tools.studies.columns import COLUMNS, SHIPPED
 
 CONFIDENCE = 0.95
 """Of the intervals of a share of successes."""
@@ -20,12 +23,13 @@ CONFIDENCE = 0.95
 class Success:
     """What makes a run a success, such as 'disagreement < 0.1 and least_separation > 0.2'."""
 
-    def __init__(self, expression: str, names: Collection[str]) -> None:
+    def __init__(self, expression: str, names: Collection[str], option: str = '--success') -> None:
         """Read the expression.
 
         Args:
             expression: Comparisons of numbers and columns, with and, or, not.
             names: The columns that there are.
+            option: What was typed, for messages.
 
         Raises:
             SetcmasError: It cannot be read, or names what is no column.
@@ -36,13 +40,13 @@ class Success:
             tree = self._evaluator.parse(expression)
         except (SyntaxError, InvalidExpression, ValueError) as error:
             raise SetcmasError(
-                f"--success '{expression}' cannot be read ({error}); it must be an expression "
+                f"{option} '{expression}' cannot be read ({error}); it must be an expression "
                 "such as 'disagreement<0.1 and least_separation>0.2'"
             ) from error
         self._tree = tree
         for node in ast.walk(tree):
             if isinstance(node, ast.Name) and node.id not in names:
-                raise SetcmasError(_unknown(expression, node.id, names))
+                raise SetcmasError(_unknown(f"{option} '{expression}'", node.id, names))
 
     def of(self, row: Mapping[str, Any]) -> bool:
         """Return whether a run is a success; comparisons with NaN are false.
@@ -57,13 +61,31 @@ class Success:
             raise SetcmasError(f"--success '{self.expression}': {error}") from error
 
 
-def _unknown(expression: str, name: str, names: Collection[str]) -> str:
+def check_columns(expression: str, names: Collection[str], option: str = '--success') -> None:
+    """See that an expression can be read, and names columns that a study may have.
+
+    Args:
+        expression: The expression.
+        names: What is varied.
+        option: What was typed, for messages.
+
+    Raises:
+        SetcmasError: It cannot, or does not.
+    """
+    Success(expression, [*names, *COLUMNS, *_of_plugins(expression)], option)
+
+
+def _of_plugins(expression: str) -> list[str]:
+    """Return the words of an expression that may be columns of a metric of a plugin."""
+    own = [name for name in METRICS.offers() if name not in SHIPPED]
+    words = re.findall(r'\w+', expression)
+    return [word for word in words if any(word.startswith(name) for name in own)]
+
+
+def _unknown(where: str, name: str, names: Collection[str]) -> str:
     near = difflib.get_close_matches(name, names, n=2)
     hint = f'did you mean {" or ".join(near)}? ' if near else ''
-    return (
-        f"--success '{expression}': there is no '{name}'; {hint}it must be one of "
-        f'{", ".join(names)}'
-    )
+    return f"{where}: there is no '{name}'; {hint}it must be one of {', '.join(names)}"
 
 
 def wilson(successes: int, runs: int, confidence: float = CONFIDENCE) -> tuple[float, float]:

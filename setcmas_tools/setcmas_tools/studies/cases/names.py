@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import difflib
+import inspect
 from collections.abc import Collection, Mapping
 from dataclasses import fields
 from pathlib import Path
@@ -11,28 +12,37 @@ from typing import Any
 import yaml
 
 from setcmas_ctrl.communication.options import CommunicationOptions
+from setcmas_ctrl.control.law_scripts import LawScripts
 from setcmas_ctrl.control.options import LawOptions
+from setcmas_ctrl.scripts.loader import names_to_set
 from setcmas_ctrl.scripts.settings import parse_settings
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.options.kinds import Number, Whole
 from setcmas_simu.options.option import Form, Option
 from setcmas_simu.simulator.options import SimulationOptions
+from setcmas_tools.offline.engine import simulate
 from setcmas_tools.run.options import RunOptions
 
 SETTING, OPTION = 'set.', 'option.'
 """What stands before a name that is both, to say which is meant."""
 
-_NOT_VARIED = {
-    'exercise', 'set', 'watch', 'robots', 'cmd_timeout', 'cmd_vel_type', 'pose', 'output', 'plots',
-    'overwrite',
-}  # fmt: skip
+
+def names_of_scripts(algo: str, exercise: bool = False) -> set[str]:
+    """Return what the control scripts assign that `--algo` means.
+
+    Raises:
+        SetcmasError: There is no such script, or it has a mistake.
+    """
+    paths = LawScripts(algo, exercise).paths
+    return {name for path in paths for name in names_to_set(path)}
 
 
 def varied_options() -> dict[str, Option]:
     """Return the options of a run that a study can vary, by name."""
     groups = (LawOptions, CommunicationOptions, SimulationOptions, RunOptions)
     found = {one.name: one.metadata['option'] for group in groups for one in fields(group)}
-    return {name: option for name, option in found.items() if name not in _NOT_VARIED}
+    taken = inspect.signature(simulate).parameters
+    return {name: option for name, option in found.items() if name in taken}
 
 
 OPTIONS = varied_options()

@@ -13,7 +13,6 @@ from setcmas_ctrl.communication.options import CommunicationOptions
 from setcmas_ctrl.communication.settings import check_communication
 from setcmas_ctrl.control.law_scripts import LawScripts
 from setcmas_ctrl.control.options import GainOptions
-from setcmas_ctrl.scripts.loader import names_to_set
 from setcmas_simu.errors import SetcmasError
 from setcmas_tools.run.info import RunInfo
 from setcmas_tools.run.inputs import INPUTS
@@ -23,6 +22,7 @@ from setcmas_tools.studies.cases.kept_files import KeptFiles
 from setcmas_tools.studies.cases.names import (
     checked_name,
     is_setting,
+    names_of_scripts,
     plain,
     value_of,
     with_values,
@@ -30,6 +30,7 @@ from setcmas_tools.studies.cases.names import (
 from setcmas_tools.studies.cases.variation import Draw, parse_variation
 from setcmas_tools.studies.columns import COLUMNS
 from setcmas_tools.studies.info import FILE_NAME, StudyInfo, read_info
+from setcmas_tools.studies.success import check_columns
 from setcmas_tools.studies.workers.job import OF_FILES, located
 from setcmas_tools.studies.workers.row import simulated_robots
 
@@ -130,6 +131,8 @@ def make_plan(
     files = _kept_files(base, table, cases, exercise, objects)
     info = StudyInfo(base, _recorded(known), heads, seeds, success, files.texts, files.digests)
     plan = Plan(info, table, files, objects)
+    if success:
+        check_columns(success, [*known, *heads, SEED])
     for run in _telling_runs(table):
         _check(plan.parameters(run, plan.original))
     return plan
@@ -205,8 +208,7 @@ def _script_names(
     laws = vary.get('algo', [algo])
     read: Any = parse_variation('algo', laws, 0) if isinstance(laws, str) else laws
     texts = [law for law in read if isinstance(law, str) and law not in objects.get('algo', ())]
-    paths = [path for law in texts for path in LawScripts(law, exercise).paths]
-    return {name for path in paths for name in names_to_set(path)}
+    return {name for law in texts for name in names_of_scripts(law, exercise)}
 
 
 def _check_names(names: Sequence[str], seeds: int) -> None:
