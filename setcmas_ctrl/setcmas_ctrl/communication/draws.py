@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
@@ -10,6 +12,7 @@ from setcmas_simu.arrays import Floats
 Words = NDArray[np.uint64]
 
 _GAMMA = np.uint64(0x9E3779B97F4A7C15)
+_FIRST = np.ones(1, dtype=np.uint64)
 _BITS = 53  # of a float's significand
 
 
@@ -21,21 +24,21 @@ def streams(*parts: ArrayLike) -> Words:
     """
     words = np.zeros(1, dtype=np.uint64)
     for part in parts:
-        words = word(words ^ np.asarray(part).astype(np.uint64), 1)
+        words = word(words ^ np.asarray(part).astype(np.uint64), _FIRST)
     return words
 
 
-def word(stream: Words, index: ArrayLike) -> Words:
-    """Return the words at places of streams, uniform in 0 .. 2^64 - 1, shape (n,).
+def word(stream: Words, index: NDArray[Any]) -> Words:
+    """Return the words at places of streams, uniform in 0 .. 2^64 - 1.
 
     SplitMix64, whose output is a hash of a counter (Steele, Lea and Flood, Fast splittable
     pseudorandom number generators, OOPSLA 2014; the finaliser is Stafford's variant 13).
 
     Args:
         stream: As `streams` gives them, shape (n,).
-        index: Whole numbers from 0, shape (n,) or ().
+        index: Whole numbers from 0, of a shape that broadcasts to (n,) or (k, n).
     """
-    words: Words = np.asarray(index).astype(np.uint64) * _GAMMA + stream
+    words: Words = index.astype(np.uint64) * _GAMMA + stream
     words ^= words >> 30
     words *= 0xBF58476D1CE4E5B9
     words ^= words >> 27
@@ -55,13 +58,16 @@ def happens(words: Words, threshold: Words) -> NDArray[np.bool_]:
     return result
 
 
-def normal(first: Words, second: Words) -> Floats:
-    """Return two independent standard normal numbers for each pair of words, shape (2, n).
+def normal(words: Words) -> Floats:
+    """Return two independent standard normal numbers for each pair of words, shapes (2, n).
 
     The transform of Box and Muller (Annals of Mathematical Statistics 29(2), 1958). The words are
     equal on every machine, the numbers as far as its logarithm, sine and cosine are.
     """
-    u = ((first >> (64 - _BITS)) + 1) * 2.0**-_BITS  # in (0, 1]
-    angle = (second >> (64 - _BITS)) * (2.0 * np.pi * 2.0**-_BITS)
-    result: Floats = np.sqrt(-2.0 * np.log(u)) * np.stack([np.cos(angle), np.sin(angle)])
+    u, v = (words >> (64 - _BITS)) * 2.0**-_BITS
+    result: Floats = np.empty(words.shape)
+    angle = 2.0 * np.pi * v
+    np.cos(angle, out=result[0])
+    np.sin(angle, out=result[1])
+    result *= np.sqrt(-2.0 * np.log(1.0 - u))  # u is below 1
     return result

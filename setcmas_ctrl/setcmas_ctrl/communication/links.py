@@ -17,6 +17,7 @@ from setcmas_simu.arrays import Floats
 
 _SAME_TIME_S = 1e-9
 _DRAWS = 3  # random words for each message: loss, and two for noise
+_OF_NOISE = np.array([[1], [2]])
 
 
 class Links:
@@ -163,9 +164,8 @@ class Links:
     def _as_heard(self, routes: Routes) -> Floats:
         poses = self._last_sent[:, routes.senders]
         if self._is_noisy:
-            first = self._numbers[routes.senders] * _DRAWS + 1
-            words = draws.word(routes.streams, first), draws.word(routes.streams, first + 1)
-            poses[:2] += routes.noise * draws.normal(*words)
+            words = draws.word(routes.streams, self._numbers[routes.senders] * _DRAWS + _OF_NOISE)
+            poses[:2] += routes.noise * draws.normal(words)
         return poses
 
     def _arrive(self, messages: Messages) -> None:
