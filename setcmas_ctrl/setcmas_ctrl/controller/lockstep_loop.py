@@ -63,7 +63,7 @@ class LockstepLoop:
             stepper.communication.jitter_s = 0.0
         self._graph = graph
         self._nodes = [node, *stepper.nodes, *broadcasters]
-        self._recorded = {topics.LOCKSTEP}
+        self._recorded: set[str] = set()
         self._calls = 0
         self._commanded = NONE
         self._served = 0.0
@@ -113,8 +113,10 @@ class LockstepLoop:
 
     def _await_recorder(self) -> None:
         """Wait until a recorder, if there is one, listens to new topics of this process."""
-        published = {one.topic_name for node in self._nodes for one in node.publishers}
-        if new := published - self._recorded:
+        # Later ones are drawings, which come one by one.
+        nodes = [self._node] if self._recorded else self._nodes
+        published = {one.topic_name for node in nodes for one in node.publishers}
+        if new := published - {topics.LOCKSTEP} - self._recorded:
             self._process.spin_until(lambda: self._graph.are_recorded(new), _RECORDER_WAIT_S)
             self._recorded |= new
 

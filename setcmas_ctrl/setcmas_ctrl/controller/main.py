@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import argparse
 import contextlib
+import math
 from functools import partial
 from pathlib import Path
 
@@ -45,7 +46,7 @@ from setcmas_ctrl.scripts.stop_call import StopCall
 from setcmas_ctrl.task.task_topic import TaskTopic
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet import topics
-from setcmas_simu.fleet.announcement import Lockstep
+from setcmas_simu.fleet.announcement import Lockstep, Scaled
 from setcmas_simu.reports.launcher import Launcher
 from setcmas_simu.reports.reports import Paused
 from setcmas_simu.robots.models import model_names
@@ -118,14 +119,17 @@ def build(
     robots = options.controlled(nb_robots)
     scripts.check(nb_robots)
     drawing.canvas = MarkerCanvas(node)
-    watch = CallWatch(1 / law.rate, node.get_logger().warning, process.launcher)
+    time = None if options.experiment else announced.time
+    lockstep = isinstance(time, Lockstep)
+    # How long calls may take, by the wall: in lockstep time waits for them.
+    rtf = time.rtf if isinstance(time, Scaled) else 1.0
+    period = math.inf if lockstep else 1 / law.rate / rtf
+    watch = CallWatch(period, node.get_logger().warning, process.launcher)
     end_stuck_script(process, watch)
     load = partial(
         load_laws, law.seed, scripts, robots, nb_robots, watch, TaskTopic(node, nb_robots)
     )
     communication = chosen_communication(nb_robots, heard, law.seed)
-    time = None if options.experiment else announced.time
-    lockstep = isinstance(time, Lockstep)
     if lockstep:
         check_lockstep(options, communication, nb_robots)
     profile = qos.LOCKSTEP_COMMAND if lockstep else qos.COMMAND

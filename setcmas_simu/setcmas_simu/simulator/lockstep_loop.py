@@ -97,12 +97,12 @@ class LockstepLoop:
             if now - looked >= _LOOK_EVERY_S:
                 looked = now
                 self._drop_the_dead(exactly)
-                if now - stood > _TELL_AFTER_S and reason != told and self._roll.controlled:
+                begun = self._ticks.count > 0 or self._roll.controlled
+                if now - stood > _TELL_AFTER_S and reason != told and begun:
                     told = reason
                     self._node.get_logger().warning(
                         f'time stands at t = {self._ticks.time:g} s: waiting for {reason}'
                     )
-        return
 
     def _held_by(self, exactly: bool) -> tuple[str, Subscription]:
         """Return who is waited for, in words, and the subscription that is to bring the answer."""
@@ -124,8 +124,10 @@ class LockstepLoop:
 
     def _drop_the_dead(self, exactly: bool) -> None:
         """Wait no more for processes that have died: they vanish from the graph."""
-        if self._node.count_publishers(topics.LOCKSTEP) < len(self._roll):
-            self._roll.drop(self._roll.late(self._ticks.stamp(), exactly))
+        late = self._roll.late(self._ticks.stamp(), exactly)
+        if late and self._node.count_publishers(topics.LOCKSTEP) < len(self._roll):
+            self._roll.drop(late)
+            self._node.get_logger().warning(f'{_described(late)} is gone; time goes on without it')
 
     def _serve(self, now: float) -> None:
         if now - self._served >= _SERVE_EVERY_S:
