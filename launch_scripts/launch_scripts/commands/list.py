@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import argparse
 import ast
+import importlib.util
 import inspect
 import tokenize
 from collections.abc import Callable, Iterable
@@ -44,7 +45,7 @@ def main(args: argparse.Namespace) -> int:
     _print('motion capture, for --mocap and lab files', _things(MOCAP_SOURCES, _source))
     _print("tasks, for a law that says task = '...'", _things(TASKS, _task))
     _print('metrics, of every run', _things(METRICS, _purpose))
-    _print('plots, of every run that they suit', _things(PLOTS, _purpose))
+    _print('plots, of every run that they suit', _rows(PLOTS, _plot_purpose))
     columns = ((name, column.unit, column.purpose) for name, column in COLUMNS.items())
     _print('columns of a study (setcmas sweep), for --success and --metric', columns)
     return 0
@@ -81,6 +82,18 @@ def _things(door: Door[Any], describe: Callable[[Any], str]) -> Iterable[tuple[s
 def _purpose(thing: object) -> str:
     """Return the first line of the docstring of a function, or of an object's class."""
     return (inspect.getdoc(thing) or '').partition('\n')[0]
+
+
+def _plot_purpose(name: str) -> str:
+    """Return the purpose of a plot; ours is read, so that nobody waits for matplotlib."""
+    offer = PLOTS.offer(name)
+    spec = importlib.util.find_spec(offer.entry.module) if offer.shipped else None
+    if not (spec and spec.origin):
+        return _purpose(PLOTS.get(name))
+    tree = ast.parse(Path(spec.origin).read_bytes())
+    functions = [node for node in tree.body if isinstance(node, ast.FunctionDef)]
+    [own] = [node for node in functions if node.name == offer.entry.attr]
+    return (ast.get_docstring(own) or '').partition('\n')[0]
 
 
 def _source(source: MocapSource) -> str:
