@@ -9,6 +9,7 @@ other in each repetition, as machines are noisy.
 from __future__ import annotations
 
 import argparse
+import importlib
 import os
 import platform
 import statistics
@@ -52,15 +53,14 @@ def seconds_of_a_run(given: dict[str, object], jobs: int) -> float:
 def robotarium(path: str) -> float:
     """Return how long the Robotarium's simulator takes for the same consensus in s."""
     sys.path.insert(0, path)
-    from rps.robotarium import Robotarium
-    from rps.utilities.transformations import create_si_to_uni_dynamics
-
+    simulators = importlib.import_module('rps.robotarium')
+    transformations = importlib.import_module('rps.utilities.transformations')
     start = np.array([[1.0, 1, -1, -1, 0, 1, 0, -1], [1, -1, -1, 1, 1, 0, -1, 0], [0] * 8])
-    simulator = Robotarium(
+    simulator = simulators.Robotarium(
         number_of_robots=NB_ROBOTS, show_figure=False, sim_in_real_time=False,
         initial_conditions=0.8 * start,
     )  # fmt: skip
-    to_unicycle = create_si_to_uni_dynamics()
+    to_unicycle = transformations.create_si_to_uni_dynamics()
 
     def run() -> None:
         for _ in range(round(DURATION / 0.033)):
