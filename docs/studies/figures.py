@@ -65,7 +65,7 @@ def draw_rates(study: Study) -> Figure:
 
 def draw_thresholds(study: Study) -> Figure:
     """Draw messages, settling time and what is left of the disagreement, with the theory's."""
-    figure = Figure(figsize=(12.0, 4.2))
+    figure = Figure(figsize=(12.0, 4.8))
     panels = figure.subplots(1, 3)
     groups = list(study.groups('threshold'))
     d = np.array([group.values['threshold'] for group in groups])
@@ -97,7 +97,7 @@ def draw_thresholds(study: Study) -> Figure:
     panels[2].set_yscale('log')
     panels[2].plot(d, 2 / slowest * d, 'k--', label=r'bound: $\|A\| d / \lambda_2$')
     for axes in panels:
-        axes.legend(loc='best')
+        axes.legend(loc='lower center', bbox_to_anchor=(0.5, 1.0))
     return figure
 
 

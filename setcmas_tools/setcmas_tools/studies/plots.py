@@ -33,6 +33,7 @@ _DRAWN = (
     'distance_error', 'tracking_error',
 )  # fmt: skip
 _MOST_LINES = 6
+_MARGIN = 0.04
 _SHADES = 'viridis'
 
 
@@ -57,6 +58,8 @@ def figure(
         picture = Picture()
         if metric == TRADEOFF:
             _draw_tradeoff(picture, study, names[0])
+        elif len(names) == 1 and names[0] in study.plan.cases.draws:
+            _draw_points(picture, study, metric, names[0])
         elif len(names) == 2:
             _draw_map(picture, study, metric, (names[0], names[1]), success)
         else:
@@ -100,14 +103,15 @@ def plot(
 def _plots_of(study: Study, metrics: Sequence[str]) -> Iterator[tuple[str, list[str]]]:
     drawn = list(metrics) or [name for name in _DRAWN if _varies(study, name)]
     drawn += [SUCCESS] if study.plan.info.success else []
+    listed = [name for name in study.names if name not in study.plan.cases.draws]
     for metric in drawn:
-        yield from ((metric, [name]) for name in study.names)
-        for pair in combinations(study.names, 2):
+        yield from ((metric, [n]) for n in study.names if n in listed or metric != SUCCESS)
+        for pair in combinations(listed, 2):
             if all(len(list(study.groups(name))) > 2 for name in pair):
                 yield metric, list(pair)
     triggered = study.plan.info.parameters['event_triggered'] or 'event_triggered' in study.names
     if triggered and 'settling_time' in study.metrics:
-        yield from ((TRADEOFF, [name]) for name in study.names)
+        yield from ((TRADEOFF, [name]) for name in listed)
 
 
 def _varies(study: Study, metric: str) -> bool:
@@ -135,6 +139,21 @@ def _draw_lines(picture: Figure, study: Study, metric: str, by: str, success: st
         axes.set_ylim(-0.02, 1.02)
     legend(axes, axes.get_lines() if split else [])
     _note(axes, study, metric)
+
+
+def _draw_points(picture: Figure, study: Study, metric: str, by: str) -> None:
+    """Draw a metric against a number that each run has drawn for itself, a point for each run."""
+    picture.set_size_inches(8.0, 5.0)
+    axes = picture.add_subplot(title=_title(metric), xlabel=by, ylabel=_label(metric))
+    split = _second(study, by)
+    values, numbers = study[by], study.numbers(metric)
+    colours = _colours(len(list(study.groups(*split))))
+    for colour, group in zip(colours, study.groups(*split), strict=True):
+        rows = list(group.rows)
+        name = ', '.join(f'{name} = {_word(value)}' for name, value in group.values.items())
+        axes.plot(values[rows], numbers[rows], '.', color=colour, label=name)
+    legend(axes, axes.get_lines() if split else [])
+    _note(axes, study, metric, 'a point for each run')
 
 
 def _spread(study: Study, metric: str, rows: Sequence[int], success: str | None) -> Any:
@@ -182,9 +201,10 @@ def _draw_tradeoff(picture: Figure, study: Study, by: str) -> None:
         ]
     )
     x, y = points[:, :, 1]
-    spread = [np.abs(one[:, [0, 2]].T - one[:, 1]) for one in points]
-    seen = np.isfinite(points).all(axis=(0, 2))
-    axes.plot(x, y, '-', color='0.7', zorder=1)
+    seen = np.isfinite(points[:, :, 1]).all(axis=0)
+    ends = np.where(np.isfinite(points), points, np.nan)  # no bar to what is never reached
+    spread = [np.abs(one[:, [0, 2]].T - one[:, 1]) for one in ends]
+    axes.plot(x[seen], y[seen], '-', color='0.7', zorder=1)
     for index, (group, colour) in enumerate(zip(groups, _colours(len(groups)), strict=True)):
         if seen[index]:
             bars = {'xerr': spread[0][:, [index]], 'yerr': spread[1][:, [index]]}
@@ -201,14 +221,19 @@ def _axis(axes: Axes, study: Study, name: str) -> Any:
     if not all(isinstance(value, float) for value in values):
         axes.set_xticks(range(len(values)), [_word(value) for value in values])
         return list(range(len(values)))
-    if len(values) > 2 and min(values) > 0 and np.ptp(np.diff(np.log(values))) < 1e-6:
+    low, high = min(values), max(values)
+    if len(values) > 2 and low > 0 and np.ptp(np.diff(np.log(values))) < 1e-6:
         axes.set_xscale('log')
+        margin = (high / low) ** _MARGIN
+        axes.set_xlim(low / margin, high * margin)
+    elif high > low:  # also where a line breaks off since its values are never reached
+        axes.set_xlim(low - _MARGIN * (high - low), high + _MARGIN * (high - low))
     return values
 
 
 def _second(study: Study, by: str) -> list[str]:
     """Return the name that has a line for each of its values; none if there would be too many."""
-    others = [name for name in study.names if name != by]
+    others = [name for name in study.names if name not in (by, *study.plan.cases.draws)]
     return next(
         ([name] for name in others if 1 < len(list(study.groups(name))) <= _MOST_LINES), []
     )
@@ -219,7 +244,7 @@ def _colours(count: int) -> list[Any]:
 
 
 def _word(value: Any) -> str:
-    return f'{value:g}' if isinstance(value, float) else str(value)
+    return f'{value:.4g}' if isinstance(value, float) else str(value)
 
 
 def _title(metric: str) -> str:

@@ -138,7 +138,7 @@ class Study:
         return values
 
     def groups(self, *names: str) -> Iterator[Group]:
-        """Yield the runs with equal values of some names, in the order of the table.
+        """Yield the runs with equal values of some names: numbers sorted, words as they come.
 
         Raises:
             SetcmasError: A name is not varied.
@@ -152,7 +152,8 @@ class Study:
             found.setdefault(values, []).append(row)
         if not names:
             found[()] = list(range(len(self)))
-        for values, rows in found.items():
+        numeric = all(isinstance(value, float) for values in found for value in values)
+        for values, rows in sorted(found.items()) if numeric else found.items():
             yield Group(dict(zip(names, values, strict=True)), rows)
 
     def successes(self, expression: str | None = None) -> list[bool]:
