@@ -9,7 +9,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from tabulate import tabulate
 
 from setcmas_simu.arrays import Floats
 from setcmas_simu.errors import SetcmasError
@@ -17,7 +16,8 @@ from setcmas_tools.run.run import Run
 from setcmas_tools.run.tools import tool
 from setcmas_tools.studies.cases.plan import Plan, read_plan
 from setcmas_tools.studies.columns import COLUMNS
-from setcmas_tools.studies.success import Success, share_of
+from setcmas_tools.studies.groups import Group
+from setcmas_tools.studies.success import Success
 from setcmas_tools.studies.table import FILE_NAME, TOLD, read_table
 from setcmas_tools.studies.workers.row import run_of
 
@@ -25,22 +25,8 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 _FIGURE = 'setcmas_tools.studies.plots:figure'
+_SUMMARY = 'setcmas_tools.studies.summary:summary'
 _MEASURED = ('complete', 'failed')
-_MOST_GROUPS = 40
-_FIRST = ('disagreement', 'settling_time', 'least_separation', 'communications')
-
-
-@dataclass(frozen=True)
-class Group:
-    """The runs of a study that differ in nothing but their seeds, or in names left aside.
-
-    Attributes:
-        values: What they have in common, by name.
-        rows: Their places in the table, from 0.
-    """
-
-    values: Mapping[str, Any]
-    rows: Sequence[int]
 
 
 @dataclass(frozen=True, repr=False, eq=False)
@@ -224,24 +210,7 @@ class Study:
     @property
     def summary(self) -> str:
         """The medians over seeds of each case as a table; of all runs if there are too many."""
-        groups = list(self.groups(*self.names))
-        names = self.names if 1 < len(groups) <= _MOST_GROUPS else []
-        groups = groups if names else list(self.groups())
-        metrics = [name for name in _FIRST if name in self.metrics] or self.metrics[:4]
-        heads = [*names, 'runs', 'broken', *(f'median\n{name}' for name in metrics)]
-        heads += ['success'] if self.plan.info.success else []
-        rows = [self._summed_up(group, metrics) for group in groups]
-        return tabulate(rows, heads, tablefmt='simple', floatfmt='.4g')
-
-    def _summed_up(self, group: Group, metrics: Sequence[str]) -> list[Any]:
-        rows = [row for row in group.rows if self.measured[row]]
-        told: list[Any] = [*group.values.values(), len(group.rows), len(group.rows) - len(rows)]
-        for name in metrics:
-            told.append(median(self.numbers(name)[rows]))
-        if self.plan.info.success:
-            share, low, high = share_of([self.successes()[row] for row in group.rows])
-            told.append(f'{100 * share:.0f} % ({100 * low:.0f} to {100 * high:.0f})')
-        return told
+        return str(tool(_SUMMARY)(self))
 
     def __repr__(self) -> str:
         """Return one line."""
@@ -251,20 +220,3 @@ class Study:
     def _repr_html_(self) -> str:
         heads, *rows = self.summary.splitlines()
         return f'<div><b>{self.title}</b><pre>{heads}\n' + '\n'.join(rows) + '</pre></div>'
-
-
-def median(values: Floats) -> float:
-    """Return the median of values without NaN; inf is larger than all others."""
-    return float(quantiles(values, 0.5)[0])
-
-
-def quantiles(values: Floats, *shares: float) -> Floats:
-    """Return quantiles of values without NaN; NaN if there are none.
-
-    Source of the definition, which needs no mean of a number and inf: inverse of the empirical
-    distribution function, Hyndman and Fan, The American Statistician 50(4), 1996, type 1.
-    """
-    known = values[~np.isnan(values)]
-    if not len(known):
-        return np.full(len(shares), np.nan)
-    return np.asarray(np.quantile(known, shares, method='inverted_cdf'))

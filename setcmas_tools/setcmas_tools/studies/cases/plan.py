@@ -2,22 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, fields
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from setcmas_ctrl.communication.options import CommunicationOptions
-from setcmas_ctrl.communication.settings import check_communication
-from setcmas_ctrl.control.law_scripts import LawScripts
-from setcmas_ctrl.control.options import GainOptions
 from setcmas_simu.errors import SetcmasError
 from setcmas_tools.run.info import RunInfo
 from setcmas_tools.run.inputs import INPUTS
-from setcmas_tools.run.options import RunOptions
 from setcmas_tools.studies.cases.case_table import SEED, CaseTable, read_cases
+from setcmas_tools.studies.cases.checks import check_names, check_parameters, telling_runs
 from setcmas_tools.studies.cases.kept_files import KeptFiles
 from setcmas_tools.studies.cases.names import (
     checked_name,
@@ -28,16 +24,12 @@ from setcmas_tools.studies.cases.names import (
     with_values,
 )
 from setcmas_tools.studies.cases.variation import Draw, parse_variation
-from setcmas_tools.studies.columns import COLUMNS
 from setcmas_tools.studies.info import FILE_NAME, StudyInfo, read_info
 from setcmas_tools.studies.success import check_columns
 from setcmas_tools.studies.workers.job import OF_FILES, located
-from setcmas_tools.studies.workers.row import simulated_robots
 
 Variation = str | Sequence[Any] | Mapping[Any, Any]
 """Values of a name: as on the command line, a sequence, or what is meant by what it is called."""
-
-_RESERVED = {*COLUMNS, 'run', 'state', 'robots', 'message'}
 
 
 @dataclass(frozen=True)
@@ -127,14 +119,14 @@ def make_plan(
     heads, rows = read_cases(cases) if cases else ([], [])
     heads = [checked_name(name, names) for name in heads]
     table = case_table(known, heads, rows, seeds, base[SEED])
-    _check_names([*known, *heads], seeds)
+    check_names([*known, *heads], seeds)
     files = _kept_files(base, table, cases, exercise, objects)
     info = StudyInfo(base, _recorded(known), heads, seeds, success, files.texts, files.digests)
     plan = Plan(info, table, files, objects)
     if success:
         check_columns(success, [*known, *heads, SEED])
-    for run in _telling_runs(table):
-        _check(plan.parameters(run, plan.original))
+    for run in telling_runs(table):
+        check_parameters(plan.parameters(run, plan.original))
     return plan
 
 
@@ -211,18 +203,6 @@ def _script_names(
     return {name for law in texts for name in names_of_scripts(law, exercise)}
 
 
-def _check_names(names: Sequence[str], seeds: int) -> None:
-    twice = {name for name in names if names.count(name) > 1}
-    if twice:
-        raise SetcmasError(f"'{min(twice)}' is varied twice; it must be varied once")
-    if taken := _RESERVED.intersection(names):
-        raise SetcmasError(
-            f"the table has a column '{min(taken)}' already; rename that name of the script"
-        )
-    if SEED in names and seeds > 1:
-        raise SetcmasError(f'seeds are varied by --vary {SEED} and --seeds; leave one out')
-
-
 def _kept_files(
     base: Mapping[str, Any], table: CaseTable, cases: Path | None, exercise: bool,
     objects: Mapping[str, Mapping[Any, Any]],
@@ -240,36 +220,6 @@ def _kept_files(
     if cases:
         files.add('cases', str(cases))
     return files
-
-
-def _telling_runs(table: CaseTable) -> Iterator[int]:
-    """Yield runs that together have each value of each axis."""
-    stride = table.seeds
-    for _, values in reversed(table.axes):
-        yield from (1 + index * stride for index in range(len(values)))
-        stride *= len(values)
-
-
-def _check(parameters: Mapping[str, Any]) -> None:
-    """See that a run can be made.
-
-    Raises:
-        SetcmasError: It cannot.
-    """
-    RunOptions(duration=parameters['duration'])
-    _group(GainOptions, parameters)
-    simulated_robots(parameters).simulated()
-    check_communication(_group(CommunicationOptions, parameters), parameters['nb_robots'])
-    if isinstance(parameters['algo'], str):
-        scripts = LawScripts(parameters['algo'], settings=parameters['set'])
-        scripts.check(parameters['nb_robots'])
-    elif parameters['set']:
-        raise SetcmasError('settings are for scripts; a function takes none')
-
-
-def _group(group: type[Any], parameters: Mapping[str, Any]) -> Any:
-    names = {one.name for one in fields(group)} & parameters.keys()
-    return group(**{name: parameters[name] for name in names})
 
 
 def read_plan(folder: Path) -> Plan:

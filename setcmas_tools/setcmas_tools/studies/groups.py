@@ -1,0 +1,41 @@
+"""Groups of a study's runs, and quantiles of their numbers."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from setcmas_simu.arrays import Floats
+
+
+@dataclass(frozen=True)
+class Group:
+    """The runs of a study that differ in nothing but their seeds, or in names left aside.
+
+    Attributes:
+        values: What they have in common, by name.
+        rows: Their places in the table, from 0.
+    """
+
+    values: Mapping[str, Any]
+    rows: Sequence[int]
+
+
+def median(values: Floats) -> float:
+    """Return the median of values without NaN; inf is larger than all others."""
+    return float(quantiles(values, 0.5)[0])
+
+
+def quantiles(values: Floats, *shares: float) -> Floats:
+    """Return quantiles of values without NaN; NaN if there are none.
+
+    Source of the definition, which needs no mean of a number and inf: inverse of the empirical
+    distribution function, Hyndman and Fan, The American Statistician 50(4), 1996, type 1.
+    """
+    known = values[~np.isnan(values)]
+    if not len(known):
+        return np.full(len(shares), np.nan)
+    return np.asarray(np.quantile(known, shares, method='inverted_cdf'))

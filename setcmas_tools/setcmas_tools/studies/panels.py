@@ -1,0 +1,178 @@
+"""Parts of a study's plots: lines with bands, points, maps, trade-offs."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from matplotlib import colormaps
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from setcmas_tools.plots.style import legend
+from setcmas_tools.studies.columns import COLUMNS
+from setcmas_tools.studies.groups import quantiles
+from setcmas_tools.studies.study import Study
+from setcmas_tools.studies.success import CONFIDENCE, share_of
+
+SUCCESS = 'success'
+"""What is drawn in place of a metric: the share of successes."""
+
+BAND = (0.05, 0.5, 0.95)
+"""The median, and a band that holds 90 % of the runs."""
+
+_MOST_LINES = 6
+_MARGIN = 0.04
+_SHADES = 'viridis'
+
+
+def draw_lines(picture: Figure, study: Study, metric: str, by: str, success: str | None) -> None:
+    """Draw a metric against a name: the median with a band, or the share of successes."""
+    picture.set_size_inches(8.0, 5.0)
+    axes = picture.add_subplot(title=_title(metric), ylabel=_label(metric))
+    places = _axis(axes, study, by)
+    split = _second(study, by)
+    colours = _colours(len(list(study.groups(*split))))
+    for colour, line in zip(colours, study.groups(*split), strict=True):
+        inside = set(line.rows)
+        rows = [[row for row in group.rows if row in inside] for group in study.groups(by)]
+        low, middle, high = np.array([_spread(study, metric, one, success) for one in rows]).T
+        name = ', '.join(f'{name} = {_word(value)}' for name, value in line.values.items())
+        axes.plot(places, middle, 'o-', color=colour, label=name)
+        axes.fill_between(places, low, high, color=colour, alpha=0.18, linewidth=0)
+    if metric == SUCCESS:
+        axes.set_ylim(-0.02, 1.02)
+    legend(axes, axes.get_lines() if split else [])
+    _note(axes, study, metric)
+
+
+def draw_points(picture: Figure, study: Study, metric: str, by: str) -> None:
+    """Draw a metric against a number that each run has drawn for itself, a point for each run."""
+    picture.set_size_inches(8.0, 5.0)
+    axes = picture.add_subplot(title=_title(metric), xlabel=by, ylabel=_label(metric))
+    split = _second(study, by)
+    values, numbers = study[by], study.numbers(metric)
+    colours = _colours(len(list(study.groups(*split))))
+    for colour, group in zip(colours, study.groups(*split), strict=True):
+        rows = list(group.rows)
+        name = ', '.join(f'{name} = {_word(value)}' for name, value in group.values.items())
+        axes.plot(values[rows], numbers[rows], '.', color=colour, label=name)
+    legend(axes, axes.get_lines() if split else [])
+    _note(axes, study, metric, 'a point for each run')
+
+
+def _spread(study: Study, metric: str, rows: Sequence[int], success: str | None) -> Any:
+    """Return the lower end of the band, the middle and the upper end for some runs."""
+    if metric == SUCCESS:
+        all_of_them = study.successes(success)
+        share, low, high = share_of([all_of_them[row] for row in rows])
+        return low, share, high
+    return quantiles(study.numbers(metric)[list(rows)], *BAND)
+
+
+def draw_map(
+    picture: Figure, study: Study, metric: str, by: tuple[str, str], success: str | None
+) -> None:
+    """Draw the median of a metric, or the share of successes, over two names."""
+    picture.set_size_inches(8.0, 6.0)
+    axes = picture.add_subplot(title=_title(metric))
+    along, up = ([group.values[name] for group in study.groups(name)] for name in by)
+    values = np.full((len(up), len(along)), np.nan)
+    for group in study.groups(*by):
+        place = up.index(group.values[by[1]]), along.index(group.values[by[0]])
+        values[place] = _spread(study, metric, group.rows, success)[1]
+    image = axes.pcolormesh(
+        np.where(np.isfinite(values), values, np.nan), cmap=_SHADES, edgecolors='white'
+    )
+    picture.colorbar(image, ax=axes, label=_label(metric))
+    for axis, name, known in ((axes.xaxis, by[0], along), (axes.yaxis, by[1], up)):
+        axis.set_ticks(np.arange(len(known)) + 0.5, [_word(value) for value in known])
+        axis.set_label_text(name)
+    axes.grid(False)
+    _note(axes, study, metric, 'median of the runs')
+
+
+def draw_tradeoff(picture: Figure, study: Study, by: str) -> None:
+    """Draw the median communications against the median settling time, a point for each value."""
+    picture.set_size_inches(8.0, 5.0)
+    axes = picture.add_subplot(
+        title='Trade-off', xlabel=_label('settling_time'), ylabel=_label('communications')
+    )
+    groups = list(study.groups(by))
+    points = np.array(
+        [
+            [quantiles(study.numbers(name)[list(group.rows)], *BAND) for group in groups]
+            for name in ('settling_time', 'communications')
+        ]
+    )
+    x, y = points[:, :, 1]
+    seen = np.isfinite(points[:, :, 1]).all(axis=0)
+    ends = np.where(np.isfinite(points), points, np.nan)  # no bar to what is never reached
+    spread = [np.abs(one[:, [0, 2]].T - one[:, 1]) for one in ends]
+    axes.plot(x[seen], y[seen], '-', color='0.7', zorder=1)
+    for index, (group, colour) in enumerate(zip(groups, _colours(len(groups)), strict=True)):
+        if seen[index]:
+            bars = {'xerr': spread[0][:, [index]], 'yerr': spread[1][:, [index]]}
+            label = f'{by} = {_word(group.values[by])}'
+            axes.errorbar(x[index], y[index], fmt='o', color=colour, label=label, **bars)
+    legend(axes, axes.get_legend_handles_labels()[0])
+    _note(axes, study, 'settling_time')
+
+
+def _axis(axes: Axes, study: Study, name: str) -> Any:
+    """Label the axis of a name, and return where its values are on it."""
+    values = [group.values[name] for group in study.groups(name)]
+    axes.set_xlabel(name)
+    if not all(isinstance(value, float) for value in values):
+        axes.set_xticks(range(len(values)), [_word(value) for value in values])
+        return list(range(len(values)))
+    low, high = min(values), max(values)
+    if len(values) > 2 and low > 0 and np.ptp(np.diff(np.log(values))) < 1e-6:
+        axes.set_xscale('log')
+        margin = (high / low) ** _MARGIN
+        axes.set_xlim(low / margin, high * margin)
+    elif high > low:  # also where a line breaks off since its values are never reached
+        axes.set_xlim(low - _MARGIN * (high - low), high + _MARGIN * (high - low))
+    return values
+
+
+def _second(study: Study, by: str) -> list[str]:
+    """Return the name that has a line for each of its values; none if there would be too many."""
+    others = [name for name in study.names if name not in (by, *study.plan.cases.draws)]
+    return next(
+        ([name] for name in others if 1 < len(list(study.groups(name))) <= _MOST_LINES), []
+    )
+
+
+def _colours(count: int) -> list[Any]:
+    return list(colormaps[_SHADES](np.linspace(0.0, 0.85, max(count, 1))))
+
+
+def _word(value: Any) -> str:
+    return f'{value:.4g}' if isinstance(value, float) else str(value)
+
+
+def _title(metric: str) -> str:
+    return metric.replace('_', ' ').capitalize()
+
+
+def _label(metric: str) -> str:
+    if metric == SUCCESS:
+        return f'share of successes ({100 * CONFIDENCE:.0f} % Wilson interval)'
+    unit = COLUMNS[metric].unit if metric in COLUMNS else ''
+    return f'{metric.replace("_", " ")} ({unit})' if unit else metric.replace('_', ' ')
+
+
+def _note(
+    axes: Axes, study: Study, metric: str, band: str = 'median and 90 % of the runs'
+) -> None:
+    """Say what the band is, and how many runs are missing in it."""
+    words = [] if metric == SUCCESS else [band]
+    broken = int(np.sum(~study.measured))
+    words += [f'{broken} broken runs left out'] if broken and metric != SUCCESS else []
+    if metric in study.metrics and (never := int(np.isinf(study.numbers(metric)).sum())):
+        words.append(f'{never} runs never get there')
+    axes.annotate(
+        '; '.join(words), (0.0, -0.14), xycoords='axes fraction', fontsize=9, color='0.4'
+    )
