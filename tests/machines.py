@@ -9,7 +9,7 @@ import time
 from pathlib import Path
 
 from network_namespaces import Network
-from processes import CTRL, SIMU, Process
+from processes import CTRL, SIMU, Process, run_setcmas
 from ros_peer import Peer, position
 from sensor_msgs.msg import TimeReference
 
@@ -24,6 +24,8 @@ FLEET = [*LEFT, *RIGHT]
 COMMAND_TIMEOUT_S = 0.5
 SPEED = 0.2  # m/s
 SAME_T_S = 0.05
+EXACT = ['--algo', 'consensus', '--graph', 'ring', '--delay', '0.3', '--loss', '0.3']
+EXACT_S = 5
 LEASE_S = 5.0  # of config/fastdds_network.xml
 LAW = f"""
 import math
@@ -36,6 +38,10 @@ SERVER_COMMAND = [sys.executable, '-m', 'setcmas_expe.doctor.discovery_server']
 
 def seconds(time_message) -> float:
     return time_message.sec + 1e-9 * time_message.nanosec
+
+
+def stamp(message) -> float:
+    return seconds(message.header.stamp)
 
 
 class ThreeMachines:
@@ -90,7 +96,7 @@ class ThreeMachines:
         newest = next(told, None)
         if newest is None:
             return math.nan
-        return time.time() - seconds(newest.header.stamp) + seconds(newest.time_ref)
+        return time.time() - stamp(newest) + seconds(newest.time_ref)
 
     def forget(self) -> None:
         """Let what was heard count as nothing."""
@@ -128,12 +134,26 @@ def go(way: str, domain: int, folder: Path) -> None:
         begin(machines)
 
 
-def go_with_losses(way: str, domain: int, folder: Path) -> None:
-    """Let the fleet go although a tenth of all packets is lost, those of discovery too."""
+def exact(way: str, domain: int, folder: Path) -> None:
+    """Compare a run in lockstep over three machines, of a network with losses, with offline."""
     with ThreeMachines(way, domain, folder) as machines:
         for name in machines.network.addresses:
             machines.network.lose(name, 0.1)
-        begin(machines)
+        simulator = machines.start('left', *SIMU, '--lockstep', '--nb-robots', str(len(FLEET)))
+        simulator.wait_for_output('in lockstep')
+        recorder = machines.record()
+        recorder.wait_for_output('recording')
+        for machine, robots in ('right', LEFT), ('laptop', RIGHT):
+            machines.start(machine, *CTRL, *EXACT, *part(robots))
+        odometry = machines.odometry[1]
+        machines.peer.wait_for(lambda: odometry and stamp(odometry[-1]) > EXACT_S + 2)
+        assert recorder.end() == 0, recorder.output()
+    fleet = ['--nb-robots', str(len(FLEET)), '--duration', str(EXACT_S), '--no-plots']
+    for command in (['bag_to_csv', 'bag', '-o', 'csv'], ['offline', *EXACT, *fleet, '-o', 'off']):
+        done = run_setcmas(*command, cwd=folder)
+        assert done.returncode == 0, done.stdout + done.stderr
+    offline = (folder / 'off' / 'csv' / 'fleet.csv').read_bytes()
+    assert (folder / 'csv' / 'fleet.csv').read_bytes().startswith(offline)
 
 
 def begin(machines: ThreeMachines):

@@ -4,7 +4,7 @@ import pytest
 
 pytest.importorskip('rclpy')
 
-from machines import PEERS, SERVER, go, go_with_losses, recover
+from machines import PEERS, SERVER, exact, go, recover
 from network_namespaces import NoNetworkError, in_a_process
 
 
@@ -20,8 +20,8 @@ def test_a_fleet_over_three_machines_has_one_t(domain, tmp_path):
 
 
 @pytest.mark.nightly
-def test_a_fleet_goes_over_a_network_that_loses_a_tenth(domain, tmp_path):
-    on_three_machines(go_with_losses, PEERS, domain, tmp_path)
+def test_lockstep_over_a_network_that_loses_a_tenth_is_offline_to_the_last_byte(domain, tmp_path):
+    on_three_machines(exact, PEERS, domain, tmp_path)
 
 
 @pytest.mark.nightly

@@ -36,7 +36,11 @@ from setcmas_ctrl.controller.script_outcomes import ScriptOutcomes
 from setcmas_ctrl.controller.si_to_uni import SiToUni
 from setcmas_ctrl.controller.stepper import ControlStepper
 from setcmas_ctrl.controller.stuck_scripts import end_process, end_stuck_script
-from setcmas_ctrl.fleet.discovery import wait_for_fleet, wait_for_source
+from setcmas_ctrl.fleet.discovery import (
+    wait_for_announcement,
+    wait_for_fleet,
+    wait_for_source,
+)
 from setcmas_ctrl.fleet.odometry import FleetOdometry
 from setcmas_ctrl.fleet.pause_watch import PauseWatch
 from setcmas_ctrl.scripts.call_watch import CallWatch
@@ -57,8 +61,6 @@ from setcmas_simu.ros.polled_service import MOST_WITH_SERVICES
 from setcmas_simu.ros.process import FleetNode, RosProcess, node_main
 from setcmas_simu.ros.step_clock import ScaledClock, SteadyClock
 from setcmas_simu.ros.step_loop import StepLoop
-
-_ANNOUNCED_WITHIN_S = 0.5
 
 PARAMETERS = {name: name for name in ('vnom', 'komega', 'rate')}
 """The options that are parameters of the process's node, by the parameter's name."""
@@ -111,29 +113,30 @@ def build(
     # Nothing is commanded to robots of somebody else's simulator.
     if options.simulator and not wait_for_source(process, node, announced, options.simulator):
         return None
-    if options.nb_robots and not options.experiment:  # their time must be known
-        process.spin_until(lambda: bool(announced.take()), _ANNOUNCED_WITHIN_S)
     nb_robots = options.nb_robots or wait_for_fleet(process, node, announced)
     if not nb_robots:
         return None
     robots = options.controlled(nb_robots)
     scripts.check(nb_robots)
     drawing.canvas = MarkerCanvas(node)
-    time = None if options.experiment else announced.time
-    lockstep = isinstance(time, Lockstep)
-    # How long calls may take, by the wall: in lockstep time waits for them.
-    rtf = time.rtf if isinstance(time, Scaled) else 1.0
-    period = math.inf if lockstep else 1 / law.rate / rtf
-    watch = CallWatch(period, node.get_logger().warning, process.launcher)
+    watch = CallWatch(math.inf, node.get_logger().warning, process.launcher)
     end_stuck_script(process, watch)
     load = partial(
         load_laws, law.seed, scripts, robots, nb_robots, watch, TaskTopic(node, nb_robots)
     )
+    laws = load()
     communication = chosen_communication(nb_robots, heard, law.seed)
+    if not options.experiment and not wait_for_announcement(process, node, announced, nb_robots):
+        return None
+    time = None if options.experiment else announced.time
+    lockstep = isinstance(time, Lockstep)
+    if not lockstep:  # there time waits for them
+        rtf = time.rtf if isinstance(time, Scaled) else 1.0
+        watch.slow.period = 1 / law.rate / rtf
     if lockstep:
         check_lockstep(options, communication, nb_robots)
     profile = qos.LOCKSTEP_COMMAND if lockstep else qos.COMMAND
-    controllers = [Controller(law, profile) for law in load()]
+    controllers = [Controller(law, profile) for law in laws]
     # With event-triggered broadcast the laws know the other robots by what they send only; a
     # range is one of the radio, and of where robots are.
     odometry = FleetOdometry(
@@ -163,7 +166,6 @@ def build(
     pairs = list(zip(controllers, followers, strict=True))
     stepper = ControlStepper(node, odometry, pairs, law, outcomes, graph, pause)
     if law.watch:
-        laws = [controller.law for controller in controllers]
         tell = process.launcher.tell
         ScriptReloader(node, stepper, laws, load, watch, options.pause_timeout, tell)
     senders = connect(stepper, communication, robots, node, odometry, lockstep)

@@ -79,6 +79,28 @@ def wait_for_source(process: RosProcess, node: Node, listener: FleetListener, pi
     return not process.stopping
 
 
+def wait_for_announcement(
+    process: RosProcess, node: Node, listener: FleetListener, nb_robots: int
+) -> bool:
+    """Wait until the time that robots follow is known: it is announced, if anybody announces any.
+
+    Returns:
+        Whether it is known; False if this process was asked to stop meanwhile.
+    """
+
+    def is_known() -> bool:
+        # Who has discovered the odometry of a simulator knows of its announcer.
+        nobody = node.count_publishers(topics.FLEET) == 0
+        return bool(listener.take()) or (nobody and bool(robots_with_odometry(node)))
+
+    while not process.spin_until(is_known, _REMIND_EVERY_S) and not process.stopping:
+        node.get_logger().warning(
+            f'waiting for the odometry of robots {format_robots([*range(1, nb_robots + 1)])} '
+            f'({topics.odometry_topic(1)}); is their simulator running?'
+        )
+    return not process.stopping
+
+
 class _Fleet:
     """What is announced; and the robots in sight, for the case that nobody announces any."""
 

@@ -33,8 +33,11 @@ def dds_setup() -> Iterator[None]:
     """
     given = {os.environ[name] for name in _PROFILE_VARIABLES if name in os.environ}
     fast_dds = rclpy.get_rmw_implementation_identifier().startswith('rmw_fastrtps')
-    own_transports = os.environ.get(_TRANSPORTS, _UDP) != _UDP
-    if not fast_dds or own_transports or given - {_NETWORK, _LOOPBACK}:
+    if not fast_dds or given - {_NETWORK, _LOOPBACK}:
+        yield
+        return
+    if os.environ.get(_TRANSPORTS, _UDP) != _UDP:
+        os.environ.pop(_PROFILE_VARIABLES[0], None)  # ours, of the process that started this one
         yield
         return
     loopback = is_loopback_enough(os.environ)

@@ -1,7 +1,7 @@
 import sys
 
 import pytest
-from processes import CTRL, SETCMAS
+from processes import CTRL, SETCMAS, SIMU
 
 pytest.importorskip('rclpy')
 
@@ -105,6 +105,7 @@ def test_a_condition_that_hangs_on_its_own_is_located_and_ends_with_the_process(
 @pytest.mark.parametrize('command', [BROADCAST, [*CTRL, '--algo', 'consensus', *ONE_ROBOT]])
 def test_a_condition_that_hangs_while_it_is_loaded(start, script, command):
     path = script('while True:\n    pass\ndef ctc(a, b, c):\n    return True\n', 'when.py')
+    start(*SIMU)
     process = start(*command, '--ctc', path)
 
     process.wait_for_output('tb3_1: when.py has been loading for')
