@@ -46,8 +46,9 @@ class ReloadTimes:
             new version works.
     """
 
-    def __init__(self) -> None:
-        """Begin before the control laws are called."""
+    def __init__(self, elapsed: Callable[[float], float]) -> None:
+        """Begin before the control laws are called; `elapsed` is that of the run."""
+        self._elapsed = elapsed
         self._begin = time.monotonic()
         self.on_reload: Callable[[float, bool], None] = lambda _t, _works: None
 
@@ -56,7 +57,7 @@ class ReloadTimes:
         if isinstance(report, Started):
             self._begin = time.monotonic()
         elif isinstance(report, Reloaded):
-            self.on_reload(time.monotonic() - self._begin, report.works)
+            self.on_reload(self._elapsed(time.monotonic() - self._begin), report.works)
 
 
 class SimulatedRun:
@@ -74,7 +75,7 @@ class SimulatedRun:
     def __init__(self, supervisor: Supervisor, args: argparse.Namespace, bag: Path) -> None:
         """Start the processes."""
         self.status = 0
-        self.reloads = ReloadTimes()
+        self.reloads = ReloadTimes(self.elapsed)
         self.failed: tuple[ScriptCall, ...] = ()
         self._supervisor = supervisor
         recorder = node_command(RECORDER, RecorderOptions(output=bag).arguments())
@@ -154,7 +155,7 @@ class EmulatedRun:
         self.started = False
         self.paused = True
         self.status = 0
-        self.reloads = ReloadTimes()
+        self.reloads = ReloadTimes(self.elapsed)
         self._paused = ''
         self._unready = ''
         self.failed: tuple[ScriptCall, ...] = ()

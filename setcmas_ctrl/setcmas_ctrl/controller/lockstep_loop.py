@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Sequence
 
@@ -70,8 +71,7 @@ class LockstepLoop:
 
     def run(self) -> None:
         """Answer until the process is to stop."""
-        self._ticks.go_to(self._ticks.count_of(int(self._odometry.stamps.max())))
-        self._calls = self._first_call()
+        self._synchronise()
         self._stepper.follow_clock()
         while not self._process.stopping:
             self._await_recorder()
@@ -86,9 +86,10 @@ class LockstepLoop:
         """Tell the simulator not to wait any more."""
         self._answerer.leave()
 
-    def _first_call(self) -> int:
-        """Return the number of the first call of the laws that is not over yet."""
-        return max(0, round(self._ticks.time * self._rate + 0.5 - _SAME_TIME_S))
+    def _synchronise(self) -> None:
+        """Go to the tick of the states that are known, and to the first call that is due then."""
+        self._ticks.go_to(self._ticks.count_of(int(self._odometry.stamps.max())))
+        self._calls = math.ceil(self._ticks.time * self._rate - _SAME_TIME_S)
 
     def _call_laws(self) -> None:
         end = self._ticks.time + 1 / self._ticks.rate - _SAME_TIME_S
@@ -110,6 +111,8 @@ class LockstepLoop:
         if not self._process.stopping:
             self._ticks.go_to(self._ticks.count + 1)
             self._stepper.take()
+            if self._odometry.stamps.max() != self._ticks.stamp():
+                self._synchronise()  # with a simulator that was started again
 
     def _await_recorder(self) -> None:
         """Wait until a recorder, if there is one, listens to new topics of this process."""

@@ -9,6 +9,7 @@ from setcmas_ctrl.fleet.odometry import FleetOdometry
 from setcmas_simu.fleet.fleet import format_robots
 from setcmas_simu.fleet.topics import TRIG_ODOM, robot_topic
 from setcmas_simu.ros.process import RosProcess
+from setcmas_simu.ros.step_clock import Clock
 
 if TYPE_CHECKING:
     from setcmas_ctrl.controller.communication import FleetCommunication
@@ -76,11 +77,13 @@ def _wait(
         remind(missing())
 
 
-def fall_in_step(process: RosProcess, odometry: FleetOdometry, take: Take, robot: int) -> None:
+def fall_in_step(
+    process: RosProcess, odometry: FleetOdometry, take: Take, robot: int, clock: Clock
+) -> None:
     """Wait until shortly after the next odometry of a robot.
 
-    Robots and laws step on steady clocks at rates that divide each other, so that from then on
-    every call sees fresh poses, and its commands arrive before the robots' next step.
+    Robots and laws step on clocks that go alike, at rates that divide each other, so that from
+    then on every call sees fresh poses, and its commands arrive before the robots' next step.
     """
     take()
 
@@ -89,4 +92,5 @@ def fall_in_step(process: RosProcess, odometry: FleetOdometry, take: Take, robot
         return odometry.age(robot) == 0.0
 
     process.spin_until(is_new, 1.0, _LOOK_EVERY_S)
-    process.spin_until(lambda: False, _AFTER_ODOMETRY_S, _LOOK_EVERY_S)
+    begin = clock.now()
+    process.spin_until(lambda: clock.now() - begin >= _AFTER_ODOMETRY_S, 1.0, _LOOK_EVERY_S)

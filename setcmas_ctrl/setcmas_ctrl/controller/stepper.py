@@ -128,7 +128,7 @@ class ControlStepper:
         process.launcher.tell(Started(self.robots, law))
         self._take_signals = process.take_signals
         if not lockstep:
-            fall_in_step(process, self._odometry, self.take, self._controllers[0].robot)
+            fall_in_step(process, self._odometry, self.take, self.robots[0], self.clock)
         self._stepped = self.clock.now()
 
     @property

@@ -49,7 +49,7 @@ class FleetOdometry:
 
     Attributes:
         poses: Rows x, y in m and theta in rad, shape (3, N); NaN for robots not seen yet.
-        stamps: Their times in ns, shape (N,); NONE for robots not seen yet.
+        stamps: Times of the newest odometry in ns, shape (N,); NONE for robots not seen yet.
         now: Time in s at which `take` was called last.
     """
 
@@ -113,9 +113,9 @@ class FleetOdometry:
         return self.now - float(self._received[robot - 1])
 
     def _on_odometry(self, index: int, data: bytes) -> None:
+        self.stamps[index] = read_stamp(data)
         if state := told_state(data):
             self.poses[:, index] = state.pose
-            self.stamps[index] = read_stamp(data)
             self._received[index] = self.now
             for listener in self._listeners[index]:
                 listener(state)

@@ -28,7 +28,7 @@ class LockstepAnswers:
             if message.topic.name in self._stamps:
                 self._stamps[message.topic.name] = read_stamp(message.data)
         oldest = min(self._stamps.values())
-        if oldest > self._answered:
+        if oldest != self._answered:
             self._answered = oldest
             self._answerer.answer(oldest)
 

@@ -12,6 +12,7 @@ from geometry_msgs.msg import Point32
 from nav_msgs.msg import Odometry
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
+from rosgraph_msgs.msg import Clock
 from std_msgs.msg import Bool, Float32MultiArray, UInt16
 from visualization_msgs.msg import Marker, MarkerArray
 
@@ -56,6 +57,7 @@ class ViewedTopics:
         self._fleet = [
             PolledTopic(node, Bool, topics.FLEET_PAUSE, self._on_pause, qos.EVENT),
             PolledTopic(node, Bool, topics.PAUSED, self._on_paused, _NEWEST),
+            PolledTopic(node, Clock, topics.CLOCK, self._on_clock, _NEWEST),
             diagnosed(self._on_diagnostics, _EVENTS),
             PolledTopic(
                 node,
@@ -150,6 +152,9 @@ class ViewedTopics:
     def _on_command(self, _: Point32) -> None:
         # The time of the control laws stands still while they are paused.
         self._state.clock.heard(self._now, self._state.states.paused(self._now))
+
+    def _on_clock(self, message: Clock) -> None:
+        self._state.clock.follow(message.clock.sec + 1e-9 * message.clock.nanosec)
 
     def _on_pause(self, message: Bool) -> None:
         self._state.states.wish(message.data)

@@ -36,3 +36,13 @@ def test_stands_still_while_an_experiment_is_paused():
     hear(clock, 8.4, 20.0, paused=True)
 
     assert clock.seconds(20.1) == pytest.approx(3.2)
+
+
+def test_the_time_of_a_simulation_goes_before():
+    clock = RunClock()
+    clock.follow(1.0)
+    assert clock.seconds(0.0) is None
+    hear(clock, 0.0, 0.2)
+    clock.follow(61.0)
+
+    assert clock.seconds(0.3) == 60.0
