@@ -33,11 +33,18 @@ def test_the_run_of_the_paper(tmp_path):
     what_is_told_is_what_happened(robots, duration, out, output, heard, tmp_path)
 
 
-def test_a_short_run(tmp_path):
+def test_a_short_run(domain, tmp_path):
     robots, duration = range(1, 4), 8
-    out, output, heard = run(robots, duration, tmp_path)
+    options = [*fleet_options(robots, duration), '--lockstep', '--output', 'out']
+    result = run_setcmas('run', '--algo', 'consensus', *options, cwd=tmp_path)
+    assert result.returncode == 0, result.stderr
+    record = read_csv(tmp_path / 'out' / 'csv')
+    share = record.triggers[:, 2].mean()
 
-    what_is_told_is_what_happened(robots, duration, out, output, heard, tmp_path)
+    assert f'({100 * share:.1f} % of' in result.stdout
+    assert len(record.triggers) == len(robots) * (duration * 10 + 1)
+    every_message_arrives(robots, record)
+    files_tell_of_it(robots, share, tmp_path / 'out', result.stdout)
 
 
 def what_is_told_is_what_happened(robots, duration, out, output, heard, folder):

@@ -9,7 +9,6 @@ import psutil
 import pytest
 import yaml
 from processes import SETCMAS, TIMEOUT_S, run_setcmas
-from ros1_recordings import WP_NAV
 
 pytest.importorskip('rclpy')
 
@@ -209,37 +208,6 @@ def test_three_terminals(start, tmp_path):
     assert plots.returncode == 0, plots.stderr
     assert table(tmp_path / 'csv' / 'fleet.csv')
     assert all(Path(tmp_path, line).is_file() for line in plots.stdout.splitlines())
-
-
-@pytest.mark.nightly
-def test_nav_wp_over_ros_goes_the_way_of_the_recording_of_the_ros_1_stack(domain, tmp_path):
-    from setcmas_tools.records.fleet_table import read_csv
-
-    arguments = ['--algo', 'nav_wp', '--nb-robots', '1', '--pose', '1:5,5,0', '--duration', '60']
-    result = run_setcmas(
-        'run', '--no-plots', *arguments, '--output', 'out', cwd=tmp_path, timeout=120
-    )
-
-    assert result.returncode == 0, result.stderr
-    ours, theirs = read_csv(tmp_path / 'out' / 'csv' / 'fleet.csv'), read_csv(WP_NAV)
-    # A busy machine comes late now and then: the way is the same, and nearly as long. That it is
-    # the same at the same time is tested offline.
-    way, recorded = np.array([ours.x, ours.y]), np.array([theirs.x, theirs.y])
-    aside = distances_to_way(way, recorded)
-    assert np.sqrt(np.mean(aside**2)) < 0.05
-    assert length_of(way) == pytest.approx(length_of(recorded), rel=0.1)
-
-
-def distances_to_way(points, way):
-    """Return how far each point, shape (2, M), is from a way of straight pieces, shape (2, N)."""
-    start, piece = way[:, :-1, None], np.diff(way)[:, :, None]
-    to_point = points[:, None, :] - start
-    along = (to_point * piece).sum(axis=0) / np.maximum((piece**2).sum(axis=0), 1e-12)
-    return np.linalg.norm(to_point - np.clip(along, 0, 1) * piece, axis=0).min(axis=0)
-
-
-def length_of(way):
-    return np.linalg.norm(np.diff(way), axis=0).sum()
 
 
 def test_a_run_that_a_script_ends_with_status_2_is_kept_and_told(start, tmp_path):
