@@ -88,6 +88,27 @@ def test_generated_parts_are_up_to_date(monkeypatch):
     assert stale == []
 
 
+def test_changelogs_of_packages_are_read_by_bloom(monkeypatch):
+    changelog = pytest.importorskip('catkin_pkg.changelog')
+    monkeypatch.syspath_prepend(GENERATORS)
+    import changelog_page
+
+    text = changelog_page.text(
+        'setcmas_simu',
+        '# Changelog\n\n## 0.2.0, unreleased\n\n- New\n\n'
+        '## 0.1.0, 2026-11-30\n\n- A `-p x_0:=2` and\n  [more](docs/ros.md).\n- B*\n',
+    )
+    read = changelog.Changelog('setcmas_simu')
+    changelog.populate_changelog_from_rst(read, text)
+
+    assert 'Forthcoming\n-----------\n* New\n' in text
+    assert str(read).splitlines()[1:] == [
+        '  0.1.0 (2026-11-30 00:00:00):',
+        '    * A ``-p x_0:=2`` and more.',
+        '    * B*',
+    ]
+
+
 def test_topics_of_no_row_and_rows_of_no_topic_are_told(monkeypatch, tmp_path):
     monkeypatch.syspath_prepend(GENERATORS)
     import topics_page
