@@ -38,8 +38,10 @@ class PartialTable:
 
         Raises:
             OSError: The file cannot be read or written.
+            SetcmasError: Another process writes it.
         """
         self._file: IO[bytes] = (folder / PART).open('a+b')
+        _lock(self._file, folder)
         self._folder = folder
         self._places: dict[int, int] = {}
         end = 0
@@ -108,6 +110,20 @@ class PartialTable:
         for line in self._file:
             yield place, line
             place += len(line)
+
+
+def _lock(file: IO[bytes], folder: Path) -> None:
+    """Keep a file for this process, as long as it is open, where the system can (not Windows)."""
+    with suppress(ImportError):
+        import fcntl
+
+        try:
+            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError as error:
+            file.close()
+            raise SetcmasError(
+                f"study '{folder}' is being made by another process; wait for it, or end it"
+            ) from error
 
 
 def read_table(path: Path) -> dict[str, list[Any]]:

@@ -1,3 +1,6 @@
+import pytest
+
+from setcmas_simu.errors import SetcmasError
 from setcmas_tools.run.outcome import State
 from setcmas_tools.studies.cases.case_table import CaseTable
 from setcmas_tools.studies.table import PARQUET, PART, PartialTable, read_table
@@ -45,6 +48,8 @@ def test_a_table_goes_on_behind_the_last_whole_row(tmp_path):
     part.write_bytes(part.read_bytes()[:-9])
     with PartialTable(tmp_path) as table:
         assert table.done == {3}
+        with pytest.raises(SetcmasError, match='another process'):
+            PartialTable(tmp_path)
         for row in (ROWS[0], ROWS[1], ROWS[3]):
             table.add(row)
         table.finish(CASES)
@@ -53,7 +58,7 @@ def test_a_table_goes_on_behind_the_last_whole_row(tmp_path):
 
 
 def test_parquet_has_the_same_table(tmp_path):
-    parquet = __import__('pytest').importorskip('pyarrow.parquet')
+    parquet = pytest.importorskip('pyarrow.parquet')
     write(tmp_path, range(4))
 
     assert parquet.read_table(tmp_path / PARQUET)['disagreement'].to_pylist() == [

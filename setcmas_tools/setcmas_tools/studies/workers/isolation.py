@@ -34,7 +34,7 @@ class Runner:
     def __init__(self) -> None:
         """Start the process."""
         self._folder = TemporaryDirectory(prefix='setcmas_')
-        path = os.pathsep.join(filter(None, sys.path))  # functions are found in their modules
+        path = os.pathsep.join(place or os.getcwd() for place in sys.path)  # of functions
         self._process = subprocess.Popen(
             [sys.executable, '-m', 'setcmas_tools.studies.workers.runner', self._folder.name],
             stdin=subprocess.PIPE,

@@ -13,6 +13,7 @@ import gc
 import os
 import pickle
 import select
+import shutil
 import signal
 import sys
 import time
@@ -51,6 +52,7 @@ def main() -> None:
         row = make(job, folder, jobs)
         rows.write(msgspec.json.encode(row) + b'\n')
         rows.flush()
+    shutil.rmtree(folder, ignore_errors=True)
 
 
 def _warm_up() -> None:
