@@ -9,6 +9,7 @@ import subprocess
 import sys
 import threading
 from contextlib import suppress
+from pathlib import Path
 from tempfile import TemporaryDirectory
 
 import msgspec
@@ -34,7 +35,7 @@ class Runner:
     def __init__(self) -> None:
         """Start the process."""
         self._folder = TemporaryDirectory(prefix='setcmas_')
-        path = os.pathsep.join(place or os.getcwd() for place in sys.path)  # of functions
+        path = os.pathsep.join(place or str(Path.cwd()) for place in sys.path)  # of functions
         self._process = subprocess.Popen(
             [sys.executable, '-m', 'setcmas_tools.studies.workers.runner', self._folder.name],
             stdin=subprocess.PIPE,
