@@ -159,13 +159,13 @@ def measure_fleet(nb_robots: int, duration: float, setcmas: Path = SETCMAS) -> d
 def draw(sizes: list[int], medians: dict[int, dict[str, float]], path: Path) -> None:
     """Draw cores and memory against the number of robots."""
     figure, (left, right) = plt.subplots(1, 2, figsize=(9, 3.6), layout='constrained')
-    for axes, unit in ((left, '(core)'), (right, 'PSS (MB)')):
-        for name, style in (('simu', 'o-'), ('ctrl', 's-'), ('both', 'D-')):
+    labels = {'simu': 'simulator', 'ctrl': 'controllers', 'both': 'both'}
+    for axes, unit, title in ((left, '(core)', 'cores'), (right, 'PSS (MB)', 'memory (PSS, MB)')):
+        for (name, label), style in zip(labels.items(), ('o-', 's-', 'D-'), strict=True):
             values = [medians[size][f'{name} {unit}'] for size in sizes]
-            axes.plot(sizes, values, style, label=name, markersize=4)
-        axes.set(xlabel='robots', ylabel=unit.strip('()'), xlim=(0, None), ylim=(0, None))
+            axes.plot(sizes, values, style, label=label, markersize=4)
+        axes.set(xlabel='robots', ylabel=title, xlim=(0, None), ylim=(0, None))
         axes.grid(alpha=0.3)
-    left.set_ylabel('cores')
     left.legend(frameon=False)
     figure.savefig(path, dpi=120)
 
