@@ -6,6 +6,8 @@ import time
 from collections.abc import Callable, Iterable
 
 from rclpy.node import Node
+from rclpy.publisher import Publisher
+from rclpy.qos import DurabilityPolicy
 
 from setcmas_ctrl.controller.si_to_uni import SiToUni
 from setcmas_ctrl.fleet.discovery import robots_with_odometry
@@ -85,9 +87,12 @@ class GraphWatch:
         """Return whether there is a recorder."""
         return bool(set(RECORDER_NODES) & set(self._node.get_node_names()))
 
-    def are_recorded(self, names: Iterable[str]) -> bool:
-        """Return whether a recorder listens to some topics, or there is none."""
-        return not self.has_recorder() or all(map(self._recorder_listens, names))
+    def are_recorded(self, publishers: Iterable[Publisher]) -> bool:
+        """Return whether a recorder gets all that some publishers send, or there is none."""
+        return not self.has_recorder() or all(
+            self._recorder_listens(one.topic_name, one.qos_profile.durability)
+            for one in publishers
+        )
 
     def _all(self, holds: Callable[[SiToUni], bool]) -> Callable[[], bool]:
         """Return what asks, of each robot until it is so, whether something holds."""
@@ -99,9 +104,16 @@ class GraphWatch:
 
         return all_hold
 
-    def _recorder_listens(self, topic: str) -> bool:
+    def _recorder_listens(
+        self, topic: str, durability: DurabilityPolicy = DurabilityPolicy.VOLATILE
+    ) -> bool:
         listeners = self._node.get_subscriptions_info_by_topic(topic)
-        return any(info.node_name in RECORDER_NODES for info in listeners)
+        # What was sent before comes to those who ask for it, as a recorder soon does.
+        return any(
+            info.node_name in RECORDER_NODES
+            and durability in (DurabilityPolicy.VOLATILE, info.qos_profile.durability)
+            for info in listeners
+        )
 
     def check(self) -> None:
         """Look at some robots; tell what a round over all of them has shown.

@@ -118,9 +118,10 @@ class LockstepLoop:
         """Wait until a recorder, if there is one, listens to new topics of this process."""
         # Later ones are drawings, which come one by one.
         nodes = [self._node] if self._recorded else self._nodes
-        published = {one.topic_name for node in nodes for one in node.publishers}
-        if new := published - {topics.LOCKSTEP} - self._recorded:
-            self._process.spin_until(lambda: self._graph.are_recorded(new), _RECORDER_WAIT_S)
+        published = {one.topic_name: one for node in nodes for one in node.publishers}
+        if new := published.keys() - {topics.LOCKSTEP} - self._recorded:
+            wanted = [published[name] for name in new]
+            self._process.spin_until(lambda: self._graph.are_recorded(wanted), _RECORDER_WAIT_S)
             self._recorded |= new
 
     def _await_sent_states(self) -> None:

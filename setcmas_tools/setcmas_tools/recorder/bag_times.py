@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from bisect import bisect_right
 from collections.abc import Callable, Iterator
 from typing import Protocol
@@ -11,6 +12,8 @@ from setcmas_simu.fleet.announcement import Lockstep, Scaled, SimulatedTime
 from setcmas_simu.ros.cdr import read_stamp
 from setcmas_tools.recorder.receive_clock import ReceiveClock
 from setcmas_tools.recorder.recorded_topic import Received
+
+_HELD_BACK_S = 0.3
 
 Timed = tuple[int, Received]
 """A time in ns, and the message that has it."""
@@ -59,11 +62,14 @@ class ArrivalTimes:
 class StampTimes:
     """Times of a simulation in lockstep: a message's stamp, else that of the tick it was sent at.
 
-    Messages of the newest tick are held back until the next one: others of it may still come.
+    Messages of the newest tick are held back until the next one, since others of it may still
+    come; but not for long, if time stands.
     """
 
-    def __init__(self) -> None:
-        """Wait for the first tick."""
+    def __init__(self, steady_s: Callable[[], float] = time.monotonic) -> None:
+        """Wait for the first tick; `steady_s` is a clock in s that nobody sets."""
+        self._steady_s = steady_s
+        self._last_tick_at = 0.0
         self._sent: list[int] = []
         self._ticks: list[int] = []
 
@@ -78,6 +84,7 @@ class StampTimes:
             ((self._time(message), message) for message in messages),
             key=lambda one: (one[0], one[1].sent_ns),
         )
+        complete = complete or self._steady_s() - self._last_tick_at > _HELD_BACK_S
         newest = self._ticks[-1]
         messages[:] = [message for t, message in timed if t >= newest and not complete]
         yield from (one for one in timed if one[0] < newest or complete)
@@ -86,6 +93,7 @@ class StampTimes:
         if not self._ticks or stamp > self._ticks[-1]:
             self._sent.append(sent_ns)
             self._ticks.append(stamp)
+            self._last_tick_at = self._steady_s()
 
     def _time(self, message: Received) -> int:
         tick = self._ticks[max(0, bisect_right(self._sent, message.sent_ns) - 1)]

@@ -5,7 +5,7 @@ import pytest
 pytest.importorskip('rclpy')
 
 from setcmas_simu.fleet.announcement import Lockstep, Scaled
-from setcmas_tools.recorder.bag_times import bag_times
+from setcmas_tools.recorder.bag_times import StampTimes, bag_times
 from setcmas_tools.recorder.recorded_topic import Received
 
 S = 1_000_000_000
@@ -57,3 +57,13 @@ def test_a_time_that_goes_faster_is_that_of_the_bag():
     (first, b), (second, a) = told(times, [message('/a', 102 * S), message('/b', 101 * S)])
     assert (b, a) == ('/b', '/a')
     assert (first, second) == pytest.approx((5 * S, 10 * S), abs=S // 100)
+
+
+def test_where_time_stands_the_newest_state_is_not_held_back():
+    now = 5.0
+    times = StampTimes(lambda: now)
+    waiting = [message('/clock', 50, S), message('/tb3_1/odom', 60, S)]
+
+    assert told(times, waiting) == []
+    now = 6.0
+    assert told(times, waiting) == [(S, '/clock'), (S, '/tb3_1/odom')]
