@@ -58,7 +58,8 @@ class Runner:
         if line:
             return msgspec.json.decode(line, type=Row)
         self.close()
-        return Row(run=job.run, state=State.DIED, message='the process of the run has ended')
+        message = f'the process ended, or took longer than {job.timeout:g} s (--timeout)'
+        return Row(run=job.run, state=State.DIED, message=message)
 
     @property
     def is_closed(self) -> bool:
