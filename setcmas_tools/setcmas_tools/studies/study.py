@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import html as markup
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -218,5 +219,5 @@ class Study:
         return f'Study({self.title}{varied})'
 
     def _repr_html_(self) -> str:
-        heads, *rows = self.summary.splitlines()
-        return f'<div><b>{self.title}</b><pre>{heads}\n' + '\n'.join(rows) + '</pre></div>'
+        title, summary = markup.escape(self.title), markup.escape(self.summary)
+        return f'<div><b>{title}</b><pre style="line-height:1.2">{summary}</pre></div>'
