@@ -63,6 +63,7 @@ class ThreeMachines:
         else:
             os.environ['ROS_DISCOVERY_SERVER'] = f'{addresses["laptop"]}:{PORT}'
             self.start('laptop', *SERVER_COMMAND)
+            os.environ['ROS_SUPER_CLIENT'] = 'TRUE'  # the recorder is to see all topics
         with self.network.on('laptop'):
             self.peer = self._stack.enter_context(Peer(domain))
         self.odometry = {robot: self.peer.odometry(robot) for robot in FLEET}

@@ -91,13 +91,9 @@ def lab_environment(static_peers: Sequence[str], discovery_server: str) -> dict[
     Raises:
         SetcmasError: A static peer has a name that is not known here; ROS would start nothing.
     """
-    environment = _environment('SUBNET')
+    environment = _environment('SUBNET', discovery_server)
     if static_peers:
         environment.setdefault('ROS_STATIC_PEERS', ';'.join(static_peers))
-    if discovery_server:
-        environment.setdefault('ROS_DISCOVERY_SERVER', discovery_server)
-        # The bridge looks at the whole graph: who listens, who else commands.
-        environment.setdefault('ROS_SUPER_CLIENT', 'TRUE')
     for peer in filter(None, environment.get('ROS_STATIC_PEERS', '').split(';')):
         _check_name(peer)
     return environment
@@ -113,9 +109,14 @@ def _check_name(peer: str) -> None:
         ) from error
 
 
-def _environment(discovery_range: str) -> dict[str, str]:
+def _environment(discovery_range: str, discovery_server: str = '') -> dict[str, str]:
     environment = dict(os.environ)
     environment.setdefault(_DISCOVERY_RANGE, discovery_range)
+    if discovery_server:
+        environment.setdefault('ROS_DISCOVERY_SERVER', discovery_server)
+    if environment.get('ROS_DISCOVERY_SERVER'):
+        # Recorder and bridge look at the whole graph: who publishes, who listens.
+        environment.setdefault('ROS_SUPER_CLIENT', 'TRUE')
     environment.setdefault('RCUTILS_CONSOLE_OUTPUT_FORMAT', LOG_FORMAT)
     environment.setdefault('RCUTILS_COLORIZED_OUTPUT', '0')
     environment['PYTHONUNBUFFERED'] = '1'

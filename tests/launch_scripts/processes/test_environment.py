@@ -34,6 +34,13 @@ def test_an_emulated_lab_reaches_no_real_robot_whatever_the_user_has_set(monkeyp
     assert experiment_environment(lab, emulated=False)['ROS_STATIC_PEERS'] == '192.168.1.21'
 
 
+def test_processes_see_the_whole_graph_of_a_discovery_server(monkeypatch):
+    assert 'ROS_SUPER_CLIENT' not in environment.local_environment()
+
+    monkeypatch.setenv('ROS_DISCOVERY_SERVER', '192.168.1.10:11811')
+    assert environment.local_environment()['ROS_SUPER_CLIENT'] == 'TRUE'
+
+
 @pytest.mark.parametrize('name', ['robot1.invalid', 'robot..1'])
 def test_a_static_peer_that_does_not_exist_is_told_in_one_line(monkeypatch, name):
     monkeypatch.delenv('ROS_STATIC_PEERS', raising=False)
