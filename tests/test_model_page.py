@@ -25,21 +25,21 @@ def simulator(
     """The model, from the page."""
     poses = np.array(poses, dtype=float)
     nb_robots = poses.shape[1]
-    Ts, calls, states = 1 / robot_rate, 0, [poses.copy()]
+    Ts, calls, states = 1 / robot_rate, 0, [heard(poses)]
     V, omega, last = *np.zeros((2, nb_robots)), np.zeros((2, nb_robots))
     for k in range(max(1, round(duration * robot_rate))):
         while calls / rate < (k + 1) * Ts - 1e-9:
             robots = range(1, nb_robots + 1)
-            v = np.array([control(i, nb_robots, poses.copy(), calls / rate) for i in robots]).T
+            v = np.array([control(i, nb_robots, heard(poses), calls / rate) for i in robots]).T
             v = v * (vnom / np.maximum(np.hypot(*v), vnom))
             V = np.hypot(*v)
-            error = np.arctan2(v[1], v[0]) - poses[2]
+            error = np.arctan2(v[1], v[0]) - heard(poses)[2]
             omega = komega * (np.pi - np.mod(np.pi - error, 2 * np.pi))
             omega[(V < 0.01) | (np.abs(omega) < 0.01)] = 0
             if model == 'car':
                 omega = np.clip(omega, -V / RADIUS, V / RADIUS)
             if model == 'omnidirectional':
-                V, omega, sideways = sideways_too(v, poses[2])
+                V, omega, sideways = sideways_too(v, heard(poses)[2])
             calls += 1
         forward, turn = clamped(V, omega, limits) if limits else (V, omega)
         if model in ('burger', 'waffle'):
@@ -52,8 +52,15 @@ def simulator(
         else:
             poses[0] += Ts * forward * cos
             poses[1] += Ts * forward * sin
-        states.append(poses.copy())
+        states.append(heard(poses))
     return np.array(states)
+
+
+def heard(poses):
+    """What messages hand over: headings that went through a quaternion."""
+    x, y, theta = poses
+    z, w = np.sin(theta / 2), np.cos(theta / 2)
+    return np.array([x, y, np.arctan2(2 * w * z, w * w - z * z)])
 
 
 def clamped(V, omega, limits):
