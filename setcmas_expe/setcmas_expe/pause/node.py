@@ -128,7 +128,8 @@ class Pause(FleetNode):
     def _answer(self, request: SetBool.Request, response: SetBool.Response) -> SetBool.Response:
         refusal = self._request(request.data, 'by service')
         response.success = not refusal
-        response.message = f'not started: {refusal}' if refusal else f'paused: {self.paused}'
+        done = 'paused' if self.paused else 'started'
+        response.message = f'not started: {refusal}' if refusal else done
         return response
 
     def _on_joy(self, message: Joy) -> None:
