@@ -11,6 +11,7 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
+import changelog_page
 import commands_page
 import mocap_page
 import pose_picture
@@ -42,7 +43,7 @@ def generated_files() -> dict[Path, str]:
     files = {path: spliced(path.read_text(), text) for path, text in pages.items()}
     files[DOCS / 'pictures' / 'rooms.svg'] = rooms_picture.picture()
     files[DOCS / 'pictures' / 'pose.svg'] = pose_picture.picture()
-    return files
+    return files | changelog_page.files()
 
 
 def main() -> None:

@@ -25,6 +25,8 @@ def on_files(files: Files, config: MkDocsConfig) -> Files:
     for notebook in sorted((generate.DOCS / 'notebooks').glob('*.ipynb')):
         pages[notebook.with_suffix('.md')] = notebook_page.text(notebook)
     for path, text in pages.items():
+        if generate.DOCS not in path.parents:  # beside the packages
+            continue
         name = path.relative_to(generate.DOCS).as_posix()
         if old := files.get_file_from_path(name):
             files.remove(old)
