@@ -5,6 +5,7 @@ from __future__ import annotations
 from setcmas_simu.fleet import topics
 
 _NAMES = (topics.PAUSE, topics.RESET, topics.PAUSED.strip('/'))
+_OF_FLEETS = (topics.EMULATED_FAULT, topics.FLEET_TIME, topics.LOCKSTEP)
 _BEGIN = 'cmd_'  # of any stack: cmd_vel, cmd_vel_wanted, cmd_vel_nav
 _TYPES = (
     'ackermann_msgs/msg/AckermannDrive',
@@ -24,6 +25,6 @@ def is_command(name: str, msgtype: str) -> bool:
     tells what a law has returned.
     """
     last = name.rpartition('/')[2]
-    if msgtype in _TYPES or name == topics.EMULATED_FAULT or last in _NAMES:
+    if msgtype in _TYPES or name in _OF_FLEETS or last in _NAMES:
         return True
     return last.startswith(_BEGIN) and last != topics.CMD_CART_VEL

@@ -17,6 +17,7 @@ STAMPED = 'geometry_msgs/msg/TwistStamped'
         ('/paused', 'std_msgs/msg/Bool'),
         ('/tb3_2/reset', 'std_msgs/msg/Empty'),
         ('/emulated_lab/fault', 'std_msgs/msg/String'),
+        ('/fleet_time', 'sensor_msgs/msg/TimeReference'),
         ('/joy', 'sensor_msgs/msg/Joy'),
     ],
 )
