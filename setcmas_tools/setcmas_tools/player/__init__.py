@@ -1,1 +1,1 @@
-"""Process that plays a recording: what was there is published again, commands never."""
+"""Process that plays a recording, without its commands."""
