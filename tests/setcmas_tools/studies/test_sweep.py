@@ -132,6 +132,8 @@ def test_functions_and_what_they_are_called():
 
     assert study['algo'].tolist() == ['slow', 'fast']
     assert study['path_length'][0] < study['path_length'][1]
+    each = sweep({1: towards(0), 2: towards(0.01)}, 2, 2, graph=np.ones((2, 2)) - np.eye(2))
+    assert each['path_length'][0] == pytest.approx(study['path_length'][0] / 2)
 
 
 @pytest.mark.parametrize(

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from setcmas_simu.errors import SetcmasError
+from setcmas_tools.offline.given import name_of
 from setcmas_tools.run.info import RunInfo
 from setcmas_tools.run.inputs import INPUTS
 from setcmas_tools.studies.cases.case_table import SEED, CaseTable, read_cases
@@ -105,8 +106,8 @@ def make_plan(
     exercise = bool(parameters.get('exercise'))
     objects: dict[str, dict[Any, Any]] = {}
     for name in ('algo', 'ctc'):
-        if callable(base[name]):
-            stand_in = str(getattr(base[name], '__name__', 'function'))
+        if callable(base[name]) or isinstance(base[name], Mapping):
+            stand_in = name_of(base[name])
             objects[name], base[name] = {stand_in: base[name]}, stand_in
     for name, values in vary.items():
         if isinstance(values, Mapping):
@@ -169,7 +170,7 @@ def _values(
     found = []
     for value in map(_plain, read):
         if callable(value):
-            stand_in = str(getattr(value, '__name__', value))
+            stand_in = name_of(value)
             objects.setdefault(plain(name), {})[stand_in] = value
             value = stand_in
         elif value not in objects.get(plain(name), ()):
