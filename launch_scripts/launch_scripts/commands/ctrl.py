@@ -17,7 +17,12 @@ from launch_scripts.options.rviz import shown_robots
 from launch_scripts.options.view_options import NONE, ViewOptions, view_beside
 from launch_scripts.processes.environment import require_ros
 from launch_scripts.processes.foreground import run_in_foreground
-from launch_scripts.processes.node_commands import CONTROLLER, node_command
+from launch_scripts.processes.node_commands import (
+    CONTROLLER,
+    add_ros_arguments,
+    node_command,
+    ros_arguments,
+)
 from launch_scripts.terminal.output_lines import warn
 from setcmas_ctrl.communication.options import CommunicationOptions
 from setcmas_ctrl.communication.settings import check_communication
@@ -31,6 +36,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     FleetOptions.add_to(parser)
     CommunicationOptions.add_to(parser)
     ViewOptions.add_to(parser, view=NONE)  # the simulator shows the robots already
+    add_ros_arguments(parser)
 
 
 def main(args: argparse.Namespace) -> int:
@@ -49,4 +55,5 @@ def main(args: argparse.Namespace) -> int:
     require_ros()
     with view_beside(ViewOptions.of(args), robots) as companions:
         arguments = law.arguments() + fleet.arguments() + communication.arguments()
+        arguments += ros_arguments(args)
         return run_in_foreground('ctrl', node_command(CONTROLLER, arguments), companions)

@@ -15,7 +15,12 @@ from dataclasses import replace
 from launch_scripts.options.view_options import ViewOptions, view_beside
 from launch_scripts.processes.environment import require_ros
 from launch_scripts.processes.foreground import run_in_foreground
-from launch_scripts.processes.node_commands import SIMULATOR, node_command
+from launch_scripts.processes.node_commands import (
+    SIMULATOR,
+    add_ros_arguments,
+    node_command,
+    ros_arguments,
+)
 from setcmas_simu.simulator.options import SimulationOptions
 
 
@@ -23,6 +28,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the options of the verb."""
     SimulationOptions.add_to(parser)
     ViewOptions.add_to(parser)
+    add_ros_arguments(parser)
 
 
 def main(args: argparse.Namespace) -> int:
@@ -32,5 +38,5 @@ def main(args: argparse.Namespace) -> int:
     require_ros()
     with view_beside(ViewOptions.of(args), simulated.robots) as companions:
         options = replace(options, nb_robots=options.fleet_size)
-        command = node_command(SIMULATOR, options.arguments())
+        command = node_command(SIMULATOR, options.arguments() + ros_arguments(args))
         return run_in_foreground('simu', command, companions)

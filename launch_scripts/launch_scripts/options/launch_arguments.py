@@ -50,7 +50,7 @@ def launch_arguments(verb: str) -> list[LaunchArgument]:
             (action.help or '').replace('%%', '%'),
             action.option_strings[-1] if action.nargs != 0 else action.option_strings[0],
             action.nargs == 0,
-            action.nargs == '+',
+            action.nargs in ('+', argparse.REMAINDER),
             isinstance(action, argparse._AppendAction),
         )
         for action in _parser(verb)._actions

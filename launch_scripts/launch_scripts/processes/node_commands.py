@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import argparse
 import sys
 from collections.abc import Sequence
 
@@ -23,6 +24,22 @@ _RUN_MODULE = (
     'import runpy, sys; del sys.path[0]; '
     "runpy.run_module(sys.argv.pop(1), run_name='__main__', alter_sys=True)"
 )
+
+
+def add_ros_arguments(parser: argparse.ArgumentParser) -> None:
+    """Let what follows `--ros-args` go to the node process; nothing else may follow."""
+    parser.add_argument(
+        '--ros-args',
+        nargs=argparse.REMAINDER,
+        default=[],
+        metavar='...',
+        help='what follows is for ROS, such as -p vnom:=0.3 or --params-file gains.yaml',
+    )
+
+
+def ros_arguments(args: argparse.Namespace) -> list[str]:
+    """Return what is for ROS, as the node process takes it."""
+    return ['--ros-args', *args.ros_args] if args.ros_args else []
 
 
 def node_command(module: str, arguments: Sequence[str] = ()) -> list[str]:

@@ -42,6 +42,7 @@ def test_what_a_launch_file_starts_is_a_command_with_its_defaults(path):
         ('simu', {'pose': '1:0,0 2:1,-1'}, ['--pose=1:0,0', '--pose=2:1,-1']),
         ('ctrl', {'algo': 'my law.py', 'watch': 'true'}, ['--algo=my law.py', '--watch']),
         ('ctrl', {'algo': 'consensus', 'watch': 'false', 'exercise': ''}, ['--algo=consensus']),
+        ('simu', {'ros_args': '-p rate:=9'}, ['--ros-args', '-p', 'rate:=9']),
         ('record', {'topics': '/a /b', 'output': 'bag'}, ['--output=bag', '--topics', '/a', '/b']),
     ],
 )
