@@ -93,7 +93,13 @@ def test_a_closed_terminal_ends_everything(terminal):
     assert all_gone(children)
 
 
-@pytest.mark.parametrize('victim', ['bridges', 'pause', 'controller'])
+NIGHTLY = pytest.mark.nightly
+
+
+@pytest.mark.parametrize(
+    'victim',
+    ['bridges', *(pytest.param(name, marks=NIGHTLY) for name in ('pause', 'controller'))],
+)
 def test_when_a_process_dies_everything_stops(terminal, victim):
     terminal.wait_for('PAUSED')
     children = psutil.Process(terminal.process.pid).children()
@@ -146,6 +152,7 @@ def test_runs_do_not_mix_simulation_and_lab(arguments, message, tmp_path):
     assert list(tmp_path.iterdir()) == []
 
 
+@NIGHTLY
 def test_without_a_terminal_the_status_is_a_line_now_and_then(start):
     process = start(*SETCMAS, 'expe', *ALGO)
     process.wait_for_output('there is no terminal to read keys from')

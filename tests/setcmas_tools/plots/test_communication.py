@@ -6,16 +6,17 @@ import pytest
 from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
 from matplotlib.patches import FancyArrowPatch
-from runs import plot
 
 from setcmas_simu.fleet.fleet import plot_colour
 from setcmas_tools import simulate
 from setcmas_tools.plots.communication import draw_counts, draw_instants
 from setcmas_tools.plots.disagreement import draw_disagreement
 from setcmas_tools.plots.graph import draw_graph
+from setcmas_tools.plots.plot import plots_of
 from setcmas_tools.plots.style import finish, plot_style
 from setcmas_tools.records.communication import write_csv as write_record
 from setcmas_tools.records.fleet_table import write_csv
+from setcmas_tools.run.run import Run
 
 PLAIN = ['trajectories', 'positions', 'heading', 'velocities', 'distances']
 
@@ -65,7 +66,7 @@ def test_runs_with_a_record_get_further_plots(tmp_path, options, names):
     if run.record:
         write_record(run.record, tmp_path)
 
-    assert [path.stem for path in plot(tmp_path)] == PLAIN + names
+    assert list(plots_of(Run.load(tmp_path))) == PLAIN + names
 
 
 def test_a_panel_for_each_robot_with_its_spikes_in_its_colour():
