@@ -22,10 +22,15 @@ _TRAIL = QoSProfile(depth=TRAIL_LENGTH, durability=DurabilityPolicy.TRANSIENT_LO
 
 
 class MarkerCanvas:
-    """Publishes each drawing on /tb3_i/<name>, so that displays that come late see it too."""
+    """Publishes each drawing on /tb3_i/<name>, so that displays that come late see it too.
+
+    Attributes:
+        profile: Quality of service of markers.
+    """
 
     def __init__(self, node: Node) -> None:
         """Draw through a node."""
+        self.profile = qos.LATCHED
         self._node = node
         self._publishers: dict[tuple[int, str, type], Publisher] = {}
         # A trail is many messages of one sphere each, which do not grow; ids go round, so that
@@ -54,7 +59,7 @@ class MarkerCanvas:
             self._publishers[key] = self._node.create_publisher(
                 kind,
                 topics.robot_topic(robot, name + suffix),
-                _TRAIL if kind is MarkerArray else qos.LATCHED,
+                _TRAIL if kind is MarkerArray else self.profile,
             )
         return self._publishers[key]
 

@@ -8,6 +8,7 @@ import numpy as np
 from nav_msgs.msg import Odometry
 from rclpy.duration import Duration
 from rclpy.node import Node
+from rclpy.qos import QoSProfile
 from std_msgs.msg import Float32MultiArray, Float64MultiArray, MultiArrayDimension
 
 from setcmas_ctrl.communication.graph_changes import GraphChanges
@@ -30,7 +31,12 @@ class FleetCommunication:
     """Takes the states that robots send, and hands out what each receiver knows."""
 
     def __init__(
-        self, node: Node, odometry: FleetOdometry, communication: Communication, robots: list[int]
+        self,
+        node: Node,
+        odometry: FleetOdometry,
+        communication: Communication,
+        robots: list[int],
+        profile: QoSProfile = qos.LATCHED,
     ) -> None:
         """Subscribe to what the robots of the fleet send.
 
@@ -39,6 +45,7 @@ class FleetCommunication:
             odometry: The robots' states; those of all robots if communication is periodic.
             communication: How the fleet communicates.
             robots: The receivers: the robots that this process controls.
+            profile: Quality of service of the graph that is told.
         """
         self._odometry = odometry
         self._communication = communication
@@ -56,7 +63,7 @@ class FleetCommunication:
         self._graph_publisher = None
         if not communication.reaches_all:
             self._graph_publisher = node.create_publisher(
-                Float32MultiArray, topics.COMMUNICATION_GRAPH, qos.LATCHED
+                Float32MultiArray, topics.COMMUNICATION_GRAPH, profile
             )
         self._counts_publishers = [
             node.create_publisher(

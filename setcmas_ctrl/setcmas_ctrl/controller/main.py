@@ -118,7 +118,7 @@ def build(
         return None
     robots = options.controlled(nb_robots)
     scripts.check(nb_robots)
-    drawing.canvas = MarkerCanvas(node)
+    drawing.canvas = canvas = MarkerCanvas(node)
     watch = CallWatch(math.inf, node.get_logger().warning, process.launcher)
     end_stuck_script(process, watch)
     load = partial(
@@ -135,6 +135,7 @@ def build(
         watch.slow.period = 1 / law.rate / rtf
     if lockstep:
         check_lockstep(options, communication, nb_robots)
+        canvas.profile = qos.LOCKSTEP_STATE  # a recorder gets the first ones, too
     profile = qos.LOCKSTEP_COMMAND if lockstep else qos.COMMAND
     controllers = [Controller(law, profile) for law in laws]
     # With event-triggered broadcast the laws know the other robots by what they send only; a
@@ -218,7 +219,8 @@ def connect(
         SetcmasError: A triggering condition cannot be loaded.
     """
     if not communication.is_ideal:
-        stepper.communication = FleetCommunication(node, odometry, communication, robots)
+        profile = qos.LOCKSTEP_STATE if lockstep else qos.LATCHED
+        stepper.communication = FleetCommunication(node, odometry, communication, robots, profile)
     if not communication.event_triggered:
         return []
     reports = stepper.outcomes.conditions
