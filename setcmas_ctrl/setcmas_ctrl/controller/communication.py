@@ -17,9 +17,9 @@ from setcmas_ctrl.fleet.odometry import FleetOdometry, State, told_state
 from setcmas_simu.arrays import Floats
 from setcmas_simu.fleet import topics
 from setcmas_simu.lockstep.answer import NONE
+from setcmas_simu.messages.cdr import read_stamp
+from setcmas_simu.messages.polled_topic import PolledTopic
 from setcmas_simu.ros import qos
-from setcmas_simu.ros.cdr import read_stamp
-from setcmas_simu.ros.polled_topic import PolledTopic
 
 _COUNTS_EVERY_S = 1.0
 _GRAPH_EVERY_S = 0.2

@@ -7,8 +7,8 @@ from collections.abc import Callable, Mapping, Sequence
 from setcmas_ctrl.controller.si_to_uni import SiToUni
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet.fleet import format_robots
+from setcmas_simu.messages.fleet_topic import FleetListener
 from setcmas_simu.robots.models import MODELS, is_script, robot_models
-from setcmas_simu.ros.fleet_topic import FleetListener
 
 
 class DrivenModels:

@@ -28,10 +28,10 @@ from setcmas_ctrl.scripts.stop_call import AbandonCall, StopCall
 from setcmas_simu.fleet import topics
 from setcmas_simu.fleet.fleet import format_robots, parse_robots
 from setcmas_simu.lockstep.answer import NONE
+from setcmas_simu.messages.cdr import read_stamp
 from setcmas_simu.reports.reports import Function
 from setcmas_simu.robots.unicycle import RATE_HZ as ROBOT_RATE_HZ
 from setcmas_simu.ros import qos
-from setcmas_simu.ros.cdr import read_stamp
 from setcmas_simu.ros.process import FleetNode, RosProcess, node_main
 from setcmas_simu.ros.step_loop import StepLoop
 

@@ -14,7 +14,7 @@ from setcmas_ctrl.fleet.discovery import robots_with_odometry
 from setcmas_ctrl.fleet.odometry import FleetOdometry
 from setcmas_simu.fleet.fleet import format_robots
 from setcmas_simu.fleet.topics import RECORDER_NODES
-from setcmas_simu.ros.fleet_topic import FleetListener
+from setcmas_simu.messages.fleet_topic import FleetListener
 
 _ROUND_EVERY_S = 2.0
 _LOOKS = 8  # at robots in a step

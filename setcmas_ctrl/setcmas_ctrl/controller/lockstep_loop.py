@@ -17,7 +17,7 @@ from setcmas_simu.fleet.announcement import Lockstep
 from setcmas_simu.lockstep.answer import NONE
 from setcmas_simu.lockstep.answer_topic import Answerer
 from setcmas_simu.lockstep.ticks import Ticks, stamp_at
-from setcmas_simu.ros.arrival import wait_for_any
+from setcmas_simu.messages.arrival import wait_for_any
 from setcmas_simu.ros.process import RosProcess
 
 _SERVE_EVERY_S = 0.02

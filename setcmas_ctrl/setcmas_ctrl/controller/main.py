@@ -51,13 +51,13 @@ from setcmas_ctrl.task.task_topic import TaskTopic
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet import topics
 from setcmas_simu.fleet.announcement import Lockstep, Scaled
+from setcmas_simu.messages.fleet_topic import FleetListener
+from setcmas_simu.messages.polled_service import MOST_WITH_SERVICES
 from setcmas_simu.reports.launcher import Launcher
 from setcmas_simu.reports.reports import Paused
 from setcmas_simu.robots.models import model_names
 from setcmas_simu.ros import qos
-from setcmas_simu.ros.fleet_topic import FleetListener
 from setcmas_simu.ros.parameters import ProcessParameters, fixed_in_lockstep
-from setcmas_simu.ros.polled_service import MOST_WITH_SERVICES
 from setcmas_simu.ros.process import FleetNode, RosProcess, node_main
 from setcmas_simu.ros.step_clock import ScaledClock, SteadyClock
 from setcmas_simu.ros.step_loop import StepLoop

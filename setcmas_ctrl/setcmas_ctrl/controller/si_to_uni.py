@@ -6,14 +6,14 @@ from rclpy.qos import QoSProfile
 from std_msgs.msg import Bool
 from std_srvs.srv import SetBool
 
+from setcmas_simu.cmd_vel.cmd_vel_publisher import CmdVelPublisher
 from setcmas_simu.fleet import topics
 from setcmas_simu.fleet.topics import AUTO
+from setcmas_simu.messages.polled_service import PolledService
+from setcmas_simu.messages.polled_topic import PolledTopic
 from setcmas_simu.robots.model import RobotModel
 from setcmas_simu.robots.unicycle import UNICYCLE
 from setcmas_simu.ros import qos
-from setcmas_simu.ros.cmd_vel_publisher import CmdVelPublisher
-from setcmas_simu.ros.polled_service import PolledService
-from setcmas_simu.ros.polled_topic import PolledTopic
 from setcmas_simu.ros.process import FleetNode
 
 NODE_NAME = 'si_to_uni'

@@ -12,8 +12,8 @@ from rclpy.subscription import Subscription
 from setcmas_simu.fleet import topics
 from setcmas_simu.fleet.announcement import Kind, own_source
 from setcmas_simu.fleet.fleet import format_robots
+from setcmas_simu.messages.fleet_topic import FleetListener
 from setcmas_simu.ros import qos
-from setcmas_simu.ros.fleet_topic import FleetListener
 from setcmas_simu.ros.process import RosProcess
 
 _ODOMETRY_TYPE = 'nav_msgs/msg/Odometry'

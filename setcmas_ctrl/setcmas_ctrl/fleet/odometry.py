@@ -16,9 +16,9 @@ from setcmas_simu.arrays import Floats
 from setcmas_simu.fleet import topics
 from setcmas_simu.fleet.planar_pose import yaw_of_quaternion
 from setcmas_simu.lockstep.answer import NONE
+from setcmas_simu.messages.cdr import read_odometry, read_stamp
+from setcmas_simu.messages.polled_topic import PolledTopic
 from setcmas_simu.ros import qos
-from setcmas_simu.ros.cdr import read_odometry, read_stamp
-from setcmas_simu.ros.polled_topic import PolledTopic
 
 Pose = tuple[float, float, float]
 """x, y in m and theta in rad."""

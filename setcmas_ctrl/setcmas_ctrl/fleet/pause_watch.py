@@ -9,8 +9,8 @@ from std_msgs.msg import Bool
 
 from setcmas_ctrl.control.options import PAUSE_TIMEOUT_S
 from setcmas_simu.fleet import topics
+from setcmas_simu.messages.polled_topic import PolledTopic
 from setcmas_simu.ros import qos
-from setcmas_simu.ros.polled_topic import PolledTopic
 
 BY_WISH = 'paused'
 SILENT = 'paused: nothing is heard of the pause node'

@@ -15,9 +15,9 @@ from setcmas_expe.doctor.arrival_statistics import ArrivalStatistics, arrival_st
 from setcmas_expe.lab.model import Lab, LabRobot
 from setcmas_expe.mocap.receiver import MocapReceiver
 from setcmas_expe.mocap.sample import Pose, Sample, fault_of
+from setcmas_simu.cmd_vel import cmd_vel_graph
+from setcmas_simu.cmd_vel.cmd_vel_graph import Endpoint
 from setcmas_simu.fleet import topics
-from setcmas_simu.ros import cmd_vel_graph
-from setcmas_simu.ros.cmd_vel_graph import Endpoint
 from setcmas_simu.ros.process import FleetNode
 
 _BURST = QoSProfile(depth=50, reliability=ReliabilityPolicy.BEST_EFFORT)

@@ -11,10 +11,10 @@ from setcmas_expe.doctor.findings import OK, PROBLEM, Finding
 from setcmas_expe.doctor.lab_watch import LabWatch
 from setcmas_expe.lab.model import LabRobot
 from setcmas_expe.mocap.sample import Pose
+from setcmas_simu.cmd_vel.cmd_vel_publisher import CmdVelPublisher
 from setcmas_simu.fleet import topics
 from setcmas_simu.fleet.topics import robot_name
 from setcmas_simu.ros import qos
-from setcmas_simu.ros.cmd_vel_publisher import CmdVelPublisher
 from setcmas_simu.ros.process import RosProcess
 
 _PERIOD_S = 0.05

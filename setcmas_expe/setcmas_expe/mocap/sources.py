@@ -10,7 +10,7 @@ from setcmas_expe.mocap.messages import STANDARD, Read
 from setcmas_expe.mocap.sample import Sample
 from setcmas_simu.doors import Door, MisfitError
 from setcmas_simu.errors import SetcmasError
-from setcmas_simu.message_class import NoPythonTypeError, message_class
+from setcmas_simu.messages.message_class import NoPythonTypeError, message_class
 
 NAME = '{name}'
 """Stands in a topic for the name of a rigid body."""

@@ -11,9 +11,9 @@ from setcmas_ctrl.fleet.pause_watch import BY_WISH
 from setcmas_expe.lab.model import Lab
 from setcmas_expe.pause.console_protocol import RobotStatus
 from setcmas_expe.safety.decision import State
+from setcmas_simu.cmd_vel.cmd_vel_publisher import CmdVelPublisher
 from setcmas_simu.fleet import topics
 from setcmas_simu.ros import qos
-from setcmas_simu.ros.cmd_vel_publisher import CmdVelPublisher
 
 _SILENT_AFTER_S = 0.5  # the bridge sends five a second
 _FOLLOW_EVERY_S = 2.0

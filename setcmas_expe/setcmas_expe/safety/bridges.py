@@ -17,7 +17,7 @@ from setcmas_expe.safety.mocap_bridge import MocapBridge
 from setcmas_expe.safety.stepper import SafetyStepper
 from setcmas_simu.fleet.announcement import Kind
 from setcmas_simu.fleet.fleet import format_robots
-from setcmas_simu.ros.fleet_topic import FleetAnnouncer
+from setcmas_simu.messages.fleet_topic import FleetAnnouncer
 from setcmas_simu.ros.process import FleetNode, RosProcess, node_main
 from setcmas_simu.ros.step_loop import StepLoop
 

@@ -9,11 +9,11 @@ from sensor_msgs.msg import BatteryState
 
 from setcmas_expe.lab.model import Lab, LabRobot
 from setcmas_expe.safety.decision import Decision
+from setcmas_simu.cmd_vel.cmd_vel_publisher import CmdVelPublisher
+from setcmas_simu.cmd_vel.cmd_vel_type import velocities
 from setcmas_simu.fleet import topics
+from setcmas_simu.messages.polled_topic import PolledTopic
 from setcmas_simu.ros import qos
-from setcmas_simu.ros.cmd_vel_publisher import CmdVelPublisher
-from setcmas_simu.ros.cmd_vel_type import velocities
-from setcmas_simu.ros.polled_topic import PolledTopic
 from setcmas_simu.ros.process import FleetNode
 
 

@@ -18,12 +18,13 @@ from rclpy.publisher import Publisher
 from rclpy.subscription import Subscription
 
 from setcmas_expe.safety.stop_on_silence import SILENCE_S, StopOnSilence
+from setcmas_simu.cmd_vel import cmd_vel_graph
+from setcmas_simu.cmd_vel.cmd_vel_type import TYPES, velocities
 from setcmas_simu.fleet import topics
 from setcmas_simu.fleet.topics import AUTO, CMD_VEL_TYPES
 from setcmas_simu.options.group import Options, option
 from setcmas_simu.options.kinds import Number, OneOf
-from setcmas_simu.ros import cmd_vel_graph, qos
-from setcmas_simu.ros.cmd_vel_type import TYPES, velocities
+from setcmas_simu.ros import qos
 from setcmas_simu.ros.process import FleetNode, RosProcess, node_main
 
 _RATE_HZ = 20.0

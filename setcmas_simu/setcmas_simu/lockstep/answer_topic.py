@@ -8,8 +8,8 @@ from std_msgs.msg import String
 from setcmas_simu.fleet import topics
 from setcmas_simu.lockstep.answer import NONE, Answer, decode, encode, this_process
 from setcmas_simu.lockstep.roll import Roll
+from setcmas_simu.messages.polled_topic import PolledTopic
 from setcmas_simu.ros import qos
-from setcmas_simu.ros.polled_topic import PolledTopic
 
 
 class Answerer:

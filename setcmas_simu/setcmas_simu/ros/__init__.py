@@ -1,1 +1,1 @@
-"""Ground of every process on ROS: start and end, quality of service, velocity commands."""
+"""Ground of every process on ROS: start and end, parameters, clocks, quality of service."""

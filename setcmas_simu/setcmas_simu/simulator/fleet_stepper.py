@@ -16,14 +16,14 @@ from std_srvs.srv import Trigger
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet import topics
 from setcmas_simu.fleet.fleet import format_robots
+from setcmas_simu.messages.polled_service import MOST_WITH_SERVICES
+from setcmas_simu.messages.polled_topic import PolledTopic
 from setcmas_simu.options.kinds import MAX_RATE_HZ
 from setcmas_simu.reports.reports import Failed, Function, ScriptCall
 from setcmas_simu.robots.mixed_fleet import fleet_model
 from setcmas_simu.robots.models import check_models, is_script, robot_models
 from setcmas_simu.robots.virtual_fleet import Command, VirtualFleet
 from setcmas_simu.ros import qos, ros_time
-from setcmas_simu.ros.polled_service import MOST_WITH_SERVICES
-from setcmas_simu.ros.polled_topic import PolledTopic
 from setcmas_simu.simulator.options import SimulationOptions
 from setcmas_simu.simulator.transforms import FleetTransforms
 from setcmas_simu.simulator.virtual_robot import VirtualRobot

@@ -14,9 +14,9 @@ from setcmas_simu.lockstep.answer import Answer
 from setcmas_simu.lockstep.answer_topic import AnswerTopic
 from setcmas_simu.lockstep.roll import Roll
 from setcmas_simu.lockstep.ticks import Ticks
+from setcmas_simu.messages.arrival import wait_for_any
 from setcmas_simu.reports.reports import Paused, Reached
 from setcmas_simu.ros import qos
-from setcmas_simu.ros.arrival import wait_for_any
 from setcmas_simu.ros.process import RosProcess
 from setcmas_simu.simulator.fleet_stepper import FleetStepper
 from setcmas_simu.simulator.options import SimulatorOptions

@@ -15,9 +15,9 @@ from rclpy.qos import QoSProfile
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet import topics
 from setcmas_simu.fleet.announcement import Kind, Lockstep, Scaled, SimulatedTime
+from setcmas_simu.messages.fleet_topic import FleetAnnouncer
 from setcmas_simu.reports.reports import Ready
 from setcmas_simu.ros import qos
-from setcmas_simu.ros.fleet_topic import FleetAnnouncer
 from setcmas_simu.ros.parameters import ProcessParameters, fixed_in_lockstep
 from setcmas_simu.ros.process import FleetNode, RosProcess, node_main
 from setcmas_simu.ros.step_clock import ScaledClock

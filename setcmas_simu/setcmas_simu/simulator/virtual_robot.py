@@ -15,17 +15,17 @@ from std_msgs.msg import Empty
 from std_srvs.srv import Trigger
 from visualization_msgs.msg import Marker
 
+from setcmas_simu.cmd_vel.cmd_vel_type import TYPES
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet import topics
 from setcmas_simu.fleet.planar_pose import quaternion_of_yaw
 from setcmas_simu.lockstep.answer import NONE
+from setcmas_simu.messages.cdr import POSE, STAMP, TWIST, PreparedMessage, read_stamp, read_twist
+from setcmas_simu.messages.polled_service import PolledService
+from setcmas_simu.messages.polled_topic import PolledTopic
 from setcmas_simu.robots.models import shape_of
 from setcmas_simu.robots.virtual_fleet import Command
 from setcmas_simu.ros import qos
-from setcmas_simu.ros.cdr import POSE, STAMP, TWIST, PreparedMessage, read_stamp, read_twist
-from setcmas_simu.ros.cmd_vel_type import TYPES
-from setcmas_simu.ros.polled_service import PolledService
-from setcmas_simu.ros.polled_topic import PolledTopic
 from setcmas_simu.ros.process import FleetNode
 from setcmas_simu.simulator.robot_marker import robot_marker
 

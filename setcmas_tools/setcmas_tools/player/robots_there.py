@@ -6,10 +6,10 @@ from collections.abc import Collection, Iterable
 
 from rclpy.node import Node
 
+from setcmas_simu.cmd_vel import cmd_vel_graph
 from setcmas_simu.fleet import topics
 from setcmas_simu.fleet.fleet import format_robots
-from setcmas_simu.ros import cmd_vel_graph
-from setcmas_simu.ros.fleet_topic import FleetListener
+from setcmas_simu.messages.fleet_topic import FleetListener
 
 
 class RobotsThere:

@@ -9,7 +9,7 @@ from typing import Protocol
 
 from setcmas_simu.fleet import topics
 from setcmas_simu.fleet.announcement import Lockstep, Scaled, SimulatedTime
-from setcmas_simu.ros.cdr import read_stamp
+from setcmas_simu.messages.cdr import read_stamp
 from setcmas_tools.recorder.receive_clock import ReceiveClock
 from setcmas_tools.recorder.recorded_topic import Received
 

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 from rclpy.node import Node
 from rclpy.topic_endpoint_info import TopicEndpointInfo
 
+from setcmas_simu.cmd_vel.cmd_vel_type import ROS_NAMES, TYPES
 from setcmas_simu.fleet import topics
-from setcmas_simu.ros.cmd_vel_type import ROS_NAMES, TYPES
 
 _GUID_PREFIX = 12  # bytes of an endpoint's GUID that are those of its participant (DDSI-RTPS 9.3)
 

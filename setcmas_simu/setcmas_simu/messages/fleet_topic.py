@@ -19,8 +19,8 @@ from setcmas_simu.fleet.announcement import (
     own_source,
     robots_of,
 )
+from setcmas_simu.messages.polled_topic import PolledTopic
 from setcmas_simu.ros import qos
-from setcmas_simu.ros.polled_topic import PolledTopic
 
 
 class FleetAnnouncer:

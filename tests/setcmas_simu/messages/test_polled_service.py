@@ -4,7 +4,7 @@ pytest.importorskip('rclpy')
 
 from std_srvs.srv import SetBool
 
-from setcmas_simu.ros.polled_service import PolledService
+from setcmas_simu.messages.polled_service import PolledService
 from setcmas_simu.ros.process import FleetNode
 
 

@@ -8,10 +8,11 @@ from rclpy.node import Node
 from rclpy.publisher import Publisher
 from rclpy.qos import QoSProfile
 
+from setcmas_simu.cmd_vel import cmd_vel_graph
+from setcmas_simu.cmd_vel.cmd_vel_type import TYPES
 from setcmas_simu.fleet import topics
 from setcmas_simu.fleet.topics import AUTO, CMD_VEL_TYPES
-from setcmas_simu.ros import cmd_vel_graph, qos, ros_time
-from setcmas_simu.ros.cmd_vel_type import TYPES
+from setcmas_simu.ros import qos, ros_time
 
 _PREFERRED_TYPE = CMD_VEL_TYPES[0]
 _LAST_WORDS_S = 0.3

@@ -8,7 +8,7 @@ from geometry_msgs.msg import Twist, TwistStamped
 from nav_msgs.msg import Odometry
 from rclpy.serialization import deserialize_message, serialize_message
 
-from setcmas_simu.ros.cdr import (
+from setcmas_simu.messages.cdr import (
     POSE,
     STAMP,
     TWIST,
