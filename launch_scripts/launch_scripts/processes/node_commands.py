@@ -8,7 +8,7 @@ from collections.abc import Sequence
 
 SIMULATOR = 'setcmas_simu.simulator.main'
 CONTROLLER = 'setcmas_ctrl.controller.main'
-STAND_IN = 'setcmas_ctrl.controller.stand_in'
+STAND_IN = 'setcmas_ctrl.driving.stand_in'
 EMULATED_LAB = 'setcmas_expe.emulation.lab'
 BRIDGES = 'setcmas_expe.safety.bridges'
 PAUSE = 'setcmas_expe.pause.node'

@@ -19,7 +19,7 @@ from setcmas_ctrl.communication.options import CommunicationOptions
 from setcmas_ctrl.communication.settings import Communication, chosen_communication
 from setcmas_ctrl.communication.triggering import CONSEQUENCE, CTC, Broadcast
 from setcmas_ctrl.control.options import SCRIPT_FAILED
-from setcmas_ctrl.controller.stuck_scripts import end_process, end_stuck_script
+from setcmas_ctrl.controller.scripts.stuck_scripts import end_process, end_stuck_script
 from setcmas_ctrl.fleet.odometry import FleetOdometry, Pose, State
 from setcmas_ctrl.scripts.call_watch import CallWatch
 from setcmas_ctrl.scripts.error_reports import ErrorReports

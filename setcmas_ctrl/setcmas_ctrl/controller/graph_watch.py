@@ -9,7 +9,7 @@ from rclpy.node import Node
 from rclpy.publisher import Publisher
 from rclpy.qos import DurabilityPolicy
 
-from setcmas_ctrl.controller.si_to_uni import SiToUni
+from setcmas_ctrl.driving.si_to_uni import SiToUni
 from setcmas_ctrl.fleet.discovery import robots_with_odometry
 from setcmas_ctrl.fleet.odometry import FleetOdometry
 from setcmas_simu.fleet.fleet import format_robots

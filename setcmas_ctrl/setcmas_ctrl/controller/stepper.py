@@ -12,15 +12,15 @@ from setcmas_ctrl.control.control_law import ControlLaw
 from setcmas_ctrl.control.options import GainOptions
 from setcmas_ctrl.control.saturation import saturate
 from setcmas_ctrl.controller.communication import FleetCommunication
-from setcmas_ctrl.controller.controller import Controller
 from setcmas_ctrl.controller.graph_watch import GraphWatch
-from setcmas_ctrl.controller.script_outcomes import ScriptOutcomes
-from setcmas_ctrl.controller.si_to_uni import SiToUni
+from setcmas_ctrl.controller.scripts.script_outcomes import ScriptOutcomes
 from setcmas_ctrl.controller.start import (
     fall_in_step,
     wait_for_poses,
     wait_for_states,
 )
+from setcmas_ctrl.driving.controller import Controller
+from setcmas_ctrl.driving.si_to_uni import SiToUni
 from setcmas_ctrl.fleet.fleet_time import FleetTime
 from setcmas_ctrl.fleet.fleet_time_topic import FleetTimeTopic
 from setcmas_ctrl.fleet.odometry import POSE_TIMEOUT_S, FleetOdometry
@@ -44,7 +44,6 @@ class ControlStepper:
     """Calls the control laws at a fixed rate, all with the same poses and the same time.
 
     Attributes:
-        period: Time in s from step to step.
         clock: The time that is followed.
     """
 
@@ -76,7 +75,6 @@ class ControlStepper:
         self._followers = [follower for _, follower in robots]
         self._own = np.array([follower.robot for follower in self._followers]) - 1
         self._gains = gains
-        self.period = 1.0 / gains.rate
         self.clock: Clock = SteadyClock()
         self._pause = pause
         self._warn = node.get_logger().warning
@@ -123,7 +121,7 @@ class ControlStepper:
         law = ', '.join(dict.fromkeys(one.law.path.stem for one in self._controllers))
         self._node.get_logger().info(
             f'controlling robots {format_robots(list(self.robots))} with {law} '
-            f'at {1 / self.period:g} Hz; Ctrl-C stops'
+            f'at {self._gains.rate:g} Hz; Ctrl-C stops'
         )
         process.launcher.tell(Started(self.robots, law))
         self._take_signals = process.take_signals
@@ -164,9 +162,8 @@ class ControlStepper:
         self._time.begin_anew()
 
     def follow(self, gains: GainOptions) -> None:
-        """Call the laws from now on at the rate of other gains, and let robots follow by these."""
+        """Let the robots follow from now on by other gains."""
         self._gains = gains
-        self.period = self.watch.slow.period = 1.0 / gains.rate
 
     def stop(self) -> None:
         """Command zero to every robot."""

@@ -1,1 +1,1 @@
-"""Ground of every process on ROS: start and end, parameters, clocks, quality of service."""
+"""Ground of a process on ROS: start, end, parameters, clocks, quality of service."""

@@ -17,7 +17,13 @@ class Clock(Protocol):
 
 
 class StepClock(Clock, Protocol):
-    """A time that can be waited for."""
+    """A time that can be waited for.
+
+    Attributes:
+        rtf: How many seconds of it pass in a second of the wall's.
+    """
+
+    rtf: float
 
     def wait_until(self, t: float, process: RosProcess) -> None:
         """Serve a process until a time has come, or it is to stop; at least once."""
@@ -25,6 +31,8 @@ class StepClock(Clock, Protocol):
 
 class SteadyClock:
     """The wall's time: setting the system's clock does not freeze who follows it."""
+
+    rtf = 1.0
 
     def now(self) -> float:
         """Return the time."""
@@ -42,6 +50,7 @@ class ScaledClock:
 
     Attributes:
         begin: The time of the system's clock at its 0, in s.
+        rtf: How many seconds of it pass in a second of the wall's.
     """
 
     def __init__(self, rtf: float, begin: float | None = None) -> None:
@@ -52,17 +61,17 @@ class ScaledClock:
             begin: The time of the system's clock at its 0, in s; now by default.
         """
         self.begin = time.time() if begin is None else begin
-        self._rtf = rtf
+        self.rtf = rtf
         # Asked once: setting the system's clock changes nothing later.
         self._offset = time.monotonic() - (time.time() - self.begin)
         ros_time.now_ns = lambda: round(self.now() * 1e9)
 
     def now(self) -> float:
         """Return the time."""
-        return (time.monotonic() - self._offset) * self._rtf
+        return (time.monotonic() - self._offset) * self.rtf
 
     def wait_until(self, t: float, process: RosProcess) -> None:
         """Serve a process until a time has come, or it is to stop; at least once."""
-        process.serve((t - self.now()) / self._rtf)
+        process.serve((t - self.now()) / self.rtf)
         while not process.stopping and (left := t - self.now()) > 0.0:
-            process.serve(left / self._rtf)
+            process.serve(left / self.rtf)

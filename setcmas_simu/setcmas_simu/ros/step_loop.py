@@ -44,6 +44,11 @@ class StepLoop:
         self._step = step
         self._clock = clock or SteadyClock()
 
+    @property
+    def wall_period(self) -> float:
+        """Time in s of the wall's clock from step to step."""
+        return self.period / self._clock.rtf
+
     def run(self) -> None:
         """Step at once and then at every period, until the process is to stop.
 

@@ -35,7 +35,7 @@ class FleetStepper:
     """Moves the virtual robots of a process at a fixed rate.
 
     Attributes:
-        period: Time in s from step to step.
+        rate: Rate of the steps in Hz.
     """
 
     def __init__(self, node: Node, robots: list[VirtualRobot], rtf: float = 1.0) -> None:
@@ -70,7 +70,6 @@ class FleetStepper:
         timeout = robots[0].number('cmd_timeout', least=1e-3)
         self._fleet = VirtualFleet(poses, fleet_model(models), timeout)
         self.rate = robots[0].number('rate', least=0.1, most=MAX_RATE_HZ)
-        self.period = 1.0 / self.rate
         for index, robot in enumerate(robots):
             if len(robots) <= MOST_WITH_SERVICES:
                 robot.offer_services()
@@ -90,6 +89,11 @@ class FleetStepper:
         self.housekeeping: Callable[[], None] = lambda: None
         """Called every other second."""
 
+    @property
+    def period(self) -> float:
+        """Time in s from step to step."""
+        return 1.0 / self.rate
+
     def check(self, options: SimulationOptions) -> None:
         """See that what somebody wants now can be.
 
@@ -103,7 +107,6 @@ class FleetStepper:
     def follow(self, options: SimulationOptions) -> None:
         """Step from now on at the rate, and with the limits and the time-out, of other options."""
         self.rate = options.robot_rate
-        self.period = 1.0 / self.rate
         self._last_step = None
         model = self._fleet.model
         if options.limits != self._limits:  # all are unicycles
@@ -116,7 +119,7 @@ class FleetStepper:
         """Say which robots are simulated."""
         robots = format_robots([robot.robot for robot in self._robots])
         self._node.get_logger().info(
-            f'simulating robots {robots} at {1 / self.period:g} Hz; Ctrl-C stops'
+            f'simulating robots {robots} at {self.rate:g} Hz; Ctrl-C stops'
         )
 
     def step(self, now: float) -> None:

@@ -63,6 +63,20 @@ def test_velocities_are_saturated_and_turned_into_commands(start, peer, script):
         peer.wait_for(lambda: velocity(command[-1])[0] == pytest.approx(1.0))
 
 
+def test_slow_are_calls_that_exceed_the_period_as_it_is_on_the_wall_s_clock(start, script):
+    law = script(
+        """
+        import time
+
+        def control(robotNo, nbRobots, poses, t):
+            time.sleep(0.06)
+            return 0, 0
+        """
+    )
+    start(*SIMU, '--nb-robots', '1', '--rtf', '5')
+    start(*CTRL, '--algo', law).wait_for_output('longer than the control period of 0.04 s')
+
+
 def test_a_part_of_the_fleet_is_controlled_with_the_poses_of_all(start, peer):
     start(*SIMU, '--nb-robots', '4')
     commands = [peer.cmd_vel(robot) for robot in (1, 2, 3, 4)]

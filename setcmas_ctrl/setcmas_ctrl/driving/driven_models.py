@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 
-from setcmas_ctrl.controller.si_to_uni import SiToUni
+from setcmas_ctrl.driving.si_to_uni import SiToUni
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet.fleet import format_robots
 from setcmas_simu.messages.fleet_topic import FleetListener

@@ -6,7 +6,6 @@ import math
 import signal
 import threading
 import time
-from collections.abc import Callable
 from pathlib import Path
 
 from rclpy.clock import Clock, ClockType
@@ -14,13 +13,14 @@ from rclpy.node import Node
 from std_msgs.msg import Bool
 
 from setcmas_ctrl.control.control_law import ControlLaw
+from setcmas_ctrl.controller.scripts.law_loader import LawLoader
 from setcmas_ctrl.controller.stepper import ControlStepper
-from setcmas_ctrl.scripts.call_watch import CallWatch
 from setcmas_ctrl.scripts.file_watch import FileWatch
 from setcmas_ctrl.scripts.stop_call import AbandonCall
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet import topics
 from setcmas_simu.fleet.fleet import format_robots
+from setcmas_simu.reports.launcher import Launcher
 from setcmas_simu.reports.reports import Reloaded
 
 _POLL_EVERY_S = 0.1
@@ -41,10 +41,9 @@ class ScriptReloader:
         node: Node,
         stepper: ControlStepper,
         laws: list[ControlLaw],
-        load: Callable[[], list[ControlLaw]],
-        watch: CallWatch,
+        loader: LawLoader,
         pause_timeout_s: float,
-        tell: Callable[[Reloaded], None],
+        launcher: Launcher,
     ) -> None:
         """Watch the script and the helper modules that it has imported.
 
@@ -52,18 +51,16 @@ class ScriptReloader:
             node: The node that owns the timer and the messages to the user.
             stepper: Calls the laws.
             laws: The laws that it calls now.
-            load: Returns new ones, or raises SetcmasError.
-            watch: Knows whether a call is stuck.
+            loader: Loads new ones, and knows whether a call is stuck.
             pause_timeout_s: Age in s from which the last word of the pause node is too old.
-            tell: Tells the launcher of each version.
+            launcher: Is told of each version.
         """
         self._node = node
         self._stepper = stepper
         self._laws = laws
-        self._load = load
-        self._watch = watch
+        self._loader = loader
         self._pause_timeout_s = pause_timeout_s
-        self._tell = tell
+        self._launcher = launcher
         self._scripts = list(dict.fromkeys(law.path for law in laws))
         self._files = FileWatch(self._scripts)
         self._is_new = self._told_to_wait = False
@@ -74,7 +71,7 @@ class ScriptReloader:
         node.create_subscription(Bool, topics.PAUSED, self._on_paused, 1)
         self._thread = threading.get_ident()
         signal.signal(signal.SIGUSR1, self._abandon_stuck_call)
-        watch.while_stuck = self._poll_while_stuck
+        loader.watch.while_stuck = self._poll_while_stuck
 
     def _poll(self) -> None:
         # Without laws: a module that was missing may appear.
@@ -103,7 +100,7 @@ class ScriptReloader:
 
     def _reload(self) -> None:
         try:
-            self._laws = self._load()
+            self._laws = self._loader.load()
         except AbandonCall:  # it never finished, and there is a newer version already
             self._laws = []
         except SetcmasError as error:
@@ -118,7 +115,7 @@ class ScriptReloader:
                 f'{self._saved()} was saved and is loaded again for robots {robots}; '
                 f't {"goes on, as other controllers do" if self._stepper.shares_t else "= 0"}'
             )
-        self._tell(Reloaded(self._laws != []))
+        self._launcher.tell(Reloaded(self._laws != []))
         self._files.watch(self._watched_files())
         self._stepper.use(self._laws)
 
@@ -135,7 +132,7 @@ class ScriptReloader:
             )
 
     def _abandon_stuck_call(self, *_: object) -> None:
-        if self._watch.is_stuck():
+        if self._loader.watch.is_stuck():
             raise AbandonCall
 
     def _is_moving(self) -> bool:

@@ -1,0 +1,140 @@
+"""Construction of a controller process: nodes, stepper of the laws, and the loop that calls it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from setcmas_ctrl.communication.triggering import CTC
+from setcmas_ctrl.controller.communication import FleetCommunication
+from setcmas_ctrl.controller.event_triggered_comm import EventTriggeredComm, broadcasters
+from setcmas_ctrl.controller.graph_watch import GraphWatch
+from setcmas_ctrl.controller.lockstep_loop import LockstepLoop
+from setcmas_ctrl.controller.preparation import Prepared
+from setcmas_ctrl.controller.scripts.reloader import ScriptReloader
+from setcmas_ctrl.controller.scripts.script_outcomes import ScriptOutcomes
+from setcmas_ctrl.controller.stepper import ControlStepper
+from setcmas_ctrl.driving.controller import Controller
+from setcmas_ctrl.driving.driven_models import DrivenModels
+from setcmas_ctrl.driving.fleet_pause import FleetPause
+from setcmas_ctrl.driving.si_to_uni import SiToUni
+from setcmas_ctrl.fleet.odometry import FleetOdometry
+from setcmas_ctrl.fleet.pause_watch import PauseWatch
+from setcmas_simu.fleet import topics
+from setcmas_simu.fleet.announcement import Lockstep, Scaled
+from setcmas_simu.messages.polled_service import MOST_WITH_SERVICES
+from setcmas_simu.robots.models import model_names
+from setcmas_simu.ros import qos
+from setcmas_simu.ros.step_clock import ScaledClock, SteadyClock, StepClock
+from setcmas_simu.ros.step_loop import StepLoop
+
+
+def build(known: Prepared) -> tuple[ControlStepper, StepLoop | LockstepLoop]:
+    """Return the stepper of a new controller process, and what calls it, with all their nodes.
+
+    Raises:
+        SetcmasError: A model or a triggering condition cannot be loaded.
+    """
+    profile = qos.LOCKSTEP_COMMAND if known.in_lockstep else qos.COMMAND
+    controllers = [Controller(law, profile) for law in known.laws]
+    odometry = _odometry(known)
+    followers = _followers(known)
+    pause = _pause(known, followers)
+    graph = GraphWatch(known.node, odometry, known.announced, followers, known.warn)
+    stepper = ControlStepper(
+        known.node,
+        odometry,
+        list(zip(controllers, followers, strict=True)),
+        known.wanted.law,
+        _outcomes(known),
+        graph,
+        pause,
+    )
+    if known.wanted.law.watch:
+        timeout = known.wanted.options.pause_timeout
+        launcher = known.process.launcher
+        ScriptReloader(known.node, stepper, known.laws, known.loader, timeout, launcher)
+    senders = _connect(known, stepper, odometry)
+    if isinstance(known.time, Lockstep):
+        rate = known.wanted.law.rate
+        return stepper, LockstepLoop(
+            known.process, known.node, odometry, stepper, senders, graph, rate, known.time
+        )
+    return stepper, _step_loop(known, stepper)
+
+
+def _odometry(known: Prepared) -> FleetOdometry:
+    # With event-triggered broadcast the laws know the other robots by what they send only; a
+    # range is one of the radio, and of where robots are.
+    return FleetOdometry(
+        known.node,
+        known.nb_robots,
+        topics.mocap_topic if known.wanted.options.experiment else topics.odometry_topic,
+        None if known.communication.needs_all_poses else known.robots,
+        qos.LATCHED if known.in_lockstep else qos.STATE,
+    )
+
+
+def _followers(known: Prepared) -> list[SiToUni]:
+    options = known.wanted.options
+    profile = qos.LOCKSTEP_COMMAND if known.in_lockstep else qos.COMMAND
+    topic = topics.CMD_VEL_WANTED if options.experiment else topics.CMD_VEL
+    followers = [SiToUni(robot, options.cmd_vel_type, topic, profile) for robot in known.robots]
+    models = DrivenModels(followers, known.warn)
+    if options.model:
+        models.use(model_names(options.model, known.nb_robots))
+    else:
+        models.follow(known.announced)
+    return followers
+
+
+def _pause(known: Prepared, followers: list[SiToUni]) -> PauseWatch | None:
+    """Let the fleet be paused, and each robot of a small one; return what holds an experiment."""
+    pause = None
+    if known.wanted.options.experiment:
+        pause = PauseWatch(known.node, known.wanted.options.pause_timeout)
+    elif not known.in_lockstep:  # there time itself stands
+        FleetPause(known.node, followers, known.process.launcher)
+    if len(followers) <= MOST_WITH_SERVICES:
+        for follower in followers:
+            follower.offer_services()
+    return pause
+
+
+def _outcomes(known: Prepared) -> ScriptOutcomes:
+    laws = {law.robot: law.path for law in known.laws}
+    condition = known.communication.condition_script or Path(CTC)
+    return ScriptOutcomes(known.warn, known.loader.watch, known.process.launcher, laws, condition)
+
+
+def _connect(
+    known: Prepared, stepper: ControlStepper, odometry: FleetOdometry
+) -> list[EventTriggeredComm]:
+    """Let the robots of this process communicate; return who sends their states when triggered."""
+    communication = known.communication
+    if not communication.is_ideal:
+        profile = qos.LOCKSTEP_STATE if known.in_lockstep else qos.LATCHED
+        stepper.communication = FleetCommunication(
+            known.node, odometry, communication, known.robots, profile
+        )
+    if not communication.event_triggered:
+        return []
+    return broadcasters(
+        known.robots,
+        communication,
+        odometry,
+        stepper.outcomes.conditions,
+        lambda: stepper.t,
+        stepper.watch,
+        known.in_lockstep,
+    )
+
+
+def _step_loop(known: Prepared, stepper: ControlStepper) -> StepLoop:
+    clock: StepClock = SteadyClock()
+    if isinstance(known.time, Scaled):
+        clock = ScaledClock(known.time.rtf, known.time.begin)
+    stepper.clock = clock
+    loop = StepLoop(known.process, 1.0 / known.wanted.law.rate, stepper.step, clock)
+    if stepper.communication:  # it counts when a state comes
+        loop.poll = stepper.take
+    return loop

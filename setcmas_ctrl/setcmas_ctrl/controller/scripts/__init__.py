@@ -1,0 +1,1 @@
+"""Scripts of a running controller: loaded, blamed, ended, and loaded again."""

@@ -1,0 +1,42 @@
+"""Pause of a simulated fleet: the topic /pause, and a service that does the same."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from rclpy.node import Node
+from std_msgs.msg import Bool
+from std_srvs.srv import SetBool
+
+from setcmas_ctrl.driving.si_to_uni import SiToUni
+from setcmas_simu.fleet import topics
+from setcmas_simu.reports.launcher import Launcher
+from setcmas_simu.reports.reports import Paused
+from setcmas_simu.ros import qos
+
+
+class FleetPause:
+    """Pauses robots, or lets them go on; tells the launcher, as it may come from elsewhere."""
+
+    def __init__(self, node: Node, followers: Sequence[SiToUni], launcher: Launcher) -> None:
+        """Listen through a node, whose name the service bears."""
+        self._followers = followers
+        self._launcher = launcher
+        node.create_subscription(Bool, topics.FLEET_PAUSE, self._on_pause, qos.EVENT)
+        node.create_service(SetBool, '~/pause', self._answer)
+
+    def _on_pause(self, message: Bool) -> None:
+        self._pause(message.data, '/pause')
+
+    def _pause(self, paused: bool, by: str) -> None:
+        if any(follower.paused != paused for follower in self._followers):
+            print(f'{"paused" if paused else "started"} by {by}', flush=True)
+            self._launcher.tell(Paused(paused))
+        for follower in self._followers:
+            follower.pause(paused)
+
+    def _answer(self, request: SetBool.Request, response: SetBool.Response) -> SetBool.Response:
+        self._pause(request.data, 'service')
+        response.success = True
+        response.message = f'all robots are {"paused" if request.data else "let go"}'
+        return response
