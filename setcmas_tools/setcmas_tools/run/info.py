@@ -2,21 +2,18 @@
 
 from __future__ import annotations
 
-import os
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
 import msgspec
-import yaml
 
 from setcmas_ctrl.task.references import References
-from setcmas_simu.errors import SetcmasError
 from setcmas_tools.run.origin import Origin, this_origin
 from setcmas_tools.run.outcome import Outcome, State
+from setcmas_tools.run.record_file import read_record, write_record
 
 FILE_NAME = 'run.yaml'
-FORMAT = 1
 
 
 @dataclass(frozen=True)
@@ -68,18 +65,12 @@ def write_info(info: RunInfo, folder: Path) -> None:
     Raises:
         OSError: The file cannot be written.
     """
-    text = yaml.safe_dump(_as_dict(info), sort_keys=False, allow_unicode=True)
-    part = folder / f'.{FILE_NAME}.part'
-    with part.open('w', encoding='utf-8', newline='\n') as file:
-        file.write(text)
-        file.flush()
-        os.fsync(file.fileno())
-    part.replace(folder / FILE_NAME)
+    write_record(_as_dict(info), folder / FILE_NAME)
 
 
 def _as_dict(info: RunInfo) -> dict[str, Any]:
     info = replace(info, origin=info.origin or this_origin())
-    content = {'format': FORMAT, **msgspec.to_builtins(info)}
+    content = msgspec.to_builtins(info)
     content['outcome'] = {name: value for name, value in content['outcome'].items() if value}
     return {name: value for name, value in content.items() if value is not None}
 
@@ -90,18 +81,4 @@ def read_info(folder: Path) -> RunInfo | None:
     Raises:
         SetcmasError: The file cannot be read, is damaged, or is of another format.
     """
-    path = folder / FILE_NAME
-    try:
-        content = yaml.safe_load(path.read_text(encoding='utf-8'))
-    except FileNotFoundError:
-        return None
-    except (OSError, UnicodeDecodeError, yaml.YAMLError) as error:
-        reason = ' '.join(str(error).split())
-        raise SetcmasError(f"'{path}' cannot be read: {reason}") from error
-    given = content.get('format', 'none') if isinstance(content, dict) else 'none'
-    if given != FORMAT:
-        raise SetcmasError(f"'{path}' has format {given}; this setcmas reads format {FORMAT} only")
-    try:
-        return msgspec.convert(content, RunInfo)
-    except msgspec.ValidationError as error:
-        raise SetcmasError(f"'{path}' is damaged: {error}") from error
+    return read_record(folder / FILE_NAME, RunInfo)

@@ -2,19 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 import msgspec
-import yaml
 
-from setcmas_simu.errors import SetcmasError
 from setcmas_tools.run.origin import Origin
+from setcmas_tools.run.record_file import read_record, write_record
 
 FILE_NAME = 'study.yaml'
-FORMAT = 1
 
 
 @dataclass(frozen=True)
@@ -48,11 +45,7 @@ def write_info(info: StudyInfo, folder: Path) -> None:
     Raises:
         OSError: The file cannot be written.
     """
-    content = {'format': FORMAT, **msgspec.to_builtins(info)}
-    part = folder / f'.{FILE_NAME}.part'
-    text = yaml.safe_dump(content, sort_keys=False, allow_unicode=True)
-    part.write_text(text, encoding='utf-8', newline='\n')
-    part.replace(folder / FILE_NAME)
+    write_record(msgspec.to_builtins(info), folder / FILE_NAME)
 
 
 def read_info(folder: Path) -> StudyInfo | None:
@@ -61,13 +54,4 @@ def read_info(folder: Path) -> StudyInfo | None:
     Raises:
         SetcmasError: The file cannot be read, is damaged, or is of another format.
     """
-    path = folder / FILE_NAME
-    try:
-        content = yaml.safe_load(path.read_text(encoding='utf-8'))
-        if not isinstance(content, Mapping) or content.get('format') != FORMAT:
-            raise SetcmasError(f"'{path}' must have format {FORMAT}")
-        return msgspec.convert(content, StudyInfo)
-    except FileNotFoundError:
-        return None
-    except (OSError, UnicodeDecodeError, yaml.YAMLError, msgspec.ValidationError) as error:
-        raise SetcmasError(f"'{path}' is damaged: {' '.join(str(error).split())}") from error
+    return read_record(folder / FILE_NAME, StudyInfo)
