@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import time
 from collections.abc import Sequence
 
 from rclpy.node import Node
@@ -20,7 +19,7 @@ from setcmas_simu.lockstep.ticks import Ticks, stamp_at
 from setcmas_simu.messages.arrival import wait_for_any
 from setcmas_simu.ros.process import RosProcess
 
-_SERVE_EVERY_S = 0.02
+_WAIT_S = 0.02
 _SAME_TIME_S = 1e-9
 _RECORDER_WAIT_S = 5.0
 
@@ -67,7 +66,6 @@ class LockstepLoop:
         self._recorded: set[str] = set()
         self._calls = 0
         self._commanded = NONE
-        self._served = 0.0
 
     def run(self) -> None:
         """Answer until the process is to stop."""
@@ -104,10 +102,10 @@ class LockstepLoop:
         waiting = [topic.subscription for topic in self._odometry.topics]
         while waiting and not self._process.stopping:
             # The last one comes last: often the others are there by then.
-            if wait_for_any(self._node, waiting[-1:], _SERVE_EVERY_S):
+            if wait_for_any(self._node, waiting[-1:], _WAIT_S):
                 ready = wait_for_any(self._node, waiting, 0.0)
                 waiting = [one for i, one in enumerate(waiting) if i not in ready]
-            self._serve()
+            self._process.serve_at_times()
         if not self._process.stopping:
             self._ticks.go_to(self._ticks.count + 1)
             self._stepper.take()
@@ -132,9 +130,3 @@ class LockstepLoop:
             if all(stamps[one.robot - 1] >= one.sent for one in self._broadcasters):
                 return
             communication.take()
-
-    def _serve(self) -> None:
-        now = time.monotonic()
-        if now - self._served >= _SERVE_EVERY_S:
-            self._served = now
-            self._process.serve(0.0)

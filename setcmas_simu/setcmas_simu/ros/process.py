@@ -29,6 +29,7 @@ from setcmas_simu.ros.dds_setup import dds_setup
 
 STOP_SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 _LONGEST_WAIT_S = 0.25
+_AT_TIMES_S = 0.02
 _LONGEST_END_S = 10  # after that the kernel ends a process that hangs in its clean-up
 
 
@@ -86,6 +87,7 @@ class RosProcess:
         self.launcher = launcher
         self.executor = SingleThreadedExecutor()
         self.stopping = False
+        self._served = 0.0
         self.on_stop_signal: Callable[[], None] | None = None
         """Called in the signal handler, for what cannot wait until the callback returns."""
 
@@ -110,6 +112,13 @@ class RosProcess:
             self.executor.spin_once(timeout_sec=min(max(0.0, timeout_s), _LONGEST_WAIT_S))
         except ExternalShutdownException:
             self.stop()
+
+    def serve_at_times(self) -> None:
+        """Serve a callback that is due, but look at most every 0.02 s: it takes long."""
+        now = time.monotonic()
+        if now - self._served >= _AT_TIMES_S:
+            self._served = now
+            self.serve(0.0)
 
     def spin(self) -> None:
         """Serve callbacks until something asks to stop."""

@@ -22,7 +22,7 @@ from setcmas_simu.simulator.fleet_stepper import FleetStepper
 from setcmas_simu.simulator.options import SimulatorOptions
 from setcmas_simu.simulator.virtual_robot import VirtualRobot
 
-_SERVE_EVERY_S = 0.02
+_WAIT_S = 0.02
 _LOOK_EVERY_S = 0.5
 _TELL_AFTER_S = 1.5
 _TELL_EVERY_S = 0.1
@@ -60,8 +60,7 @@ class LockstepLoop:
         )
         self._answers = AnswerTopic(node, self._roll)
         self._paused = False
-        self._served = self._told = 0.0
-        self._reached = -1.0
+        self._told = 0.0
         node.create_subscription(Bool, topics.FLEET_PAUSE, self._on_pause, qos.EVENT)
 
     def run(self) -> None:
@@ -90,9 +89,9 @@ class LockstepLoop:
             reason, on = self._held_by(exactly)
             if not reason and not self._paused:
                 return
-            wait_for_any(self._node, [on], _SERVE_EVERY_S)
+            wait_for_any(self._node, [on], _WAIT_S)
             now = time.monotonic()
-            self._serve(now)
+            self._process.serve_at_times()
             stood = now if self._paused else stood
             if now - looked >= _LOOK_EVERY_S:
                 looked = now
@@ -129,14 +128,9 @@ class LockstepLoop:
             self._roll.drop(late)
             self._node.get_logger().warning(f'{_described(late)} is gone; time goes on without it')
 
-    def _serve(self, now: float) -> None:
-        if now - self._served >= _SERVE_EVERY_S:
-            self._served = now
-            self._process.serve(0.0)
-
     def _tell_reached(self) -> None:
         now = time.monotonic()
-        self._serve(now)
+        self._process.serve_at_times()
         if now - self._told >= _TELL_EVERY_S or self._ticks.count == self._nb_steps:
             self._told = now
             self._process.launcher.tell(Reached(self._ticks.time))
