@@ -4,7 +4,7 @@ import numpy as np
 
 from setcmas_tools.films import film
 from setcmas_tools.metrics.compute import measure as measure_run
-from setcmas_tools.plots.look import PlotLook
+from setcmas_tools.plots.looks.look import PlotLook
 from setcmas_tools.plots.plot import plot as plot_run
 from setcmas_tools.records.tables import RunTables
 from setcmas_tools.run.info import RunInfo

@@ -34,7 +34,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def main(args: argparse.Namespace) -> int:
     """Plot; returns the exit status."""
     from setcmas_tools.evaluation import evaluate
-    from setcmas_tools.plots.look import PlotLook
+    from setcmas_tools.plots.looks.look import PlotLook
     from setcmas_tools.run.run import Run
     from setcmas_tools.run.source import find_run
 

@@ -15,7 +15,6 @@ from __future__ import annotations
 import argparse
 from dataclasses import replace
 
-from launch_scripts.processes.child_process import Child, ChildDiedError
 from launch_scripts.processes.emulated_lab import start_emulated_lab
 from launch_scripts.processes.environment import require_ros
 from launch_scripts.processes.experiment import (
@@ -23,7 +22,8 @@ from launch_scripts.processes.experiment import (
 )
 from launch_scripts.processes.node_commands import DOCTOR, node_command
 from launch_scripts.processes.run_to_end import run_to_end
-from launch_scripts.processes.supervisor import StoppedError, Supervisor
+from launch_scripts.processes.supervision.child_process import Child, ChildDiedError
+from launch_scripts.processes.supervision.supervisor import StoppedError, Supervisor
 from launch_scripts.terminal.output_lines import write_line
 from setcmas_expe.doctor.options import DoctorOptions
 from setcmas_expe.emulation.options import check_emulated_mocap

@@ -16,14 +16,14 @@ import sys
 
 from launch_scripts.options.rviz import Companion
 from launch_scripts.options.view_options import NONE, ViewOptions, view_beside
-from launch_scripts.processes.child_process import ChildDiedError
 from launch_scripts.processes.environment import require_ros
 from launch_scripts.processes.experiment import (
     Experiment,
     experiment_environment,
     joystick_command,
 )
-from launch_scripts.processes.supervisor import StoppedError, Supervisor
+from launch_scripts.processes.supervision.child_process import ChildDiedError
+from launch_scripts.processes.supervision.supervisor import StoppedError, Supervisor
 from launch_scripts.terminal.keyboard import Keyboard
 from launch_scripts.terminal.output_lines import warn
 from launch_scripts.terminal.status_display import KEYS, StatusDisplay

@@ -69,7 +69,7 @@ def main(args: argparse.Namespace) -> int:
     # Imported late, most of it by now: help texts and completion do not wait for it.
     from setcmas_tools.comparison import compared
     from setcmas_tools.evaluation import evaluate
-    from setcmas_tools.plots.look import PlotLook
+    from setcmas_tools.plots.looks.look import PlotLook
     from setcmas_tools.run.run import Run
 
     if not len(run.table.t):

@@ -20,10 +20,10 @@ from typing import NoReturn
 
 from tqdm import tqdm
 
-from launch_scripts.processes.child_process import Child, ChildDiedError, ChildReport
 from launch_scripts.processes.environment import local_environment, require_ros
 from launch_scripts.processes.node_commands import PLAYER, node_command
-from launch_scripts.processes.supervisor import StoppedError, Supervisor
+from launch_scripts.processes.supervision.child_process import Child, ChildDiedError, ChildReport
+from launch_scripts.processes.supervision.supervisor import StoppedError, Supervisor
 from launch_scripts.terminal.keyboard import Keyboard
 from launch_scripts.terminal.output_lines import Stream, write_line
 from setcmas_tools.player.options import PlayerOptions

@@ -25,11 +25,11 @@ from launch_scripts.options.earlier_run import with_earlier_run
 from launch_scripts.options.run_options import add_run_arguments, output_folder, parameters
 from launch_scripts.options.rviz import Companion
 from launch_scripts.options.view_options import ViewOptions, view_beside
-from launch_scripts.processes.child_process import ChildDiedError
 from launch_scripts.processes.environment import local_environment, require_ros
 from launch_scripts.processes.experiment import experiment_environment
 from launch_scripts.processes.run_processes import EmulatedRun, SimulatedRun, outcome_of
-from launch_scripts.processes.supervisor import StoppedError, Supervisor
+from launch_scripts.processes.supervision.child_process import ChildDiedError
+from launch_scripts.processes.supervision.supervisor import StoppedError, Supervisor
 from launch_scripts.terminal.output_lines import Stream, warn, write_line
 from setcmas_ctrl.communication.options import CommunicationOptions
 from setcmas_ctrl.communication.settings import check_communication
@@ -220,7 +220,7 @@ def _evaluate(
     # Imported late: a fresh start of the robots does not wait for matplotlib.
     from setcmas_tools.comparison import compared
     from setcmas_tools.evaluation import evaluate
-    from setcmas_tools.plots.look import PlotLook
+    from setcmas_tools.plots.looks.look import PlotLook
     from setcmas_tools.run.run import Run
     from setcmas_tools.tables.convert import convert
 

@@ -82,7 +82,7 @@ def _named(text: str) -> tuple[str, str]:
 
 
 def _plots(study: Any, folder: Path, args: argparse.Namespace) -> list[Path]:
-    from setcmas_tools.plots.look import PlotLook
+    from setcmas_tools.plots.looks.look import PlotLook
     from setcmas_tools.studies.plots import plot
 
     look = PlotLook(tuple(args.format or ('png',)))

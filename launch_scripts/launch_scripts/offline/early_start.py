@@ -11,7 +11,7 @@ import tempfile
 from pathlib import Path
 
 from launch_scripts.processes.node_commands import OFFLINE_WORKER, node_command
-from launch_scripts.processes.orphans import adopt_orphans, children
+from launch_scripts.processes.supervision.orphans import adopt_orphans, children
 
 
 class OfflineStart:

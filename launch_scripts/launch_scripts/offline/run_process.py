@@ -17,11 +17,11 @@ from pathlib import Path
 from typing import IO, Any
 
 from launch_scripts.offline.early_start import started
-from launch_scripts.processes.child_process import KILL
-from launch_scripts.processes.orphans import end_orphans
+from launch_scripts.processes.supervision.child_process import KILL
+from launch_scripts.processes.supervision.orphans import end_orphans
 from setcmas_ctrl.control.law_scripts import LawScripts
-from setcmas_ctrl.scripts.call_watch import STUCK_S
 from setcmas_ctrl.scripts.messages import described_place, quoted_line
+from setcmas_ctrl.scripts.watch.call_watch import STUCK_S
 from setcmas_simu.arrays import Floats
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet.topics import robot_name

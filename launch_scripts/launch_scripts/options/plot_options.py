@@ -10,7 +10,7 @@ from setcmas_simu.errors import SetcmasError
 from setcmas_simu.options.group import ClashError, Options, option
 from setcmas_simu.options.kinds import Number, OneOf, PathTo
 from setcmas_simu.options.option import Form
-from setcmas_tools.plots.formats import FILMS, FORMATS, PALETTES, PAPERS
+from setcmas_tools.plots.looks.formats import FILMS, FORMATS, PALETTES, PAPERS
 
 BEST = 'best'
 """The kind of film that is the best on this machine."""

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from launch_scripts.processes.child_process import Child
 from launch_scripts.processes.node_commands import EMULATED_LAB, node_command
-from launch_scripts.processes.supervisor import Supervisor
+from launch_scripts.processes.supervision.child_process import Child
+from launch_scripts.processes.supervision.supervisor import Supervisor
 from setcmas_simu.reports.reports import Ready
 
 

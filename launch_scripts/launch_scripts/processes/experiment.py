@@ -8,7 +8,6 @@ import os
 from collections.abc import Callable
 from pathlib import Path
 
-from launch_scripts.processes.child_process import Child, ChildReport
 from launch_scripts.processes.emulated_lab import start_emulated_lab
 from launch_scripts.processes.environment import closed_environment, lab_environment
 from launch_scripts.processes.law_arguments import law_arguments
@@ -19,7 +18,8 @@ from launch_scripts.processes.node_commands import (
     PAUSE,
     node_command,
 )
-from launch_scripts.processes.supervisor import Supervisor
+from launch_scripts.processes.supervision.child_process import Child, ChildReport
+from launch_scripts.processes.supervision.supervisor import Supervisor
 from setcmas_ctrl.control.options import ControllerOptions
 from setcmas_expe.emulation.options import EmulationOptions
 from setcmas_expe.lab.model import Lab

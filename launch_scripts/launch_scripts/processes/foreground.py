@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 from functools import partial
 
-from launch_scripts.processes.child_process import ChildDiedError
 from launch_scripts.processes.environment import local_environment
 from launch_scripts.processes.stand_in import stop_robots_of
-from launch_scripts.processes.supervisor import StoppedError, Supervisor
+from launch_scripts.processes.supervision.child_process import ChildDiedError
+from launch_scripts.processes.supervision.supervisor import StoppedError, Supervisor
 
 
 def run_in_foreground(

@@ -8,7 +8,6 @@ from collections.abc import Callable, Sequence
 from functools import partial
 from pathlib import Path
 
-from launch_scripts.processes.child_process import ChildReport
 from launch_scripts.processes.experiment import Experiment
 from launch_scripts.processes.law_arguments import law_arguments
 from launch_scripts.processes.node_commands import (
@@ -18,7 +17,8 @@ from launch_scripts.processes.node_commands import (
     node_command,
 )
 from launch_scripts.processes.stand_in import stop_robots_of
-from launch_scripts.processes.supervisor import Supervisor
+from launch_scripts.processes.supervision.child_process import ChildReport
+from launch_scripts.processes.supervision.supervisor import Supervisor
 from setcmas_ctrl.control.options import ControllerOptions
 from setcmas_expe.lab.model import Lab
 from setcmas_expe.lab.options import LabOptions

@@ -7,7 +7,7 @@ import subprocess
 from collections.abc import Mapping, Sequence
 from types import FrameType
 
-from launch_scripts.processes.supervisor import STOP_SIGNALS
+from launch_scripts.processes.supervision.supervisor import STOP_SIGNALS
 
 
 def run_to_end(command: Sequence[str], environment: Mapping[str, str]) -> int:

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from launch_scripts.processes.child_process import Child
 from launch_scripts.processes.node_commands import STAND_IN, node_command
-from launch_scripts.processes.supervisor import Supervisor
+from launch_scripts.processes.supervision.child_process import Child
+from launch_scripts.processes.supervision.supervisor import Supervisor
 from setcmas_simu.fleet.fleet import format_robots
 from setcmas_simu.reports.reports import Started
 

@@ -21,10 +21,10 @@ from setcmas_ctrl.communication.triggering import CONSEQUENCE, CTC, Broadcast
 from setcmas_ctrl.control.options import SCRIPT_FAILED
 from setcmas_ctrl.controller.scripts.stuck_scripts import end_process, end_stuck_script
 from setcmas_ctrl.fleet.odometry import FleetOdometry, Pose, State
-from setcmas_ctrl.scripts.call_watch import CallWatch
 from setcmas_ctrl.scripts.error_reports import ErrorReports
 from setcmas_ctrl.scripts.output import named_output
 from setcmas_ctrl.scripts.stop_call import AbandonCall, StopCall
+from setcmas_ctrl.scripts.watch.call_watch import CallWatch
 from setcmas_simu.fleet import topics
 from setcmas_simu.fleet.fleet import format_robots, parse_robots
 from setcmas_simu.lockstep.answer import NONE

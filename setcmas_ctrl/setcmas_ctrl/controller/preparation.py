@@ -16,8 +16,8 @@ from setcmas_ctrl.controller.canvas import MarkerCanvas
 from setcmas_ctrl.controller.scripts.law_loader import LawLoader
 from setcmas_ctrl.controller.scripts.stuck_scripts import end_stuck_script
 from setcmas_ctrl.fleet.discovery import wait_for_announcement, wait_for_fleet, wait_for_source
-from setcmas_ctrl.scripts.call_watch import CallWatch
 from setcmas_ctrl.scripts.stop_call import StopCall
+from setcmas_ctrl.scripts.watch.call_watch import CallWatch
 from setcmas_ctrl.task.task_topic import TaskTopic
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet.announcement import Lockstep, SimulatedTime

@@ -44,7 +44,7 @@ def look_around(ros_arguments: list[str]) -> list[Finding]:
 def examine_lab(lab: Lab, name: str, nudge: bool, ros_arguments: list[str]) -> list[Finding]:
     """Print the table of a lab's robots, nudge them if that is wanted; returns the findings."""
     # Imported late: without ROS, the checks of this machine still work.
-    from setcmas_expe.doctor.lab_examination import LabExamination
+    from setcmas_expe.doctor.lab.lab_examination import LabExamination
     from setcmas_simu.ros.process import ros_process
 
     with ros_process(ros_arguments) as process:

@@ -10,10 +10,10 @@ import sys
 
 from setcmas_expe.lab.model import Lab
 from setcmas_expe.lab.options import LabOptions
-from setcmas_expe.safety.arena_markers import publish_arena
 from setcmas_expe.safety.cmd_vel_bridge import CmdVelBridge
 from setcmas_expe.safety.decision import RATE_HZ
 from setcmas_expe.safety.mocap_bridge import MocapBridge
+from setcmas_expe.safety.reporting.arena_markers import publish_arena
 from setcmas_expe.safety.stepper import SafetyStepper
 from setcmas_simu.fleet.announcement import Kind
 from setcmas_simu.fleet.fleet import format_robots

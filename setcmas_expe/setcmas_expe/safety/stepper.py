@@ -13,9 +13,9 @@ from setcmas_expe.mocap.pose_track import mark_swapped
 from setcmas_expe.mocap.receiver import MocapReceiver
 from setcmas_expe.safety.cmd_vel_bridge import CmdVelBridge
 from setcmas_expe.safety.decision import RATE_HZ, Decision, Situation, State, decide
-from setcmas_expe.safety.diagnostics import RobotDiagnostics
 from setcmas_expe.safety.mocap_bridge import MocapBridge
-from setcmas_expe.safety.reports import BridgeReports
+from setcmas_expe.safety.reporting.diagnostics import RobotDiagnostics
+from setcmas_expe.safety.reporting.reports import BridgeReports
 from setcmas_expe.safety.runaways import Runaways
 from setcmas_expe.safety.stalls import StallDetector, time_since_boot
 from setcmas_simu.fleet.topics import robot_name

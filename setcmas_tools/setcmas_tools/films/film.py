@@ -12,9 +12,9 @@ from tqdm import tqdm
 from setcmas_simu.errors import SetcmasError
 from setcmas_tools.films import writers as film_writers
 from setcmas_tools.films.frames import FilmFrames, from_first_command
-from setcmas_tools.plots.formats import PALETTES
-from setcmas_tools.plots.look import check_style
-from setcmas_tools.plots.style import plot_style
+from setcmas_tools.plots.looks.formats import PALETTES
+from setcmas_tools.plots.looks.look import check_style
+from setcmas_tools.plots.looks.style import plot_style
 from setcmas_tools.records.fleet_grid import on_grid
 from setcmas_tools.run.run import Run
 

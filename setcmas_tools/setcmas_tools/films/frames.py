@@ -15,9 +15,9 @@ from matplotlib.lines import Line2D
 from PIL import Image
 
 from setcmas_simu.arrays import Floats
+from setcmas_tools.plots.looks.style import edge_effects, legend, line_look, robot_handles
 from setcmas_tools.plots.references import draw_arena, draw_references
 from setcmas_tools.plots.robot_symbols import symbols
-from setcmas_tools.plots.style import edge_effects, legend, line_look, robot_handles
 from setcmas_tools.plots.trajectories import fit_plane
 from setcmas_tools.records.fleet_grid import FleetGrid
 from setcmas_tools.records.fleet_table import FleetTable

@@ -7,7 +7,7 @@ from matplotlib.figure import Figure
 
 from setcmas_simu.arrays import Floats
 from setcmas_tools.kinds.plot import applies_to
-from setcmas_tools.plots.style import legend, line_look, robot_handles, time_axis
+from setcmas_tools.plots.looks.style import legend, line_look, robot_handles, time_axis
 from setcmas_tools.records.communication import CommunicationRecord
 from setcmas_tools.records.fleet_table import FleetTable
 from setcmas_tools.run.run import Run

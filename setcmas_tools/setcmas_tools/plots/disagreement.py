@@ -7,7 +7,7 @@ from matplotlib.figure import Figure
 
 from setcmas_tools.kinds.plot import applies_to
 from setcmas_tools.metrics.consensus import disagreement
-from setcmas_tools.plots.style import legend, time_axis
+from setcmas_tools.plots.looks.style import legend, time_axis
 from setcmas_tools.run.run import Run
 
 

@@ -15,8 +15,14 @@ from matplotlib.lines import Line2D
 
 from setcmas_simu.arrays import Floats
 from setcmas_tools.kinds.plot import applies_to
+from setcmas_tools.plots.looks.style import (
+    legend,
+    line_look,
+    robot_colour,
+    robot_handles,
+    time_axis,
+)
 from setcmas_tools.plots.references import draw_references
-from setcmas_tools.plots.style import legend, line_look, robot_colour, robot_handles, time_axis
 from setcmas_tools.records.fleet_grid import FleetGrid
 from setcmas_tools.run.run import Run
 

@@ -12,7 +12,7 @@ from matplotlib.patches import FancyArrowPatch
 
 from setcmas_simu.arrays import Floats
 from setcmas_tools.kinds.plot import applies_to
-from setcmas_tools.plots.style import final_width, line_look
+from setcmas_tools.plots.looks.style import final_width, line_look
 from setcmas_tools.records.communication import CommunicationRecord
 from setcmas_tools.run.run import Run
 

@@ -8,7 +8,7 @@ import numpy as np
 from matplotlib.axes import Axes
 
 from setcmas_simu.arrays import Floats
-from setcmas_tools.plots.style import line_look
+from setcmas_tools.plots.looks.style import line_look
 from setcmas_tools.records.fleet_grid import LONGEST_GAP_S
 from setcmas_tools.records.fleet_table import FleetTable
 

@@ -12,9 +12,9 @@ from tqdm import tqdm
 
 from setcmas_simu.errors import SetcmasError
 from setcmas_tools.kinds.plot import PLOTS, Plot, suits
-from setcmas_tools.plots.formats import PALETTES
-from setcmas_tools.plots.look import PlotLook, check_style
-from setcmas_tools.plots.style import finish, plot_style, save
+from setcmas_tools.plots.looks.formats import PALETTES
+from setcmas_tools.plots.looks.look import PlotLook, check_style
+from setcmas_tools.plots.looks.style import finish, plot_style, save
 from setcmas_tools.run.run import Run
 
 _FIRST = (

@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, MultipleLocator
 
 from setcmas_tools.plots.lines import draw_robot_lines
-from setcmas_tools.plots.style import legend, robot_handles, time_axis
+from setcmas_tools.plots.looks.style import legend, robot_handles, time_axis
 from setcmas_tools.records.fleet_table import FleetTable
 from setcmas_tools.run.run import Run
 

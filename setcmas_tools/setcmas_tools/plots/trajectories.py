@@ -17,9 +17,15 @@ from setcmas_simu.arrays import Floats
 from setcmas_simu.fleet.fleet import Colour
 from setcmas_simu.robots.models import UNICYCLE
 from setcmas_tools.plots.lines import finite_rows, with_gaps
+from setcmas_tools.plots.looks.style import (
+    edge_effects,
+    legend,
+    line_look,
+    robot_colour,
+    robot_handles,
+)
 from setcmas_tools.plots.references import draw_arena, draw_references
 from setcmas_tools.plots.robot_symbols import closed, symbol, symbols
-from setcmas_tools.plots.style import edge_effects, legend, line_look, robot_colour, robot_handles
 from setcmas_tools.records.fleet_table import FleetTable
 from setcmas_tools.run.run import Run
 

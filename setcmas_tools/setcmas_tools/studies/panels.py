@@ -10,7 +10,7 @@ from matplotlib import colormaps
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from setcmas_tools.plots.style import legend
+from setcmas_tools.plots.looks.style import legend
 from setcmas_tools.studies.columns import COLUMNS
 from setcmas_tools.studies.groups import quantiles
 from setcmas_tools.studies.study import Study

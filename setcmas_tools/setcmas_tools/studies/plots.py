@@ -10,10 +10,10 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from setcmas_simu.errors import SetcmasError
-from setcmas_tools.plots.formats import PALETTES
-from setcmas_tools.plots.look import PlotLook, check_style
+from setcmas_tools.plots.looks.formats import PALETTES
+from setcmas_tools.plots.looks.look import PlotLook, check_style
+from setcmas_tools.plots.looks.style import finish, plot_style, save
 from setcmas_tools.plots.plot import Picture
-from setcmas_tools.plots.style import finish, plot_style, save
 from setcmas_tools.studies.folder import written
 from setcmas_tools.studies.panels import SUCCESS, draw_lines, draw_map, draw_points, draw_tradeoff
 from setcmas_tools.studies.study import Study

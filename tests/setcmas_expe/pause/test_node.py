@@ -11,7 +11,7 @@ from sensor_msgs.msg import Joy
 from std_msgs.msg import Bool
 from std_srvs.srv import SetBool
 
-from launch_scripts.processes.supervisor import Supervisor
+from launch_scripts.processes.supervision.supervisor import Supervisor
 from setcmas_expe.pause.console_protocol import Status, Wish, Word
 from setcmas_expe.pause.start_requests import REPEATS_WITHIN_S
 from setcmas_simu.reports.encoding import LineDecoder

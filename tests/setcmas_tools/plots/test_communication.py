@@ -12,8 +12,8 @@ from setcmas_tools import simulate
 from setcmas_tools.plots.communication import draw_counts, draw_instants
 from setcmas_tools.plots.disagreement import draw_disagreement
 from setcmas_tools.plots.graph import draw_graph
+from setcmas_tools.plots.looks.style import finish, plot_style
 from setcmas_tools.plots.plot import plots_of
-from setcmas_tools.plots.style import finish, plot_style
 from setcmas_tools.records.communication import write_csv as write_record
 from setcmas_tools.records.fleet_table import write_csv
 from setcmas_tools.run.run import Run

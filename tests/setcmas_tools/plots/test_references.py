@@ -6,7 +6,7 @@ from runs import plot, run_of
 
 from setcmas_ctrl.task.references import References
 from setcmas_tools.plots.distances import draw_distances
-from setcmas_tools.plots.style import plot_style
+from setcmas_tools.plots.looks.style import plot_style
 from setcmas_tools.plots.trajectories import draw_trajectories
 from setcmas_tools.run.info import RunInfo, write_info
 

@@ -3,8 +3,8 @@ import pytest
 from matplotlib.figure import Figure
 
 from setcmas_tools import simulate
+from setcmas_tools.plots.looks.style import plot_style
 from setcmas_tools.plots.robot_symbols import symbol
-from setcmas_tools.plots.style import plot_style
 from setcmas_tools.plots.trajectories import draw_trajectories
 
 

@@ -8,8 +8,8 @@ import rclpy
 
 from setcmas_ctrl.control.control_law import ControlLaw
 from setcmas_ctrl.control.law_scripts import LawScripts
-from setcmas_ctrl.scripts.call_watch import CallWatch
 from setcmas_ctrl.scripts.random_seed import seed_scripts
+from setcmas_ctrl.scripts.watch.call_watch import CallWatch
 from setcmas_ctrl.task.task_topic import TaskTopic
 from setcmas_simu.errors import SetcmasError
 

@@ -15,8 +15,8 @@ from std_msgs.msg import Bool
 from setcmas_ctrl.control.control_law import ControlLaw
 from setcmas_ctrl.controller.scripts.law_loader import LawLoader
 from setcmas_ctrl.controller.stepper import ControlStepper
-from setcmas_ctrl.scripts.file_watch import FileWatch
 from setcmas_ctrl.scripts.stop_call import AbandonCall
+from setcmas_ctrl.scripts.watch.file_watch import FileWatch
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet import topics
 from setcmas_simu.fleet.fleet import format_robots

@@ -7,8 +7,8 @@ from functools import partial
 from pathlib import Path
 
 from setcmas_ctrl.communication.triggering import CONSEQUENCE
-from setcmas_ctrl.scripts.call_watch import CallWatch
 from setcmas_ctrl.scripts.error_reports import STANDS, ErrorReports
+from setcmas_ctrl.scripts.watch.call_watch import CallWatch
 from setcmas_simu.reports.launcher import Launcher
 from setcmas_simu.reports.reports import Ended, Failed, Function, ScriptCall
 

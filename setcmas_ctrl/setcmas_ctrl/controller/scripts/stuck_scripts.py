@@ -7,8 +7,8 @@ import sys
 from collections.abc import Callable
 from typing import NoReturn
 
-from setcmas_ctrl.scripts.call_watch import CallWatch
 from setcmas_ctrl.scripts.stop_call import StopCall
+from setcmas_ctrl.scripts.watch.call_watch import CallWatch
 from setcmas_simu.ros.process import RosProcess
 
 

@@ -11,7 +11,7 @@ from nav_msgs.msg import Odometry
 from rclpy.qos import QoSProfile, ReliabilityPolicy
 from sensor_msgs.msg import BatteryState
 
-from setcmas_expe.doctor.arrival_statistics import ArrivalStatistics, arrival_statistics
+from setcmas_expe.doctor.lab.arrival_statistics import ArrivalStatistics, arrival_statistics
 from setcmas_expe.lab.model import Lab, LabRobot
 from setcmas_expe.mocap.receiver import MocapReceiver
 from setcmas_expe.mocap.sample import Pose, Sample, fault_of

@@ -6,9 +6,9 @@ import math
 import time
 from collections.abc import Iterator
 
-from setcmas_expe.doctor import nudge
 from setcmas_expe.doctor.findings import OK, PROBLEM, Finding
-from setcmas_expe.doctor.lab_watch import LabWatch
+from setcmas_expe.doctor.lab import nudge
+from setcmas_expe.doctor.lab.lab_watch import LabWatch
 from setcmas_expe.lab.model import LabRobot
 from setcmas_expe.mocap.sample import Pose
 from setcmas_simu.cmd_vel.cmd_vel_publisher import CmdVelPublisher

@@ -2,7 +2,7 @@ from pathlib import Path
 
 import pytest
 
-from setcmas_ctrl.scripts.slow_calls import SlowCalls
+from setcmas_ctrl.scripts.watch.slow_calls import SlowCalls
 
 LAW, CONDITION = Path('law.py'), Path('when.py')
 

@@ -12,7 +12,7 @@ from collections.abc import Callable, Sequence
 from contextlib import suppress
 from typing import TypeVar, cast
 
-from launch_scripts.processes.script_calls import ScriptCalls
+from launch_scripts.processes.supervision.script_calls import ScriptCalls
 from setcmas_expe.pause.console_protocol import Status
 from setcmas_simu.reports.current_call import shared_file
 from setcmas_simu.reports.encoding import Message, encode

@@ -12,15 +12,15 @@ from collections.abc import Callable, Sequence
 from types import FrameType
 from typing import IO, Any, cast
 
-from launch_scripts.processes.child_process import (
+from launch_scripts.processes.supervision.child_process import (
     KILL,
     Child,
     ChildReport,
     known_signals,
     prepare_child,
 )
-from launch_scripts.processes.orphans import adopt_orphans, children, end_orphans
-from launch_scripts.processes.script_calls import SILENT_S
+from launch_scripts.processes.supervision.orphans import adopt_orphans, children, end_orphans
+from launch_scripts.processes.supervision.script_calls import SILENT_S
 from launch_scripts.terminal.output_lines import LineBuffer, Stream, write_line
 from launch_scripts.terminal.output_queue import OutputQueue, QueuedStream
 from setcmas_simu.reports.encoding import LineDecoder

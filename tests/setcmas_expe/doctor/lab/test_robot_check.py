@@ -2,9 +2,9 @@ from dataclasses import replace
 
 import pytest
 
-from setcmas_expe.doctor.arrival_statistics import ArrivalStatistics
 from setcmas_expe.doctor.findings import NOTE, PROBLEM
-from setcmas_expe.doctor.robot_check import COLUMNS, RobotCheck
+from setcmas_expe.doctor.lab.arrival_statistics import ArrivalStatistics
+from setcmas_expe.doctor.lab.robot_check import COLUMNS, RobotCheck
 from setcmas_expe.lab.file import DEFAULT_FILE, load_lab
 from setcmas_expe.lab.model import LabRobot
 

@@ -7,7 +7,7 @@ from collections.abc import Callable
 from setcmas_expe.safety.cmd_vel_bridge import CmdVelBridge
 from setcmas_expe.safety.decision import Decision, State
 from setcmas_expe.safety.mocap_bridge import MocapBridge
-from setcmas_expe.safety.stop_reports import StopReports
+from setcmas_expe.safety.reporting.stop_reports import StopReports
 from setcmas_simu.fleet.fleet import format_robots
 from setcmas_simu.fleet.topics import robot_name
 

@@ -1,4 +1,4 @@
-from setcmas_expe.safety.stop_reports import StopReports
+from setcmas_expe.safety.reporting.stop_reports import StopReports
 
 
 def test_each_stop_is_told_once_and_so_is_its_end():

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from setcmas_expe.doctor.findings import Finding
-from setcmas_expe.doctor.lab_watch import LabWatch
-from setcmas_expe.doctor.nudger import Nudger
-from setcmas_expe.doctor.robot_check import COLUMNS, RobotCheck
-from setcmas_expe.doctor.round_trip import round_trip
+from setcmas_expe.doctor.lab.lab_watch import LabWatch
+from setcmas_expe.doctor.lab.nudger import Nudger
+from setcmas_expe.doctor.lab.robot_check import COLUMNS, RobotCheck
+from setcmas_expe.doctor.lab.round_trip import round_trip
 from setcmas_expe.lab.model import Lab
 from setcmas_simu.fleet import topics
 from setcmas_simu.ros.process import RosProcess

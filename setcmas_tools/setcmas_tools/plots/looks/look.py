@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from setcmas_simu.errors import SetcmasError
-from setcmas_tools.plots.formats import FORMATS, PALETTES, PAPERS
+from setcmas_tools.plots.looks.formats import FORMATS, PALETTES, PAPERS
 
 
 @dataclass(frozen=True)

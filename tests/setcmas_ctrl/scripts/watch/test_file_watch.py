@@ -1,6 +1,6 @@
 import os
 
-from setcmas_ctrl.scripts.file_watch import SETTLED_S, FileWatch
+from setcmas_ctrl.scripts.watch.file_watch import SETTLED_S, FileWatch
 
 
 def test_a_save_is_noticed_once_it_has_settled(tmp_path):

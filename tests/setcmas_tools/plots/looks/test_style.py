@@ -6,7 +6,7 @@ from circling_fleets import drawn
 
 from setcmas_simu.fleet.fleet import plot_colour
 from setcmas_tools.plots.distances import draw_distances
-from setcmas_tools.plots.style import line_look, plot_style, robot_colour
+from setcmas_tools.plots.looks.style import line_look, plot_style, robot_colour
 from setcmas_tools.plots.time_series import draw_heading, draw_positions, draw_velocities
 from setcmas_tools.plots.trajectories import draw_trajectories
 

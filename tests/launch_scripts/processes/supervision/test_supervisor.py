@@ -9,8 +9,8 @@ from pathlib import Path
 import psutil
 import pytest
 
-from launch_scripts.processes.child_process import ChildDiedError
-from launch_scripts.processes.supervisor import StoppedError, Supervisor
+from launch_scripts.processes.supervision.child_process import ChildDiedError
+from launch_scripts.processes.supervision.supervisor import StoppedError, Supervisor
 from setcmas_simu.reports.reports import Function, Ready, ScriptCall, Started
 
 SLEEPER = 'import time; print("ready", flush=True); time.sleep(600)'
@@ -193,7 +193,7 @@ def test_a_reader_that_does_not_read_delays_neither_children_nor_a_stop(tmp_path
     talker = f'print(("x" * 99 + "\\n") * 20_000); open({str(path)!r}, "w"); {SLEEPER}'
     code = (
         'import os, sys\n'
-        'from launch_scripts.processes.supervisor import StoppedError, Supervisor\n'
+        'from launch_scripts.processes.supervision.supervisor import StoppedError, Supervisor\n'
         f'with Supervisor(dict(os.environ)) as s:\n    s.start("child", {python(talker)!r})\n'
         '    try:\n        s.run()\n    except StoppedError:\n        pass\n'
     )
@@ -239,7 +239,7 @@ def test_handlers_of_signals_are_given_back():
 LAUNCHER = textwrap.dedent(
     """
     import os, sys
-    from launch_scripts.processes.supervisor import Supervisor
+    from launch_scripts.processes.supervision.supervisor import Supervisor
     with Supervisor(dict(os.environ)) as supervisor:
         child = supervisor.start('child', [sys.executable, '-c', {code!r}])
         open({path!r}, 'w').write(str(child.process.pid))

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from launch_scripts.processes.supervisor import Supervisor
+from launch_scripts.processes.supervision.supervisor import Supervisor
 
 pytestmark = pytest.mark.skipif(sys.platform != 'linux', reason='processes are found in /proc')
 

@@ -19,9 +19,9 @@ from matplotlib.patheffects import AbstractPathEffect, withStroke
 
 from setcmas_simu.fleet import fleet
 from setcmas_simu.fleet.fleet import Colour
-from setcmas_tools.plots import palette as plot_palette
-from setcmas_tools.plots.formats import PALETTES, PAPERS
-from setcmas_tools.plots.settings import PAPER, SCREEN
+from setcmas_tools.plots.looks import palette as plot_palette
+from setcmas_tools.plots.looks.formats import PALETTES, PAPERS
+from setcmas_tools.plots.looks.settings import PAPER, SCREEN
 
 _BRIGHT = 0.7
 """Luminance from which a colour needs a dark edge on white paper."""

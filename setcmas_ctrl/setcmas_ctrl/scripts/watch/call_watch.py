@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import NamedTuple, NoReturn
 
 from setcmas_ctrl.scripts.messages import described_place, places_in, quoted_line
-from setcmas_ctrl.scripts.slow_calls import SlowCalls
+from setcmas_ctrl.scripts.watch.slow_calls import SlowCalls
 from setcmas_simu.fleet.topics import robot_name
 from setcmas_simu.reports.launcher import Launcher
 from setcmas_simu.reports.reports import Failed, Function, ScriptCall, Stuck

@@ -2,8 +2,8 @@ import math
 
 import pytest
 
-from setcmas_expe.doctor import nudge
 from setcmas_expe.doctor.findings import OK, PROBLEM
+from setcmas_expe.doctor.lab import nudge
 from setcmas_expe.lab.file import DEFAULT_FILE, load_lab
 
 LAB = load_lab(DEFAULT_FILE, 2)

@@ -1,6 +1,6 @@
 import pytest
 
-from setcmas_expe.doctor.arrival_statistics import arrival_statistics
+from setcmas_expe.doctor.lab.arrival_statistics import arrival_statistics
 
 
 def test_regular_messages():

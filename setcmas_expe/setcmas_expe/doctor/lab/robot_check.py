@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from setcmas_expe.doctor.arrival_statistics import ArrivalStatistics
 from setcmas_expe.doctor.findings import NOTE, PROBLEM, Finding
+from setcmas_expe.doctor.lab.arrival_statistics import ArrivalStatistics
 from setcmas_expe.lab.model import Lab, LabRobot
 from setcmas_expe.mocap.sample import Pose
 from setcmas_simu.fleet.topics import CMD_VEL, CMD_VEL_TYPES, robot_name

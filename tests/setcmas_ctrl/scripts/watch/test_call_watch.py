@@ -3,7 +3,7 @@ from pathlib import Path
 
 import pytest
 
-from setcmas_ctrl.scripts.call_watch import CallWatch
+from setcmas_ctrl.scripts.watch.call_watch import CallWatch
 from setcmas_simu.reports.launcher import connected_launcher
 from setcmas_simu.reports.reports import Function, ScriptCall
 

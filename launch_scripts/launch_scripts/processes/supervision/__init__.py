@@ -1,0 +1,1 @@
+"""Supervision of processes: started, read, blamed, and ended with all their children."""

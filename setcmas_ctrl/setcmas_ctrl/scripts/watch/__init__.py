@@ -1,0 +1,1 @@
+"""Watch over scripts: slow calls, stuck calls, and saved files."""

@@ -1,0 +1,1 @@
+"""Looks of plots and films: colours, sizes, fonts, formats of files."""
