@@ -1,4 +1,4 @@
-"""Start of the process of an offline run, which may be long before there is a run to make.
+"""Early start of the process of an offline run, before it has anything to do.
 
 Its imports take as long as those of the command: early, both are made at the same time.
 """

@@ -31,7 +31,7 @@ def add_from_argument(parser: argparse.ArgumentParser) -> None:
         type=Path,
         metavar='DIR',
         help='repeat the run in this folder, with its options and its files, and compare; or a '
-        'run of a study, such as study/417; options that are typed beside it go before',
+        'run of a study, such as study/417; options typed beside it take precedence',
     )
 
 

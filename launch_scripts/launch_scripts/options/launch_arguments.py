@@ -1,4 +1,4 @@
-"""Options of a verb as arguments of a ROS launch file, which are all texts with a default."""
+"""Options of a verb as arguments of a ROS launch file: texts with defaults."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Loop of a controller in lockstep with its simulator: it answers to each state of the robots."""
+"""Loop of a controller in lockstep: an answer to each state of the robots."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Topic /fleet_time, on which controller processes tell each other their t."""
+"""Topic /fleet_time: t, shared among controller processes."""
 
 from __future__ import annotations
 

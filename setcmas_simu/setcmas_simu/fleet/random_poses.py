@@ -74,7 +74,8 @@ class RandomPoses:
         chosen = self.size or size
         if chosen[0] > most[0] or chosen[1] > most[1]:
             raise SetcmasError(
-                f'the box of random poses is {_shown(chosen)} m; the arena is {_shown(most)} m'
+                f'the box of random poses is {_shown(chosen)} m; it must fit into the arena, '
+                f'{_shown(most)} m'
             )
         return replace(self, size=chosen, centre=centre)
 

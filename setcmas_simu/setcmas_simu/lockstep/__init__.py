@@ -1,1 +1,1 @@
-"""Lockstep: a simulation whose time goes on when all that follow it have answered."""
+"""Lockstep: simulated time that waits for its followers."""

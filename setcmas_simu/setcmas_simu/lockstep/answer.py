@@ -1,4 +1,4 @@
-"""Answers of those that follow a simulation in lockstep, as they tell on /lockstep."""
+"""Answers of the followers of a simulation in lockstep, as sent on /lockstep."""
 
 from __future__ import annotations
 

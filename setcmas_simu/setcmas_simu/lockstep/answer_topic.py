@@ -1,4 +1,4 @@
-"""The topic /lockstep, on which those that follow a simulation answer."""
+"""Topic /lockstep: answers of the followers of a simulation."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Roll of those that follow a simulation in lockstep, and of what they have answered."""
+"""Roll of the followers of a simulation in lockstep, and of their answers."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Ticks of a time that goes on by steps, and the stamps that messages bear then."""
+"""Ticks of a simulation in lockstep, and the stamps of its messages."""
 
 from __future__ import annotations
 

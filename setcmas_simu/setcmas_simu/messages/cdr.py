@@ -1,4 +1,4 @@
-"""Messages as bytes (CDR): written and read where numbers stand, not field by field.
+"""Encoded messages (CDR): numbers read and written in place, not field by field.
 
 rclpy converts every field of a message between Python and C, the covariances of an odometry too:
 ten times what it costs to send or to take the bytes.

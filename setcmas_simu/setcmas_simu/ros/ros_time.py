@@ -1,4 +1,4 @@
-"""Time of the stamps of messages: the system's, or that of a simulation."""
+"""Time of message stamps: the system's, or that of a simulation."""
 
 from __future__ import annotations
 

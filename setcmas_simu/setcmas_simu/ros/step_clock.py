@@ -1,4 +1,4 @@
-"""Clocks that steps follow."""
+"""Clocks for steps: the wall's time, and a scaled one."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Loop of a process that steps at a fixed rate."""
+"""Loop of steps at a fixed rate."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The topic /clock, which nodes with use_sim_time follow."""
+"""Topic /clock, for nodes with use_sim_time."""
 
 from __future__ import annotations
 

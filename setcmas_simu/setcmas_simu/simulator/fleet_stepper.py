@@ -102,7 +102,7 @@ class FleetStepper:
         """
         check_models(self._names, options.limits)
         if options.rtf != self._rtf:
-            raise SetcmasError('rtf is known to all who follow the time: set it at the start')
+            raise SetcmasError('rtf cannot change during a simulation: set it at the start')
 
     def follow(self, options: SimulationOptions) -> None:
         """Step from now on at the rate, and with the limits and the time-out, of other options."""

@@ -1,4 +1,4 @@
-"""Loop of a simulator in lockstep: it steps when all that follow have answered."""
+"""Loop of a simulator in lockstep: a step whenever all followers have answered."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Mark on topics that a recorder has made from others: they hold nothing new."""
+"""Mark on topics derived from others by a recorder."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Place in a bag, from which its messages come in the order of time."""
+"""Cursor in a bag: its messages in the order of time, from any moment on."""
 
 from __future__ import annotations
 

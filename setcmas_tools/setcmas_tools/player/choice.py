@@ -1,4 +1,4 @@
-"""Choice of the topics of a bag that are played, and of what is left out."""
+"""Choice of the topics of a bag to play."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ class Choice:
         names = {f'/{name.lstrip("/")}' for name in wanted or ()}
         if missing := names - {topic.name for topic in bag.topics}:
             raise SetcmasError(
-                f'there is no topic {min(missing)} in the bag; --topics must name some of it'
+                f'there is no topic {min(missing)} in the bag; --topics must name topics of it'
             )
         self.classes: dict[BagTopic, Any] = {}
         self._left_out: defaultdict[str, list[str]] = defaultdict(list)

@@ -1,4 +1,4 @@
-"""Topics that are never played: something acts on them."""
+"""Topics never played, because something acts on them."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Quality of service as a bag tells it, for publishers that play the bag."""
+"""Quality of service as recorded in a bag, for publishers that play it."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Robots that are there already, which a recording of them must not be mixed with."""
+"""Robots already there, not to be mixed with a recording of them."""
 
 from __future__ import annotations
 

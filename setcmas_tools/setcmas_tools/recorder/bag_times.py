@@ -1,4 +1,4 @@
-"""Times that messages have in a bag: of their arrival, or of the simulation that they are from."""
+"""Times of messages in a bag: of their arrival, or of their simulation."""
 
 from __future__ import annotations
 

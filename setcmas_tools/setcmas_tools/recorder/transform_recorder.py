@@ -1,4 +1,4 @@
-"""Topics /tf and /tf_static of a bag, written from the odometry that is recorded beside them."""
+"""Topics /tf and /tf_static of a bag, made from the recorded odometry."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Columns of a study's table: a short name for each number that a run is measured by."""
+"""Columns of a study's table: short names for the metrics of a run."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The record of a study, `study.yaml`: what would repeat it."""
+"""Record of a study, `study.yaml`: all it takes to repeat it."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Options of a study: what is varied, who makes the runs, and what is drawn."""
+"""Options of a study: variation, workers, plots."""
 
 from __future__ import annotations
 

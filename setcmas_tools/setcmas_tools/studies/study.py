@@ -1,4 +1,4 @@
-"""A study: the table of many runs, what they were, and the folder that holds them."""
+"""Study: the table of its runs, its plan and its folder."""
 
 from __future__ import annotations
 
@@ -154,7 +154,7 @@ class Study:
         """
         text = expression or self.plan.info.success
         if not text:
-            raise SetcmasError('a success must be told, such as success="disagreement < 0.1"')
+            raise SetcmasError('a success must be given, such as success="disagreement < 0.1"')
         if text not in self._successes:
             columns = {name: np.full(len(self), np.nan) for name in COLUMNS}
             columns |= {name: self[name] for name in (*self.names, 'seed')}

@@ -1,4 +1,4 @@
-"""Success of runs: an expression over the columns of a study, and how sure its share is."""
+"""Success of runs: an expression over the columns of a study, and the interval of its share."""
 
 from __future__ import annotations
 

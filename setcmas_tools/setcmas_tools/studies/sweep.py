@@ -1,4 +1,4 @@
-"""Studies made: the runs of a plan, those that are done already left out."""
+"""Sweep: the missing runs of a plan, made and added to its study."""
 
 from __future__ import annotations
 

@@ -38,5 +38,7 @@ def test_random_poses_are_inside_the_arena():
     x, y, _ = emulated_start_poses(arena, 8, StartPoseOptions(random_poses='auto'))
 
     assert max(arena.distance(*place) for place in zip(x, y, strict=True)) == 0.0
-    with pytest.raises(SetcmasError, match='random poses is 5x6 m; the arena is 4x6 m'):
+    with pytest.raises(
+        SetcmasError, match='random poses is 5x6 m; it must fit into the arena, 4x6 m'
+    ):
         emulated_start_poses(arena, 8, StartPoseOptions(random_poses='box=5x6'))

@@ -1,1 +1,1 @@
-"""Cases of a study: names and values that are varied, and the files that they name."""
+"""Cases of a study: varied names, their values, and the files that they name."""

@@ -1,4 +1,4 @@
-"""Checks of a study before it starts: its names, and runs that have each of its values."""
+"""Checks of a study before it starts: its names, and a run with each of its values."""
 
 from __future__ import annotations
 

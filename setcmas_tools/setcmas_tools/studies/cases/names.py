@@ -1,4 +1,4 @@
-"""Names that a study can vary: options of a run, and names of its control scripts."""
+"""Names for a study to vary: options of a run, and names of its control scripts."""
 
 from __future__ import annotations
 

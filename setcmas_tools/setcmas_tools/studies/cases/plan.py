@@ -1,4 +1,4 @@
-"""Plan of a study: what every run has, what is varied, and the files that this names."""
+"""Plan of a study: common options, variation, and the files that they name."""
 
 from __future__ import annotations
 
