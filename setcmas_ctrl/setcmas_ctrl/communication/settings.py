@@ -68,9 +68,9 @@ class Communication:
         condition = self._condition
         return None if condition is None or callable(condition) else Path(condition)
 
-    def links(self, receivers: Sequence[int]) -> Links:
-        """Return the links on which robots hear the fleet."""
-        return Links(receivers, self.channel, self.seed)
+    def links(self, receivers: Sequence[int], *others: int) -> Links:
+        """Return the links on which robots hear the fleet, and those of fleets of other seeds."""
+        return Links(receivers, self.channel, self.seed, *others)
 
     def broadcast(self, robot: int, reports: ErrorReports) -> Broadcast:
         """Return what decides when a robot sends its state.

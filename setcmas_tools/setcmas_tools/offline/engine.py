@@ -2,64 +2,37 @@
 
 from __future__ import annotations
 
-import builtins
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from setcmas_ctrl.communication.graph import COMPLETE
-from setcmas_ctrl.communication.options import CommunicationOptions, Condition, Graph
-from setcmas_ctrl.communication.settings import chosen_communication
+from setcmas_ctrl.communication.options import Condition, Graph
 from setcmas_ctrl.communication.triggering import THRESHOLD_M
 from setcmas_ctrl.control.options import RATE_HZ as CONTROL_RATE_HZ
-from setcmas_ctrl.control.options import GainOptions
 from setcmas_ctrl.control.saturation import VNOM
 from setcmas_ctrl.scripts.output import named_output
 from setcmas_ctrl.scripts.random_seed import SEED, seed_scripts
 from setcmas_ctrl.scripts.settings import Settings
-from setcmas_ctrl.task.references import told_references
 from setcmas_simu.arrays import Floats
-from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet.planar_pose import as_heard
-from setcmas_simu.options.group import ClashError
 from setcmas_simu.reports.reports import Function
 from setcmas_simu.robots.mixed_fleet import fleet_model
-from setcmas_simu.robots.models import NO_LIMITS, absolute, check_models, model_names, robot_models
+from setcmas_simu.robots.models import NO_LIMITS
 from setcmas_simu.robots.si_to_uni import KOMEGA
 from setcmas_simu.robots.unicycle import RATE_HZ as ROBOT_RATE_HZ
 from setcmas_simu.robots.virtual_fleet import VirtualFleet
-from setcmas_simu.simulator.options import SimulationOptions
 from setcmas_tools.offline import board, history
 from setcmas_tools.offline.communication import OfflineCommunication
-from setcmas_tools.offline.fleet_laws import Algo, FleetLaws, load_laws
-from setcmas_tools.offline.given import (
-    condition_name,
-    failures,
-    given_files,
-    given_scripts,
-    graph_entry,
-    name_of,
-    pose_options,
-    script_entry,
-)
-from setcmas_tools.records.commands import Commands
+from setcmas_tools.offline.fleet_laws import Algo, FleetLaws
+from setcmas_tools.offline.simulation import Simulation
 from setcmas_tools.records.drawings import DrawingRecord
-from setcmas_tools.records.fleet_table import FleetTable
 from setcmas_tools.records.tables import RunTables
-from setcmas_tools.run.info import RunInfo
-from setcmas_tools.run.inputs import model_inputs
-from setcmas_tools.run.options import RunOptions
-from setcmas_tools.run.outcome import Outcome
 from setcmas_tools.run.run import Run
 
 _SAME_TIME_S = 1e-9
-
-MAX_STATES = 10_000_000
-"""The most states of robots in a run, a state a robot and step; they are held in memory."""
-
-_BYTES_A_STATE = 500  # measured: 150 to 220, and once more while the run changes processes
 
 
 def simulate(
@@ -138,117 +111,81 @@ def simulate(
     Raises:
         SetcmasError: The script cannot be loaded, or an argument makes no sense.
     """
-    RunOptions(duration=duration)
-    simulation = SimulationOptions(
-        nb_robots=nb_robots,
-        random_poses=random_poses,
-        model=model,
-        limits=limits,
-        robot_rate=robot_rate,
-        seed=seed,
-    )
-    gains = GainOptions(vnom=vnom, komega=komega, rate=rate, seed=seed)
-    nb_steps = simulation.nb_steps(duration)
-    _check_size(nb_steps, nb_robots)
-    start = _start(simulation, nb_robots, poses)
-    options = CommunicationOptions(
-        graph=graph,
-        range=range,
-        event_triggered=event_triggered,
-        ctc=ctc,
-        threshold=threshold,
-        delay=delay,
-        loss=loss,
-        noise=noise,
-    )
-    tells = chosen_communication(nb_robots, options, seed)
-    names = model_names(model, nb_robots)
-    check_models(names, limits)
-    # Files are found before a script is loaded: it may change the current folder.
-    names = absolute(names)
-    inputs = [*model_inputs(model, nb_robots), *given_files(tells.condition_script, graph)]
+    one = Simulation(**locals())
     seed_scripts(seed)
-    radio = None if tells.is_ideal else OfflineCommunication(tells, nb_robots, warn)
+    radio = radio_of([one])
     with named_output(), history.recorded_drawings() as drawings:
-        models = robot_models(names, builtins.range(1, nb_robots + 1), limits, warn)
-        robots = fleet_model(models)
-        fleet = VirtualFleet(start, robots)
-        laws = load_laws(algo, nb_robots, settings)
-        scripts = [(law.names, law.path) for law in laws]
-        references = told_references(scripts, nb_robots, warn)
-        controllers = FleetLaws(laws, robots, gains, warn)
-        fleet_table, commands = _run(
-            fleet, controllers, radio, nb_steps, robot_rate, rate, progress, drawings
-        )
-    tables = RunTables(
-        fleet_table,
-        commands,
-        radio.record() if radio else None,
-        drawings.drawings(),
-        references,
+        one.load()
+        (run,) = made([one], radio, [drawings])
+    return run
+
+
+def radio_of(simulations: Sequence[Simulation]) -> OfflineCommunication | None:
+    """Return the communication of runs that differ in their seeds; None if it is ideal.
+
+    Raises:
+        SetcmasError: A triggering condition cannot be loaded.
+    """
+    first, *others = simulations
+    if first.tells.is_ideal:
+        return None
+    seeds = [other.seed for other in others]
+    return OfflineCommunication(first.tells, first.nb_robots, first.warn, seeds)
+
+
+def made(
+    simulations: Sequence[Simulation],
+    radio: OfflineCommunication | None,
+    drawings: Sequence[DrawingRecord],
+    turns: Sequence[Callable[[], object]] = (lambda: None,),
+) -> list[Run]:
+    """Make runs that are loaded, step by step together.
+
+    Args:
+        simulations: Runs with the same arguments, but for algo, settings, seed and start poses.
+            The first one's models move all robots, and it is told of the progress.
+        radio: Their communication.
+        drawings: Of each run, takes what its scripts draw.
+        turns: Called before the calls of each run's laws, if there are several runs.
+    """
+    first, nb_robots = simulations[0], simulations[0].nb_robots
+    robots = fleet_model(first.models * len(simulations))
+    fleet = VirtualFleet(np.hstack([one.start for one in simulations]), robots)
+    controllers = FleetLaws(
+        [law for one in simulations for law in one.laws],
+        robots,
+        first.gains,
+        first.warn,
+        turns,
     )
-    outcome = Outcome.of_failures(
-        failures([law.path.name for law in laws], controllers.failed_robots)
-        | failures(names, [robot for robot, one in enumerate(models, 1) if one.failed]),
-        {condition_name(ctc): radio.failed_robots} if radio else {},
-    )
-    parameters = {
-        'algo': name_of(algo),
-        'script': script_entry(laws),
-        'set': dict(settings or {}),
-        'duration': duration,
-        **gains.record(),
-        **options.record(),
-        'ctc': name_of(ctc),
-        'graph': graph_entry(graph),
-        **simulation.record(),
-        'pose': [] if random_poses else pose_options(start),
-    }
-    return Run(
-        tables,
-        RunInfo(outcome=outcome, parameters=parameters, seed=seed),
-        (*given_scripts(laws), *inputs),
-        controllers.call_time * nb_robots / len(commands.t),
-    )
-
-
-def _start(simulation: SimulationOptions, nb_robots: int, poses: ArrayLike | None) -> Floats:
-    if poses is None:
-        return simulation.start_poses(nb_robots)
-    if simulation.random_poses:
-        raise ClashError('{} and {} both say where robots start', 'poses', 'random_poses')
-    start = np.array(poses, dtype=float)
-    if start.shape != (3, nb_robots) or not np.isfinite(start).all():
-        raise SetcmasError(
-            f'poses have shape {start.shape}; they must be finite numbers of shape '
-            f'(3, {nb_robots})'
+    t, states, control_t, velocities = _moved(fleet, controllers, radio, first, drawings)
+    call_time = controllers.call_time * nb_robots / len(control_t)
+    failed_ctc = radio.failed_robots if radio else []
+    runs = []
+    for index, one in enumerate(simulations):
+        own = slice(index * nb_robots, (index + 1) * nb_robots)
+        tables = RunTables(
+            history.motion(t, states[:, :3, own], states[:, 3, own], states[:, 5, own]),
+            history.commands(control_t, velocities[:, :, own]),
+            radio.record(index) if radio else None,
+            drawings[index].drawings(),
         )
-    return start
+        runs.append(one.run(tables, call_time[own], controllers.failed_robots, failed_ctc))
+    return runs
 
 
-def _check_size(nb_steps: int, nb_robots: int) -> None:
-    nb_states = nb_steps * nb_robots
-    if nb_states > MAX_STATES:
-        raise SetcmasError(
-            f'the run has {nb_states:.3g} states of robots and would take about '
-            f'{nb_states * _BYTES_A_STATE / 1e9:.3g} GB; it must be {MAX_STATES:.3g} at most: '
-            'take a shorter duration, fewer robots, or a lower robot rate'
-        )
-
-
-def _run(
+def _moved(
     fleet: VirtualFleet,
     controllers: FleetLaws,
     radio: OfflineCommunication | None,
-    nb_steps: int,
-    robot_rate: float,
-    rate: float,
-    progress: Callable[[float], object] | None,
-    drawings: DrawingRecord,
-) -> tuple[FleetTable, Commands]:
+    given: Simulation,
+    drawings: Sequence[DrawingRecord],
+) -> tuple[Floats, Floats, Floats, Floats]:
+    """Return times and states of the robots, and times and velocities that laws asked for."""
+    nb_steps, robot_rate, progress = given.nb_steps, given.robot_rate, given.progress
     nb_robots = fleet.poses.shape[1]
     t = np.arange(nb_steps + 1) / robot_rate
-    control_t, due = _calls(t, 1 / robot_rate, rate)
+    control_t, due = _calls(t, 1 / robot_rate, given.rate)
     velocities = np.empty((len(control_t), 2, nb_robots))
     notes = board.current
     states = notes.new_states(nb_steps + 1, 6, nb_robots)
@@ -278,15 +215,13 @@ def _run(
     for call, (now, step) in enumerate(zip(control_t.tolist(), due, strict=True)):
         if step > done:
             poses, done = advance(done, step), step
-        drawings.t = now
+        for record in drawings:
+            record.t = now
         heard = radio.heard(poses, now) if radio else ()
         velocities[call], commands = controllers(poses, now, *heard)
         fleet.command_all(commands, now)
     advance(done, nb_steps)
-    return (
-        history.motion(t, states[:, :3], states[:, 3], states[:, 5]),
-        history.commands(control_t, velocities),
-    )
+    return t, states, control_t, velocities
 
 
 def _calls(t: Floats, Ts: float, rate: float) -> tuple[Floats, list[int]]:

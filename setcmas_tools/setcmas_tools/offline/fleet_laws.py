@@ -10,7 +10,6 @@ from typing import Any
 
 import numpy as np
 
-from setcmas_ctrl.communication.graph import complete
 from setcmas_ctrl.control.control_law import ControlLaw
 from setcmas_ctrl.control.law_scripts import LawScripts
 from setcmas_ctrl.control.options import GainOptions
@@ -74,7 +73,7 @@ def _text(algo: Algo, functions: Collection[int]) -> str:
 
 
 class FleetLaws:
-    """The control laws of a fleet, from the poses to the robots' commands."""
+    """The control laws of fleets, from the poses to the robots' commands."""
 
     def __init__(
         self,
@@ -82,16 +81,22 @@ class FleetLaws:
         robots: RobotModel,
         gains: GainOptions,
         warn: Callable[[str], None],
+        turns: Sequence[Callable[[], object]] = (lambda: None,),
     ) -> None:
         """Prepare.
 
         Args:
-            laws: The laws of robots 1 to N.
+            laws: The laws of robots 1, 2, ... of the first fleet, then of the others, N in all.
             robots: How these robots move.
             gains: How fast they follow the laws.
             warn: Shows messages about failing laws.
+            turns: Called before the laws of each fleet.
         """
-        self._laws = laws
+        size = len(laws) // len(turns)
+        self._fleets = [
+            (turn, slice(first, first + size), laws[first : first + size])
+            for first, turn in zip(range(0, len(laws), size), turns, strict=True)
+        ]
         self._robots = robots
         self._gains = gains
         self._reports = ErrorReports(warn)
@@ -115,28 +120,29 @@ class FleetLaws:
         Args:
             poses: Rows x, y in m and theta in rad, shape (3, N).
             t: Time in s.
-            heard: The poses that each law is given instead, shapes (3, N).
-            adjacency: Who hears whom, shape (N, N); None is complete.
+            heard: The poses that each law is given instead of its fleet's.
+            adjacency: Who hears whom in each fleet; None is complete.
         """
-        if adjacency is None:
-            adjacency = complete(len(self._laws))
+        told = None if heard is None else iter(heard)
         wanted: list[float] = []
         durations = []
         clock = time.perf_counter
         notes = board.current
         notes.enter(Function.CONTROL)
         begin = clock()
-        for law, known in zip(self._laws, repeat(poses) if heard is None else heard, strict=False):
-            notes.begin(law.robot)
-            try:
-                wanted += law(known, t, adjacency)
-                if self._failing:
-                    self._reports.succeeded(law.robot, t)
-            except ControlError as error:
-                wanted += (0.0, 0.0)
-                self._failing = True
-                self._reports.failed(law.robot, t, error)
-            durations.append(-begin + (begin := clock()))
+        for turn, columns, laws in self._fleets:
+            turn()
+            for law, known in zip(laws, told or repeat(poses[:, columns]), strict=False):
+                notes.begin(law.robot)
+                try:
+                    wanted += law(known, t, adjacency)
+                    if self._failing:
+                        self._reports.succeeded(law.robot, t)
+                except ControlError as error:
+                    wanted += (0.0, 0.0)
+                    self._failing = True
+                    self._reports.failed(law.robot, t, error)
+                durations.append(-begin + (begin := clock()))
         notes.end()
         self.call_time += durations
         velocities = saturate(np.array(wanted).reshape(-1, 2).T, self._gains.vnom)

@@ -26,10 +26,14 @@ from setcmas_tools.studies.study import Study
 from setcmas_tools.studies.table import PartialTable
 from setcmas_tools.studies.workers.engine import Workers
 from setcmas_tools.studies.workers.job import Job, memory_of_each
+from setcmas_tools.studies.workers.together import kind_of
 
 _NOT_OPTIONS = {'settings', 'warn', 'progress'}
 _TRIED = 5
 """Runs of which a dry run takes the time."""
+
+_FEW = 4
+"""Times that each process has work at least, before runs are made together."""
 
 
 def sweep(
@@ -99,7 +103,9 @@ def carry_out(
         with written(place), PartialTable(place) as table:
             left = [run for run in range(1, len(plan.cases) + 1) if run not in table.done]
             done = len(plan.cases) - len(left)
-            with closing(_workers(options).rows(jobs_of(plan, left, options))) as rows:
+            together = len(left) // (_FEW * options.jobs)
+            jobs = jobs_of(plan, left, options)
+            with closing(_workers(options).rows(jobs, together)) as rows:
                 for row in tqdm(rows, 'runs', len(plan.cases), initial=done, disable=None):
                     table.add(row)
             table.finish(plan.cases)
@@ -118,7 +124,8 @@ def jobs_of(plan: Plan, runs: Iterable[int], options: SweepOptions) -> Iterator[
     for run in runs:
         parameters = plan.parameters(run, None if remote else plan.original)
         pickled = cloudpickle.dumps(parameters)
-        yield Job(run, pickled, options.timeout, memory, plan.files.contents if remote else None)
+        files = plan.files.contents if remote else None
+        yield Job(run, pickled, options.timeout, memory, kind_of(parameters), files)
 
 
 def _workers(options: SweepOptions) -> Workers:

@@ -53,12 +53,21 @@ def run_of(
     Raises:
         SetcmasError: The script cannot be loaded, or an option makes no sense.
     """
+    return simulate(**arguments_of(parameters, warn, progress))
+
+
+def arguments_of(
+    parameters: Mapping[str, Any],
+    warn: Callable[[str], None],
+    progress: Callable[[float], object] | None = None,
+) -> dict[str, Any]:
+    """Return the arguments of `simulate`, from those of `run_of`."""
     given = {name: value for name, value in parameters.items() if name not in _NOT_PASSED}
     poses = parameters.get('poses')
     if poses is None or isinstance(poses, str):
         poses = simulated_robots(parameters).start_poses(parameters['nb_robots'])
     settings = parameters['set']
-    return simulate(**given, poses=poses, settings=settings, warn=warn, progress=progress)
+    return {**given, 'poses': poses, 'settings': settings, 'warn': warn, 'progress': progress}
 
 
 def simulated_robots(parameters: Mapping[str, Any]) -> SimulationOptions:
@@ -92,7 +101,17 @@ def row_of(
         SetcmasError: The script cannot be loaded, or an option makes no sense.
     """
     messages: list[str] = []
-    run = run_of(parameters, messages.append, progress)
+    return row_of_run(number, run_of(parameters, messages.append, progress), messages)
+
+
+def row_of_run(number: int, run: Run, messages: list[str]) -> Row:
+    """Return the row of a run.
+
+    Args:
+        number: That of the run.
+        run: The run.
+        messages: What there was to tell; takes metrics that fail.
+    """
     failed = list(run.outcome.failed_laws.values())
     failed += run.outcome.failed_conditions.values()
     return Row(
