@@ -75,7 +75,7 @@ def test_runs_together_equal_runs_alone_to_the_last_bit(algo, nb_robots, others)
 
 def test_numbers_that_are_drawn_while_loading_are_those_of_each_run(tmp_path):
     (tmp_path / 'law.py').write_text(
-        'import numpy as np\nvx = np.random.rand()\n'
+        'import numpy as np\nvx = 0.4 * np.random.rand()\n'
         'def control(robotNo, nbRobots, poses, t):\n    return vx, 0.0\n'
     )
     runs = parameters(tmp_path / 'law.py', 2)
