@@ -2,7 +2,9 @@
 
 One step of numpy then moves the robots of all of them. It is a short cut, which is taken if
 nothing has happened that is for a run of its own to tell: no message, no random number from a
-generator that the runs share, and nothing left in the process by a script.
+generator that the runs share, and nothing left in the process by a script: no module, folder,
+thread or name of a module changed. What cannot be seen is a script that fills an object of an
+installed package, such as a dictionary of numpy's, and reads it again.
 """
 
 from __future__ import annotations
@@ -94,7 +96,7 @@ def runs_together(simulations: Sequence[Simulation]) -> list[Run]:
     Raises:
         Exception: As `simulate` does for one of them.
     """
-    before, fleets = _process(), []
+    before, threads, fleets = _process(), {*threading.enumerate()}, []
     radio = radio_of(simulations)
     with named_output():
         for one in simulations:
@@ -108,7 +110,7 @@ def runs_together(simulations: Sequence[Simulation]) -> list[Run]:
             runs = made(simulations, radio, [one.drawings for one in fleets], fleets)
     own = {name for one in fleets for name in one.modules}
     same = _are_same(before, _process(), own) and _random_states() == seeded
-    return runs if same else []
+    return runs if same and threads.issuperset(threading.enumerate()) else []
 
 
 class _Fleet:
@@ -148,7 +150,7 @@ def _process() -> dict[str, list[Any]]:
         for name, module in sys.modules.copy().items()
         if isinstance(module, ModuleType) and module not in _CHANGING
     }
-    settings = [Path.cwd(), dict(os.environ), np.geterr(), threading.active_count()]
+    settings = [Path.cwd(), dict(os.environ), np.geterr()]
     return {**modules, '': [*settings, *warnings.filters]}
 
 
