@@ -74,15 +74,18 @@ class FleetCommunication:
         self.stamps = np.full(self._nb_robots, NONE)
         """Times of the states that robots have sent when triggered, in ns, shape (N,)."""
         self._states: list[PolledTopic] = []
+        self._listen(node)
+
+    def _listen(self, node: Node) -> None:
         for robot in range(1, self._nb_robots + 1):
-            if communication.event_triggered:
+            if self._communication.event_triggered:
                 topic = topics.robot_topic(robot, topics.TRIG_ODOM)
                 on_state = partial(self._on_state, robot)
                 self._states.append(
                     PolledTopic(node, Odometry, topic, on_state, qos.LATCHED, encoded=True)
                 )
             else:
-                odometry.listen(robot, partial(self._send, robot))
+                self._odometry.listen(robot, partial(self._send, robot))
 
     def take(self) -> None:
         """Take the states that robots have sent; odometry has been taken before."""

@@ -23,13 +23,13 @@ from setcmas_ctrl.driving.controller import Controller
 from setcmas_ctrl.driving.si_to_uni import SiToUni
 from setcmas_ctrl.fleet.fleet_time import FleetTime
 from setcmas_ctrl.fleet.fleet_time_topic import FleetTimeTopic
+from setcmas_ctrl.fleet.lost_robots import LostRobots
 from setcmas_ctrl.fleet.odometry import POSE_TIMEOUT_S, FleetOdometry
 from setcmas_ctrl.fleet.pause_watch import PauseWatch
 from setcmas_ctrl.scripts.failures import ControlError
 from setcmas_ctrl.scripts.stop_call import AbandonCall, StopCall
 from setcmas_simu.arrays import Floats
 from setcmas_simu.fleet.fleet import format_robots
-from setcmas_simu.fleet.topics import robot_name
 from setcmas_simu.reports.reports import Started
 from setcmas_simu.robots.mixed_fleet import fleet_model
 from setcmas_simu.ros.process import RosProcess
@@ -84,13 +84,13 @@ class ControlStepper:
         self._time = FleetTime()
         self._time_topic = None
         if len(robots) < odometry.poses.shape[1]:  # other processes may control the others
-            own = [controller.robot for controller in self._controllers]
+            own = list(self.robots)
             self._time_topic = FleetTimeTopic(node, own, self._time, lambda: self.clock.now())
         self.communication: FleetCommunication | None = None
         """What each robot hears of the fleet; None if all robots know all poses."""
         self._stepped = 0.0
         self._graph = graph
-        self._lost: set[int] = set()
+        self._lost = LostRobots(self.robots, odometry, self._warn)
         self._take_signals: Callable[[], None] = lambda: None
 
     def get_ready(
@@ -182,7 +182,7 @@ class ControlStepper:
         """Take what has come, call the laws, and command the robots; `now` is in s."""
         self._take(now)
         # Odometry cannot come in while a step takes its time.
-        self._notice_lost_odometry(POSE_TIMEOUT_S + now - self._stepped)
+        self._lost.look(POSE_TIMEOUT_S + now - self._stepped)
         with self.watch.step():
             held = self._is_held()
             t = self._time.step(now, held)
@@ -256,15 +256,3 @@ class ControlStepper:
             error = ControlError(text, 'shutdown', _ENDS_ALL)
             self.outcomes.laws.failed(controller.robot, t, error)
             raise StopCall
-
-    def _notice_lost_odometry(self, timeout_s: float) -> None:
-        for controller in self._controllers:
-            robot, age = controller.robot, self._odometry.age(controller.robot)
-            if age > timeout_s and robot not in self._lost:
-                self._lost.add(robot)
-                self._warn(
-                    f'{robot_name(robot)}: no odometry for {age:.1f} s; it is commanded zero'
-                )
-            elif age <= timeout_s and robot in self._lost:
-                self._lost.remove(robot)
-                self._warn(f'{robot_name(robot)}: odometry is back')
