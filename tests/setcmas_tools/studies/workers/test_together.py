@@ -32,8 +32,8 @@ def control(robotNo, nbRobots, poses, t):
 
 
 def parameters(algo, nb_robots, **others):
-    """Return those of three runs of 2 s by their numbers."""
-    same = {'algo': str(algo), 'nb_robots': nb_robots, 'duration': 2.0, 'random_poses': 'auto'}
+    """Return those of three runs of 1.2 s by their numbers."""
+    same = {'algo': str(algo), 'nb_robots': nb_robots, 'duration': 1.2, 'random_poses': 'auto'}
     return {k + 1: {**same, 'seed': 7 * k, 'set': {}, **others} for k in range(3)}
 
 
@@ -109,7 +109,7 @@ def test_settings_may_differ_and_links_switch(tmp_path):
         ('', 'builtins.shared = t'),
         ('', 'os.environ["SETCMAS_SHARED"] = str(t)'),
         ('np.seterr(under="raise")', ''),
-        ('', 'assert not (does("fails") and t > 1)'),
+        ('', 'assert not (does("fails") and t > 0.5)'),
     ],
 )
 def test_what_runs_would_share_makes_them_go_alone(tmp_path, monkeypatch, top, call):
