@@ -27,7 +27,6 @@ if TYPE_CHECKING:
 
 _FIGURE = 'setcmas_tools.studies.plots:figure'
 _SUMMARY = 'setcmas_tools.studies.summary:summary'
-_MEASURED = ('complete', 'failed')
 
 
 @dataclass(frozen=True, repr=False, eq=False)
@@ -106,8 +105,8 @@ class Study:
 
     @cached_property
     def measured(self) -> Any:
-        """Whether each run went on to its end, so that it is measured."""
-        return np.isin(self['state'].astype(str), _MEASURED)
+        """Whether each run is complete; all others are broken, and no data."""
+        return self['state'] == 'complete'
 
     def numbers(self, metric: str) -> Floats:
         """Return a metric of each run: inf for what was never reached, NaN of broken runs.
@@ -121,7 +120,8 @@ class Study:
             )
         values: Floats = self[metric].copy()
         if metric in COLUMNS and COLUMNS[metric].endless:
-            values[np.isnan(values) & self.measured] = np.inf
+            values[np.isnan(values)] = np.inf
+        values[~self.measured] = np.nan
         return values
 
     def groups(self, *names: str) -> Iterator[Group]:

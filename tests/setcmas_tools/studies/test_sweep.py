@@ -109,9 +109,14 @@ def test_shares_medians_and_plots(study):
         state == 'complete' and value < 1.5
         for state, value in zip(study['state'], study['disagreement'], strict=True)
     ]
-    assert np.isinf(settled[np.isnan(study['settling_time'])]).all()
-    line = study.plot('disagreement', by='K').axes[0].get_lines()[0]
-    assert line.get_ydata()[0] == np.sort(study['disagreement'][:2])[0]  # median of two
+    assert np.isinf(settled[:8][np.isnan(study['settling_time'][:8])]).all()
+    assert np.isnan(study.numbers('disagreement')[8:]).all()  # a law that failed is no data
+    assert [line.split()[2:4] for line in study.summary.splitlines()[-2:]] == [['2', '2']] * 2
+    axes = study.plot('disagreement', by='K').axes[0]
+    drawn = axes.get_lines()[0].get_ydata()
+    assert drawn[0] == pytest.approx(np.median(study['disagreement'][:2]))
+    assert np.isnan(drawn[2])
+    assert '4 broken runs left out' in axes.texts[-1].get_text()
     share = study.plot('success', by='K').axes[0]
     bounds = share.collections[0].get_paths()[0].vertices[:, 1]
     assert bounds.max() == pytest.approx(wilson(sum(successes[4:6]), 2)[1])
