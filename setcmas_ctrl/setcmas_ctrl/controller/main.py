@@ -55,6 +55,7 @@ def _control(process: RosProcess, args: argparse.Namespace) -> int:
     with named_output():
         node = FleetNode.of_process('controllers')
         parameters = ProcessParameters(node, LawOptions.of(args), PARAMETERS)
+        parameters.warn_of_unknown()
         if args.experiment:
             parameters.check = partial(_keep_rate, parameters.options.rate)
         try:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import difflib
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import fields, replace
 from typing import Generic
@@ -48,15 +49,28 @@ class ProcessParameters(Generic[Group]):
         known: dict[str, Option] = {one.name: one.metadata['option'] for one in fields(options)}
         self._options = {parameter: known[name] for parameter, name in names.items()}
         for parameter, name in names.items():
-            described = _described(self._options[parameter])
-            node.declare_parameter(parameter, getattr(options, name), described)
+            anything = ParameterDescriptor(dynamic_typing=True)
+            node.declare_parameter(parameter, getattr(options, name), anything)
         self.options = options
         given = [node.get_parameter(parameter) for parameter in names]
         self.options = self._with(given)
         node.set_parameters(self._converted(given))
+        for parameter, one in self._options.items():  # now that mistakes are told in our words
+            node.set_descriptor(parameter, _described(one))
         node.add_pre_set_parameters_callback(self._converted)
         node.add_on_set_parameters_callback(self._judged)
         node.add_post_set_parameters_callback(self._take_over)
+
+    def warn_of_unknown(self, *others: Node) -> None:
+        """Tell of parameters that `--ros-args` gives and that neither node nor others have."""
+        known = {
+            name for node in (self._node, *others) for name in node.get_parameters_by_prefix('')
+        }
+        for given in sorted(set(self._node._parameter_overrides) - known):
+            if not given.startswith('qos_overrides.'):
+                near = difflib.get_close_matches(given, known, n=1)
+                hint = f'did you mean {near[0]}?' if near else 'it is ignored'
+                self._node.get_logger().warning(f"there is no parameter '{given}'; {hint}")
 
     def _converted(self, parameters: Iterable[Parameter]) -> list[Parameter]:
         """Return parameters with whole numbers as real ones where these are wanted."""

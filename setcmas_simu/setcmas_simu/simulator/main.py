@@ -68,6 +68,7 @@ def _simulate(process: RosProcess, args: argparse.Namespace) -> None:
     guard = SimulatorGuard(node, simulated.robots)
     profile = qos.LOCKSTEP_STATE if options.lockstep else qos.STATE
     nodes = _virtual_robots(simulated, options, profile)
+    parameters.warn_of_unknown(*nodes)
     stepper = FleetStepper(node, nodes, options.rtf)
     stepper.on_failure = process.launcher.tell
     guard.refuse_second_simulator()

@@ -5,7 +5,6 @@ import pytest
 
 pytest.importorskip('rclpy')
 
-from rclpy.exceptions import InvalidParameterValueException
 from rclpy.parameter import Parameter
 
 from setcmas_simu.errors import SetcmasError
@@ -63,8 +62,16 @@ def test_ros_arguments_take_the_place_of_options(node_with):
 
 @pytest.mark.parametrize('given', ['K:=10', 'K:=fast', 'mode:=1'])
 def test_ros_arguments_that_make_no_sense(node_with, given):
-    with pytest.raises((SetcmasError, InvalidParameterValueException), match='parameter'):
+    with pytest.raises(SetcmasError, match=r'parameter .* must be'):
         ProcessParameters(node_with(given), Gains(), {'K': 'gain', 'mode': 'mode'})
+
+
+def test_an_unknown_parameter_is_told(node_with, capfd):
+    node = node_with('gian:=2', 'use_sim_time:=false')
+    ProcessParameters(node, Gains(), {'gain': 'gain'}).warn_of_unknown()
+    told = capfd.readouterr().err
+    assert "there is no parameter 'gian'; did you mean gain?" in told
+    assert 'use_sim_time' not in told
 
 
 def test_what_is_set_counts_and_is_told_once(gains):
