@@ -10,14 +10,24 @@ from setcmas_simu.reports.current_call import CurrentCall
 from setcmas_simu.reports.encoding import Message, encode
 
 VARIABLE = 'SETCMAS_LAUNCHER'
-"""Environment variable with the descriptors of the pipe and of the memory of the current call."""
+"""Environment variable: descriptors of the pipe and of the memory of the current call, and
+words that stand before a mistake."""
 
 
 class Launcher:
     """The launcher, if there is one: `ros2 run` and `python -m` start processes without."""
 
-    def __init__(self, pipe: int | None, current_call: CurrentCall) -> None:
-        """Talk through a pipe's descriptor; None is nobody."""
+    def __init__(
+        self, pipe: int | None, current_call: CurrentCall, mistake: str = 'error'
+    ) -> None:
+        """Talk through a pipe's descriptor; None is nobody.
+
+        Args:
+            pipe: The descriptor.
+            current_call: The memory of the current call.
+            mistake: What stands before a mistake of the user, such as 'setcmas ctrl'.
+        """
+        self.mistake = mistake
         self._pipe = pipe
         self.current_call = current_call
 
@@ -30,12 +40,12 @@ class Launcher:
 
 def connected_launcher(environment: MutableMapping[str, str] = os.environ) -> Launcher:
     """Return the launcher of this process; what the process starts itself does not inherit it."""
-    descriptors = [int(word) for word in environment.pop(VARIABLE, '').split()]
-    if not descriptors:
+    words = environment.pop(VARIABLE, '').split(maxsplit=2)
+    if not words:
         return Launcher(None, CurrentCall())
-    pipe, memory = descriptors
+    pipe, memory = int(words[0]), int(words[1])
     os.set_inheritable(pipe, False)
     os.set_blocking(pipe, False)
     current_call = CurrentCall(memory)
     os.close(memory)
-    return Launcher(pipe, current_call)
+    return Launcher(pipe, current_call, words[2])

@@ -211,7 +211,7 @@ def node_main(
             return serve(process, args) or 0
     except SetcmasError as error:
         launcher.tell(Mistake(str(error)))
-        print(f'error: {error}', file=sys.stderr, flush=True)
+        print(f'{launcher.mistake}: {error}', file=sys.stderr, flush=True)
         return 2
 
 

@@ -73,8 +73,9 @@ class Child:
         environment: dict[str, str],
         needed: bool,
         listens: bool,
+        mistake: str,
     ) -> None:
-        """Start the process; arguments as for `Supervisor.start`."""
+        """Start the process; what it writes before a mistake, the rest as `Supervisor.start`."""
         self.name = name
         self.needed = needed
         self.spoke = False
@@ -93,7 +94,7 @@ class Child:
             stdin=subprocess.PIPE if listens else subprocess.DEVNULL,
             stdout=subprocess.PIPE,
             stderr=subprocess.PIPE,
-            env=environment | {LAUNCHER_VARIABLE: f'{pipe} {memory}'},
+            env=environment | {LAUNCHER_VARIABLE: f'{pipe} {memory} {mistake}'},
             pass_fds=(pipe, memory),
             preexec_fn=prepare_child(),
         )

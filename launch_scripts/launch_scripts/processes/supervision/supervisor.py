@@ -96,7 +96,8 @@ class Supervisor:
             needed: Whether `run` ends when it does; windows can be closed while robots run.
             listens: Whether it reads what `Child.tell` writes.
         """
-        child = Child(name, command, self._environment, needed, listens)
+        mistake = 'error' if self._prefix else f'setcmas {name}'
+        child = Child(name, command, self._environment, needed, listens, mistake)
         self.children.append(child)
         self._watch(child.process.stdout, self._shows(child, self.stdout))
         self._watch(child.process.stderr, self._shows(child, self.stderr))
