@@ -46,6 +46,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def main(args: argparse.Namespace) -> int:
     """Make a study, and write its table and plots; returns the exit status."""
     # Imported late: help texts and completion do not wait for numpy's and joblib's.
+    from setcmas_tools.studies.cases.checks import check_names
     from setcmas_tools.studies.cases.plan import make_plan
     from setcmas_tools.studies.success import check_columns
     from setcmas_tools.studies.sweep import carry_out, estimate
@@ -53,13 +54,14 @@ def main(args: argparse.Namespace) -> int:
     law, options = LawOptions.of(args), SweepOptions.of(args)
     CommunicationOptions.of(args)
     parameters = {name: getattr(args, name) for name in _AS_TYPED} | {'set': dict(law.settings)}
-    vary = dict(map(_named, options.vary))
-    plan = make_plan(parameters, vary, options.cases, options.seeds, options.success)
+    varied = list(map(_named, options.vary))
+    check_names([name for name, _ in varied], seeds=1)
+    plan = make_plan(parameters, dict(varied), options.cases, options.seeds, options.success)
     for metric in options.metric:
         check_columns(metric, [], '--metric')
     if options.dry_run:
         seconds = estimate(plan, options)
-        print(f'{len(plan.cases):,} runs, about {_time(seconds)}')
+        print(f'{len(plan.cases):,} runs, at most about {_time(seconds)}')
         return 0
     folder = output_folder(args, law.scripts())
     try:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import difflib
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -143,8 +144,10 @@ def graph_description(graph: Graph) -> GraphDescription:
         name = _preset(graph)
         return GraphDescription(False, [], [(name, math.inf, PRESETS[name])])
     if path.suffix not in ('.yaml', '.yml') and not path.is_file():
+        near = difflib.get_close_matches(_preset(graph), PRESETS, n=2)
+        hint = f'did you mean {" or ".join(near)}? ' if near else ''
         raise SetcmasError(
-            f"graph '{graph}' is unknown; it must be {', '.join(PRESETS)} or a YAML file"
+            f"graph '{graph}' is unknown; {hint}it must be {', '.join(PRESETS)} or a YAML file"
         )
     return load_graph(path)
 

@@ -23,18 +23,18 @@ CONFIDENCE = 0.95
 class Success:
     """What makes a run a success, such as 'disagreement < 0.1 and least_separation > 0.2'."""
 
-    def __init__(self, expression: str, names: Collection[str], option: str = '--success') -> None:
+    def __init__(self, expression: str, names: Collection[str], option: str = 'success') -> None:
         """Read the expression.
 
         Args:
             expression: Comparisons of numbers and columns, with and, or, not.
             names: The columns that there are.
-            option: What was typed, for messages.
+            option: What it is called in messages.
 
         Raises:
             SetcmasError: It cannot be read, or names what is no column.
         """
-        self.expression = expression
+        self.expression, self._option = expression, option
         self._evaluator = SimpleEval(functions={})
         try:
             tree = self._evaluator.parse(expression)
@@ -58,16 +58,16 @@ class Success:
         try:
             return bool(self._evaluator.eval(self.expression, previously_parsed=self._tree))
         except (InvalidExpression, ArithmeticError, TypeError, ValueError) as error:
-            raise SetcmasError(f"--success '{self.expression}': {error}") from error
+            raise SetcmasError(f"{self._option} '{self.expression}': {error}") from error
 
 
-def check_columns(expression: str, names: Collection[str], option: str = '--success') -> None:
+def check_columns(expression: str, names: Collection[str], option: str = 'success') -> None:
     """See that an expression can be read, and names columns that a study may have.
 
     Args:
         expression: The expression.
         names: What is varied.
-        option: What was typed, for messages.
+        option: What it is called in messages.
 
     Raises:
         SetcmasError: It cannot, or does not.

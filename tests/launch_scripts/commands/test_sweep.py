@@ -32,7 +32,15 @@ def test_a_dry_run_tells_how_much_work_it_is(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
 
     assert main([*SWEEP, '--seeds', '2000', '--dry-run']) == 0
-    assert capsys.readouterr().out.startswith('2,000 runs, about ')
+    assert capsys.readouterr().out.startswith('2,000 runs, at most about ')
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_name_that_is_varied_twice_is_refused(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+
+    assert main([*SWEEP, '--vary', 'K=1,2', '--vary', 'K=3']) == 2
+    assert "'K' is varied twice" in capsys.readouterr().err
     assert not list(tmp_path.iterdir())
 
 

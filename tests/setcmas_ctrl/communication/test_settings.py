@@ -79,7 +79,10 @@ def test_a_condition_may_be_an_exercise(tmp_path, monkeypatch):
 @pytest.mark.parametrize(
     ('arguments', 'message'),
     [
-        (['--graph', 'rong'], "graph 'rong' is unknown; it must be complete, ring, path, star"),
+        (
+            ['--graph', 'rong'],
+            "graph 'rong' is unknown; did you mean ring? it must be complete, ring",
+        ),
         (['--graph', 'none.yaml'], "'none.yaml' cannot be read"),
         (['--event-triggered', '--ctc', 'x.py'], "script 'x.py' of --ctc was not found"),
         (['--event-triggered', '--ctc', 'law.py'], 'law.py has no function ctc'),

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from setcmas_ctrl.communication.options import find_condition
-from setcmas_ctrl.communication.settings import graph_file
+from setcmas_ctrl.communication.settings import graph_description, graph_file
 from setcmas_ctrl.control.law_scripts import LawScripts
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet.per_robot import mapped
@@ -80,6 +80,8 @@ def _found(option: str, value: str, exercise: bool) -> str:
         return mapped(value, _script, option)
     if option == 'ctc':
         return str(find_condition(value, exercise))
+    if option == 'graph':
+        graph_description(value)  # which tells what graphs there are
     if option in ('poses', 'cases') or (option == 'graph' and graph_file(value)):
         return str(Path(value).resolve())
     return value

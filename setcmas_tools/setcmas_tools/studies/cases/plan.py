@@ -113,14 +113,14 @@ def make_plan(
         if isinstance(values, Mapping):
             objects.setdefault(plain(name), {}).update(values)
     names = _script_names(base['algo'], vary, exercise, objects)
+    heads, rows = read_cases(cases) if cases else ([], [])
+    heads = [checked_name(name, names) for name in heads]
+    check_names([*(checked_name(name, names) for name in vary), *heads], seeds)
     varied = {checked_name(name, names): values for name, values in vary.items()}
     known: dict[str, Any] = {}
     for name, values in varied.items():
         known[name] = _values(name, values, base[SEED], objects)
-    heads, rows = read_cases(cases) if cases else ([], [])
-    heads = [checked_name(name, names) for name in heads]
     table = case_table(known, heads, rows, seeds, base[SEED])
-    check_names([*known, *heads], seeds)
     files = _kept_files(base, table, cases, exercise, objects)
     info = StudyInfo(base, _recorded(known), heads, seeds, success, files.texts, files.digests)
     plan = Plan(info, table, files, objects)

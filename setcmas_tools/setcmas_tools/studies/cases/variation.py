@@ -17,6 +17,9 @@ from setcmas_simu.errors import SetcmasError
 _NUMBER = r'[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?'
 _RANGE = re.compile(rf'(log:)?({_NUMBER}):({_NUMBER}):(\d+)')
 _DRAW = re.compile(rf'(uniform|loguniform|normal):({_NUMBER}):({_NUMBER})(?::(\d+))?')
+_MISTAKEN = re.compile(
+    rf'(?:(?:log|uniform|loguniform|normal):{_NUMBER}|{_NUMBER}:{_NUMBER})(?::{_NUMBER})*'
+)
 _DIGITS = 12  # so that 0.2:2:10 has 0.4 and not 0.4000000000000001
 
 FORM = (
@@ -74,7 +77,8 @@ def parse_variation(name: str, text: str, seed: int) -> Draw | list[Any]:
         draw = _checked(Draw(found[1], float(found[2]), float(found[3])), name)
         return draw.numbers(int(found[4]), seed, *name.encode()) if found[4] else draw
     values = _yaml_list(text) if text.startswith('[') else text.split(',')
-    if not values or not all(str(value).strip() for value in values):
+    empty = not values or not all(str(value).strip() for value in values)
+    if empty or _MISTAKEN.fullmatch(text):
         raise SetcmasError(f"--vary {name} '{text}' must be {FORM}")
     return [value.strip() if isinstance(value, str) else value for value in values]
 

@@ -38,7 +38,21 @@ def test_draws_follow_their_distribution_the_seed_and_the_name():
 
 
 @pytest.mark.parametrize(
-    'text', ['', '0,,1', '0:1:0', 'log:0:1:3', 'uniform:2:1', 'loguniform:0:1', '[1', '{a: 1}']
+    'text',
+    [
+        '',
+        '0,,1',
+        '0:1:0',
+        '0.2:2',
+        'log:1:2',
+        '0:1:2.5',
+        'uniform:1',
+        'log:0:1:3',
+        'uniform:2:1',
+        'loguniform:0:1',
+        '[1',
+        '{a: 1}',
+    ],
 )
 def test_what_is_no_variation_is_told_in_a_line(text):
     if text == '{a: 1}':  # a list with one word
