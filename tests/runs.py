@@ -24,9 +24,9 @@ def measure(table, record=None, references=None, call_times=None, **parameters):
 
 
 def plot(path, output=None, **look):
-    return plot_run(Run.load(path), output or find_run(path).folder / 'plots', PlotLook(**look))
+    return plot_run(Run.load(path), output or find_run(path).plots, PlotLook(**look))
 
 
 def animate(path, output=None, *arguments, **look):
-    folder = output or find_run(path).folder / 'plots'
+    folder = output or find_run(path).plots
     return film.animate(Run.load(path), folder, *arguments, **look)

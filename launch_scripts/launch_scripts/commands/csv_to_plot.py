@@ -2,6 +2,7 @@
 
 Examples:
   setcmas csv_to_plot out                        a run's folder; plots go to out/plots
+  csv_to_plot lab.mcap                           a bag alone; plots go to lab_plots
   csv_to_plot out/csv -o figures --format pdf svg
   csv_to_plot out --palette okabe-ito --show     for colour-blind readers
   csv_to_plot out --paper                        as PDF, 3.5 in wide with 8 pt letters
@@ -39,7 +40,7 @@ def main(args: argparse.Namespace) -> int:
     from setcmas_tools.run.source import find_run
 
     style, film = StyleOptions.of(args), FilmOptions.of(args)
-    folder = args.output or find_run(args.run).folder / 'plots'
+    folder = args.output or find_run(args.run).plots
     run = Run.load(args.run, _tell)
     look = PlotLook(style.formats, style.palette, style.paper, args.show)
     # A film may take its time, or fail: what is there is told before.

@@ -1,9 +1,9 @@
 """Measure a run: path, speed and separation of the robots, and how well they did their task.
 
 The table goes to the terminal and, without rounding to the table's digits, into metrics.yaml in
-the folder of the run. The task is what the law says in a line such as task = 'waypoints'; of a law
-that says none, it is told with --task, and its references (WPL; PLACES; D; R and W) are read from
-the script.
+the folder of the run, or BAG_metrics.yaml beside a bag alone. The task is what the law says in a
+line such as task = 'waypoints'; of a law that says none, it is told with --task, and its
+references (WPL; PLACES; D; R and W) are read from the script.
 
 Examples:
   setcmas metrics out                                a run's folder

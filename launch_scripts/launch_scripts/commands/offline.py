@@ -1,7 +1,7 @@
-"""Run a control law on simulated robots without ROS, thousands of times faster than real time.
+"""Run a control law on simulated robots without ROS, hundreds of times faster than real time.
 
 Writes fleet.csv, the plots, the metrics and run.yaml, as `setcmas run` does; equal commands
-write equal files.
+write equal files. Ctrl-C ends it early; what was simulated until then is written.
 
 Examples:
   setcmas offline --algo consensus --nb-robots 8 --duration 60 --output out
@@ -42,6 +42,7 @@ if TYPE_CHECKING:
 _AS_TYPED = (
     'nb_robots', 'duration', 'model', 'limits', 'vnom', 'komega', 'rate', 'robot_rate', 'seed',
 )  # fmt: skip
+_STOPPED = 130
 _BAR = '{desc}: {percentage:3.0f}%|{bar}| {n:.0f}/{total:.0f} s'
 
 
@@ -73,8 +74,7 @@ def main(args: argparse.Namespace) -> int:
     from setcmas_tools.run.run import Run
 
     if not len(run.table.t):
-        warn(f'setcmas offline: {run.outcome}')
-        return SCRIPT_FAILED
+        return _told(run)
     command = ['setcmas', *sys.argv[1:]]
     info = replace(run.info, command=command, parameters=parameters(args, scripts))
     replace(run, info=info, inputs=tuple(inputs)).save(folder.path, args.overwrite)
@@ -86,12 +86,26 @@ def main(args: argparse.Namespace) -> int:
     print(evaluation)
     if earlier:
         print(compared(folder.path, earlier))
-    print(
-        f'{args.duration:g} s in {elapsed:.2f} s ({args.duration / elapsed:.0f} times real time)'
-        f'   {folder.summary(len(evaluation.plots))}'
-    )
+    print(f'{_speed(run, elapsed)}{folder.summary(len(evaluation.plots))}')
+    return _told(run)
+
+
+def _speed(run: Run, elapsed: float) -> str:
+    """Return how fast it was, in words; empty if nothing was simulated."""
+    simulated = float(run.table.t[-1])
+    if not simulated:
+        return ''
+    times = simulated / elapsed
+    return f'{simulated:g} s in {elapsed:.2f} s ({times:.{int(times < 10)}f} times real time)   '
+
+
+def _told(run: Run) -> int:
+    """Tell how a run ended, unless that was told; returns the exit status."""
+    if run.outcome.state is State.STOPPED:
+        return _STOPPED
     if run.outcome.state is State.DIED:
-        warn(f'setcmas offline: {run.outcome}\n    the first {run.table.t[-1]:g} s are written')
+        written = f'\n    the first {run.table.t[-1]:g} s are written' if len(run.table.t) else ''
+        warn(f'setcmas offline: {run.outcome}{written}')
         return SCRIPT_FAILED
     if run.failed_robots:
         warn(f'setcmas offline: {run.outcome}; the messages above the table tell why')
@@ -125,15 +139,21 @@ def _simulate(
         def show(states: int) -> None:
             bar.update(max(0, states - 1) / args.robot_rate - bar.n)
 
+        begin = time.perf_counter()
         try:
-            begin = time.perf_counter()
             import setcmas_tools.evaluation  # noqa: F401  (while the other process starts)
 
             run = process.run(args.call_timeout, warn, show)
             elapsed = process.elapsed or time.perf_counter() - begin
         except KeyboardInterrupt:
-            warn(f'setcmas offline: stopped by the user{process.place()}')
-            raise
+            told = f'setcmas offline: stopped by the user{process.place()}'
+            states = process.states()
+            if len(states) < 2:
+                warn(told)
+                raise
+            warn(f'{told}\n    the first {(len(states) - 1) / args.robot_rate:g} s are written')
+            elapsed = time.perf_counter() - begin
+            return remains(states, args.robot_rate, Outcome(State.STOPPED)), elapsed
     if not isinstance(run, BrokenRun):
         return run, elapsed
     failed = {scripts.script(run.robot).name: [run.robot]} if run.robot else {}

@@ -16,6 +16,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import IO, Any
 
+import numpy as np
+
 from launch_scripts.offline.early_start import started
 from launch_scripts.processes.supervision.child_process import KILL
 from launch_scripts.processes.supervision.orphans import end_orphans
@@ -112,7 +114,6 @@ class OfflineProcess:
             if self._board.calls != calls or not self._board.robot:
                 calls, since, told = self._board.calls, now, False
             elif now - since > call_timeout:
-                self._kill()
                 return self._broken(f'{self._late(call_timeout)} (--call-timeout)')
             elif now - since > STUCK_S and not told:
                 told = True
@@ -128,6 +129,10 @@ class OfflineProcess:
     def elapsed(self) -> float:
         """How long the run has taken in s, without the start of the process; 0 if it broke."""
         return self._board.elapsed
+
+    def states(self) -> Floats:
+        """Return the states so far, as `Board.states`."""
+        return np.array(self._board.states())
 
     def place(self) -> str:
         """Return where in the script the process is now, or was last; empty if that is unknown."""
@@ -156,14 +161,15 @@ class OfflineProcess:
         return f'{self._board.function.value} has not returned for {seconds:g} s'
 
     def _broken(self, reason: str) -> BrokenRun:
-        place = self._place(' at ', ask=False)
-        return BrokenRun(self._board.states().copy(), self._board.robot, f'{reason}{place}')
+        place = self._place(' at ')
+        self._kill()  # after it has told its place
+        return BrokenRun(self.states(), self._board.robot, f'{reason}{place}')
 
-    def _place(self, before: str = '; it is at ', ask: bool = True) -> str:
+    def _place(self, before: str = '; it is at ') -> str:
         """Return the place in the script with its line; empty if it is not known."""
         where = self._folder / WHERE
         size = where.stat().st_size
-        if ask and size and self._process.poll() is None:
+        if size and self._process.poll() is None:
             self._process.send_signal(signal.SIGUSR1)
             deadline = time.monotonic() + _ANSWER_S
             while where.stat().st_size == size and time.monotonic() < deadline:

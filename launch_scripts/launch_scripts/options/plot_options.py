@@ -49,7 +49,7 @@ class PlotFolderOptions(Options):
         PathTo(metavar='DIR'),
         'folder of the plots',
         default=None,
-        default_text='DIR/plots',
+        default_text='plots in the folder of a run, BAG_plots beside a bag alone',
         short='-o',
     )
 

@@ -61,7 +61,7 @@ def simulate(
     warn: Callable[[str], None] = print,
     progress: Callable[[float], object] | None = None,
 ) -> Run:
-    """Run a control law on simulated robots, thousands of times faster than real time.
+    """Run a control law on simulated robots, hundreds of times faster than real time.
 
         from setcmas_tools import simulate
 

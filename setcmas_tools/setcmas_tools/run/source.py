@@ -32,7 +32,13 @@ class RunSource:
             own = self.fleet_csv.name == fleet_table.FILE_NAME
             return '' if own else f'{self.fleet_csv.stem}_'
         assert self.bag
-        return '' if self.bag.resolve().name == 'bag' else f'{self.bag.resolve().stem}_'
+        bag = self.bag.resolve()
+        return '' if bag.name == 'bag' else f'{bag.name if bag.is_dir() else bag.stem}_'
+
+    @property
+    def plots(self) -> Path:
+        """Where its plots go by default."""
+        return self.folder / f'{self.stem}plots'
 
 
 def find_run(path: Path) -> RunSource:

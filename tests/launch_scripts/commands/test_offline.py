@@ -231,6 +231,24 @@ def test_ctrl_c_ends_an_endless_law_and_leaves_nothing(start, tmp_path):
     assert not (tmp_path / 'out').exists()
 
 
+def test_ctrl_c_keeps_what_was_simulated(start, tmp_path):
+    (tmp_path / 'law.py').write_text(
+        'def control(i, n, p, t):\n'
+        '    while t >= 2:\n        print("here", flush=True)\n    return 0.1, 0\n'
+    )
+    process = start(
+        *SETCMAS, 'offline', '--no-plots', '--algo', 'law', '--output', 'out', cwd=tmp_path
+    )
+    process.wait_for_output('here')
+
+    assert process.end(signal.SIGINT) == 130
+    assert 'the first 2 s are written' in process.output()
+    assert '2 s in ' in process.output()
+    record = yaml.safe_load((tmp_path / 'out' / 'run.yaml').read_text())
+    assert record['outcome'] == {'state': 'stopped'}
+    assert read_csv(tmp_path / 'out' / 'csv' / 'fleet.csv').t[-1] == 2.0
+
+
 def test_an_earlier_run_is_kept_unless_it_is_to_be_replaced(tmp_path):
     (tmp_path / 'out').mkdir()
     (tmp_path / 'out' / 'run.yaml').write_text('an earlier run')

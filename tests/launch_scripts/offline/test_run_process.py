@@ -80,6 +80,13 @@ def test_a_call_that_does_not_return_is_told_and_ended(run, body):
     assert 3 <= len(result.states) <= 7  # 0.4 s at 10 Hz
 
 
+def test_a_short_limit_names_the_line_too(run):
+    result, said = run('while True: pass', call_timeout=1.0)
+
+    assert 'for 1 s (--call-timeout) at law.py, line 9\n    9 | ' in result.reason
+    assert said == []
+
+
 def test_a_call_that_swallows_everything_is_ended_too(run):
     body = 'exec("while True:\\n try:\\n  while True: pass\\n except: pass")'
 

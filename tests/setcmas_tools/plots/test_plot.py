@@ -38,7 +38,7 @@ def test_plots_of_a_run(run, nb_robots):
 def test_a_fleet_csv_on_its_own(tmp_path):
     write_csv(circling_fleet(1), tmp_path / 'somewhere.csv')
 
-    assert plot(tmp_path / 'somewhere.csv')[0].parent == tmp_path / 'plots'
+    assert plot(tmp_path / 'somewhere.csv')[0].parent == tmp_path / 'somewhere_plots'
 
 
 @pytest.mark.parametrize('paper', [pytest.param(None, marks=pytest.mark.nightly), 'column'])

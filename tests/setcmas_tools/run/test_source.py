@@ -1,0 +1,16 @@
+"""Where the outputs of a run go by default."""
+
+import pytest
+
+from setcmas_tools.run.source import find_run
+
+
+@pytest.mark.parametrize(
+    ('bag', 'plots'),
+    [('bag', 'plots'), ('rec', 'rec_plots'), ('lab.1', 'lab.1_plots'), ('lab.2', 'lab.2_plots')],
+)
+def test_each_bag_of_a_folder_has_plots_of_its_own(tmp_path, bag, plots):
+    (tmp_path / bag).mkdir()
+    (tmp_path / bag / 'metadata.yaml').touch()
+
+    assert find_run(tmp_path / bag).plots == tmp_path / plots
