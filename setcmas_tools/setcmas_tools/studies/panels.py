@@ -24,6 +24,7 @@ BAND = (0.05, 0.5, 0.95)
 
 _MOST_LINES = 6
 _MARGIN = 0.04
+_BESIDE = 0.06  # between the bars of two lines at one word
 _SHADES = 'viridis'
 
 
@@ -39,11 +40,17 @@ def draw_lines(picture: Figure, study: Study, metric: str, by: str, success: str
         rows = [[row for row in group.rows if row in inside] for group in study.groups(by)]
         low, middle, high = np.array([_spread(study, metric, one, success) for one in rows]).T
         name = ', '.join(f'{name} = {_word(value)}' for name, value in line.values.items())
-        axes.plot(places, middle, 'o-', color=colour, label=name)
-        axes.fill_between(places, low, high, color=colour, alpha=0.18, linewidth=0)
+        if _is_scale(study, by):
+            axes.plot(places, middle, 'o-', color=colour, label=name)
+            axes.fill_between(places, low, high, color=colour, alpha=0.18, linewidth=0)
+        else:
+            axes.errorbar(
+                places, middle, _bars(low, middle, high), None, 'o', color=colour, label=name
+            )
+            places = [place + _BESIDE for place in places]
     if metric == SUCCESS:
         axes.set_ylim(-0.02, 1.02)
-    legend(axes, axes.get_lines() if split else [])
+    legend(axes, axes.get_legend_handles_labels()[0] if split else [])
     _note(axes, study, metric)
 
 
@@ -108,9 +115,9 @@ def draw_tradeoff(picture: Figure, study: Study, by: str) -> None:
     )
     x, y = points[:, :, 1]
     seen = np.isfinite(points[:, :, 1]).all(axis=0)
-    ends = np.where(np.isfinite(points), points, np.nan)  # no bar to what is never reached
-    spread = [np.abs(one[:, [0, 2]].T - one[:, 1]) for one in ends]
-    axes.plot(x[seen], y[seen], '-', color='0.7', zorder=1)
+    spread = [_bars(*one.T) for one in points]
+    if _is_scale(study, by):
+        axes.plot(x[seen], y[seen], '-', color='0.7', zorder=1)
     for index, (group, colour) in enumerate(zip(groups, _colours(len(groups)), strict=True)):
         if seen[index]:
             bars = {'xerr': spread[0][:, [index]], 'yerr': spread[1][:, [index]]}
@@ -124,8 +131,9 @@ def _axis(axes: Axes, study: Study, name: str) -> Any:
     """Label the axis of a name, and return where its values are on it."""
     values = [group.values[name] for group in study.groups(name)]
     axes.set_xlabel(name)
-    if not all(isinstance(value, float) for value in values):
+    if not _is_scale(study, name):
         axes.set_xticks(range(len(values)), [_word(value) for value in values])
+        axes.set_xlim(-0.5, len(values) - 0.5)  # also where nothing is drawn
         return list(range(len(values)))
     low, high = min(values), max(values)
     if len(values) > 2 and low > 0 and np.ptp(np.diff(np.log(values))) < 1e-6:
@@ -135,6 +143,17 @@ def _axis(axes: Axes, study: Study, name: str) -> Any:
     elif high > low:  # also where a line breaks off since its values are never reached
         axes.set_xlim(low - _MARGIN * (high - low), high + _MARGIN * (high - low))
     return values
+
+
+def _is_scale(study: Study, name: str) -> bool:
+    """Return whether the values of a name are numbers, so that a line may join them."""
+    return all(isinstance(group.values[name], float) for group in study.groups(name))
+
+
+def _bars(*band: Any) -> Any:
+    """Return how far the ends are from the middle; NaN to what is never reached."""
+    low, middle, high = np.where(np.isfinite(band), band, np.nan)
+    return np.abs([low - middle, high - middle])
 
 
 def _second(study: Study, by: str) -> list[str]:

@@ -15,6 +15,7 @@ from setcmas_tools.plots.looks.look import PlotLook, check_style
 from setcmas_tools.plots.looks.style import finish, plot_style, save
 from setcmas_tools.plots.plot import Picture
 from setcmas_tools.studies.folder import written
+from setcmas_tools.studies.groups import median
 from setcmas_tools.studies.panels import SUCCESS, draw_lines, draw_map, draw_points, draw_tradeoff
 from setcmas_tools.studies.study import Study
 
@@ -102,7 +103,13 @@ def _plots_of(study: Study, metrics: Sequence[str]) -> Iterator[tuple[str, list[
                 yield metric, list(pair)
     triggered = study.plan.info.parameters['event_triggered'] or 'event_triggered' in study.names
     if triggered and 'settling_time' in study.metrics:
-        yield from ((TRADEOFF, [name]) for name in listed)
+        yield from ((TRADEOFF, [name]) for name in listed if _settles(study, name))
+
+
+def _settles(study: Study, by: str) -> bool:
+    """Return whether half of the runs with some value of a name settle."""
+    times = study.numbers('settling_time')
+    return any(np.isfinite(median(times[list(group.rows)])) for group in study.groups(by))
 
 
 def _varies(study: Study, metric: str) -> bool:

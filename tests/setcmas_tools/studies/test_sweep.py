@@ -8,6 +8,7 @@ import pytest
 
 from setcmas_simu.errors import SetcmasError
 from setcmas_tools import Study, simulate, sweep
+from setcmas_tools.studies.plots import plot
 from setcmas_tools.studies.success import wilson
 from setcmas_tools.studies.table import PART
 
@@ -124,6 +125,17 @@ def test_shares_medians_and_plots(study):
     for metric, by in (('agreement', 'K'), ('disagreement', 'gain')):
         with pytest.raises(SetcmasError, match='it'):
             study.plot(metric, by=by)
+
+
+def test_words_are_joined_by_no_line_and_what_never_settles_has_no_tradeoff(tmp_path):
+    study = sweep(
+        'consensus', 3, 1, vary={'graph': ['path', 'star', 'ring']}, event_triggered=True
+    )
+
+    axes = study.plot('disagreement').axes[0]
+    assert [line.get_linestyle() for line in axes.get_lines()] == ['None']
+    assert axes.get_lines()[0].get_ydata().tolist() == study['disagreement'].tolist()
+    assert [path.stem for path in plot(study, tmp_path) if 'tradeoff' in path.stem] == []
 
 
 def test_functions_and_what_they_are_called():
