@@ -35,7 +35,7 @@ STEP = 'step(state, command, Ts)'
 """The function that a robot script has."""
 
 _OPTIONAL = {'start': 'start(x, y, theta)', 'command': 'command(velocity, pose)'}
-_STANDS = 'stands; the other robots go on'
+_STANDS = 'stands; this stops no other robot'
 
 
 on_call: Callable[[int], object] = int

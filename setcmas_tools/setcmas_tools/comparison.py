@@ -18,6 +18,7 @@ from setcmas_tools.records.fleet_grid import FleetGrid
 from setcmas_tools.run.run import Run
 
 _LEAST_CHANGE = 0.01
+_LEAST_DIFFERENCE = 1e-3  # 1 mm, 1 mm/s, 1 ms
 _MOST_CHANGES = 6
 
 
@@ -83,7 +84,7 @@ def compared(folder: Path, earlier: Path) -> str:
     more = f' and {len(differing) - _MOST_CHANGES} more' if len(differing) > _MOST_CHANGES else ''
     return (
         f'compared with {earlier}: {largest_distance(run, other)}; metrics that differ by more '
-        f'than {100 * _LEAST_CHANGE:g} %: {told}{more}'
+        f'than {100 * _LEAST_CHANGE:g} % and {_LEAST_DIFFERENCE:g}: {told}{more}'
     )
 
 
@@ -115,7 +116,8 @@ def _flat(value: Any, name: str = '') -> dict[str, Any]:
 def _change(was: Any, now: Any) -> float:
     """Return how much a value has changed, as a share of the larger one; 1 if it is no number."""
     if isinstance(was, (int, float)) and isinstance(now, (int, float)):
-        return abs(now - was) / max(abs(now), abs(was), 1e-9)
+        difference = abs(now - was)
+        return difference / max(abs(now), abs(was)) if difference > _LEAST_DIFFERENCE else 0.0
     return float(was != now)
 
 

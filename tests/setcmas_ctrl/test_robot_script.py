@@ -113,7 +113,7 @@ def test_a_robot_whose_script_fails_stands_and_is_told_of_once(robot, said, text
     assert len(said) == 1
     assert said[0].startswith('tb3_2 at t = 0.0 s: ')
     assert message in said[0]
-    assert 'tb3_2 stands; the other robots go on' in said[0]
+    assert 'tb3_2 stands; this stops no other robot' in said[0]
     assert script.failed
 
 

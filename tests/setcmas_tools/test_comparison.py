@@ -31,3 +31,9 @@ def test_metrics_that_differ_begin_with_the_largest_change():
     assert found[0].startswith('robots.1.')
     assert 'robots.1.path_length_m 2 -> 4' in found
     assert changes(slow, slow) == []
+
+
+def test_less_than_a_millimetre_is_no_change():
+    one, other = (measure(run_of(table((T, 0.1 * T, y)))) for y in (-0.0009, -0.0007))
+
+    assert changes(one, other) == []

@@ -40,7 +40,9 @@ def main(args: argparse.Namespace) -> int:
     del args
     _print('control laws, for --algo', _scripts(ALGORITHMS))
     _print('exercises, for --algo with --exercise', _scripts(EXERCISES))
-    _print('in this folder, for --algo (goes before those above)', _own_scripts(Path.cwd()))
+    _print(
+        'in this folder, for --algo (takes precedence over those above)', _own_scripts(Path.cwd())
+    )
     _print('robot models, for --model', _things(MODELS, _purpose))
     _print('motion capture, for --mocap and lab files', _things(MOCAP_SOURCES, _source))
     _print("tasks, for a law that says task = '...'", _things(TASKS, _task))

@@ -9,7 +9,7 @@ from setcmas_ctrl.scripts.failures import ControlError
 from setcmas_simu.fleet.fleet import format_robots
 from setcmas_simu.fleet.topics import robot_name
 
-STANDS = 'is commanded zero; the other robots go on'
+STANDS = 'is commanded zero; this stops no other robot'
 """What happens to a robot whose control law fails."""
 
 

@@ -110,5 +110,5 @@ def _hint(tree: ast.Module, name: str, path: Path) -> str:
             return f'its {other} is for {option} {path.name}; '
     for near in difflib.get_close_matches(name, functions, n=1):
         node = functions[near]
-        return f'did you mean {node.name} in line {node.lineno}? '
+        return f'{node.name} in line {node.lineno} must be called {name}; '
     return ''

@@ -52,7 +52,7 @@ class _Borders(Kind):
 
 @dataclass(frozen=True, kw_only=True)
 class LabOptions(Options):
-    """Which lab it is; what the options say goes before the lab file."""
+    """Which lab it is; options override the lab file."""
 
     TITLE: ClassVar[str] = 'lab'
 

@@ -64,7 +64,7 @@ def test_robots_stand_when_their_controller_has_died(start, peer, script, robots
     assert process.wait() == 1
     assert 'law.py' in process.output()
     assert 'tb3_2' in process.output()
-    assert 'the other robots go on' not in process.output()
+    assert 'this stops no other robot' not in process.output()
 
 
 def test_a_forked_copy_of_the_controller_is_ended_and_told(start, peer, script, robots):
