@@ -138,6 +138,22 @@ def test_words_are_joined_by_no_line_and_what_never_settles_has_no_tradeoff(tmp_
     assert [path.stem for path in plot(study, tmp_path) if 'tradeoff' in path.stem] == []
 
 
+@pytest.mark.parametrize(
+    ('text', 'told'),
+    [
+        ('K,delya\n1,0\n', 'line 1: delya: there is no such name'),
+        ('K,loss\n1,0\n\n1,2\n', 'line 4: loss is 2; it must be'),
+        ('graph\nring\nrign\n', "line 3: graph 'rign' is unknown; did you mean ring"),
+        ('K\n1\nfast\n', "line 3: --set K: 'fast' is a text"),
+    ],
+)
+def test_a_mistake_in_a_file_of_cases_has_its_line(tmp_path, law, text, told):
+    (tmp_path / 'cases.csv').write_text(text)
+
+    with pytest.raises(SetcmasError, match=rf"^cases '.*cases.csv', {told}"):
+        sweep(law, 3, 8, cases=tmp_path / 'cases.csv', vary={'delay': [0, 0.1]})
+
+
 def test_functions_and_what_they_are_called():
     def towards(gain):
         def law(robotNo, nbRobots, poses, t):

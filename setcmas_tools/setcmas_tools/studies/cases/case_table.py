@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import csv
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -60,24 +61,44 @@ class CaseTable:
         return {name: found[name] for name in (*self.names, SEED)}
 
 
-def read_cases(path: Path) -> tuple[list[str], list[list[str]]]:
-    """Return the names and the rows of a CSV file of cases.
+def read_cases(path: Path) -> tuple[list[str], dict[int, list[str]]]:
+    """Return the names in a CSV file of cases, and its rows by line.
 
     Raises:
         SetcmasError: It cannot be read, or is no table.
     """
+    rows: dict[int, list[str]] = {}
     try:
         with path.open(encoding='utf-8-sig', newline='') as file:
-            rows = [[cell.strip() for cell in row] for row in csv.reader(file) if row]
+            reader = csv.reader(file)
+            for row in filter(None, reader):
+                rows[reader.line_num] = [cell.strip() for cell in row]
     except (OSError, UnicodeDecodeError, csv.Error) as error:
         reason = getattr(error, 'strerror', None) or str(error)
         raise SetcmasError(f"cases '{path}' cannot be read: {reason}") from error
-    for number, row in enumerate(rows[1:], start=2):
-        if len(row) != len(rows[0]):
-            raise SetcmasError(
-                f"cases '{path}', line {number}: it has {len(row)} cells; it must have "
-                f'{len(rows[0])}, as the first line'
-            )
     if len(rows) < 2:
         raise SetcmasError(f"cases '{path}' must have a line of names, and one for each case")
-    return rows[0], rows[1:]
+    heads = rows.pop(min(rows))
+    for line, row in rows.items():
+        if len(row) != len(heads):
+            raise SetcmasError(
+                f"cases '{path}', line {line}: it has {len(row)} cells; it must have "
+                f'{len(heads)}, as the first line'
+            )
+    return heads, rows
+
+
+@contextmanager
+def told_at(path: Path | None, line: int | None) -> Iterator[None]:
+    """Name file and line of a case in what is told about it; no line changes nothing.
+
+    Raises:
+        SetcmasError: Something is told about it.
+    """
+    try:
+        yield
+    except SetcmasError as error:
+        if line is None:
+            raise
+        told = str(error).removeprefix('--vary ')
+        raise SetcmasError(f"cases '{path}', line {line}: {told}") from error

@@ -13,7 +13,7 @@ from setcmas_simu.errors import SetcmasError
 from setcmas_tools.offline.given import name_of
 from setcmas_tools.run.info import RunInfo
 from setcmas_tools.run.inputs import INPUTS
-from setcmas_tools.studies.cases.case_table import SEED, CaseTable, read_cases
+from setcmas_tools.studies.cases.case_table import SEED, CaseTable, read_cases, told_at
 from setcmas_tools.studies.cases.checks import check_names, check_parameters, telling_runs
 from setcmas_tools.studies.cases.kept_files import KeptFiles
 from setcmas_tools.studies.cases.names import (
@@ -113,43 +113,53 @@ def make_plan(
         if isinstance(values, Mapping):
             objects.setdefault(plain(name), {}).update(values)
     names = _script_names(base['algo'], vary, exercise, objects)
-    heads, rows = read_cases(cases) if cases else ([], [])
-    heads = [checked_name(name, names) for name in heads]
+    heads, rows = read_cases(cases) if cases else ([], {})
+    with told_at(cases, 1):
+        heads = [checked_name(name, names) for name in heads]
     check_names([*(checked_name(name, names) for name in vary), *heads], seeds)
     varied = {checked_name(name, names): values for name, values in vary.items()}
     known: dict[str, Any] = {}
     for name, values in varied.items():
         known[name] = _values(name, values, base[SEED], objects)
-    table = case_table(known, heads, rows, seeds, base[SEED])
-    files = _kept_files(base, table, cases, exercise, objects)
+    table = case_table(known, heads, rows, seeds, base[SEED], cases)
+    files = _kept_files(base, table, (cases, heads, list(rows)), exercise, objects)
     info = StudyInfo(base, _recorded(known), heads, seeds, success, files.texts, files.digests)
     plan = Plan(info, table, files, objects)
     if success:
         check_columns(success, [*known, *heads, SEED])
     for run in telling_runs(table):
-        check_parameters(plan.parameters(run, plan.original))
+        with told_at(cases, _line(run, table, list(rows))):
+            check_parameters(plan.parameters(run, plan.original))
     return plan
 
 
+def _line(run: int, table: CaseTable, lines: Sequence[int]) -> int | None:
+    """Return the line of a file of cases that a run is of, if nothing else tells it from run 1."""
+    index = (run - 1) * len(lines) // len(table)
+    return lines[index] if lines and (index or len(table.axes) == 1) else None
+
+
 def case_table(
-    vary: Mapping[str, Any], heads: Sequence[str], rows: Sequence[Sequence[Any]],
-    seeds: int, seed: int,
+    vary: Mapping[str, Any], heads: Sequence[str], rows: Mapping[int, Sequence[Any]],
+    seeds: int, seed: int, path: Path | None = None,
 ) -> CaseTable:  # fmt: skip
     """Return the cases of a study.
 
     Args:
         vary: A list of values, or a draw, for each name.
         heads: Names of the columns of a file of cases.
-        rows: Its rows.
+        rows: Its rows by line.
         seeds: Number of seeds.
         seed: The first one.
+        path: The file of cases, for messages.
 
     Raises:
         SetcmasError: A value of the file is none of its name's.
     """
-    typed = [
-        tuple(value_of(name, cell) for name, cell in zip(heads, row, strict=True)) for row in rows
-    ]
+    typed = []
+    for line, row in rows.items():
+        with told_at(path, line):
+            typed.append(tuple(map(value_of, heads, row)))
     axes = [(tuple(heads), typed)] if heads else []
     draws = {name: values for name, values in vary.items() if isinstance(values, Draw)}
     axes += [
@@ -205,19 +215,23 @@ def _script_names(
 
 
 def _kept_files(
-    base: Mapping[str, Any], table: CaseTable, cases: Path | None, exercise: bool,
+    base: Mapping[str, Any], table: CaseTable,
+    given: tuple[Path | None, Sequence[str], Sequence[int]], exercise: bool,
     objects: Mapping[str, Mapping[Any, Any]],
 ) -> KeptFiles:  # fmt: skip
     files = KeptFiles()
+    cases, heads, lines = given
     varied: dict[str, list[Any]] = {}
     for names, rows in table.axes:
         for name, *values in zip(names, *rows, strict=True):
             if not is_setting(name):
                 varied[plain(name)] = values
     for option in OF_FILES:
-        for value in varied.get(option, [base.get(option)]):
+        of_case = option in map(plain, heads)
+        for index, value in enumerate(varied.get(option, [base.get(option)])):
             if isinstance(value, str) and value not in objects.get(option, ()):
-                files.add(option, value, exercise)
+                with told_at(cases, lines[index] if of_case else None):
+                    files.add(option, value, exercise)
     if cases:
         files.add('cases', str(cases))
     return files
@@ -232,7 +246,7 @@ def read_plan(folder: Path) -> Plan:
     info = read_info(folder)
     if info is None:
         raise SetcmasError(f"there is no {FILE_NAME} in '{folder}'; it must be a study's folder")
-    rows: Sequence[Sequence[str]] = []
+    rows: Mapping[int, Sequence[str]] = {}
     if info.cases:
         _, rows = read_cases(folder / next(iter(info.files['cases'].values())))
     seed = info.parameters[SEED]

@@ -33,7 +33,7 @@ def test_a_file_of_cases(tmp_path):
     path = tmp_path / 'cases.csv'
     path.write_text('\ufeffK, graph\n0.5, ring\n\n1, path\n', encoding='utf-8')
 
-    assert read_cases(path) == (['K', 'graph'], [['0.5', 'ring'], ['1', 'path']])
+    assert read_cases(path) == (['K', 'graph'], {2: ['0.5', 'ring'], 4: ['1', 'path']})
     for text, told in (('K\n', 'a line of names'), ('K,vnom\n1\n', 'line 2: it has 1 cells')):
         path.write_text(text)
         with pytest.raises(SetcmasError, match=told):
