@@ -151,7 +151,7 @@ class Rehearsal:
         """Start the robots, and wait until all go faster than a speed (m/s)."""
         self.peer.wait_for(lambda: self._pause.get_subscription_count() > 0)
         self.peer.wait_for(lambda: all(self.truth.values()))
-        self.peer.wait_for(lambda: 'controlling robots' in self.output())
+        self.peer.wait_for(lambda: 'controlling robot' in self.output())
         self.peer.wait_for(lambda: self._goes_after_a_wish(speed))
 
     def wait_until_all_go(self, speed: float) -> None:

@@ -35,5 +35,5 @@ def test_nothing_listens(start, domain):
     start(sys.executable, str(ROBOT), str(domain), 'nothing')
     expe = start(*EXPE)
 
-    output = expe.wait_for_output('nothing listens to the commands of robots 1 (/tb3_1/cmd_vel)')
+    output = expe.wait_for_output('nothing listens to the commands of robot 1 (/tb3_1/cmd_vel)')
     assert 'bringup' in output

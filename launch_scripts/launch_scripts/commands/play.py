@@ -46,7 +46,12 @@ def main(args: argparse.Namespace) -> int:
     command = node_command(PLAYER, [str(args.bag), *options.arguments()])
     with Keyboard() as keyboard, Supervisor(local_environment()) as supervisor:
         bar: tqdm[NoReturn] = tqdm(
-            total=1.0, bar_format=_FORM, disable=None, file=supervisor.stderr
+            desc='playing',
+            total=1.0,
+            bar_format=_FORM,
+            disable=None,
+            leave=False,
+            file=supervisor.stderr,
         )
         supervisor.write = partial(_write, supervisor)
         with bar:
@@ -81,7 +86,7 @@ def _pass_on(keys: str, child: Child) -> None:
 def _show(bar: tqdm[NoReturn], report: ChildReport) -> None:
     if isinstance(report, Playing):
         bar.total, bar.n = report.duration, report.at
-        bar.set_description('paused' if report.paused else 'playing')
+        bar.set_description_str('paused' if report.paused else 'playing')
 
 
 def _write(supervisor: Supervisor, line: str, stream: Stream) -> None:

@@ -38,7 +38,7 @@ from setcmas_expe.emulation.options import emulated_start_poses
 from setcmas_expe.lab.file import DEFAULT_FILE, load_lab
 from setcmas_expe.lab.model import Lab
 from setcmas_simu.errors import SetcmasError
-from setcmas_simu.fleet.fleet import format_robots
+from setcmas_simu.fleet.fleet import robots_in_words
 from setcmas_simu.options.group import spelled
 from setcmas_simu.simulator.options import SimulationOptions
 from setcmas_tools.run.folder import RunFolder
@@ -180,12 +180,19 @@ def _robots_run(
                 return run.status, replace(outcome, state=State.FAILED)
             return 0, outcome
         except StoppedError:
-            return 130, Outcome(State.STOPPED) if run and run.started else None
+            if run and run.started:
+                return 130, Outcome(State.STOPPED)
+            if run:
+                run.recorder.shown = False  # it would tell of a bag that is removed
+            return 130, None
         except ChildDiedError as death:
-            if str(death):
-                supervisor.warn(f'setcmas run: {death}; the others are stopped')
             told = str(death)
-            return death.exit_status, Outcome(State.DIED, detail=told) if told else None
+            if told:
+                supervisor.warn(f'setcmas run: {told}; the others are stopped')
+                return death.exit_status, Outcome(State.DIED, detail=told)
+            if run:
+                run.recorder.shown = False
+            return death.exit_status, None
         finally:
             if run:
                 run.stop()
@@ -206,7 +213,7 @@ def _show_progress(
 
         def advance() -> None:
             run.tick()
-            bar.set_description('paused' if run.paused else 'running', refresh=False)
+            bar.set_description_str('paused' if run.paused else 'running', refresh=False)
             bar.update(min(duration, elapsed()) - bar.n)
 
         supervisor.run(until=lambda: elapsed() >= duration - _ROUNDING_S, on_tick=advance)
@@ -232,8 +239,8 @@ def _evaluate(
     strangers = set(run.robots) - set(range(1, args.nb_robots + 1))
     if strangers:
         warn(
-            f'setcmas run: robots {format_robots(sorted(strangers))} of another simulator were '
-            'there too; they are in the plots and in the metrics'
+            f'setcmas run: the plots and the metrics show {robots_in_words(sorted(strangers))} '
+            'of another simulator, too'
         )
     look = PlotLook(tuple(args.format))
     plots = folder.plots if args.plots else None

@@ -72,7 +72,7 @@ def main(args: argparse.Namespace) -> int:
     print(study.summary)
     drawn = _plots(study, folder, args) if args.plots else []
     told = f'   {len(drawn)} plots: {folder / "plots"}' if drawn else ''
-    print(f'{len(study):,} runs: {folder / "runs.csv"}{told}')
+    print(f'{len(study):,} run{"s" if len(study) != 1 else ""}: {folder / "runs.csv"}{told}')
     return SCRIPT_FAILED if _failures(study) else 0
 
 

@@ -19,7 +19,7 @@ from launch_scripts.options.view_options import browser_command, has_viser
 from launch_scripts.processes.environment import require_ros
 from launch_scripts.processes.foreground import run_in_foreground
 from setcmas_simu.errors import SetcmasError
-from setcmas_simu.fleet.fleet import format_robots
+from setcmas_simu.fleet.fleet import robots_in_words
 from setcmas_simu.options.group import spelled
 from setcmas_tools.view.page.browser_options import INSTALL_VISER, BrowserOptions
 
@@ -36,7 +36,7 @@ def main(args: argparse.Namespace) -> int:
     if rviz.write_rviz:
         robots = shown_robots(rviz.robots)
         write_config(rviz.write_rviz, robots, rviz.experiment)
-        print(f'rviz2 -d {rviz.write_rviz} shows robots {format_robots(robots)}')
+        print(f'rviz2 -d {rviz.write_rviz} shows {robots_in_words(robots)}')
         return 0
     if surplus := rviz.changed():
         raise SetcmasError(

@@ -64,6 +64,7 @@ class SimulatedRun:
     """Recorder, simulator and controllers.
 
     Attributes:
+        recorder: The process that writes the bag.
         status: Exit status of the controllers once `finish` has ended them.
         failed: Calls of scripts that failed, or hung, at some time, known then.
         reloads: When scripts were loaded again.
@@ -79,7 +80,7 @@ class SimulatedRun:
         self.failed: tuple[ScriptCall, ...] = ()
         self._supervisor = supervisor
         recorder = node_command(RECORDER, RecorderOptions(output=bag).arguments())
-        self._recorder = supervisor.start('record', recorder)
+        self.recorder = supervisor.start('record', recorder)
         told = SimulationOptions.of(args)
         self._lockstep, self._rtf = told.lockstep, told.rtf
         nb_steps = told.nb_steps(args.duration) if told.lockstep else None
@@ -118,7 +119,7 @@ class SimulatedRun:
         """What a run that has not started waits for."""
         if not self._simulator.heard(Ready):
             return 'the simulator is not ready'
-        if not self._recorder.heard(Recording):
+        if not self.recorder.heard(Recording):
             return 'the recorder has not found the topics of all robots'
         return self._ctrl.calls.missing
 
@@ -134,7 +135,7 @@ class SimulatedRun:
 
     def stop(self) -> None:
         """Stop all, controllers first: their last command, zero, is to be in the bag."""
-        self._supervisor.stop(self._ctrl, self._recorder, self._simulator)
+        self._supervisor.stop(self._ctrl, self.recorder, self._simulator)
 
 
 class EmulatedRun:
@@ -143,6 +144,7 @@ class EmulatedRun:
     Attributes:
         started: Whether the robots are under control and not paused.
         paused: Whether they are paused now.
+        recorder: The process that writes the bag.
         status: Exit status of the controllers once `finish` has ended them.
         failed: Calls of scripts that failed, or hung, at some time, known then.
         reloads: When scripts were loaded again.
@@ -161,7 +163,7 @@ class EmulatedRun:
         self.failed: tuple[ScriptCall, ...] = ()
         self._supervisor = supervisor
         recorder = node_command(RECORDER, RecorderOptions(output=bag).arguments())
-        self._recorder = supervisor.start('record', recorder)
+        self.recorder = supervisor.start('record', recorder)
         told = LabOptions(lab=args.lab, nb_robots=args.nb_robots)
         self._experiment = Experiment(supervisor, lab, args, told, recorded=True)
         self._experiment.on_status = self._start_when_ready
@@ -208,7 +210,7 @@ class EmulatedRun:
     def stop(self) -> None:
         """Stop all; the last command, zero, is to be in the bag."""
         self._experiment.stop()
-        self._supervisor.stop(self._recorder)
+        self._supervisor.stop(self.recorder)
         self._experiment.stop_lab()
 
 

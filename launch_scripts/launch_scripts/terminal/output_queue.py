@@ -63,6 +63,8 @@ class OutputQueue:
 class QueuedStream(io.TextIOBase):
     """A text stream that writes through an OutputQueue."""
 
+    encoding = 'utf-8'  # that of `OutputQueue`: tqdm draws its bar accordingly
+
     def __init__(self, output: OutputQueue, stream: IO[str]) -> None:
         """Stand for a stream that has a file descriptor."""
         self._output = output

@@ -26,7 +26,7 @@ from setcmas_ctrl.scripts.output import named_output
 from setcmas_ctrl.scripts.stop_call import AbandonCall, StopCall
 from setcmas_ctrl.scripts.watch.call_watch import CallWatch
 from setcmas_simu.fleet import topics
-from setcmas_simu.fleet.fleet import format_robots, parse_robots
+from setcmas_simu.fleet.fleet import parse_robots, robots_in_words
 from setcmas_simu.lockstep.answer import NONE
 from setcmas_simu.messages.cdr import read_stamp
 from setcmas_simu.reports.reports import Function
@@ -159,7 +159,7 @@ def _broadcast(
     broadcasters(robots, chosen, odometry, reports, lambda: time.monotonic() - begin, watch)
     process.take_signals()  # scripts may have taken them while they were loaded
     process.add(node)
-    node.get_logger().info(f'broadcasting for robots {format_robots(robots)}; Ctrl-C stops')
+    node.get_logger().info(f'broadcasting for {robots_in_words(robots)}; Ctrl-C stops')
     StepLoop(process, _LOOK_EVERY_S, odometry.take).run()
 
 

@@ -12,7 +12,7 @@ from rclpy.qos import DurabilityPolicy
 from setcmas_ctrl.driving.si_to_uni import SiToUni
 from setcmas_ctrl.fleet.discovery import robots_with_odometry
 from setcmas_ctrl.fleet.odometry import FleetOdometry
-from setcmas_simu.fleet.fleet import format_robots
+from setcmas_simu.fleet.fleet import robots_in_words
 from setcmas_simu.fleet.topics import RECORDER_NODES
 from setcmas_simu.messages.fleet_topic import FleetListener
 
@@ -154,8 +154,8 @@ class GraphWatch:
         elif unheard and not self._unheard_told and now - self._unheard_since > _PATIENCE_S:
             self._unheard_told = True
             self._warn(
-                f'nothing listens to cmd_vel of robots {format_robots(sorted(unheard))} with a '
-                'type that is published: they will not move'
+                f'nothing listens to cmd_vel of {robots_in_words(sorted(unheard))}, '
+                'or only for messages of another type: commands do not arrive'
             )
 
     def _notice_latecomers(self) -> None:
@@ -167,14 +167,14 @@ class GraphWatch:
         if latecomers := present - self._known:
             self._known |= latecomers
             self._warn(
-                f'robots {format_robots(sorted(latecomers))} have appeared; this controller does '
-                'not know them: start it again, or with --nb-robots, to include them'
+                f'{robots_in_words(sorted(latecomers), "have")} appeared; this controller does '
+                'not control all of them: start it again, or with --nb-robots'
             )
 
     def _notice_rivals(self) -> None:
         if self._rivals:
             self._contested |= set(self._rivals)
             self._warn(
-                f'another controller commands robots {format_robots(sorted(self._rivals))} too '
+                f'another controller commands {robots_in_words(sorted(self._rivals))} too '
                 f'({next(iter(self._rivals.values()))}): they fight; stop one of them'
             )

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 from setcmas_ctrl.fleet.odometry import FleetOdometry
-from setcmas_simu.fleet.fleet import format_robots
+from setcmas_simu.fleet.fleet import robots_in_words
 from setcmas_simu.fleet.topics import TRIG_ODOM, robot_topic
 from setcmas_simu.ros.process import RosProcess
 from setcmas_simu.ros.step_clock import Clock
@@ -35,13 +35,13 @@ def wait_for_poses(
         warn: Shows a message to the user.
         experiment: Whether poses come from motion capture.
     """
-    source = 'does motion capture see them' if experiment else 'is their simulator running'
+    source = 'does motion capture see all' if experiment else 'is their simulator running'
     _wait(
         process,
         take,
         odometry.missing,
         lambda missing: warn(
-            f'waiting for the odometry of robots {format_robots(missing)} '
+            f'waiting for the odometry of {robots_in_words(missing)} '
             f'({odometry.topic_of(missing[0])}); {source}?'
         ),
     )
@@ -56,7 +56,7 @@ def wait_for_states(
         take,
         communication.missing,
         lambda missing: warn(
-            f'waiting for the states of robots {format_robots(missing)} '
+            f'waiting for the states of {robots_in_words(missing)} '
             f'({robot_topic(missing[0], TRIG_ODOM)}); '
             'is their controller running with --event-triggered?'
         ),

@@ -29,7 +29,7 @@ from setcmas_ctrl.fleet.pause_watch import PauseWatch
 from setcmas_ctrl.scripts.failures import ControlError
 from setcmas_ctrl.scripts.stop_call import AbandonCall, StopCall
 from setcmas_simu.arrays import Floats
-from setcmas_simu.fleet.fleet import format_robots
+from setcmas_simu.fleet.fleet import robots_in_words
 from setcmas_simu.reports.reports import Started
 from setcmas_simu.robots.mixed_fleet import fleet_model
 from setcmas_simu.ros.process import RosProcess
@@ -120,7 +120,7 @@ class ControlStepper:
         # Said before: the time that it takes must not come between the odometry and t = 0.
         law = ', '.join(dict.fromkeys(one.law.path.stem for one in self._controllers))
         self._node.get_logger().info(
-            f'controlling robots {format_robots(list(self.robots))} with {law} '
+            f'controlling {robots_in_words(list(self.robots))} with {law} '
             f'at {self._gains.rate:g} Hz; Ctrl-C stops'
         )
         process.launcher.tell(Started(self.robots, law))

@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping, Sequence
 
 from setcmas_ctrl.driving.si_to_uni import SiToUni
 from setcmas_simu.errors import SetcmasError
-from setcmas_simu.fleet.fleet import format_robots
+from setcmas_simu.fleet.fleet import robots_in_words
 from setcmas_simu.messages.fleet_topic import FleetListener
 from setcmas_simu.robots.models import MODELS, is_script, robot_models
 
@@ -51,6 +51,6 @@ class DrivenModels:
         if robots and name not in self._told:
             self._told.add(name)
             self._warn(
-                f'robot{"s" * (len(robots) > 1)} {format_robots(sorted(robots))}: the simulator '
+                f'{robots_in_words(sorted(robots))}: the simulator '
                 f"says '{name}'; driven as unicycles: {error}"
             )

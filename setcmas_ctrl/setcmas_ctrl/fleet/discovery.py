@@ -11,7 +11,7 @@ from rclpy.subscription import Subscription
 
 from setcmas_simu.fleet import topics
 from setcmas_simu.fleet.announcement import Kind, own_source
-from setcmas_simu.fleet.fleet import format_robots
+from setcmas_simu.fleet.fleet import robots_in_words
 from setcmas_simu.messages.fleet_topic import FleetListener
 from setcmas_simu.ros import qos
 from setcmas_simu.ros.process import RosProcess
@@ -95,7 +95,7 @@ def wait_for_announcement(
 
     while not process.spin_until(is_known, _REMIND_EVERY_S) and not process.stopping:
         node.get_logger().warning(
-            f'waiting for the odometry of robots {format_robots([*range(1, nb_robots + 1)])} '
+            f'waiting for the odometry of {robots_in_words([*range(1, nb_robots + 1)])} '
             f'({topics.odometry_topic(1)}); is their simulator running?'
         )
     return not process.stopping
@@ -130,7 +130,7 @@ class _Fleet:
         """Say what is missing."""
         if silent := sorted(self._robots - self._heard):
             message = (
-                f'robots {format_robots(sorted(self._robots))} are there, but '
+                f'{robots_in_words(sorted(self._robots), "are")} there, but '
                 f'{topics.odometry_topic(silent[0])} is silent; is their simulator held up?'
             )
         else:
@@ -155,9 +155,9 @@ class _Fleet:
         if robots and robots <= self._heard and self._settled():
             self.nb_robots = max(robots)
             self._node.get_logger().warning(
-                f'nobody announces a fleet on {topics.FLEET}: robots '
-                f'{format_robots(sorted(robots))} are taken for all of it, because their '
-                'odometry is heard; --nb-robots says how many there are'
+                f'nobody announces a fleet on {topics.FLEET}: '
+                f'{robots_in_words(sorted(robots), "are")} taken for all of it, because odometry '
+                'is heard; --nb-robots says how many there are'
             )
 
     def _note_change(self, changed: bool) -> None:

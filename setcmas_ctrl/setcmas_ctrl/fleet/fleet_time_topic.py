@@ -12,7 +12,7 @@ from sensor_msgs.msg import TimeReference
 
 from setcmas_ctrl.fleet.fleet_time import FleetTime
 from setcmas_simu.fleet import topics
-from setcmas_simu.fleet.fleet import format_robots
+from setcmas_simu.fleet.fleet import robots_in_words
 from setcmas_simu.ros import qos, ros_time
 from setcmas_simu.ros.process import RosProcess
 
@@ -38,7 +38,7 @@ class FleetTimeTopic:
         self._time = fleet_time
         self._now = now
         host = socket.gethostname()
-        self._source = f'robots {format_robots(robots)} (process {os.getpid()} on {host})'
+        self._source = f'{robots_in_words(robots)} (process {os.getpid()} on {host})'
         self._publisher = node.create_publisher(TimeReference, topics.FLEET_TIME, qos.EVENT)
         # Called back, not polled: it is the time of its arrival that counts.
         node.create_subscription(TimeReference, topics.FLEET_TIME, self._on_time, qos.EVENT)

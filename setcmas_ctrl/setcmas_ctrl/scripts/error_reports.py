@@ -6,7 +6,7 @@ from collections import Counter, defaultdict
 from collections.abc import Callable
 
 from setcmas_ctrl.scripts.failures import ControlError
-from setcmas_simu.fleet.fleet import format_robots
+from setcmas_simu.fleet.fleet import robots_in_words
 from setcmas_simu.fleet.topics import robot_name
 
 STANDS = 'is commanded zero; this stops no other robot'
@@ -74,9 +74,7 @@ class ErrorReports:
         count = sum(self._counts[robot, key] for robot in robots)
         if len(robots) == 1:
             return f'{robot_name(robots[0])}: {_name(key)} occurred {count} times'
-        return (
-            f'robots {format_robots(sorted(robots))}: {_name(key)} occurred {count} times in all'
-        )
+        return f'{robots_in_words(sorted(robots))}: {_name(key)} occurred {count} times in all'
 
 
 def _name(key: object) -> str:

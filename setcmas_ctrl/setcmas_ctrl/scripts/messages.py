@@ -14,7 +14,7 @@ import numpy as np
 from setcmas_ctrl.scripts.imports import robot_of_frame
 from setcmas_ctrl.scripts.stop_call import AbandonCall, StopCall
 from setcmas_simu.arrays import Floats
-from setcmas_simu.fleet.fleet import format_robots
+from setcmas_simu.fleet.fleet import robots_in_words
 from setcmas_simu.fleet.topics import robot_name
 
 _LONGEST_TEXT = 300
@@ -102,7 +102,7 @@ def unheard_robots(robot: int, poses: Floats) -> str:
     unheard = (np.flatnonzero(np.isnan(poses).any(axis=0)) + 1).tolist()
     if not unheard:
         return ''
-    robots = f'robot{"s" * (len(unheard) > 1)} {format_robots(unheard)}'
+    robots = robots_in_words(unheard)
     return (
         f'\n    {robot_name(robot)} does not hear {robots}: poses is NaN there; '
         'network.neighbours() tells whom it hears (from setcmas_ctrl import network)'

@@ -8,7 +8,7 @@ from rclpy.node import Node
 
 from setcmas_expe.doctor.findings import NOTE, OK, Finding
 from setcmas_simu.fleet import topics
-from setcmas_simu.fleet.fleet import format_robots
+from setcmas_simu.fleet.fleet import robots_in_words
 from setcmas_simu.messages.fleet_topic import FleetListener
 
 _WHAT = 'other fleets'
@@ -23,7 +23,7 @@ def fleets_finding(node: Node, announced: FleetListener) -> Finding:
     if not fleets:
         return Finding(OK, _WHAT, 'none in sight in this ROS domain')
     found = '; '.join(
-        f'robots {format_robots(sorted(robots))} of {sender}' for sender, robots in fleets.items()
+        f'{robots_in_words(sorted(robots))} of {sender}' for sender, robots in fleets.items()
     )
     advice = (
         'if they are not yours, set another ROS_DOMAIN_ID (0 to 101), the same on your machines '

@@ -110,8 +110,9 @@ class EmulatedLab(FleetNode):
 
     def greet(self) -> None:
         """Say what is emulated."""
+        nb = len(self._robots)
         self.get_logger().info(
-            f'emulating a lab with {len(self._robots)} TurtleBot3s; Ctrl-C stops'
+            f'emulating a lab with {nb} TurtleBot3{"s" if nb > 1 else ""}; Ctrl-C stops'
         )
 
     def step(self, now: float) -> None:

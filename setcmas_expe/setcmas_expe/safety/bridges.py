@@ -16,17 +16,17 @@ from setcmas_expe.safety.mocap_bridge import MocapBridge
 from setcmas_expe.safety.reporting.arena_markers import publish_arena
 from setcmas_expe.safety.stepper import SafetyStepper
 from setcmas_simu.fleet.announcement import Kind
-from setcmas_simu.fleet.fleet import format_robots
+from setcmas_simu.fleet.fleet import robots_in_words
 from setcmas_simu.messages.fleet_topic import FleetAnnouncer
 from setcmas_simu.ros.process import FleetNode, RosProcess, node_main
 from setcmas_simu.ros.step_loop import StepLoop
 
 
 def _greet(node: FleetNode, lab: Lab) -> None:
-    robots = format_robots([robot.number for robot in lab.robots])
+    robots = robots_in_words([robot.number for robot in lab.robots])
     arena, source = lab.arena, lab.mocap.topic_of(lab.robots[0])
     node.get_logger().info(
-        f'bridging robots {robots}: poses from {source} ({lab.mocap.preset}), '
+        f'bridging {robots}: poses from {source} ({lab.mocap.preset}), '
         f'arena {arena.xmin:g} to {arena.xmax:g} by {arena.ymin:g} to {arena.ymax:g} m, '
         f'up to {lab.limits.V_max:.2f} m/s'
     )

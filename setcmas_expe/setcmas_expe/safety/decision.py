@@ -13,7 +13,7 @@ from dataclasses import dataclass
 
 from setcmas_expe.lab.model import Lab
 from setcmas_expe.mocap.sample import Pose
-from setcmas_simu.fleet.fleet import format_robots
+from setcmas_simu.fleet.fleet import robots_in_words
 from setcmas_simu.fleet.topics import robot_name
 
 
@@ -143,7 +143,7 @@ def _unreadiness(situation: Situation, timeout_s: float) -> str:
     if situation.rival:
         return situation.rival
     if situation.unseen:
-        return f'robots {format_robots(list(situation.unseen))} have not been seen yet'
+        return f'{robots_in_words(list(situation.unseen), "have")} not been seen yet'
     if not situation.command_age <= timeout_s:
         return f'no command for {timeout_s:g} s'
     finite = math.isfinite(situation.V) and math.isfinite(situation.omega)

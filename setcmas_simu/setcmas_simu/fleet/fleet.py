@@ -95,6 +95,14 @@ def parse_robots(text: str) -> list[int]:
     return sorted(robots)
 
 
+def robots_in_words(robots: list[int], verb: str = '') -> str:
+    """Return 'robot 2' or 'robots 1-3', of sorted numbers; 'are' or 'have' may follow as verb."""
+    if len(robots) == 1:
+        verb = {'are': 'is', 'have': 'has'}.get(verb, verb)
+    plural = 's' if len(robots) != 1 else ''
+    return f'robot{plural} {format_robots(robots)} {verb}'.rstrip()
+
+
 def format_robots(robots: list[int]) -> str:
     """Return the shortest text that `parse_robots` turns into these sorted robot numbers."""
     runs: list[list[int]] = []

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from setcmas_simu.fleet.fleet import format_robots
+from setcmas_simu.fleet.fleet import robots_in_words
 from setcmas_simu.lockstep.answer import NONE, Answer, Follower
 
 
@@ -78,7 +78,7 @@ class Roll:
         """Return who must come before time goes on, in words; empty if nobody."""
         without = sorted(self._robots - self.controlled)
         if not self._begun and without:
-            return f'a controller of robots {format_robots(without)}'
+            return f'a controller of {robots_in_words(without)}'
         if without == sorted(self._robots):
             return 'a controller'
         if self._recorded and all(follower.robots for follower in self._answers):

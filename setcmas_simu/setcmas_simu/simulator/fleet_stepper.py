@@ -15,7 +15,7 @@ from std_srvs.srv import Trigger
 
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet import topics
-from setcmas_simu.fleet.fleet import format_robots
+from setcmas_simu.fleet.fleet import robots_in_words
 from setcmas_simu.messages.polled_service import MOST_WITH_SERVICES
 from setcmas_simu.messages.polled_topic import PolledTopic
 from setcmas_simu.options.kinds import MAX_RATE_HZ
@@ -117,10 +117,8 @@ class FleetStepper:
 
     def greet(self) -> None:
         """Say which robots are simulated."""
-        robots = format_robots([robot.robot for robot in self._robots])
-        self._node.get_logger().info(
-            f'simulating robots {robots} at {self.rate:g} Hz; Ctrl-C stops'
-        )
+        robots = robots_in_words([robot.robot for robot in self._robots])
+        self._node.get_logger().info(f'simulating {robots} at {self.rate:g} Hz; Ctrl-C stops')
 
     def step(self, now: float) -> None:
         """Follow what has come, move the robots by a period, and publish; `now` is in s.

@@ -88,6 +88,8 @@ class LockstepLoop:
             self._answers.take()
             reason, on = self._held_by(exactly)
             if not reason and not self._paused:
+                if told:
+                    self._node.get_logger().info(f'time goes on from t = {self._ticks.time:g} s')
                 return
             wait_for_any(self._node, [on], _WAIT_S)
             now = time.monotonic()
@@ -95,7 +97,9 @@ class LockstepLoop:
             stood = now if self._paused else stood
             if now - looked >= _LOOK_EVERY_S:
                 looked = now
-                self._drop_the_dead(exactly)
+                if (missing := self._drop_the_dead(exactly)) is not None:
+                    told = missing
+                    continue
                 begun = self._ticks.count > 0 or self._roll.controlled
                 if now - stood > _TELL_AFTER_S and reason != told and begun:
                     told = reason
@@ -121,12 +125,23 @@ class LockstepLoop:
                     )
         return '', self._answers.subscription
 
-    def _drop_the_dead(self, exactly: bool) -> None:
-        """Wait no more for processes that have died: they vanish from the graph."""
+    def _drop_the_dead(self, exactly: bool) -> str | None:
+        """Wait no more for processes that have died: they vanish from the graph.
+
+        Returns:
+            Who must come now, in words, empty if nobody; None if all are there.
+        """
         late = self._roll.late(self._ticks.stamp(), exactly)
-        if late and self._node.count_publishers(topics.LOCKSTEP) < len(self._roll):
-            self._roll.drop(late)
-            self._node.get_logger().warning(f'{_described(late)} is gone; time goes on without it')
+        if not late or self._node.count_publishers(topics.LOCKSTEP) >= len(self._roll):
+            return None
+        self._roll.drop(late)
+        missing = self._roll.missing(self._ticks.stamp())
+        stands = f'time stands at t = {self._ticks.time:g} s: waiting for {missing}'
+        are, it = ('are', 'them') if len(late) > 1 else ('is', 'it')
+        self._node.get_logger().warning(
+            f'{_described(late)} {are} gone; {stands if missing else f"time goes on without {it}"}'
+        )
+        return missing
 
     def _tell_reached(self) -> None:
         now = time.monotonic()

@@ -8,7 +8,7 @@ import tempfile
 from pathlib import Path
 
 from setcmas_simu.errors import SetcmasError
-from setcmas_simu.fleet.fleet import format_robots
+from setcmas_simu.fleet.fleet import robots_in_words
 
 _ENTRY_SIZE = 16  # bytes
 
@@ -36,7 +36,7 @@ class RobotLocks:
         if taken:
             self.release()
             raise SetcmasError(
-                f'robots {format_robots(list(taken))} are already simulated by process '
+                f'{robots_in_words(list(taken), "are")} already simulated by process '
                 f'{next(iter(taken.values()))} in ROS domain {domain}: stop the other simulator, '
                 'or set another ROS_DOMAIN_ID'
             )

@@ -10,7 +10,7 @@ from rclpy.node import Node
 
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet import topics
-from setcmas_simu.fleet.fleet import format_robots
+from setcmas_simu.fleet.fleet import robots_in_words
 from setcmas_simu.simulator.robot_locks import RobotLocks
 
 _DISCOVERY_S = {'LOCALHOST': 0.4}
@@ -73,7 +73,7 @@ class SimulatorGuard:
         if seen:
             example = next(iter(seen.values()))[0]
             raise SetcmasError(
-                f'robots {format_robots(list(seen))} are already there in ROS domain '
+                f'{robots_in_words(list(seen), "are")} already there in ROS domain '
                 f'{self._domain} (node {example} publishes odometry): '
                 'stop the other simulator, or set another ROS_DOMAIN_ID'
             )

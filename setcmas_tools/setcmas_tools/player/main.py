@@ -74,10 +74,12 @@ def _play(process: RosProcess, bag: Bag, options: PlayerOptions) -> int:
     player = Player(process, cursor, publishers, options.rate)
     player.on_tick = _Beside(node, there, bag.start_ns if options.clock else None).tick
     _settle(process, publishers.values())
-    print(f'playing {len(publishers)} topics, {cursor.duration:.1f} s', flush=True)
+    topics_text = 'topic' if len(publishers) == 1 else 'topics'
+    print(f'playing {len(publishers)} {topics_text}, {cursor.duration:.1f} s', flush=True)
     reason = player.play(options.start, options.loop)
     _wait_until_sent(publishers.values())
-    print(f'played {player.count:,} messages', flush=True)
+    messages_text = 'message' if player.count == 1 else 'messages'
+    print(f'played {player.count:,} {messages_text}', flush=True)
     if reason:
         print(f'error: playing has ended: {reason}', file=sys.stderr, flush=True)
     return int(bool(reason))

@@ -8,7 +8,7 @@ from rclpy.node import Node
 
 from setcmas_simu.cmd_vel import cmd_vel_graph
 from setcmas_simu.fleet import topics
-from setcmas_simu.fleet.fleet import format_robots
+from setcmas_simu.fleet.fleet import robots_in_words
 from setcmas_simu.messages.fleet_topic import FleetListener
 
 
@@ -32,7 +32,7 @@ class RobotsThere:
         self._fleet.take()
         for source, announced in self._fleet.by_source.items():
             if both := sorted(set(self._robots) & set(announced.robots)):
-                return f'robots {format_robots(both)} are there already: a {source} has them'
+                return f'{robots_in_words(both, "are")} there already: a {source} has them'
         return self._sender(self._names, 0) or self._listener()
 
     def beside(self) -> str:

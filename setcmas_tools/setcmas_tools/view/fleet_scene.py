@@ -8,7 +8,7 @@ import numpy as np
 import viser
 
 from setcmas_simu.arrays import Floats
-from setcmas_simu.fleet.fleet import format_robots
+from setcmas_simu.fleet.fleet import robots_in_words
 from setcmas_tools.view.model.communication import Flashes, Pairs
 from setcmas_tools.view.model.fleet_view import FleetView
 from setcmas_tools.view.model.marker_store import MarkerStore
@@ -133,7 +133,7 @@ class FleetScene:
         ]
         run = 'paused' if paused else state.clock.describe(now)
         if unseen := sorted(set(state.announced) - set(fleet.robots)):
-            run += f'; robots {format_robots(unseen)} are announced, but not seen'
+            run += f'; {robots_in_words(unseen, "are")} announced, but not seen'
         text = panel_html(rows, run, state.clock.seconds(now), fleet.disagreement(now))
         self.controls.show_figures(text, paused, not state.real)
         self.controls.offer(fleet.robots)

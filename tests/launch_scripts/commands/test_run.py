@@ -187,7 +187,7 @@ def test_files_of_the_user_do_not_hide_those_of_python(start, tmp_path):
 
     process = start(*SETCMAS, 'simu', '--nb-robots', '1', cwd=tmp_path)
 
-    process.wait_for_output('simulating robots 1')
+    process.wait_for_output('simulating robot 1')
 
 
 def test_three_terminals(start, tmp_path):

@@ -95,7 +95,7 @@ def test_without_rviz_the_robots_run_and_the_browser_is_offered(start, tmp_path)
     environment = {'PATH': str(tmp_path), 'DISPLAY': ':0'}
 
     simu = start(*SETCMAS, 'simu', '--rviz', env=environment)
-    output = simu.wait_for_output('simulating robots 1')
+    output = simu.wait_for_output('simulating robot 1')
 
     assert 'rviz2 is not installed' in output
     assert 'setcmas view' in output

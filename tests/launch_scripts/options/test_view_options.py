@@ -82,7 +82,7 @@ def test_the_page_beside_a_simulation_ends_with_it_and_not_the_other_way_round(s
     pytest.importorskip('viser')
     process = start(*SETCMAS, 'simu', '--view', env=NO_WINDOWS)
     process.wait_for_output('browser view: http://127.0.0.1:')
-    process.wait_for_output('simulating robots 1')
+    process.wait_for_output('simulating robot 1')
     nodes = psutil.Process(process.pid).children()
     page = next(
         node for node in nodes if any('setcmas_tools.view.main' in word for word in node.cmdline())

@@ -48,7 +48,7 @@ def tell(peer):
 
 
 def test_states_are_sent_when_the_condition_triggers(start, peer, tell):
-    start(*BROADCAST, '--robots', '2').wait_for_output('broadcasting for robots 2')
+    start(*BROADCAST, '--robots', '2').wait_for_output('broadcasting for robot 2')
     states = peer.listen(Odometry, '/tb3_2/trig_odom', LATCHED)
     place = tell('/tb3_2/odom')
 
@@ -88,7 +88,7 @@ def test_a_condition_that_hangs_on_its_own_is_located_and_ends_with_the_process(
 ):
     path = script('def ctc(pos, last_pos, t):\n    while True:\n        pass\n', 'when.py')
     process = start(*BROADCAST, '--robots', '2', '--ctc', path)
-    process.wait_for_output('broadcasting for robots 2')
+    process.wait_for_output('broadcasting for robot 2')
     publisher = peer.publisher(Odometry, '/tb3_2/odom')
 
     def is_stuck():

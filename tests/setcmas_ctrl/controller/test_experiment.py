@@ -22,7 +22,7 @@ def test_the_time_of_laws_stands_still_while_an_experiment_is_paused(start, peer
     def t():
         return 1e3 * (speed() - 0.1)
 
-    peer.wait_for(lambda: 'controlling robots 1' in process.output())
+    peer.wait_for(lambda: 'controlling robot 1' in process.output())
     assert speed() == 0.0  # nothing is heard of a pause node
     lab.paused = True
     peer.spin(1.0)
@@ -45,4 +45,4 @@ def test_the_time_of_laws_stands_still_while_an_experiment_is_paused(start, peer
 def test_poses_of_motion_capture_are_waited_for(start):
     process = start(*CTRL, '--algo', 'nav_wp', '--nb-robots', '1', '--experiment')
 
-    process.wait_for_output('robots 1 (/mocap/tb3_1/odom); does motion capture see them?')
+    process.wait_for_output('robot 1 (/mocap/tb3_1/odom); does motion capture see all?')

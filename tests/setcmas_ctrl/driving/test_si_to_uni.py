@@ -32,7 +32,7 @@ def test_it_says_when_nothing_listens_to_the_commands(start, peer):
     peer.node.create_timer(0.1, lambda: publisher.publish(Odometry()))
     process = start(*CTRL, '--algo', 'nav_wp', '--nb-robots', '1')
 
-    peer.wait_for(lambda: 'nothing listens to cmd_vel of robots 1' in process.output())
+    peer.wait_for(lambda: 'nothing listens to cmd_vel of robot 1' in process.output())
 
 
 def test_pause_holds_one_robot_or_the_fleet_at_zero(start, peer):

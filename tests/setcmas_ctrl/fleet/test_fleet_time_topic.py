@@ -21,7 +21,7 @@ def test_a_controller_that_comes_later_or_again_joins_at_the_t_of_the_fleet(star
     told = peer.listen(TimeReference, '/fleet_time')
 
     def newest(robot):
-        return next((one for one in told[::-1] if one.source.startswith(f'robots {robot} ')), None)
+        return next((one for one in told[::-1] if one.source.startswith(f'robot {robot} ')), None)
 
     def begin(robot):
         """Return when t was 0."""

@@ -36,7 +36,7 @@ def test_a_robot_moves_only_while_all_that_it_needs_is_there(start, peer, lab):
     lab.wanted = {1: (0.1, 0.2), 2: (0.05, 0.0)}
     lab.poses[1] = (-1.0, 0.0, 0.5)
     lab.let_go()
-    peer.wait_for(lambda: 'robots 2 have not been seen yet' in process.output())
+    peer.wait_for(lambda: 'robot 2 has not been seen yet' in process.output())
     assert all(m.twist.linear.x == 0.0 for i in (1, 2) for m in lab.commands[i])
 
     let_go(lab)

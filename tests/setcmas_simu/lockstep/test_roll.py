@@ -14,7 +14,7 @@ def test_time_stands_until_every_robot_has_a_controller_that_has_answered():
 
     assert ours.missing(1000) == 'a controller of robots 1-3'
     ours.take(Answer(FIRST, 1000, 1000))
-    assert ours.missing(1000) == 'a controller of robots 3'
+    assert ours.missing(1000) == 'a controller of robot 3'
     ours.take(Answer(SECOND, 1000))
     assert ours.missing(1000) == ''
     assert ours.late(1000) == []

@@ -187,7 +187,7 @@ def test_a_simulator_refuses_robots_whose_odometry_others_publish(start, peer):
     peer.executor.spin_once(timeout_sec=0.1)
 
     assert process.wait() == 2
-    assert 'robots 2 are already there' in process.output()
+    assert 'robot 2 is already there' in process.output()
     assert 'node /peer publishes' in process.output()
 
 

@@ -30,7 +30,7 @@ def test_somebody_has_announced_them(there, peer):
     publisher.publish(String(data=encode(announcement)))
 
     peer.wait_for(there.before)
-    assert there.before().startswith('robots 2 are there already: a simulator (process ')
+    assert there.before().startswith('robot 2 is there already: a simulator (process ')
 
 
 def test_somebody_publishes_one_of_their_topics(there, peer):

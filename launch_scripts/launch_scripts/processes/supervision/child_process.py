@@ -58,6 +58,7 @@ class Child:
 
     Attributes:
         spoke: Whether it has written anything; before, it may not know our signals yet.
+        shown: Whether what it writes is shown.
         needed: Whether the others cannot go on without it.
         reports: The pipe of its reports.
         calls: The calls of scripts in it.
@@ -79,6 +80,7 @@ class Child:
         self.name = name
         self.needed = needed
         self.spoke = False
+        self.shown = True
         self.on_report: Callable[[ChildReport], None] = lambda _: None
         self._heard: dict[type[Message], Message] = {}
         reports, pipe = os.pipe()

@@ -212,7 +212,8 @@ class Supervisor:
         def show(data: bytes) -> None:
             for line in lines.feed(data):
                 child.spoke = True
-                self.write(line, stream)
+                if child.shown:
+                    self.write(line, stream)
 
         return show
 

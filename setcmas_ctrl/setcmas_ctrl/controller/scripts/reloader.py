@@ -19,7 +19,7 @@ from setcmas_ctrl.scripts.stop_call import AbandonCall
 from setcmas_ctrl.scripts.watch.file_watch import FileWatch
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet import topics
-from setcmas_simu.fleet.fleet import format_robots
+from setcmas_simu.fleet.fleet import robots_in_words
 from setcmas_simu.reports.launcher import Launcher
 from setcmas_simu.reports.reports import Reloaded
 
@@ -110,9 +110,9 @@ class ScriptReloader:
                 f'until it is saved without:\n    {error}'
             )
         else:
-            robots = format_robots([law.robot for law in self._laws])
+            robots = robots_in_words([law.robot for law in self._laws])
             self._node.get_logger().info(
-                f'{self._saved()} was saved and is loaded again for robots {robots}; '
+                f'{self._saved()} was saved and is loaded again for {robots}; '
                 f't {"goes on, as other controllers do" if self._stepper.shares_t else "= 0"}'
             )
         self._launcher.tell(Reloaded(self._laws != []))

@@ -8,7 +8,7 @@ from setcmas_expe.safety.cmd_vel_bridge import CmdVelBridge
 from setcmas_expe.safety.decision import Decision, State
 from setcmas_expe.safety.mocap_bridge import MocapBridge
 from setcmas_expe.safety.reporting.stop_reports import StopReports
-from setcmas_simu.fleet.fleet import format_robots
+from setcmas_simu.fleet.fleet import robots_in_words
 from setcmas_simu.fleet.topics import robot_name
 
 _REJECTED_EVERY_S = 1.0
@@ -78,18 +78,18 @@ class BridgeReports:
         self._once(
             'guard',
             [bridge.robot for bridge in unguarded if bridge.robot not in unheard],
-            'no cmd_vel_guard on robots {}: if this computer or its network dies, they keep '
-            'their last velocity; docs/lab.md tells how to install it on a robot',
+            'no cmd_vel_guard on {}: if this computer or its network dies, nothing '
+            'ends the last velocity; docs/lab.md tells how to install it on a robot',
         )
         for _, bridge in self._robots:
             if bridge.cmd_vel.mixed:
-                self._once('mixed', [bridge.robot], f'{bridge.cmd_vel.mixed} (robots {{}})')
+                self._once('mixed', [bridge.robot], f'{bridge.cmd_vel.mixed} ({{}})')
 
     def _tell_unheard(self, unheard: list[int]) -> None:
         if unheard:
             robot = next(b for _, b in self._robots if b.robot == unheard[0])
             self._warn(
-                f'nothing listens to the commands of robots {format_robots(unheard)} '
+                f'nothing listens to the commands of {robots_in_words(unheard)} '
                 f'({robot.topic}): they will not move; is their bringup running, in this ROS '
                 'domain and namespace?'
             )
@@ -101,4 +101,4 @@ class BridgeReports:
         new = [robot for robot in robots if (topic, robot) not in self._told]
         self._told |= {(topic, robot) for robot in new}
         if new:
-            self._warn(message.format(format_robots(new)))
+            self._warn(message.format(robots_in_words(new)))

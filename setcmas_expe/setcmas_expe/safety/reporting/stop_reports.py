@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 
-from setcmas_simu.fleet.fleet import format_robots
+from setcmas_simu.fleet.fleet import robots_in_words
 
 OVER_AFTER_S = 0.5
 """How long a reason must be gone until it counts as over: a robot at the edge comes and goes."""
@@ -42,4 +42,4 @@ class StopReports:
 
 
 def _robots(robots: list[int]) -> str:
-    return f'robot{"s" if len(robots) > 1 else ""} {format_robots(sorted(robots))}'
+    return robots_in_words(sorted(robots))
