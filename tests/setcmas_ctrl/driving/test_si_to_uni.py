@@ -63,7 +63,7 @@ def test_a_second_controller_of_a_robot_is_noticed(start):
     first.wait_for_output('controlling')
     start(*CTRL, '--algo', 'nav_wp')
 
-    first.wait_for_output('another controller commands robots 1 too (/tb3_1/si_to_uni)')
+    first.wait_for_output('another controller commands robot 1 too (/tb3_1/si_to_uni)')
 
 
 def test_a_controller_that_was_killed_is_no_second_one(start, peer):

@@ -30,7 +30,7 @@ def holder(tmp_path, monkeypatch):
 
 
 def test_robots_of_another_process_are_refused_and_it_is_named(holder):
-    with pytest.raises(SetcmasError, match=f'robots 2 are already .* process {holder.pid} '):
+    with pytest.raises(SetcmasError, match=f'robot 2 is already .* process {holder.pid} '):
         RobotLocks([2, 3], 'test')
     RobotLocks([3], 'test').release()
 
