@@ -18,7 +18,10 @@ ROBOT = Path(__file__).parent / 'scripts' / 'foreign_robot.py'
 EXPE = [*SETCMAS, 'expe', '--algo', 'nav_wp', '--mocap', 'vrpn', '--no-joystick']
 
 
-@pytest.mark.parametrize('kind', ['TwistStamped', 'Twist'])
+NIGHTLY = pytest.mark.nightly
+
+
+@pytest.mark.parametrize('kind', ['TwistStamped', pytest.param('Twist', marks=NIGHTLY)])
 def test_it_is_driven_with_the_type_that_it_listens_to(kind, start, peer, domain):
     robot = start(sys.executable, str(ROBOT), str(domain), kind)
     start(*EXPE)

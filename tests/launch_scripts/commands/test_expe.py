@@ -163,6 +163,7 @@ def test_without_a_terminal_the_status_is_a_line_now_and_then(start):
     assert '\x02' not in process.output()
 
 
+@NIGHTLY
 def test_after_q_no_status_is_told_any_more(domain, tmp_path):
     keys, terminal = os.openpty()
     log = tmp_path / 'log.txt'

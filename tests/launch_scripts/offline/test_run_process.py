@@ -103,7 +103,7 @@ def test_a_robot_that_does_not_step_is_told_and_ended(run, tmp_path):
 
     assert result.robot == 3
     assert result.reason.startswith('step has not returned for 3 s (--call-timeout) at robot.py')
-    assert said[0].startswith('tb3_3: step has not returned for 2 s; it is at robot.py, line 2')
+    assert said[0].startswith('tb3_3: step has not returned for 2 s; it is at robot.py, line ')
 
 
 def test_a_script_that_does_not_load_is_told_and_ended(run):
