@@ -2,17 +2,16 @@
 
 from __future__ import annotations
 
-from geometry_msgs.msg import TwistStamped
 from rclpy.duration import Duration
 from rclpy.node import Node
 from rclpy.publisher import Publisher
 from rclpy.qos import QoSProfile
 
 from setcmas_simu.cmd_vel import cmd_vel_graph
-from setcmas_simu.cmd_vel.cmd_vel_type import TYPES
+from setcmas_simu.cmd_vel.cmd_vel_type import TYPES, command
 from setcmas_simu.fleet import topics
 from setcmas_simu.fleet.topics import AUTO, CMD_VEL_TYPES
-from setcmas_simu.ros import qos, ros_time
+from setcmas_simu.ros import qos
 
 _PREFERRED_TYPE = CMD_VEL_TYPES[0]
 _LAST_WORDS_S = 0.3
@@ -58,14 +57,7 @@ class CmdVelPublisher:
 
     def publish(self, V: float, omega: float, left: float = 0.0) -> None:
         """Publish a forward speed (m/s), a turn rate (rad/s), and a speed to the left (m/s)."""
-        message = TYPES[self._type]()
-        twist = message
-        if isinstance(message, TwistStamped):
-            message.header.stamp = ros_time.stamp()
-            message.header.frame_id = self._frame
-            twist = message.twist
-        twist.linear.x, twist.linear.y, twist.angular.z = V, left, omega
-        self._publisher.publish(message)
+        self._publisher.publish(command(self._type, V, omega, left, self._frame))
 
     def wait_until_sent(self) -> None:
         """Wait, but not for long, until the last command has arrived."""
@@ -88,15 +80,6 @@ class CmdVelPublisher:
         if own in names:
             names.remove(own)
         return names
-
-    def is_guarded(self) -> bool:
-        """Return whether a cmd_vel_guard stands by, on the robot."""
-        return cmd_vel_graph.is_guarded(self._node, self.topic)
-
-    def rival(self) -> str:
-        """Return who else may move the robot, or move in its place; empty if nobody."""
-        own = self._node.get_fully_qualified_name()
-        return cmd_vel_graph.rival(self._node, self.topic, own)
 
     def _use_type(self, wanted: set[str]) -> None:
         if self._type not in wanted:

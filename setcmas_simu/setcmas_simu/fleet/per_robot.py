@@ -39,7 +39,7 @@ def parse_per_robot(text: str, option: str) -> dict[int, str]:
         robots, value = entry[1], entry[2]
         if not value.strip():
             raise SetcmasError(
-                f"{option} '{text}': robots {robots} get nothing; it must be "
+                f"{option} '{text}': there is nothing behind '{robots}:'; it must be "
                 "ROBOTS:VALUE, such as '1:a,2-4:b'"
             )
         for robot in parse_robots(robots):

@@ -38,11 +38,19 @@ def load_poses(path: Path, nb_robots: int = 1) -> dict[int, Pose]:
     Raises:
         SetcmasError: The file cannot be read, has another form, or has too few poses.
     """
-    content = read_entries(path)
+    return poses_of_entry(read_entries(path), nb_robots)
+
+
+def poses_of_entry(content: Entry, nb_robots: int = 1) -> dict[int, Pose]:
+    """Return the start poses in an entry of a YAML file, by robot; forms as of `load_poses`.
+
+    Raises:
+        SetcmasError: It has another form, or too few poses.
+    """
     if isinstance(content.value, list):
         if 0 < len(content.value) < nb_robots:
-            raise SetcmasError(
-                f"poses file '{path}' has {len(content.value)} poses; the fleet has {nb_robots} "
+            raise content.error(
+                f'there are {len(content.value)} poses; the fleet has {nb_robots} '
                 'robots (to place only some of them, write robots before the poses, such as '
                 "'3: [1, 2, 0]')"
             )

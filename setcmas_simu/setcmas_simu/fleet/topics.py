@@ -11,15 +11,29 @@ ODOM = 'odom'
 POSE = 'pose'
 MARKER = 'marker'
 CMD_CART_VEL = 'cmd_cart_vel'
+CMD_CART_VEL_ALLOWED = 'cmd_cart_vel_allowed'
 CMD_VEL = 'cmd_vel'
 CMD_VEL_WANTED = 'cmd_vel_wanted'
+CMD_VEL_GUARDED = 'cmd_vel_guarded'
+MOTOR_POWER = 'motor_power'
 BATTERY = 'battery_state'
+GUARD_STATE = 'guard_state'
 TRIG_ODOM = 'trig_odom'
 TRIG_EVENT = 'trig_event'
 LINKS = 'links'
 RESET = 'reset'
 PAUSE = 'pause'
-OF_ROBOT = (ODOM, POSE, CMD_CART_VEL, CMD_VEL, TRIG_ODOM, TRIG_EVENT, RESET, PAUSE)
+OF_ROBOT = (
+    ODOM,
+    POSE,
+    CMD_CART_VEL,
+    CMD_CART_VEL_ALLOWED,
+    CMD_VEL,
+    TRIG_ODOM,
+    TRIG_EVENT,
+    RESET,
+    PAUSE,
+)
 """Those on which a drawing would be mistaken for something else."""
 
 # Of the whole fleet.
@@ -28,8 +42,11 @@ FLEET_RESET = '/reset'
 FLEET_PAUSE = '/pause'
 FLEET_TIME = '/fleet_time'
 PAUSED = '/paused'
+EMERGENCY_STOP = '/emergency_stop'
+EMERGENCY_STOPPED = '/emergency_stopped'
 DIAGNOSTICS = '/diagnostics'
 ARENA = '/arena'
+OBSTACLES = '/obstacles'
 TASK = '/task'
 COMMUNICATION_GRAPH = '/communication_graph'
 EMULATED_FAULT = '/emulated_lab/fault'
@@ -49,17 +66,18 @@ PLAYER_NODE = 'player'
 RECORDER_NODE = 'recorder'
 RECORDER_NODES = (RECORDER_NODE, 'rosbag2_recorder')
 """Nodes that listen to everything without being a robot."""
+BRIDGES_NODE = 'bridges'
 CMD_VEL_BRIDGE_NODE = 'cmd_vel_bridge'
 CMD_VEL_GUARD_NODE = 'cmd_vel_guard'
 PAUSE_NODE = 'pause'
 STAND_IN_NODE = 'stand_in'
-BYSTANDER_NODES = (*RECORDER_NODES, CMD_VEL_GUARD_NODE)
-"""Nodes that listen to a robot's commands without being the robot."""
-STOPPING_NODES = (CMD_VEL_GUARD_NODE, PAUSE_NODE, STAND_IN_NODE)
-"""Nodes that command nothing but zero, beside the one that commands a robot."""
-
 ROBOT_PATTERN = re.compile(r'/tb3_([1-9][0-9]*)/')
 """Finds the robot's number in a topic's full name."""
+
+CONTROLLERS = 'controllers'
+"""The node that speaks for a process of controllers."""
+LAW = 'algo'
+"""Its parameter that tells the control law, as `--algo` took it."""
 
 
 def robot_name(robot: int) -> str:

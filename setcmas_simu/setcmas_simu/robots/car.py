@@ -8,7 +8,7 @@ import numpy as np
 
 from setcmas_simu.arrays import Floats
 from setcmas_simu.robots import unicycle
-from setcmas_simu.robots.model import RobotModel
+from setcmas_simu.robots.model import Motion, RobotModel
 from setcmas_simu.robots.shape import Prism, Shape, Wheel, mirrored, rectangle
 
 WHEELBASE = 0.33
@@ -44,6 +44,7 @@ class Car(RobotModel):
     |omega| <= |V| / R (Siciliano et al., Robotics, 2009, section 11.2.2).
     """
 
+    motion = Motion.OTHER
     shape = Shape(
         mirrored(_with_wheels()),
         (

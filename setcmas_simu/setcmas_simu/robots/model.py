@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import enum
 import math
 from typing import Protocol, runtime_checkable
 
@@ -10,10 +11,19 @@ import numpy as np
 from setcmas_simu.arrays import Floats
 from setcmas_simu.robots.shape import Shape
 from setcmas_simu.robots.si_to_uni import si_to_uni
+from setcmas_simu.robots.velocity_limits import IDEAL, VelocityLimits
 
 POSE, TWIST = slice(0, 3), slice(3, 6)
 """Rows of a state: x, y (m), theta (rad); and velocities along the robot's axes over the last
 step: forward, to the left (m/s), turn rate (rad/s)."""
+
+
+class Motion(enum.Enum):
+    """How robots can be made to go at a velocity."""
+
+    UNICYCLE = 'a point ahead of the axle goes in every direction'
+    FREE = 'the robot itself does'
+    OTHER = 'neither does'
 
 
 @runtime_checkable
@@ -26,11 +36,15 @@ class RobotModel(Protocol):
     Attributes:
         shape: What a robot looks like.
         V_max: The largest speed that it reaches in any direction in m/s.
+        motion: How it can be made to go at a velocity.
+        limits: Those of its speeds, if it has wheels.
         failed: Whether moving it has failed at some time, which only users' scripts do.
     """
 
     shape: Shape
     V_max: float = math.inf
+    motion: Motion = Motion.UNICYCLE
+    limits: VelocityLimits = IDEAL
     failed: bool = False
 
     def start(self, poses: Floats) -> Floats:

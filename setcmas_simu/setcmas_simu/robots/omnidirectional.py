@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from setcmas_simu.arrays import Floats
-from setcmas_simu.robots.model import RobotModel
+from setcmas_simu.robots.model import Motion, RobotModel
 from setcmas_simu.robots.shape import Prism, Shape, Wheel, disc, rectangle
 
 _RADIUS = 0.12
@@ -22,6 +22,7 @@ class Omnidirectional(RobotModel):
     stays as it is unless a command turns it.
     """
 
+    motion = Motion.FREE
     shape = Shape(
         _OUTLINE,
         (

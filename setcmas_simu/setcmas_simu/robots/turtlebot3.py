@@ -46,14 +46,14 @@ class TurtleBot3(RobotModel):
         """
         self.shape = shape
         self.V_max = limits.V_max
-        self._limits = limits
+        self.limits = limits
         self._acceleration = acceleration
         self._lag = lag
 
     def step(self, states: Floats, commands: Floats, Ts: float) -> Floats:
         """Return the states a period later."""
-        half = 0.5 * self._limits.wheel_separation
-        V, omega = self._limits.saturate(commands[0], commands[2])
+        half = 0.5 * self.limits.wheel_separation
+        V, omega = self.limits.saturate(commands[0], commands[2])
         wanted = np.stack([V - half * omega, V + half * omega])
         speeds = np.stack([states[3] - half * states[5], states[3] + half * states[5]])
         most = self._acceleration * Ts

@@ -115,6 +115,13 @@ class ProcessParameters(Generic[Group]):
             self._node.get_logger().info(f'{", ".join(texts)} from now on')
 
 
+def declare_fixed(node: Node, name: str, text: str, description: str) -> None:
+    """Declare a parameter that tells something and cannot be set."""
+    node.declare_parameter(
+        name, text, ParameterDescriptor(description=description, read_only=True)
+    )
+
+
 def fixed_in_lockstep(_: object) -> None:
     """Refuse every change: a run in lockstep is that of its options, to the last bit.
 

@@ -76,8 +76,9 @@ class StartPoseOptions(Options):
         PathTo(), 'start poses in a YAML file: a list [x, y, theta]', default=None
     )
     pose: tuple[str, ...] = option(
-        Kind(metavar='I:X,Y,THETA'),
-        'start pose of robot I in m and rad, such as 3:1.0,2.0,1.57; may be repeated',
+        Kind(metavar='I:X,Y[,THETA]'),
+        'start pose of robot I in m and rad, such as 3:1.0,2.0,1.57 (THETA is 0 if left out); may '
+        'be repeated',
         form=Form.REPEATED,
         default=(),
     )

@@ -26,7 +26,7 @@ def rviz_config(robots: list[int], experiment: bool = False) -> str:
         experiment: Whether they are real ones: then their poses are those of motion capture, and
             the arena is shown.
     """
-    displays = [_grid(), _axes()]
+    displays = [_grid(), _axes(), _marker_array('obstacles', topics.OBSTACLES, depth=1)]
     if experiment:
         displays.append(_marker_array('arena', topics.ARENA, depth=1))
     displays += [_robot(robot, experiment) for robot in robots]

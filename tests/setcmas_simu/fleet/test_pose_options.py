@@ -69,7 +69,7 @@ def test_a_list_that_is_shorter_than_the_fleet_is_refused(tmp_path):
     path = tmp_path / 'poses.yaml'
     path.write_text('[[1, 1, 1], [2, 2, 2]]')
 
-    with pytest.raises(SetcmasError, match=r'has 2 poses; the fleet has 3 robots'):
+    with pytest.raises(SetcmasError, match=r'there are 2 poses; the fleet has 3 robots'):
         given_poses(3, path)
     assert list(given_poses(1, path)) == [1]
 

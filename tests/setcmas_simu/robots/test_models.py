@@ -153,7 +153,7 @@ def test_names_of_models(text, names):
     [
         ('4:car', '--model names robot 4; the fleet has robots 1 to 3'),
         ('1:car,1-2:burger', 'names robot 1 twice'),
-        ('1:', 'robots 1 get nothing'),
+        ('1:', "there is nothing behind '1:'"),
         ('3-2:car', "robots '3-2' are not understood"),
     ],
 )

@@ -51,7 +51,8 @@ def test_what_a_simulation_shows():
     shown = topics_of(rviz_config([1, 12]))
 
     names = ('marker', 'pose', 'odom', 'wp_ref', 'traj_ref')
-    assert set(shown) == {f'/tb3_{i}/{name}' for i in (1, 12) for name in names}
+    of_robots = {f'/tb3_{i}/{name}' for i in (1, 12) for name in names}
+    assert set(shown) == of_robots | {'/obstacles'}
     assert shown['/tb3_1/odom']['Keep'] > 100
 
 
@@ -59,7 +60,12 @@ def test_what_an_experiment_shows():
     text = rviz_config([3], experiment=True)
     shown = topics_of(text)
 
-    assert set(shown) == {'/arena', '/mocap/tb3_3/odom', '/tb3_3/wp_ref', '/tb3_3/traj_ref'}
+    assert set(shown) - {'/obstacles'} == {
+        '/arena',
+        '/mocap/tb3_3/odom',
+        '/tb3_3/wp_ref',
+        '/tb3_3/traj_ref',
+    }
     keeps = [d['Keep'] for d in displays(yaml.safe_load(text)) if 'Keep' in d]
     assert min(keeps) == 1
     assert max(keeps) > 100

@@ -1,0 +1,1 @@
+"""What stands around robots: the border of an arena, obstacles."""

@@ -1,0 +1,199 @@
+"""Obstacles: discs and polygons, written 'disc 1 2 0.5; polygon 0 0 1 0 1 1'."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field
+from itertools import combinations
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from setcmas_simu.errors import SetcmasError
+from setcmas_simu.options.kinds import Kind
+from setcmas_simu.yaml_entries import Entry, read_entries
+
+Point = tuple[float, float]
+
+FORM = "'disc X Y RADIUS; polygon X1 Y1 X2 Y2 X3 Y3 ...' in m, or a YAML file"
+_OF_FILES = ('.yaml', '.yml')
+
+
+class Disc(NamedTuple):
+    """A disc, in m."""
+
+    x: float
+    y: float
+    radius: float
+
+
+@dataclass(frozen=True)
+class Polygon:
+    """A polygon, in m: its corners in order, whose sides do not cross."""
+
+    corners: tuple[Point, ...]
+
+    @property
+    def sides(self) -> list[tuple[Point, Point]]:
+        """The sides, from corner to corner."""
+        return list(zip(self.corners, (*self.corners[1:], self.corners[0]), strict=True))
+
+    def contains(self, x: float, y: float) -> bool:
+        """Return whether a point (m) is inside: a ray from it crosses an odd number of sides."""
+        crossed = [
+            x < x1 + (y - y1) * (x2 - x1) / (y2 - y1)
+            for (x1, y1), (x2, y2) in self.sides
+            if (y1 > y) != (y2 > y)
+        ]
+        return sum(crossed) % 2 == 1
+
+
+@dataclass(frozen=True)
+class Obstacles:
+    """What robots must not touch."""
+
+    discs: tuple[Disc, ...] = ()
+    polygons: tuple[Polygon, ...] = ()
+
+    @classmethod
+    def of(cls, text: str) -> Obstacles:
+        """Return the obstacles of a text; there are none in an empty one.
+
+        Raises:
+            SetcmasError: It is malformed.
+        """
+        shapes = [_shape_of(part) for part in text.split(';') if part.strip()]
+        return cls._sorted(shapes)
+
+    @classmethod
+    def listed(cls, entry: Entry) -> Obstacles:
+        """Return the obstacles of a YAML list, such as `- disc: [x, y, radius]`.
+
+        Raises:
+            SetcmasError: One is malformed; the message names file and line.
+        """
+        return cls._sorted([_shape_listed(item) for item in entry.items()])
+
+    @classmethod
+    def _sorted(cls, shapes: Sequence[Disc | Polygon]) -> Obstacles:
+        return cls(
+            tuple(shape for shape in shapes if isinstance(shape, Disc)),
+            tuple(shape for shape in shapes if isinstance(shape, Polygon)),
+        )
+
+    def contain(self, x: float, y: float) -> bool:
+        """Return whether a point (m) is inside one of them."""
+        in_disc = (math.hypot(x - disc.x, y - disc.y) < disc.radius for disc in self.discs)
+        return any(in_disc) or any(polygon.contains(x, y) for polygon in self.polygons)
+
+    def __str__(self) -> str:
+        """Return the text that `of` reads."""
+        texts = [f'disc {_written(disc)}' for disc in self.discs]
+        texts += [f'polygon {_written(_flat(one.corners))}' for one in self.polygons]
+        return '; '.join(texts)
+
+
+@dataclass(frozen=True)
+class ObstaclesKind(Kind):
+    """Obstacles as a text; that of a file is read at once, so that runs keep what it said."""
+
+    metavar: str | None = field(default='SHAPES|FILE.yaml', kw_only=True)
+
+    @property
+    def must_be(self) -> str:
+        """The form."""
+        return FORM
+
+    def parse(self, text: str) -> str:
+        """Return the obstacles of a text or a file as a text, or what is no such text as it is."""
+        if text.endswith(_OF_FILES):
+            return str(Obstacles.listed(read_entries(Path(text))))
+        return text
+
+    def accepts(self, value: Any) -> bool:
+        """Return whether a value tells obstacles."""
+        try:
+            return isinstance(value, str) and bool(Obstacles.of(value))
+        except SetcmasError:
+            return False
+
+    def check(self, name: str, value: Any) -> None:
+        """See that a value tells obstacles."""
+        if isinstance(value, str):
+            Obstacles.of(value)  # which says more
+        super().check(name, value)
+
+
+def _shape_of(text: str) -> Disc | Polygon:
+    kind, *words = text.split()
+    try:
+        numbers = [float(word) for word in words]
+    except ValueError:
+        numbers = []
+    return _shape(kind, numbers, f"obstacle '{text.strip()}'")
+
+
+def _shape_listed(entry: Entry) -> Disc | Polygon:
+    fields = entry.fields(('disc', 'polygon'))
+    if len(fields) != 1:
+        raise entry.mistake('one disc: [x, y, radius] or one polygon: [[x, y], ...]')
+    ((kind, shape),) = fields.items()
+    numbers = [number for item in shape.items() for number in _numbers(item)]
+    return _shape(kind, numbers, f'{shape.file}, line {shape.line}: {shape.name}')
+
+
+def _numbers(entry: Entry) -> list[float]:
+    if isinstance(entry.value, list):
+        return [item.number() for item in entry.items()]
+    return [entry.number()]
+
+
+def _shape(kind: str, numbers: Sequence[float], name: str) -> Disc | Polygon:
+    if not all(map(math.isfinite, numbers)):
+        raise SetcmasError(f'{name}: coordinates must be finite')
+    if kind == 'disc' and len(numbers) == 3 and numbers[2] > 0:
+        return Disc(*numbers)
+    if kind == 'polygon' and len(numbers) >= 6 and len(numbers) % 2 == 0:
+        corners = tuple(zip(numbers[::2], numbers[1::2], strict=True))
+        _check_sides(Polygon(corners), name)
+        return Polygon(corners)
+    if kind == 'disc' and len(numbers) == 2:
+        raise SetcmasError(f'{name} has no radius; it must be such as disc 1 2 0.5')
+    raise SetcmasError(
+        f'{name} is no obstacle; it must be a disc (x, y and a radius above 0) or a polygon '
+        '(x and y of 3 corners or more), such as disc 1 2 0.5'
+    )
+
+
+def _check_sides(polygon: Polygon, name: str) -> None:
+    for first, second in combinations(polygon.sides, 2):
+        if _meet(first, second) and not {*first} & {*second}:
+            raise SetcmasError(
+                f'{name}: the sides {_side(first)} and {_side(second)} cross; corners must be in '
+                'order around the polygon'
+            )
+    if len({*polygon.corners}) < len(polygon.corners):
+        raise SetcmasError(f'{name}: a corner is there twice; leave one out')
+
+
+def _meet(first: tuple[Point, Point], second: tuple[Point, Point]) -> bool:
+    """Return whether two segments have a point in common, but for parallel ones."""
+    (a, b), (c, d) = first, second
+    return _turn(a, b, c) * _turn(a, b, d) <= 0 and _turn(c, d, a) * _turn(c, d, b) <= 0
+
+
+def _turn(a: Point, b: Point, c: Point) -> float:
+    """Return twice the signed area of a triangle."""
+    return (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
+
+
+def _side(side: tuple[Point, Point]) -> str:
+    return ' to '.join(f'({x:g}, {y:g})' for x, y in side)
+
+
+def _flat(corners: Sequence[Point]) -> Iterator[float]:
+    return (number for corner in corners for number in corner)
+
+
+def _written(numbers: Iterator[float] | Sequence[float]) -> str:
+    return ' '.join(repr(number).removesuffix('.0') for number in numbers)
