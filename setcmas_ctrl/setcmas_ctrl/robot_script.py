@@ -28,7 +28,7 @@ from setcmas_ctrl.scripts.messages import describe_failure, safe_text
 from setcmas_ctrl.scripts.stop_call import AbandonCall, StopCall
 from setcmas_simu.arrays import Floats
 from setcmas_simu.errors import SetcmasError
-from setcmas_simu.robots.model import POSE, TWIST, RobotModel
+from setcmas_simu.robots.model import POSE, TWIST, Motion, RobotModel
 from setcmas_simu.robots.unicycle import BURGER_SHAPE, velocities_between
 
 STEP = 'step(state, command, Ts)'
@@ -70,6 +70,8 @@ class ScriptRobot(RobotModel):
             for name, expected in _OPTIONAL.items()
             if name in functions
         }
+        if 'command' in self._own:
+            self.motion = Motion.FREE  # as far as the script says
         self.failed = False
         self._reports = ErrorReports(warn, _STANDS)
         self._t = 0.0

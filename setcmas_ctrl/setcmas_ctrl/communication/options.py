@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, ClassVar
@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike
 
 from setcmas_ctrl.communication.graph import COMPLETE, PRESETS
 from setcmas_ctrl.communication.triggering import CTC, THRESHOLD_M
+from setcmas_ctrl.scripts.exercise import unfilled_note
 from setcmas_ctrl.scripts.loader import EXERCISES
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.options.completion import names_and_files
@@ -18,7 +19,7 @@ from setcmas_simu.options.group import ClashError, Options, flag, option
 from setcmas_simu.options.kinds import Kind, Number
 
 Graph = str | Path | ArrayLike
-Condition = str | Path | Callable[..., Any] | None
+Condition = str | Path | Callable[..., Any] | Mapping[int, Callable[..., Any]] | None
 
 
 @dataclass(frozen=True)
@@ -92,6 +93,12 @@ class CommunicationOptions(Options):
         if not isinstance(self.ctc, (str, Path)):
             return self
         return replace(self, ctc=find_condition(str(self.ctc), exercise))
+
+    @property
+    def notes(self) -> list[str]:
+        """What to say of a condition that was found and is not filled in yet."""
+        note = unfilled_note(self.ctc) if isinstance(self.ctc, Path) else ''
+        return [note] if note else []
 
 
 def find_condition(name: str, exercise: bool = False) -> Path:

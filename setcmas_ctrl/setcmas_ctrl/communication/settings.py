@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import difflib
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -67,7 +67,7 @@ class Communication:
     def condition_script(self) -> Path | None:
         """The script of the triggering condition, if it is one."""
         condition = self._condition
-        return None if condition is None or callable(condition) else Path(condition)
+        return Path(condition) if isinstance(condition, (str, Path)) else None
 
     def links(self, receivers: Sequence[int], *others: int) -> Links:
         """Return the links on which robots hear the fleet, and those of fleets of other seeds."""
@@ -79,11 +79,13 @@ class Communication:
         Raises:
             SetcmasError: The condition cannot be loaded.
         """
+        if script := self.condition_script:
+            return Broadcast.of_script(robot, script, reports)
         condition = self._condition or further_than(self.threshold)
-        if callable(condition):
-            code = getattr(condition, '__code__', None)
-            return Broadcast(robot, condition, Path(code.co_filename if code else 'ctc'), reports)
-        return Broadcast.of_script(robot, Path(condition), reports)
+        if isinstance(condition, Mapping):
+            condition = condition[robot]
+        code = getattr(condition, '__code__', None)
+        return Broadcast(robot, condition, Path(code.co_filename if code else 'ctc'), reports)
 
 
 def chosen_communication(
@@ -123,7 +125,7 @@ def check_communication(options: CommunicationOptions, nb_robots: int | None) ->
         SetcmasError: They cannot.
     """
     condition = options.found().ctc
-    if condition is not None and not callable(condition):
+    if isinstance(condition, (str, Path)):
         compile_script(Path(condition), expected=CTC)
     graph_description(options.graph)
     if nb_robots is not None:

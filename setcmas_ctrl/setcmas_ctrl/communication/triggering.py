@@ -158,7 +158,7 @@ class Broadcast:
         if self._with_velocities:
             arguments = [_position(state), _velocity(state), _position(last), _velocity(last)]
         try:
-            answer = self._checked(self._condition(*arguments, t))
+            answer = checked_answer(self._condition(*arguments, t), self.path)
         except (StopCall, AbandonCall, KeyboardInterrupt):
             raise
         except ControlError as error:
@@ -172,18 +172,27 @@ class Broadcast:
             self._reports.succeeded(self.robot, t)
         return answer
 
-    def _checked(self, result: Any) -> bool:
-        """Return what the condition returned as a bool; 0 and 1 will do."""
-        if result is True or result is False:  # the usual case
-            return bool(result)
-        array = np.asarray(result)
-        if array.size == 1 and array.dtype.kind in 'biuf' and np.isfinite(array).all():
-            return bool(array.ravel()[0])
-        text = ' '.join(safe_text(repr, result).split())[:60]
-        raise ControlError(
-            f'{self.path.name}: ctc returned {text}; it must be True or False',
-            ('result', 'ctc', type(result).__name__),
-        )
+
+def checked_answer(result: Any, path: Path) -> bool:
+    """Return what a condition returned as a bool; 0 and 1 will do.
+
+    Args:
+        result: What it returned.
+        path: Its script.
+
+    Raises:
+        ControlError: It is something else.
+    """
+    if result is True or result is False:  # the usual case
+        return bool(result)
+    array = np.asarray(result)
+    if array.size == 1 and array.dtype.kind in 'biuf' and np.isfinite(array).all():
+        return bool(array.ravel()[0])
+    text = ' '.join(safe_text(repr, result).split())[:60]
+    raise ControlError(
+        f'{path.name}: ctc returned {text}; it must be True or False',
+        ('result', 'ctc', type(result).__name__),
+    )
 
 
 def _position(state: State) -> Floats:

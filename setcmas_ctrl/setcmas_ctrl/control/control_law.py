@@ -108,7 +108,7 @@ class ControlLaw:
         )
         try:
             result = self._control(self.robot, self._nb_robots, poses.copy(), t)
-        except (StopCall, AbandonCall):
+        except (StopCall, AbandonCall, ControlError):  # the last of one that lives elsewhere
             raise
         except BaseException as error:  # whatever a script raises, the other robots go on
             if isinstance(error, KeyboardInterrupt) and not scripts_own(error):

@@ -6,6 +6,7 @@ from collections.abc import Collection, Mapping
 from pathlib import Path
 
 from setcmas_ctrl.control.control_law import ControlLaw
+from setcmas_ctrl.scripts.exercise import unfilled_note
 from setcmas_ctrl.scripts.loader import ALGORITHMS, compile_script, find_script, names_to_set
 from setcmas_ctrl.scripts.settings import Settings
 from setcmas_simu.errors import SetcmasError
@@ -49,14 +50,15 @@ class LawScripts:
             compile_script(path, settings=self._settings[path])
 
     @property
-    def hiding(self) -> list[str]:
-        """What to say of names of built-in laws that files in the current folder have too."""
-        return [
+    def notes(self) -> list[str]:
+        """What to say of scripts that hide a built-in law, or are not filled in yet."""
+        hiding = [
             f'--algo {name} is {path.name} in this folder, which hides the built-in law of that '
             'name; rename the file to run that one'
             for name, path in self._found.items()
             if name in ALGORITHMS and path.parent == Path.cwd()
         ]
+        return hiding + list(filter(None, map(unfilled_note, self.paths)))
 
     @property
     def title(self) -> str:

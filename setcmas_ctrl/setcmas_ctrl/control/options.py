@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import astuple, dataclass
 from typing import Any, ClassVar
 
 from setcmas_ctrl.control.law_scripts import LawScripts
@@ -19,6 +19,7 @@ from setcmas_simu.options.group import Options, flag, option
 from setcmas_simu.options.kinds import NB_ROBOTS, RATE, SEEDS, Kind, Number, OneOf, Robots, Whole
 from setcmas_simu.options.option import Form
 from setcmas_simu.robots.si_to_uni import KOMEGA
+from setcmas_simu.robots.velocity_limits import VelocityLimits
 
 RATE_HZ = 5.0
 """Default rate of control, in Hz."""
@@ -131,6 +132,31 @@ class FleetOptions(Options):
         return robots
 
 
+@dataclass(frozen=True)
+class _Limits(Kind):
+    """Limits of a robot as numbers."""
+
+    @property
+    def must_be(self) -> str:
+        """The form."""
+        return 'four numbers: forward, turn and wheel speed, and distance of the wheels'
+
+    def parse(self, text: str) -> VelocityLimits | str:
+        """Return the limits that a text tells."""
+        try:
+            return VelocityLimits(*map(float, text.split(',')))
+        except (TypeError, ValueError):
+            return text
+
+    def accepts(self, value: Any) -> bool:
+        """Return whether a value is limits."""
+        return isinstance(value, VelocityLimits)
+
+    def text(self, value: Any) -> str:
+        """Return the numbers."""
+        return ','.join(map(repr, astuple(value)))
+
+
 @dataclass(frozen=True, kw_only=True)
 class ControllerOptions(FleetOptions):
     """What else a controller process is told by the command that starts it."""
@@ -142,6 +168,9 @@ class ControllerOptions(FleetOptions):
         Number(above=0, unit='s', finite=True),
         'age from which the last word of its pause node is too old',
         default=PAUSE_TIMEOUT_S,
+    )
+    limits: VelocityLimits | None = option(
+        _Limits(metavar='V,OMEGA,WHEEL,SEPARATION'), 'how fast unicycles can go', default=None
     )
     recorded: bool = flag('wait for a recorder, which is to get the very first command')
     simulator: int | None = option(

@@ -5,10 +5,12 @@ from __future__ import annotations
 from pathlib import Path
 
 from setcmas_ctrl.communication.triggering import CTC
+from setcmas_ctrl.control.commander import Commander
 from setcmas_ctrl.controller.communication import FleetCommunication
 from setcmas_ctrl.controller.event_triggered_comm import EventTriggeredComm, broadcasters
 from setcmas_ctrl.controller.graph_watch import GraphWatch
 from setcmas_ctrl.controller.lockstep_loop import LockstepLoop
+from setcmas_ctrl.controller.obstacle_markers import publish_obstacles
 from setcmas_ctrl.controller.preparation import Prepared
 from setcmas_ctrl.controller.scripts.reloader import ScriptReloader
 from setcmas_ctrl.controller.scripts.script_outcomes import ScriptOutcomes
@@ -26,6 +28,8 @@ from setcmas_simu.robots.models import model_names
 from setcmas_simu.ros import qos
 from setcmas_simu.ros.step_clock import ScaledClock, SteadyClock, StepClock
 from setcmas_simu.ros.step_loop import StepLoop
+from setcmas_simu.world.arena import Arena
+from setcmas_simu.world.obstacles import Obstacles
 
 
 def build(known: Prepared) -> tuple[ControlStepper, StepLoop | LockstepLoop]:
@@ -36,6 +40,10 @@ def build(known: Prepared) -> tuple[ControlStepper, StepLoop | LockstepLoop]:
     """
     profile = qos.LOCKSTEP_COMMAND if known.in_lockstep else qos.COMMAND
     controllers = [Controller(law, profile) for law in known.laws]
+    _show_obstacles(known)
+    if known.wanted.safety.is_on:
+        for controller in controllers:
+            controller.tell_allowed(profile)
     odometry = _odometry(known)
     followers = _followers(known)
     pause = _pause(known, followers)
@@ -44,7 +52,7 @@ def build(known: Prepared) -> tuple[ControlStepper, StepLoop | LockstepLoop]:
         known.node,
         odometry,
         list(zip(controllers, followers, strict=True)),
-        known.wanted.law,
+        _commander(known, followers),
         _outcomes(known),
         graph,
         pause,
@@ -60,6 +68,14 @@ def build(known: Prepared) -> tuple[ControlStepper, StepLoop | LockstepLoop]:
             known.process, known.node, odometry, stepper, senders, graph, rate, known.time
         )
     return stepper, _step_loop(known, stepper)
+
+
+def _show_obstacles(known: Prepared) -> None:
+    safety = known.wanted.safety
+    arena = None  # that of an experiment is the bridge's to show
+    if safety.arena and not known.wanted.options.experiment:
+        arena = Arena(*safety.arena)
+    publish_obstacles(known.node, Obstacles.of(safety.obstacles or ''), arena)
 
 
 def _odometry(known: Prepared) -> FleetOdometry:
@@ -85,6 +101,20 @@ def _followers(known: Prepared) -> list[SiToUni]:
     else:
         models.follow(known.announced)
     return followers
+
+
+def _commander(known: Prepared, followers: list[SiToUni]) -> Commander:
+    """Return what commands the robots.
+
+    Raises:
+        SetcmasError: Some move in a way that cannot be filtered.
+    """
+    commander = Commander(
+        known.wanted.law, known.wanted.safety, known.robots, known.nb_robots, known.warn
+    )
+    commander.limits = known.wanted.options.limits
+    commander.use([follower.model for follower in followers])
+    return commander
 
 
 def _pause(known: Prepared, followers: list[SiToUni]) -> PauseWatch | None:

@@ -18,10 +18,12 @@ from setcmas_ctrl.controller.lockstep_loop import LockstepLoop
 from setcmas_ctrl.controller.preparation import Wanted, prepare
 from setcmas_ctrl.controller.scripts.stuck_scripts import end_process, end_stuck_script
 from setcmas_ctrl.controller.stepper import ControlStepper
+from setcmas_ctrl.filter.options import FilterOptions
 from setcmas_ctrl.scripts.output import named_output
 from setcmas_ctrl.scripts.stop_call import StopCall
 from setcmas_simu.errors import SetcmasError
-from setcmas_simu.ros.parameters import ProcessParameters, fixed_in_lockstep
+from setcmas_simu.fleet import topics
+from setcmas_simu.ros.parameters import ProcessParameters, declare_fixed, fixed_in_lockstep
 from setcmas_simu.ros.process import FleetNode, RosProcess, node_main
 from setcmas_simu.ros.step_loop import StepLoop
 
@@ -48,13 +50,15 @@ def main(argv: list[str] | None = None) -> int:
     LawOptions.add_to(parser)
     ControllerOptions.add_to(parser)
     CommunicationOptions.add_to(parser)
+    FilterOptions.add_to(parser)
     return node_main(parser, _control, argv)
 
 
 def _control(process: RosProcess, args: argparse.Namespace) -> int:
     with named_output():
-        node = FleetNode.of_process('controllers')
+        node = FleetNode.of_process(topics.CONTROLLERS)
         parameters = ProcessParameters(node, LawOptions.of(args), PARAMETERS)
+        declare_fixed(node, topics.LAW, parameters.options.algo, 'the control law')
         parameters.warn_of_unknown()
         if args.experiment:
             parameters.check = partial(_keep_rate, parameters.options.rate)

@@ -15,6 +15,7 @@ from setcmas_ctrl.control.options import ControllerOptions, LawOptions
 from setcmas_ctrl.controller.canvas import MarkerCanvas
 from setcmas_ctrl.controller.scripts.law_loader import LawLoader
 from setcmas_ctrl.controller.scripts.stuck_scripts import end_stuck_script
+from setcmas_ctrl.filter.options import FilterOptions
 from setcmas_ctrl.fleet.discovery import wait_for_announcement, wait_for_fleet, wait_for_source
 from setcmas_ctrl.scripts.stop_call import StopCall
 from setcmas_ctrl.scripts.watch.call_watch import CallWatch
@@ -34,12 +35,14 @@ class Wanted:
         law: Which control law, and how robots follow it.
         options: Which robots, and who tells their poses.
         communication: Who hears whom.
+        safety: What keeps robots apart.
         scripts: The scripts of the law.
     """
 
     law: LawOptions
     options: ControllerOptions
     communication: CommunicationOptions
+    safety: FilterOptions
     scripts: LawScripts
 
     @classmethod
@@ -50,7 +53,8 @@ class Wanted:
             SetcmasError: A script is missing or has a mistake.
         """
         communication = CommunicationOptions.of(args).found(law.exercise)
-        return cls(law, ControllerOptions.of(args), communication, law.scripts())
+        options, safety = ControllerOptions.of(args), FilterOptions.of(args)
+        return cls(law, options, communication, safety, law.scripts())
 
 
 @dataclass(frozen=True)

@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+import math
+from collections.abc import Callable, Collection, Iterable
 from itertools import repeat
 
 import numpy as np
 from rclpy.node import Node
 
+from setcmas_ctrl.control.commander import Commanded, Commander
 from setcmas_ctrl.control.control_law import ControlLaw
 from setcmas_ctrl.control.options import GainOptions
-from setcmas_ctrl.control.saturation import saturate
 from setcmas_ctrl.controller.communication import FleetCommunication
 from setcmas_ctrl.controller.graph_watch import GraphWatch
 from setcmas_ctrl.controller.scripts.script_outcomes import ScriptOutcomes
@@ -31,10 +32,10 @@ from setcmas_ctrl.scripts.stop_call import AbandonCall, StopCall
 from setcmas_simu.arrays import Floats
 from setcmas_simu.fleet.fleet import robots_in_words
 from setcmas_simu.reports.reports import Started
-from setcmas_simu.robots.mixed_fleet import fleet_model
 from setcmas_simu.ros.process import RosProcess
 from setcmas_simu.ros.step_clock import Clock, SteadyClock
 
+_NOTHING = (math.nan, 0.0, math.nan)
 _LISTENERS_WAIT_S = 2.0
 _ENDS_ALL = 'and the other robots of this process cannot be commanded any more: it ends'
 _RECORDER_WAIT_S = 15.0  # of a machine that reads everything from its disk for the first time
@@ -52,7 +53,7 @@ class ControlStepper:
         node: Node,
         odometry: FleetOdometry,
         robots: list[tuple[Controller, SiToUni]],
-        gains: GainOptions,
+        commander: Commander,
         outcomes: ScriptOutcomes,
         graph: GraphWatch,
         pause: PauseWatch | None = None,
@@ -63,7 +64,7 @@ class ControlStepper:
             node: The node that owns the messages to the user.
             odometry: The poses of the fleet.
             robots: The controller of each robot of this process, and its si_to_uni node.
-            gains: How fast the robots follow the laws.
+            commander: Turns what the laws want into commands.
             outcomes: Takes the errors of the scripts; its watch watches the calls.
             graph: Looks who listens, and who else is there.
             pause: In an experiment, says when the laws are held; in a simulation they are while
@@ -73,8 +74,7 @@ class ControlStepper:
         self._odometry = odometry
         self._controllers = [controller for controller, _ in robots]
         self._followers = [follower for _, follower in robots]
-        self._own = np.array([follower.robot for follower in self._followers]) - 1
-        self._gains = gains
+        self._commander = commander
         self.clock: Clock = SteadyClock()
         self._pause = pause
         self._warn = node.get_logger().warning
@@ -121,7 +121,7 @@ class ControlStepper:
         law = ', '.join(dict.fromkeys(one.law.path.stem for one in self._controllers))
         self._node.get_logger().info(
             f'controlling {robots_in_words(list(self.robots))} with {law} '
-            f'at {self._gains.rate:g} Hz; Ctrl-C stops'
+            f'at {self._commander.gains.rate:g} Hz; Ctrl-C stops'
         )
         process.launcher.tell(Started(self.robots, law))
         self._take_signals = process.take_signals
@@ -163,7 +163,7 @@ class ControlStepper:
 
     def follow(self, gains: GainOptions) -> None:
         """Let the robots follow from now on by other gains."""
-        self._gains = gains
+        self._commander.gains = gains
 
     def stop(self) -> None:
         """Command zero to every robot."""
@@ -210,16 +210,16 @@ class ControlStepper:
 
     def _stand(self) -> None:
         """Command zero without calling the laws: a reference must not run away meanwhile."""
-        self._command([(0.0, 0.0)] * len(self._controllers))
+        self._command(self._commander.stand())
 
     def _control(self, t: float) -> None:
         poses: Iterable[Floats] = repeat(self._odometry.poses.copy())
         adjacency = None
         if self.communication:
             poses, adjacency = self.communication.heard(t)
-        velocities = []
+        velocities, idle = [], set()
         for controller, known in zip(self._controllers, poses, strict=False):
-            velocity = (0.0, 0.0)
+            velocity = None
             if self._has_laws and controller.robot not in self._lost:
                 try:
                     with self.watch.call(controller.robot, controller.law.path):
@@ -230,19 +230,29 @@ class ControlStepper:
                     self.outcomes.laws.failed(controller.robot, t, error)
                 except AbandonCall:
                     self._has_laws = False
-            velocities.append(velocity)
-        self._command(velocities)
+            velocities.append(velocity or (0.0, 0.0))
+            if velocity is None:
+                idle.add(controller.robot)
+        self._commander.use([follower.model for follower in self._followers])
+        wanted = np.array(velocities).T
+        self._command(self._commander(wanted, self._odometry.poses, t), idle)
 
-    def _command(self, velocities: list[tuple[float, float]]) -> None:
-        """Publish what the laws want, in m/s, and command the robots accordingly."""
-        wanted = saturate(np.array(velocities).T, self._gains.vnom)
-        for controller, velocity in zip(self._controllers, wanted.T.tolist(), strict=True):
+    def _command(self, commanded: Commanded, idle: Collection[int] = ()) -> None:
+        """Publish what the laws want, and what of it is allowed, and command the robots."""
+        for controller, velocity in zip(
+            self._controllers, commanded.wanted.T.tolist(), strict=True
+        ):
             controller.publish(*velocity)
-        model = fleet_model([follower.model for follower in self._followers])
-        poses = self._odometry.poses[:, self._own]
-        commands = model.command(wanted, poses, self._gains.komega).T.tolist()
-        for follower, command in zip(self._followers, commands, strict=True):
-            follower.command(*command)
+        if commanded.allowed is not None:
+            for controller, allowed in zip(
+                self._controllers, commanded.allowed.T.tolist(), strict=True
+            ):
+                controller.publish_allowed(*allowed)
+        for follower, command in zip(self._followers, commanded.commands.T.tolist(), strict=True):
+            # A law that fails is not one that lets its robot stand: in an experiment the bridge
+            # stops the robot until a person starts it again.
+            nothing = self._pause is not None and follower.robot in idle
+            follower.command(*(_NOTHING if nothing else command))
 
     def _check_ros(self, controller: Controller, t: float) -> None:
         """See that the script has not ended ROS in this process: no robot could be commanded.

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from geometry_msgs.msg import Point32
+from rclpy.publisher import Publisher
 from rclpy.qos import QoSProfile
 
 from setcmas_ctrl.control.control_law import ControlLaw
@@ -20,7 +21,18 @@ class Controller(FleetNode):
         self.law = law
         self.robot = law.robot
         self._publisher = self.create_publisher(Point32, topics.CMD_CART_VEL, profile)
+        self._allowed: Publisher | None = None
         self._message = Point32()
+
+    def tell_allowed(self, profile: QoSProfile) -> None:
+        """Have a topic for what the safety filter lets through."""
+        topic = topics.CMD_CART_VEL_ALLOWED
+        self._allowed = self.create_publisher(Point32, topic, profile)
+
+    def publish_allowed(self, vx: float, vy: float, verdict: float) -> None:
+        """Publish what the safety filter lets through, in m/s, and its verdict."""
+        if self._allowed:
+            self._allowed.publish(Point32(x=vx, y=vy, z=verdict))
 
     def publish(self, vx: float, vy: float) -> None:
         """Publish a velocity (m/s) in the world frame."""

@@ -1,4 +1,4 @@
-"""Pause of a simulated fleet: the topic /pause, and a service that does the same."""
+"""Pause and emergency stop of a simulated fleet: /pause, a service, and /emergency_stop."""
 
 from __future__ import annotations
 
@@ -24,11 +24,24 @@ class FleetPause:
         self._launcher = launcher
         node.create_subscription(Bool, topics.FLEET_PAUSE, self._on_pause, qos.EVENT)
         node.create_service(SetBool, '~/pause', self._answer)
+        self._stopped = False
+        for profile in (qos.EVENT, qos.LATCHED):  # each matches publishers that the other does not
+            node.create_subscription(Bool, topics.EMERGENCY_STOP, self._on_stop, profile)
+
+    def _on_stop(self, message: Bool) -> None:
+        if message.data and not self._stopped:
+            self._pause(True, topics.EMERGENCY_STOP)
+            print('emergency stop: it ends with this process', flush=True)
+            self._stopped = True
+            for follower in self._followers:
+                follower.stopped = True
 
     def _on_pause(self, message: Bool) -> None:
         self._pause(message.data, '/pause')
 
     def _pause(self, paused: bool, by: str) -> None:
+        if self._stopped:
+            return
         if any(follower.paused != paused for follower in self._followers):
             print(f'{"paused" if paused else "started"} by {by}', flush=True)
             self._launcher.tell(Paused(paused))
@@ -37,6 +50,7 @@ class FleetPause:
 
     def _answer(self, request: SetBool.Request, response: SetBool.Response) -> SetBool.Response:
         self._pause(request.data, 'service')
-        response.success = True
-        response.message = f'all robots are {"paused" if request.data else "let go"}'
+        response.success = request.data or not self._stopped
+        paused = request.data or self._stopped
+        response.message = f'all robots are {"paused" if paused else "let go"}'
         return response

@@ -25,6 +25,7 @@ class SiToUni(FleetNode):
     Attributes:
         robot: Number of the robot.
         paused: Whether it is held at zero.
+        stopped: Whether it stays so: an emergency stop.
         model: How it turns velocities into commands.
     """
 
@@ -45,7 +46,7 @@ class SiToUni(FleetNode):
         """
         super().__init__(NODE_NAME, namespace=topics.robot_name(robot))
         self.robot = robot
-        self.paused = False
+        self.paused = self.stopped = False
         self.model: RobotModel = UNICYCLE
         self.cmd_vel = CmdVelPublisher(
             self,
@@ -72,8 +73,8 @@ class SiToUni(FleetNode):
 
     def pause(self, paused: bool) -> None:
         """Hold the robot at zero velocity, or let it go on."""
-        self.paused = paused
-        if paused:
+        self.paused = paused or self.stopped
+        if self.paused:
             self.cmd_vel.publish(0.0, 0.0)
 
     def _answer_pause(

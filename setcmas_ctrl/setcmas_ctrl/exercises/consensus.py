@@ -17,6 +17,7 @@ What to observe
 
 Commands
     setcmas new my_consensus --from consensus --exercise    a copy of this file for you to edit
+    setcmas check my_consensus                              what is right, and what is missing
     setcmas run --algo my_consensus --nb-robots 8 --duration 40
     setcmas run --algo my_consensus --nb-robots 8 --duration 40 --set K=2
     setcmas offline --algo my_consensus --nb-robots 8       the same, in a moment
@@ -25,6 +26,7 @@ Commands
 import numpy as np
 
 task = 'consensus'  # what it is measured by, and drawn with
+exercise = 'consensus'  # what setcmas check marks it by
 
 K = 0.5  # gain (1/s)
 

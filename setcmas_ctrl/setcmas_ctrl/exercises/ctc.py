@@ -19,10 +19,13 @@ What to observe
 
 Commands
     setcmas new my_ctc --from ctc --exercise                a copy of this file for you to edit
+    setcmas check my_ctc                                    what is right, and what is missing
     setcmas run --algo consensus --nb-robots 8 --duration 45 --event-triggered --ctc my_ctc
 """
 
 import numpy as np
+
+exercise = 'ctc'  # what setcmas check marks it by
 
 THRESHOLD = 0.25  # (m)
 

@@ -16,6 +16,7 @@ What to observe
 
 Commands
     setcmas new my_formation --from leader_follower_formation --exercise    a copy to edit
+    setcmas check my_formation                                              what is missing
     setcmas run --algo my_formation --nb-robots 5 --duration 60
     setcmas metrics DIR --task formation                    the errors of the places
 """
@@ -24,6 +25,7 @@ import numpy as np
 import rviz_marker
 
 task = 'formation'  # what it is measured by, and drawn with
+exercise = 'leader_follower_formation'  # what setcmas check marks it by
 
 WPL = [[2, 2], [-2, 2], [-2, -2], [2, -2], [2, 2]]  # waypoints of the leader (m)
 REACHED = 0.10  # a waypoint counts as reached at this distance (m)

@@ -16,6 +16,7 @@ What to observe
 
 Commands
     setcmas new my_nav --from nav_wp --exercise             a copy of this file for you to edit
+    setcmas check my_nav                                    what is right, and what is missing
     setcmas run --algo my_nav --pose 1:5,5,0 --duration 60
     setcmas metrics DIR --task waypoints                    when each waypoint was reached
 """
@@ -24,6 +25,7 @@ import numpy as np
 import rviz_marker
 
 task = 'waypoints'  # what it is measured by, and drawn with
+exercise = 'nav_wp'  # what setcmas check marks it by
 
 WPL = [[2, 2], [-2, 2], [-2, -2], [2, -2], [2, 2]]  # waypoints (m)
 KP = 0.8  # gain (1/s)

@@ -16,6 +16,7 @@ What to observe
 
 Commands
     setcmas new my_tracking --from traj_tracking --exercise     a copy of this file to edit
+    setcmas check my_tracking                                   what is right, and what is missing
     setcmas run --algo my_tracking --pose 1:2,0,1.57 --duration 60
     setcmas metrics DIR --task tracking                         the error, over the last half
 """
@@ -24,6 +25,7 @@ import numpy as np
 import rviz_marker_array
 
 task = 'tracking'  # what it is measured by, and drawn with
+exercise = 'traj_tracking'  # what setcmas check marks it by
 
 R = 2.0  # radius of the circle (m)
 W = 0.2  # angular rate along the circle (rad/s)

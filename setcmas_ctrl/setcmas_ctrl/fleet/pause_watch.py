@@ -12,6 +12,10 @@ from setcmas_simu.fleet import topics
 from setcmas_simu.messages.polled_topic import PolledTopic
 from setcmas_simu.ros import qos
 
+SURE_AFTER_S = 0.25
+"""Time in s for which nothing but go has come until it counts: who sent a message cannot be known,
+but a pause node that means pause says so in between, ten times a second."""
+
 BY_WISH = 'paused'
 SILENT = 'paused: nothing is heard of the pause node'
 NOT_STARTED = 'paused: the pause node says go, but was not heard to pause first'
@@ -39,8 +43,9 @@ class PauseWatch:
         self._may_go = not latches
         self._held = ''
         self._paused = True
+        self._go_since = float('inf')
         self._received = self._looked = self._comes_from = -float('inf')
-        self._topic = PolledTopic(node, Bool, topics.PAUSED, self._on_paused, qos.STATE)
+        self._topic = PolledTopic(node, Bool, topics.PAUSED, self._on_paused, qos.EVENT)
 
     def reason(self) -> str:
         """Return why robots are paused, by what has come; empty if they are not."""
@@ -50,13 +55,17 @@ class PauseWatch:
         self._topic.take()
         trouble = self._trouble()
         if trouble:
+            if trouble == SEVERAL and self._may_go:
+                self._held = SEVERAL  # for whoever asks once they are gone
             self._may_go = not self._latches
             return trouble
         if self._paused:
             self._may_go = True
             self._held = ''
             return BY_WISH
-        return '' if self._may_go else self._held or NOT_STARTED
+        if not self._may_go:
+            return self._held or NOT_STARTED
+        return BY_WISH if now - self._go_since < SURE_AFTER_S else ''
 
     def hold(self, why: str) -> None:
         """Pause, until the pause node says pause and then go again."""
@@ -76,5 +85,8 @@ class PauseWatch:
         return SILENT if silent else ''
 
     def _on_paused(self, message: Bool) -> None:
-        self._paused = message.data
+        if message.data:
+            self._paused, self._go_since = True, float('inf')
+        elif self._paused:
+            self._paused, self._go_since = False, time.monotonic()
         self._received = self._comes_from

@@ -11,6 +11,7 @@ import sys
 import tokenize
 import types
 import warnings
+from collections.abc import Sequence
 from importlib.machinery import FileFinder
 from pathlib import Path
 from typing import Any
@@ -28,6 +29,7 @@ ALGORITHMS = ScriptDoor('setcmas.algorithms', 'control law')
 EXERCISES = ScriptDoor('setcmas.exercises', 'exercise')
 """Scripts whose maths is left to fill in."""
 
+_MOST_NAMES = 10
 _doubts: dict[Path, list[str]] = {}  # what Python found odd in the syntax of each script
 _told: set[str] = set()
 _compiled: dict[Path, tuple[object, types.CodeType]] = {}  # of each script, and what it is of
@@ -53,20 +55,36 @@ def find_script(name: str, exercise: bool = False) -> Path:
             return door.file(name)
     _refuse_other_kinds(Path(name))
     names = {title: list(door.offers()) for title, door in doors.items()}
-    names['in this folder'] = [path.stem for path in scripts_in(Path.cwd())]
+    names['in this folder'] = [path.stem for path in scripts_in(Path.cwd()) if _may_be_law(path)]
     known = list(dict.fromkeys(stem for stems in names.values() for stem in stems))
     near = difflib.get_close_matches(Path(name).stem, known, n=3)
     hint = f'did you mean {" or ".join(near)}? ' if near else ''
     raise SetcmasError(
-        f"control script '{name}' was not found: {hint}"
-        + '; '.join(f'{title}: {", ".join(stems) or "none"}' for title, stems in names.items())
+        f"control script '{name}' was not found; {hint}"
+        + '; '.join(f'{title}: {_first(stems)}' for title, stems in names.items())
     )
+
+
+def _first(names: Sequence[str]) -> str:
+    shown = [*names[:_MOST_NAMES], *(['...'] if len(names) > _MOST_NAMES else [])]
+    return ', '.join(shown) or 'none'
 
 
 def scripts_in(folder: Path) -> list[Path]:
     """Return the scripts in a folder, sorted by name."""
     paths = (path for path in folder.glob('*.py') if not path.name.startswith('_'))
     return sorted(path for path in paths if path.is_file())
+
+
+def _may_be_law(path: Path) -> bool:
+    """Return whether a script defines a control law, or has a mistake that hides it."""
+    try:
+        check_defines(ast.parse(path.read_bytes()), CONTROL, path)
+    except SetcmasError:
+        return False
+    except (OSError, SyntaxError, ValueError, RecursionError, MemoryError):
+        return True
+    return True
 
 
 def _no_notebook(path: Path) -> Path:

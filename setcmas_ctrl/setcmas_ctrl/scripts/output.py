@@ -12,11 +12,12 @@ import sys
 import threading
 import time
 import traceback
+import warnings
 from collections import defaultdict
 from collections.abc import Iterable, Iterator
 from pathlib import Path
 from types import FrameType
-from typing import IO, Any, cast
+from typing import IO, Any, TextIO, cast
 
 from setcmas_ctrl.scripts.imports import robot_of_frame
 from setcmas_ctrl.scripts.messages import describe_failure
@@ -143,11 +144,36 @@ def _tell_thread_failure(failure: threading.ExceptHookArgs) -> None:
 
 
 @contextlib.contextmanager
+def _warnings_once() -> Iterator[None]:
+    """Tell each warning once per place, for all robots: each has a module of its own."""
+    tell, told = warnings.showwarning, set[tuple[str, str, int]]()
+
+    def tell_once(
+        message: Warning | str,
+        category: type[Warning],
+        filename: str,
+        lineno: int,
+        file: TextIO | None = None,
+        line: str | None = None,
+    ) -> None:
+        if (place := (str(message), filename, lineno)) not in told:
+            told.add(place)
+            tell(message, category, filename, lineno, file, line)
+
+    warnings.showwarning = tell_once
+    try:
+        yield
+    finally:
+        warnings.showwarning = tell
+
+
+@contextlib.contextmanager
 def named_output() -> Iterator[None]:
     """Put the robot's name before what scripts print, or their threads fail with, inside."""
     hook, threading.excepthook = threading.excepthook, _tell_thread_failure
     stdout, stderr = ScriptOutput(sys.stdout), ScriptOutput(sys.stderr)
     with (
+        _warnings_once(),
         contextlib.redirect_stdout(cast(IO[str], stdout)),
         contextlib.redirect_stderr(cast(IO[str], stderr)),
     ):

@@ -6,9 +6,7 @@ A law that says so has the names that the task needs (WPL for waypoints), or a d
 
 from __future__ import annotations
 
-import ast
 from collections.abc import Callable, Iterable, Mapping
-from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -113,26 +111,6 @@ def checked_references(task: str, given: Mapping[str, Any], script: str) -> Refe
         if value is not None:
             values[name] = _checked(kind, name, value, script)
     return References(task, values)
-
-
-def plain_values(script: Path) -> dict[str, Any]:
-    """Return the plain values that a script gives to names of its top level, without running it.
-
-    Raises:
-        SetcmasError: The script cannot be read, or is not Python.
-    """
-    try:
-        body = ast.parse(script.read_bytes()).body
-    except (OSError, SyntaxError, ValueError) as error:
-        raise SetcmasError(f"control script '{script}' cannot be read: {error}") from error
-    values = {}
-    for node in body:
-        if isinstance(node, (ast.Assign, ast.AnnAssign)) and node.value:
-            target = node.targets[0] if isinstance(node, ast.Assign) else node.target
-            if isinstance(target, ast.Name):
-                with suppress(ValueError):
-                    values[target.id] = ast.literal_eval(node.value)
-    return values
 
 
 def _own_references(told: Any, nb_robots: int, path: Path) -> Mapping[str, Any]:

@@ -69,10 +69,10 @@ def test_mistakes_are_told_of(algo, settings, message):
 
 
 def test_a_file_that_hides_a_built_in_law_is_told(tmp_path):
-    assert LawScripts('consensus').hiding == []
+    assert LawScripts('consensus').notes == []
     (tmp_path / 'consensus.py').write_text(LEADER)
 
-    assert LawScripts('leader').hiding == []
-    assert LawScripts('./consensus.py').hiding == []
-    (note,) = LawScripts('1:leader,2:consensus').hiding
+    assert LawScripts('leader').notes == []
+    assert LawScripts('./consensus.py').notes == []
+    (note,) = LawScripts('1:leader,2:consensus').notes
     assert note.startswith('--algo consensus is consensus.py in this folder, which hides the')

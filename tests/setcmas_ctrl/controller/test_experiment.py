@@ -1,3 +1,5 @@
+import math
+
 import pytest
 from processes import CTRL
 
@@ -40,6 +42,18 @@ def test_the_time_of_laws_stands_still_while_an_experiment_is_paused(start, peer
     assert before < t() < before + 1.5
     lab.paused = None  # the pause node has died
     peer.wait_for(lambda: speed() == 0.0)
+
+
+def test_a_law_that_fails_is_not_one_that_lets_its_robot_stand(start, peer, script):
+    law = script('def control(i, n, poses, t):\n    return 0.0 / 0\n')
+    lab = LabPeer(peer, ('tb3_1',))
+    odometry = peer.node.create_publisher(Odometry, '/mocap/tb3_1/odom', 1)
+    peer.node.create_timer(0.05, lambda: odometry.publish(Odometry()))
+    wanted = peer.listen(type(twist_stamped(0.0, 0.0)), '/tb3_1/cmd_vel_wanted')
+    lab.paused = False
+    start(*CTRL, '--algo', law, '--nb-robots', '1', '--experiment')
+
+    peer.wait_for(lambda: wanted and math.isnan(wanted[-1].twist.linear.x))
 
 
 def test_poses_of_motion_capture_are_waited_for(start):

@@ -148,6 +148,7 @@ def test_a_stuck_script_that_swallows_every_exception_still_ends(start, peer, sc
     command = peer.cmd_vel(1)
     process = start(*CTRL, '--algo', law)
     process.wait_for_output('has not returned')
+    peer.wait_for(lambda: peer.node.count_publishers('/tb3_1/cmd_vel'))
     process.popen.send_signal(signal.SIGINT)
     process.popen.send_signal(signal.SIGTERM)
 

@@ -7,6 +7,9 @@ from geometry_msgs.msg import Twist, TwistStamped
 from nav_msgs.msg import Odometry
 from ros_peer import velocity
 from std_msgs.msg import Bool
+from std_srvs.srv import SetBool
+
+from setcmas_simu.ros import qos
 
 
 def test_a_robot_that_listens_to_plain_twist_gets_it(start, peer):
@@ -35,7 +38,7 @@ def test_it_says_when_nothing_listens_to_the_commands(start, peer):
     peer.wait_for(lambda: 'nothing listens to cmd_vel of robot 1' in process.output())
 
 
-def test_pause_holds_one_robot_or_the_fleet_at_zero(start, peer):
+def test_pause_holds_one_robot_or_the_fleet_at_zero_and_an_emergency_stop_to_the_end(start, peer):
     start(*SIMU, '--nb-robots', '2')
     commands = [peer.cmd_vel(robot) for robot in (1, 2)]
     ctrl = start(*CTRL, '--algo', 'consensus')
@@ -55,6 +58,17 @@ def test_pause_holds_one_robot_or_the_fleet_at_zero(start, peer):
     pause_all.publish(Bool(data=False))
     peer.wait_for(lambda: not stands(0) and not stands(1))
     ctrl.wait_for_output('started by /pause')
+
+    peer.publisher(Bool, '/emergency_stop', qos=qos.LATCHED).publish(Bool(data=True))
+    ctrl.wait_for_output('emergency stop: it ends with this process')
+    peer.wait_for(lambda: stands(0) and stands(1))
+    pause_all.publish(Bool(data=False))
+    pause_first.publish(Bool(data=False))
+    assert not peer.call(SetBool, '/controllers/pause', data=False).success
+    for messages in commands:
+        peer.wait_for_new(messages, 5)
+    assert stands(0)
+    assert stands(1)
 
 
 def test_a_second_controller_of_a_robot_is_noticed(start):

@@ -14,10 +14,10 @@ def control(robotNo, nbRobots, poses, t):
     return 0.3, 0
 """
 STAYS = [  # the process does not end by itself
-    'sum(range(10**14))',
+    'time.sleep(600)',
+    pytest.param('sum(range(10**14))', marks=pytest.mark.nightly),
     pytest.param('os.kill(os.getpid(), signal.SIGSTOP)', marks=pytest.mark.nightly),
     pytest.param('import rclpy; rclpy.spin(rclpy.create_node("mine"))', marks=pytest.mark.nightly),
-    pytest.param('time.sleep(600)', marks=pytest.mark.nightly),
 ]
 ENDS = [
     'os.kill(os.getpid(), signal.SIGKILL)',

@@ -66,7 +66,7 @@ def test_where_nobody_announces_robots_are_guessed_and_that_is_told(start, peer,
 
 def test_parts_of_a_fleet_are_announced_by_several_processes(start, script):
     for robots in ('1-2', '3'):
-        start(*SIMU, '--robots', robots).wait_for_output('simulating')
+        start(*SIMU, '--nb-robots', '3', '--robots', robots).wait_for_output('simulating')
     process = start(*CTRL, '--algo', script(STAND))
 
     process.wait_for_output('controlling robots 1-3')

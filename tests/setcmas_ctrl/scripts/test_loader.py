@@ -62,8 +62,9 @@ def test_a_path_to_a_file_goes_before_all(folder):
 
 def test_a_missing_script_is_told_with_the_nearest_names(folder):
     script(folder, CONTROL, 'my_law.py')
+    script(folder, 'NAME = 1', 'my_lave.py')  # no law: not offered
 
-    with pytest.raises(SetcmasError, match=r"'my_lav' was not found: did you mean my_law\?") as e:
+    with pytest.raises(SetcmasError, match=r"'my_lav' was not found; did you mean my_law\?") as e:
         find_script('my_lav')
     assert 'consensus' in str(e.value)
     assert '\n' not in str(e.value)

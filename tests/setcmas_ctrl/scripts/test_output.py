@@ -4,7 +4,9 @@ import subprocess
 import sys
 import textwrap
 import time
+import warnings
 
+import numpy as np
 from control_functions import load_control
 
 from setcmas_ctrl.scripts.output import named_output
@@ -51,6 +53,18 @@ def test_pieces_of_a_line_are_put_together_and_the_last_line_ends(tmp_path, caps
         'tb3_2: rest',
     ]
     assert captured.err == 'tb3_1: to stderrto stderr\ntb3_2: to stderrto stderr\n'
+
+
+def test_a_warning_is_told_once_for_all_robots_and_calls(tmp_path):
+    body = 'import numpy as np\nnp.float64(1.0) / np.float64(t)\nreturn np.zeros(2)'
+    with warnings.catch_warnings(record=True) as told, named_output():
+        warnings.simplefilter('always')
+        for robot in (1, 2):
+            control = law(tmp_path, body, robot)
+            for _ in range(2):
+                control(robot, 2, np.zeros((3, 2)), 0.0)
+
+    assert [one.category for one in told] == [RuntimeWarning]
 
 
 def test_threads_of_scripts_do_not_mix_their_lines(tmp_path, capsys):

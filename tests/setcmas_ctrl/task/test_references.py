@@ -5,7 +5,6 @@ import pytest
 from setcmas_ctrl.scripts.loader import load_script
 from setcmas_ctrl.task.references import (
     References,
-    plain_values,
     references_of,
     told_references,
 )
@@ -90,16 +89,6 @@ def test_the_first_law_that_tells_a_task_counts():
 def test_what_somebody_else_publishes_is_no_task(text):
     with pytest.raises(ValueError, match=r'JSON|Expected|Input|truncated|missing'):
         References.decoded(text)
-
-
-def test_plain_values_are_read_without_running_the_script(tmp_path):
-    path = tmp_path / 'law.py'
-    path.write_text('raise RuntimeError\nWPL = [[1, 2]]\nN = len(WPL)\nD: float = 2\n')
-
-    assert plain_values(path) == {'WPL': [[1, 2]], 'D': 2}
-    path.write_text('WPL = [')
-    with pytest.raises(SetcmasError, match=r'law.py. cannot be read'):
-        plain_values(path)
 
 
 @pytest.mark.parametrize('nb_robots', [1, 5, 12])

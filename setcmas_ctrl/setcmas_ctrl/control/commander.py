@@ -1,0 +1,129 @@
+"""Commander: from the velocities that control laws want to the commands of their robots."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from setcmas_ctrl.control.acceleration import limited_rise
+from setcmas_ctrl.control.options import GainOptions
+from setcmas_ctrl.control.saturation import saturate
+from setcmas_ctrl.filter.deadlock import Now
+from setcmas_ctrl.filter.options import FilterOptions
+from setcmas_simu.arrays import Floats
+from setcmas_simu.errors import SetcmasError
+from setcmas_simu.robots.mixed_fleet import fleet_model
+from setcmas_simu.robots.model import RobotModel
+from setcmas_simu.robots.unicycle import UNICYCLE, Unicycle
+from setcmas_simu.robots.velocity_limits import VelocityLimits
+
+
+@dataclass(frozen=True)
+class Commanded:
+    """What R robots are commanded.
+
+    Attributes:
+        wanted: What the laws want after saturation: rows vx, vy in m/s, shape (2, R).
+        commands: Speeds forward and to the left (m/s) and turn rates (rad/s), shape (3, R).
+        allowed: What the filter lets through: rows vx, vy and a `Verdict`, shape (3, R); None
+            without a filter.
+    """
+
+    wanted: Floats
+    commands: Floats
+    allowed: Floats | None = None
+
+
+class Commander:
+    """Turns wanted velocities into commands, offline and over ROS.
+
+    Attributes:
+        gains: How fast robots follow their laws.
+        limits: Those of unicycles whose model has none, if they are known.
+    """
+
+    def __init__(
+        self,
+        gains: GainOptions,
+        options: FilterOptions,
+        robots: Sequence[int],
+        nb_robots: int,
+        report: Callable[[str], None] = print,
+    ) -> None:
+        """Prepare; `use` tells how the robots move.
+
+        Args:
+            gains: How fast robots follow their laws.
+            options: The safety filter.
+            robots: Numbers of the R robots that are commanded.
+            nb_robots: Size of the fleet, N.
+            report: Takes a line when robots block each other.
+
+        Raises:
+            SetcmasError: The filter has no such guarantee at this rate.
+        """
+        self.gains = gains
+        self.limits: VelocityLimits | None = None
+        self._accel = options.accel or math.inf
+        self._own = np.array(robots) - 1
+        self._report = report
+        self._models: list[RobotModel] = []
+        self._last: Floats = np.zeros((3, len(robots)))
+        self._filter = None
+        if options.is_on:  # its solver is loaded if it is needed
+            from setcmas_ctrl.filter.barrier import BarrierFilter
+
+            self._filter = BarrierFilter(options, robots, nb_robots)
+            if options.gamma > gains.rate:
+                raise SetcmasError(
+                    f'gamma is {options.gamma:g}; it must be at most the rate of control, '
+                    f'{gains.rate:g} Hz, for robots could use up more than the distance left'
+                )
+
+    def use(self, models: Sequence[RobotModel]) -> None:
+        """Move the R robots from now on as these models do.
+
+        Raises:
+            SetcmasError: Some move in a way that cannot be filtered.
+        """
+        if list(models) != self._models:
+            self._models = list(models)
+            self._model = fleet_model(models)
+            if self._filter:
+                limited = Unicycle(self.limits) if self.limits else UNICYCLE
+                self._filter.use([limited if one is UNICYCLE else one for one in models])
+
+    def stand(self) -> Commanded:
+        """Return the commands of robots that stand."""
+        self._last = np.zeros((3, len(self._own)))
+        return Commanded(np.zeros((2, len(self._own))), self._last)
+
+    def __call__(self, velocities: Floats, poses: Floats, t: float) -> Commanded:
+        """Return the commands for a period.
+
+        Args:
+            velocities: What the laws want: rows vx, vy in m/s, shape (2, R).
+            poses: Rows x, y in m and theta in rad of the fleet, shape (3, N).
+            t: Time in s.
+        """
+        gains, Ts = self.gains, 1.0 / self.gains.rate
+        wanted = saturate(velocities, gains.vnom)
+
+        def follow(velocities: Floats) -> Floats:
+            commands = self._model.command(velocities, poses[:, self._own], gains.komega)
+            return limited_rise(commands, self._last, self._accel * Ts)
+
+        if not self._filter:
+            self._last = follow(wanted)
+            return Commanded(wanted, self._last)
+        doubt = self._filter.doubt(poses)
+        if doubt:
+            self._report(doubt)
+        safe = self._filter(wanted, follow, poses, gains.vnom, self._last, Now(t, Ts))
+        for block in safe.blocks:
+            self._report(str(block))
+        self._last = safe.commands
+        return Commanded(wanted, safe.commands, np.vstack([safe.velocities, safe.verdicts]))

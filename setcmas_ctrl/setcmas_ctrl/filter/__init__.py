@@ -1,0 +1,1 @@
+"""The safety filter between control laws and robots: barrier certificates."""

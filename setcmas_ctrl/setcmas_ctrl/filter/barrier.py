@@ -1,0 +1,197 @@
+"""Safety filter: changes the commands of robots as little as keeps them safe."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from setcmas_ctrl.filter.clearance import Clearance
+from setcmas_ctrl.filter.deadlock import Block, DeadlockWatch, Detour, Now
+from setcmas_ctrl.filter.movers import Movers, check_motions
+from setcmas_ctrl.filter.options import SEPARATION_M, TURN, FilterOptions
+from setcmas_ctrl.filter.projection import Projection
+from setcmas_ctrl.filter.rows import Indices, Rows
+from setcmas_ctrl.filter.verdict import Verdict
+from setcmas_simu.arrays import Floats
+from setcmas_simu.errors import SetcmasError
+from setcmas_simu.fleet.fleet import robots_in_words
+from setcmas_simu.robots.model import RobotModel
+from setcmas_simu.world.arena import Arena
+from setcmas_simu.world.obstacles import Obstacles
+
+
+@dataclass(frozen=True)
+class Allowed:
+    """What R robots are allowed for a period.
+
+    Attributes:
+        commands: Speeds forward and to the left (m/s) and turn rates (rad/s), shape (3, R).
+        velocities: Rows vx, vy in m/s, shape (2, R): what is wanted, or the velocity of the
+            robot's point that has taken its place.
+        verdicts: What became of what is wanted, values of `Verdict`, shape (R,).
+        blocks: Robots that block each other, to tell of now.
+    """
+
+    commands: Floats
+    velocities: Floats
+    verdicts: NDArray[np.int64]
+    blocks: Sequence[Block]
+
+
+class BarrierFilter:
+    """Keeps robots apart, in their arena and off obstacles."""
+
+    def __init__(self, options: FilterOptions, robots: Sequence[int], nb_robots: int) -> None:
+        """Prepare.
+
+        Args:
+            options: What is kept free.
+            robots: Numbers of the R robots that are commanded. Those of other processes are only
+                known to be there, and are trusted to do their half.
+            nb_robots: Size of the fleet, N.
+        """
+        self._options = options
+        self._robots = robots
+        self._own = np.array(robots) - 1
+        self._is_own = np.isin(np.arange(nb_robots), self._own)
+        self._obstacles = Obstacles.of(options.obstacles or '')
+        self._project = Projection()
+        self._watch = DeadlockWatch(nb_robots)
+        self._detour = Detour(nb_robots) if options.deadlock == TURN else None
+        self._movers: Movers | None = None
+        self._clearance: Clearance | None = None
+        self._started = False
+
+    def use(self, models: Sequence[RobotModel]) -> None:
+        """Move the R robots from now on as these models do.
+
+        Raises:
+            SetcmasError: Some move in a way that cannot be filtered, or their points are so far
+                ahead that they could pass each other.
+        """
+        check_motions(self._robots, models)
+        options = self._options
+        separation = options.min_separation or SEPARATION_M
+        self._movers = Movers(self._own, len(self._is_own), models, options.lookahead)
+        if self._movers.ahead[self._own].max(initial=0.0) >= 0.5 * separation:
+            raise SetcmasError(
+                f'lookahead is {options.lookahead:g}; it must be less than half of '
+                f'min_separation, which is {separation:g} m'
+            )
+        self._clearance = Clearance(separation, options.gamma, self._movers.ahead, self._is_own)
+
+    def doubt(self, poses: Floats) -> str:
+        """Return who starts too near for the guarantee, once; empty if nobody does.
+
+        Args:
+            poses: Rows x, y in m and theta in rad of the fleet, shape (3, N).
+        """
+        assert self._movers
+        assert self._clearance
+        if self._started or not np.isfinite(poses).all():
+            return ''
+        self._started = True
+        near = self._clearance.too_near(self._movers.points(poses), poses[:2])
+        if not len(near):
+            return ''
+        separation = self._clearance.separation
+        far = separation + 4.0 * self._movers.ahead.max()
+        return (
+            f'{robots_in_words([int(robot) + 1 for robot in near])} start too near others: the '
+            f'safety filter promises {separation:g} m for sure if they start {far:g} m apart'
+        )
+
+    def __call__(
+        self,
+        wanted: Floats,
+        follow: Callable[[Floats], Floats],
+        poses: Floats,
+        fastest: float,
+        before: Floats,
+        now: Now,
+    ) -> Allowed:
+        """Return what robots are allowed for a period.
+
+        Args:
+            wanted: Rows vx, vy in m/s, shape (2, R).
+            follow: Returns the commands for velocities, (3, R) for (2, R).
+            poses: Rows x, y in m and theta in rad of the fleet, shape (3, N).
+            fastest: Largest speed in m/s.
+            before: The last commands, shape (3, R).
+            now: Time and period.
+        """
+        movers, own = self._movers, self._own
+        assert movers
+        directed = self._detour.turned(wanted, own) if self._detour else wanted
+        commands = movers.within_limits(follow(directed))
+        driven = movers.driven(commands, poses) if self._options.accel else directed
+        moved = movers.velocities(driven, commands, poses, now.period)
+        rows = self._rows(movers.points(poses), poses[:2])
+        hindered = rows.chosen(rows.excess(moved) > 0.0).points
+        found: Floats | None = moved
+        if len(hindered):
+            aim = self._aim(moved, directed, hindered)
+            limits = movers.limits(moved, commands, poses, now.period)
+            rises = self._rises(moved, before, poses, now.period)
+            most = np.maximum(np.minimum(fastest, movers.V_max), np.hypot(moved[0], moved[1]))
+            found = self._projected(aim, moved, [rows, limits], rises, most)
+        allowed = np.zeros(moved.shape) if found is None else found
+        changed = (allowed != moved).any(axis=0)[own]
+        velocities = np.where(changed, allowed[:, own], directed)
+        blocks = self._look(wanted, velocities, rows, now)
+        verdicts = np.where((velocities != wanted).any(axis=0), Verdict.CHANGED, Verdict.KEPT)
+        verdicts[self._watch.blocked[own] & changed] = Verdict.BLOCKED
+        if found is None:
+            verdicts[:] = Verdict.NO_SOLUTION
+        if changed.any():
+            safe = movers.commands(allowed, poses, now.period)
+            known = np.isfinite(safe).all(axis=0)  # where a pose is not, its robot stands
+            commands = np.where(changed, np.where(known, safe, 0.0), commands)
+        return Allowed(commands, velocities, verdicts, blocks)
+
+    def _projected(
+        self, aim: Floats, moved: Floats, rows: list[Rows], rises: list[Rows], most: Floats
+    ) -> Floats | None:
+        """Return the velocities nearest to the aim; where safety needs it, of any rise."""
+        found = self._project(aim, Rows.joined(rows + rises), most)
+        if found is None and rises:
+            found = self._project(moved, Rows.joined(rows), most)
+        return found
+
+    def _rises(self, moved: Floats, before: Floats, poses: Floats, Ts: float) -> list[Rows]:
+        if not self._options.accel:
+            return []
+        assert self._movers
+        return [self._movers.rises(moved, before, poses, self._options.accel * Ts)]
+
+    def _aim(self, moved: Floats, directed: Floats, hindered: Indices) -> Floats:
+        """Return how points are to move if they can, (2, N): those in the way as the laws want.
+
+        The others go as their robots do that follow the laws.
+        """
+        aim: Floats = moved.copy()
+        mine = np.isin(self._own, hindered)
+        aim[:, self._own[mine]] = directed[:, mine]
+        return aim
+
+    def _look(self, wanted: Floats, velocities: Floats, rows: Rows, now: Now) -> list[Block]:
+        """Look who is blocked, and turn them; velocities are (2, R)."""
+        fleet = np.zeros((2, 2, len(self._is_own)))
+        fleet[:, :, self._own] = wanted, velocities
+        blocks = self._watch.look(fleet[0], fleet[1], rows, now)
+        if self._detour:
+            self._detour.look(fleet[0], self._watch.standing_s, rows, now)
+        return blocks
+
+    def _rows(self, points: Floats, centres: Floats) -> Rows:
+        clearance = self._clearance
+        assert clearance
+        parts = [clearance.of_pairs(points, centres)]
+        if self._options.arena:
+            parts.append(clearance.of_arena(points, Arena(*self._options.arena)))
+        if self._options.obstacles:
+            parts.append(clearance.of_obstacles(points, self._obstacles))
+        return Rows.joined(parts)

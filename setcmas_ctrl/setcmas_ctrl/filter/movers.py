@@ -1,0 +1,176 @@
+"""Points by which robots are moved: their own place, or one ahead of a unicycle's axle."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+
+from setcmas_ctrl.filter.point_ahead import (
+    across,
+    along,
+    commands_of_points,
+    velocities_of_points,
+)
+from setcmas_ctrl.filter.rows import Rows
+from setcmas_simu.arrays import Floats
+from setcmas_simu.errors import SetcmasError
+from setcmas_simu.fleet.fleet import robots_in_words
+from setcmas_simu.robots.mixed_fleet import fleet_model
+from setcmas_simu.robots.model import Motion, RobotModel
+
+_FASTEST_TURN = 2.6
+"""Turn rate in rad/s that is asked of a robot without limits: that of a TurtleBot3 Burger."""
+
+
+def check_motions(robots: Sequence[int], models: Sequence[RobotModel]) -> None:
+    """See that robots move in a way that can be filtered.
+
+    Raises:
+        SetcmasError: Some do not.
+    """
+    pairs = zip(robots, models, strict=True)
+    others = [robot for robot, model in pairs if model.motion is Motion.OTHER]
+    if others:
+        raise SetcmasError(
+            'the safety filter is for robots that turn on the spot or go in every direction; '
+            f'{robots_in_words(others)} cannot: take --filter none or another --model'
+        )
+
+
+class Movers:
+    """The points of the R robots that a process commands, in a fleet of N.
+
+    Attributes:
+        ahead: How far each robot's point is ahead of its centre in m, shape (N,).
+    """
+
+    def __init__(
+        self, own: Floats, nb_robots: int, models: Sequence[RobotModel], lookahead: float
+    ) -> None:
+        """Choose the points.
+
+        Args:
+            own: Columns of the robots among those of the fleet, shape (R,).
+            nb_robots: Size of the fleet.
+            models: How each of the R robots moves.
+            lookahead: How far ahead the points of unicycles are in m; those of robots of other
+                processes count as unicycles.
+        """
+        turns = [model.motion is Motion.UNICYCLE for model in models]
+        self._own = own
+        self._model = fleet_model(models)
+        self._turns = np.array(turns)
+        self._unicycles = own[self._turns]
+        self.ahead = np.full(nb_robots, lookahead)
+        self.ahead[own[~self._turns]] = 0.0
+        limits = [model.limits for model, turns in zip(models, turns, strict=True) if turns]
+        self._omega_max = np.array([one.omega_max for one in limits])
+        self._turn_max = np.minimum(self._omega_max, _FASTEST_TURN)
+        self._wheel_max = np.array([one.wheel_speed_max for one in limits])
+        self._lever = np.array([0.5 * one.wheel_separation / lookahead for one in limits])
+        self.V_max = np.full(nb_robots, math.inf)
+        self.V_max[own] = [model.V_max for model in models]
+
+    def within_limits(self, commands: Floats) -> Floats:
+        """Return commands (3, R) scaled down to what unicycles can do, on the same curves."""
+        V, omega = np.abs(commands[[0, 2]][:, self._turns])
+        excess = np.maximum.reduce(
+            [
+                np.ones(len(V)),
+                V / self.V_max[self._unicycles],
+                omega / self._omega_max,
+                (V + self._lever * self._lookahead * omega) / self._wheel_max,
+            ]
+        )
+        scaled: Floats = commands.copy()
+        scaled[:, self._turns] = commands[:, self._turns] / excess
+        return scaled
+
+    def points(self, poses: Floats) -> Floats:
+        """Return the points, (2, N), of poses (3, N)."""
+        points: Floats = poses[:2] + self.ahead * along(poses[2])
+        return points
+
+    def driven(self, commands: Floats, poses: Floats) -> Floats:
+        """Return the velocities of the R robots' centres, (2, R), by commands (3, R)."""
+        theta = poses[2, self._own]
+        driven: Floats = commands[0] * along(theta) + commands[1] * across(theta)
+        return driven
+
+    def velocities(self, wanted: Floats, commands: Floats, poses: Floats, Ts: float) -> Floats:
+        """Return how the points will move, (2, N); those of other processes stand.
+
+        Args:
+            wanted: Velocities of the robots that go in every direction, shape (2, R).
+            commands: Their commands for these, shape (3, R).
+            poses: The poses of the fleet, shape (3, N).
+            Ts: Period in s.
+        """
+        moved = np.zeros((2, len(self.ahead)))
+        moved[:, self._own] = wanted
+        moved[:, self._unicycles] = velocities_of_points(
+            commands[:, self._turns], poses[2, self._unicycles], self._lookahead, Ts
+        )
+        return moved
+
+    def commands(self, velocities: Floats, poses: Floats, Ts: float) -> Floats:
+        """Return the commands (3, R) that move the points by velocities (2, N) for a period."""
+        own = self._own
+        commands = self._model.command(velocities[:, own], poses[:, own], 0.0)
+        commands[:, self._turns] = commands_of_points(
+            velocities[:, self._unicycles], poses[2, self._unicycles], self._lookahead, Ts
+        )
+        return commands
+
+    def limits(self, velocities: Floats, commands: Floats, poses: Floats, Ts: float) -> Rows:
+        """Return the limits of turn rates and wheels; what is wanted is never beyond them."""
+        forward, left = along(poses[2, self._unicycles]), across(poses[2, self._unicycles])
+        wanted = velocities[:, self._unicycles]
+        turns = np.minimum(np.maximum(self._turn_max, np.abs(commands[2, self._turns])), 3.0 / Ts)
+        tan = np.tan(0.5 * Ts * turns)
+        parts = [
+            (side * left - tan * forward, 2.0 * self._lookahead * tan / Ts) for side in (1, -1)
+        ]
+        if np.isfinite(self._wheel_max).all():
+            parts += [
+                (way * forward + side * self._lever * left, self._wheel_max)
+                for way in (1, -1)
+                for side in (1, -1)
+            ]
+        return Rows.joined(
+            [
+                Rows.of_one(self._unicycles, a, np.maximum(b, (a * wanted).sum(axis=0)))
+                for a, b in parts
+            ]
+        )
+
+    def rises(self, velocities: Floats, before: Floats, poses: Floats, most: float) -> Rows:
+        """Return the limits of rising speeds; slowing down has none.
+
+        Args:
+            velocities: Those that are wanted of the points, (2, N), never beyond the limits.
+            before: The last commands, shape (3, R).
+            poses: The poses of the fleet, shape (3, N).
+            most: By how much a speed may rise, in m/s.
+        """
+        theta = poses[2, self._own]
+        every = np.ones_like(self._turns)
+        parts = []
+        for axis, last, which in (
+            (along(theta), before[0], every),
+            (across(theta), before[1], ~self._turns),
+        ):
+            share = np.where(self._turns, most, most / math.sqrt(2.0))  # two axes: the corner
+            for side in (1, -1):
+                a = (side * axis)[:, which]
+                b = (np.maximum(0.0, side * last) + share)[which]
+                wanted = (a * velocities[:, self._own[which]]).sum(axis=0)
+                parts.append(Rows.of_one(self._own[which], a, np.maximum(b, wanted)))
+        return Rows.joined(parts)
+
+    @property
+    def _lookahead(self) -> Floats:
+        lookahead: Floats = self.ahead[self._unicycles]
+        return lookahead

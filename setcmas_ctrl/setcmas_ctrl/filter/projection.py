@@ -1,0 +1,106 @@
+"""Projection of velocities on what is allowed: the smallest change, by a quadratic program."""
+
+from __future__ import annotations
+
+import daqp
+import numpy as np
+from numpy.typing import NDArray
+
+from setcmas_ctrl.filter.rows import Rows
+from setcmas_simu.arrays import Floats
+
+_SOLVED = 1
+_TOLERANCE = 2e-6  # of the solver: 1e-6
+_ALMOST = 1.001
+_SAME = 1e-9  # m/s
+_MOST_ROUNDS = 50
+
+Mask = NDArray[np.bool_]
+
+
+class Projection:
+    """Finds the nearest velocities that break no constraint, period after period.
+
+    Only constraints that a solution without them breaks come into the program, and those that
+    held robots up the period before; speed limits as tangents to circles. So points that are in
+    nobody's way keep what they want to the last bit.
+    """
+
+    def __init__(self) -> None:
+        """Begin without anything known of a period before."""
+        self._active = np.zeros(0, dtype=bool)
+
+    def __call__(self, wanted: Floats, rows: Rows, fastest: Floats) -> Floats | None:
+        """Return the velocities, shape (2, N); None if there are none.
+
+        Args:
+            wanted: Rows vx, vy in m/s, shape (2, N).
+            rows: The constraints, in the same order each time.
+            fastest: Largest speeds in m/s, those wanted at least, shape (N,).
+        """
+        nb_rows = len(rows.b)
+        active = self._active if len(self._active) == nb_rows else np.zeros(nb_rows, dtype=bool)
+        self._active = active
+        velocities: Floats = wanted.copy()
+        used = active.copy()
+        for _ in range(_MOST_ROUNDS):
+            rows, broken = _broken(velocities, rows, fastest)
+            if not broken.any():
+                self._active = active[:nb_rows]
+                break
+            used, active = (_lengthened(mask, len(broken)) for mask in (used, active))
+            used |= broken
+            solved = _solved(wanted, rows.chosen(used), active[used])
+            if solved is None:
+                return None
+            velocities, active = solved[0], np.zeros(len(used), dtype=bool)
+            active[used] = solved[1]
+        else:
+            return None
+        return velocities
+
+
+def _broken(velocities: Floats, rows: Rows, fastest: Floats) -> tuple[Rows, Mask]:
+    """Return the constraints, with tangents at points that are too fast, and which are broken."""
+    broken = rows.excess(velocities) > _TOLERANCE
+    speeds = np.hypot(velocities[0], velocities[1])
+    fast = np.flatnonzero(speeds > fastest * _ALMOST)
+    if not len(fast):
+        return rows, broken
+    tangents = Rows.of_one(fast, velocities[:, fast] / speeds[fast], fastest[fast])
+    return Rows.joined([rows, tangents]), np.append(broken, np.ones(len(fast), dtype=bool))
+
+
+def _lengthened(mask: Mask, length: int) -> Mask:
+    return np.append(mask, np.zeros(length - len(mask), dtype=bool))
+
+
+def _solved(wanted: Floats, rows: Rows, active: Mask) -> tuple[Floats, Mask] | None:
+    """Return the velocities of all points, and which constraints hold them; None: there are none.
+
+    Args:
+        wanted: As for `Projection`.
+        rows: Constraints that some points have.
+        active: Which of them will hold the points, as far as that can be guessed.
+    """
+    points = rows.points
+    places = np.zeros(points[-1] + 1, dtype=np.intp)
+    places[points] = np.arange(len(points))
+    matrix = rows.matrix(places, len(points))
+    own = wanted[:, points]
+    none = np.zeros(len(rows.b), dtype=np.intc)
+    for sense in (active.astype(np.intc), none) if active.any() else (none,):
+        solution, _, status, info = daqp.solve(
+            np.eye(2 * len(points)),
+            -own.T.ravel(),
+            matrix,
+            rows.b,
+            np.full(len(rows.b), -np.inf),
+            sense,
+        )
+        if status == _SOLVED:
+            velocities: Floats = wanted.copy()
+            found = np.reshape(solution, (-1, 2)).T
+            velocities[:, points] = np.where(np.abs(found - own).max(axis=0) > _SAME, found, own)
+            return velocities, np.asarray(info['lam']) > 0.0
+    return None

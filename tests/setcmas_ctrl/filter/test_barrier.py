@@ -1,0 +1,194 @@
+import math
+
+import numpy as np
+import pytest
+
+from setcmas_ctrl.control.commander import Commander
+from setcmas_ctrl.control.options import GainOptions
+from setcmas_ctrl.filter.options import FilterOptions
+from setcmas_ctrl.filter.starts import check_starts
+from setcmas_ctrl.filter.verdict import Verdict
+from setcmas_simu.errors import SetcmasError
+from setcmas_simu.robots.car import CAR
+from setcmas_simu.robots.omnidirectional import OMNIDIRECTIONAL
+from setcmas_simu.robots.unicycle import UNICYCLE
+from setcmas_simu.world.obstacles import Obstacles
+
+TS = 0.2
+CIRCLE = np.arange(6) * math.tau / 6
+
+
+class Fleet:
+    """Robots that want to goals, commanded by one process or by several."""
+
+    def __init__(self, poses, goals, model=OMNIDIRECTIONAL, parts=None, **options):
+        self.poses, self.goals, self.model = poses, goals, model
+        self.told = []
+        nb_robots = poses.shape[1]
+        filtered = FilterOptions(filter='barrier', **options)
+        self.parts = parts or [list(range(1, nb_robots + 1))]
+        self.commanders = [
+            Commander(GainOptions(), filtered, part, nb_robots, self.told.append)
+            for part in self.parts
+        ]
+        for part, commander in zip(self.parts, self.commanders, strict=True):
+            commander.use([model] * len(part))
+
+    def step(self, t=0.0):
+        commands = np.zeros((3, self.poses.shape[1]))
+        for part, commander in zip(self.parts, self.commanders, strict=True):
+            own = np.array(part) - 1
+            wanted = (self.goals - self.poses[:2])[:, own]
+            self.last = commander(wanted, self.poses, t)
+            commands[:, own] = self.last.commands
+        self.poses = self.model.step(self.model.start(self.poses), commands, TS)[:3]
+
+    def run(self, duration=20.0):
+        """Return the least distance of two robots, and the way of each, (K, 2, N)."""
+        ways = []
+        for k in range(round(duration / TS)):
+            self.step(k * TS)
+            ways.append(self.poses[:2].copy())
+        ways = np.array(ways)
+        offsets = np.hypot(*(ways[:, :, :, None] - ways[:, :, None]).transpose(1, 0, 2, 3))
+        i, j = np.triu_indices(ways.shape[2], 1)
+        return offsets[:, i, j].min(initial=np.inf), ways
+
+
+def swap(**options):
+    start = np.vstack([1.5 * np.cos(CIRCLE), 1.5 * np.sin(CIRCLE), CIRCLE + math.pi])
+    return Fleet(start, -start[:2], **options)
+
+
+@pytest.mark.parametrize('model', [OMNIDIRECTIONAL, UNICYCLE])
+def test_robots_that_change_places_never_come_nearer_than_wanted(model):
+    least, _ = swap(model=model, min_separation=0.4).run()
+
+    assert 0.4 <= least < 0.6
+
+
+def test_robots_of_two_processes_do_half_each():
+    least, _ = swap(parts=[[1, 2, 5], [3, 4, 6]], min_separation=0.4).run()
+
+    assert 0.4 <= least < 0.45
+
+
+def test_robots_that_block_each_other_are_told_once_and_stand():
+    fleet = swap()
+    fleet.run(10.0)
+
+    (told,) = fleet.told
+    assert told.startswith('robots 1, 2, 3, 4, 5 and 6 have blocked each other since ')
+    assert (fleet.last.allowed[2] == Verdict.BLOCKED).all()
+
+
+@pytest.mark.parametrize('model', [OMNIDIRECTIONAL, UNICYCLE])
+def test_robots_that_turn_right_arrive(model):
+    fleet = swap(model=model, deadlock='turn')
+    least, _ = fleet.run(30.0)
+
+    assert least >= 0.35
+    assert np.abs(fleet.poses[:2] - fleet.goals).max() < 0.1
+
+
+def test_who_is_in_nobodys_way_is_commanded_as_without_a_filter_to_the_last_bit():
+    poses = np.array([[0.0, 0.1, 4.0], [0.0, 0.4, 0.0], [0.0, -1.0, 2.0]])
+    wanted = np.array([[0.1, 0.0, -0.2], [0.3, -0.3, 0.3]])
+    on, off = (
+        Commander(GainOptions(), FilterOptions(filter=name), [1, 2, 3], 3)
+        for name in ('barrier', 'none')
+    )
+    for commander in (on, off):
+        commander.use([UNICYCLE] * 3)
+
+    filtered, free = on(wanted, poses, 0.0), off(wanted, poses, 0.0)
+
+    assert (filtered.commands[:, 2] == free.commands[:, 2]).all()
+    assert filtered.allowed[2].tolist() == [Verdict.CHANGED, Verdict.CHANGED, Verdict.KEPT]
+    assert (filtered.allowed[:2, 2] == wanted[:, 2]).all()
+
+
+def test_arena_and_obstacles_are_kept_off():
+    start = np.array([[-1.5, -1.5], [0.6, -0.6], [0.0, 0.0]])
+    text = 'disc 0 0.75 0.2; polygon 0 -0.2 0.5 -0.6 0 -1 0.2 -0.6'  # the polygon is not convex
+    fleet = Fleet(
+        start, np.array([[2.0, 2.0], [0.7, -0.6]]), arena=(-2, 1, -2, 2), obstacles=text,
+        min_separation=0.3,
+    )  # fmt: skip
+    _, ways = fleet.run(30.0)
+
+    assert ways[:, 0].max() <= 1.0
+    disc = Obstacles.of(text).discs[0]
+    assert np.hypot(ways[:, 0, 0] - disc.x, ways[:, 1, 0] - disc.y).min() >= disc.radius + 0.15
+    corner = np.hypot(ways[:, 0, 1] - 0.0, ways[:, 1, 1] + 0.2).min()
+    assert corner >= 0.15
+
+
+def test_robots_that_start_too_near_go_apart():
+    start = np.array([[0.0, 0.2], [0.0, 0.0], [0.0, 0.0]])
+    fleet = Fleet(start, np.zeros((2, 2)))
+    fleet.run(10.0)
+
+    assert np.ptp(fleet.poses[0]) > 0.34
+
+
+def test_unicycles_whose_points_have_passed_each_other_go_back():
+    poses = np.array([[0.0, 0.25], [0.0, 0.0], [0.0, math.pi]])
+    fleet = Fleet(poses, np.array([[3.0, -3.0], [0.0, 0.0]]), model=UNICYCLE, lookahead=0.15)
+    least, _ = fleet.run(30.0)
+
+    assert least > 0.24  # they backed off, and then went round
+    assert 'robots 1-2 start too near others' in fleet.told[0]
+
+
+def test_points_that_could_pass_each_other_are_refused():
+    with pytest.raises(SetcmasError, match='less than half of min_separation'):
+        Fleet(np.zeros((3, 2)), np.zeros((2, 2)), model=UNICYCLE, lookahead=0.175)
+
+
+@pytest.mark.parametrize('model', [OMNIDIRECTIONAL, UNICYCLE])
+def test_speeds_rise_slowly_where_the_filter_changes_commands_too(model):
+    fleet = swap(model=model, accel=0.2, deadlock='turn')
+    before = np.zeros(6)
+    for k in range(100):
+        fleet.step(k * TS)
+        speeds = np.hypot(*fleet.last.commands[:2])
+        assert (speeds - before).max() < 0.2 * TS + 0.04  # the turns'
+        before = speeds
+    assert (fleet.last.allowed[2] != Verdict.NO_SOLUTION).all()
+
+
+def test_no_solution_means_zero():
+    # In the middle of five others it can go nowhere, and must.
+    others = 0.12 * np.array([np.cos(CIRCLE), np.sin(CIRCLE)])
+    poses = np.vstack([np.hstack([others, np.zeros((2, 1))]), np.zeros(7)])
+    fleet = Fleet(poses, np.zeros((2, 7)), arena=(-0.1, 0.1, -0.1, 0.1))
+    fleet.step()
+
+    assert (fleet.last.commands == 0.0).all()
+    assert (fleet.last.allowed[2] == Verdict.NO_SOLUTION).all()
+
+
+def test_a_car_is_refused():
+    commander = Commander(GainOptions(), FilterOptions(filter='barrier'), [1, 2], 2)
+
+    with pytest.raises(SetcmasError, match='robot 2 cannot'):
+        commander.use([UNICYCLE, CAR])
+
+
+@pytest.mark.parametrize(
+    ('world', 'where'),
+    [
+        ({'arena': (-1, 3, -1, 1)}, 'outside the arena'),
+        ({'obstacles': 'disc 2 1 0.5'}, 'inside an obstacle'),
+        ({'obstacles': 'polygon 1 0 3 0 3 3 1 3'}, 'inside an obstacle'),
+    ],
+)
+def test_robots_must_start_where_they_may_be(world, where):
+    poses = np.array([[0.0, 2.0], [0.0, 1.2], [0.0, 0.0]])
+    notch = FilterOptions(filter='barrier', obstacles='polygon 1 0 3 0 1.5 1 3 3 1 3')
+    check_starts(notch, poses)
+    check_starts(FilterOptions(**world), poses)
+
+    with pytest.raises(SetcmasError, match=rf'robot 2 starts at \(2, 1\.2\) m, {where}'):
+        check_starts(FilterOptions(filter='barrier', **world), poses)
