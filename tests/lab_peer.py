@@ -74,7 +74,7 @@ class LabPeer:
     def let_go(self, commands=None):
         """Say go, as a pause node does, and wait until robots get these commands.
 
-        On a busy machine the bridge may miss the pause node; then it is told once more.
+        It is told once more where the bridge holds them for a reason of its own.
         """
         self._say_go()
         self.peer.wait_for(lambda: self._goes(commands or {}))
@@ -89,14 +89,14 @@ class LabPeer:
     def _goes(self, commands):
         if all(self.last(robot) == command for robot, command in commands.items()):
             return True
-        if 'heard' in self.status(1)[0].message:
+        if self.status(1)[0].message.startswith('paused: '):
             self.paused = True
             self._say_go()
         return False
 
     def _is_paused_by_wish(self):
         message = self.status(1)[0].message
-        return message.startswith('paused') and 'heard' not in message
+        return message.startswith('paused') and not message.startswith('paused: ')
 
     def status(self, robot):
         """Return the newest diagnostic status of a robot, with its values as a dictionary."""

@@ -6,7 +6,7 @@ import pty
 import signal
 import subprocess
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -14,9 +14,9 @@ import psutil
 from nav_msgs.msg import Odometry
 from processes import SETCMAS
 from ros_peer import Peer
-from std_msgs.msg import Bool, String
+from std_msgs.msg import String
 
-from setcmas_expe.pause.start_requests import REPEATS_WITHIN_S
+from setcmas_expe.pause.start_requests import REACTION_S
 from setcmas_simu.fleet.planar_pose import yaw_of_quaternion
 from setcmas_simu.fleet.topics import truth_topic
 
@@ -112,9 +112,14 @@ class Rehearsal:
         self.mode.unlink(missing_ok=True)
         self.log = folder / 'expe.txt'
         self.truth = {robot: watch(peer, robot) for robot in range(1, nb_robots + 1)}
-        self._pause = peer.node.create_publisher(Bool, '/pause', 10)
         self._fault = peer.node.create_publisher(String, '/emulated_lab/fault', 10)
-        self._next_wish = 0.0
+        self._next_press = 0.0
+        self.others: list = []
+        """Publishers of somebody else's, while a fault lasts."""
+        self.commands: list = []
+        """Processes of somebody else's."""
+        self.network = None
+        """The network, where robots are on another machine."""
         self.terminal, terminal = pty.openpty()
         command = [*before, *SETCMAS, 'expe', '--algo', str(LAW), *lab]
         with self.log.open('wb') as log:
@@ -149,10 +154,9 @@ class Rehearsal:
 
     def let_go(self, speed: float = 0.15) -> None:
         """Start the robots, and wait until all go faster than a speed (m/s)."""
-        self.peer.wait_for(lambda: self._pause.get_subscription_count() > 0)
         self.peer.wait_for(lambda: all(self.truth.values()))
         self.peer.wait_for(lambda: 'controlling robot' in self.output())
-        self.peer.wait_for(lambda: self._goes_after_a_wish(speed))
+        self.press_until(lambda: self._all_go(speed))
 
     def wait_until_all_go(self, speed: float) -> None:
         self.peer.wait_for(lambda: self._all_go(speed))
@@ -160,13 +164,23 @@ class Rehearsal:
     def _all_go(self, speed: float) -> bool:
         return all(speed < samples[-1].V for samples in self.truth.values())
 
-    def _goes_after_a_wish(self, speed: float) -> bool:
-        if self._all_go(speed):
+    def press(self, keys: str) -> float:
+        """Press keys in its terminal; returns when, in s since 1970."""
+        now = time.time()
+        os.write(self.terminal, keys.encode())
+        return now
+
+    def press_until(self, go: Callable[[], bool]) -> None:
+        """Press the key that starts robots, now and then, until they go."""
+        self.peer.wait_for(lambda: self._goes_after_a_press(go))
+
+    def _goes_after_a_press(self, go: Callable[[], bool]) -> bool:
+        if go():
             return True
         now = time.monotonic()
-        if now >= self._next_wish:
-            self._next_wish = now + 1.1 * REPEATS_WITHIN_S  # sooner, they count as one
-            self._pause.publish(Bool(data=False))
+        if now >= self._next_press:
+            self._next_press = now + 1.5 * REACTION_S  # sooner, they count as one
+            self.press('s')
         return False
 
     def fault(self, text: str) -> float:
@@ -189,9 +203,7 @@ class Rehearsal:
 
     def press_ctrl_c(self) -> float:
         """Type Ctrl-C; returns when."""
-        now = time.time()
-        os.write(self.terminal, b'\x03')
-        return now
+        return self.press('\x03')
 
     def close_terminal(self) -> float:
         """Close the terminal's window; returns when."""

@@ -5,38 +5,56 @@ import time
 from pathlib import Path
 
 import pytest
+from network_namespaces import NoNetworkError, in_a_process
 from processes import SETCMAS, TIMEOUT_S
+from terminals import Terminal
 
 pytest.importorskip('rclpy')
 pytest.importorskip('cyclonedds')
 
-from std_msgs.msg import Bool
+from rogue_rehearsal import STANDS_M, ways_past_a_rogue
 
-from setcmas_expe.pause.start_requests import REPEATS_WITHIN_S
+from setcmas_expe.pause.start_requests import REACTION_S
 
 ROBOT = Path(__file__).parent / 'scripts' / 'foreign_robot.py'
-EXPE = [*SETCMAS, 'expe', '--algo', 'nav_wp', '--mocap', 'vrpn', '--no-joystick']
+EXPE = ['expe', '--algo', 'nav_wp', '--mocap', 'vrpn', '--no-joystick', '--without-guard']
 
 
 NIGHTLY = pytest.mark.nightly
 
 
 @pytest.mark.parametrize('kind', ['TwistStamped', pytest.param('Twist', marks=NIGHTLY)])
-def test_it_is_driven_with_the_type_that_it_listens_to(kind, start, peer, domain):
+def test_it_is_driven_with_the_type_that_it_listens_to(kind, start, domain):
     robot = start(sys.executable, str(ROBOT), str(domain), kind)
-    start(*EXPE)
-    pause = peer.publisher(Bool, '/pause')
+    terminal = Terminal(*EXPE)
     deadline = time.monotonic() + TIMEOUT_S
 
-    while 'goes' not in robot.output():  # wishes that come too early are refused
-        assert time.monotonic() < deadline, 'the robot is not driven'
-        pause.publish(Bool(data=False))
-        peer.spin(1.1 * REPEATS_WITHIN_S)
+    try:
+        while 'goes' not in robot.output():  # starts that come too early are refused
+            assert time.monotonic() < deadline, f'the robot is not driven: {terminal.read()}'
+            terminal.press('s')
+            time.sleep(1.5 * REACTION_S)
+            terminal.read()
+    finally:
+        terminal.close()
 
 
 def test_nothing_listens(start, domain):
     start(sys.executable, str(ROBOT), str(domain), 'nothing')
-    expe = start(*EXPE)
+    expe = start(*SETCMAS, *EXPE)
 
     output = expe.wait_for_output('nothing listens to the commands of robot 1 (/tb3_1/cmd_vel)')
     assert 'bringup' in output
+
+
+@NIGHTLY
+def test_nobody_but_the_bridge_moves_a_robot_whose_base_hears_its_guard_alone(domain, tmp_path):
+    try:
+        ways = in_a_process(ways_past_a_rogue, domain, tmp_path)
+    except NoNetworkError as error:
+        pytest.skip(str(error))
+
+    beside, alone, again = ways
+    assert beside < STANDS_M
+    assert alone > 0.05
+    assert again < 0.16

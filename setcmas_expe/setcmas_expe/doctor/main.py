@@ -17,6 +17,8 @@ from setcmas_expe.doctor.findings import Finding, advice_lines, exit_status, tab
 from setcmas_expe.doctor.options import DoctorOptions
 from setcmas_expe.lab.model import Lab
 from setcmas_expe.lab.options import LabOptions
+from setcmas_expe.plausibility.options import ProofOptions
+from setcmas_expe.plausibility.proofs import Proofs
 from setcmas_simu.errors import SetcmasError
 
 if TYPE_CHECKING:
@@ -41,14 +43,16 @@ def look_around(ros_arguments: list[str]) -> list[Finding]:
         return [fleets_finding(node, announced)]
 
 
-def examine_lab(lab: Lab, name: str, nudge: bool, ros_arguments: list[str]) -> list[Finding]:
+def examine_lab(
+    lab: Lab, name: str, nudge: bool, proofs: Proofs | None, ros_arguments: list[str]
+) -> list[Finding]:
     """Print the table of a lab's robots, nudge them if that is wanted; returns the findings."""
     # Imported late: without ROS, the checks of this machine still work.
     from setcmas_expe.doctor.lab.lab_examination import LabExamination
     from setcmas_simu.ros.process import ros_process
 
     with ros_process(ros_arguments) as process:
-        examination = LabExamination(process, lab)
+        examination = LabExamination(process, lab, proofs)
         examination.watch(_WATCH_S)
         columns, rows, findings = examination.result()
         print(f'\nrobots of {name}')
@@ -88,11 +92,12 @@ def main(argv: list[str] | None = None) -> int:
     parser = argparse.ArgumentParser(prog='doctor', description=__doc__)
     LabOptions.add_to(parser)
     DoctorOptions.add_to(parser)
+    ProofOptions.add_to(parser)
     args = parser.parse_args(argv)
     try:
         return _examine(args, ros_arguments)
     except SetcmasError as error:
-        print(f'error: {error}', file=sys.stderr)
+        print(f'setcmas doctor: {error}', file=sys.stderr)
         return 2
 
 
@@ -107,7 +112,8 @@ def _examine(args: argparse.Namespace, ros_arguments: list[str]) -> int:
     print(f'this machine\n{table(findings)}', flush=True)
     if lab and ros_is_there():
         name = str(options.lab or Path('the default lab'))
-        findings += examine_lab(lab, name, nudge, ros_arguments)
+        proofs = ProofOptions.of(args).proofs(lab)
+        findings += examine_lab(lab, name, nudge, proofs, ros_arguments)
     advice = advice_lines(findings)
     if advice:
         print('\nwhat to do\n' + '\n'.join(advice))

@@ -15,6 +15,17 @@ JUMP = 'jump'
 SWAP = 'swap'
 LATE = 'late'
 PUSH = 'push'
+DRIFT = 'drift'
+GLIDE = 'glide'
+LIFT = 'lift'
+FALLEN = 'fallen'
+MIRRORED = 'mirrored'
+TURNED = 'turned'
+SLOW = 'slow'
+BLOCKED = 'blocked'
+STALLED = 'stalled'
+OFF = 'off'
+UNGUARDED = 'unguarded'
 
 PURPOSES = {
     DROPOUT: 'motion capture sends nothing for the robot',
@@ -24,9 +35,23 @@ PURPOSES = {
     JUMP: 'it sees the robot 1 m beside its place',
     SWAP: 'it takes the robot for the next one, and the next one for the robot',
     LATE: 'its poses arrive 1 s late',
+    DRIFT: 'its poses drift away at 0.3 m/s',
+    GLIDE: 'its poses glide away at 2 m/s',
+    FALLEN: 'its marker body has fallen off, and lies there',
+    MIRRORED: 'the y axis of its poses points the other way',
+    TURNED: 'its body is turned by 90 degrees',
+    SLOW: 'it is seen twice a second',
+    LIFT: 'somebody lifts the robot by 15 cm; its wheels turn in the air',
+    BLOCKED: 'something holds the robot while its wheels turn',
+    STALLED: 'its wheels stand, whatever they are commanded',
+    OFF: 'the robot is switched off, and then on again',
+    UNGUARDED: 'its guard hangs',
     PUSH: 'somebody pushes the robot out of the arena, away from the centre',
 }
 """Every fault by name, and what happens then."""
+
+OF_MOCAP = PURPOSES.keys() - {PUSH, BLOCKED, STALLED, OFF, UNGUARDED}
+"""Those that motion capture shows; the others befall the robot itself."""
 
 DEFAULT_S = 3.0
 """How long a fault lasts unless told, in s."""

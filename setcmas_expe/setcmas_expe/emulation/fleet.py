@@ -59,6 +59,8 @@ class EmulatedFleet:
         self._limits = limits
         self._commands = np.zeros((2, nb_robots))
         self._torque = np.ones(nb_robots)
+        self._held_for = np.zeros(nb_robots)
+        self._stalled_for = np.zeros(nb_robots)
         self._pushes = np.zeros((2, nb_robots))
         self._pushed_for = np.zeros(nb_robots)
         self._wheel_errors = rng.normal(0.0, _WHEEL_ERROR, (2, nb_robots))
@@ -79,10 +81,21 @@ class EmulatedFleet:
         self._pushes[:, index] = _PUSH_SPEED * direction
         self._pushed_for[index] = duration
 
+    def hold(self, index: int, duration: float) -> None:
+        """Let the wheels of a robot turn for a time (s) without moving it."""
+        self._held_for[index] = duration
+
+    def stall(self, index: int, duration: float) -> None:
+        """Let the wheels of a robot stand for a time (s)."""
+        self._stalled_for[index] = duration
+
     def step(self, Ts: float) -> None:
         """Move all robots by one period of Ts s."""
-        self.V, self.omega = self._limits.saturate(*(self._commands * self._torque))
-        self.poses = unicycle.step(self.poses, self.V, self.omega, Ts)
+        turns = self._torque * (self._stalled_for <= 0.0)
+        self.V, self.omega = self._limits.saturate(*(self._commands * turns))
+        free = self._held_for <= 0.0
+        self.poses = unicycle.step(self.poses, self.V * free, self.omega * free, Ts)
+        self._held_for, self._stalled_for = self._held_for - Ts, self._stalled_for - Ts
         self.poses[:2] += np.minimum(Ts, self._pushed_for) * self._pushes
         self._pushed_for = np.maximum(0.0, self._pushed_for - Ts)
         self.odometry = unicycle.step(self.odometry, *self.wheel_velocities(), Ts)

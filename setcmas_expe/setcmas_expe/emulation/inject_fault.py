@@ -23,6 +23,7 @@ _SENDING_S = 2.0
 
 
 def _inject(process: RosProcess, args: argparse.Namespace) -> None:
+    process.launcher.mistake = 'setcmas fault'
     fault = parse_fault(f'{args.kind} {args.robot} {args.seconds}')
     node = FleetNode('inject_fault')
     process.add(node)

@@ -13,12 +13,12 @@ from functools import partial
 
 import numpy as np
 from nav_msgs.msg import Odometry
-from rclpy.logging import LoggingSeverity, set_logger_level
 from std_msgs.msg import String
 
 from setcmas_expe.emulation import faults as emulated_faults
 from setcmas_expe.emulation.faults import parse_fault
 from setcmas_expe.emulation.fleet import EmulatedFleet
+from setcmas_expe.emulation.guards import EmulatedGuards
 from setcmas_expe.emulation.mocap import EmulatedMocap
 from setcmas_expe.emulation.mocap_driver import EmulatedMocapDriver
 from setcmas_expe.emulation.options import (
@@ -28,9 +28,9 @@ from setcmas_expe.emulation.options import (
 )
 from setcmas_expe.emulation.schedule import Schedule
 from setcmas_expe.emulation.turtlebot3 import EmulatedTurtleBot3, fill_odometry
-from setcmas_expe.lab.model import Lab, LabRobot
+from setcmas_expe.guard.options import GuardOptions
+from setcmas_expe.lab.model import Lab
 from setcmas_expe.lab.options import LabOptions
-from setcmas_expe.safety.cmd_vel_guard import CmdVelGuard
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet import topics
 from setcmas_simu.reports.reports import Ready
@@ -62,24 +62,26 @@ class EmulatedLab(FleetNode):
         arena = lab.arena
         self._middle = ((arena.xmin + arena.xmax) / 2, (arena.ymin + arena.ymax) / 2)
         rng = np.random.default_rng(options.seed)
-        waffle = ROBOT_MODELS['waffle']
-        firmware = waffle if lab.limits == waffle else ROBOT_MODELS['burger']
+        model = 'waffle' if lab.limits == ROBOT_MODELS['waffle'] else 'burger'
         poses = emulated_start_poses(lab.arena, lab.nb_robots, options)
-        self._fleet = EmulatedFleet(poses, firmware, rng)
+        self._fleet = EmulatedFleet(poses, ROBOT_MODELS[model], rng)
         self._mocap = EmulatedMocap(lab.nb_robots, lab.mocap.y_up, rng)
         self._driver = EmulatedMocapDriver(lab)
+        private = lab.guarded and options.remapped
         self._robots = [
             EmulatedTurtleBot3(
                 robot,
+                topics.CMD_VEL_GUARDED if private else topics.CMD_VEL,
                 options.robot_cmd_vel_type,
                 partial(self._fleet.command, index),
                 partial(self._fleet.set_torque, index),
             )
             for index, robot in enumerate(lab.robots)
         ]
-        self._cmd_vel_guards = [
-            _guard(robot, options.robot_cmd_vel_type) for robot in lab.robots if options.guard
-        ]
+        self._robot_guards = EmulatedGuards(
+            lab.robots if lab.guarded else (), GuardOptions(limits=model, resume=lab.resumes)
+        )
+        self._off_until = [0.0] * lab.nb_robots
         self._truth = Odometry()
         self._truth.header.frame_id = topics.WORLD_FRAME
         self._truth_publishers = [
@@ -105,8 +107,8 @@ class EmulatedLab(FleetNode):
 
     @property
     def nodes(self) -> list[FleetNode]:
-        """All nodes of the lab."""
-        return [self, self._driver, *self._robots, *self._cmd_vel_guards]
+        """The nodes of the lab that are called back."""
+        return [self, self._driver, *self._robots]
 
     def greet(self) -> None:
         """Say what is emulated."""
@@ -117,14 +119,20 @@ class EmulatedLab(FleetNode):
 
     def step(self, now: float) -> None:
         """Move the robots by the commands that have come, and publish; `now` is in s."""
-        for robot in self._robots:
+        for index, robot in enumerate(self._robots):
             robot.take()
+            if now < self._off_until[index]:
+                self._fleet.command(index, 0.0, 0.0)
+            elif self._off_until[index]:
+                self._off_until[index] = 0.0
+                self._robot_guards.restart(index)
         # By the clock and not by counting: robots roll on while this process is late.
         self._fleet.step(min(now - self._stepped, _LONGEST_STEP_S))
         self._stepped = now
         self._publish_truth()
         self._publish_frames(now)
         self._publish_robots(now)
+        self._robot_guards.step(now)
 
     def _publish_truth(self) -> None:
         self._truth.header.stamp = self.get_clock().now().to_msg()
@@ -147,8 +155,11 @@ class EmulatedLab(FleetNode):
         if self._wheel_odometry.due(now):
             speeds = np.array(self._fleet.wheel_velocities()).T.tolist()
             poses = map(tuple, self._fleet.odometry.T.tolist())
-            for robot, pose, (V, omega) in zip(self._robots, poses, speeds, strict=True):
-                robot.publish_odometry(stamp, pose, V, omega)
+            for robot, off, pose, (V, omega) in zip(
+                self._robots, self._off_until, poses, speeds, strict=True
+            ):
+                if not off:
+                    robot.publish_odometry(stamp, pose, V, omega)
         if self._batteries.due(now):
             for robot, percent in zip(self._robots, self._fleet.battery.tolist(), strict=True):
                 robot.publish_battery(stamp, percent)
@@ -168,17 +179,20 @@ class EmulatedLab(FleetNode):
             f'{topics.robot_name(fault.robot)}, for {fault.duration:g} s: '
             f'{emulated_faults.PURPOSES[fault.kind]}'
         )
-        if fault.kind == emulated_faults.PUSH:
-            self._fleet.push_outwards(fault.robot - 1, self._middle, fault.duration)
-        else:
+        index = fault.robot - 1
+        end = time.monotonic() + fault.duration
+        if fault.kind in (emulated_faults.OFF, emulated_faults.UNGUARDED):
+            self._robot_guards.hang(index, end)
+        if fault.kind == emulated_faults.OFF:
+            self._off_until[index] = end
+        elif fault.kind == emulated_faults.PUSH:
+            self._fleet.push_outwards(index, self._middle, fault.duration)
+        elif fault.kind == emulated_faults.STALLED:
+            self._fleet.stall(index, fault.duration)
+        elif fault.kind in (emulated_faults.BLOCKED, emulated_faults.LIFT):
+            self._fleet.hold(index, fault.duration)
+        if fault.kind in emulated_faults.OF_MOCAP:
             self._mocap.begin(fault, time.monotonic())
-
-
-def _guard(robot: LabRobot, cmd_vel_type: str) -> CmdVelGuard:
-    """Return the guard of a robot, which speaks up only when it stops the robot."""
-    name = f'{robot.namespace}.{topics.CMD_VEL_GUARD_NODE}'.replace('/', '.')
-    set_logger_level(name, LoggingSeverity.WARN)
-    return CmdVelGuard(cmd_vel_type, namespace=robot.namespace)
 
 
 def main(argv: list[str] | None = None) -> int:

@@ -24,6 +24,10 @@ HEADING_NOISE = 2e-3
 _LATE_S = 1.0
 _JUMP = 1.0  # m
 _HEIGHT = 0.19  # m, of the markers on a Burger
+_LIFTED = 0.15  # m
+_LIFTING = 0.3  # m/s
+_DRIFTS = {faults.DRIFT: 0.3, faults.GLIDE: 2.0}  # m/s
+_SLOW_S = 0.5
 
 
 @dataclass(frozen=True)
@@ -57,14 +61,17 @@ class EmulatedMocap:
         self._nb_robots = nb_robots
         self._y_up = y_up
         self._rng = rng
-        self._faults: dict[tuple[str, int], float] = {}
+        self._faults: dict[tuple[str, int], tuple[float, float]] = {}  # since, until
+        self._lies: dict[int, tuple[float, float, float]] = {}  # bodies that have fallen off
+        self._seen: dict[int, float] = {}
         self._last: dict[int, Sighting] = {}
         self._waiting: list[tuple[float, Sighting]] = []
         self._last_due: dict[int, float] = {}
 
     def begin(self, fault: Fault, now: float) -> None:
         """Let a fault begin at time now (s)."""
-        self._faults[fault.kind, fault.robot - 1] = now + fault.duration
+        self._faults[fault.kind, fault.robot - 1] = now, now + fault.duration
+        self._lies.pop(fault.robot - 1, None)
 
     def capture(self, poses: Floats, now: float) -> None:
         """Take a frame.
@@ -73,12 +80,13 @@ class EmulatedMocap:
             poses: Where the robots are: rows x, y in m and theta in rad, shape (3, N).
             now: Time in s.
         """
-        self._faults = {key: until for key, until in self._faults.items() if until > now}
+        self._faults = {key: span for key, span in self._faults.items() if span[1] > now}
+        poses = self._misplaced(poses, now)
         sigmas = ((POSITION_NOISE,), (POSITION_NOISE,), (HEADING_NOISE,))
         seen = poses + self._rng.normal(0.0, sigmas, poses.shape)
         for index, (x, y, theta) in enumerate(seen.T.tolist()):
             sighting = self._spoilt(self._sighting(index, now, x, y, theta), index)
-            if sighting:
+            if sighting and not self._skips(index, now):
                 self._last[index] = sighting
                 delay = LATENCY_S + _LATE_S * self._has(faults.LATE, index)
                 # In order: what is held up holds up what follows.
@@ -94,13 +102,41 @@ class EmulatedMocap:
     def _has(self, kind: str, index: int) -> bool:
         return (kind, index) in self._faults
 
+    def _misplaced(self, poses: Floats, now: float) -> Floats:
+        """Return where the bodies of the robots are, or seem to be."""
+        poses = np.array(poses, dtype=float)
+        for (kind, index), (since, _) in self._faults.items():
+            x, y, theta = poses[:, index].tolist()
+            if kind in _DRIFTS:
+                poses[0, index] = x - math.copysign(_DRIFTS[kind] * (now - since), x)
+            elif kind == faults.FALLEN:
+                poses[:, index] = self._lies.setdefault(index, (x, y, theta))
+            elif kind == faults.MIRRORED:
+                poses[1:, index] = -y, -theta
+            elif kind == faults.TURNED:
+                poses[2, index] = theta + math.pi / 2
+        return poses
+
+    def _skips(self, index: int, now: float) -> bool:
+        """Return whether this frame of a robot is not sent, for the system is slow."""
+        if self._has(faults.SLOW, index) and now - self._seen.get(index, -math.inf) < _SLOW_S:
+            return True
+        self._seen[index] = now
+        return False
+
+    def _height(self, index: int, now: float) -> float:
+        if not self._has(faults.LIFT, index):
+            return _HEIGHT
+        return _HEIGHT + min(_LIFTED, _LIFTING * (now - self._faults[faults.LIFT, index][0]))
+
     def _sighting(self, index: int, now: float, x: float, y: float, theta: float) -> Sighting:
         if self._has(faults.JUMP, index):
             x -= math.copysign(_JUMP, x)
         z, w = quaternion_of_yaw(theta)
+        height = self._height(index, now)
         if self._y_up:
-            return Sighting(self._name(index), now, (x, _HEIGHT, -y), (0.0, z, 0.0, w))
-        return Sighting(self._name(index), now, (x, y, _HEIGHT), (0.0, 0.0, z, w))
+            return Sighting(self._name(index), now, (x, height, -y), (0.0, z, 0.0, w))
+        return Sighting(self._name(index), now, (x, y, height), (0.0, 0.0, z, w))
 
     def _name(self, index: int) -> int:
         """Return the body that the system takes a robot for."""

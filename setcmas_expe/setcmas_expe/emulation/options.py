@@ -6,7 +6,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from setcmas_expe.arena import Arena
 from setcmas_expe.lab.model import Mocap
 from setcmas_expe.mocap.messages import STANDARD
 from setcmas_simu.arrays import Floats
@@ -17,6 +16,7 @@ from setcmas_simu.fleet.topics import CMD_VEL_TYPES
 from setcmas_simu.options.group import flag, option
 from setcmas_simu.options.kinds import RATE, SEEDS, OneOf
 from setcmas_simu.simulator.options import StartPoseOptions
+from setcmas_simu.world.arena import Arena
 
 MOCAP_RATE_HZ = 50.0
 """Default rate of the emulated motion capture system, in Hz."""
@@ -36,8 +36,9 @@ class EmulationOptions(StartPoseOptions):
         'what the robots listen to: Jazzy or Humble',
         default=CMD_VEL_TYPES[0],
     )
-    guard: bool = flag(
-        'run cmd_vel_guard on each robot, as a real lab should (default: yes)', default=True
+    remapped: bool = flag(
+        'robots listen to their guard alone, as in a real lab they should (default: yes)',
+        default=True,
     )
 
 

@@ -32,6 +32,7 @@ class EmulatedTurtleBot3(FleetNode):
     def __init__(
         self,
         robot: LabRobot,
+        cmd_vel: str,
         cmd_vel_type: str,
         on_command: Callable[[float, float], None],
         on_torque: Callable[[bool], None],
@@ -40,6 +41,7 @@ class EmulatedTurtleBot3(FleetNode):
 
         Args:
             robot: Which one it is.
+            cmd_vel: The topic that its base listens to, in its namespace.
             cmd_vel_type: 'twist_stamped' as on Jazzy, or 'twist' as on Humble.
             on_command: Called with forward speed (m/s) and turn rate (rad/s).
             on_torque: Called when the motors are to be switched.
@@ -53,10 +55,8 @@ class EmulatedTurtleBot3(FleetNode):
         self._odom_publisher = self.create_publisher(Odometry, topics.ODOM, _QOS)
         self._battery = BatteryState(present=True, design_capacity=1.8)
         self._battery_publisher = self.create_publisher(BatteryState, topics.BATTERY, _QOS)
-        self._commands = PolledTopic(
-            self, TYPES[cmd_vel_type], topics.CMD_VEL, self._on_cmd_vel, _QOS
-        )
-        self.create_service(SetBool, 'motor_power', self._on_motor_power)
+        self._commands = PolledTopic(self, TYPES[cmd_vel_type], cmd_vel, self._on_cmd_vel, _QOS)
+        self.create_service(SetBool, topics.MOTOR_POWER, self._on_motor_power)
 
     def take(self) -> None:
         """Take the commands that have come."""

@@ -9,7 +9,7 @@ from dataclasses import replace
 from importlib import resources
 from pathlib import Path
 
-from setcmas_expe.arena import Arena
+from setcmas_ctrl.filter.options import FILTERS
 from setcmas_expe.lab.model import Lab, LabRobot, Mocap, Timeouts
 from setcmas_expe.mocap.messages import POSE_STAMPED, STANDARD
 from setcmas_expe.mocap.sources import (
@@ -24,6 +24,8 @@ from setcmas_simu.doors import UnusableError
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet.topics import AUTO, CMD_VEL_TYPES, robot_name
 from setcmas_simu.robots.velocity_limits import ROBOT_MODELS, VelocityLimits
+from setcmas_simu.world.arena import Arena
+from setcmas_simu.world.obstacles import Obstacles
 from setcmas_simu.yaml_entries import Entry, read_entries
 
 DEFAULT_FILE = Path(str(resources.files('setcmas_expe') / 'config' / 'lab.yaml'))
@@ -34,8 +36,12 @@ _KEYS = (
     'mocap',
     'arena',
     'min_separation',
+    'obstacles',
+    'filter',
     'limits',
+    'accel',
     'timeouts',
+    'safety',
     'cmd_vel_type',
     'joystick',
     'network',
@@ -44,6 +50,7 @@ _GROUPS = {
     'mocap': ('preset', 'topic', 'type', 'y_up'),
     'arena': ('x', 'y'),
     'timeouts': ('pose', 'command', 'pause'),
+    'safety': ('resume', 'motion_check'),
     'joystick': ('button', 'topic'),
     'network': ('static_peers', 'discovery_server'),
 }
@@ -78,8 +85,14 @@ def load_lab(path: Path, nb_robots: int | None = None) -> Lab:
         mocap=mocap,
         arena=arena,
         min_separation=_separation(chosen['min_separation'], arena),
+        obstacles=Obstacles.listed(chosen['obstacles']),
+        filter=chosen['filter'].choice(FILTERS),
         limits=_limits(chosen['limits']),
+        accel=given['accel'].number(above=0) if 'accel' in given else math.inf,
         timeouts=Timeouts(*(_timeout(groups['timeouts'][key]) for key in _GROUPS['timeouts'])),
+        checks_motion=groups['safety']['motion_check'].flag(),
+        resumes=groups['safety']['resume'].choice(('operator', 'automatic')) == 'automatic',
+        guarded=True,
         cmd_vel_type=chosen['cmd_vel_type'].choice((AUTO, *CMD_VEL_TYPES)),
         joystick_button=groups['joystick']['button'].whole(0),
         joystick_topic=_checked(groups['joystick']['topic'], _is_topic, 'a topic, such as /joy'),
@@ -131,9 +144,12 @@ def _robot(entry: Entry, source: MocapSource) -> LabRobot:
         raise entry.mistake('a robot with a number, such as {number: 1, mocap_name: tb3_1}')
     number = fields['number'].whole(1)
     names = {'mocap_name': robot_name(number), 'namespace': robot_name(number)}
-    for key, accepts in (('mocap_name', source.may_name), ('namespace', _NAMESPACE.fullmatch)):
+    of_letters = f'a name of letters, digits and _, such as {robot_name(number)}'
+    for key, accepts, expected in (
+        ('mocap_name', source.may_name, source.body_must_be),
+        ('namespace', _NAMESPACE.fullmatch, of_letters),
+    ):
         if key in fields:
-            expected = f'a name of letters, digits and _, such as {robot_name(number)}'
             names[key] = _checked(fields[key], accepts, expected)
     return LabRobot(number, **names)
 

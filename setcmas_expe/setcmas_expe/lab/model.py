@@ -2,13 +2,19 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import math
+from dataclasses import dataclass, replace
 
-from setcmas_expe.arena import Arena
+from setcmas_ctrl.filter.options import FilterOptions
 from setcmas_expe.mocap.sources import MocapSource
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet.topics import robot_name
 from setcmas_simu.robots.velocity_limits import VelocityLimits
+from setcmas_simu.world.arena import Arena
+from setcmas_simu.world.obstacles import Obstacles
+
+FILTER_MARGIN_M = 0.05
+"""By how much the filter keeps robots further apart than where they are stopped, in m."""
 
 
 @dataclass(frozen=True)
@@ -72,8 +78,14 @@ class Lab:
         mocap: The motion capture system.
         arena: Where robots may be.
         min_separation: Smallest distance between two robots' centres, in m.
+        obstacles: What robots must not touch.
+        filter: The safety filter between control laws and robots: 'barrier' or 'none'.
         limits: How fast robots are driven.
+        accel: How fast their forward speed may rise, in m/s^2; inf is no limit.
         timeouts: When what a robot depends on is too old.
+        checks_motion: Whether motion capture is compared with what robots are commanded.
+        resumes: Whether robots go on by themselves once what stopped them is over.
+        guarded: Whether every robot must have a cmd_vel_guard.
         cmd_vel_type: 'twist_stamped', 'twist', or 'auto' for what each robot listens to.
         joystick_button: Index of the button that starts and pauses, from 0.
         joystick_topic: Where the joystick's messages come from.
@@ -85,8 +97,14 @@ class Lab:
     mocap: Mocap
     arena: Arena
     min_separation: float
+    obstacles: Obstacles
+    filter: str
     limits: VelocityLimits
+    accel: float
     timeouts: Timeouts
+    checks_motion: bool
+    resumes: bool
+    guarded: bool
     cmd_vel_type: str
     joystick_button: int
     joystick_topic: str
@@ -97,6 +115,21 @@ class Lab:
     def nb_robots(self) -> int:
         """Number of robots."""
         return len(self.robots)
+
+    def safety(self, others: FilterOptions) -> FilterOptions:
+        """Return the options of the safety filter in this lab, with the others as given.
+
+        Raises:
+            ClashError: They do not go together.
+        """
+        return replace(
+            others,
+            filter=self.filter,
+            min_separation=self.min_separation + FILTER_MARGIN_M,
+            arena=self.arena,
+            obstacles=str(self.obstacles) or None,
+            accel=self.accel if self.accel < math.inf else None,
+        )
 
     def check_rate(self, rate: float) -> None:
         """See that a rate of control in Hz lets no robot stop between two commands.

@@ -2,52 +2,22 @@
 
 from __future__ import annotations
 
-import math
-from dataclasses import astuple, dataclass, field, replace
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, ClassVar
+from typing import ClassVar
 
-from setcmas_expe.arena import Arena
+from setcmas_ctrl.filter.options import FILTERS
 from setcmas_expe.lab.file import DEFAULT_FILE, load_lab
 from setcmas_expe.lab.model import Lab, Mocap
 from setcmas_expe.mocap.sources import MOCAP_SOURCES
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet.topics import AUTO, CMD_VEL_TYPES
 from setcmas_simu.options.completion import names_and_files
-from setcmas_simu.options.group import Options, option
+from setcmas_simu.options.group import Options, flag, option
 from setcmas_simu.options.kinds import NB_ROBOTS, Kind, Number, OneOf, PathTo, Whole
 from setcmas_simu.robots.velocity_limits import ROBOT_MODELS
-
-
-@dataclass(frozen=True)
-class _Borders(Kind):
-    """Borders of an arena."""
-
-    metavar: str | None = field(default='XMIN,XMAX,YMIN,YMAX', kw_only=True)
-
-    @property
-    def must_be(self) -> str:
-        """The form, and an example."""
-        return 'XMIN,XMAX,YMIN,YMAX in m, the smaller ones first, such as --arena=-2,2,-1.5,1.5'
-
-    def parse(self, text: str) -> Arena | str:
-        """Return the arena that a text tells."""
-        try:
-            arena = Arena(*map(float, text.split(',')))
-        except (TypeError, ValueError):
-            return text
-        return arena if self.accepts(arena) else text
-
-    def accepts(self, value: Any) -> bool:
-        """Return whether a value is an arena that has a size."""
-        if not isinstance(value, Arena):
-            return False
-        finite = all(map(math.isfinite, astuple(value)))
-        return finite and value.xmin < value.xmax and value.ymin < value.ymax
-
-    def text(self, value: Any) -> str:
-        """Return the borders."""
-        return ','.join(map(repr, astuple(value)))
+from setcmas_simu.world.arena import Arena, Borders
+from setcmas_simu.world.obstacles import Obstacles, ObstaclesKind
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -71,15 +41,35 @@ class LabOptions(Options):
     limits: str | None = option(
         OneOf(tuple(ROBOT_MODELS)), 'how fast robots are driven', default=None
     )
-    arena: Arena | None = option(_Borders(), 'where robots may be (m)', default=None)
+    arena: Arena | None = option(Borders(), 'where robots may be (m)', default=None)
     min_separation: float | None = option(
         Number(above=0, unit='m', finite=True), 'between two robots, in m', default=None
+    )
+    filter: str | None = option(
+        OneOf(FILTERS), 'keeps robots apart, in the arena and off obstacles', default=None
+    )
+    obstacles: str | None = option(ObstaclesKind(), 'what robots must not touch', default=None)
+    accel: float | None = option(
+        Number(above=0, unit='m/s^2'), 'how fast the speed of a robot may rise', default=None
     )
     cmd_vel_type: str | None = option(
         OneOf((AUTO, *CMD_VEL_TYPES)), 'what the robots listen to', default=None
     )
     joystick_button: int | None = option(
         Whole(metavar='B'), 'starts and pauses, counted from 0', default=None
+    )
+    resume: bool = flag(
+        'robots go on by themselves once what stopped them is over, without anybody who starts '
+        'them again'
+    )
+    without_guard: bool = flag(
+        'start robots that have no cmd_vel_guard, too: if this machine or the network dies, they '
+        'go on'
+    )
+
+    without_motion_check: bool = flag(
+        'do not compare what motion capture shows with what robots are commanded, nor let them '
+        'prove who they are'
     )
 
     def chosen(self) -> Lab:
@@ -93,7 +83,11 @@ class LabOptions(Options):
             lab = replace(lab, mocap=_mocap(self.mocap, lab))
         if self.limits:
             lab = replace(lab, limits=ROBOT_MODELS[self.limits])
-        names = ('arena', 'min_separation', 'cmd_vel_type', 'joystick_button')
+        lab = replace(lab, resumes=lab.resumes or self.resume, guarded=not self.without_guard)
+        lab = replace(lab, checks_motion=lab.checks_motion and not self.without_motion_check)
+        if self.obstacles:
+            lab = replace(lab, obstacles=Obstacles.of(self.obstacles))
+        names = ('arena', 'min_separation', 'filter', 'accel', 'cmd_vel_type', 'joystick_button')
         given = {name: getattr(self, name) for name in names}
         return replace(lab, **{name: value for name, value in given.items() if value is not None})
 
@@ -103,7 +97,6 @@ def _mocap(name: str, lab: Lab) -> Mocap:
     for robot in lab.robots:
         if not source.may_name(robot.mocap_name):
             raise SetcmasError(
-                f"--mocap {name}: mocap_name '{robot.mocap_name}' must be letters, digits and _ "
-                f'to be part of the topic {source.topic}'
+                f"--mocap {name}: mocap_name '{robot.mocap_name}' must be {source.body_must_be}"
             )
     return replace(lab.mocap, preset=name, source=source)

@@ -25,4 +25,5 @@ SOURCE = MocapSource(
     'mocap4r2_msgs/msg/RigidBodies',
     read_rigid_bodies,
     (SILENCE, REPEATED, ZEROS),
+    driver='mocap4ros2_optitrack, _qualisys, _nokov (mocap4r2_msgs)',
 )

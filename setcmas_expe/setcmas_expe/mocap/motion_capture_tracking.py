@@ -25,4 +25,5 @@ SOURCE = MocapSource(
     'motion_capture_tracking_interfaces/msg/NamedPoseArray',
     read_named_poses,
     (SILENCE, REPEATED, NOT_A_NUMBER),
+    driver='motion_capture_tracking 1.0.9',
 )

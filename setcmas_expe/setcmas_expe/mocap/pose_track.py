@@ -5,27 +5,30 @@ from __future__ import annotations
 import math
 from collections import Counter
 
-from setcmas_expe.arena import Arena
+from setcmas_expe.mocap.arrivals import LONGEST_GAP_S, Arrivals
+from setcmas_expe.mocap.reach import NOISE_M, Reach
 from setcmas_expe.mocap.sample import Pose, Sample, fault_of
 from setcmas_expe.mocap.stamp_clock import StampClock
 from setcmas_simu.fleet.planar_pose import wrap_angle
 from setcmas_simu.fleet.topics import robot_name
 from setcmas_simu.robots.velocity_limits import VelocityLimits
+from setcmas_simu.world.arena import Arena
 
 JUMPED = 'jumped'
 FROZEN = 'frozen'
+LIFTED = 'lifted'
+SLOW = 'slow'
 
 _JUMPED_TROUBLE = 'it jumped (if somebody carried it: pause for a second, then start)'
-
-JUMP_MARGIN_M = 0.10
-"""What a pose may differ by beyond what the robot can have moved: noise, and late arrivals."""
 
 FROZEN_S = 0.4
 """Time in s over which equal poses of a robot that is told to move mean that it is not seen."""
 
+LIFTED_M = 0.05
+"""Difference in height from the usual one at which a robot does not stand on the floor, in m."""
+
 _FROZEN_FRAMES = 4
-_JUMP_MARGIN_RAD = 0.6
-_BLIND_S = 0.8  # an unseen robot has stopped after that, so it cannot be further away
+_FLOOR_S = 10.0  # time constant of the usual height: floors and calibrations slope
 _BAD_FOR_S = 0.1  # single bad frames are left out; only several in a row stop a robot
 _STEADY_S = 1.0
 _STEADY_M = 0.03
@@ -43,6 +46,7 @@ class PoseTrack:
         fault: Why poses are not believed at present; empty if they are.
         rejected: How many measurements were bad, by reason, since this was last cleared.
         jumped_to: Where the newest measurement is that was too far from the last good one.
+        arrivals: When measurements came, good and bad.
         swapped_with: The robot whose place this one seems to have taken; None if none.
     """
 
@@ -55,11 +59,14 @@ class PoseTrack:
         self.jumped_to: Pose | None = None
         self.swapped_with: int | None = None
         self._arena = arena
-        self._limits = limits
         self._clock = StampClock()
         self._lateness = 0.0
         self._paused = True
         self._moving_since = math.inf
+        self._reach = Reach(limits)
+        self.arrivals = Arrivals()
+        self._height: float | None = None
+        self._z = 0.0
         self._last: Sample | None = None
         self._same_since = math.inf
         self._same_frames = 0
@@ -72,7 +79,22 @@ class PoseTrack:
         """Why poses are not believed at present, for people; empty if they are."""
         if self.swapped_with is not None:
             return f'it seems to have swapped places with {robot_name(self.swapped_with)}'
+        if self.fault == LIFTED:
+            return (
+                f'it was lifted (its body is at {self._z:.2f} m, usually at {self._height:.2f}): '
+                'set it down (a body that was moved: end, and begin anew)'
+            )
+        if self.fault == SLOW:
+            return (
+                'motion capture was silent about it twice in a row, for '
+                f'{self.arrivals.gap:.2f} s or longer; it must be {LONGEST_GAP_S:g} s at most'
+            )
         return _JUMPED_TROUBLE if self.fault == JUMPED else self.fault
+
+    @property
+    def repeats(self) -> bool:
+        """Whether the newest measurements are equal, which is judged here alone."""
+        return self._same_frames >= _FROZEN_FRAMES
 
     def age(self, now: float) -> float:
         """Return how old the last good pose is, in s; inf before the first."""
@@ -87,13 +109,20 @@ class PoseTrack:
         """Judge a measurement (Z-up); returns whether it is good."""
         lateness = self._clock.lateness(sample.stamp, now)
         pose = sample.planar()
-        fault = fault_of(sample, self._arena) or self._fault_in_time(sample, pose, now)
-        if fault == JUMPED and self._has_settled(pose, now):
-            fault = None
+        gap = self.arrivals.add(now)
+        fault = fault_of(sample, self._arena) or self._fault_in_time(sample, pose, now, lateness)
+        if fault in (JUMPED, LIFTED) and self._has_settled(pose, now):
+            # Nobody raises the floor; but a robot may have been seen in somebody's hand at first.
+            self._z = sample.position[2]
+            self._height = min(self._z, self._height or self._z)
+            self._reach.start(pose, now - lateness)
+            fault = LIFTED if self._is_lifted() else None
         if fault:
             self._reject(fault, pose, now)
             return False
         self.pose, self.received, self._lateness = pose, now, lateness
+        self._reach.add(pose, now - lateness)
+        self._note_height(sample.position[2], gap)
         self.fault = ''
         self.jumped_to = self.swapped_with = self._candidate = None
         self._bad_since = math.inf
@@ -109,10 +138,26 @@ class PoseTrack:
         if self.swapped_with is not None and fault != JUMPED:
             self.swapped_with = None
 
-    def _fault_in_time(self, sample: Sample, pose: Pose, now: float) -> str | None:
+    def _fault_in_time(
+        self, sample: Sample, pose: Pose, now: float, lateness: float
+    ) -> str | None:
         if self._is_frozen(sample, now):
             return FROZEN
-        return JUMPED if self._is_jump(pose, now) else None
+        if not self._reach.holds(pose, now - lateness):
+            return JUMPED
+        self._z = sample.position[2]
+        if self._is_lifted():
+            return LIFTED
+        return SLOW if self.arrivals.are_slow else None
+
+    def _is_lifted(self) -> bool:
+        return self._height is not None and abs(self._z - self._height) > LIFTED_M
+
+    def _note_height(self, z: float, gap: float) -> None:
+        """Follow the floor, slowly."""
+        if self._height is None:
+            self._height = z
+        self._height += (1.0 - math.exp(-min(gap, 1.0) / _FLOOR_S)) * (z - self._height)
 
     def _is_frozen(self, sample: Sample, now: float) -> bool:
         if self._last is None or not sample.same_place(self._last):
@@ -125,17 +170,6 @@ class PoseTrack:
         if now - since >= FROZEN_S and self._same_frames >= _FROZEN_FRAMES:
             self._frozen = True  # for as long as they are equal: the robot stands from now on
         return self._frozen
-
-    def _is_jump(self, pose: Pose, now: float) -> bool:
-        if self.pose is None:
-            return False
-        step = min(max(0.0, now - self.received), _BLIND_S)
-        moved = math.hypot(pose[0] - self.pose[0], pose[1] - self.pose[1])
-        turned = abs(float(wrap_angle(pose[2] - self.pose[2])))
-        return (
-            moved > self._limits.V_max * step + JUMP_MARGIN_M
-            or turned > self._limits.omega_max * step + _JUMP_MARGIN_RAD
-        )
 
     def _has_settled(self, pose: Pose, now: float) -> bool:
         """Return whether a robot that was carried away stands still at its new place."""
@@ -187,5 +221,5 @@ def _took_place(track: PoseTrack, other: PoseTrack) -> bool:
     assert track.jumped_to is not None
     assert other.pose is not None
     x, y, _ = track.jumped_to
-    reach = JUMP_MARGIN_M + _BLIND_S * track._limits.V_max
+    reach = track._reach.of(math.inf) + 2 * NOISE_M
     return math.hypot(x - other.pose[0], y - other.pose[1]) <= reach

@@ -78,7 +78,8 @@ class MocapReceiver:
         """
         for topic, heard in self._heard.items():
             senders = self._node.count_publishers(topic)
-            heard.rivals = f'{senders} nodes send it on {topic}' if senders > 1 else ''
+            several = senders > 1 and not self._source.shared
+            heard.rivals = f'{senders} nodes send it on {topic}' if several else ''
 
     def trouble(self, body: str) -> str:
         """Return why no pose of a body is to be believed; empty if they may be."""

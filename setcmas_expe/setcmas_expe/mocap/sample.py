@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, replace
 
-from setcmas_expe.arena import Arena
 from setcmas_simu.fleet.planar_pose import yaw_of_quaternion
+from setcmas_simu.world.arena import Arena
 
 Pose = tuple[float, float, float]
 

@@ -38,6 +38,9 @@ class MocapSource:
         message_type: Type of the messages, such as 'geometry_msgs/msg/PoseStamped'.
         read: Yields the name of each body in a message and what was measured of it, in the
             driver's axes. Where each body has its topic, the name is left empty.
+        shared: Whether other nodes may send on the topic: it cannot be seen then that a second
+            driver does.
+        driver: Name and version of the driver that this was read from; empty if none.
         lost_looks_like: What may arrive when the system has lost a body: SILENCE and the like.
     """
 
@@ -45,6 +48,8 @@ class MocapSource:
     message_type: str
     read: Read
     lost_looks_like: tuple[str, ...] = (SILENCE,)
+    shared: bool = False
+    driver: str = ''
 
     @property
     def per_body(self) -> bool:
@@ -73,6 +78,16 @@ class MocapSource:
                 f'motion capture sends {self.message_type}, whose package is not installed: '
                 f'sudo apt install ros-jazzy-{package.replace("_", "-")}, and source ROS'
             ) from None
+
+    @property
+    def body_must_be(self) -> str:
+        """What the name of a body must be."""
+        if not self.per_body:
+            return 'a name'
+        return (
+            'a name of letters, digits and _ that begins with a letter, such as tb3_1: it is part '
+            'of a topic of ROS 2 (rename the body in the motion capture system)'
+        )
 
     def may_name(self, body: str) -> bool:
         """Return whether a body may have this name, which may be part of its topic."""

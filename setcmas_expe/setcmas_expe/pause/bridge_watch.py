@@ -11,13 +11,13 @@ from setcmas_ctrl.fleet.pause_watch import BY_WISH
 from setcmas_expe.lab.model import Lab
 from setcmas_expe.pause.console_protocol import RobotStatus
 from setcmas_expe.safety.decision import State
+from setcmas_simu.cmd_vel import cmd_vel_graph
 from setcmas_simu.cmd_vel.cmd_vel_publisher import CmdVelPublisher
 from setcmas_simu.fleet import topics
 from setcmas_simu.ros import qos
 
 _SILENT_AFTER_S = 0.5  # the bridge sends five a second
 _FOLLOW_EVERY_S = 2.0
-_OBEYS_AFTER_S = 1.0  # a start is in what the bridge says by then
 
 
 class BridgeWatch:
@@ -26,16 +26,19 @@ class BridgeWatch:
     Attributes:
         died: Set when the bridge process is known to have ended.
         ending: Set when the experiment ends: silence is no trouble any more.
+        held: Why the bridge pauses all robots, whatever this node says; empty if it does not.
     """
 
     def __init__(self, node: Node, lab: Lab) -> None:
         """Watch through a node; publishers are ready in advance, for discovery takes time."""
         self.died = self.ending = False
+        self.held = ''
         self._heard: float | None = None
         self._robots: tuple[RobotStatus, ...] = ()
         self._is_new = False
         self._next_follow = 0.0
-        self._refused_since: float | None = None
+        self._node = node
+        self._sender: set[bytes] = set()
         self._topics = {robot.topic(topics.CMD_VEL) for robot in lab.robots}
         self._cmd_vels = [
             CmdVelPublisher(
@@ -55,31 +58,44 @@ class BridgeWatch:
             qos.STATE,
         )
 
-    def trouble(self, now: float) -> str:
-        """Return why the bridge cannot be relied upon at a time (s); empty if it can."""
+    def trouble(self, now: float, paused: bool) -> str:
+        """Return why the bridge cannot be relied upon at a time (s); empty if it can.
+
+        Args:
+            now: The time.
+            paused: Whether robots are paused: a bridge that is new may take over then.
+        """
         if now >= self._next_follow:
             self._next_follow = now + _FOLLOW_EVERY_S
             for cmd_vel in self._cmd_vels:
                 cmd_vel.follow_listeners()
         if self.died:
             return 'the bridge process has died; the pause node commands zero'
-        if self.ending or self._heard is None or now - self._heard <= _SILENT_AFTER_S:
+        if self.ending:
+            return ''
+        if conflict := self._conflict(paused):
+            return conflict
+        if self._heard is None or now - self._heard <= _SILENT_AFTER_S:
             return ''
         return 'the bridge process is silent; the pause node commands zero'
 
-    def refusal(self, paused: bool, now: float) -> str:
-        """Return why the bridge holds robots that were let go; empty if it does not.
-
-        It holds them when this node was not heard for a while. They must not go on by themselves
-        once it is heard again.
-        """
-        held = [robot.reason for robot in self._robots if robot.state is State.PAUSED]
-        if paused or not held:
-            self._refused_since = None
-            return ''
-        if self._refused_since is None:
-            self._refused_since = now
-        return held[0] if now - self._refused_since > _OBEYS_AFTER_S else ''
+    def _conflict(self, paused: bool) -> str:
+        """Return why nobody knows whether the bridge says what is heard; empty if it does."""
+        senders = {
+            one.participant
+            for one in cmd_vel_graph.publishers(self._node, topics.DIAGNOSTICS)
+            if one.node == topics.BRIDGES_NODE
+        }
+        if len(senders) > 1:
+            return (
+                f'{len(senders)} bridge processes send {topics.DIAGNOSTICS}; is another '
+                'experiment in this ROS domain?'
+            )
+        if paused or not self._sender:
+            self._sender = senders
+        elif senders and senders != self._sender:
+            return f'another bridge process than at the start sends {topics.DIAGNOSTICS}'
+        return ''
 
     def unreadiness(self) -> str:
         """Return why robots cannot be started yet; empty if they can.
@@ -89,8 +105,10 @@ class BridgeWatch:
         silent = self._heard is None or time.monotonic() - self._heard > _SILENT_AFTER_S
         if silent or not self._robots:
             return 'nothing is heard of the bridge process'
+        if conflict := self._conflict(paused=True):
+            return conflict
         unready = [robot for robot in self._robots if not robot.ready]
-        return '; '.join(f'{robot.name} is {robot.reason}' for robot in unready[:1])
+        return '; '.join(f'{robot.name}: {robot.reason}' for robot in unready[:1])
 
     def command_zero(self) -> None:
         """Stop all robots."""
@@ -110,11 +128,14 @@ class BridgeWatch:
             self._heard = time.monotonic()
             self._robots = tuple(map(_robot_status, ours))
             self._is_new = True
+            values = {item.key: item.value for item in ours[0].values}
+            self.held = values.get('held', '').removeprefix(f'{BY_WISH}: ')
 
 
 def _robot_status(status: DiagnosticStatus) -> RobotStatus:
     values = {item.key: item.value for item in status.values}
-    state = State(values.get('state', State.STOPPED.value))
+    known = {one.value: one for one in State}
+    state = known.get(values.get('state', ''), State.STOPPED)
     return RobotStatus(
         name=status.name,
         level=ord(status.level),

@@ -14,16 +14,21 @@ SILENT_AFTER_S = 0.5
 
 
 class Word(enum.Enum):
-    """What the terminal has to say."""
-
-    TOGGLE = 'toggle'
-    """The space bar: start if paused, else pause."""
+    """What the terminal, or the page that it has opened, has to say."""
 
     PAUSE = 'pause'
-    """A space bar that is heard of late: whatever was meant by it, not a start now."""
+
+    START = 'start'
+    """Start, by a key or a button; repeated while that is held."""
 
     GO = 'go'
-    """Start."""
+    """Start, by a command that does so once everything is ready."""
+
+    EMERGENCY = 'emergency'
+    """Emergency stop."""
+
+    RELEASE = 'release'
+    """The first or the second press that releases it."""
 
     HALT = 'halt'
     """The bridge process has died: command zero in its place."""
@@ -36,9 +41,10 @@ class Word(enum.Enum):
 
 
 class Wish(Message, frozen=True):
-    """A message of the terminal."""
+    """A message of the terminal; `by` says how it was made, such as 'by space bar'."""
 
     word: Word
+    by: str = ''
 
 
 class RobotStatus(msgspec.Struct, frozen=True):
@@ -64,5 +70,6 @@ class Status(Message, frozen=True):
     """What the terminal shows: the pause state, and a line for each robot."""
 
     paused: bool
+    emergency: bool
     why: str
     robots: tuple[RobotStatus, ...]

@@ -13,27 +13,28 @@ from setcmas_expe.pause.console_protocol import SILENT_AFTER_S, Wish, Word
 from setcmas_simu.reports.encoding import LineDecoder
 
 _CATCHES_UP_S = 0.2
+_NEVER_LATE = (Word.START, Word.RELEASE)
 
 
 class ConsoleReader:
     """Takes wishes in a thread of its own; hands them out without waiting.
 
     A key that comes after a silence, or together with others that were held up, was pressed some
-    time ago: the robots may have been paused since, and it must not start them.
+    time ago: what has happened since, nobody knew who pressed it, and it must not start anything.
     """
 
     def __init__(self, on_end: Callable[[], None]) -> None:
         """Start to read; the thread calls `on_end` when the terminal's process is gone."""
-        self._words: queue.SimpleQueue[Word] = queue.SimpleQueue()
+        self._wishes: queue.SimpleQueue[Wish] = queue.SimpleQueue()
         self._heard = time.monotonic()
         self._told = False
         self._on_end = on_end
         threading.Thread(target=self._read, name='console', daemon=True).start()
 
-    def words(self) -> Iterator[Word]:
-        """Yield the words that have come in since the last call."""
-        while not self._words.empty():
-            yield self._words.get()
+    def wishes(self) -> Iterator[Wish]:
+        """Yield what has come in since the last call."""
+        while not self._wishes.empty():
+            yield self._wishes.get()
 
     @property
     def stuck(self) -> bool:
@@ -55,6 +56,6 @@ class ConsoleReader:
                 if now - self._heard > SILENT_AFTER_S:
                     late_until = now + _CATCHES_UP_S
                 self._heard = now
-                late = wish.word is Word.TOGGLE and now < late_until
-                self._words.put(Word.PAUSE if late else wish.word)
+                if wish.word not in _NEVER_LATE or now >= late_until:
+                    self._wishes.put(wish)
         self._on_end()

@@ -1,4 +1,4 @@
-"""Joystick: its start button, and its absence."""
+"""Joystick: its buttons, and its absence."""
 
 from __future__ import annotations
 
@@ -13,31 +13,29 @@ class Joystick:
     """Watches the messages of a joystick.
 
     Attributes:
-        missing_button: Whether the joystick has too few buttons for the one that is watched.
+        held: Buttons that are down and were seen going down, counted from 0.
     """
 
-    def __init__(self, button: int) -> None:
-        """Watch a button, counted from 0."""
-        self.missing_button = False
-        self._button = button
-        self._down: bool | None = None
+    def __init__(self) -> None:
+        """Begin without a joystick."""
+        self.held: frozenset[int] = frozenset()
+        self._down: frozenset[int] | None = None
         self._heard = -math.inf
-        self._here = False
 
-    def pressed(self, buttons: Sequence[int], now: float) -> bool:
-        """Take a message that arrived at a time (s); returns whether the button went down.
+    def pressed(self, buttons: Sequence[int], now: float) -> frozenset[int]:
+        """Take a message that arrived at a time (s); returns the buttons that went down.
 
-        A button that is down in the first message was not seen going down.
+        Buttons that are down in the first message were not seen going down.
         """
-        self._heard, self._here = now, True
-        self.missing_button = self._button >= len(buttons)
-        down = not self.missing_button and bool(buttons[self._button])
-        before, self._down = self._down, down
-        return down and before is False
+        self._heard = now
+        down = frozenset(button for button, state in enumerate(buttons) if state)
+        new = down - (down if self._down is None else self._down)
+        self._down, self.held = down, (self.held & down) | new
+        return new
 
     def disappeared(self, now: float) -> bool:
         """Return, once, whether a joystick that was there has gone silent."""
-        if not self._here or now - self._heard <= SILENT_AFTER_S:
+        if self._down is None or now - self._heard <= SILENT_AFTER_S:
             return False
-        self._here, self._down = False, None
+        self._down, self.held = None, frozenset()
         return True

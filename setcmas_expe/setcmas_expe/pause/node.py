@@ -12,16 +12,19 @@ import time
 from rclpy.clock import Clock, ClockType
 from sensor_msgs.msg import Joy
 from std_msgs.msg import Bool
-from std_srvs.srv import SetBool
 
+from setcmas_ctrl.fleet.emergency_watch import STOPPED
 from setcmas_expe.lab.model import Lab
 from setcmas_expe.lab.options import LabOptions
 from setcmas_expe.pause.bridge_watch import BridgeWatch
-from setcmas_expe.pause.console_protocol import Status, Word
+from setcmas_expe.pause.console_protocol import Status, Wish, Word
 from setcmas_expe.pause.console_reader import ConsoleReader
+from setcmas_expe.pause.emergency import RELEASES_WITHIN_S, Emergency
 from setcmas_expe.pause.joystick import Joystick
-from setcmas_expe.pause.start_requests import REACTION_S, REPEATS_WITHIN_S, StartRequests
+from setcmas_expe.pause.public_stops import PublicStops, Stops
+from setcmas_expe.pause.start_requests import REACTION_S, HeldStart, StartRequests
 from setcmas_expe.safety.stalls import StallDetector, time_since_boot
+from setcmas_simu.cmd_vel import cmd_vel_graph
 from setcmas_simu.fleet import topics
 from setcmas_simu.reports.launcher import Launcher
 from setcmas_simu.ros import qos
@@ -31,42 +34,51 @@ RATE_HZ = 10.0
 """Rate in Hz at which the pause state is sent."""
 
 _TICKS_PER_MESSAGE = 2  # keys are looked at twice as often as the state is sent
+_QUIET_S = 1.5  # `ros2 topic pub` without --once repeats once a second
 
 
 class Pause(FleetNode):
-    """Decides between stand and go: by joystick, keyboard and /pause, and by their absence."""
+    """Decides between stand and go: by joystick, terminal and /pause, and by their absence."""
 
-    def __init__(self, lab: Lab, keys: ConsoleReader | None, launcher: Launcher) -> None:
+    def __init__(
+        self,
+        lab: Lab,
+        keys: ConsoleReader | None,
+        launcher: Launcher,
+        hold: bool = False,
+        joystick: bool = False,
+    ) -> None:
         """Create the node.
 
         Args:
             lab: Which robots there are, and which button of the joystick counts.
             keys: What comes from the terminal; None without one.
             launcher: Shows the state in the terminal.
+            hold: Whether robots move only while a key or a button is held.
+            joystick: Whether there is an operator's joystick; without, one can only stop robots.
         """
         super().__init__(topics.PAUSE_NODE)
         self.paused = True
         self.why = ''
-        self._shown = (True, '')
+        self._shown: tuple[bool, str] | None = None
         self._keys = keys
         self._launcher = launcher
-        self._joystick = Joystick(lab.joystick_button)
-        self._joystick_told = False
+        self._hold = hold
+        self._held = HeldStart()
+        self._joystick = Joystick()
+        self._joystick_starts = joystick
         self._button = lab.joystick_button
         self._joystick_topic = lab.joystick_topic
         self._ticks = 0
         self._stalls = StallDetector(lab.timeouts.pause_s, time_since_boot())
-        self._requests = StartRequests(time.monotonic())
-        self._repetition_told = self._haste_told = False
+        self._requests = StartRequests()
+        self._emergency = Emergency()
+        self._told: dict[str, float] = {}
         self._bridge = BridgeWatch(self, lab)
         self._publisher = self.create_publisher(Bool, topics.PAUSED, qos.STATE)
-        self.create_subscription(
-            Bool,
-            topics.FLEET_PAUSE,
-            lambda message: self._request(message.data, 'by /pause'),
-            qos.EVENT,
-        )
-        self.create_service(SetBool, '~/pause', self._answer)
+        self._stopped = self.create_publisher(Bool, topics.EMERGENCY_STOPPED, qos.LATCHED)
+        stops = Stops(self._pause, self._stop, self._take_over, self._once)
+        PublicStops(self, lab, stops)
         self.create_subscription(Joy, lab.joystick_topic, self._on_joy, qos.SENSOR)
         steady = Clock(clock_type=ClockType.STEADY_TIME)
         self.create_timer(1.0 / (RATE_HZ * _TICKS_PER_MESSAGE), self._tick, clock=steady)
@@ -74,120 +86,178 @@ class Pause(FleetNode):
     def set(self, paused: bool, why: str, by_itself: bool = False) -> None:
         """Pause, or let the robots go; says so."""
         if paused and not self.paused:
-            self._requests.note_pause(by_itself, time.monotonic())
-        if (paused, why) != (self.paused, self.why):
+            now = time.monotonic()
+            self._requests.note_pause(by_itself, now)
+            self._held.note_pause(now)
+        if (paused, why) != (self.paused, self.why) and not self._emergency.why:
             self.get_logger().info(f'paused: {why}' if paused else f'started: {why}')
         self.paused, self.why = paused, why
         self.publish()
 
-    def wish(self, paused: bool, why: str) -> str:
-        """Pause; or let the robots go, if all of them are ready; returns why not."""
-        unready = '' if paused else self._unreadiness()
-        if unready:
-            self.get_logger().warning(f'not started: {unready}')
-        else:
-            self.set(paused, why)
-        return unready
+    def publish(self) -> None:
+        """Send the state."""
+        self._publisher.publish(Bool(data=self.paused))
+        self._stopped.publish(Bool(data=bool(self._emergency.why)))
 
-    def toggle(self, why: str) -> None:
-        """Start if paused, else pause."""
-        hasty = self._requests.hasty(time.monotonic())
-        if not (hasty and self.paused):
-            self._haste_told = False
-            self.wish(not self.paused, why)
-        elif not self._haste_told:
-            self._haste_told = True
-            self.get_logger().warning(f'not started: too soon; press once more ({REACTION_S:g} s)')
+    def _pause(self, why: str) -> None:
+        if not self._emergency.why:  # that says more
+            self.set(True, why)
+
+    def _go(self, why: str) -> None:
+        """Let the robots go, if all of them are ready."""
+        if unready := self._unreadiness():
+            self._once(f'not started: {unready}')
+        else:
+            self.set(False, why)
+
+    def _start(self, why: str) -> None:
+        """Take a press that is to start, and comes again while it is held."""
+        now = time.monotonic()
+        if self._hold:
+            counts, hint = self._held.pressed(now), ''
+        else:
+            counts, hint = not self._requests.hasty(now), f'press once more ({REACTION_S:g} s)'
+        if not self.paused:
+            return
+        if counts or self._emergency.why:
+            self._go(why)
+        elif hint:
+            self._once(f'not started: too soon; {hint}')
 
     def _unreadiness(self) -> str:
         """Return why robots cannot be started now; empty if they can."""
+        if self._emergency.why:
+            return f'{STOPPED} {self._emergency.why}; R twice releases it'
         if self._stalls.recent(time_since_boot()):
             return 'the pause node was held up, and the wish may be an old one'
         if self._keys and self._keys.stuck:
             return 'the terminal does not answer'
         return self._bridge.unreadiness()
 
-    def publish(self) -> None:
-        """Send the state."""
-        self._publisher.publish(Bool(data=self.paused))
+    def _stop(self, why: str) -> None:
+        """Take an emergency stop."""
+        if self._emergency.stop(why):
+            self._tell_stop()
 
-    def _request(self, paused: bool, why: str) -> str:
-        """Do what a message or a service asks for; returns why not."""
-        if not self._requests.repeated(paused, time.monotonic()):
-            self._repetition_told = False
-            return self.wish(paused, why)
-        refusal = (
-            'false is repeated on /pause; send it once, and none for '
-            f'{REPEATS_WITHIN_S:g} s before'
+    def _take_over(self, why: str) -> None:
+        """Make an emergency stop one's own that somebody holds."""
+        if self._emergency.take_over(why, time.monotonic()):
+            self._tell_stop()
+
+    def _tell_stop(self) -> None:
+        self.get_logger().error(
+            f'EMERGENCY STOP {self._emergency.why}: robots stand until R is pressed twice, '
+            'and stay paused then'
         )
-        if self.paused and not self._repetition_told:
-            self._repetition_told = True
-            self.get_logger().warning(f'not started: {refusal}')
-        return refusal if self.paused else ''
+        self.set(True, f'{STOPPED} {self._emergency.why}')
 
-    def _answer(self, request: SetBool.Request, response: SetBool.Response) -> SetBool.Response:
-        refusal = self._request(request.data, 'by service')
-        response.success = not refusal
-        done = 'paused' if self.paused else 'started'
-        response.message = f'not started: {refusal}' if refusal else done
-        return response
+    def _release(self) -> None:
+        if not self._emergency.why:
+            self._once('there is no emergency stop to release')
+        elif strangers := self._other_holders():
+            self._once(
+                f'not released: {strangers[0]} publishes {topics.EMERGENCY_STOPPED} too, and '
+                'guards believe nobody then: end it, and press R twice'
+            )
+        elif self._emergency.release(time.monotonic()):
+            self.set(True, 'the emergency stop is released')
+        else:
+            self._once(
+                f'R again after 1 to {RELEASES_WITHIN_S:g} s releases it: guards let go and '
+                'motors get power; robots stay paused until you start them'
+            )
+
+    def _other_holders(self) -> list[str]:
+        own = {cmd_vel_graph.own_participant(self)}
+        return cmd_vel_graph.strangers(self, topics.EMERGENCY_STOPPED, own)
+
+    def _once(self, warning: str) -> None:
+        """Say something that a key that is held down, or a publisher, brings up all the time."""
+        now = time.monotonic()
+        before, self._told[warning] = self._told.get(warning, -_QUIET_S), now
+        if now - before >= _QUIET_S:
+            self.get_logger().warning(warning)
 
     def _on_joy(self, message: Joy) -> None:
-        if self._joystick.pressed(message.buttons, time.monotonic()):
-            # Two that contradict each other look like a button that is pressed all the time.
-            if self.paused and self.count_publishers(self._joystick_topic) > 1:
-                self.get_logger().warning(
-                    f'not started: several nodes publish {self._joystick_topic}'
-                )
-            else:
-                self.toggle('by joystick')
-        if self._joystick.missing_button and not self._joystick_told:
-            self._joystick_told = True
-            self.get_logger().warning(
+        new = self._joystick.pressed(message.buttons, time.monotonic())
+        if new - {self._button}:
+            self._stop('by joystick')
+        elif self._button in (self._joystick.held if self._hold else new):
+            self._on_start_button()
+        if self._button >= len(message.buttons):
+            self._once(
                 f'the joystick has {len(message.buttons)} buttons, counted from 0; button '
                 f'{self._button} is not among them: set joystick.button in the lab file'
             )
 
+    def _on_start_button(self) -> None:
+        if not self.paused and not self._hold:
+            self._requests.hasty(time.monotonic())  # it is a press, too
+            self._pause('by joystick')
+        elif not self._joystick_starts:
+            self._once(
+                f'not started: no joystick is read here, but {self._joystick_topic} is sent'
+            )
+        # Two that contradict each other look like a button that is pressed all the time.
+        elif self.count_publishers(self._joystick_topic) > 1:
+            self._once(f'not started: several nodes publish {self._joystick_topic}')
+        else:
+            self._start('by joystick')
+
     def _tick(self) -> None:
         now = time.monotonic()
-        if self._stalls.tick(time_since_boot()) and not self.paused:
-            self.set(True, 'the pause node was held up', by_itself=True)
-        if self._joystick.disappeared(now):
-            self.set(True, 'the joystick has disappeared', by_itself=True)
         if self._keys:
             self._serve_terminal(self._keys, now)
-        if self._bridge.ending:  # a bridge that hangs just now cannot stop its robots
-            self._bridge.command_zero()
-        if trouble := self._bridge.trouble(now):
-            self.set(True, trouble, by_itself=True)
-            self._bridge.command_zero()
-        if refusal := self._bridge.refusal(self.paused, now):
-            self.set(True, refusal.removeprefix('paused: '), by_itself=True)
+        if self._stalls.tick(time_since_boot()) and not self.paused:
+            self.set(True, 'the pause node was held up', by_itself=True)
+        if self._joystick.disappeared(now) and not self.paused:
+            self.set(True, 'the joystick has disappeared', by_itself=True)
+        if self._hold and not self.paused and self._held.released(now):
+            self.set(True, 'nothing is held any more')
+        self._follow_bridge(now)
         self._ticks += 1
         if self._ticks % _TICKS_PER_MESSAGE == 0:
             self.publish()
 
+    def _follow_bridge(self, now: float) -> None:
+        if self._bridge.ending:  # a bridge that hangs just now cannot stop its robots
+            self._bridge.command_zero()
+        if trouble := self._bridge.trouble(now, self.paused):
+            self.set(True, trouble, by_itself=True)
+            self._bridge.command_zero()
+        if self._bridge.held == STOPPED:
+            self._take_over('that the bridge holds')
+        elif self._bridge.held and not self.paused:  # it ends only when somebody starts again
+            self.set(True, self._bridge.held, by_itself=True)
+
     def _serve_terminal(self, keys: ConsoleReader, now: float) -> None:
-        for word in keys.words():
-            if word is Word.TOGGLE:
-                self.toggle('by space bar')
-            elif word is Word.PAUSE:
-                self._requests.hasty(now)  # it is a press, too
-                self.set(True, 'by space bar')
-            elif word is Word.GO:
-                self.wish(False, 'by command')
-            elif word is Word.HALT:
-                self._bridge.died = True
-            elif word is Word.END:
-                self._bridge.ending = True
-                self.set(True, 'the experiment ends')
-        if keys.silent(now) and not self._bridge.ending:
+        for wish in keys.wishes():
+            self._obey(wish)
+        if keys.silent(now) and not self._bridge.ending and not self.paused:
             self.set(True, 'the terminal does not answer', by_itself=True)
         # A bridge that hangs has no news, but that the robots are paused then is one.
         robots = self._bridge.news(unless_old=(self.paused, self.why) == self._shown)
         if robots:
             self._shown = self.paused, self.why
-            self._launcher.tell(Status(self.paused, self.why, robots))
+            status = Status(self.paused, bool(self._emergency.why), self.why, robots)
+            self._launcher.tell(status)
+
+    def _obey(self, wish: Wish) -> None:
+        if wish.word is Word.PAUSE:
+            self._pause(wish.by)
+        elif wish.word is Word.START:
+            self._start(wish.by)
+        elif wish.word is Word.GO:
+            self._go(wish.by)
+        elif wish.word is Word.EMERGENCY:
+            self._stop(wish.by)
+        elif wish.word is Word.RELEASE:
+            self._release()
+        elif wish.word is Word.HALT:
+            self._bridge.died = True
+        elif wish.word is Word.END:
+            self._bridge.ending = True
+            self.set(True, 'the experiment ends')
 
 
 def main(argv: list[str] | None = None) -> int:
@@ -197,13 +267,19 @@ def main(argv: list[str] | None = None) -> int:
     parser.add_argument(
         '--console', action='store_true', help='keys come on standard input from setcmas expe'
     )
+    parser.add_argument(
+        '--hold', action='store_true', help='robots move only while a key or button is held'
+    )
+    parser.add_argument(
+        '--joystick', action='store_true', help='there is a joystick, which may start robots'
+    )
     return node_main(parser, _serve, argv)
 
 
 def _serve(process: RosProcess, args: argparse.Namespace) -> None:
     lab = LabOptions.of(args).chosen()
     keys = ConsoleReader(process.stop) if args.console else None
-    node = Pause(lab, keys, process.launcher)
+    node = Pause(lab, keys, process.launcher, args.hold, args.joystick)
     process.add(node)
     try:
         process.spin()

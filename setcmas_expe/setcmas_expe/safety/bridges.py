@@ -10,11 +10,13 @@ import sys
 
 from setcmas_expe.lab.model import Lab
 from setcmas_expe.lab.options import LabOptions
+from setcmas_expe.plausibility.options import ProofOptions
 from setcmas_expe.safety.cmd_vel_bridge import CmdVelBridge
 from setcmas_expe.safety.decision import RATE_HZ
 from setcmas_expe.safety.mocap_bridge import MocapBridge
 from setcmas_expe.safety.reporting.arena_markers import publish_arena
 from setcmas_expe.safety.stepper import SafetyStepper
+from setcmas_simu.fleet import topics
 from setcmas_simu.fleet.announcement import Kind
 from setcmas_simu.fleet.fleet import robots_in_words
 from setcmas_simu.messages.fleet_topic import FleetAnnouncer
@@ -36,18 +38,19 @@ def main(argv: list[str] | None = None) -> int:
     """Bridge until a signal arrives; returns the exit status."""
     parser = argparse.ArgumentParser(prog='bridges', description=__doc__)
     LabOptions.add_to(parser)
+    ProofOptions.add_to(parser)
     return node_main(parser, _bridge, argv)
 
 
 def _bridge(process: RosProcess, args: argparse.Namespace) -> None:
     lab = LabOptions.of(args).chosen()
-    node = FleetNode('bridges')
+    node = FleetNode(topics.BRIDGES_NODE)
     announcer = FleetAnnouncer(node, Kind.LAB)
     mocaps = [MocapBridge(robot, lab) for robot in lab.robots]
     bridges = [CmdVelBridge(robot, lab) for robot in lab.robots]
     process.add(node, *mocaps, *bridges)
     publish_arena(node, lab)
-    stepper = SafetyStepper(node, lab, mocaps, bridges)
+    stepper = SafetyStepper(node, lab, mocaps, bridges, ProofOptions.of(args).proofs(lab))
     _greet(node, lab)
     try:
         announcer.announce([robot.number for robot in lab.robots], lab.nb_robots)

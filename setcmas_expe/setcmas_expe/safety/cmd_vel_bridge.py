@@ -5,16 +5,26 @@ from __future__ import annotations
 import math
 
 from geometry_msgs.msg import TwistStamped
+from nav_msgs.msg import Odometry
 from sensor_msgs.msg import BatteryState
 
+from setcmas_expe.battery import Battery
+from setcmas_expe.guard.motor_power import MotorPower
+from setcmas_expe.guard.watch import GuardWatch
 from setcmas_expe.lab.model import Lab, LabRobot
 from setcmas_expe.safety.decision import Decision
+from setcmas_expe.safety.obedience import Obedience
+from setcmas_simu.cmd_vel import cmd_vel_graph
 from setcmas_simu.cmd_vel.cmd_vel_publisher import CmdVelPublisher
 from setcmas_simu.cmd_vel.cmd_vel_type import velocities
+from setcmas_simu.cmd_vel.only_sender import OnlySender
 from setcmas_simu.fleet import topics
+from setcmas_simu.messages import cdr
 from setcmas_simu.messages.polled_topic import PolledTopic
 from setcmas_simu.ros import qos
 from setcmas_simu.ros.process import FleetNode
+
+_RECENT_S = 0.5
 
 
 class CmdVelBridge(FleetNode):
@@ -27,6 +37,10 @@ class CmdVelBridge(FleetNode):
         V: Forward speed that is wanted, in m/s.
         omega: Turn rate that is wanted, in rad/s.
         rival: Who else may move the robot, or move in its place; empty if nobody.
+        fault: Why the robot cannot be relied upon: guard, wheels; empty if it can.
+        is_heard: Whether something listens to its commands.
+        guard: What is known of its guard.
+        wheels: Forward speed by its own odometry in m/s, and when that came in s; None before.
         battery: Charge in percent; None if the robot does not tell.
     """
 
@@ -36,9 +50,20 @@ class CmdVelBridge(FleetNode):
         self.robot = robot.number
         self.topic = robot.topic(topics.CMD_VEL)
         self.V = self.omega = 0.0
-        self.rival = ''
+        self.rival = self.fault = ''
+        self.is_heard = True
+        self.guard = GuardWatch(self, robot.namespace)
+        self._motors = MotorPower(self, robot.topic(topics.MOTOR_POWER))
+        self.wheels: tuple[float, float] | None = None
         self.battery: float | None = None
+        self._scale = Battery()
         self._received = self._comes_from = -math.inf
+        self._obedience = Obedience()
+        self._sent = (0.0, 0.0)
+        self._own = cmd_vel_graph.own_participant(self)
+        self._odometry = OnlySender(self, robot.topic(topics.ODOM))
+        self._impostor = ''
+        self._demands_guard = lab.guarded
         self._wanted = topics.robot_topic(robot.number, topics.CMD_VEL_WANTED)
         self.cmd_vel = CmdVelPublisher(
             self,
@@ -51,37 +76,80 @@ class CmdVelBridge(FleetNode):
         self._commands = PolledTopic(
             self, TwistStamped, self._wanted, self._on_wanted, qos.COMMAND
         )
+        self._wheels = PolledTopic(
+            self,
+            Odometry,
+            robot.topic(topics.ODOM),
+            self._on_wheels,
+            qos.SENSOR,
+            encoded=True,
+        )
         self.create_subscription(
             BatteryState, robot.topic(topics.BATTERY), self._on_battery, qos.SENSOR
         )
 
-    def take(self, last: float) -> None:
-        """Take the newest command of the controller.
+    def take(self, last: float, now: float) -> None:
+        """Take the newest command of the controller, and what the robot says.
 
         Args:
             last: When commands were taken last, in s: it counts as old as it can be.
+            now: The time in s.
         """
-        self._comes_from = last
+        self._comes_from, self._now = last, now
         self._commands.take()
+        self._wheels.take()
+        self.guard.take(now)
+        if self.guard.has_ended:  # its base goes on by the last command
+            self._motors.cut()
+        else:
+            self._motors.leave()
+        self._motors.step(now)
+        V, omega = self._sent
+        self.fault = (
+            self.guard.trouble(self._demands_guard)
+            or ('' if self.is_heard else f'nothing listens to {self.topic}; is it switched on?')
+            or self._obedience.update(V, V == omega == 0.0, now)
+        )
 
     def age(self, now: float) -> float:
         """Return how old the last command of the controller is, in s; inf before the first."""
         return now - self._received
 
+    def stands(self, now: float) -> bool:
+        """Return whether its own odometry tells that its wheels stand."""
+        return self.tells_wheels(now) and self.wheels is not None and not self.wheels[0]
+
+    def tells_wheels(self, now: float) -> bool:
+        """Return whether its own odometry is there, and its alone."""
+        is_new = self.wheels is not None and now - self.wheels[1] < _RECENT_S
+        return is_new and not self._impostor
+
     def look_around(self) -> None:
         """See who else commands the robot, or is taken for it."""
+        self.is_heard = self.cmd_vel.follow_listeners()
+        # The pause node may command zero; several of them pause all robots.
+        operator = cmd_vel_graph.participants(self, topics.PAUSED)
+        allowed = {self._own} | operator | self.guard.look_around()
         controllers = self.count_publishers(self._wanted)
         several = f'{controllers} controllers want to move it' if controllers > 1 else ''
-        self.rival = self.cmd_vel.rival() or several
+        seen_by = cmd_vel_graph.strangers(self, topics.mocap_topic(self.robot), {self._own})
+        posed = f'{seen_by[0]} sends poses of it to its law' if seen_by else ''
+        self._impostor = self._odometry.impostor()
+        rival = self.guard.intruder or cmd_vel_graph.rival(self, self.topic, allowed)
+        self.rival = rival or self._impostor or several or posed
 
     def send(self, decision: Decision) -> None:
         """Command the robot."""
-        self.cmd_vel.publish(decision.V, decision.omega)
+        self._sent = decision.V, decision.omega
+        self.cmd_vel.publish(*self._sent)
 
     def _on_wanted(self, message: TwistStamped) -> None:
         self.V, self.omega = velocities(message)
         self._received = self._comes_from
 
+    def _on_wheels(self, message: bytes) -> None:
+        self.wheels = cdr.read_odometry(message).V, self._now
+        self._obedience.hear(*self.wheels)
+
     def _on_battery(self, message: BatteryState) -> None:
-        percentage = message.percentage
-        self.battery = float(percentage) if math.isfinite(percentage) else None
+        self.battery = self._scale.percent(message.percentage)

@@ -32,7 +32,7 @@ RATE_HZ = 20.0
 HOLD_S = 0.3
 """How long a robot may follow one command, in s: until its guard stops it."""
 
-NOT_A_NUMBER = 'its command is not a number'
+NOT_A_NUMBER = 'its command is not a number; has its law failed?'
 OUTSIDE = 'outside the arena; only motion back inside is let through'
 
 Direction = tuple[float, float]
@@ -51,6 +51,7 @@ class Situation:
         command_age: Age of that wish in s; inf before the first.
         paused: Why all robots are paused; empty if they are not.
         rival: Who else may move the robot, or move in its place; empty if nobody.
+        fault: Why the robot cannot be relied upon; empty if it can.
         unseen: Robots that have not been seen since the start.
         others: Last good poses of the other robots, by number.
     """
@@ -63,6 +64,7 @@ class Situation:
     command_age: float
     paused: str
     rival: str
+    fault: str
     unseen: tuple[int, ...]
     others: Mapping[int, Pose]
 
@@ -77,6 +79,7 @@ class Decision:
         state: What it is let do.
         reason: Why it is not free to move as wished; empty if it is.
         lost: Whether that is because nobody knows where it is.
+        lasting: Whether it is to stand until a person starts it again.
     """
 
     V: float
@@ -84,6 +87,7 @@ class Decision:
     state: State
     reason: str
     lost: bool = False
+    lasting: bool = False
 
 
 def decide(situation: Situation, lab: Lab) -> Decision:
@@ -132,16 +136,20 @@ def _held(situation: Situation, lab: Lab) -> Decision | None:
     if situation.paused:
         # What else is wrong is told too: whoever starts ought to know.
         reasons = [situation.paused]
-        if reason and reason not in situation.paused:
+        if reason and reason not in situation.paused and not reason.endswith(situation.paused):
             reasons.append(reason)
         return Decision(0.0, 0.0, State.PAUSED, '; '.join(reasons), bool(blind))
-    return Decision(0.0, 0.0, State.STOPPED, reason, bool(blind)) if reason else None
+    if not reason:
+        return None
+    return Decision(0.0, 0.0, State.STOPPED, reason, lost=bool(blind), lasting=True)
 
 
 def _unreadiness(situation: Situation, timeout_s: float) -> str:
     """Return why a robot whose pose is known must stand; empty if it need not."""
     if situation.rival:
         return situation.rival
+    if situation.fault:
+        return situation.fault
     if situation.unseen:
         return f'{robots_in_words(list(situation.unseen), "have")} not been seen yet'
     if not situation.command_age <= timeout_s:
@@ -156,8 +164,9 @@ def _blindness(situation: Situation, timeout_s: float) -> str:
         return 'not seen yet'
     if situation.pose_fault:
         return f'pose not believed: {situation.pose_fault}'
-    # A comparison with NaN is false, and then the pose is not known.
-    return '' if situation.pose_age <= timeout_s else f'no good pose for {timeout_s:g} s'
+    # The decision holds for a period. A comparison with NaN is false: the pose is not known then.
+    fresh = situation.pose_age + 1.0 / RATE_HZ <= timeout_s
+    return '' if fresh else f'no good pose for {timeout_s:g} s'
 
 
 def _direction(pose: Pose, other: Pose) -> Direction | None:

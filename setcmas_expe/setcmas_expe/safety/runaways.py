@@ -12,7 +12,8 @@ MOVES_M_S = 0.03
 class Runaways:
     """Notices robots that do not stop: somebody else commands them, or they hear nothing.
 
-    A robot that came to rest, and that nobody else commands, moves because it is carried.
+    Whoever reports leaves out robots whose wheels stand: these are carried. Where no wheels are
+    heard of, one that came to rest, and that nobody else commands, moves because it is carried.
 
     Attributes:
         robots: Speed in m/s of each robot that does not stop.
@@ -23,22 +24,24 @@ class Runaways:
         self.robots: dict[int, float] = {}
         self._stops_since: dict[int, float] = {}  # while a robot has not come to rest
 
-    def update(self, robot: int, is_zero: bool, speed: float, has_rival: bool, now: float) -> bool:
+    def update(self, robot: int, is_zero: bool, speed: float, is_driven: bool, now: float) -> bool:
         """Take what a robot is commanded and how fast it is; returns whether it is a new runaway.
 
         Args:
             robot: Number of the robot.
             is_zero: Whether it is commanded zero.
             speed: Its measured speed in m/s.
-            has_rival: Whether somebody else commands it too.
+            is_driven: Whether it cannot be carried: its wheels turn, or somebody else commands it.
             now: Time in s on a steady clock.
         """
         if not is_zero:
             self._stops_since[robot] = now
-        elif has_rival:
-            self._stops_since.setdefault(robot, now)
         elif abs(speed) <= MOVES_M_S:
             self._stops_since.pop(robot, None)
+        if is_driven and abs(speed) <= MOVES_M_S:
+            self._stops_since[robot] = now
+        elif is_driven:
+            self._stops_since.setdefault(robot, now)
         since = self._stops_since.get(robot, now)
         if abs(speed) <= MOVES_M_S or now - since < AFTER_S:
             self.robots.pop(robot, None)

@@ -4,13 +4,17 @@ from __future__ import annotations
 
 import math
 import time
+from collections.abc import Iterator
 
 from rclpy.node import Node
 
-from setcmas_ctrl.fleet.pause_watch import SILENT, PauseWatch
+from setcmas_ctrl.fleet.emergency_watch import STOPPED, EmergencyWatch
+from setcmas_ctrl.fleet.pause_watch import BY_WISH, SILENT, PauseWatch
 from setcmas_expe.lab.model import Lab
 from setcmas_expe.mocap.pose_track import mark_swapped
 from setcmas_expe.mocap.receiver import MocapReceiver
+from setcmas_expe.plausibility.motion_watch import MotionWatch
+from setcmas_expe.plausibility.proofs import Proofs
 from setcmas_expe.safety.cmd_vel_bridge import CmdVelBridge
 from setcmas_expe.safety.decision import RATE_HZ, Decision, Situation, State, decide
 from setcmas_expe.safety.mocap_bridge import MocapBridge
@@ -18,6 +22,8 @@ from setcmas_expe.safety.reporting.diagnostics import RobotDiagnostics
 from setcmas_expe.safety.reporting.reports import BridgeReports
 from setcmas_expe.safety.runaways import Runaways
 from setcmas_expe.safety.stalls import StallDetector, time_since_boot
+from setcmas_simu.fleet import topics
+from setcmas_simu.fleet.fleet import robots_in_words
 from setcmas_simu.fleet.topics import robot_name
 
 _DIAGNOSTICS_EVERY = 4  # steps
@@ -30,7 +36,12 @@ class SafetyStepper:
     """Sends every robot a command 20 times a second, zero whenever something is wrong."""
 
     def __init__(
-        self, node: Node, lab: Lab, mocaps: list[MocapBridge], bridges: list[CmdVelBridge]
+        self,
+        node: Node,
+        lab: Lab,
+        mocaps: list[MocapBridge],
+        bridges: list[CmdVelBridge],
+        proofs: Proofs | None,
     ) -> None:
         """Prepare; nothing is sent before the first step.
 
@@ -39,6 +50,7 @@ class SafetyStepper:
             lab: The rules.
             mocaps: The mocap bridge of each robot.
             bridges: The cmd_vel bridge of each robot, in the same order.
+            proofs: What was proved of the robots before; None if nothing counts.
 
         Raises:
             SetcmasError: The package of the messages of motion capture is not installed.
@@ -49,12 +61,17 @@ class SafetyStepper:
             node, lab.mocap.source, lab.mocap.y_up, {mocap.body: mocap.take for mocap in mocaps}
         )
         self._robots = list(zip(mocaps, bridges, strict=True))
+        self._emergency = EmergencyWatch(node)
         self._pause = PauseWatch(node, lab.timeouts.pause_s, latches=True)
         self._diagnostics = RobotDiagnostics(node)
         self._warn = node.get_logger().warning
-        self._reports = BridgeReports(self._warn, self._robots)
+        self._reports = BridgeReports(self._warn, self._robots, lab.resumes)
         self._stalls = StallDetector(lab.timeouts.pause_s, time_since_boot())
         self._runaways = Runaways()
+        robots = [mocap.robot for mocap in mocaps] if lab.checks_motion else []
+        self._motion = MotionWatch(robots, proofs, self._warn)
+        if not lab.checks_motion:
+            self._warn('what robots do is not compared with what they are commanded')
         self._steps = 0
         self._stepped = -math.inf
 
@@ -70,7 +87,7 @@ class SafetyStepper:
     def step(self, now: float) -> None:
         """Decide on what has come, and command the robots; `now` is in s on the steady clock."""
         for _, bridge in self._robots:
-            bridge.take(self._stepped)
+            bridge.take(self._stepped, now)
         self._stepped = now
         if stalled_for := self._stalls.tick(time_since_boot()):
             # Messages that waited meanwhile look new, and somebody may have come near a robot.
@@ -79,42 +96,91 @@ class SafetyStepper:
                 f'the bridge process was held up for {stalled_for:.1f} s: robots stay paused'
             )
         if self._steps % _LOOK_AROUND_EVERY == 0:
-            self._receiver.look_around()
-            for _, bridge in self._robots:
-                bridge.look_around()
-        tracks = {mocap.robot: mocap.track for mocap, _ in self._robots}
-        mark_swapped(tracks)
-        poses = {robot: track.pose for robot, track in tracks.items() if track.pose}
-        unseen = tuple(robot for robot in tracks if robot not in poses)
+            self._look_around()
+        paused = self._paused()
+        decisions = {
+            robot: decide(situation, self._lab)
+            for robot, situation in self._situations(paused, now)
+        }
+        for mocap, bridge in self._robots:
+            self._command(mocap, bridge, decisions[bridge.robot], now)
+        commands = {robot: (one.V, one.omega) for robot, one in decisions.items()}
+        self._motion.commanded({} if paused else commands, now)
+        if not self._lab.resumes:
+            self._latch(decisions)
+        self._reports.update(decisions, paused == SILENT, now)
+        if self._steps % _DIAGNOSTICS_EVERY == 0:
+            held = '' if paused == BY_WISH else paused
+            self._diagnostics.publish(self._robots, decisions, self._runaways.robots, held, now)
+        self._steps += 1
+
+    def _look_around(self) -> None:
+        """See who else is there."""
+        self._receiver.look_around()
+        if self._node.count_subscribers(topics.EMULATED_FAULT):
+            self._motion.keep_nothing()
+        for _, bridge in self._robots:
+            bridge.look_around()
+
+    def _paused(self) -> str:
+        """Return why all robots are paused; empty if they are not."""
         # Whoever commands one robot past the checks may command them all.
         if contested := next((bridge for _, bridge in self._robots if bridge.rival), None):
             self._pause.hold(f'{robot_name(contested.robot)}: {contested.rival}')
         paused = self._pause.reason()
-        decisions = {}
+        return STOPPED if self._emergency.take() else paused
+
+    def _situations(self, paused: str, now: float) -> Iterator[tuple[int, Situation]]:
+        """Return what is known of each robot."""
+        tracks = {mocap.robot: mocap.track for mocap, _ in self._robots}
+        mark_swapped(tracks)
+        self._motion.see(tracks, {bridge.robot: bridge.wheels for _, bridge in self._robots}, now)
+        poses = {robot: track.pose for robot, track in tracks.items() if track.pose}
+        unseen = tuple(robot for robot in tracks if robot not in poses)
         for mocap, bridge in self._robots:
-            situation = Situation(
-                pose=mocap.track.pose,
-                pose_age=mocap.track.age(now),
-                pose_fault=self._receiver.trouble(mocap.body) or mocap.track.trouble,
-                V=bridge.V,
-                omega=bridge.omega,
-                command_age=bridge.age(now),
-                paused=paused,
-                unseen=unseen,
-                rival=bridge.rival,
-                others={robot: pose for robot, pose in poses.items() if robot != mocap.robot},
+            track = mocap.track
+            V, omega = self._motion.allowed(bridge.robot, bridge.V, bridge.omega)
+            trouble = self._receiver.trouble(mocap.body) or track.trouble
+            yield (
+                mocap.robot,
+                Situation(
+                    pose=track.pose,
+                    pose_age=track.age(now),
+                    pose_fault=trouble or self._motion.trouble(mocap.robot),
+                    V=V,
+                    omega=omega,
+                    command_age=bridge.age(now),
+                    paused=paused,
+                    unseen=unseen,
+                    rival=bridge.rival,
+                    fault=bridge.fault,
+                    others={robot: pose for robot, pose in poses.items() if robot != mocap.robot},
+                ),
             )
-            decision = decisions[mocap.robot] = decide(situation, self._lab)
-            bridge.send(decision)
-            moving = decision.V != 0.0 or decision.omega != 0.0
-            mocap.track.note_command(moving, decision.state is State.PAUSED, now)
-            rival = bool(bridge.rival)
-            if self._runaways.update(bridge.robot, not moving, mocap.speed, rival, now):
-                self._warn(
-                    f'{robot_name(bridge.robot)} still moves ({abs(mocap.speed):.2f} m/s), '
-                    'although it is commanded zero: switch it off'
-                )
-        self._reports.update(decisions, paused == SILENT, now)
-        if self._steps % _DIAGNOSTICS_EVERY == 0:
-            self._diagnostics.publish(self._robots, decisions, self._runaways.robots, now)
-        self._steps += 1
+
+    def _command(
+        self, mocap: MocapBridge, bridge: CmdVelBridge, decision: Decision, now: float
+    ) -> None:
+        """Send a robot its command, and see whether it stops."""
+        bridge.send(decision)
+        moving = decision.V != 0.0 or decision.omega != 0.0
+        track = mocap.track
+        track.note_command(moving, decision.state is State.PAUSED, now)
+        # A speed that is old, as after this process was held up, tells nothing of now.
+        unknown = track.fault or track.age(now) > self._lab.timeouts.pose_s
+        speed = 0.0 if unknown or bridge.stands(now) else mocap.speed
+        is_driven = bool(bridge.rival) or bridge.tells_wheels(now)
+        if self._runaways.update(bridge.robot, not moving, speed, is_driven, now):
+            self._warn(
+                f'{robot_name(bridge.robot)} still moves ({abs(speed):.2f} m/s), '
+                'although it is commanded zero: switch it off'
+            )
+
+    def _latch(self, decisions: dict[int, Decision]) -> None:
+        """Pause all robots, until a person starts them again, for what must not end by itself."""
+        stopped = {robot: one.reason for robot, one in decisions.items() if one.lasting}
+        if stopped:
+            reason = next(iter(stopped.values()))
+            robots = [robot for robot, why in stopped.items() if why == reason]
+            each = ', each' if len(robots) > 1 else ''
+            self._pause.hold(f'{robots_in_words(robots)}{each}: {reason}')

@@ -76,7 +76,7 @@ def test_no_nudge_while_an_experiment_runs(start, peer):
 
 
 def test_a_robot_without_a_guard_is_not_nudged(start, peer):
-    start(*LAB, '--no-guard')
+    start(*LAB, '--without-guard')
     truth = peer.odometry(1)
 
     doctor = start(*DOCTOR, '--nb-robots', '2', '--nudge')

@@ -1,11 +1,11 @@
 import numpy as np
 import pytest
 
-from setcmas_expe.arena import Arena
 from setcmas_expe.emulation.options import emulated_start_poses
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet.fleet import start_poses
 from setcmas_simu.simulator.options import StartPoseOptions
+from setcmas_simu.world.arena import Arena
 
 
 @pytest.mark.parametrize('nb_robots', [1, 2, 8, 20])

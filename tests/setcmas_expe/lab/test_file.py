@@ -27,6 +27,7 @@ def test_the_default_lab_has_robots_that_are_called_the_same_everywhere():
     assert lab.limits == ROBOT_MODELS['burger']
     assert lab.timeouts.pose_s == lab.timeouts.command_s == lab.timeouts.pause_s == 0.5
     assert lab.joystick_button == 7
+    assert not lab.resumes
 
 
 def test_an_empty_file_is_the_default_lab(lab_file):
@@ -37,12 +38,15 @@ def test_every_line_of_the_default_file_that_is_commented_out_is_accepted(lab_fi
     text = re.sub(r'(?m)^( *)# (robots:|  - |    mocap_name|    namespace)', r'\1\2',
                   DEFAULT_FILE.read_text())  # fmt: skip
     text = re.sub(r'(?m)^  # (topic|type):', r'  \1:', text)
-    text = re.sub(r'(?m)^# (limits: \{)', r'\1', text).replace('\nlimits: burger', '')
+    text = re.sub(r'(?m)^# (limits: \{|accel:|obstacles:|  - disc:|  - polygon:)', r'\1', text)
+    text = text.replace('\nlimits: burger', '').replace('\nobstacles: []', '')
     lab = load_lab(lab_file(text.replace('preset: qualisys', 'preset: custom')))
 
     assert lab.nb_robots == 2
     assert lab.mocap.source.topic == '/my_mocap/{name}/pose'
     assert lab.limits == VelocityLimits(0.15, 1.5, 0.2, 0.16)
+    assert lab.accel == 0.5
+    assert str(lab.obstacles) == 'disc 1 2 0.5; polygon 0 0 1 0 1 1'
 
 
 def test_what_a_file_says_goes_before_the_defaults(lab_file):
@@ -51,11 +55,13 @@ def test_what_a_file_says_goes_before_the_defaults(lab_file):
             'robots:\n  - {number: 2, namespace: lab/b}\n  - {number: 1, mocap_name: Red}\n'
             'mocap: {preset: vicon, y_up: true}\n'
             'arena: {x: [-1, 2.5]}\nmin_separation: 0.5\nlimits: waffle\n'
-            'timeouts: {command: 0.3}\ncmd_vel_type: twist\njoystick: {button: 9}\n'
+            'timeouts: {command: 0.3}\nsafety: {resume: automatic}\n'
+            'cmd_vel_type: twist\njoystick: {button: 9}\n'
             'network: {static_peers: [10.0.0.2, robot3], discovery_server: "10.0.0.1:11811"}\n'
         )
     )
 
+    assert lab.resumes
     assert [robot.number for robot in lab.robots] == [1, 2]
     assert lab.mocap.topic_of(lab.robots[0]) == '/vicon/Red/Red'
     assert lab.mocap.source.message_type == 'geometry_msgs/msg/PoseStamped'

@@ -3,10 +3,10 @@ import math
 
 import pytest
 
-from setcmas_expe.arena import Arena
 from setcmas_expe.lab.options import LabOptions
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.robots.velocity_limits import ROBOT_MODELS
+from setcmas_simu.world.arena import Arena
 
 
 def parsed(*arguments):

@@ -3,11 +3,11 @@ import math
 import numpy as np
 import pytest
 
-from setcmas_expe.arena import Arena
-from setcmas_expe.mocap.pose_track import FROZEN, JUMPED, PoseTrack, mark_swapped
+from setcmas_expe.mocap.pose_track import FROZEN, JUMPED, SLOW, PoseTrack, mark_swapped
 from setcmas_expe.mocap.sample import NOT_FINITE, Sample
 from setcmas_simu.fleet.planar_pose import quaternion_of_yaw
 from setcmas_simu.robots.velocity_limits import ROBOT_MODELS
+from setcmas_simu.world.arena import Arena
 
 RATE = 50.0
 NOISE = 1e-4
@@ -22,6 +22,7 @@ class Tracker:
         self.rng = np.random.default_rng(seed)
         self.moving = self.paused = False
         self.latency = 0.0
+        self.z = 0.1
         self.clock = 5e8  # of the sender, which has nothing to do with ours
 
     def feed(self, seconds, x=0.0, y=0.0, yaw=0.0, speed=0.0, noise=NOISE):
@@ -31,7 +32,7 @@ class Tracker:
             self.now += 1 / RATE
             self.track.note_command(self.moving, self.paused, self.now)
             dx, dy = self.rng.normal(0, noise, 2) if noise else (0.0, 0.0)
-            place = (x + step / RATE * speed + dx, y + dy, 0.1)
+            place = (x + step / RATE * speed + dx, y + dy, self.z)
             stamp = self.clock + self.now - self.latency
             sample = Sample(place, (0.0, 0.0, *quaternion_of_yaw(yaw)), stamp)
             good += self.track.take(sample, self.now)
@@ -225,3 +226,45 @@ def test_a_robot_that_was_lost_cannot_come_back_far_away(tracker):
 
     assert tracker.feed(0.5, x=1.0) == 0
     assert tracker.feed(0.5, x=0.2) == 25
+
+
+def test_two_poses_a_second_are_too_few(tracker):
+    tracker.feed(1.0)
+    for _ in range(2):
+        tracker.silence(0.48)
+        tracker.feed(0.02)
+
+    assert SLOW in tracker.track.rejected
+
+
+def test_a_robot_that_is_lifted_is_not_believed_until_it_stands_again(tracker):
+    tracker.feed(1.0)
+    tracker.z = 0.2
+    assert tracker.feed(0.5) == 0
+    assert 'it was lifted (its body is at 0.20 m, usually at 0.10)' in tracker.track.trouble
+    tracker.z = 0.1
+    assert tracker.feed(0.1) == 5
+
+    tracker.z, tracker.paused = 0.2, True  # put onto a box
+    assert tracker.feed(1.5) == tracker.feed(1.5, x=1.0) == 0
+    tracker.z = 0.1
+    tracker.feed(1.5, x=1.0)
+    assert tracker.track.fault == ''
+
+
+def test_a_robot_that_was_in_a_hand_when_it_was_seen_first_may_be_set_down(tracker):
+    tracker.z, tracker.paused = 0.8, True
+    tracker.feed(1.0)
+    tracker.z = 0.1
+    assert tracker.feed(0.9) == 0
+    tracker.feed(0.5)
+    assert tracker.track.fault == ''
+
+
+def test_a_body_that_glides_faster_than_the_robot_jumps_in_the_end(tracker):
+    tracker.moving = True
+    tracker.feed(1.0, speed=0.21)
+
+    good = tracker.feed(0.5, x=0.21, speed=0.5)  # 1 cm from frame to frame
+    assert good < 20
+    assert tracker.track.fault == JUMPED

@@ -22,7 +22,14 @@ from setcmas_simu.ros import qos
 TESTS = Path(__file__).parents[2]
 DRIVER = TESTS / 'setcmas_expe' / 'scripts' / 'mocap_for_all.py'
 INSTALLED = {'PYTHONPATH': str(TESTS / 'stand_ins')}
-BRIDGES = [sys.executable, '-m', 'setcmas_expe.safety.bridges', '--lab']
+BRIDGES = [
+    sys.executable,
+    '-m',
+    'setcmas_expe.safety.bridges',
+    '--without-guard',
+    '--without-motion-check',
+    '--lab',
+]
 SOURCES = [
     ('motion_capture_tracking', 'poses', ('tb3_1', 'tb3_2')),
     ('mocap4r2', 'rigid_bodies', ('3', 'Red.Red')),
@@ -59,7 +66,7 @@ def test_robots_find_their_bodies_in_any_order_missing_or_there_twice(
 ):
     one, two = (names[0], -1.0, 0.0, 0.5), (names[1], 1.0, 0.0, 0.0)
     see(two, ('stranger', 0.5, 0.5, 0.0), one, topic=topic)
-    process = start(*BRIDGES, str(write_lab(tmp_path, preset, names)), env=INSTALLED)
+    process = start(*BRIDGES, str(write_lab(tmp_path, preset, names)), '--resume', env=INSTALLED)
     process.wait_for_output(f'poses from /{topic} ({preset})')
     lab = LabPeer(peer, ('tb3_1', 'tb3_2'))
     lab.wanted = {1: GOES, 2: GOES}

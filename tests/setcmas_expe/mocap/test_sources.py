@@ -5,7 +5,7 @@ from setcmas_expe.mocap.sources import MOCAP_SOURCES, MocapSource, check_topic, 
 from setcmas_simu.doors import MisfitError
 from setcmas_simu.errors import SetcmasError
 
-FOR_ALL = ('motion_capture_tracking', 'mocap4r2')
+FOR_ALL = ('motion_capture_tracking', 'mocap4r2', 'tf')
 
 
 @pytest.mark.parametrize('name', MOCAP_SOURCES.offers())

@@ -4,30 +4,26 @@ UP, DOWN = [0] * 8, [0] * 7 + [1]
 
 
 def test_only_going_down_counts():
-    joystick = Joystick(7)
-    messages = [UP, DOWN, DOWN, UP, DOWN]
+    joystick = Joystick()
+    messages = [UP, DOWN, DOWN, UP, [1] * 8]
 
-    assert [joystick.pressed(m, t / 20) for t, m in enumerate(messages)] == [
-        False, True, False, False, True,
-    ]  # fmt: skip
-
-
-def test_a_button_that_is_down_at_first_does_not_start_robots():
-    joystick = Joystick(7)
-
-    assert not joystick.pressed(DOWN, 0.0)
-    assert not joystick.pressed(DOWN, 0.05)
+    pressed = [set(joystick.pressed(m, t / 20)) for t, m in enumerate(messages)]
+    assert pressed == [set(), {7}, set(), set(), set(range(8))]
 
 
-def test_too_few_buttons_are_noticed():
-    joystick = Joystick(7)
+def test_a_button_that_is_down_at_first_is_neither_pressed_nor_held():
+    joystick = Joystick()
 
-    assert not joystick.pressed([1, 1], 0.0)
-    assert joystick.missing_button
+    for t in (0.0, 0.05):
+        assert not joystick.pressed(DOWN, t)
+        assert not joystick.held
+    joystick.pressed(UP, 0.1)
+    joystick.pressed(DOWN, 0.15)
+    assert joystick.held == {7}
 
 
 def test_a_joystick_that_goes_silent_is_told_once():
-    joystick = Joystick(7)
+    joystick = Joystick()
     assert not joystick.disappeared(100.0)  # it was never there
     joystick.pressed(UP, 100.0)
 
@@ -35,7 +31,7 @@ def test_a_joystick_that_goes_silent_is_told_once():
 
 
 def test_a_joystick_that_comes_back_with_its_button_down_does_not_start_robots():
-    joystick = Joystick(7)
+    joystick = Joystick()
     joystick.pressed(UP, 0.0)
     joystick.disappeared(1.0)
 

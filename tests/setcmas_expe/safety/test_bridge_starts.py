@@ -15,7 +15,14 @@ from rclpy.node import Node
 from ros_peer import Peer
 from std_msgs.msg import Bool
 
-BRIDGES = [sys.executable, '-m', 'setcmas_expe.safety.bridges']
+BRIDGES = [
+    sys.executable,
+    '-m',
+    'setcmas_expe.safety.bridges',
+    '--without-motion-check',
+    '--without-guard',
+]
+GUARDED = ['--ros-args', '-r', '__ns:=/tb3_1']
 STOP = (0.0, 0.0)
 GO = (0.1, 0.2)
 
@@ -60,6 +67,32 @@ def test_a_pause_node_that_is_heard_again_starts_nothing(lab):
     see_it_stand(lab, 'was not heard to pause first')
 
 
+def test_a_robot_that_was_stopped_waits_until_somebody_starts_it_again(lab):
+    lab.let_go({1: GO})
+    pose, lab.poses[1] = lab.poses[1], None
+    see_it_stand(lab, 'paused: robot 1: no good pose for 0.5 s')
+    lab.poses[1] = pose
+    lab.peer.wait_for(lambda: lab.status(1)[0].message.endswith('no good pose for 0.5 s'))
+    see_it_stand(lab, 'paused: robot 1: no good pose for 0.5 s')
+
+    lab.paused = True
+    lab.peer.wait_for(lambda: lab.status(1)[0].message == 'paused')
+    lab.paused = False
+    lab.wait_for_command(1, GO)
+
+
+def test_a_go_that_somebody_slips_in_between_pauses_starts_nothing(lab):
+    lab.let_go({1: GO})
+    lab.paused = True
+    lab.wait_for_command(1, STOP)
+    lab.commands[1].clear()
+    for _ in range(10):
+        lab.paused = not lab.paused
+        lab.peer.spin(0.1)
+
+    assert all(m.twist.linear.x == 0.0 for m in lab.commands[1])
+
+
 def test_a_bridge_that_hung_or_slept_with_the_laptop_starts_nothing(lab, bridges):
     lab.let_go({1: GO})
     bridges.popen.send_signal(signal.SIGSTOP)
@@ -70,15 +103,16 @@ def test_a_bridge_that_hung_or_slept_with_the_laptop_starts_nothing(lab, bridges
     see_it_stand(lab, 'was not heard to pause first')
 
 
-def test_a_robot_stands_while_somebody_else_commands_it(lab):
+def test_a_robot_stands_while_somebody_else_commands_it(lab, domain):
     lab.let_go({1: GO})
-    rival = lab.peer.node.create_publisher(TwistStamped, '/tb3_1/cmd_vel', 1)
-
-    see_it_stand(lab, 'paused: tb3_1: /peer commands it too')
-    lab.peer.node.destroy_publisher(rival)
+    with Peer(domain) as other:  # a process of its own, as DDS sees it
+        rogue = Node('cmd_vel_guard', namespace='tb3_1', context=other.context)
+        rogue.create_publisher(TwistStamped, '/tb3_1/cmd_vel', 1)
+        see_it_stand(lab, 'paused: tb3_1: /tb3_1/cmd_vel_guard commands it too')
+        rogue.destroy_node()
     lab.peer.wait_for(lambda: lab.peer.node.count_publishers('/tb3_1/cmd_vel') == 1)
     lab.peer.spin(1.0)
-    see_it_stand(lab, 'paused: tb3_1: /peer commands it too')
+    see_it_stand(lab, 'paused: tb3_1: /tb3_1/cmd_vel_guard commands it too')
 
     lab.paused = True
     lab.peer.wait_for(lambda: lab.status(1)[0].message == 'paused')
@@ -87,8 +121,7 @@ def test_a_robot_stands_while_somebody_else_commands_it(lab):
 
 
 def test_a_robot_that_moves_although_it_is_commanded_zero_is_told(lab, bridges):
-    lab.let_go()
-    lab.wait_for_command(1, GO)
+    lab.let_go({1: GO})
     begin = time.monotonic()
 
     def pushed():
@@ -99,6 +132,28 @@ def test_a_robot_that_moves_although_it_is_commanded_zero_is_told(lab, bridges):
     lab.peer.wait_for(pushed)
     bridges.wait_for_output('tb3_1 still moves (0.')
     assert ', although it is commanded zero: switch it off' in bridges.output()
+
+
+def test_a_robot_starts_only_with_a_guard_and_stops_without(start, peer):
+    lab = LabPeer(peer, ('tb3_1',))
+    lab.poses[1], lab.wanted[1] = (-1.0, 0.0, 0.5), GO
+    lab.paused = True
+    start(*BRIDGES[:-1])
+    see_it_stand(lab, 'paused; no cmd_vel_guard on it')
+    guard = start(sys.executable, '-m', 'setcmas_expe.guard.main', *GUARDED)
+    peer.wait_for(lambda: lab.status(1)[0].message == 'paused')
+    lab.paused = False
+    lab.wait_for_command(1, GO)
+
+    guard.popen.kill()
+    see_it_stand(lab, 'paused: robot 1: its cmd_vel_guard is silent')
+
+
+def test_a_robot_stands_while_somebody_else_tells_its_law_where_it_is(lab):
+    lab.let_go({1: GO})
+    lab.peer.node.create_publisher(Odometry, '/mocap/tb3_1/odom', 1)
+
+    see_it_stand(lab, 'paused: tb3_1: /peer sends poses of it to its law')
 
 
 def test_a_robot_stands_while_two_controllers_want_to_move_it(lab):
@@ -137,4 +192,4 @@ def test_the_end_of_a_second_experiment_starts_nothing(lab):
     lab.peer.wait_for(lambda: 'several pause nodes' in lab.status(1)[0].message)
     lab.peer.node.destroy_publisher(second)
 
-    see_it_stand(lab, 'was not heard to pause first')
+    see_it_stand(lab, 'several pause nodes')

@@ -14,7 +14,13 @@ from visualization_msgs.msg import MarkerArray
 
 from setcmas_simu.ros import qos
 
-BRIDGES = [sys.executable, '-m', 'setcmas_expe.safety.bridges']
+BRIDGES = [
+    sys.executable,
+    '-m',
+    'setcmas_expe.safety.bridges',
+    '--without-guard',
+    '--without-motion-check',
+]
 STOP = (0.0, 0.0)
 
 
@@ -31,7 +37,7 @@ def let_go(lab):
 
 
 def test_a_robot_moves_only_while_all_that_it_needs_is_there(start, peer, lab):
-    process = start(*BRIDGES, '--nb-robots', '2')
+    process = start(*BRIDGES, '--nb-robots', '2', '--resume')
     process.wait_for_output('bridging robots 1-2: poses from /qualisys/tb3_1/odom')
     lab.wanted = {1: (0.1, 0.2), 2: (0.05, 0.0)}
     lab.poses[1] = (-1.0, 0.0, 0.5)
@@ -139,13 +145,13 @@ def test_the_type_and_the_namespace_of_the_robot_are_followed(start, peer, tmp_p
 
 
 def test_swapped_names_stop_both_robots(start, peer, lab):
-    process = start(*BRIDGES, '--nb-robots', '2')
+    start(*BRIDGES, '--nb-robots', '2')
     let_go(lab)
     lab.poses = {1: lab.poses[2], 2: lab.poses[1]}
     lab.wait_for_command(1, STOP)
     lab.wait_for_command(2, STOP)
 
-    peer.wait_for(lambda: 'swapped places with tb3_2' in process.output())
+    peer.wait_for(lambda: 'swapped places with tb3_2' in lab.status(1)[0].message)
 
 
 def test_a_mistake_in_the_lab_file_is_one_line(start, tmp_path):

@@ -7,9 +7,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from setcmas_expe.arena import Arena
 from setcmas_expe.lab.file import DEFAULT_FILE, load_lab
 from setcmas_expe.safety.decision import HOLD_S, Situation, State, decide
+from setcmas_simu.world.arena import Arena
 
 LAB = replace(load_lab(DEFAULT_FILE, 3), arena=Arena(-2.0, 2.0, -1.0, 1.0))
 FREE = Situation(
@@ -21,6 +21,7 @@ FREE = Situation(
     command_age=0.1,
     paused='',
     rival='',
+    fault='',
     unseen=(),
     others={2: (1.5, 0.5, 0.0), 3: (-1.5, 0.5, 0.0)},
 )
@@ -46,6 +47,7 @@ def test_a_robot_that_nothing_speaks_against_gets_its_command():
         ({'paused': 'paused', 'command_age': math.inf}, State.PAUSED, 'paused; no command', False),
         ({'unseen': (2, 3)}, State.STOPPED, 'robots 2-3 have not been seen yet', False),
         ({'rival': '/joy commands it too'}, State.STOPPED, '/joy commands it too', False),
+        ({'fault': 'its wheels stand'}, State.STOPPED, 'its wheels stand', False),
         ({'pose': None, 'unseen': (1,)}, State.STOPPED, 'not seen yet', True),
         ({'pose': None}, State.STOPPED, 'not seen yet', True),
         ({'pose_fault': 'frozen'}, State.STOPPED, 'pose not believed: frozen', True),
@@ -63,6 +65,7 @@ def test_whatever_is_missing_stops_a_robot(changes, state, reason, lost):
 
     assert (result.V, result.omega) == (0.0, 0.0)
     assert (result.state, result.lost) == (state, lost)
+    assert result.lasting == (state is State.STOPPED)
     assert reason in result.reason
 
 
@@ -71,6 +74,7 @@ def test_every_combination_of_what_is_missing_is_zero():
         {'paused': 'paused'},
         {'unseen': (2,)},
         {'rival': 'several robots listen'},
+        {'fault': 'its guard is silent'},
         {'pose_fault': 'jumped'},
         {'pose_age': 3.0},
         {'command_age': 3.0},
@@ -84,7 +88,7 @@ def test_every_combination_of_what_is_missing_is_zero():
 
 
 def test_just_in_time_is_in_time():
-    assert decision(pose_age=0.49, command_age=0.49).state == State.MOVING
+    assert decision(pose_age=0.44, command_age=0.49).state == State.MOVING
 
 
 def test_a_command_that_is_too_fast_keeps_its_curvature():

@@ -31,3 +31,12 @@ def test_a_robot_that_somebody_else_commands_is_not_carried():
     assert not runaways.update(1, True, 0.0, True, 0.0)
 
     assert runaways.update(1, True, 0.2, True, 2 * AFTER_S)
+
+
+def test_a_robot_that_came_to_rest_and_whose_wheels_turn_again_is_driven():
+    runaways = Runaways()
+    assert not runaways.update(1, True, 0.0, True, 0.0)
+    assert not runaways.update(1, True, 0.0, True, 9.0)
+    assert not runaways.update(1, True, 0.2, True, 9.1)
+
+    assert runaways.update(1, True, 0.2, True, 9.1 + AFTER_S)

@@ -2,12 +2,24 @@
 
 import math
 import os
+import sys
 import time
 from pathlib import Path
 
 MODE = Path(os.environ['SETCMAS_REHEARSAL'])
 RADIUS = 0.5
 SPEED = 0.5
+
+FAILURES = {
+    'slow': lambda: time.sleep(1.0),
+    'nan': lambda: (math.nan, math.nan),
+    'inf': lambda: (math.inf, 0.0),
+    'none': lambda: None,
+    'three': lambda: (0.1, 0.1, 0.1),
+    'raise': lambda: 1 / 0,
+    'exit': sys.exit,
+    'kill': lambda: os._exit(1),
+}
 
 centre = None
 
@@ -18,8 +30,8 @@ def control(robotNo, nbRobots, poses, t):
     if mode == 'stuck':
         while True:
             time.sleep(0.1)
-    if mode == 'nan':
-        return math.nan, math.nan
+    if mode in FAILURES:
+        return FAILURES[mode]()
     x, y, _ = poses[:, robotNo - 1]
     if mode == 'collide':
         other = poses[:2, robotNo % nbRobots]

@@ -11,7 +11,9 @@ from nav_msgs.msg import Odometry
 from rclpy.qos import QoSProfile, ReliabilityPolicy
 from sensor_msgs.msg import BatteryState
 
+from setcmas_expe.battery import Battery
 from setcmas_expe.doctor.lab.arrival_statistics import ArrivalStatistics, arrival_statistics
+from setcmas_expe.guard.watch import GuardWatch
 from setcmas_expe.lab.model import Lab, LabRobot
 from setcmas_expe.mocap.receiver import MocapReceiver
 from setcmas_expe.mocap.sample import Pose, Sample, fault_of
@@ -35,6 +37,7 @@ class RobotWatch:
         sample: The newest of them; None before the first.
         fault: What was wrong with the last bad one; None if all were good.
         battery: Charge in percent; None if nothing was heard.
+        scale: That of its battery.
         wheel_speed: Forward speed by its own odometry in m/s, and when that arrived in s on a
             steady clock; None if nothing was heard.
     """
@@ -46,6 +49,7 @@ class RobotWatch:
     sample: Sample | None = None
     fault: str | None = None
     battery: float | None = None
+    scale: Battery = field(default_factory=Battery)
     wheel_speed: tuple[float, float] | None = None
 
 
@@ -55,6 +59,7 @@ class LabWatch(FleetNode):
     Attributes:
         lab: The lab.
         robots: What was heard of each robot, by number.
+        robot_guards: What is heard of their guards, by number.
         mocap: What is heard of motion capture.
     """
 
@@ -63,6 +68,10 @@ class LabWatch(FleetNode):
         super().__init__('doctor')
         self.lab = lab
         self.robots = {robot.number: RobotWatch(robot) for robot in lab.robots}
+        self.robot_guards = {
+            robot.number: GuardWatch(self, robot.namespace) for robot in lab.robots
+        }
+        self._own = cmd_vel_graph.own_participant(self)
         self._begin = time.time()
         takers = {
             watch.robot.mocap_name: partial(self._on_mocap, watch)
@@ -80,15 +89,29 @@ class LabWatch(FleetNode):
     def restart_statistics(self) -> None:
         """Begin anew with the statistics of motion capture."""
         self._begin = time.time()
+        self.take_guards()
         for watch in self.robots.values():
             watch.arrivals.clear()
             watch.stamps.clear()
             watch.fault = None
 
+    def take_guards(self) -> None:
+        """Take what the guards have said since the last time."""
+        for guard in self.robot_guards.values():
+            guard.take(time.monotonic())
+
     def statistics(self, robot: int) -> ArrivalStatistics:
         """Return how regularly a robot's poses have been arriving."""
         watch = self.robots[robot]
         return arrival_statistics(watch.arrivals, watch.stamps, self._begin, time.time())
+
+    def is_emulated(self) -> bool:
+        """Return whether the robots are those of an emulated lab."""
+        return self.count_subscribers(topics.EMULATED_FAULT) > 0
+
+    def runs_experiment(self) -> bool:
+        """Return whether somebody else pauses and starts robots here."""
+        return bool(cmd_vel_graph.strangers(self, topics.PAUSED, {self._own}))
 
     def poses(self) -> dict[int, Pose]:
         """Return the newest good pose of each robot that has one, by number."""
@@ -115,19 +138,19 @@ class LabWatch(FleetNode):
         """Return who listens to a robot's commands, bystanders aside."""
         return cmd_vel_graph.listeners(self, robot.topic(topics.CMD_VEL))
 
-    def rival(self, robot: LabRobot, own: str = '') -> str:
-        """Return who may move a robot, or moves in its place; empty if nobody.
+    def rival(self, robot: LabRobot, experiment: bool = False) -> str:
+        """Return who may move a robot, or moves in its place; empty if nobody but this process.
 
         Args:
             robot: The robot.
-            own: Base name of the node that may; none by default.
+            experiment: Whether an experiment may.
         """
-        own = topics.robot_topic(robot.number, own) if own else ''
-        return cmd_vel_graph.rival(self, robot.topic(topics.CMD_VEL), own)
-
-    def is_guarded(self, robot: LabRobot) -> bool:
-        """Return whether a cmd_vel_guard watches over a robot."""
-        return cmd_vel_graph.is_guarded(self, robot.topic(topics.CMD_VEL))
+        topic = robot.topic(topics.CMD_VEL)
+        guard = self.robot_guards[robot.number]
+        allowed = {self._own} | guard.look_around()
+        for name in (topics.FLEET, topics.PAUSED) if experiment else ():
+            allowed |= cmd_vel_graph.participants(self, name)
+        return guard.intruder or cmd_vel_graph.rival(self, topic, allowed)
 
     def _on_mocap(self, watch: RobotWatch, sample: Sample) -> None:
         watch.arrivals.append(time.time())
@@ -140,4 +163,4 @@ class LabWatch(FleetNode):
         watch.wheel_speed = message.twist.twist.linear.x, time.monotonic()
 
     def _on_battery(self, watch: RobotWatch, message: BatteryState) -> None:
-        watch.battery = message.percentage if math.isfinite(message.percentage) else None
+        watch.battery = watch.scale.percent(message.percentage)

@@ -5,6 +5,10 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Iterator
+from functools import cached_property
+
+from rclpy.publisher import Publisher
+from std_msgs.msg import Bool
 
 from setcmas_expe.doctor.findings import OK, PROBLEM, Finding
 from setcmas_expe.doctor.lab import nudge
@@ -21,6 +25,7 @@ _PERIOD_S = 0.05
 _SETTLING_S = 0.4
 _ROLLS = 0.01  # m/s
 _LAST_ZEROS = 5
+_PAUSE_S = 1.0  # the publisher is new, and guards have to discover it
 _REFUSED = 'no nudge'
 _UNGUARDED = 'without it the robot keeps going when this machine or the network dies'
 
@@ -33,6 +38,12 @@ class Nudger:
         self._process = process
         self._watch = watch
         self._lab = watch.lab
+
+    @cached_property
+    def _paused(self) -> Publisher:
+        # A guard follows whoever commands its robot only after it was told to pause, and then go.
+        # Not made before it is known that nobody else pauses robots: a second one pauses them all.
+        return self._watch.create_publisher(Bool, topics.PAUSED, qos.STATE)
 
     def findings(self) -> Iterator[Finding]:
         """Nudge each robot that may be, and tell what that proves."""
@@ -48,11 +59,12 @@ class Nudger:
 
     def _refusal(self, robot: LabRobot) -> tuple[str, str] | None:
         """Return why a robot must not be nudged and what to do; None if it may be."""
-        if self._watch.count_publishers(topics.PAUSED):
+        if self._watch.runs_experiment():
             return 'an experiment is running', 'end the experiment (q in its terminal) first'
         if rival := self._watch.rival(robot):
             return rival, 'stop it first'
-        if not self._watch.is_guarded(robot):
+        self._watch.take_guards()
+        if not self._watch.robot_guards[robot.number].is_there():
             return 'no cmd_vel_guard on it', 'install it on the robot (docs/lab.md): ' + _UNGUARDED
         poses = self._watch.poses()
         unseen = [r for r in self._watch.robots if r not in poses or self._is_lost(r)]
@@ -80,6 +92,7 @@ class Nudger:
         )
         try:
             self._process.spin_until(commands.follow_listeners, 1.0)
+            self._pause(commands, _PAUSE_S)
             start = self._watch.poses()
             delay = self._drive(commands, nudge.FORWARD, robot)
             forward = self._watch.poses()
@@ -98,9 +111,7 @@ class Nudger:
             )
             return
         finally:
-            for _ in range(_LAST_ZEROS):  # several, in case one is lost
-                commands.publish(0.0, 0.0)
-                time.sleep(_PERIOD_S)
+            self._pause(commands, _LAST_ZEROS * _PERIOD_S)  # several, in case one is lost
             commands.wait_until_sent()
         yield nudge.forward_finding(robot.number, start, forward)
         yield nudge.turn_finding(robot.number, back[robot.number], left[robot.number])
@@ -120,20 +131,30 @@ class Nudger:
         begin = time.monotonic()
         delay = None
         while (elapsed := time.monotonic() - begin) < phase.duration:
+            self._paused.publish(Bool(data=False))
             commands.publish(phase.V, phase.omega)
             self._process.spin_until(lambda: False, min(_PERIOD_S, phase.duration - elapsed))
             self._watch_over(start)
-            if trouble := commands.rival() or self._watch.source_conflict(robot.number):
+            if trouble := self._watch.rival(robot) or self._watch.source_conflict(robot.number):
                 raise _BrokenOff(trouble)
             speed = self._watch.robots[robot.number].wheel_speed
             if delay is None and speed and speed[1] > begin and abs(speed[0]) > _ROLLS:
                 delay = speed[1] - begin
         stop = time.monotonic()
         while time.monotonic() - stop < _SETTLING_S:
+            self._paused.publish(Bool(data=False))
             commands.publish(0.0, 0.0)
             self._process.spin_until(lambda: False, _PERIOD_S)
         self._watch_over(start)
         return delay
+
+    def _pause(self, commands: CmdVelPublisher, seconds: float) -> None:
+        """Command zero, and say so, for a while."""
+        end = time.monotonic() + seconds
+        while time.monotonic() < end:
+            self._paused.publish(Bool(data=True))
+            commands.publish(0.0, 0.0)
+            time.sleep(_PERIOD_S)
 
     def _watch_over(self, start: dict[int, Pose]) -> None:
         """See that all is well.

@@ -5,15 +5,16 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
+from setcmas_expe.battery import LOW_PERCENT
 from setcmas_expe.doctor.findings import NOTE, PROBLEM, Finding
 from setcmas_expe.doctor.lab.arrival_statistics import ArrivalStatistics
+from setcmas_expe.guard.report import GuardReport
 from setcmas_expe.lab.model import Lab, LabRobot
+from setcmas_expe.mocap.arrivals import SLOWEST_HZ
 from setcmas_expe.mocap.sample import Pose
-from setcmas_simu.fleet.topics import CMD_VEL, CMD_VEL_TYPES, robot_name
+from setcmas_simu.fleet.topics import CMD_VEL, CMD_VEL_GUARDED, CMD_VEL_TYPES, robot_name
 
-_SLOW_HZ = 10.0
 _LOW_PERCENT = 30.0
-_EMPTY_PERCENT = 15.0
 _SLOW_ROUND_TRIP_S = 0.1
 
 COLUMNS = (
@@ -41,7 +42,7 @@ class RobotCheck:
         fault: What is wrong with its poses; None if nothing.
         kinds: The message types that the listeners of its cmd_vel want.
         rival: Who else may move it, or move in its place; empty if nobody.
-        guarded: Whether a cmd_vel_guard watches over it.
+        guard: What its cmd_vel_guard says; None if there is none.
         battery: Charge in percent; None if it is not known.
         round_trip: Time of a service call in s; None if it does not answer.
     """
@@ -52,7 +53,7 @@ class RobotCheck:
     fault: str | None
     kinds: list[str]
     rival: str
-    guarded: bool
+    guard: GuardReport | None
     battery: float | None
     round_trip: float | None
 
@@ -69,7 +70,7 @@ class RobotCheck:
             _ms(mocap.age),
             f'{pose[0]:.2f}, {pose[1]:.2f}, {round(math.degrees(pose[2]))} deg' if pose else '-',
             ', '.join(dict.fromkeys(self.kinds)) or 'nobody',
-            'yes' if self.guarded else 'no',
+            self._guard_in_a_word(),
             '-' if self.battery is None else f'{self.battery:.0f} %',
             _ms(self.round_trip),
         ]
@@ -81,7 +82,12 @@ class RobotCheck:
             lab: The lab.
             bodies: Names of the bodies that motion capture sends.
         """
-        return [*self._of_mocap(lab, bodies), *self._of_commands(lab), *self._of_robot()]
+        return [
+            *self._of_mocap(lab, bodies),
+            *self._of_commands(lab),
+            *self._of_guard(),
+            *self._of_robot(),
+        ]
 
     def _finding(self, level: str, part: str, found: str, advice: str) -> Finding:
         return Finding(level, f'{part} of {robot_name(self.robot.number)}', found, advice)
@@ -108,8 +114,8 @@ class RobotCheck:
                 'the robot would stop: see that it stays in view, and that the network is quick'
             )
             findings.append(self._finding(PROBLEM, 'mocap', found, advice))
-        elif self.mocap.rate < _SLOW_HZ:
-            advice = f'let motion capture send at {_SLOW_HZ:g} Hz at least, better 50'
+        elif self.mocap.rate < SLOWEST_HZ:
+            advice = f'let motion capture send at {SLOWEST_HZ:g} Hz at least, better 50'
             findings.append(self._finding(NOTE, 'mocap', f'only {self.mocap.rate:.1f} Hz', advice))
         return findings
 
@@ -139,18 +145,39 @@ class RobotCheck:
                 'started again is seen twice for up to 20 s)'
             )
             findings.append(self._finding(PROBLEM, 'cmd_vel', self.rival, advice))
-        if not self.guarded:
+        return findings
+
+    def _guard_in_a_word(self) -> str:
+        if self.guard is None:
+            return 'no'
+        if self.guard.stops:
+            return self.guard.state.value
+        return 'yes' if self.guard.private else 'open'
+
+    def _of_guard(self) -> list[Finding]:
+        if self.guard is None:
             advice = (
                 'a robot keeps its last velocity when this machine or the network dies; install '
-                'cmd_vel_guard on the robots (docs/lab.md)'
+                'cmd_vel_guard on the robots (docs/lab.md), or start with --without-guard'
             )
-            findings.append(self._finding(NOTE, 'guard', 'not there', advice))
+            return [self._finding(PROBLEM, 'guard', 'not there', advice)]
+        findings = []
+        if self.guard.stops:
+            advice = 'mend it; an emergency stop is released in an experiment, by R twice'
+            findings.append(self._finding(NOTE, 'guard', self.guard.reason, advice))
+        if not self.guard.private:
+            advice = (
+                f'let its base listen to {CMD_VEL_GUARDED} alone (docs/lab.md): anybody on the '
+                'network can move it'
+            )
+            found = f'the base hears {CMD_VEL} itself'
+            findings.append(self._finding(NOTE, 'guard', found, advice))
         return findings
 
     def _of_robot(self) -> list[Finding]:
         findings = []
         if self.battery is not None and self.battery < _LOW_PERCENT:
-            level = PROBLEM if self.battery < _EMPTY_PERCENT else NOTE
+            level = PROBLEM if self.battery < LOW_PERCENT else NOTE
             found = f'{self.battery:.0f} %'
             findings.append(self._finding(level, 'battery', found, 'charge it'))
         if self.round_trip is not None and self.round_trip > _SLOW_ROUND_TRIP_S:

@@ -32,15 +32,26 @@ class RobotDiagnostics:
         robots: list[tuple[MocapBridge, CmdVelBridge]],
         decisions: dict[int, Decision],
         runaways: Collection[int],
+        held: str,
         now: float,
     ) -> None:
-        """Publish what was decided for the robots at a time (s, steady), and who does not stop."""
+        """Publish what was decided for the robots.
+
+        Args:
+            robots: The bridges of each robot.
+            decisions: What was decided, by robot.
+            runaways: Robots that do not stop.
+            held: Why the bridge pauses all robots, whatever the pause node says; empty if not.
+            now: Time in s on a steady clock.
+        """
         message = DiagnosticArray()
         message.header.stamp = self._node.get_clock().now().to_msg()
         message.status = [
             _status(mocap, bridge, decisions[bridge.robot], bridge.robot in runaways, now)
             for mocap, bridge in robots
         ]
+        for status in message.status:
+            status.values.append(KeyValue(key='held', value=held))
         self._publisher.publish(message)
 
 

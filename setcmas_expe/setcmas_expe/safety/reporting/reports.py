@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
+from setcmas_expe.battery import LOW_PERCENT
+from setcmas_expe.mocap.arrivals import SLOWEST_HZ
 from setcmas_expe.safety.cmd_vel_bridge import CmdVelBridge
 from setcmas_expe.safety.decision import Decision, State
 from setcmas_expe.safety.mocap_bridge import MocapBridge
@@ -23,10 +25,18 @@ class BridgeReports:
         self,
         warn: Callable[[str], None],
         robots: list[tuple[MocapBridge, CmdVelBridge]],
+        resumes: bool,
     ) -> None:
-        """Report through a function that shows a message to the user."""
+        """Prepare.
+
+        Args:
+            warn: Shows a message to the user.
+            robots: The bridges of each robot.
+            resumes: Whether stopped robots go on by themselves; where not, the pause node tells.
+        """
         self._warn = warn
         self._robots = robots
+        self._resumes = resumes
         self._stops = StopReports(warn)
         self._first: float | None = None
         self._next_rejected = self._next_graph = 0.0
@@ -34,12 +44,20 @@ class BridgeReports:
         self._told: set[tuple[str, int]] = set()
         self._pause_was_heard = False
         self._pause_is_silent = False
+        self._was_paused = True
 
     def update(self, decisions: dict[int, Decision], pause_is_silent: bool, now: float) -> None:
         """Take what was decided at a time (s, steady) and say what is new."""
         self._first = now if self._first is None else self._first
-        if not any(decision.state is State.PAUSED for decision in decisions.values()):
-            self._stops.update({robot: d.reason for robot, d in decisions.items()}, now)
+        paused = any(decision.state is State.PAUSED for decision in decisions.values())
+        if self._was_paused and not paused:
+            self._tell_unguarded(
+                '{} started without a cmd_vel_guard: if this computer or its network dies, '
+                'nothing ends the last velocity'
+            )
+        self._was_paused = paused
+        if not paused:
+            self._stops.update({robot: self._told_here(d) for robot, d in decisions.items()}, now)
         self._tell_silence(pause_is_silent)
         if now >= self._next_rejected:
             self._next_rejected = now + _REJECTED_EVERY_S
@@ -47,6 +65,9 @@ class BridgeReports:
         if now >= self._next_graph:
             self._next_graph = now + _GRAPH_EVERY_S
             self._check_graph(now - self._first)
+
+    def _told_here(self, decision: Decision) -> str:
+        return '' if decision.lasting and not self._resumes else decision.reason
 
     def _tell_silence(self, silent: bool) -> None:
         self._pause_was_heard = self._pause_was_heard or not silent
@@ -67,23 +88,47 @@ class BridgeReports:
                 rejected.clear()
 
     def _check_graph(self, running_s: float) -> None:
-        unheard = [
-            bridge.robot for _, bridge in self._robots if not bridge.cmd_vel.follow_listeners()
-        ]
+        unheard = [bridge.robot for _, bridge in self._robots if not bridge.is_heard]
         if running_s < _SILENT_AFTER_S:  # others are still being discovered
             return
         if unheard != self._unheard:
             self._tell_unheard(unheard)
-        unguarded = [bridge for _, bridge in self._robots if not bridge.cmd_vel.is_guarded()]
+        silent = [
+            bridge
+            for _, bridge in self._robots
+            if not bridge.guard.is_there() and not bridge.guard.doubt
+        ]
         self._once(
             'guard',
-            [bridge.robot for bridge in unguarded if bridge.robot not in unheard],
-            'no cmd_vel_guard on {}: if this computer or its network dies, nothing '
-            'ends the last velocity; docs/lab.md tells how to install it on a robot',
+            [bridge.robot for bridge in silent if not bridge.guard.is_known],
+            'no cmd_vel_guard on {}; docs/lab.md tells how to install it on a robot',
         )
-        for _, bridge in self._robots:
+        self._once(
+            'silent guard',
+            [bridge.robot for bridge in silent if bridge.guard.is_known],
+            'the cmd_vel_guard of {} is silent: is the robot off, or out of the network?',
+        )
+        self._once(
+            'open',
+            [bridge.robot for _, bridge in self._robots if bridge.guard.is_open],
+            'the base of {} listens to cmd_vel itself, past its guard; docs/lab.md tells how to '
+            'remap it',
+        )
+        for mocap, bridge in self._robots:
             if bridge.cmd_vel.mixed:
                 self._once('mixed', [bridge.robot], f'{bridge.cmd_vel.mixed} ({{}})')
+            if bridge.battery is not None and bridge.battery < LOW_PERCENT:
+                told = f'the battery of {{}} is at {bridge.battery:.0f} %: charge it'
+                self._once('battery', [bridge.robot], told)
+            rate = mocap.track.arrivals.rate
+            if rate < SLOWEST_HZ:
+                told = f'motion capture sends {{}} only {rate:.1f} times a second'
+                self._once('rate', [mocap.robot], f'{told}; let it send at {SLOWEST_HZ:g} Hz')
+
+    def _tell_unguarded(self, message: str) -> None:
+        unguarded = [bridge.robot for _, bridge in self._robots if not bridge.guard.is_there()]
+        if unguarded:
+            self._warn(message.format(robots_in_words(unguarded)))
 
     def _tell_unheard(self, unheard: list[int]) -> None:
         if unheard:

@@ -5,9 +5,11 @@ import pytest
 from setcmas_expe.doctor.findings import NOTE, PROBLEM
 from setcmas_expe.doctor.lab.arrival_statistics import ArrivalStatistics
 from setcmas_expe.doctor.lab.robot_check import COLUMNS, RobotCheck
+from setcmas_expe.guard.report import GuardReport, Power, State
 from setcmas_expe.lab.file import DEFAULT_FILE, load_lab
 from setcmas_expe.lab.model import LabRobot
 
+GUARDED = GuardReport(State.IDLE, '', True, Power.UNKNOWN, '')
 LAB = load_lab(DEFAULT_FILE, 1)
 GOOD = RobotCheck(
     robot=LabRobot.numbered(1),
@@ -16,7 +18,7 @@ GOOD = RobotCheck(
     fault=None,
     kinds=['twist_stamped'],
     rival='',
-    guarded=True,
+    guard=GUARDED,
     battery=80.0,
     round_trip=0.004,
 )
@@ -40,7 +42,9 @@ def test_a_robot_that_is_well():
         ({'kinds': []}, PROBLEM, 'nothing listens to /tb3_1/cmd_vel'),
         ({'kinds': ['std_msgs/msg/String']}, PROBLEM, 'std_msgs/msg/String'),
         ({'rival': '/joy commands it too'}, PROBLEM, '/joy commands it too'),
-        ({'guarded': False}, NOTE, 'cmd_vel_guard'),
+        ({'guard': None}, PROBLEM, 'cmd_vel_guard'),
+        ({'guard': replace(GUARDED, private=False)}, NOTE, 'cmd_vel_guarded'),
+        ({'guard': replace(GUARDED, state=State.EMERGENCY)}, NOTE, 'R twice'),
         ({'battery': 20.0}, NOTE, '20 %'),
         ({'battery': 5.0}, PROBLEM, '5 %'),
         ({'round_trip': 0.3}, NOTE, '300 ms'),

@@ -1,11 +1,10 @@
-"""Decisions of the guard: a robot stops when its commands have ended."""
+"""Stop of a robot whose base hears its commands itself: zero once they have ended."""
 
 from __future__ import annotations
 
 import math
 
-SILENCE_S = 0.3
-"""Silence in s, after a command to move, from which the guard stops the robot."""
+from setcmas_expe.guard.commands import SILENCE_S
 
 REPEAT_S = 1.0
 """For how long the guard repeats zero, in s."""

@@ -2,7 +2,8 @@ import math
 
 import pytest
 
-from setcmas_expe.safety.stop_on_silence import REPEAT_S, SILENCE_S, StopOnSilence
+from setcmas_expe.guard.commands import SILENCE_S
+from setcmas_expe.guard.stop_on_silence import REPEAT_S, StopOnSilence
 
 
 def test_silence_after_a_command_to_move_stops_the_robot_for_a_while():

@@ -1,0 +1,1 @@
+"""Guard on a robot's own computer: what reaches the wheels."""

@@ -1,0 +1,67 @@
+"""Switch of a TurtleBot3's motors, as its guard uses it (service motor_power)."""
+
+from __future__ import annotations
+
+import math
+
+from rclpy.node import Node
+from std_srvs.srv import SetBool
+
+from setcmas_expe.guard.report import Power
+from setcmas_simu.fleet import topics
+
+_AGAIN_S = 1.0
+_UNANSWERED = 50
+
+
+class MotorPower:
+    """Asks the robot to switch its motors off, again and again: it may have been restarted.
+
+    Attributes:
+        power: What the robot has answered last.
+    """
+
+    def __init__(self, node: Node, service: str = topics.MOTOR_POWER) -> None:
+        """Find the service through a node, which no executor needs to serve."""
+        self.power = Power.UNKNOWN
+        self._wanted: Power | None = None
+        self._client = node.create_client(SetBool, service)
+        self._asked: dict[int, Power] = {}
+        self._next = -math.inf
+
+    def cut(self) -> None:
+        """Have the motors off from now on, and ask for it at once: somebody may switch them on."""
+        self._wanted, self._next = Power.OFF, -math.inf
+
+    def give(self) -> None:
+        """Have the motors on, whoever may have switched them off."""
+        self._wanted, self._next, self.power = Power.ON, -math.inf, Power.UNKNOWN
+
+    def leave(self) -> None:
+        """Leave them as they are, to somebody else."""
+        self._wanted = None
+
+    def step(self, now: float) -> None:
+        """Take the robot's answers, and ask if that is due; `now` is in s."""
+        while self._take_answer():
+            pass
+        is_done = self._wanted in (None, self.power) and self._wanted is not Power.OFF
+        if is_done or now < self._next or not self._client.service_is_ready():
+            return
+        self._next = now + _AGAIN_S
+        assert self._wanted
+        request = SetBool.Request(data=self._wanted is Power.ON)
+        with self._client.handle:
+            self._asked[self._client.handle.send_request(request)] = self._wanted
+        if len(self._asked) > _UNANSWERED:
+            del self._asked[next(iter(self._asked))]
+
+    def _take_answer(self) -> bool:
+        with self._client.handle:
+            header, answer = self._client.handle.take_response(SetBool.Response)
+        if header is None:
+            return False
+        asked = self._asked.pop(header.request_id.sequence_number, None)
+        if asked and answer.success:
+            self.power = asked
+        return True

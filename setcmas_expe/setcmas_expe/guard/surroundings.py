@@ -1,0 +1,96 @@
+"""Surroundings of a guard in the ROS graph: who commands its robot, and where its base listens."""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+from dataclasses import dataclass
+
+from rclpy.node import Node
+
+from setcmas_simu.cmd_vel import cmd_vel_graph
+from setcmas_simu.cmd_vel.cmd_vel_graph import Endpoint
+from setcmas_simu.cmd_vel.only_sender import OnlySender
+from setcmas_simu.fleet import topics
+from setcmas_simu.fleet.topics import CMD_VEL_TYPES
+
+
+@dataclass(frozen=True)
+class Base:
+    """How the base of a robot listens to commands.
+
+    Attributes:
+        is_there: Whether it listens at all.
+        is_open: Whether it hears what anybody publishes on cmd_vel.
+        kind: Type of its messages.
+    """
+
+    is_there: bool = False
+    is_open: bool = False
+    kind: str = CMD_VEL_TYPES[0]
+
+
+def base_of(
+    to_anybody: Collection[Endpoint], to_guard: Collection[Endpoint], robot: Collection[bytes]
+) -> Base:
+    """Return how a base listens; who sends odometry is it, where others look on.
+
+    Args:
+        to_anybody: Who listens to cmd_vel, the guard aside.
+        to_guard: Who listens to the guard's topic.
+        robot: The processes that send the odometry of the wheels.
+    """
+    found = [*to_anybody, *to_guard]
+    base = [one for one in found if one.participant in robot] or found
+    kinds = [kind for kind in CMD_VEL_TYPES if any(one.kind == kind for one in base)]
+    is_open = any(one in to_anybody for one in base)
+    return Base(bool(kinds), is_open and bool(kinds), kinds[0] if kinds else CMD_VEL_TYPES[0])
+
+
+class Surroundings:
+    """Looks at the graph through the node of a guard.
+
+    Attributes:
+        cmd_vel: Full name of the topic of the bridge's commands.
+        guarded: Full name of the topic that the guard alone publishes.
+        impostor: Who else says that it is the robot; empty if nobody.
+    """
+
+    def __init__(self, node: Node) -> None:
+        """Look through a node in the robot's namespace."""
+        self._node = node
+        self.cmd_vel = node.resolve_topic_name(topics.CMD_VEL)
+        self.guarded = node.resolve_topic_name(topics.CMD_VEL_GUARDED)
+        self.impostor = ''
+        self._odometry = OnlySender(node, node.resolve_topic_name(topics.ODOM))
+        self._own = cmd_vel_graph.own_participant(node)
+        self._own_name = node.get_fully_qualified_name()
+
+    def commanders(self) -> set[bytes]:
+        """Return the other processes that publish commands."""
+        return cmd_vel_graph.participants(self._node, self.cmd_vel) - {self._own}
+
+    def intruder(self) -> str:
+        """Return who else publishes what only the guard may; empty if nobody."""
+        found = cmd_vel_graph.strangers(self._node, self.guarded, {self._own})
+        return f'{found[0]} commands it past its guard' if found else ''
+
+    def stranger(self, known: Collection[bytes]) -> str:
+        """Return who commands the robot and is none of these processes; empty if nobody."""
+        found = cmd_vel_graph.strangers(self._node, self.cmd_vel, {self._own, *known})
+        return f'{found[0]} commands it' if found else ''
+
+    def operator(self) -> bytes | None:
+        """Return the process of the pause node; None if there is none, or several."""
+        found = cmd_vel_graph.participants(self._node, topics.PAUSED)
+        return found.pop() if len(found) == 1 else None
+
+    def base(self) -> Base:
+        """Return how the robot's base listens; an impostor does not change it."""
+        self.impostor = self._odometry.impostor()
+        to_anybody = [
+            one
+            for one in cmd_vel_graph.listeners(self._node, self.cmd_vel)
+            if (one.participant, one.full_name) != (self._own, self._own_name)
+        ]
+        to_guard = cmd_vel_graph.listeners(self._node, self.guarded)
+        return base_of(to_anybody, to_guard, self._odometry.process)

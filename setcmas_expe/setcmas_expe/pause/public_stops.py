@@ -1,0 +1,86 @@
+"""Topics and services with which anybody may stop the robots, and nobody start them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import partial
+
+from diagnostic_msgs.msg import DiagnosticStatus
+from rclpy.node import Node
+from std_msgs.msg import Bool
+from std_srvs.srv import SetBool, Trigger
+
+from setcmas_expe.lab.model import Lab
+from setcmas_simu.fleet import topics
+from setcmas_simu.ros import qos
+
+_WHO_STARTS = 'press s in its terminal, or start on the joystick or the page that it has opened'
+
+
+@dataclass(frozen=True)
+class Stops:
+    """What a pause node does when it is asked to; each says how it was asked.
+
+    Attributes:
+        pause: Pauses the robots.
+        emergency: Is an emergency stop.
+        take_over: Makes an emergency stop the node's own that a guard holds.
+        hint: Tells people why nothing was done.
+    """
+
+    pause: Callable[[str], None]
+    emergency: Callable[[str], None]
+    take_over: Callable[[str], None]
+    hint: Callable[[str], None]
+
+
+class PublicStops:
+    """Listens to /pause, /emergency_stop, services of the same meaning, and the guards."""
+
+    def __init__(self, node: Node, lab: Lab, stops: Stops) -> None:
+        """Listen through a node, whose name the services bear."""
+        self._stops = stops
+        node.create_subscription(Bool, topics.FLEET_PAUSE, self._on_pause, qos.EVENT)
+        for profile in (qos.EVENT, qos.LATCHED_BY_MANY):  # each matches what the other does not
+            node.create_subscription(Bool, topics.EMERGENCY_STOP, self._on_stop, profile)
+        for robot in lab.robots:
+            node.create_subscription(
+                DiagnosticStatus,
+                robot.topic(topics.GUARD_STATE),
+                partial(self._on_guard, robot.number),
+                qos.STATE,
+            )
+        node.create_service(SetBool, '~/pause', self._answer_pause)
+        node.create_service(Trigger, '~/emergency_stop', self._answer_stop)
+
+    def _on_pause(self, message: Bool) -> None:
+        if message.data:
+            self._stops.pause(f'by {topics.FLEET_PAUSE}')
+        else:
+            nothing = f'false on {topics.FLEET_PAUSE} starts nothing in an experiment'
+            self._stops.hint(f'{nothing}: {_WHO_STARTS}')
+
+    def _on_stop(self, message: Bool) -> None:
+        if message.data:
+            self._stops.emergency(f'by {topics.EMERGENCY_STOP}')
+        else:
+            self._stops.hint(f'false on {topics.EMERGENCY_STOP} releases nothing: press R twice')
+
+    def _on_guard(self, robot: int, status: DiagnosticStatus) -> None:
+        if any(item.key == 'state' and item.value == 'emergency' for item in status.values):
+            self._stops.take_over(f'that the guard of robot {robot} holds')
+
+    def _answer_pause(
+        self, request: SetBool.Request, response: SetBool.Response
+    ) -> SetBool.Response:
+        if request.data:
+            self._stops.pause('by service')
+        response.success = request.data
+        response.message = 'paused' if request.data else f'not started: {_WHO_STARTS}'
+        return response
+
+    def _answer_stop(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
+        self._stops.emergency('by service')
+        response.success, response.message = True, 'emergency stop'
+        return response

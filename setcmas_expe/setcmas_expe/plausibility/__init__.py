@@ -1,0 +1,1 @@
+"""Plausibility: measured motion against what was commanded, and proofs of who is who."""

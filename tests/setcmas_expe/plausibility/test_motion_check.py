@@ -1,0 +1,127 @@
+import itertools
+import math
+
+import pytest
+from driven_robot import DrivenRobot, back_and_forth, to_points, turns
+
+SOON_S, NEAR_M = 0.7, 0.16  # with the robot's own delay and lag
+
+
+def straight(_):
+    return 0.21, 0.0
+
+
+def circle(_):
+    return 0.2, 0.5
+
+
+def fallen(robot):
+    place, heading = robot.place, robot.heading
+    robot.spoil = lambda *_: (place, heading)
+
+
+def drifting(speed):
+    def spoil(robot):
+        since = robot.now
+        robot.spoil = lambda place, heading: (place + 1j * speed * (robot.now - since), heading)
+
+    return spoil
+
+
+def turned(degrees):
+    def spoil(robot):
+        robot.spoil = lambda place, heading: (place, heading + math.radians(degrees))
+
+    return spoil
+
+
+def mirrored(robot):
+    robot.spoil = lambda place, heading: (place.conjugate(), -heading)
+
+
+def held(robot):
+    robot.blocked = 'slip'
+
+
+def stalled(robot):
+    robot.blocked = 'stand'
+
+
+ACROSS, BACKWARDS = turned(90), turned(180)
+FROM_THE_START = (ACROSS, BACKWARDS, mirrored)
+FAULTS = [
+    (straight, fallen, 'its wheels turn: has its body fallen off'),
+    (circle, fallen, 'it stands although it is told to move'),
+    (straight, held, 'lifted or blocked'),
+    (straight, stalled, 'its wheels stand too'),
+    (circle, drifting(0.3), 'does motion capture drift'),
+    (straight, drifting(2.0), 'does motion capture drift'),
+    (straight, ACROSS, 'deg beside its heading: are the axes of its body'),
+    (circle, BACKWARDS, 'are the axes of its body'),
+    (circle, mirrored, 'axes mirrored'),
+]
+
+
+@pytest.mark.parametrize(('law', 'fault', 'line'), FAULTS)
+def test_poses_that_are_plausible_and_wrong_are_found_within_the_bounds(law, fault, line):
+    robot = DrivenRobot(seed=3)
+    if fault in FROM_THE_START:
+        fault(robot)
+    else:
+        assert robot.run(3.0, law) is None
+        fault(robot)
+    begin, before = robot.now, robot.path
+    assert robot.run(2.0, law)
+    told = robot.found.told(proved='drift' in line)
+    seconds = robot.now - begin
+
+    robot.found, robot.check = None, DrivenRobot().check
+    robot.run(0.6, lambda _: (0.0, 0.0))
+    assert line in told
+    assert seconds <= SOON_S
+    assert robot.path - before < NEAR_M
+
+
+def test_without_wheel_odometry_a_standstill_is_found_too():
+    robot = DrivenRobot()
+    robot.wheels = False
+    robot.run(2.0, straight)
+    fallen(robot)
+    assert robot.run(0.6, straight)
+
+    assert 'blocked or switched off, or has its body' in robot.found.told(proved=True) or (
+        'has its body fallen off, or is it lifted, blocked' in robot.found.told(proved=True)
+    )
+
+
+def test_a_robot_that_stands_and_glides_away_is_found():
+    robot = DrivenRobot()
+    robot.run(1.0)
+    drifting(0.3)(robot)
+
+    assert robot.run(0.5)
+    assert 'told 0.00' in robot.found.told(proved=True)
+
+
+LAWS = {'points': to_points, 'signs': lambda: back_and_forth, 'turns': lambda: turns}
+
+
+def alarms(law, rate, seconds, seeds):
+    return [
+        (law, rate, seed, robot.found.told(proved=False))
+        for seed in seeds
+        for robot in [DrivenRobot(seed, rate)]
+        if robot.run(seconds, LAWS[law]())
+    ]
+
+
+@pytest.mark.parametrize('law', LAWS)
+def test_robots_that_do_as_they_are_told_are_believed(law):
+    assert alarms(law, 50.0, 10.0, (1, 2)) == []
+
+
+@pytest.mark.nightly
+def test_half_an_hour_and_more_goes_by_without_a_false_alarm():
+    cases = itertools.product(LAWS, (100.0, 50.0, 20.0, 10.0))
+
+    assert [found for case in cases for found in alarms(*case, 60.0, range(10, 13))] == []
