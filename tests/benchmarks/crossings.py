@@ -1,0 +1,108 @@
+"""Random crossings under the safety filter: least separation, robots that arrive, time of a step.
+
+python tests/benchmarks/crossings.py --runs 1000
+"""
+
+from __future__ import annotations
+
+import argparse
+import time
+
+import numpy as np
+from joblib import Parallel, delayed
+
+from setcmas_ctrl.control.commander import Commander
+from setcmas_ctrl.control.options import GainOptions
+from setcmas_ctrl.filter.options import FilterOptions
+from setcmas_ctrl.filter.verdict import Verdict
+from setcmas_simu.arrays import Floats
+from setcmas_simu.fleet.random_poses import RandomPoses
+from setcmas_simu.robots.unicycle import UNICYCLE
+from setcmas_tools import simulate
+from setcmas_tools.metrics.separation import separation
+from setcmas_tools.records.fleet_grid import on_grid
+
+SEPARATION_M = 0.35
+ARRIVED_M = 0.1
+BOX = RandomPoses.of('box=3x3,distance=0.5')
+
+
+def places(seed: int, circle: bool) -> tuple[Floats, Floats]:
+    """Return start poses and goals: at random, or across a circle of a random radius."""
+    if not circle:
+        return BOX.draw(8, seed, {}), BOX.draw(8, seed + 10_000_000, {})
+    angles = np.arange(8) * np.pi / 4
+    radius = np.random.default_rng(seed).uniform(1.0, 2.0)
+    start = np.stack([radius * np.cos(angles), radius * np.sin(angles), angles + np.pi])
+    return start, -start
+
+
+def crossing(
+    seed: int, model: str, deadlock: str, duration: float, circle: bool
+) -> tuple[float, int, int]:
+    """Let 8 robots change places; returns least separation, who arrived, unsolved steps."""
+    start, goals = places(seed, circle)
+
+    def control(robotNo, nbRobots, poses, t):
+        way = goals[:2, robotNo - 1] - poses[:2, robotNo - 1]
+        return tuple(way)
+
+    run = simulate(
+        control, 8, duration, poses=start, model=model, filter='barrier', deadlock=deadlock,
+        min_separation=SEPARATION_M, warn=lambda _: None,
+    )  # fmt: skip
+    found = separation(on_grid(run.table, 10.0))
+    left = np.hypot(*(run.poses[-1, :2] - goals[:2]))
+    unsolved = run.commands.allowed.verdict == Verdict.NO_SOLUTION
+    return found.least_separation_m, int((left < ARRIVED_M).sum()), int(unsolved.sum()) // 8
+
+
+def step_time(nb_robots: int, jam: bool) -> float:
+    """Return the median time of a step in ms of robots that cross, or all want to the middle."""
+    side = 2.4 * SEPARATION_M * np.sqrt(nb_robots)
+    box = RandomPoses.of(f'box={side:g}x{side:g},distance=0.5')
+    poses, goals = box.draw(nb_robots, 0, {}), box.draw(nb_robots, 1, {})[:2]
+    goals *= not jam
+    robots = range(1, nb_robots + 1)
+    commander = Commander(GainOptions(), FilterOptions(filter='barrier'), robots, nb_robots, len)
+    commander.use([UNICYCLE] * nb_robots)
+    times = []
+    for k in range(150):
+        begin = time.perf_counter()
+        commands = commander(goals - poses[:2], poses, 0.2 * k).commands
+        times.append(time.perf_counter() - begin)
+        poses = UNICYCLE.step(UNICYCLE.start(poses), commands, 0.2)[:3]
+    return 1e3 * float(np.median(times))
+
+
+def main() -> None:
+    """Print the figures."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument('--runs', type=int, default=1000)
+    parser.add_argument('--duration', type=float, default=30.0)
+    args = parser.parse_args()
+    for nb_robots in (8, 20, 50):
+        crossing_ms, jam_ms = (step_time(nb_robots, jam) for jam in (False, True))
+        print(
+            f'{nb_robots} robots, a step (median): {crossing_ms:.2f} ms while they cross, '
+            f'{jam_ms:.2f} ms in one jam'
+        )
+    for circle, nb_runs in ((True, args.runs // 10), (False, args.runs)):
+        for model in ('omnidirectional', 'unicycle'):
+            for deadlock in ('none', 'turn'):
+                results = Parallel(n_jobs=2)(
+                    delayed(crossing)(seed, model, deadlock, args.duration, circle)
+                    for seed in range(nb_runs)
+                )
+                least, arrived, unsolved = map(np.array, zip(*results, strict=True))
+                print(
+                    f'{"across a circle" if circle else "random"}, {model}, --deadlock '
+                    f'{deadlock}: least separation {least.min():.4f} m (wanted {SEPARATION_M}), '
+                    f'all arrive in {(arrived == 8).mean():.1%} of {nb_runs} runs, '
+                    f'{arrived.mean() / 8:.1%} of robots; {unsolved.sum()} steps unsolved',
+                    flush=True,
+                )
+
+
+if __name__ == '__main__':
+    main()

@@ -1,0 +1,40 @@
+"""Guards and robots that fail, or that are not what they seem."""
+
+from __future__ import annotations
+
+from diagnostic_msgs.msg import DiagnosticStatus
+from rehearsal import Rehearsal
+from std_msgs.msg import Bool
+
+from fault_kinds.kind import Kind, falls_silent, sends
+from setcmas_simu.ros import qos
+
+
+def _release(r: Rehearsal) -> None:
+    r.press('R')
+    r.peer.spin(1.2)  # a key that is held down comes sooner
+    r.press('R')
+
+
+def _false_release(r: Rehearsal) -> float:
+    """Hold an emergency stop, and let somebody else say that it is released."""
+    stop = r.press('\x1b')
+    r.peer.spin(2.0)
+    sends(r, '/emergency_stopped', Bool(), qos=qos.LATCHED)
+    sends(r, '/paused', Bool(), qos=qos.STATE)
+    return stop
+
+
+KINDS = {
+    'guard hung': Kind(lambda r: r.fault('unguarded 1 4'), 'cmd_vel_guard is silent'),
+    'robot off and on': Kind(lambda r: r.fault('off 1 4'), 'paused: robot'),
+    'somebody else speaks as the guard': Kind(
+        lambda r: sends(r, '/tb3_1/guard_state', DiagnosticStatus()),
+        'speak as its guard|not understood',
+        falls_silent,
+    ),
+    'Esc, then released by the operator': Kind(
+        lambda r: r.press('\x1b'), '(?i)emergency', _release
+    ),
+    'Esc, then released by somebody else': Kind(_false_release, '(?i)emergency', falls_silent),
+}

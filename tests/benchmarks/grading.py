@@ -1,0 +1,123 @@
+"""Grades a class of generated submissions: time, equal bytes, order of the marks; prints a table.
+
+python tests/benchmarks/grading.py [--students 100] [--jobs 2] [--keep DIR]
+
+Submissions are consensus laws of mixed quality: gains from 0.05 to 0.5 1/s, whose disagreement
+falls like exp(-K t), so that more gain is to get more points; and mistakes, which are to get less
+than all of these. Some hang, die or write without end, as in any class.
+"""
+
+from __future__ import annotations
+
+import argparse
+import filecmp
+import platform
+import subprocess
+import sys
+import tempfile
+import time
+from pathlib import Path
+
+import msgspec
+import numpy as np
+
+from setcmas_ctrl.scripts.loader import EXERCISES
+from setcmas_tools.grading.marks import Marks
+from setcmas_tools.grading.submissions.handed_in import KEPT
+
+SCENARIOS = (
+    'nb_robots: 8, duration: 20',
+    'nb_robots: 3, duration: 20, random_poses: auto, seed: 2',
+    'nb_robots: 5, duration: 20, graph: ring',
+    'nb_robots: 8, duration: 20, graph: ring, delay: 0.1, loss: 0.1',
+    'nb_robots: 12, duration: 20, random_poses: auto, seed: 7',
+)
+CRITERION = '{metric: disagreement, at_most: 0.001, none_at: 4, points: 2}'
+TERM = 'v -= K / nbRobots * (p - positions[:, j]) * positions[:, j].any()  # of whom it hears'
+MISTAKES = {
+    'sign': ('v -=', 'v +='),
+    'column': ('robotNo - 1', 'robotNo - 2'),
+    'error': ('return v[0]', 'return v[2]'),
+    'nothing': ('v -=', 'v -= 0 *'),
+    'loop': ('    return v', '    while t > 5: pass\n    return v'),
+    'exit': ('    return v', '    import os\n    if t > 5: os._exit(0)\n    return v'),
+    'memory': ('    return v', '    rest = [0]\n    while t > 5: rest += rest\n    return v'),
+    'output': ('    return v', '    print("x" * 100_000)\n    return v'),
+}
+"""What takes a good law's place; all but the last get less than any gain."""
+
+
+def write_class(folder: Path, students: int) -> dict[str, float]:
+    """Write submissions; returns the gain of each that is right, by its name."""
+    law = EXERCISES.file('consensus').read_text().replace('pass', TERM)
+    law = law.replace('v = np.zeros(2)', 'v, positions = np.zeros(2), np.nan_to_num(positions)')
+    folder.mkdir(parents=True)
+    for name, (right, wrong) in MISTAKES.items():
+        assert right in law, name
+        (folder / f'mistake_{name}.py').write_text(law.replace(right, wrong))
+    gains = {}
+    for number, gain in enumerate(np.geomspace(0.05, 0.5, students - len(MISTAKES))):
+        gains[f'student_{number:03}.py'] = float(gain)
+        own = law.replace('K = 0.5', f'K = {gain:.4f}')
+        (folder / f'student_{number:03}.py').write_text(own)
+    return gains
+
+
+def graded(place: Path, output: str, jobs: int) -> tuple[list[Marks], float]:
+    """Grade the class in a folder with so many jobs; returns the marks and the time in s."""
+    begin = time.perf_counter()
+    subprocess.run(
+        ['setcmas', 'grade', 'class', '-R', 'rubric.yaml', '-o', output, '--jobs', str(jobs),
+         '--call-timeout', '2'],
+        cwd=place, check=True, stdout=subprocess.DEVNULL,
+    )  # fmt: skip
+    seconds = time.perf_counter() - begin
+    files = (place / output / KEPT).iterdir()
+    return [msgspec.json.decode(file.read_bytes(), type=Marks) for file in files], seconds
+
+
+def different(first: Path, second: Path) -> list[str]:
+    """Return the files that are not the same in two folders."""
+    names = {str(f.relative_to(one)) for one in (first, second) for f in one.rglob('*.*')}
+    _, mismatch, errors = filecmp.cmpfiles(first, second, names, shallow=False)
+    return mismatch + errors
+
+
+def report(place: Path, students: int, jobs: int) -> None:
+    """Grade a class with several jobs, the same again, and with one; print what came of it."""
+    gains = write_class(place / 'class', students)
+    scenarios = ''.join(
+        f'  - {{name: scenario {k}, {one}, criteria: [{CRITERION}]}}\n'
+        for k, one in enumerate(SCENARIOS, 1)
+    )
+    (place / 'rubric.yaml').write_text(f'exercise: consensus\nscenarios:\n{scenarios}')
+    marks, seconds = graded(place, 'grades', jobs)
+    _, again = graded(place, 'again', jobs)
+    _, alone = graded(place, 'alone', 1)
+    scores = {one.submission: one.score for one in marks}
+    right = [scores[name] for name in gains]
+    wrong = [score for name, score in scores.items() if name not in gains and 'output' not in name]
+    print(f'{platform.machine()}, Python {platform.python_version()}')
+    print(f'{students} submissions, {len(SCENARIOS)} scenarios, {jobs} jobs: {seconds:.0f} s')
+    print(f'  the same again: {again:.0f} s, with one job: {alone:.0f} s')
+    for other in ('again', 'alone'):
+        print(
+            f'  files that differ from {other}: {len(different(place / "grades", place / other))}'
+        )
+    print(f'  marks rise with the gain: {right == sorted(right)}, {right[0]} to {right[-1]}')
+    print(f'  mistakes get less: {max(wrong) < right[0]}, {max(wrong)} at most')
+
+
+def main() -> None:
+    """Read the options and report."""
+    parser = argparse.ArgumentParser(description=__doc__.partition('\n')[0])
+    parser.add_argument('--students', type=int, default=100)
+    parser.add_argument('--jobs', type=int, default=2)
+    parser.add_argument('--keep', type=Path, help='folder for the class and its grades')
+    args = parser.parse_args()
+    with tempfile.TemporaryDirectory() as folder:
+        report(args.keep or Path(folder), args.students, args.jobs)
+
+
+if __name__ == '__main__':
+    sys.exit(main())
