@@ -3,22 +3,24 @@
 from __future__ import annotations
 
 import base64
+import math
 import tempfile
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 from tqdm import tqdm
 
 from setcmas_simu.errors import SetcmasError
 from setcmas_tools.films import writers as film_writers
 from setcmas_tools.films.frames import FilmFrames, from_first_command
-from setcmas_tools.plots.looks.formats import PALETTES
-from setcmas_tools.plots.looks.look import check_style
+from setcmas_tools.plots.looks.look import FilmLook, check_style
 from setcmas_tools.plots.looks.style import plot_style
 from setcmas_tools.records.fleet_grid import on_grid
 from setcmas_tools.run.run import Run
 
 _NAME = 'film'
+_LOOK = FilmLook()
 
 
 @dataclass(frozen=True, repr=False)
@@ -44,12 +46,10 @@ class Film:
         return f'<video controls loop autoplay muted src="data:video/mp4;base64,{data}"></video>'
 
 
-def film(
-    run: Run, kind: str | None = None, speed: float = 1.0, palette: str = PALETTES[0]
-) -> Film:
-    """Return a film of the fleet in the plane; arguments as for `animate`."""
+def film(run: Run, kind: str | None = None, **look: Any) -> Film:
+    """Return a film of the fleet in the plane; `kind` as for `animate`, `look` as `FilmLook`."""
     with tempfile.TemporaryDirectory(prefix='setcmas-film-') as folder:
-        path = animate(run, Path(folder), kind, speed, progress=False, palette=palette)
+        path = animate(run, Path(folder), kind, FilmLook(**look), progress=False)
         return Film(path.read_bytes(), path.suffix.removeprefix('.'))
 
 
@@ -57,19 +57,17 @@ def animate(
     run: Run,
     folder: Path,
     kind: str | None = None,
-    speed: float = 1.0,
+    look: FilmLook = _LOOK,
     progress: bool = True,
-    palette: str = PALETTES[0],
 ) -> Path:
-    """Write a film of the fleet in the plane, with trails, time and communications.
+    """Write a film of the fleet in the plane, with trails, drawings, time and communications.
 
     Args:
         run: The run.
         folder: Where the film goes.
         kind: One of `formats.FILMS`; None for MP4 where ffmpeg is there, else GIF.
-        speed: How many times faster than the robots the film is.
+        look: How it looks.
         progress: Whether to show a progress bar if there is a terminal.
-        palette: One of `formats.PALETTES`.
 
     Returns:
         The file.
@@ -79,13 +77,15 @@ def animate(
             written or is too long for a GIF.
     """
     kind = film_writers.best_kind(kind)
-    check_style(palette, None)
+    check_style(look.palette, None)
     path = folder / f'{_NAME}.{kind}'
-    grid = on_grid(from_first_command(run.table), film_writers.rate_of(kind) / speed)
+    rate = film_writers.rate_of(kind) / look.speed
+    grid = on_grid(from_first_command(run.table), rate)
+    trails = on_grid(from_first_command(run.table), rate * max(1, math.ceil(look.speed)))
     film_writers.check_length(kind, len(grid.t))
     hidden = None if progress else True  # None: hidden unless there is a terminal
-    with plot_style(palette):
-        frames = FilmFrames(grid, run, speed)
+    with plot_style(look.palette):
+        frames = FilmFrames(grid, trails, run, look)
         try:
             path.parent.mkdir(parents=True, exist_ok=True)
             film_writers.write(

@@ -15,21 +15,23 @@ from matplotlib.lines import Line2D
 from PIL import Image
 
 from setcmas_simu.arrays import Floats
+from setcmas_tools.plots.drawings import DrawnPlane
+from setcmas_tools.plots.looks.look import FilmLook
 from setcmas_tools.plots.looks.style import edge_effects, legend, line_look, robot_handles
-from setcmas_tools.plots.references import draw_arena, draw_references
+from setcmas_tools.plots.references import draw_references, draw_world
 from setcmas_tools.plots.robot_symbols import symbols
 from setcmas_tools.plots.trajectories import fit_plane
 from setcmas_tools.records.fleet_grid import FleetGrid
 from setcmas_tools.records.fleet_table import FleetTable
 from setcmas_tools.run.run import Run
 
-_SIZE_IN = (6.4, 5.4)  # at 100 dots an inch
 _ROBOT_SIZE = 0.022  # of the width of the plane that is shown
 _LEAST_ROBOT_M = 0.07  # half a TurtleBot3
 _FLASH_S = 0.5  # of the film
 _FLASH_POINTS = (10.0, 34.0)  # diameter of the ring at its start and at its end
 _FLASH_COLOUR = (0.9, 0.45, 0.0)
-_JOINT = 3  # positions by which pieces of a trail overlap
+_JOINT = 2  # further positions by which pieces of a trail overlap
+_SAME_TIME_S = 1e-6
 
 
 class FilmFrames:
@@ -39,24 +41,29 @@ class FilmFrames:
     drawn once, so that a frame costs the same at the end of a long run as at its beginning.
     """
 
-    def __init__(self, grid: FleetGrid, run: Run, speed: float) -> None:
+    def __init__(self, grid: FleetGrid, trails: FleetGrid, run: Run, look: FilmLook) -> None:
         """Draw what stays the same in all frames; made and used within `plot_style`.
 
         Args:
             grid: Poses at the times of the frames.
+            trails: Those and poses between them.
             run: The run, for the limits of the plane and for when robots communicated.
-            speed: How many times faster than the robots the film is.
+            look: How the film looks.
         """
         triggers = run.record.trigger_times if run.record else {}
         self._grid = grid
         self._triggers = triggers
-        self._speed = speed
+        self._speed = look.speed
         self._positions = np.stack([grid.x, grid.y], axis=2)
+        self._trail_t = trails.t
+        self._trail_positions = np.stack([trails.x, trails.y], axis=2)
         self._all_triggers = np.sort(np.concatenate([*triggers.values(), []]))
-        self._figure = Figure(figsize=_SIZE_IN)
+        self._figure = Figure(figsize=look.inches, dpi=look.dpi)
         self._canvas: Any = FigureCanvasAgg(self._figure)  # untyped in matplotlib
         self._axes = self._figure.add_subplot()
-        marks = draw_arena(self._axes, run) + draw_references('film', self._axes, run)
+        self._drawn = DrawnPlane(self._axes, run)
+        marks = draw_world(self._axes, run) + draw_references('film', self._axes, run)
+        marks += self._drawn.handles
         fit_plane(self._axes, from_first_command(run.table))
         self._axes.set_title(run.title)
         flash = [_flash_handle()] if triggers else []
@@ -111,18 +118,24 @@ class FilmFrames:
             artist.set_animated(True)
 
     def _moving(self) -> list[Artist]:
-        return [self._edges, self._trails, self._flashes, self._robots, self._clock]
+        drawn = [self._drawn.trails, self._drawn.markers]
+        return [*drawn, self._edges, self._trails, self._flashes, self._robots, self._clock]
 
     def _draw_trails(self, k: int) -> None:
+        self._drawn.show(self._grid.t[k], since=self._grid.t[k - 1] if k else -np.inf)
+        self._axes.draw_artist(self._drawn.trails)
         if k == 0:
             return
-        self._edges.set_segments(list(self._positions[:, k - 1 : k + 1]))
-        self._trails.set_segments(list(self._positions[:, max(0, k - _JOINT) : k + 1]))
+        between = self._grid.t[k - 1] - _SAME_TIME_S, self._grid.t[k] + _SAME_TIME_S
+        begin, end = np.searchsorted(self._trail_t, between)
+        self._edges.set_segments(list(self._trail_positions[:, begin:end]))
+        self._trails.set_segments(list(self._trail_positions[:, max(0, begin - _JOINT) : end]))
         self._axes.draw_artist(self._edges)
         self._axes.draw_artist(self._trails)
 
     def _draw_robots(self, k: int) -> None:
         now = self._grid.t[k]
+        self._axes.draw_artist(self._drawn.markers)
         x, y, theta = (row[:, k] for row in (self._grid.x, self._grid.y, self._grid.theta))
         turned = [
             (

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from setcmas_ctrl.task.names import TASKS, TaskNames
+from setcmas_simu.arrays import Floats
 from setcmas_simu.errors import SetcmasError
 from setcmas_tools.kinds.metric import Measured
 
@@ -14,6 +16,21 @@ if TYPE_CHECKING:
     from matplotlib.lines import Line2D
 
     from setcmas_tools.run.run import Run
+
+
+@dataclass(frozen=True)
+class Errors:
+    """Errors of a task over time.
+
+    Attributes:
+        title: Such as 'Tracking error'.
+        label: What is measured, with its unit.
+        values: By robot, at the times of `Run.counted_grid`.
+    """
+
+    title: str
+    label: str
+    values: Mapping[int, Floats]
 
 
 class Task(TaskNames):
@@ -26,6 +43,11 @@ class Task(TaskNames):
         """Return how well the task was done, in parts of metrics.yaml by name."""
         del run, references
         return {}
+
+    def errors(self, run: Run, references: Mapping[str, Any]) -> Errors | None:
+        """Return how far robots were from what they were to do; None if nothing tells."""
+        del run, references
+        return None
 
     def draw(self, plot: str, axes: Axes, run: Run, references: Mapping[str, Any]) -> list[Line2D]:
         """Draw what the robots were to reach.

@@ -32,7 +32,7 @@ class ConsensusMetrics(Measured):
 
     def lines(self, task: str | None) -> list[str]:
         """Return the agreement at the start and at the end, and the settling times."""
-        if task not in (None, 'consensus'):  # robots with another task need not meet
+        if not _is_to_agree(task):
             return []
         return [
             f'disagreement: {self.disagreement_at_start_m:.3f} m at the start, '
@@ -47,6 +47,15 @@ def _when(time: float | None) -> str:
     return 'not reached' if time is None else f'from {time:.1f} s on'
 
 
+def is_agreement(run: Run) -> bool:
+    """Return whether a run is about agreement, as far as that is known."""
+    return _is_to_agree(run.references.task if run.references else None)
+
+
+def _is_to_agree(task: str | None) -> bool:
+    return task in (None, 'consensus')  # robots with another task need not meet
+
+
 def fleet_consensus(run: Run) -> ConsensusMetrics | None:
     """Return how well the fleet of a run agrees on the position; None for one robot."""
     return consensus(run.counted_grid)
@@ -56,7 +65,9 @@ def disagreement(x: Floats, y: Floats) -> Floats:
     """Return the root mean square distance of N robots to their centre, in m, shape (K,).
 
     It is |delta| / sqrt(N), with the disagreement vector delta = p - (1 1^T / N) p of
-    Olfati-Saber and Murray, IEEE Transactions on Automatic Control 49(9), 2004.
+    Olfati-Saber and Murray, IEEE Transactions on Automatic Control 49(9), 2004, whose norm is
+    the field's measure: in m, and decaying with the rate that theory tells. The square root
+    makes fleets of different sizes comparable. Their Lyapunov function is N / 2 times its square.
 
     Args:
         x: Positions in m, shape (N, K).

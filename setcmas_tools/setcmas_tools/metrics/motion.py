@@ -12,8 +12,8 @@ from setcmas_ctrl.control.saturation import VNOM
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.robots.models import fastest
 from setcmas_tools.kinds.metric import Columns, Measured
-from setcmas_tools.records.fleet_grid import LONGEST_GAP_S
 from setcmas_tools.records.fleet_table import FleetTable
+from setcmas_tools.records.gaps import LONGEST_GAP_S, resets
 from setcmas_tools.run.run import Run
 
 SATURATION_TOLERANCE = 1e-3
@@ -104,10 +104,10 @@ def _is_number(value: object) -> TypeGuard[float]:
 def robot_motion(track: FleetTable, vnom: float, communications: int) -> RobotMotion:
     """Return the motion of a robot.
 
-    The path length is the sum of the steps between poses (a polygon, so slightly short on bends),
-    the mean speed that length over the time from the first to the last pose. The largest speed and
-    the saturation are those of the odometry's speed |v|; each row tells it for the time since the
-    row before, which counts if it is not longer than LONGEST_GAP_S.
+    The path length is the sum of the steps between poses (a polygon, so slightly short on bends)
+    but for resets, the mean speed that length over the time from the first to the last pose. The
+    largest speed and the saturation are those of the odometry's speed |v|; each row tells it for
+    the time since the row before, which counts if it is not longer than LONGEST_GAP_S.
 
     Args:
         track: The rows of one robot, at least one of them at t >= 0.
@@ -115,7 +115,8 @@ def robot_motion(track: FleetTable, vnom: float, communications: int) -> RobotMo
         communications: How often the robot sent its state.
     """
     counted = track.rows((track.t >= 0) & np.isfinite(track.x + track.y))
-    length = float(np.hypot(np.diff(counted.x), np.diff(counted.y)).sum())
+    driven = ~resets(counted)
+    length = float(np.hypot(np.diff(counted.x), np.diff(counted.y))[driven].sum())
     duration = float(counted.t[-1] - counted.t[0]) if len(counted.t) else 0.0
     speeds = np.abs(track.v[(track.t >= 0) & np.isfinite(track.v)])
     return RobotMotion(

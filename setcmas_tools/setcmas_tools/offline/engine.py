@@ -11,8 +11,10 @@ from numpy.typing import ArrayLike
 from setcmas_ctrl.communication.graph import COMPLETE
 from setcmas_ctrl.communication.options import Condition, Graph
 from setcmas_ctrl.communication.triggering import THRESHOLD_M
+from setcmas_ctrl.control.commander import Commander
 from setcmas_ctrl.control.options import RATE_HZ as CONTROL_RATE_HZ
 from setcmas_ctrl.control.saturation import VNOM
+from setcmas_ctrl.filter.options import GAMMA, LOOKAHEAD_M, NONE
 from setcmas_ctrl.scripts.output import named_output
 from setcmas_ctrl.scripts.random_seed import SEED, seed_scripts
 from setcmas_ctrl.scripts.settings import Settings
@@ -58,6 +60,14 @@ def simulate(
     delay: float = 0.0,
     loss: float = 0.0,
     noise: float = 0.0,
+    filter: str | None = None,  # noqa: A002
+    deadlock: str = NONE,
+    min_separation: float | None = None,
+    gamma: float = GAMMA,
+    lookahead: float = LOOKAHEAD_M,
+    arena: Sequence[float] | None = None,
+    obstacles: str | None = None,
+    accel: float | None = None,
     warn: Callable[[str], None] = print,
     progress: Callable[[float], object] | None = None,
 ) -> Run:
@@ -99,13 +109,24 @@ def simulate(
             or an adjacency matrix (row i: whom robot i hears, and with which weight).
         range: Distance in m up to which robots hear each other; None is no limit.
         event_triggered: Whether robots send their state only when a condition triggers.
-        ctc: The condition: a script, or a function ctc(pos, last_pos, t); by default further away
-            from the position sent last than the threshold.
+        ctc: The condition: a script, a function ctc(pos, last_pos, t), or a dictionary with one
+            for each robot; by default further away from the position sent last than the threshold.
         threshold: That of the default condition in m.
         delay: By how much later messages arrive, in s.
         loss: Probability that a message is lost.
         noise: Standard deviation of received positions in m.
-        warn: Shows messages about a failing law; its robot is commanded zero then.
+        filter: 'barrier' keeps robots apart, in the arena and off obstacles: the smallest change
+            of what is wanted that does. It goes by true poses, whatever robots hear.
+        deadlock: 'turn' lets robots that block each other go round to the right.
+        min_separation: Least distance between the centres of two robots in m, by default 0.35;
+            half of it to obstacles.
+        gamma: How fast robots may use up the distance that is left, in 1/s.
+        lookahead: How far ahead of its axle a unicycle is kept from others, in m.
+        arena: Where robots may be: xmin, xmax, ymin, ymax in m.
+        obstacles: What they must not touch: 'disc 1 2 0.5; polygon 0 0 1 0 1 1' in m, or a file.
+        accel: How fast the speed of a robot may rise, in m/s^2; slowing down has no limit.
+        warn: Shows messages about a failing law, whose robot is commanded zero then, and about
+            robots that block each other.
         progress: Called now and then with the time that the run has reached, in s.
 
     Raises:
@@ -149,15 +170,13 @@ def made(
         turns: Called before the calls of each run's laws, if there are several runs.
     """
     first, nb_robots = simulations[0], simulations[0].nb_robots
-    robots = fleet_model(first.models * len(simulations))
-    fleet = VirtualFleet(np.hstack([one.start for one in simulations]), robots)
-    controllers = FleetLaws(
-        [law for one in simulations for law in one.laws],
-        robots,
-        first.gains,
-        first.warn,
-        turns,
-    )
+    models = first.models * len(simulations)
+    fleet = VirtualFleet(np.hstack([one.start for one in simulations]), fleet_model(models))
+    everybody = range(1, len(models) + 1)
+    commander = Commander(first.gains, first.safety, everybody, len(models), first.warn)
+    commander.use(models)
+    laws = [law for one in simulations for law in one.laws]
+    controllers = FleetLaws(laws, commander, first.warn, turns)
     t, states, control_t, velocities = _moved(fleet, controllers, radio, first, drawings)
     call_time = controllers.call_time * nb_robots / len(control_t)
     failed_ctc = radio.failed_robots if radio else []
@@ -181,12 +200,12 @@ def _moved(
     given: Simulation,
     drawings: Sequence[DrawingRecord],
 ) -> tuple[Floats, Floats, Floats, Floats]:
-    """Return times and states of the robots, and times and velocities that laws asked for."""
+    """Return times and states of the robots, and what `history.commands` takes."""
     nb_steps, robot_rate, progress = given.nb_steps, given.robot_rate, given.progress
     nb_robots = fleet.poses.shape[1]
     t = np.arange(nb_steps + 1) / robot_rate
     control_t, due = _calls(t, 1 / robot_rate, given.rate)
-    velocities = np.empty((len(control_t), 2, nb_robots))
+    velocities = np.empty((len(control_t), 5 if given.safety.is_on else 2, nb_robots))
     notes = board.current
     states = notes.new_states(nb_steps + 1, 6, nb_robots)
     states[0] = fleet.states[:6]
@@ -218,8 +237,11 @@ def _moved(
         for record in drawings:
             record.t = now
         heard = radio.heard(poses, now) if radio else ()
-        velocities[call], commands = controllers(poses, now, *heard)
-        fleet.command_all(commands, now)
+        commanded = controllers(poses, now, *heard)
+        velocities[call, :2] = commanded.wanted
+        if commanded.allowed is not None:
+            velocities[call, 2:] = commanded.allowed
+        fleet.command_all(commanded.commands, now)
     advance(done, nb_steps)
     return t, states, control_t, velocities
 

@@ -10,10 +10,9 @@ from typing import Any
 
 import numpy as np
 
+from setcmas_ctrl.control.commander import Commanded, Commander
 from setcmas_ctrl.control.control_law import ControlLaw
 from setcmas_ctrl.control.law_scripts import LawScripts
-from setcmas_ctrl.control.options import GainOptions
-from setcmas_ctrl.control.saturation import saturate
 from setcmas_ctrl.scripts.error_reports import ErrorReports
 from setcmas_ctrl.scripts.failures import ControlError
 from setcmas_ctrl.scripts.settings import Settings
@@ -21,7 +20,6 @@ from setcmas_simu.arrays import Floats
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet.per_robot import check_in_fleet, format_per_robot
 from setcmas_simu.reports.reports import Function
-from setcmas_simu.robots.model import RobotModel
 from setcmas_tools.offline import board
 
 Law = str | Path | Callable[..., Any]
@@ -78,8 +76,7 @@ class FleetLaws:
     def __init__(
         self,
         laws: Sequence[ControlLaw],
-        robots: RobotModel,
-        gains: GainOptions,
+        commander: Commander,
         warn: Callable[[str], None],
         turns: Sequence[Callable[[], object]] = (lambda: None,),
     ) -> None:
@@ -87,8 +84,7 @@ class FleetLaws:
 
         Args:
             laws: The laws of robots 1, 2, ... of the first fleet, then of the others, N in all.
-            robots: How these robots move.
-            gains: How fast they follow the laws.
+            commander: Turns what they want into commands.
             warn: Shows messages about failing laws.
             turns: Called before the laws of each fleet.
         """
@@ -97,8 +93,7 @@ class FleetLaws:
             (turn, slice(first, first + size), laws[first : first + size])
             for first, turn in zip(range(0, len(laws), size), turns, strict=True)
         ]
-        self._robots = robots
-        self._gains = gains
+        self._commander = commander
         self._reports = ErrorReports(warn)
         self._failing = False
         self.call_time: Floats = np.zeros(len(laws))
@@ -114,8 +109,8 @@ class FleetLaws:
         t: float,
         heard: Iterable[Floats] | None = None,
         adjacency: Floats | None = None,
-    ) -> tuple[Floats, Floats]:
-        """Return the saturated velocities (2, N), and the commands (3, N) for them.
+    ) -> Commanded:
+        """Return what the laws want and what the robots are commanded.
 
         Args:
             poses: Rows x, y in m and theta in rad, shape (3, N).
@@ -145,5 +140,4 @@ class FleetLaws:
                 durations.append(-begin + (begin := clock()))
         notes.end()
         self.call_time += durations
-        velocities = saturate(np.array(wanted).reshape(-1, 2).T, self._gains.vnom)
-        return velocities, self._robots.command(velocities, poses, self._gains.komega)
+        return self._commander(np.array(wanted).reshape(-1, 2).T, poses, t)

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from setcmas_ctrl import drawing
 from setcmas_simu.arrays import Floats
 from setcmas_simu.fleet.planar_pose import as_heard
-from setcmas_tools.records.commands import Commands
+from setcmas_tools.records.commands import Commands, Filtered
 from setcmas_tools.records.drawings import DrawingRecord
 from setcmas_tools.records.fleet_table import FleetTable
 from setcmas_tools.records.tables import RunTables
@@ -39,12 +39,13 @@ def commands(t: Floats, velocities: Floats) -> Commands:
 
     Args:
         t: Times in s at which the laws were called, shape (C,).
-        velocities: What they asked for, after saturation: rows vx, vy in m/s, shape (C, 2, N).
+        velocities: What they asked for, after saturation: rows vx, vy in m/s, shape (C, 2, N);
+            with a filter also what it let through and its verdicts, shape (C, 5, N).
     """
     times, robots = _rows(t, velocities.shape[2])
     carried = velocities.astype(np.float32).astype(float)
-    vx, vy = carried.transpose(1, 0, 2).reshape(2, -1)
-    return Commands(times, robots, vx, vy)
+    vx, vy, *allowed = carried.transpose(1, 0, 2).reshape(velocities.shape[1], -1)
+    return Commands(times, robots, vx, vy, Filtered(*allowed) if allowed else None)
 
 
 def remains(states: Floats, robot_rate: float, outcome: Outcome) -> Run:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -13,6 +13,7 @@ from setcmas_ctrl.communication.options import CommunicationOptions, Condition, 
 from setcmas_ctrl.communication.settings import Communication, chosen_communication
 from setcmas_ctrl.control.control_law import ControlLaw
 from setcmas_ctrl.control.options import GainOptions
+from setcmas_ctrl.filter.options import FilterOptions
 from setcmas_ctrl.scripts.settings import Settings
 from setcmas_ctrl.task.references import References, told_references
 from setcmas_simu.arrays import Floats
@@ -21,6 +22,7 @@ from setcmas_simu.options.group import ClashError
 from setcmas_simu.robots.model import RobotModel
 from setcmas_simu.robots.models import absolute, check_models, model_names, robot_models
 from setcmas_simu.simulator.options import SimulationOptions
+from setcmas_simu.world.obstacles import ObstaclesKind
 from setcmas_tools.offline.fleet_laws import Algo, load_laws
 from setcmas_tools.offline.given import (
     condition_name,
@@ -53,6 +55,7 @@ class Simulation:
         start: Start poses, shape (3, nb_robots).
         nb_steps: How many steps the robots make.
         gains: Those of the laws.
+        safety: What keeps robots apart.
         tells: How the robots communicate.
         models: How each robot moves; there are none before `load`, nor laws.
         laws: That of each robot.
@@ -79,11 +82,20 @@ class Simulation:
     delay: float
     loss: float
     noise: float
+    filter: str | None
+    deadlock: str
+    min_separation: float | None
+    gamma: float
+    lookahead: float
+    arena: Sequence[float] | None
+    obstacles: str | None
+    accel: float | None
     warn: Callable[[str], None]
     progress: Callable[[float], object] | None
     start: Floats = field(init=False)
     nb_steps: int = field(init=False)
     gains: GainOptions = field(init=False)
+    safety: FilterOptions = field(init=False)
     tells: Communication = field(init=False)
     models: list[RobotModel] = field(init=False)
     laws: list[ControlLaw] = field(init=False)
@@ -110,6 +122,16 @@ class Simulation:
         )
         self.gains = GainOptions(
             vnom=self.vnom, komega=self.komega, rate=self.rate, seed=self.seed
+        )
+        self.safety = FilterOptions(
+            filter=self.filter,
+            deadlock=self.deadlock,
+            min_separation=self.min_separation,
+            gamma=self.gamma,
+            lookahead=self.lookahead,
+            arena=self.arena,
+            obstacles=self.obstacles and ObstaclesKind().parse(self.obstacles),
+            accel=self.accel,
         )
         self.nb_steps = self._simulation.nb_steps(self.duration)
         _check_size(self.nb_steps, self.nb_robots)
@@ -175,6 +197,7 @@ class Simulation:
             'duration': self.duration,
             **self.gains.record(),
             **self._options.record(),
+            **self.safety.record(),
             'ctc': name_of(self.ctc),
             'graph': graph_entry(self.graph),
             **self._simulation.record(),

@@ -7,8 +7,6 @@ mistake, and on the way the board and where it was when it was asked (SIGUSR1) o
 
 from __future__ import annotations
 
-import ctypes
-import faulthandler
 import os
 import pickle
 import signal
@@ -16,7 +14,7 @@ import sys
 import time
 from collections.abc import Callable
 from pathlib import Path
-from typing import IO, Any, NoReturn
+from typing import Any, NoReturn
 
 from setcmas_ctrl import robot_script
 from setcmas_ctrl.scripts.messages import summarise
@@ -24,14 +22,14 @@ from setcmas_ctrl.scripts.output import named_output
 from setcmas_simu.errors import SetcmasError
 from setcmas_tools.offline import board
 from setcmas_tools.offline.engine import simulate
+from setcmas_tools.offline.parent import end_with_parent
+from setcmas_tools.offline.where import tell_where
 
-JOB, BOARD, RUN, MISTAKE, WHERE = 'job', 'board', 'run', 'mistake', 'where'
+JOB, BOARD, RUN, MISTAKE = 'job', 'board', 'run', 'mistake'
 """Files in the folder."""
 
 MISTAKEN, BROKEN = 2, 3
 """Exit statuses: a mistake of the user's, and a script that broke the simulation itself."""
-
-_PR_SET_PDEATHSIG = 1
 
 _exit = os._exit
 
@@ -39,12 +37,12 @@ _exit = os._exit
 def main() -> NoReturn:
     """Make the run; whatever threads and clean-ups scripts have left, the process ends then."""
     folder = Path(sys.argv[1])
-    _end_with_parent()
+    end_with_parent()
     # Ctrl-C is the other process's to answer, also where a script would swallow it.
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     if hasattr(signal, 'SIGALRM'):  # a script's alarm does nothing, as over ROS
         signal.signal(signal.SIGALRM, lambda *_: None)
-    _tell_where(folder)
+    tell_where(folder)
     _wait()
     job = pickle.loads((folder / JOB).read_bytes())
     board.current = board.Board(folder / BOARD)
@@ -62,15 +60,6 @@ def _wait() -> None:
     if not os.read(0, 1):
         _exit(0)
     os.dup2(os.open(os.devnull, os.O_RDONLY), 0)
-
-
-def _end_with_parent() -> None:
-    """Let the kernel end this process when the one that watches it is gone (Linux)."""
-    if sys.platform == 'linux':
-        parent = os.getppid()
-        ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, signal.SIGKILL)
-        if os.getppid() != parent:
-            _exit(1)
 
 
 def _make_run(job: dict[str, Any], folder: Path) -> int:
@@ -102,26 +91,6 @@ def only_in(process: int) -> Callable[[float], None]:
             _exit(0)
 
     return check
-
-
-def _tell_where(folder: Path) -> None:
-    """Let the place in the script be written down when the process is asked, crashes or ends."""
-    file = (folder / WHERE).open('w', encoding='utf-8')
-    faulthandler.enable(file, all_threads=False)
-    if hasattr(signal, 'SIGUSR1'):
-        faulthandler.register(signal.SIGUSR1, file, all_threads=False)
-        print('can be asked', file=file, flush=True)
-    os._exit = _telling(os._exit, file)
-    os.kill = _telling(os.kill, file)
-    signal.raise_signal = _telling(signal.raise_signal, file)
-
-
-def _telling(function: Callable[..., Any], file: IO[str]) -> Callable[..., Any]:
-    def tell_and_call(*args: Any) -> Any:
-        faulthandler.dump_traceback(file, all_threads=False)
-        return function(*args)
-
-    return tell_and_call
 
 
 if __name__ == '__main__':

@@ -4,8 +4,14 @@ from __future__ import annotations
 
 from setcmas_simu.fleet import topics
 
-_NAMES = (topics.PAUSE, topics.RESET, topics.PAUSED.strip('/'))
-_OF_FLEETS = (topics.EMULATED_FAULT, topics.FLEET_TIME, topics.LOCKSTEP)
+_NAMES = (topics.PAUSE, topics.RESET, topics.PAUSED.strip('/'), topics.GUARD_STATE)
+_OF_FLEETS = (
+    topics.EMERGENCY_STOP,
+    topics.EMERGENCY_STOPPED,
+    topics.EMULATED_FAULT,
+    topics.FLEET_TIME,
+    topics.LOCKSTEP,
+)
 _BEGIN = 'cmd_'  # of any stack: cmd_vel, cmd_vel_wanted, cmd_vel_nav
 _TYPES = (
     'ackermann_msgs/msg/AckermannDrive',

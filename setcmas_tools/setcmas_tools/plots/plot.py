@@ -19,7 +19,7 @@ from setcmas_tools.run.run import Run
 
 _FIRST = (
     'trajectories', 'positions', 'heading', 'velocities', 'distances', 'communication_instants',
-    'communication_counts', 'graph', 'disagreement',
+    'communication_counts', 'graph', 'disagreement', 'errors', 'filter',
 )  # fmt: skip
 
 _LOOK = PlotLook()
@@ -60,7 +60,7 @@ def plot(
         try:
             folder.mkdir(parents=True, exist_ok=True)
             for name, draw in tqdm(plots.items(), desc='plots', leave=False, disable=None):
-                figure = _window() if look.show else Figure()
+                figure = window() if look.show else Figure()
                 if _drawn(name, draw, figure, run, warn):
                     paths += _write(figure, folder / name, look.formats)
         except OSError as error:
@@ -68,7 +68,7 @@ def plot(
                 f"plots cannot be written to '{folder}': {error.strerror}"
             ) from error
         if look.show:
-            _show(folder)
+            show(folder)
     return paths
 
 
@@ -120,13 +120,22 @@ def _write(figure: Figure, path: Path, formats: Sequence[str]) -> list[Path]:
     return paths
 
 
-def _window() -> Any:
+def window() -> Any:
+    """Return a figure that `show` opens in a window."""
     from matplotlib import pyplot  # only windows need it; it is what asks for a screen
 
     return pyplot.figure()
 
 
-def _show(folder: Path) -> None:
+def show(folder: Path) -> None:
+    """Open the figures of `window`, and wait until they are closed.
+
+    Args:
+        folder: Where the plots are, for a message.
+
+    Raises:
+        SetcmasError: There is no screen.
+    """
     from matplotlib import pyplot
 
     if pyplot.get_backend().lower() == 'agg':

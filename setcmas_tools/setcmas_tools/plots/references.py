@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-from contextlib import suppress
 from typing import Any
 
 from matplotlib import rcParams
+from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
+from matplotlib.patches import Circle, Patch, Polygon
 
-from setcmas_expe.arena import Arena
 from setcmas_tools.kinds.task import task_of
+from setcmas_tools.run.arena import arena_of, obstacles_of
 from setcmas_tools.run.run import Run
 
 DOTTED: dict[str, Any] = {'color': '0.15', 'linestyle': (0, (1, 2)), 'zorder': 2.6}
@@ -38,21 +39,28 @@ def ignore(_: str) -> None:
     """Take a message that is told elsewhere."""
 
 
-def draw_arena(axes: Axes, run: Run) -> list[Line2D]:
-    """Draw the border of the arena of an experiment; returns what to put in the legend."""
-    arena = _arena(run.parameters.get('arena'))
+def draw_world(axes: Axes, run: Run) -> list[Artist]:
+    """Draw the arena's border and the obstacles of a run; returns what to put in the legend."""
+    return [*_draw_arena(axes, run), *_draw_obstacles(axes, run)]
+
+
+def _draw_obstacles(axes: Axes, run: Run) -> list[Artist]:
+    obstacles = obstacles_of(run)
+    shapes: list[Patch] = [Circle((x, y), radius) for x, y, radius in obstacles.discs]
+    shapes += [Polygon(one.corners) for one in obstacles.polygons]
+    for shape in shapes:
+        shape.set(facecolor='0.8', edgecolor='0.55', linewidth=line_width(), zorder=1.4)
+        axes.add_patch(shape)
+    return [Patch(label='obstacle', facecolor='0.8', edgecolor='0.55')] if shapes else []
+
+
+def _draw_arena(axes: Axes, run: Run) -> list[Line2D]:
+    arena = arena_of(run)
     if arena is None:
         return []
     x = [arena.xmin, arena.xmax, arena.xmax, arena.xmin, arena.xmin]
     y = [arena.ymin, arena.ymin, arena.ymax, arena.ymax, arena.ymin]
     return axes.plot(x, y, label='arena', color='0.55', linewidth=line_width(), zorder=1.5)
-
-
-def _arena(sides: Any) -> Arena | None:
-    """Return the arena of four recorded sides in m; None if they are not that."""
-    with suppress(TypeError, ValueError):
-        return Arena(*map(float, sides))
-    return None
 
 
 def line_width() -> float:

@@ -16,6 +16,7 @@ from matplotlib.transforms import Affine2D
 from setcmas_simu.arrays import Floats
 from setcmas_simu.fleet.fleet import Colour
 from setcmas_simu.robots.models import UNICYCLE
+from setcmas_tools.plots.drawings import DrawnPlane
 from setcmas_tools.plots.lines import finite_rows, with_gaps
 from setcmas_tools.plots.looks.style import (
     edge_effects,
@@ -24,7 +25,7 @@ from setcmas_tools.plots.looks.style import (
     robot_colour,
     robot_handles,
 )
-from setcmas_tools.plots.references import draw_arena, draw_references
+from setcmas_tools.plots.references import draw_references, draw_world
 from setcmas_tools.plots.robot_symbols import closed, symbol, symbols
 from setcmas_tools.records.fleet_table import FleetTable
 from setcmas_tools.run.run import Run
@@ -42,7 +43,9 @@ def draw_trajectories(figure: Figure, run: Run) -> None:
     for robot in robots:
         _draw_path(axes, table.of(robot), robot, len(robots), size)
         _draw_end(axes, table.of(robot), robot_colour(robot, len(robots)), size, looks[robot])
-    marks = draw_references('trajectories', axes, run) + draw_arena(axes, run)
+    drawn = DrawnPlane(axes, run)
+    drawn.show(np.inf)
+    marks = draw_references('trajectories', axes, run) + draw_world(axes, run) + drawn.handles
     axes.set_title('Trajectories')
     fit_plane(axes, table)
     legend(axes, [*robot_handles(robots), *_end_handles(), *marks])
@@ -52,7 +55,7 @@ def _draw_path(axes: Axes, path: FleetTable, robot: int, nb_robots: int, size: f
     path = finite_rows(path, 'x', 'y', 'theta')
     if not len(path.t):
         return
-    _, x, y = with_gaps(path.t, path.x, path.y)
+    x, y = with_gaps(path, path.x, path.y)
     axes.plot(x, y, **line_look(robot, nb_robots))
     colour = robot_colour(robot, nb_robots)
     axes.plot(

@@ -1,4 +1,7 @@
-"""The velocities that control laws asked for, `commands.csv`: t, robot, vx, vy."""
+"""The velocities that control laws asked for, `commands.csv`: t, robot, vx, vy.
+
+Of a run with a safety filter also what it let through: allowed_vx, allowed_vy, verdict.
+"""
 
 from __future__ import annotations
 
@@ -14,6 +17,28 @@ from setcmas_tools.records.fleet_table import stacked
 
 FILE_NAME = 'commands.csv'
 _COLUMNS = ('t', 'robot', 'vx', 'vy')
+_OF_FILTER = ('allowed_vx', 'allowed_vy', 'verdict')
+
+_SAME_S = 0.02
+
+
+@dataclass(frozen=True)
+class Filtered:
+    """What the safety filter let through, a row for each command.
+
+    Attributes:
+        vx: Velocities along x in m/s: what was wanted, or what took its place.
+        vy: The same along y.
+        verdict: What became of what was wanted, as `setcmas_ctrl.filter.verdict.Verdict` has it.
+    """
+
+    vx: Floats
+    vy: Floats
+    verdict: Floats
+
+    def rows(self, which: NDArray[np.bool_]) -> Filtered:
+        """Return some rows."""
+        return Filtered(self.vx[which], self.vy[which], self.verdict[which])
 
 
 @dataclass(frozen=True)
@@ -25,17 +50,20 @@ class Commands:
         robot: Numbers of the robots, from 1, shape (rows,).
         vx: Velocities along x in m/s after saturation, shape (rows,).
         vy: The same along y, shape (rows,).
+        allowed: What the safety filter let through; None without a filter.
     """
 
     t: Floats
     robot: NDArray[np.int64]
     vx: Floats
     vy: Floats
+    allowed: Filtered | None = None
 
     def of(self, robot: int) -> Commands:
         """Return the rows of one robot."""
         mine = self.robot == robot
-        return Commands(self.t[mine], self.robot[mine], self.vx[mine], self.vy[mine])
+        allowed = self.allowed and self.allowed.rows(mine)
+        return Commands(self.t[mine], self.robot[mine], self.vx[mine], self.vy[mine], allowed)
 
     def stacked(self) -> tuple[Floats, Floats] | None:
         """Return the times, shape (C,), and rows vx, vy of N robots, shape (C, 2, N).
@@ -48,10 +76,33 @@ class Commands:
 
 
 def commands(rows: ArrayLike) -> Commands:
-    """Return the commands of rows t, robot, vx, vy in any order, shape (rows, 4)."""
-    values = np.asarray(rows, dtype=float).reshape(-1, len(_COLUMNS))
-    t, robot, vx, vy = values[np.lexsort((values[:, 1], values[:, 0]))].T
-    return Commands(t, robot.astype(np.int64), vx, vy)
+    """Return the commands of rows in any order, shape (rows, 4), or (rows, 7) with a filter."""
+    values = np.asarray(rows, dtype=float)
+    t, robot, vx, vy, *allowed = values[np.lexsort((values[:, 1], values[:, 0]))].T
+    return Commands(t, robot.astype(np.int64), vx, vy, Filtered(*allowed) if allowed else None)
+
+
+def with_allowed(wanted: Floats, allowed: Floats) -> Floats:
+    """Return rows of commands with what the filter let through beside them, shape (rows, 7).
+
+    Args:
+        wanted: Rows t, robot, vx, vy, shape (rows, 4).
+        allowed: Rows t, robot, vx, vy, verdict that were sent at about the same times, shape
+            (M, 5); without any, the rows stay as they are. A command without such a row counts
+            as let through.
+    """
+    if not len(allowed):
+        return wanted
+    rows = np.column_stack([wanted, wanted[:, 2:], np.zeros(len(wanted))])
+    for robot in np.unique(wanted[:, 1]):
+        own = np.flatnonzero(wanted[:, 1] == robot)
+        others = allowed[allowed[:, 1] == robot]
+        if len(others):  # each is sent right after its command
+            after = np.searchsorted(others[:, 0], wanted[own, 0] - _SAME_S)
+            after = np.minimum(after, len(others) - 1)
+            known = np.abs(others[after, 0] - wanted[own, 0]) < _SAME_S
+            rows[own[known], 4:] = others[after[known], 2:]
+    return rows
 
 
 def write_csv(given: Commands, path: Path) -> None:
@@ -60,8 +111,14 @@ def write_csv(given: Commands, path: Path) -> None:
     Raises:
         OSError: The file cannot be written.
     """
-    columns = (column.tolist() for column in (given.t, given.robot, given.vx, given.vy))
-    write_lines(path, _COLUMNS, map('{:.6f},{:d},{:.9f},{:.9f}\n'.format, *columns))
+    columns = [given.t, given.robot, given.vx, given.vy]
+    names: tuple[str, ...] = _COLUMNS
+    form = '{:.6f},{:d},{:.9f},{:.9f}'
+    if given.allowed:
+        columns += [given.allowed.vx, given.allowed.vy, given.allowed.verdict]
+        form, names = f'{form},{{:.9f}},{{:.9f}},{{:.0f}}', names + _OF_FILTER
+    lines = map(f'{form}\n'.format, *(column.tolist() for column in columns))
+    write_lines(path, names, lines)
 
 
 def read_csv(path: Path) -> Commands | None:
@@ -70,5 +127,5 @@ def read_csv(path: Path) -> Commands | None:
     Raises:
         SetcmasError: The file cannot be read or is damaged.
     """
-    rows = read_rows(path, _COLUMNS, lambda cells: list(map(float, cells)))
-    return None if rows is None else commands(rows)
+    rows = read_rows(path, _COLUMNS, lambda cells: list(map(float, cells)), _OF_FILTER)
+    return None if rows is None else commands(rows or np.empty((0, len(_COLUMNS))))

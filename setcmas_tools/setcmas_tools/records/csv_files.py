@@ -24,7 +24,10 @@ def write_lines(path: Path, columns: tuple[str, ...], lines: Iterable[str]) -> N
 
 
 def read_rows(
-    path: Path, columns: tuple[str, ...], parsed: Callable[[list[str]], Row]
+    path: Path,
+    columns: tuple[str, ...],
+    parsed: Callable[[list[str]], Row],
+    further: tuple[str, ...] = (),
 ) -> list[Row] | None:
     """Return the rows of a file; None if there is no such file.
 
@@ -32,6 +35,7 @@ def read_rows(
         path: The file.
         columns: The names that its first line must have.
         parsed: Turns cells, one for each column, into a row; raises ValueError.
+        further: Names that may follow, all or none.
 
     Raises:
         SetcmasError: The file cannot be read or is damaged.
@@ -39,7 +43,9 @@ def read_rows(
     try:
         with path.open(encoding='utf-8-sig', newline='') as file:
             header, *rows = csv.reader(file)
-            if tuple(header) != columns or any(len(row) != len(columns) for row in rows):
+            if tuple(header) not in (columns, columns + further):
+                raise ValueError
+            if any(len(row) != len(header) for row in rows):
                 raise ValueError
             return [parsed(row) for row in rows]
     except FileNotFoundError:

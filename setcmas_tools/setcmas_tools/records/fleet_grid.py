@@ -9,9 +9,7 @@ from numpy.typing import NDArray
 
 from setcmas_simu.arrays import Floats
 from setcmas_tools.records.fleet_table import FleetTable
-
-LONGEST_GAP_S = 1.0
-"""Over longer gaps between two samples of a robot nothing is interpolated."""
+from setcmas_tools.records.gaps import LONGEST_GAP_S, resets
 
 
 @dataclass(frozen=True)
@@ -52,7 +50,7 @@ class FleetGrid:
 
 
 def on_grid(table: FleetTable, rate: float = 10.0) -> FleetGrid:
-    """Interpolate a table linearly at multiples of a period.
+    """Interpolate a table linearly at multiples of a period, but over no gap.
 
     Args:
         table: At least one row.
@@ -75,6 +73,10 @@ def _poses_at(t: Floats, robot: FleetTable) -> Floats:
     if len(robot.t) > 1:
         following = np.clip(np.searchsorted(robot.t, t), 1, len(robot.t) - 1)
         before, after = robot.t[following - 1], robot.t[following]
-        in_gap = (after - before > LONGEST_GAP_S) & (before < t) & (t < after)
-        poses[:, in_gap] = np.nan
+        put = resets(robot)
+        in_gap = put[following - 1] | (after - before > LONGEST_GAP_S)
+        poses[:, in_gap & (before < t) & (t < after)] = np.nan
+        # A reset between two times leaves the later one out: no line is to join them.
+        later = np.searchsorted(t, robot.t[1:][put])
+        poses[:, later[later < len(t)]] = np.nan
     return poses

@@ -12,21 +12,23 @@ import numpy as np
 from setcmas_ctrl.drawing import Sphere
 from setcmas_ctrl.task.references import References
 from setcmas_simu.fleet import topics
-from setcmas_tools.records.commands import commands
+from setcmas_tools.records.commands import commands, with_allowed
 from setcmas_tools.records.communication_samples import CommunicationSamples
 from setcmas_tools.records.drawings import DrawingRecord
 from setcmas_tools.records.fleet_samples import Collect, FleetSamples
+from setcmas_tools.records.safety import Row, SafetyRecord, safety_record
 from setcmas_tools.records.tables import RunTables
 
 _VELOCITY = 'geometry_msgs/msg/Point32'
 _MARKER = 'visualization_msgs/msg/Marker'
 _TRAIL = 'visualization_msgs/msg/MarkerArray'
 _TEXT = 'std_msgs/msg/String'
+_STATUSES = 'diagnostic_msgs/msg/DiagnosticArray'
 _SPHERE_TYPE = 2
 
 
 class RunSamples:
-    """Collects what makes the tables of a run: motion, commands, communication, drawings, task."""
+    """Collects what makes the tables of a run: motion, commands, communication, and so on."""
 
     def __init__(self, bag_topics: Iterable[tuple[str, str]]) -> None:
         """Choose the topics.
@@ -37,8 +39,10 @@ class RunSamples:
         self._fleet = FleetSamples(bag_topics)
         self._communication = CommunicationSamples()
         self._commands = array('d')
+        self._allowed = array('d')
         self._drawings = DrawingRecord()
         self._references: References | None = None
+        self._safety: list[Row] = []
 
     def collectors(self, topic: str, msgtype: str) -> list[Collect]:
         """Return the functions that take the messages of a topic; none if it is not of use."""
@@ -54,7 +58,9 @@ class RunSamples:
         fleet, start_ns = self._fleet.table(), self._fleet.start_ns
         if fleet is None:
             return None
-        rows = np.array(self._commands).reshape(-1, 4)
+        rows = with_allowed(
+            np.array(self._commands).reshape(-1, 4), np.array(self._allowed).reshape(-1, 5)
+        )
         rows[:, 0] -= start_ns / 1e9
         return RunTables(
             fleet,
@@ -62,17 +68,26 @@ class RunSamples:
             self._communication.record(fleet, start_ns),
             self._drawings.drawings(start_ns / 1e9),
             self._references,
+            self._safety_record(start_ns / 1e9),
         )
+
+    def _safety_record(self, start: float) -> SafetyRecord | None:
+        rows = [(t - start, robot, state, over) for t, robot, state, over in self._safety]
+        return safety_record(rows) if rows else None
 
     def _own_collector(self, topic: str, msgtype: str) -> Collect | None:
         if topic == topics.TASK and msgtype == _TEXT:
             return self._take_task
+        if topic == topics.DIAGNOSTICS and msgtype == _STATUSES:
+            return self._take_statuses
         robot = topics.robot_of(topic)
         if not robot:
             return None
         name = topic.removeprefix(topics.robot_topic(robot, ''))
         if name == topics.CMD_CART_VEL and msgtype == _VELOCITY:
             return partial(self._take_command, robot)
+        if name == topics.CMD_CART_VEL_ALLOWED and msgtype == _VELOCITY:
+            return partial(self._take_allowed, robot)
         if name != topics.MARKER and msgtype == _MARKER:
             return partial(self._take_marker, robot, name)
         if msgtype == _TRAIL:
@@ -85,8 +100,18 @@ class RunSamples:
         except ValueError:
             return  # of somebody else
 
+    def _take_statuses(self, time_ns: int, message: Any) -> None:
+        for status in message.status:
+            robot = topics.robot_of(f'/{status.name}/')
+            state = next((pair.value for pair in status.values if pair.key == 'state'), '')
+            if robot and state:
+                self._safety.append((time_ns / 1e9, robot, state, bool(status.message)))
+
     def _take_command(self, robot: int, time_ns: int, message: Any) -> None:
         self._commands.extend((time_ns / 1e9, robot, message.x, message.y))
+
+    def _take_allowed(self, robot: int, time_ns: int, message: Any) -> None:
+        self._allowed.extend((time_ns / 1e9, robot, message.x, message.y, message.z))
 
     def _take_marker(self, robot: int, name: str, time_ns: int, message: Any) -> None:
         if message.type == _SPHERE_TYPE:

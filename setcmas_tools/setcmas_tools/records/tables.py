@@ -7,17 +7,19 @@ from pathlib import Path
 
 from setcmas_ctrl.task.references import References
 from setcmas_simu.errors import SetcmasError
-from setcmas_tools.records import commands, communication, drawings, fleet_table
+from setcmas_tools.records import commands, communication, drawings, fleet_table, safety
 from setcmas_tools.records.commands import Commands
 from setcmas_tools.records.communication import CommunicationRecord
 from setcmas_tools.records.drawings import Drawing
 from setcmas_tools.records.fleet_table import FleetTable
+from setcmas_tools.records.safety import SafetyRecord
 
 TASK_FILE = 'task.json'
 FILE_NAMES = (
     fleet_table.FILE_NAME,
     commands.FILE_NAME,
     drawings.FILE_NAME,
+    safety.FILE_NAME,
     *communication.FILE_NAMES,
     TASK_FILE,
 )
@@ -33,6 +35,7 @@ class RunTables:
         communication: What went over the links, if that is known.
         drawings: What the scripts drew, sorted by time.
         references: The task of the law, if it tells of one.
+        safety: What the safety of an experiment let robots do; None if it was none.
     """
 
     fleet: FleetTable
@@ -40,6 +43,7 @@ class RunTables:
     communication: CommunicationRecord | None = None
     drawings: list[Drawing] = field(default_factory=list)
     references: References | None = None
+    safety: SafetyRecord | None = None
 
 
 def write_tables(tables: RunTables, folder: Path) -> None:
@@ -57,6 +61,8 @@ def write_tables(tables: RunTables, folder: Path) -> None:
         communication.write_csv(tables.communication, folder)
     if tables.drawings:
         drawings.write_csv(tables.drawings, folder / drawings.FILE_NAME)
+    if tables.safety:
+        safety.write_csv(tables.safety, folder / safety.FILE_NAME)
     if tables.references:
         text = f'{tables.references.encoded()}\n'
         (folder / TASK_FILE).write_text(text, encoding='utf-8', newline='\n')
@@ -75,6 +81,7 @@ def read_tables(fleet_csv: Path) -> RunTables:
         communication.read_csv(folder),
         drawings.read_csv(folder / drawings.FILE_NAME),
         _read_references(folder / TASK_FILE),
+        safety.read_csv(folder / safety.FILE_NAME),
     )
 
 

@@ -8,7 +8,8 @@ from pathlib import Path
 from typing import Any
 
 from setcmas_ctrl.scripts.loader import find_script
-from setcmas_ctrl.task.references import checked_references, plain_values
+from setcmas_ctrl.scripts.plain_values import plain_values
+from setcmas_ctrl.task.references import checked_references
 from setcmas_simu.errors import SetcmasError
 from setcmas_tools.run.run import Run
 

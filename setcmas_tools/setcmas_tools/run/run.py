@@ -17,8 +17,9 @@ from setcmas_simu.fleet.topics import robot_name
 from setcmas_tools.records.commands import Commands
 from setcmas_tools.records.communication import CommunicationRecord
 from setcmas_tools.records.drawings import Drawing
-from setcmas_tools.records.fleet_grid import LONGEST_GAP_S, FleetGrid, on_grid
+from setcmas_tools.records.fleet_grid import FleetGrid, on_grid
 from setcmas_tools.records.fleet_table import FleetTable
+from setcmas_tools.records.gaps import LONGEST_GAP_S
 from setcmas_tools.records.tables import RunTables, read_tables
 from setcmas_tools.run.folder import RunFolder
 from setcmas_tools.run.info import RunInfo, read_info
@@ -247,7 +248,7 @@ class Run:
         return figure
 
     def animate(self, **look: Any) -> Any:
-        """Return a film of the run; `kind`, `speed` and `palette` as for csv_to_plot."""
+        """Return a film; `kind`, `speed`, `palette`, `size` and `dpi` as for csv_to_plot."""
         return tool(FILM)(self, **look)
 
     def to_dataframe(self) -> Any:
@@ -259,7 +260,7 @@ class Run:
         """What the run is called in plots, such as 'consensus, 8 robots'."""
         number = f'{len(self.robots)} robot{"s" if len(self.robots) > 1 else ""}'
         script = self.parameters.get('script') or self.parameters.get('algo')
-        return f'{_stem(str(script))}, {number}' if script else number
+        return f'{stem_of_script(str(script))}, {number}' if script else number
 
     def __repr__(self) -> str:
         """Return one line: arrays would flood a notebook."""
@@ -270,6 +271,7 @@ class Run:
         return str(tool(HTML)(self))
 
 
-def _stem(script: str) -> str:
+def stem_of_script(script: str) -> str:
+    """Return what a control script is called in titles."""
     stem = script.replace('\\', '/').rpartition('/')[2].removesuffix('.py')
     return stem if len(stem) <= 40 else f'{stem[:39]}…'

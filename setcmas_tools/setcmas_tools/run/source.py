@@ -32,13 +32,27 @@ class RunSource:
             own = self.fleet_csv.name == fleet_table.FILE_NAME
             return '' if own else f'{self.fleet_csv.stem}_'
         assert self.bag
-        bag = self.bag.resolve()
-        return '' if bag.name == 'bag' else f'{bag.name if bag.is_dir() else bag.stem}_'
+        return stem_of_bag(self.bag)
 
     @property
     def plots(self) -> Path:
         """Where its plots go by default."""
         return self.folder / f'{self.stem}plots'
+
+
+def stem_of_bag(bag: Path) -> str:
+    """Return what the names of files about a bag begin with.
+
+    The file of a recording loses its ending there, unless that is all that sets it apart from
+    another recording in its folder.
+    """
+    bag = bag.resolve()
+    if bag.name == 'bag':
+        return ''
+    if bag.is_dir():
+        return f'{bag.name}_'
+    others = {bag.with_suffix(ending) for ending in ('', *_BAG_ENDINGS)} - {bag}
+    return f'{bag.name if any(other.exists() for other in others) else bag.stem}_'
 
 
 def find_run(path: Path) -> RunSource:

@@ -95,10 +95,13 @@ COLUMNS = {
         'm', 'tracking: RMS over the second half', 'tracking',
         'fleet_tracking_error_rms_second_half_m',
     ),
+    'waypoints_reached': Column(
+        '', 'waypoints: how many, mean over the robots', 'waypoints', 'mean_reached'
+    ),
 }  # fmt: skip
 """The columns of what ships; those of other metrics are named METRIC_FIELD."""
 
-SHIPPED = {*(column.metric for column in COLUMNS.values()), 'call_time', 'waypoints'}
+SHIPPED = {*(column.metric for column in COLUMNS.values()), 'call_time'}
 """The metrics of what ships."""
 
 

@@ -24,6 +24,12 @@ class Group:
     rows: Sequence[int]
 
 
+def runs_in_words(count: int, kind: str = '') -> str:
+    """Return '1 run' or '20 runs', or those of a kind: '3 broken runs'."""
+    name = f'{kind} run'.lstrip()
+    return f'{count:,} {name}{"s" if count != 1 else ""}'
+
+
 def median(values: Floats) -> float:
     """Return the median of values without NaN; inf is larger than all others."""
     return float(quantiles(values, 0.5)[0])

@@ -29,7 +29,7 @@ def _columns(**_: Any) -> Iterable[str]:
     return list(COLUMNS)
 
 
-def _cores() -> int:
+def cores() -> int:
     """Return the number of cores that this process may use."""
     affinity = getattr(os, 'sched_getaffinity', None)
     return len(affinity(0)) if affinity else os.cpu_count() or 1
@@ -70,7 +70,7 @@ class SweepOptions(Options):
         complete=_columns,
     )
     jobs: int = option(
-        Whole(1), 'runs at a time', default=_cores(), default_text='the number of cores'
+        Whole(1), 'runs at a time', default=cores(), default_text='the number of cores'
     )
     cluster: str | None = option(
         Kind(metavar='ADDRESS'),

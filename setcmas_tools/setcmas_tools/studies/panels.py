@@ -10,9 +10,10 @@ from matplotlib import colormaps
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from setcmas_simu.errors import SetcmasError
 from setcmas_tools.plots.looks.style import legend
 from setcmas_tools.studies.columns import COLUMNS
-from setcmas_tools.studies.groups import quantiles
+from setcmas_tools.studies.groups import quantiles, runs_in_words
 from setcmas_tools.studies.study import Study
 from setcmas_tools.studies.success import CONFIDENCE, share_of
 
@@ -115,6 +116,11 @@ def draw_tradeoff(picture: Figure, study: Study, by: str) -> None:
     )
     x, y = points[:, :, 1]
     seen = np.isfinite(points[:, :, 1]).all(axis=0)
+    if not seen.any():
+        raise SetcmasError(
+            f'there is no trade-off to draw: for no value of {by} half of the runs settle and '
+            'tell how often they communicate'
+        )
     spread = [_bars(*one.T) for one in points]
     if _is_scale(study, by):
         axes.plot(x[seen], y[seen], '-', color='0.7', zorder=1)
@@ -189,9 +195,10 @@ def _note(
     """Say what the band is, and how many runs are missing in it."""
     words = [] if metric == SUCCESS else [band]
     broken = int(np.sum(~study.measured))
-    words += [f'{broken} broken runs left out'] if broken and metric != SUCCESS else []
+    if broken and metric != SUCCESS:
+        words.append(f'{runs_in_words(broken, "broken")} left out')
     if metric in study.metrics and (never := int(np.isinf(study.numbers(metric)).sum())):
-        words.append(f'{never} runs never get there')
+        words.append(f'{runs_in_words(never)} never get{"s" if never == 1 else ""} there')
     axes.annotate(
         '; '.join(words), (0.0, -0.14), xycoords='axes fraction', fontsize=9, color='0.4'
     )

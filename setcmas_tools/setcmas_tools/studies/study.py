@@ -17,7 +17,7 @@ from setcmas_tools.run.run import Run
 from setcmas_tools.run.tools import tool
 from setcmas_tools.studies.cases.plan import Plan, read_plan
 from setcmas_tools.studies.columns import COLUMNS
-from setcmas_tools.studies.groups import Group
+from setcmas_tools.studies.groups import Group, runs_in_words
 from setcmas_tools.studies.success import Success
 from setcmas_tools.studies.table import FILE_NAME, TOLD, read_table
 from setcmas_tools.studies.workers.row import run_of
@@ -80,10 +80,7 @@ class Study:
         Raises:
             SetcmasError: There is no such column.
         """
-        if column not in self.table:
-            raise SetcmasError(
-                f"there is no column '{column}'; it must be one of {', '.join(self.table)}"
-            )
+        _check_name('column', column, list(self.table))
         values = self.table[column]
         if column in TOLD or any(isinstance(value, str) for value in values):
             return np.array(values, dtype=object)
@@ -114,10 +111,7 @@ class Study:
         Raises:
             SetcmasError: There is no such metric.
         """
-        if metric not in self.metrics:
-            raise SetcmasError(
-                f"there is no metric '{metric}'; it must be one of {', '.join(self.metrics)}"
-            )
+        _check_name('metric', metric, self.metrics)
         values: Floats = self[metric].copy()
         if metric in COLUMNS and COLUMNS[metric].endless:
             values[np.isnan(values)] = np.inf
@@ -206,7 +200,8 @@ class Study:
     def title(self) -> str:
         """What the study is called in plots, such as 'consensus, 600 runs'."""
         algo = Path(str(self.plan.info.parameters['algo'])).stem
-        return f'{algo}, {len(self):,} runs' if 'algo' not in self.names else f'{len(self):,} runs'
+        runs = runs_in_words(len(self))
+        return f'{algo}, {runs}' if 'algo' not in self.names else runs
 
     @property
     def summary(self) -> str:
@@ -221,3 +216,8 @@ class Study:
     def _repr_html_(self) -> str:
         title, summary = markup.escape(self.title), markup.escape(self.summary)
         return f'<div><b>{title}</b><pre style="line-height:1.2">{summary}</pre></div>'
+
+
+def _check_name(kind: str, name: str, names: list[str]) -> None:
+    if name not in names:
+        raise SetcmasError(f"there is no {kind} '{name}'; it must be one of {', '.join(names)}")

@@ -17,6 +17,7 @@ from setcmas_tools.records import fleet_table
 from setcmas_tools.records.fleet_samples import Collect
 from setcmas_tools.records.samples import RunSamples
 from setcmas_tools.records.tables import FILE_NAMES, write_tables
+from setcmas_tools.run.source import stem_of_bag
 from setcmas_tools.tables.flatten import flattener
 from setcmas_tools.tables.topic_table import CsvTable
 
@@ -86,11 +87,7 @@ def _default_output(bag: Path) -> Path:
     resolved = bag.resolve()
     if resolved.is_dir() and (resolved / 'bag').is_dir():
         resolved /= 'bag'
-    if resolved.is_dir():
-        name = 'csv' if resolved.name == 'bag' else f'{resolved.name}_csv'
-    else:
-        name = f'{resolved.stem}_csv'
-    return _as_given(resolved.parent / name, bag)
+    return _as_given(resolved.parent / f'{stem_of_bag(resolved)}csv', bag)
 
 
 def _as_given(path: Path, like: Path) -> Path:

@@ -10,8 +10,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from setcmas_ctrl.task.references import number, points
+from setcmas_simu.arrays import Floats
 from setcmas_tools.kinds.metric import Measured
-from setcmas_tools.kinds.task import Task
+from setcmas_tools.kinds.task import Errors, Task
 from setcmas_tools.records.fleet_grid import FleetGrid
 from setcmas_tools.tasks.errors import from_share, rms
 from setcmas_tools.tasks.formation import LEADER
@@ -79,6 +80,20 @@ def distances(grid: FleetGrid, wanted: float) -> DistanceMetrics | None:
     return DistanceMetrics(rms(final), float(np.abs(final).max()), late, pairs)
 
 
+def distance_errors(grid: FleetGrid, wanted: float) -> dict[int, Floats]:
+    """Return the RMS error of the distances of each robot to the others in m over time.
+
+    Args:
+        grid: The fleet's motion, of two robots at least.
+        wanted: The distance in m.
+    """
+    errors = {}
+    for i, robot in enumerate(grid.robots):
+        gaps = np.delete(np.hypot(grid.x - grid.x[i], grid.y - grid.y[i]), i, axis=0)
+        errors[robot] = np.sqrt(np.mean((gaps - wanted) ** 2, axis=0))
+    return errors
+
+
 class _Distances(Task):
     def metrics(self, run: Run, references: Mapping[str, Any]) -> Mapping[str, Measured | None]:
         parts: dict[str, Measured | None] = {
@@ -87,6 +102,12 @@ class _Distances(Task):
         if 'WPL' in references and LEADER in run.counted.robots:
             parts['waypoints'] = waypoints(run.counted.of(LEADER), references)
         return parts
+
+    def errors(self, run: Run, references: Mapping[str, Any]) -> Errors | None:
+        if len(run.counted.robots) < 2:
+            return None
+        values = distance_errors(run.counted_grid, references['D'])
+        return Errors('Distance error', 'RMS error of the distances (m)', values)
 
     def draw(self, plot: str, axes: Axes, run: Run, references: Mapping[str, Any]) -> list[Line2D]:
         del run

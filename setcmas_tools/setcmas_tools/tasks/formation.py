@@ -11,7 +11,7 @@ import numpy as np
 from setcmas_ctrl.task.references import number, points
 from setcmas_simu.arrays import Floats
 from setcmas_tools.kinds.metric import Columns, Measured
-from setcmas_tools.kinds.task import Task
+from setcmas_tools.kinds.task import Errors, Task
 from setcmas_tools.records.fleet_grid import FleetGrid
 from setcmas_tools.tasks.errors import rms, rms_by_robot
 from setcmas_tools.tasks.waypoints import REACHED_M, draw_waypoints, waypoints
@@ -48,6 +48,19 @@ class FormationMetrics(Measured):
         return [f'formation: RMS error of the places over the last 25 %: {error:.3f} m']
 
 
+def place_errors(grid: FleetGrid, places: Floats) -> dict[int, Floats]:
+    """Return the error of each follower in m over time; arguments as for `formation`."""
+    if LEADER not in grid.robots:
+        return {}
+    leader = grid.robots.index(LEADER)
+    errors = {}
+    for robot, x, y in zip(grid.robots, grid.x, grid.y, strict=True):
+        if LEADER < robot <= LEADER + len(places):
+            dx, dy = places[robot - LEADER - 1]
+            errors[robot] = np.hypot(x - grid.x[leader] - dx, y - grid.y[leader] - dy)
+    return errors
+
+
 def formation(grid: FleetGrid, places: Floats) -> FormationMetrics | None:
     """Return the position errors of a formation by places.
 
@@ -62,14 +75,7 @@ def formation(grid: FleetGrid, places: Floats) -> FormationMetrics | None:
     Returns:
         None without a leader or without a follower that is known at the same time as the leader.
     """
-    if LEADER not in grid.robots:
-        return None
-    leader = grid.robots.index(LEADER)
-    errors = {}
-    for robot, x, y in zip(grid.robots, grid.x, grid.y, strict=True):
-        if LEADER < robot <= LEADER + len(places):
-            dx, dy = places[robot - LEADER - 1]
-            errors[robot] = np.hypot(x - grid.x[leader] - dx, y - grid.y[leader] - dy)
+    errors = place_errors(grid, places)
     late = rms_by_robot(grid.t, errors, 0.75)
     final = {robot: float(errors[robot][np.isfinite(errors[robot])][-1]) for robot in late}
     return FormationMetrics(final, late, rms(list(late.values()))) if late else None
@@ -83,6 +89,10 @@ class _Formation(Task):
         if 'WPL' in references and LEADER in run.counted.robots:
             parts['waypoints'] = waypoints(run.counted.of(LEADER), references)
         return parts
+
+    def errors(self, run: Run, references: Mapping[str, Any]) -> Errors | None:
+        values = place_errors(run.counted_grid, np.array(references['PLACES']))
+        return Errors('Formation error', 'distance to the place (m)', values) if values else None
 
     def draw(self, plot: str, axes: Axes, run: Run, references: Mapping[str, Any]) -> list[Line2D]:
         if plot not in ('trajectories', 'film'):

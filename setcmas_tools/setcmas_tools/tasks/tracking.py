@@ -9,8 +9,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from setcmas_ctrl.task.references import number
+from setcmas_simu.arrays import Floats
 from setcmas_tools.kinds.metric import Columns, Measured
-from setcmas_tools.kinds.task import Task
+from setcmas_tools.kinds.task import Errors, Task
 from setcmas_tools.records.fleet_grid import FleetGrid
 from setcmas_tools.tasks.errors import rms, rms_by_robot
 
@@ -48,6 +49,15 @@ class TrackingMetrics(Measured):
         ]
 
 
+def tracking_errors(grid: FleetGrid, radius: float, rate: float) -> dict[int, Floats]:
+    """Return the distance of each robot to r(t) in m over time; arguments as for `tracking`."""
+    reference = radius * np.array([np.cos(rate * grid.t), np.sin(rate * grid.t)])
+    return {
+        robot: np.hypot(x - reference[0], y - reference[1])
+        for robot, x, y in zip(grid.robots, grid.x, grid.y, strict=True)
+    }
+
+
 def tracking(grid: FleetGrid, radius: float, rate: float) -> TrackingMetrics | None:
     """Return the errors to the reference r(t) = R (cos W t, sin W t).
 
@@ -58,11 +68,7 @@ def tracking(grid: FleetGrid, radius: float, rate: float) -> TrackingMetrics | N
         radius: R in m.
         rate: W in rad/s.
     """
-    reference = radius * np.array([np.cos(rate * grid.t), np.sin(rate * grid.t)])
-    errors = {
-        robot: np.hypot(x - reference[0], y - reference[1])
-        for robot, x, y in zip(grid.robots, grid.x, grid.y, strict=True)
-    }
+    errors = tracking_errors(grid, radius, rate)
     whole, late = rms_by_robot(grid.t, errors, 0.0), rms_by_robot(grid.t, errors, 0.5)
     if not late:
         return None
@@ -72,6 +78,10 @@ def tracking(grid: FleetGrid, radius: float, rate: float) -> TrackingMetrics | N
 class _Tracking(Task):
     def metrics(self, run: Run, references: Mapping[str, Any]) -> Mapping[str, Measured | None]:
         return {'tracking': tracking(run.counted_grid, references['R'], references['W'])}
+
+    def errors(self, run: Run, references: Mapping[str, Any]) -> Errors:
+        values = tracking_errors(run.counted_grid, references['R'], references['W'])
+        return Errors('Tracking error', 'distance to the reference (m)', values)
 
     def draw(self, plot: str, axes: Axes, run: Run, references: Mapping[str, Any]) -> list[Line2D]:
         from setcmas_tools.plots.references import DOTTED, line_width

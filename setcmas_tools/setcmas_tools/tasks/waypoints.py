@@ -40,6 +40,11 @@ class WaypointMetrics(Measured):
     reached_within_m: float
     reached_at_s: dict[int, list[float]]
 
+    @property
+    def mean_reached(self) -> float:
+        """How many waypoints a robot has reached, mean over the robots."""
+        return float(np.mean([len(times) for times in self.reached_at_s.values()]))
+
     def columns(self) -> Columns:
         """Return how many waypoints each robot has reached."""
         counts = {robot: float(len(times)) for robot, times in self.reached_at_s.items()}

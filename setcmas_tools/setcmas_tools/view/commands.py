@@ -11,7 +11,7 @@ from setcmas_simu.ros import qos
 
 
 class FleetCommands:
-    """Publishes pause and reset.
+    """Publishes pause, reset and emergency stop.
 
     The publishers are made when somebody can press the buttons: a topic on which nobody ever
     speaks would be found in every recorded run.
@@ -22,6 +22,7 @@ class FleetCommands:
         self._node = node
         self._pause: Publisher | None = None
         self._reset: Publisher | None = None
+        self._stop: Publisher | None = None
         self._listeners = 0
 
     def prepare(self) -> None:
@@ -29,11 +30,17 @@ class FleetCommands:
         if self._pause is None:
             self._pause = self._node.create_publisher(Bool, topics.FLEET_PAUSE, qos.EVENT)
             self._reset = self._node.create_publisher(Empty, topics.FLEET_RESET, qos.EVENT)
+            self._stop = self._node.create_publisher(Bool, topics.EMERGENCY_STOP, qos.EVENT)
 
     def pause(self, paused: bool) -> None:
         """Ask the robots to stand (True), or to go on."""
         if self._pause:
             self._pause.publish(Bool(data=paused))
+
+    def stop(self) -> None:
+        """Stop all robots at once, until an operator releases them."""
+        if self._stop:
+            self._stop.publish(Bool(data=True))
 
     def reset(self) -> None:
         """Put simulated robots back to their start poses."""

@@ -8,13 +8,15 @@ import sys
 import time
 import webbrowser
 
+from setcmas_expe.pause.console_protocol import Wish, Word
 from setcmas_simu.ros.process import FleetNode, RosProcess, node_main
 from setcmas_tools.view.commands import FleetCommands
 from setcmas_tools.view.fleet_scene import FleetScene, FleetState
+from setcmas_tools.view.law_name import LawName
 from setcmas_tools.view.page.browser_options import EVERYWHERE, BrowserOptions
-from setcmas_tools.view.page.controls import Actions
+from setcmas_tools.view.page.buttons import Actions
 from setcmas_tools.view.page.desktop import may_open_windows
-from setcmas_tools.view.page.page import Page, network_url
+from setcmas_tools.view.page.page import Page, network_urls
 from setcmas_tools.view.topics import ViewedTopics
 
 _FRAME_S = 0.05
@@ -27,22 +29,23 @@ _RECONNECT_S = 2.5
 class BrowserView:
     """Takes what the topics tell, and draws it while somebody looks."""
 
-    def __init__(self, process: RosProcess, page: Page, read_only: bool) -> None:
+    def __init__(self, process: RosProcess, page: Page, options: BrowserOptions) -> None:
         """Build the page's content.
 
         Args:
-            process: Asked whether to stop.
+            process: Asked whether to stop; an experiment that has started it takes starts.
             page: Where to draw.
-            read_only: Whether the buttons for robots are left out.
+            options: What the page lets one do.
         """
         self._process = process
         self._page = page
         node = FleetNode('browser_view')
         self._state = FleetState()
         self._topics = ViewedTopics(node, self._state)
-        self._commands = None if read_only else FleetCommands(node)
-        actions = Actions(self._commands.pause, self._reset) if self._commands else None
-        self._scene = FleetScene(page.server, self._state, actions)
+        self._law = LawName(process, node, self._state)
+        self._commands = None if options.read_only else FleetCommands(node)
+        self._may_start = options.operator
+        self._scene = FleetScene(page.server, self._state, self._actions())
 
     def run(self) -> None:
         """Draw until a signal asks to stop."""
@@ -62,16 +65,29 @@ class BrowserView:
             self._topics.take(now)
             if looked_at:
                 self._scene.update(now)
+            else:
+                self._scene.remember(now)
             period = _FRAME_S if looked_at else _IDLE_S
             time.sleep(max(0.0, now + period - time.monotonic()))
 
     def _look(self) -> None:
         self._topics.look()
+        self._law.look()
         if self._commands and self._page.has_viewers():
             self._commands.prepare()
         # The pause node of an experiment repeats its state itself.
         if self._commands and not self._state.real:
             self._commands.follow_listeners(self._state.states.wished)
+
+    def _actions(self) -> Actions | None:
+        if not self._commands:
+            return None
+        start = self._start if self._may_start else None
+        return Actions(self._commands.pause, self._reset, self._commands.stop, start)
+
+    def _start(self) -> None:
+        # Over a topic, anybody could.
+        self._process.launcher.tell(Wish(Word.START))
 
     def _reset(self) -> None:
         assert self._commands
@@ -88,10 +104,10 @@ def main(argv: list[str] | None = None) -> int:
 
 def _show(process: RosProcess, args: argparse.Namespace) -> None:
     options = BrowserOptions.of(args)
-    page = Page(options.host, options.port)
+    page = Page(options.host, options.port, needs_token=options.needs_token)
     try:
         _announce(page, options)
-        BrowserView(process, page, options.read_only).run()
+        BrowserView(process, page, options).run()
     finally:
         page.stop()
 
@@ -100,10 +116,11 @@ def _announce(page: Page, options: BrowserOptions) -> None:
     taken = '' if page.port == options.port else f' (port {options.port} is taken)'
     print(f'browser view: {page.url}{taken}', flush=True)
     if options.host in EVERYWHERE:
-        print(f'browser view for other machines: {network_url(page.port)}', flush=True)
-    if options.host not in ('127.0.0.1', 'localhost', '::1') and not options.read_only:
+        others = ', '.join(network_urls(page.port, page.query))
+        print(f'browser view for other machines: {others}', flush=True)
+    if page.query and not options.is_local:
         print(
-            f'warning: with --host {options.host} anyone on the network can press the buttons '
+            f'warning: with --host {options.host} whoever has this address can press the buttons '
             'that start, pause and reset robots; --read-only removes them',
             file=sys.stderr,
             flush=True,

@@ -25,6 +25,7 @@ from setcmas_simu.messages.polled_topic import PolledTopic, suited_to
 from setcmas_simu.ros import qos
 from setcmas_tools.view.fleet_scene import NO_PAIRS, FleetState
 from setcmas_tools.view.model import communication
+from setcmas_tools.view.model.departures import Departures
 from setcmas_tools.view.model.robot_states import Diagnosis
 
 _NEWEST = QoSProfile(depth=1, reliability=ReliabilityPolicy.BEST_EFFORT)
@@ -51,12 +52,13 @@ class ViewedTopics:
         self._robots: dict[str, PolledTopic] = {}
         self._commands: dict[str, PolledTopic] = {}
         self._adjacency: Floats = np.empty((0, 0))
-        self._graph_told = False
+        self._departures = Departures()
         self._announced = FleetListener(node)
         diagnosed = partial(PolledTopic, node, DiagnosticArray, topics.DIAGNOSTICS)
         self._fleet = [
             PolledTopic(node, Bool, topics.FLEET_PAUSE, self._on_pause, qos.EVENT),
             PolledTopic(node, Bool, topics.PAUSED, self._on_paused, _NEWEST),
+            PolledTopic(node, Bool, topics.EMERGENCY_STOPPED, self._on_stopped, qos.LATCHED),
             PolledTopic(node, Clock, topics.CLOCK, self._on_clock, _NEWEST),
             diagnosed(self._on_diagnostics, _EVENTS),
             PolledTopic(
@@ -76,16 +78,34 @@ class ViewedTopics:
             if types[0] in _KINDS and self._node.count_publishers(name)
         }
         mocap = [name for name in found if name.startswith('/mocap/')]
-        self._state.real = bool(mocap)
+        if Odometry in found.values():  # else a run has ended, and stays what it was
+            self._state.real = bool(mocap)
         wanted = {name: kind for name, kind in found.items() if self._is_wanted(name, kind)}
-        gone = self._robots.keys() - wanted.keys()
-        for name in gone:
+        for name in self._robots.keys() - wanted.keys():
             self._robots.pop(name).close()
-        self._state.markers.drop_topics(gone)  # what no script draws any more
+        self._follow_runs(Odometry in wanted.values())
+        if not self._state.ended:
+            self._drop_what_is_gone(set(wanted))
         for name in wanted.keys() - self._robots.keys():
             self._robots[name] = self._subscribed(name, wanted[name])
         self._look_for_commands()
-        self._look_for_graph()
+
+    def _follow_runs(self, robots_there: bool) -> None:
+        """See that a run that has ended stays as it was until another one begins."""
+        if robots_there and self._state.ended:
+            self._state.begin()
+        elif not robots_there and self._state.fleet.robots:
+            self._state.ended = True
+
+    def _drop_what_is_gone(self, there: set[str]) -> None:
+        """Forget what was drawn, and the communication graph, when who told it is gone."""
+        if self._node.count_publishers(topics.COMMUNICATION_GRAPH):
+            there = there | {topics.COMMUNICATION_GRAPH}
+        gone = self._departures.look(there, time.monotonic())
+        self._state.markers.drop_topics(gone)
+        if topics.COMMUNICATION_GRAPH in gone - there:
+            self._adjacency = np.empty((0, 0))
+            self._state.both, self._state.one_way = NO_PAIRS, NO_PAIRS
 
     def take(self, now: float) -> None:
         """Take what has come until a time in s."""
@@ -136,14 +156,6 @@ class ViewedTopics:
                 )
                 return
 
-    def _look_for_graph(self) -> None:
-        """Forget the communication graph when those who told it are gone."""
-        told = self._node.count_publishers(topics.COMMUNICATION_GRAPH) > 0
-        if self._graph_told and not told:
-            self._adjacency = np.empty((0, 0))
-            self._state.both, self._state.one_way = NO_PAIRS, NO_PAIRS
-        self._graph_told = told
-
     def _on_odometry(self, robot: int, message: Odometry) -> None:
         position, q = message.pose.pose.position, message.pose.pose.orientation
         pose = (position.x, position.y, yaw_of_quaternion(q.x, q.y, q.z, q.w))
@@ -162,6 +174,9 @@ class ViewedTopics:
     def _on_paused(self, message: Bool) -> None:
         self._state.states.announce(message.data, self._now)
 
+    def _on_stopped(self, message: Bool) -> None:
+        self._state.states.stopped = message.data
+
     def _on_trigger(self, robot: int, message: UInt16) -> None:
         if message.data:
             self._state.flashes.trigger(robot, self._now)
@@ -179,6 +194,8 @@ class ViewedTopics:
 
     def _on_graph(self, message: Float32MultiArray) -> None:
         sizes = [dimension.size for dimension in message.layout.dim]
+        if self._state.ended:
+            self._state.begin()  # its robots are about to be seen
         weights = communication.matrix(sizes, message.data.tolist())
         if weights is None:
             return

@@ -78,12 +78,13 @@ def test_a_gif_shows_robots_that_leave_trails(run, nb_robots, no_ffmpeg):
             assert 0 < count(first, colour) < count(last, colour)
 
 
-def test_speed_and_folder(run, tmp_path):
-    path = animate(run(2), tmp_path / 'elsewhere', 'gif', speed=4.0)
+def test_speed_size_and_folder(run, tmp_path):
+    path = animate(run(2), tmp_path / 'elsewhere', 'gif', speed=4.0, size=(501, 400), dpi=80)
 
     assert path == tmp_path / 'elsewhere' / 'film.gif'
     with Image.open(path) as film:
         assert film.n_frames == 16
+        assert film.size == (500, 400)
 
 
 def test_what_is_told_beside_the_plane_has_room(run):

@@ -18,7 +18,7 @@ from setcmas_tools.records.communication import write_csv as write_record
 from setcmas_tools.records.fleet_table import write_csv
 from setcmas_tools.run.run import Run
 
-PLAIN = ['trajectories', 'positions', 'heading', 'velocities', 'distances']
+PLAIN = ['trajectories', 'positions', 'heading', 'velocities', 'distances', 'disagreement']
 
 
 def run_of(nb_robots, duration=15.0, **options):
@@ -55,9 +55,9 @@ def test_robots_of_which_one_side_does_not_know(draw):
         ({}, []),
         (
             {'event_triggered': True},
-            ['communication_instants', 'communication_counts', 'graph', 'disagreement'],
+            ['communication_instants', 'communication_counts', 'graph'],
         ),
-        ({'graph': 'ring', 'loss': 0.1}, ['graph', 'disagreement']),
+        ({'graph': 'ring', 'loss': 0.1}, ['graph']),
     ],
 )
 def test_runs_with_a_record_get_further_plots(tmp_path, options, names):
@@ -66,7 +66,7 @@ def test_runs_with_a_record_get_further_plots(tmp_path, options, names):
     if run.record:
         write_record(run.record, tmp_path)
 
-    assert list(plots_of(Run.load(tmp_path))) == PLAIN + names
+    assert list(plots_of(Run.load(tmp_path))) == [*PLAIN[:-1], *names, PLAIN[-1]]
 
 
 def test_a_panel_for_each_robot_with_its_spikes_in_its_colour():
@@ -182,16 +182,16 @@ def test_many_graphs_are_shown_by_some():
     assert panels[0].get_xlabel() == 'from 0 s on'
 
 
-def test_disagreement_is_half_the_sum_of_squares_on_a_log_scale():
+def test_disagreement_is_that_of_the_metrics_on_a_log_scale():
     run = run_of(4)
     (axes,) = drawn(draw_disagreement, run).axes
-    V = axes.get_lines()[0].get_ydata()
+    values = axes.get_lines()[0].get_ydata()
     positions = run.poses[:, :2]
     gaps = positions - positions.mean(axis=2, keepdims=True)
 
     assert axes.get_yscale() == 'log'
-    np.testing.assert_allclose(V, 0.5 * (gaps**2).sum(axis=(1, 2)), rtol=1e-9)
-    assert axes.get_ylabel().endswith('(m²)')
+    np.testing.assert_allclose(values, np.sqrt((gaps**2).sum(axis=(1, 2)) / 4), rtol=1e-9)
+    assert values[0] == pytest.approx(run.metrics()['consensus'].disagreement_at_start_m)
 
 
 def test_robots_in_one_place_have_no_logarithm():
@@ -206,4 +206,4 @@ def test_disagreement_that_does_not_change_is_drawn_without_a_warning():
     (axes,) = drawn(draw_disagreement, run).axes
     low, high = axes.get_ylim()
 
-    assert low < 100 < high
+    assert low < np.sqrt(50) < high

@@ -15,7 +15,7 @@ from setcmas_tools.plots.time_series import draw_heading, draw_positions
 from setcmas_tools.plots.trajectories import draw_trajectories
 from setcmas_tools.records.fleet_table import fleet_table, write_csv
 
-NAMES = ['trajectories', 'positions', 'heading', 'velocities', 'distances']
+NAMES = ['trajectories', 'positions', 'heading', 'velocities', 'distances', 'disagreement']
 
 
 @pytest.mark.parametrize('nb_robots', [1, 8])
@@ -54,6 +54,7 @@ def test_vector_formats_embed_their_fonts(run, paper):
             assert b'<text' not in content
 
 
+@pytest.mark.nightly
 def test_equal_tables_give_equal_bytes_whatever_the_users_settings(run):
     formats = ['png', 'pdf']
     with mpl.rc_context():
@@ -92,7 +93,7 @@ def test_lines_break_where_data_are_missing(run):
     folder = run(8)
     write_csv(table, folder / 'csv' / 'fleet.csv')
 
-    assert len(plot(folder)) == 5
+    assert len(plot(folder)) == 6
     with plot_style():
         figure = Figure()
         draw_positions(figure, run_of(table))
@@ -100,12 +101,26 @@ def test_lines_break_where_data_are_missing(run):
     assert breaks == [0, 1, 1, 0, 0, 0, 0, 0]
 
 
+def test_curves_that_lie_on_each_other_show_in_turn():
+    figure = drawn(draw_positions, 4)  # robots 1 and 2 start at x = 5, 3 and 4 at x = -5
+    styles = [line._unscaled_dash_pattern for line in figure.axes[0].get_lines()[:4]]
+
+    assert styles == [(0.0, (4.0, 4.0)), (4.0, (4.0, 4.0))] * 2
+
+
+def test_a_legend_is_not_higher_than_its_panel():
+    figure = drawn(draw_positions, 16, 'okabe-ito', 'page')
+    upper, lower = (axes.get_window_extent() for axes in figure.axes)
+
+    assert upper.y0 - lower.y1 < 0.3 * upper.height
+
+
 def test_a_robot_that_never_has_a_pose_and_a_single_row(tmp_path):
     nan = float('nan')
     rows = [[0, 1, 0, 0, 0, 0, 0], [1, 2, nan, nan, nan, 0, 0]]
     write_csv(fleet_table(rows), tmp_path / 'fleet.csv')
 
-    assert len(plot(tmp_path / 'fleet.csv')) == 5
+    assert len(plot(tmp_path / 'fleet.csv')) == 6
 
 
 def test_without_a_screen_nothing_can_be_shown():

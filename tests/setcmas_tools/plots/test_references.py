@@ -2,13 +2,18 @@ import numpy as np
 import pytest
 from circling_fleets import circling_fleet
 from matplotlib.figure import Figure
-from runs import plot, run_of
+from runs import run_of
 
+from setcmas_ctrl.drawing import Sphere
 from setcmas_ctrl.task.references import References
 from setcmas_tools.plots.distances import draw_distances
+from setcmas_tools.plots.errors import draw_errors
 from setcmas_tools.plots.looks.style import plot_style
 from setcmas_tools.plots.trajectories import draw_trajectories
+from setcmas_tools.records.drawings import MARKER, TRAIL, Drawing
+from setcmas_tools.records.tables import RunTables
 from setcmas_tools.run.info import RunInfo, write_info
+from setcmas_tools.run.run import Run
 
 PLACES = [[-1.5, 0.866], [-1.5, -0.866], [1.5, -0.866]]
 
@@ -46,6 +51,36 @@ def test_references_of_single_robots(references, name):
     assert names(drawn(draw_trajectories, 1, references))[-1] == name
 
 
+def test_errors_of_a_task_are_plotted():
+    axes = drawn(draw_errors, 1, References('tracking', {'R': 2.0, 'W': 0.2}))
+    (error,) = [line.get_ydata() for line in axes.get_lines()]
+    start = circling_fleet(1).rows(circling_fleet(1).t >= -1e-9)
+
+    assert error[0] == pytest.approx(np.hypot(start.x[0] - 2, start.y[0]), abs=1e-6)
+    for task, values in (
+        ('formation', {'PLACES': PLACES}),
+        ('distances', {'D': 2.0}),
+    ):
+        assert names(drawn(draw_errors, 3, References(task, values)))[-1] == 'robot 3'
+
+
+def test_what_scripts_draw_is_in_the_plane():
+    goal, other = Sphere(2, 3, 0, 0.4, (1, 0, 0), 1), Sphere(4, 3, 0, 0.4, (1, 0, 0), 1)
+    shown = [
+        Drawing(0.0, 1, 'goal', MARKER, goal),
+        Drawing(1.0, 1, 'way', TRAIL, goal),
+        Drawing(2.0, 1, 'goal', MARKER, other),
+    ]
+    figure = Figure()
+    with plot_style():
+        draw_trajectories(figure, Run(RunTables(circling_fleet(1), drawings=shown)))
+    trails, markers = figure.axes[0].collections
+
+    assert names(figure.axes[0])[-1] == 'drawn by the script'
+    assert [path.get_extents().x0 for path in trails.get_paths()] == pytest.approx([1.8])
+    assert [path.get_extents().x0 for path in markers.get_paths()] == pytest.approx([3.8])
+
+
 @pytest.mark.parametrize(
     ('arena', 'drawn_names'), [([-3, 2, -1, 4], ['arena']), ([-3, 2], []), ('wide', []), (7, [])]
 )
@@ -80,5 +115,5 @@ def test_a_run_that_is_not_known_is_plotted_all_the_same(run, text, capsys):
     write_info(RunInfo(), folder)
     (folder / 'run.yaml').write_text(text)
 
-    assert len(plot(folder)) == 5
+    assert Run.load(folder).plot().axes
     assert 'its parameters are not known' in capsys.readouterr().out

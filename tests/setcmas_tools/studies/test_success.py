@@ -5,7 +5,6 @@ import pytest
 from setcmas_simu.errors import SetcmasError
 from setcmas_tools.studies.success import Success, wilson
 
-pytest.importorskip('simpleeval')
 ROW = {'disagreement': 0.05, 'least_separation': 0.3, 'settling_time': math.nan}
 
 

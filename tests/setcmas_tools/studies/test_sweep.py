@@ -12,8 +12,6 @@ from setcmas_tools.studies.plots import plot
 from setcmas_tools.studies.success import wilson
 from setcmas_tools.studies.table import PART
 
-pytest.importorskip('joblib')
-
 LAW = """
 import numpy as np
 from helper import half
@@ -136,6 +134,8 @@ def test_words_are_joined_by_no_line_and_what_never_settles_has_no_tradeoff(tmp_
     assert [line.get_linestyle() for line in axes.get_lines()] == ['None']
     assert axes.get_lines()[0].get_ydata().tolist() == study['disagreement'].tolist()
     assert [path.stem for path in plot(study, tmp_path) if 'tradeoff' in path.stem] == []
+    with pytest.raises(SetcmasError, match='there is no trade-off to draw'):
+        study.plot('tradeoff')
 
 
 @pytest.mark.parametrize(

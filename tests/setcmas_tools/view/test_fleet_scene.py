@@ -97,3 +97,19 @@ def test_robots_look_like_their_models(state, draw):
     for name in ('unicycle', 'car', 'omnidirectional'):
         shown = bodies[f'/robots/{name}/coloured'].batched_scales
         assert (shown > 0).all(axis=1).sum() == 1
+
+
+def test_a_run_that_has_ended_stays_as_it_was_until_another_begins(state, draw):
+    see(state, [1, 2, 3], 1.0)
+    draw(1.0)
+    state.ended = True
+    bodies = draw(100.0)
+    assert 'run ended' in draw.figures()
+    assert '3 robots' in draw.figures()
+    assert 'lost' not in bodies['/numbers/3'].text
+
+    state.begin()
+    see(state, [1, 2], 101.0)
+    bodies = draw(101.0)
+    assert '/numbers/3' not in bodies
+    assert '2 robots' in draw.figures()

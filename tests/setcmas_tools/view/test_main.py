@@ -5,10 +5,12 @@ import io
 import re
 import shutil
 import threading
+import time
 
 import numpy as np
 import pytest
-from processes import CTRL, NO_WINDOWS, SETCMAS, SIMU
+from processes import CTRL, NO_WINDOWS, SETCMAS, SIMU, TIMEOUT_S
+from terminals import Terminal
 
 pytest.importorskip('rclpy')
 from geometry_msgs.msg import Point
@@ -16,6 +18,7 @@ from ros_peer import position, velocity
 from std_msgs.msg import Float32MultiArray, MultiArrayDimension, UInt16
 from visualization_msgs.msg import Marker
 
+from setcmas_expe.pause.start_requests import REACTION_S
 from setcmas_simu.fleet import fleet
 from setcmas_simu.ros import qos
 
@@ -51,7 +54,7 @@ def robots_seen(browser):
     """Return the robots whose colours are in the picture left of the panel."""
     pixels = picture(browser)
     pixels = pixels[:, : int(0.62 * pixels.shape[1])]
-    return [robot for robot in range(1, 9) if share_of(fleet.colour(robot), pixels) >= 8]
+    return [robot for robot in range(1, 9) if share_of(fleet.plot_colour(robot), pixels) >= 8]
 
 
 @contextlib.contextmanager
@@ -131,6 +134,36 @@ def all_stand(commands):
 
 @pytest.mark.nightly
 @needs_browser
+def test_a_run_that_ends_stays_on_the_page_until_the_terminal_says_go_on(tmp_path, monkeypatch):
+    pytest.importorskip('viser')
+    from browser import close_notifications, open_browser, text_of, wait_for, wait_for_text
+    from terminals import Terminal
+
+    for name in ('CI', 'DISPLAY', 'WAYLAND_DISPLAY'):
+        monkeypatch.delenv(name, raising=False)
+    monkeypatch.chdir(tmp_path)
+    run = Terminal(
+        'run', '--view', '--no-plots', '--algo', 'consensus', '--nb-robots', '3', '--duration',
+        '15', '--output', 'out',
+    )  # fmt: skip
+    wait_for(lambda: 'browser view: http' in run.read())
+    url = re.search(r'http://\S+', run.text).group()
+    with open_browser(1000, 640) as browser:
+        browser.get(url)
+        wait_for_text(browser, '3 robots')
+        assert browser.title == 'setcmas'
+        close_notifications(browser)
+        run.wait_for('until you press Enter')
+        wait_for_text(browser, 'run ended')
+        assert [robot for robot in robots_seen(browser) if robot <= 3] == [1, 2, 3]
+        assert 'lost' not in text_of(browser)
+        assert run.process.poll() is None
+        run.press('\n')
+        assert run.wait() == 0
+
+
+@pytest.mark.nightly
+@needs_browser
 def test_several_pages_know_of_each_other_and_some_only_look(start, peer):
     pytest.importorskip('viser')
     from browser import buttons, open_browser, open_window, wait_for, wait_for_text
@@ -159,7 +192,7 @@ def test_several_pages_know_of_each_other_and_some_only_look(start, peer):
         wait_for_text(browser, '2 robots')
         assert 'Screenshot' in buttons(browser)
         assert not {'Pause', 'Start', 'Reset'} & set(buttons(browser))
-    assert 'anyone' not in watch.output()
+    assert 'token' not in watch.output()
 
 
 @needs_browser
@@ -223,7 +256,38 @@ def test_what_is_drawn_communicated_and_lost(start, peer):
         simu.end()
         wait_for_text(browser, 'lost')
         assert view.popen.poll() is None
-    assert 'anyone on the network can press the buttons' in view.output()
+    assert 'whoever has this address can press the buttons' in view.output()
+
+
+@pytest.mark.nightly
+@needs_browser
+def test_only_the_page_that_the_experiment_has_opened_starts_robots(domain):
+    pytest.importorskip('viser')
+    from browser import buttons, close_notifications, open_browser, wait_for_text
+
+    terminal = Terminal('expe', '--emulate', '--algo', 'nav_wp', '--no-joystick', '--view')
+    other = Terminal('view')
+    try:
+        addresses = {
+            page: page.wait_for(r'browser view: (http\S+)').group(1) for page in (other, terminal)
+        }
+        with open_browser(1000, 640) as browser:
+            for opened, may_start in ((other, False), (terminal, True)):
+                browser.get(addresses[opened])
+                wait_for_text(browser, '1 robot')
+                close_notifications(browser)
+                wait_for_text(browser, 'Start' if may_start else 'Start: in the terminal only')
+            deadline = time.monotonic() + TIMEOUT_S
+            while 'started: on the page' not in terminal.read():  # refused on a busy machine
+                assert time.monotonic() < deadline, terminal.text
+                buttons(browser)['Start'].click()
+                time.sleep(1.5 * REACTION_S)
+            buttons(browser)['EMERGENCY STOP'].click()
+            terminal.wait_for('EMERGENCY STOP by /emergency_stop')
+            wait_for_text(browser, 'press R twice')
+    finally:
+        other.close()
+        terminal.close()
 
 
 def test_a_taken_port_and_an_end_without_any_robots(start):

@@ -38,6 +38,29 @@ class PlotLook:
         check_style(self.palette, self.paper)
 
 
+@dataclass(frozen=True)
+class FilmLook:
+    """How films look.
+
+    Attributes:
+        speed: How many times faster than the robots the film is.
+        palette: One of `formats.PALETTES`.
+        size: Width and height in pixels; odd ones are one less, since MP4 has even ones only.
+        dpi: Dots an inch: with more of them letters and lines are larger.
+    """
+
+    speed: float = 1.0
+    palette: str = PALETTES[0]
+    size: tuple[int, int] = (640, 540)
+    dpi: float = 100.0
+
+    @property
+    def inches(self) -> tuple[float, float]:
+        """Width and height of the figure that has this size."""
+        width, height = (2 * (side // 2) / self.dpi for side in self.size)
+        return width, height
+
+
 def check_style(palette: str, paper: str | None) -> None:
     """See that a style exists.
 

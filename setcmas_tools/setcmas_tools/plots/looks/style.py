@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import math
 import warnings
 from collections.abc import Iterable, Iterator, Sequence
 from contextvars import ContextVar
@@ -25,6 +26,7 @@ from setcmas_tools.plots.looks.settings import PAPER, SCREEN
 
 _BRIGHT = 0.7
 """Luminance from which a colour needs a dark edge on white paper."""
+_AROUND_PANEL_IN = 0.35  # ticks and labels
 _MANY_ROBOTS = 12
 """Fleets from this size are drawn with thinner lines."""
 
@@ -70,19 +72,21 @@ def finish(figure: Figure, run: str = '') -> None:
         return
     for axes in figure.axes:
         axes.set_title('')
-    width, height = figure.get_size_inches()
-    shape = height / width
-    if paper == 'page':
-        shape *= 0.75  # a figure across both columns is wide, not high
     has_legend = any(axes.get_legend() for axes in figure.axes)
     room = 0.5 if paper == 'column' and has_legend else 0.0  # in inches: it is above the axes
-    figure.set_size_inches(final_width(width), shape * final_width(width) + room)
+    figure.set_size_inches(final_width(figure.get_figwidth()), _final_height(figure) + room)
 
 
 def final_width(width: float) -> float:
     """Return the width in inches that a figure will have, which is drawn with one on screens."""
     paper = _choice.get().paper
     return PAPERS[paper] if paper else width
+
+
+def _final_height(figure: Figure) -> float:
+    width, height = figure.get_size_inches()
+    flat = 0.75 if _choice.get().paper == 'page' else 1.0  # across both columns: wide, not high
+    return float(flat * height / width * final_width(width))
 
 
 def save(figure: Figure, path: Path) -> None:
@@ -144,8 +148,8 @@ def robot_handles(robots: list[int]) -> list[Artist]:
 def legend(axes: Axes, handles: Iterable[Artist]) -> None:
     """Put a legend where it covers nothing: right of the axes, in a paper's column above them."""
     entries = list(handles)
+    lines = [line for entry in entries for line in str(entry.get_label()).splitlines()]
     if _choice.get().paper == 'column':
-        lines = [line for entry in entries for line in str(entry.get_label()).splitlines()]
         longest = max(map(len, lines))
         columns = int(3.3 / (0.3 + 0.043 * longest))  # in inches
         axes.legend(
@@ -154,8 +158,18 @@ def legend(axes: Axes, handles: Iterable[Artist]) -> None:
         )  # fmt: skip
     else:
         axes.legend(
-            handles=entries, loc='upper left', bbox_to_anchor=(1.01, 1.0), borderaxespad=0.0
-        )
+            handles=entries, loc='upper left', bbox_to_anchor=(1.01, 1.0), borderaxespad=0.0,
+            ncols=_columns(axes, len(lines)),
+        )  # fmt: skip
+
+
+def _columns(axes: Axes, nb_lines: int) -> int:
+    """Return the columns that a legend beside a panel needs so as not to be higher than it."""
+    place = axes.get_subplotspec()
+    rows = place.get_gridspec().nrows if place else 1
+    panel = _final_height(axes.figure.get_figure(root=True)) / rows - _AROUND_PANEL_IN
+    entry = float(rcParams['legend.fontsize'] * (1 + rcParams['legend.labelspacing'])) / 72
+    return max(1, math.ceil(nb_lines * entry / panel))
 
 
 def time_axis(panels: Sequence[Axes], first: float, last: float) -> list[Artist]:

@@ -10,6 +10,7 @@ from setcmas_ctrl.communication.options import CommunicationOptions
 from setcmas_ctrl.communication.settings import check_communication
 from setcmas_ctrl.control.law_scripts import LawScripts
 from setcmas_ctrl.control.options import GainOptions
+from setcmas_ctrl.filter.options import FilterOptions
 from setcmas_simu.errors import SetcmasError
 from setcmas_tools.run.options import RunOptions
 from setcmas_tools.studies.cases.case_table import SEED, CaseTable
@@ -52,6 +53,7 @@ def check_parameters(parameters: Mapping[str, Any]) -> None:
     """
     RunOptions(duration=parameters['duration'])
     _group(GainOptions, parameters)
+    _group(FilterOptions, parameters)
     simulated_robots(parameters).simulated()
     check_communication(_group(CommunicationOptions, parameters), parameters['nb_robots'])
     if isinstance(parameters['algo'], str):

@@ -14,6 +14,7 @@ import yaml
 from setcmas_ctrl.communication.options import CommunicationOptions
 from setcmas_ctrl.control.law_scripts import LawScripts
 from setcmas_ctrl.control.options import LawOptions
+from setcmas_ctrl.filter.options import FilterOptions
 from setcmas_ctrl.scripts.loader import names_to_set
 from setcmas_ctrl.scripts.settings import parse_settings
 from setcmas_simu.errors import SetcmasError
@@ -39,7 +40,7 @@ def names_of_scripts(algo: str, exercise: bool = False) -> set[str]:
 
 def varied_options() -> dict[str, Option]:
     """Return the options of a run that a study can vary, by name."""
-    groups = (LawOptions, CommunicationOptions, SimulationOptions, RunOptions)
+    groups = (LawOptions, CommunicationOptions, FilterOptions, SimulationOptions, RunOptions)
     found = {one.name: one.metadata['option'] for group in groups for one in fields(group)}
     taken = inspect.signature(simulate).parameters
     return {name: option for name, option in found.items() if name in taken}

@@ -25,6 +25,7 @@ import numpy as np
 
 from setcmas_ctrl import drawing, network
 from setcmas_ctrl.control.options import RATE_HZ
+from setcmas_ctrl.filter.options import BARRIER
 from setcmas_ctrl.scripts.output import named_output
 from setcmas_ctrl.scripts.random_seed import seed_scripts
 from setcmas_tools.offline.engine import made, radio_of, simulate
@@ -43,8 +44,8 @@ _CHANGING = (network,)  # each call of a law sets it anew
 def kind_of(parameters: Mapping[str, Any]) -> bytes:
     """Return what runs must have in common to be made together; empty for one that cannot be.
 
-    Functions, scripts beside the laws, and graphs that depend on places are for runs alone; so
-    are long runs, which would be told late.
+    Functions, scripts beside the laws, graphs that depend on places and the safety filter are for
+    runs alone; so are long runs, which would be told late.
 
     Args:
         parameters: As for `run_of`.
@@ -53,6 +54,7 @@ def kind_of(parameters: Mapping[str, Any]) -> bytes:
 
     calls = parameters['nb_robots'] * parameters['duration'] * parameters.get('rate', RATE_HZ)
     others = any(parameters.get(name) for name in ('ctc', 'model', 'range'))
+    others |= parameters.get('filter') == BARRIER
     if others or calls > _MOST_CALLS or not isinstance(parameters['algo'], str):
         return b''
     kind: bytes = cloudpickle.dumps({n: v for n, v in parameters.items() if n not in _OWN})

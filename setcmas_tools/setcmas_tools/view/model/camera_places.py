@@ -12,15 +12,22 @@ FOV = 0.6
 TOP, SIDE = 'Top', '3D'
 VIEWS = (SIDE, TOP)
 
+_SEEN = np.array([
+    [1.02, 1.02, 0], [1.02, -1.02, 0], [-1.02, 1.02, 0], [-1.02, -1.02, 0],  # the ground
+    [-0.75, -1.1, 0], [0.75, -1.1, 0], [-1.13, -0.75, 0], [-1.13, 0.75, 0],  # its metres
+])  # fmt: skip
+_HALVINGS = 40
 _DIRECTIONS = {
     TOP: np.array([0.0, -1e-3, 1.0]),  # not quite from above, where up would have no direction
-    SIDE: np.array([-0.22, -0.92, 0.75]),
+    SIDE: np.array([-0.22, -0.92, 1.0]),
 }
 """From the ground to the camera."""
 
 
 def place(name: str, half_m: float, aspect: float, covered: float) -> tuple[Floats, Floats]:
     """Return camera place and the point it looks at, in m, such that a square is seen.
+
+    With it the metres are, which stand on its left and in front of it.
 
     Args:
         name: One of `VIEWS`.
@@ -32,7 +39,7 @@ def place(name: str, half_m: float, aspect: float, covered: float) -> tuple[Floa
     right = np.cross([0.0, 0.0, 1.0], back)
     right /= np.linalg.norm(right)
     up = np.cross(back, right)
-    corners = half_m * np.array([[1, 1, 0], [1, -1, 0], [-1, -1, 0], [-1, 1, 0]])
+    corners = half_m * _SEEN
     tall = np.tan(0.5 * FOV)
     wide = tall * aspect
     towards = corners @ back
@@ -48,7 +55,7 @@ class _Slab:
     """What a camera sees between two edges of its picture.
 
     From a distance d, and moved across by s, it sees the points with
-    -low * (d - towards) <= across - s <= high * (d - towards).
+    -low <= (across - s) / (d - towards) <= high.
 
     Attributes:
         distance: The least one from which all points are seen.
@@ -56,11 +63,21 @@ class _Slab:
 
     def __init__(self, across: Floats, towards: Floats, low: float, high: float) -> None:
         """Take points, and the tangents of the angles to the edges."""
+        self._across, self._towards = across, towards
         self._low, self._high = low, high
         self._from = float(np.max(towards - across / low))
         self._to = float(np.max(towards + across / high))
         self.distance = (low * self._from + high * self._to) / (low + high)
 
     def middle(self, distance: float) -> float:
-        """Return the s halfway between the two that just let all points be seen."""
-        return (self._low * (distance - self._from) - self._high * (distance - self._to)) / 2
+        """Return the s from which there is as much free on both sides of the picture."""
+        depth = distance - self._towards
+        low, high = -self._high * (distance - self._to), self._low * (distance - self._from)
+        for _ in range(_HALVINGS):  # what is nearer moves faster: no formula tells it
+            s = (low + high) / 2
+            places = (self._across - s) / depth
+            if self._high - places.max() < places.min() + self._low:
+                low = s
+            else:
+                high = s
+        return s

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from setcmas_simu.arrays import Floats
 from setcmas_simu.fleet.planar_pose import wrap_angle
 from setcmas_tools.metrics import consensus as consensus_metrics
+from setcmas_tools.records.gaps import farthest_drive
 
 LOST_S = 1.5
 """Silence in s from which a robot counts as lost."""
@@ -19,7 +20,6 @@ MOVING_M_S = 0.005
 """Speed in m/s from which a robot counts as moving."""
 
 _PERIODS_S = (0.02, 0.25)  # between these, motion from one pose to the next is smooth
-_JUMP_M_S = 5.0  # no robot drives as fast: it was put somewhere else
 
 
 @dataclass
@@ -39,6 +39,7 @@ class FleetView:
     def __init__(self) -> None:
         """Start without robots."""
         self._seen: dict[int, _Seen] = {}
+        self._put: set[int] = set()
 
     @property
     def robots(self) -> list[int]:
@@ -58,13 +59,20 @@ class FleetView:
             return
         last = self._seen.get(robot)
         if last is None or now - last.time > LOST_S:
+            self._put.add(robot)
             self._seen[robot] = _Seen(pose, pose, now, _PERIODS_S[0], speed)
             return
         step = max(now - last.time, 1e-3)
         distance = float(np.hypot(pose[0] - last.pose[0], pose[1] - last.pose[1]))
         period = min(max(step, _PERIODS_S[0]), _PERIODS_S[1])
-        jumped = distance > _JUMP_M_S * period
-        self._seen[robot] = _Seen(pose, pose if jumped else last.pose, now, period, speed)
+        reset = distance > farthest_drive(max(abs(speed), abs(last.speed)), step)
+        self._put |= {robot} if reset else set()
+        self._seen[robot] = _Seen(pose, pose if reset else last.pose, now, period, speed)
+
+    def take_put(self) -> set[int]:
+        """Return the robots that did not drive to where they are since the last call."""
+        put, self._put = self._put, set()
+        return put
 
     def poses(self, now: float) -> Floats:
         """Return the poses to show, one period behind the newest ones, so that motion is smooth.
@@ -103,9 +111,9 @@ class FleetView:
         for robot in silent:
             del self._seen[robot]
 
-    def disagreement(self, now: float) -> float | None:
-        """Return the root mean square distance in m to the centre; None below two robots."""
-        xy = self.newest()[:2, ~self.lost(now)]
+    def disagreement(self, lost: NDArray[np.bool_]) -> float | None:
+        """Return the disagreement in m of the robots that are not lost; None below two."""
+        xy = self.newest()[:2, ~lost]
         return (
             float(consensus_metrics.disagreement(*xy[:, :, None])[0]) if xy.shape[1] > 1 else None
         )

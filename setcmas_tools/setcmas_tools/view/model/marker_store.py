@@ -68,6 +68,10 @@ class MarkerStore:
         """Drop the markers of some topics."""
         self._drop([key for key in self._shapes if key[0] in gone])
 
+    def clear(self) -> None:
+        """Drop all markers."""
+        self._drop(list(self._shapes))
+
     def of_kind(self, kind: str) -> Iterator[tuple[Key, Shape]]:
         """Yield the shapes of a kind."""
         return ((key, found) for key, found in self._shapes.items() if found.kind == kind)

@@ -28,11 +28,12 @@ class RobotStates:
 
     Attributes:
         wished: Whether the last wish was to pause.
+        stopped: Whether the pause node of an experiment holds an emergency stop.
     """
 
     def __init__(self) -> None:
         """Start with robots that are free to go."""
-        self.wished = False
+        self.wished = self.stopped = False
         self._paused = False
         self._paused_time: float | None = None
         self._diagnoses: dict[int, Diagnosis] = {}

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import deque
+from collections.abc import Collection
 from dataclasses import dataclass
 
 import numpy as np
@@ -17,7 +18,7 @@ LONGEST_S = 120.0
 _SAMPLE_S = 0.2
 _SEGMENTS = 15  # per robot and chunk
 _HEIGHT_M = 0.012  # above the ground, or they would flicker through it
-_JUMP_M = 1.0
+_LONGEST_GAP_S = 1.0
 _STILL_M = 1e-4
 
 
@@ -61,13 +62,20 @@ class Trails:
         """Forget all trails."""
         self.chunks.clear()
 
-    def extend(self, now: float, robots: list[int], xy: NDArray[np.floating]) -> None:
+    def extend(
+        self,
+        now: float,
+        robots: list[int],
+        xy: NDArray[np.floating],
+        put: Collection[int] = (),
+    ) -> None:
         """Draw on to where the robots are.
 
         Args:
             now: Time in s.
             robots: Their numbers.
             xy: Their positions in m, shape (2, N).
+            put: Those that did not drive there, but were put there.
         """
         if not robots:  # a page that was opened before its fleet
             return
@@ -78,11 +86,13 @@ class Trails:
         elif np.abs(xy - self._xy).max(initial=0.0) < _STILL_M:
             self._time = now
             return
-        self._clock += now - self._time if self._time is not None else 0.0
+        seconds = now - self._time if self._time is not None else 0.0
+        self._clock += seconds
         self._time, self._xy = now, xy
         if self._clock - self._sampled > _SAMPLE_S - 1e-6:  # rounding
             self._next_segment(robots)
-        self._draw_to(xy)
+        unseen = seconds > _LONGEST_GAP_S
+        self._draw_to(xy, np.array([unseen or robot in put for robot in robots]))
         while self.chunks and self._clock - self.chunks[0].begin > self.length_s:
             if len(self.chunks) == 1:
                 break
@@ -103,9 +113,8 @@ class Trails:
         else:
             self.chunks[-1].points[:, self._filled :, :, :2] = last.T[:, None, None, :]
 
-    def _draw_to(self, xy: Points) -> None:
+    def _draw_to(self, xy: Points, put: NDArray[np.bool_]) -> None:
         points = self.chunks[-1].points[:, self._filled :, :, :2]
         points[:, 0, 1] = xy.T
         points[:, 1:] = xy.T[:, None, None, :]
-        jumped = np.linalg.norm(points[:, 0, 1] - points[:, 0, 0], axis=1) > _JUMP_M
-        points[jumped, 0, 0] = points[jumped, 0, 1]
+        points[put, 0, 0] = points[put, 0, 1]

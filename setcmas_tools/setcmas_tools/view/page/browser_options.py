@@ -24,8 +24,8 @@ class BrowserOptions(Options):
 
     host: str = option(
         Kind(metavar='ADDRESS'),
-        'address to serve the page at; 0.0.0.0 lets others on the network see it and press '
-        'its buttons',
+        'address to serve the page at; 0.0.0.0 lets others on the network see it, and press '
+        'its buttons with the token that is part of the address',
         default=HOST,
         default_text=f'{HOST}, this machine only',
     )
@@ -35,3 +35,14 @@ class BrowserOptions(Options):
         default=PORT,
     )
     read_only: bool = flag('no buttons that start, pause or reset robots')
+    operator: bool = flag('its start button starts the experiment that has opened it')
+
+    @property
+    def is_local(self) -> bool:
+        """Whether the page is for this machine only."""
+        return self.host in ('127.0.0.1', 'localhost', '::1')
+
+    @property
+    def needs_token(self) -> bool:
+        """Whether only those may see the page who know its whole address."""
+        return self.operator or not (self.is_local or self.read_only)

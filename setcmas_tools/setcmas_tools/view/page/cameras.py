@@ -6,7 +6,6 @@ import numpy as np
 import viser
 
 from setcmas_tools.view.model.camera_places import FOV, SIDE, place
-from setcmas_tools.view.scene.ground_scene import WITH_METRES
 
 FREE = 'no robot'
 
@@ -14,7 +13,7 @@ _NEAR_M = np.array([-2.6, -1.8, 2.0])  # from the robot to the camera that follo
 _NEAREST_M = 0.1  # a nearer plane leaves too few bits of depth to tell a line from its ground
 _PANEL_PX = 340
 _MOVED_M = 0.05
-_SMALL_PX = 2 * _PANEL_PX  # in narrower windows users fold the panel to see the robots
+_SMALL_PX = 2 * _PANEL_PX  # in narrower windows, and on phones, the panel is folded
 
 
 class FollowingCamera:
@@ -50,8 +49,9 @@ class FollowingCamera:
         camera = self._client.camera
         self._view, self._fitted = name, self._fitting(half_m)
         width = camera.image_width
-        covered = _PANEL_PX / width if width > _SMALL_PX else 0.0
-        position, target = place(name, half_m * WITH_METRES, camera.aspect, covered)
+        folded = camera.aspect < 1.0 or width <= _SMALL_PX
+        covered = 0.0 if folded else _PANEL_PX / width
+        position, target = place(name, half_m, camera.aspect, covered)
         with self._client.atomic():
             camera.up_direction = (0.0, 0.0, 1.0)
             camera.fov = FOV

@@ -2,30 +2,18 @@
 
 from __future__ import annotations
 
-import io
 import threading
-import time
-from collections.abc import Callable
-from dataclasses import dataclass
 
 import viser
-from PIL import Image
 
 from setcmas_tools.view.model.camera_places import VIEWS
 from setcmas_tools.view.model.trails import LENGTH_S, LONGEST_S
+from setcmas_tools.view.page.buttons import Actions, Buttons
 from setcmas_tools.view.page.cameras import FollowingCamera
+from setcmas_tools.view.page.screenshot import take_screenshot
 from setcmas_tools.view.scene.ground_scene import HALF_M
 
-_FIGURES, _PAUSE, _RESET, _VIEW, _FOLLOW, _TRAILS, _SIZE, _SCREENSHOT = range(8)
-_SCREENSHOT_TIMEOUT_S = 15.0
-
-
-@dataclass
-class Actions:
-    """What the buttons do: pause (True) or start (False) the robots, and reset them."""
-
-    pause: Callable[[bool], None]
-    reset: Callable[[], None]
+_FIGURES, _BUTTONS, _VIEW, _FOLLOW, _TRAILS, _SIZE, _SCREENSHOT = range(7)
 
 
 class Controls:
@@ -35,6 +23,8 @@ class Controls:
         trail_s: Length of the trails in s that the users have chosen.
         size: How many times larger than in reality robots are drawn.
         half_m: Half the side of the ground in m, which cameras show.
+        buttons: Those that command the robots; None for a view that can only be looked at.
+        title: What a picture is of.
     """
 
     def __init__(self, server: viser.ViserServer, actions: Actions | None, size: float) -> None:
@@ -47,15 +37,12 @@ class Controls:
         """
         self._server = server
         self.half_m = HALF_M
+        self.title = ''
         self._cameras: dict[int, FollowingCamera] = {}
         self._lock = threading.Lock()  # browsers come and go in viser's threads
         gui = server.gui
         self._figures = gui.add_html('', order=_FIGURES)
-        self._pause: viser.GuiButtonHandle | None = None
-        self._reset: viser.GuiButtonHandle | None = None
-        self._paused = False
-        if actions:
-            self._add_buttons(actions)
+        self.buttons = Buttons(gui, actions, _BUTTONS) if actions else None
         views = gui.add_button_group('Camera', VIEWS, order=_VIEW)
         views.on_click(lambda event: self._look(event.client, str(views.value)))
         self._trail = gui.add_slider(
@@ -66,7 +53,7 @@ class Controls:
             hint='1 is the true size of a TurtleBot3',
         )  # fmt: skip
         screenshot = gui.add_button('Screenshot', icon=viser.Icon.CAMERA, order=_SCREENSHOT)
-        screenshot.on_click(lambda event: take_screenshot(event.client))
+        screenshot.on_click(lambda event: take_screenshot(event.client, self.title))
         server.on_client_connect(self._on_connect)
         server.on_client_disconnect(self._on_disconnect)
 
@@ -84,14 +71,9 @@ class Controls:
     def size(self, size: float) -> None:
         self._size.value = size  # type: ignore[misc]  # it has a setter
 
-    def show_figures(self, text: str, paused: bool, can_reset: bool) -> None:
-        """Show the panel's text (HTML) and buttons that fit the state of the robots."""
+    def show_figures(self, text: str) -> None:
+        """Show the panel's text (HTML)."""
         self._figures.content = text
-        if self._pause and self._reset:
-            self._paused = paused
-            self._pause.label = 'Start' if paused else 'Pause'
-            self._pause.color = 'green' if paused else 'red'
-            self._reset.visible = can_reset
 
     def offer(self, robots: list[int]) -> None:
         """Let every browser follow one of these robots."""
@@ -103,16 +85,6 @@ class Controls:
         for camera in self._followers():
             camera.fit(self.half_m)
             camera.update(poses)
-
-    def _add_buttons(self, actions: Actions) -> None:
-        gui = self._server.gui
-        pause = gui.add_button('Pause', color='red', order=_PAUSE)
-        pause.on_click(lambda _: actions.pause(not self._paused))
-        reset = gui.add_button(
-            'Reset', color='gray', order=_RESET, hint='all robots back to their start poses'
-        )
-        reset.on_click(lambda _: actions.reset())
-        self._pause, self._reset = pause, reset
 
     def _followers(self) -> list[FollowingCamera]:
         with self._lock:
@@ -131,29 +103,3 @@ class Controls:
         camera = self._cameras.get(client.client_id) if client else None
         if camera:
             camera.show(name, self.half_m)
-
-
-def take_screenshot(client: viser.ClientHandle | None) -> None:
-    """Let a browser save what it shows; one that is closed meanwhile wants it no more."""
-    if client is None:
-        return
-    camera = client.camera
-    try:
-        pixels = client.get_render(
-            camera.image_height,
-            camera.image_width,
-            transport_format='png',
-            timeout=_SCREENSHOT_TIMEOUT_S,
-        )
-    except TimeoutError:
-        client.add_notification('No screenshot', 'The browser was too slow to draw it.')
-        return
-    except RuntimeError:  # it is closed, or cannot draw
-        return
-    drawn = Image.fromarray(pixels)
-    picture = Image.new('RGBA', drawn.size, 'white')
-    picture.alpha_composite(drawn)
-    content = io.BytesIO()
-    picture.convert('RGB').save(content, 'png')
-    name = time.strftime('setcmas_%Y%m%d-%H%M%S.png')
-    client.send_file_download(name, content.getvalue(), save_immediately=True)

@@ -11,9 +11,11 @@ from typing import NoReturn
 
 import viser
 
+from setcmas_expe.doctor.multicast import network_addresses
 from setcmas_simu.errors import SetcmasError
 from setcmas_tools.view.page.browser_options import EVERYWHERE
 from setcmas_tools.view.page.request_guard import guarded_requests, names_of_this_machine
+from setcmas_tools.view.page.token import Token
 
 _PORTS_TRIED = 50
 
@@ -32,10 +34,16 @@ class Page:
     Attributes:
         server: viser's.
         url: Where this machine finds it.
+        query: What its address ends in: its token, if it needs one.
     """
 
-    def __init__(self, host: str, port: int) -> None:
+    def __init__(self, host: str, port: int, needs_token: bool = False) -> None:
         """Serve the page at a host's address, at a port or the next free one.
+
+        Args:
+            host: The address.
+            port: The port.
+            needs_token: Whether only those may see it who know the token in its address.
 
         Raises:
             SetcmasError: No port is free, the address is not one of this machine, or viser
@@ -43,10 +51,12 @@ class Page:
         """
         port = free_port(host, port)
         names = names_of_this_machine() | {host.lower()}
-        with _silence(), guarded_requests(names):
+        token = Token(port) if needs_token else None
+        self.query = token.query if token else ''
+        with _silence(), guarded_requests(names, token):
             self.server = _Server(host=host, port=port, label='setcmas', verbose=False)
         self.host, self.port = host, self.server.get_port()
-        self.url = _url(EVERYWHERE.get(host, host), self.port)
+        self.url = _url(EVERYWHERE.get(host, host), self.port) + self.query
         self.server.gui.configure_theme(
             show_logo=False, show_share_button=False, brand_color=(37, 99, 235)
         )
@@ -98,15 +108,21 @@ def _refuse(message: str) -> NoReturn:
     raise SetcmasError(message) from None
 
 
-def network_url(port: int) -> str:
+def network_urls(port: int, query: str = '') -> list[str]:
     """Return where other machines find a page that is served at all addresses."""
+    found = network_addresses()
+    named = [f'{_url(address, port)}{query} ({name})' for name, address in found.items()]
+    return named or [_url(_way_out(), port) + query]
+
+
+def _way_out() -> str:
+    """Return the address from which this machine would talk to others, else its name."""
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
         try:
             probe.connect(('192.0.2.1', 9))  # sends nothing; tells the way to other machines
-            address = probe.getsockname()[0]
+            return str(probe.getsockname()[0])
         except OSError:
-            address = socket.gethostname()
-    return _url(address, port)
+            return socket.gethostname()
 
 
 def _url(host: str, port: int) -> str:

@@ -72,7 +72,7 @@ def _count(rows: list[RobotRow]) -> str:
 
 
 def _row_html(row: RobotRow) -> str:
-    red, green, blue = (round(255 * part) for part in fleet.colour(row.robot))
+    red, green, blue = (round(255 * part) for part in fleet.plot_colour(row.robot))
     x, y, theta = row.pose
     cells = [_number(value, 2) for value in (row.speed, x, y)]
     cells.append(_number(math.degrees(theta), 0))

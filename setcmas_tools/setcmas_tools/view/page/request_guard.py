@@ -25,6 +25,10 @@ from websockets.http11 import Request, Response
 
 from setcmas_simu.errors import SetcmasError
 from setcmas_tools.view.page.browser_options import INSTALL_VISER
+from setcmas_tools.view.page.index_page import dress
+from setcmas_tools.view.page.token import Token
+
+_NO_TOKEN = 'open the whole address that setcmas has printed, with its token\n'
 
 
 def names_of_this_machine() -> set[str]:
@@ -53,8 +57,8 @@ def refusal(host: str, origin: str | None, names: Collection[str]) -> str:
 
 
 @contextlib.contextmanager
-def guarded_requests(names: Collection[str]) -> Iterator[None]:
-    """Let the server that viser starts meanwhile ask `refusal` first.
+def guarded_requests(names: Collection[str], token: Token | None = None) -> Iterator[None]:
+    """Let the server that viser starts meanwhile ask `refusal` first, and for a token.
 
     Raises:
         SetcmasError: viser has started it in another way, so that nothing would be refused.
@@ -70,9 +74,15 @@ def guarded_requests(names: Collection[str]) -> Iterator[None]:
             reason = refusal(host, ', '.join(origins) if origins else None, names)
             if reason:
                 return connection.respond(HTTPStatus.FORBIDDEN, f'{reason}\n')
+            shown = token is not None and token.is_in_address(request.path)
+            if token and not shown and not token.is_kept('; '.join(headers.get_all('Cookie'))):
+                return connection.respond(HTTPStatus.FORBIDDEN, _NO_TOKEN)
             response: Response | None = process_request(connection, request)
             if response is not None:  # nor may another page show this one and catch clicks
                 response.headers['X-Frame-Options'] = 'DENY'
+                if token and shown:
+                    response.headers['Set-Cookie'] = token.cookie
+                dress(response)
             return response
 
         guarded.append(process)

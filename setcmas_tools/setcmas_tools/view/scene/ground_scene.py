@@ -9,8 +9,6 @@ HALF_M = 7.5
 """Half the side of the ground in a simulation at first, in m."""
 LAB_HALF_M = 2.5
 """Half the side of the ground in an experiment at first, in m."""
-WITH_METRES = 1.12
-"""How many times larger what has to be seen is than the ground: metres stand beside it."""
 
 _BELOW_M = 0.01  # so that what lies on the ground does not flicker through it
 _METRES_AT = 1.06

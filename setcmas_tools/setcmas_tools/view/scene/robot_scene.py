@@ -73,7 +73,7 @@ class RobotScene:
         zero = np.zeros(n)
         wxyzs = np.column_stack([np.cos(half), zero, zero, np.sin(half)])
         scales = np.full((n, 3), size)
-        colours = np.array([fleet.colour(robot) for robot in robots]).reshape(-1, 3)
+        colours = np.array([fleet.plot_colour(robot) for robot in robots]).reshape(-1, 3)
         faded = np.where(lost, _PALENESS, 0.0)[:, None]
         bright = colours + faded * (_PALE - colours)
         dark = _DARK + faded * (_PALE - _DARK)

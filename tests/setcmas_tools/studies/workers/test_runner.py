@@ -6,7 +6,6 @@ import pytest
 
 from setcmas_tools import sweep
 
-pytest.importorskip('joblib')
 pytestmark = pytest.mark.skipif(not hasattr(os, 'fork'), reason='runs share a process')
 
 SCRIPT = """

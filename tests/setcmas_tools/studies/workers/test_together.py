@@ -135,7 +135,6 @@ def test_what_cannot_go_together_is_of_no_kind():
 
 @pytest.mark.skipif(not hasattr(os, 'fork'), reason='runs share a process')
 def test_a_study_makes_runs_together_until_one_of_them_ends_the_process(tmp_path):
-    pytest.importorskip('joblib')
     (tmp_path / 'law.py').write_text(
         LAW.format(
             top=f"open({str(tmp_path / 'pids')!r}, 'a').write(str(os.getpid()) + '\\n')",

@@ -56,7 +56,8 @@ def test_robots_that_stand_keep_their_trails():
 def test_a_jump_leaves_no_trail():
     trails = Trails()
     end = drive(trails, 2)
-    trails.extend(end + 0.05, [1, 2], np.array([[-9.0, -9.0], [1, 2]]))
+    trails.extend(end + 0.05, [1, 2], np.array([[0.5, 0.5], [1, 2]]), put={1, 2})
+    trails.extend(end + 20, [1, 2], np.array([[0.9, 0.9], [1, 2]]))  # nobody has looked
 
     assert lengths(trails).max() < 0.2
 

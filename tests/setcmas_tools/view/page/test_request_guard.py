@@ -56,18 +56,20 @@ def page():
     page.stop()
 
 
-def talk(page, origin):
+def talk(address, origin, headers=None):
     """Open a websocket as viser's page does, and return the first message."""
-    url = page.url.replace('http', 'ws')
-    protocol = f'viser-v{viser.__version__}'
-    with connect(url, origin=origin, subprotocols=[protocol], max_size=None) as socket:
+    url = address.replace('http', 'ws')
+    kinds = [f'viser-v{viser.__version__}']
+    with connect(
+        url, origin=origin, subprotocols=kinds, max_size=None, additional_headers=headers
+    ) as socket:
         return socket.recv(timeout=30)
 
 
 def test_a_page_from_elsewhere_gets_no_websocket(page):
-    assert talk(page, page.url)
+    assert talk(page.url, page.url)
     with pytest.raises(InvalidStatus) as refused:
-        talk(page, 'https://evil.example')
+        talk(page.url, 'https://evil.example')
 
     assert refused.value.response.status_code == 403
     assert not page.server.get_clients()
@@ -88,6 +90,30 @@ def test_a_name_that_is_not_ours_gets_a_line_of_text_instead_of_the_page(page):
     status, _, text = get(f'evil.example:{page.port}')
     assert status == 403
     assert 'open it by its address' in text
+
+
+def test_a_page_with_a_token_is_shown_to_those_who_know_its_address(request):
+    page = Page('127.0.0.1', 18990, needs_token=True)
+    request.addfinalizer(page.stop)
+    address, _, query = page.url.partition('/?')
+
+    def get(path, **headers):
+        connection = http.client.HTTPConnection(page.host, page.port, timeout=30)
+        with contextlib.closing(connection):
+            connection.request('GET', path, headers=headers)
+            answer = connection.getresponse()
+            return answer.status, answer.headers['Set-Cookie']
+
+    assert get('/') == (403, None)
+    assert get('/?token=guessed') == (403, None)
+    status, cookie = get(f'/?{query}')
+    assert status == 200
+    kept = {'Cookie': cookie.partition(';')[0]}
+    assert get('/', **kept) == (200, None)
+    assert get('/', Cookie='setcmas_18990=guessed') == (403, None)
+    with pytest.raises(InvalidStatus):
+        talk(address, address)
+    assert talk(address, address, kept)
 
 
 def test_a_viser_that_starts_its_server_in_another_way_is_refused():

@@ -90,7 +90,7 @@ def compared(folder: Path, earlier: Path) -> str:
 
 def changes(before: Metrics, after: Metrics) -> list[str]:
     """Return a text for each number that differs between metrics, the largest change first."""
-    old, new = (_flat(as_dict(metrics)) for metrics in (before, after))
+    old, new = (flat(as_dict(metrics)) for metrics in (before, after))
     sizes = {}
     for name in [*old, *(new.keys() - old.keys())]:
         was, now = old.get(name), new.get(name)
@@ -100,17 +100,18 @@ def changes(before: Metrics, after: Metrics) -> list[str]:
     return sorted(sizes, key=lambda text: -sizes[text])
 
 
-def _flat(value: Any, name: str = '') -> dict[str, Any]:
+def flat(value: Any, name: str = '') -> dict[str, Any]:
+    """Return nested values by names with dots between."""
     if isinstance(value, Mapping):
         parts: Iterable[tuple[Any, Any]] = value.items()
     elif isinstance(value, list):
         parts = enumerate(value, start=1)
     else:
         return {name: value}
-    flat: dict[str, Any] = {}
+    found: dict[str, Any] = {}
     for part, inner in parts:
-        flat |= _flat(inner, f'{name}.{part}' if name else str(part))
-    return flat
+        found |= flat(inner, f'{name}.{part}' if name else str(part))
+    return found
 
 
 def _change(was: Any, now: Any) -> float:

@@ -2,7 +2,7 @@ import numpy as np
 from metrics_runs import T, table
 from runs import run_of
 
-from setcmas_tools.comparison import changes, largest_distance
+from setcmas_tools.comparison.repeat import changes, largest_distance
 from setcmas_tools.metrics.compute import measure
 
 

@@ -1,0 +1,69 @@
+"""Differences between two runs in parameters, scripts and versions, as lines of text."""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+from setcmas_tools.comparison.repeat import flat
+from setcmas_tools.run.arena import arena_of
+from setcmas_tools.run.run import Run
+
+_MOST_LINES = 60
+
+
+def differences(reference: Run, run: Run) -> list[str]:
+    """Return what a run was given in another way than a reference, a line or more for each."""
+    return [
+        *_changed('', _options(reference), _options(run)),
+        *_changed('seed', reference.info.seed, run.info.seed),
+        *_changed('version of ', _origin(reference), _origin(run)),
+        *_inputs(reference, run),
+    ]
+
+
+def _options(run: Run) -> dict[str, Any]:
+    values = {name: value for name, value in run.parameters.items() if name != 'script'}
+    arena = arena_of(run)
+    return values | {'arena': ', '.join(f'{border:g}' for border in arena) if arena else None}
+
+
+def _origin(run: Run) -> Mapping[str, Any]:
+    origin = run.info.origin
+    return {'setcmas': origin.setcmas, **origin.versions} if origin else {}
+
+
+def _changed(name: str, before: Any, after: Any) -> Iterator[str]:
+    old, new = flat(before), flat(after)
+    for key in dict.fromkeys([*old, *new]):
+        if _text(old, key) != _text(new, key):
+            yield f'{name}{key}: {_text(old, key)} -> {_text(new, key)}'
+
+
+def _text(values: Mapping[str, Any], key: str) -> str:
+    return str(values[key]) if values.get(key) is not None else 'none'
+
+
+def _inputs(reference: Run, run: Run) -> Iterator[str]:
+    """Yield how scripts and other files differ, as `diff -u` tells it."""
+    old, new = (_files(one) for one in (reference, run))
+    for name in dict.fromkeys([*old, *new]):
+        if name not in old or name not in new:
+            yield f'{name}: only in {"the reference" if name in old else "this run"}'
+        elif old[name] != new[name]:
+            lines = list(difflib.unified_diff(old[name], new[name], n=1, lineterm=''))[2:]
+            yield f'{name}:'
+            yield from (f'    {line}' for line in lines[:_MOST_LINES])
+            if len(lines) > _MOST_LINES:
+                yield f'    and {len(lines) - _MOST_LINES} more lines'
+
+
+def _files(run: Run) -> dict[str, list[str]]:
+    return {
+        f'{given.option} {file.relative_to(given.path.parent)}': content.decode(
+            errors='replace'
+        ).splitlines()
+        for given in run.inputs
+        for file, content in zip(given.files, given.contents, strict=True)
+    }

@@ -1,0 +1,1 @@
+"""Bundles with which platforms grade by themselves."""

@@ -1,0 +1,66 @@
+"""The format `coderunner`: what a combinator template grader of Moodle's CodeRunner prints.
+
+Fields as in CodeRunner's documentation, section Combinator-template grading.
+"""
+
+from __future__ import annotations
+
+import base64
+from html import escape
+from typing import Any
+
+from setcmas_tools.grade_formats.bundles.archive import archive
+from setcmas_tools.grade_formats.bundles.kit import Kit
+from setcmas_tools.grade_formats.bundles.templates import filled_in
+from setcmas_tools.grade_formats.feedback import failure_text, summary
+from setcmas_tools.grade_formats.format import Files, GradeFormat, result_files
+from setcmas_tools.grading.marks import CriterionMark, Marks, ScenarioMark
+from setcmas_tools.grading.pages.class_figures import share
+from setcmas_tools.grading.pages.path_picture import picture_file
+from setcmas_tools.grading.pages.remarks import points_text
+
+_HEADER = ['iscorrect', 'Scenario', 'Criterion', 'Wanted', 'Reached', 'Points', 'Hint']
+
+
+def _result(marks: Marks) -> dict[str, Any]:
+    rows = [_row(one, mark) for one in marks.scenarios for mark in one.criteria]
+    failures = [summary(marks)]
+    failures += [failure_text(one.failure) for one in marks.scenarios if one.failure]
+    return {
+        'fraction': round(share(marks.score, marks.max_score), 4),
+        'prologuehtml': ''.join(f'<pre>{escape(text)}</pre>' for text in failures if text),
+        'testresults': [_HEADER, *rows],
+        'epiloguehtml': ''.join(map(_picture, marks.scenarios)),
+    }
+
+
+def _row(scenario: ScenarioMark, mark: CriterionMark) -> list[str | int]:
+    """Return a row; CodeRunner escapes its cells."""
+    points = f'{points_text(mark.points)} of {points_text(mark.max_points)}'
+    reached = '' if mark.hidden else mark.reached_text
+    return [int(mark.is_full), scenario.name, mark.name, mark.wanted, reached, points, mark.hint]
+
+
+def _picture(scenario: ScenarioMark) -> str:
+    picture = picture_file(scenario.paths, scenario.name)
+    if not picture:
+        return ''
+    encoded = base64.b64encode(picture.encode()).decode()
+    name = escape(scenario.name)
+    return f'<p>{name}</p><img alt="{name}" src="data:image/svg+xml;base64,{encoded}">'
+
+
+def _bundle(kit: Kit) -> Files:
+    rubric = {path: content for path, content in kit.files.items() if path != kit.wheel}
+    return {
+        **filled_in('coderunner', kit),
+        'rubric.zip': archive(rubric),
+        kit.wheel: kit.files[kit.wheel],
+    }
+
+
+CODERUNNER = GradeFormat(
+    'Moodle CodeRunner: the JSON of a template grader; --make writes the template',
+    result_files('coderunner', _result),
+    _bundle,
+)

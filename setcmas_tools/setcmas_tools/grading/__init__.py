@@ -1,0 +1,1 @@
+"""Grading: rubrics, and the marks that control scripts get by them."""

@@ -1,0 +1,1 @@
+"""HTML pages of a graded class, and its table on the screen."""

@@ -1,0 +1,133 @@
+"""Picture of a scenario's paths in the plane, own over wanted, as SVG in the page's colours."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from importlib.resources import files
+from xml.sax.saxutils import quoteattr
+
+from setcmas_tools.grading.marks import RobotPath
+
+Points = Sequence[tuple[float, float]]
+
+_SIZE = 360.0  # of the longer side, in units of the picture
+_MARGIN = 30.0
+_SMALLEST_SPAN_M = 1.0
+_FARTHEST_M = 1e3  # beyond this a robot has run away: the rest is drawn
+_COLOURS = 8
+_STEPS = (1, 2, 5)
+
+
+def path_picture(paths: Sequence[RobotPath], title: str) -> str:
+    """Return a picture of paths; empty if there is nothing to draw.
+
+    Args:
+        paths: Those of the robots.
+        title: What readers who cannot see it are told.
+    """
+    drawn = [_Drawn(one) for one in paths]
+    everything = [point for one in drawn for point in (*one.own, *one.wanted)]
+    if not everything:
+        return ''
+    frame = _Frame(everything)
+    lines = [frame.grid()]
+    lines += [frame.line(one.wanted, f'wanted r{one.colour}') for one in drawn if one.wanted]
+    lines += [frame.line(one.own, f'own r{one.colour}') for one in drawn if one.own]
+    lines += [frame.ends(one.own, one.colour) for one in drawn if one.own]
+    return (
+        f'<svg class="paths" viewBox="0 0 {frame.width:.1f} {frame.height:.1f}" role="img" '
+        f'aria-label={quoteattr(title)}>{"".join(lines)}</svg>'
+    )
+
+
+def picture_file(paths: Sequence[RobotPath], title: str) -> str:
+    """Return a picture of paths as an SVG file on white paper; empty if there is nothing."""
+    picture = path_picture(paths, title)
+    style = (files(__package__) / 'templates' / 'paths.css').read_text(encoding='utf-8')
+    begin = (
+        f'<svg xmlns="http://www.w3.org/2000/svg" style="background:#fff" width="480" '
+        f'height="400"><style>{style}</style>'
+    )
+    return f'{begin}{picture}</svg>' if picture else ''
+
+
+class _Drawn:
+    """The path of a robot as far as it can be drawn."""
+
+    def __init__(self, path: RobotPath) -> None:
+        self.colour = (path.robot - 1) % _COLOURS + 1
+        self.own = _drawable(path.own)
+        self.wanted = _drawable(path.wanted)
+
+
+def _drawable(points: Points) -> Points:
+    return [(x, y) for x, y in points if abs(x) < _FARTHEST_M and abs(y) < _FARTHEST_M]
+
+
+class _Frame:
+    """A part of the plane, with equal scales, and its place in the picture."""
+
+    def __init__(self, points: Points) -> None:
+        xs, ys = zip(*points, strict=True)
+        self._left, self._right = _span(min(xs), max(xs))
+        self._bottom, self._top = _span(min(ys), max(ys))
+        longer = max(self._right - self._left, self._top - self._bottom)
+        self._scale = _SIZE / longer
+        self.width = (self._right - self._left) * self._scale + 2 * _MARGIN
+        self.height = (self._top - self._bottom) * self._scale + 2 * _MARGIN
+        self._step = _step(longer)
+
+    def _at(self, x: float, y: float) -> tuple[str, str]:
+        right = _MARGIN + (x - self._left) * self._scale
+        down = _MARGIN + (self._top - y) * self._scale
+        return f'{right:.1f}', f'{down:.1f}'
+
+    def line(self, points: Points, kind: str) -> str:
+        """Return a path; one whose robot stays where it is is a dot."""
+        places = ' '.join(','.join(self._at(*point)) for point in points)
+        return f'<polyline class="{kind}" points="{places}"/>'
+
+    def ends(self, points: Points, colour: int) -> str:
+        """Return a ring at the start of a path and a disc at its end."""
+        (x0, y0), (x1, y1) = self._at(*points[0]), self._at(*points[-1])
+        return (
+            f'<circle class="start r{colour}" cx="{x0}" cy="{y0}" r="4"/>'
+            f'<circle class="end r{colour}" cx="{x1}" cy="{y1}" r="4.5"/>'
+        )
+
+    def grid(self) -> str:
+        """Return lines at round numbers of m, with their numbers."""
+        x0, y0 = self._at(self._left, self._bottom)
+        x1, y1 = self._at(self._right, self._top)
+        parts = []
+        for value in _round_values(self._left, self._right, self._step):
+            x, _ = self._at(value, 0)
+            parts.append(
+                f'<path d="M{x} {y0}V{y1}"/><text x="{x}" y="{y0}" dy="14">{value:g}</text>'
+            )
+        for value in _round_values(self._bottom, self._top, self._step):
+            _, y = self._at(0, value)
+            parts.append(
+                f'<path d="M{x0} {y}H{x1}"/>'
+                f'<text class="y" x="{x0}" y="{y}" dx="-5" dy="3.5">{value:g}</text>'
+            )
+        parts.append(f'<text class="axis" x="{x1}" y="{y0}" dy="26">x (m)</text>')
+        parts.append(f'<text class="y axis" x="{x0}" y="{y1}" dx="8" dy="-9">y (m)</text>')
+        return f'<g class="grid">{"".join(parts)}</g>'
+
+
+def _span(low: float, high: float) -> tuple[float, float]:
+    middle, half = (low + high) / 2, max(high - low, _SMALLEST_SPAN_M) * 0.53
+    return middle - half, middle + half
+
+
+def _step(span: float) -> float:
+    """Return a round distance of grid lines, with 3 to 8 of them in a span."""
+    power = 10.0 ** math.floor(math.log10(span / 3))
+    return max(step * power for step in _STEPS if step * power <= span / 3)
+
+
+def _round_values(low: float, high: float, step: float) -> list[float]:
+    first, last = math.ceil(low / step), math.floor(high / step)
+    return [round(number * step, 6) for number in range(first, last + 1)]

@@ -1,0 +1,1 @@
+"""The sandbox: processes that hold submissions, and may do nothing but answer."""

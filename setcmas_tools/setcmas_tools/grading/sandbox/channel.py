@@ -1,0 +1,96 @@
+"""Messages between the grader and a process that it does not trust: sized, bounded and timed."""
+
+from __future__ import annotations
+
+import socket
+import struct
+import time
+from collections.abc import Callable
+
+_SIZE = struct.Struct('<I')
+_LOOK_S = 0.25
+
+
+class ChannelError(Exception):
+    """The other side has ended, is late, or sends what it must not."""
+
+
+class LateError(ChannelError):
+    """The other side has not answered in time."""
+
+
+class Channel:
+    """One end of a connection on which messages of bytes go both ways."""
+
+    def __init__(self, end: socket.socket, most: int, look: Callable[[], float] = float) -> None:
+        """Speak through a socket.
+
+        Args:
+            end: The socket.
+            most: Size of the longest message that is taken, in bytes.
+            look: Called now and then while nothing comes; returns by how much later to give up,
+                in s, and may raise ChannelError.
+        """
+        self._end = end
+        self._most = most
+        self._look = look
+        self._rest = b''
+        end.settimeout(_LOOK_S)
+
+    def send(self, message: bytes, deadline: float) -> None:
+        """Send a message.
+
+        Args:
+            message: The message.
+            deadline: When to give up, on the clock of `time.monotonic`.
+
+        Raises:
+            ChannelError: The other side has ended, or takes nothing.
+        """
+        left = memoryview(_SIZE.pack(len(message)) + message)
+        while left:
+            try:
+                left = left[self._end.send(left) :]
+            except TimeoutError:
+                self._wait(deadline)
+            except OSError as error:
+                raise ChannelError from error
+
+    def receive(self, deadline: float) -> bytes:
+        """Return the next message.
+
+        Args:
+            deadline: When to give up, on the clock of `time.monotonic`.
+
+        Raises:
+            ChannelError: The other side has ended, is late, or sends a message that is too long.
+        """
+        (size,) = _SIZE.unpack(self._read(_SIZE.size, deadline))
+        if size > self._most:
+            raise ChannelError('the script wrote on its connection with the grader')
+        return self._read(size, deadline)
+
+    def close(self) -> None:
+        """Send and receive no more."""
+        self._end.close()
+
+    def _read(self, size: int, deadline: float) -> bytes:
+        while len(self._rest) < size:
+            try:
+                part = self._end.recv(65536)
+            except TimeoutError:
+                self._wait(deadline)
+                continue
+            except OSError as error:
+                raise ChannelError from error
+            if not part:
+                raise ChannelError
+            self._rest += part
+            if len(self._rest) < size:
+                self._wait(deadline)
+        read, self._rest = self._rest[:size], self._rest[size:]
+        return read
+
+    def _wait(self, deadline: float) -> None:
+        if time.monotonic() > deadline + self._look():
+            raise LateError

@@ -1,0 +1,78 @@
+"""Runner of scenarios with a submission that is held in a box."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+import msgspec
+
+from setcmas_ctrl.scripts.random_seed import SEED
+from setcmas_tools.grading.marks import Failure, ScenarioRun
+from setcmas_tools.grading.sandbox.box import Box
+from setcmas_tools.grading.sandbox.held import Held, LostError, Times, Trouble
+from setcmas_tools.grading.sandbox.job import Job
+from setcmas_tools.grading.scenarios import CONTROL, CTC, Scenario
+from setcmas_tools.offline.engine import simulate
+
+_LONGEST_LINE = 200
+_PLACE = re.compile(r'(\S+\.py), line (\d+)')
+
+
+@dataclass(frozen=True)
+class BoxRunner:
+    """Runs scenarios with a submission; the engine is here, the submission in a box.
+
+    Attributes:
+        box: Holds the submission.
+        script: Name of its script.
+        files: Its files by their names, the script among them.
+        times: How long it may take.
+        function: CONTROL or CTC.
+    """
+
+    box: Box
+    script: str
+    files: Mapping[str, bytes]
+    times: Times
+    function: str = CONTROL
+
+    def __call__(self, scenario: Scenario) -> ScenarioRun:
+        """Return the run of a scenario with the submission."""
+        arguments = dict(scenario.arguments)
+        nb_robots = arguments.get('nb_robots', 1)
+        job = Job(
+            self.script,
+            self.function == CTC,
+            nb_robots,
+            arguments.get('seed', SEED),
+            msgspec.to_builtins(arguments.pop('settings', None) or {}),
+            math.ceil(self.times.run),
+        )
+        held = Held(self.box, self.files, job, self.times)
+        fleet = replace(scenario, arguments=arguments)
+        try:
+            run = simulate(**held.job(fleet), warn=_ignore)
+        except LostError:
+            return ScenarioRun(None, self._failure(held.trouble), is_complete=False)
+        finally:
+            self.box.drop()
+        return ScenarioRun(run, self._failure(held.trouble))
+
+    def _failure(self, trouble: Trouble | None) -> Failure | None:
+        if not trouble:
+            return None
+        file, line = trouble.file, trouble.line
+        if not line and (found := _PLACE.search(trouble.message)):
+            file, line = found[1], int(found[2])
+        lines = self.files.get(file, b'').decode(errors='replace').splitlines()
+        if not lines or not line:
+            return Failure(trouble.message, robot=trouble.robot, t=trouble.t)
+        source = '\n'.join(one[:_LONGEST_LINE] for one in lines)
+        return Failure.at(trouble.message, file, source, line, trouble.robot, trouble.t)
+
+
+def _ignore(_: str) -> None:
+    """Tell nobody: what fails first is in the marks."""

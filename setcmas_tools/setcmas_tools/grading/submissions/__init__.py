@@ -1,0 +1,1 @@
+"""Submissions: found in what learning platforms download, and compared with each other."""

@@ -1,0 +1,30 @@
+from xml.etree import ElementTree
+
+from graded_classes import PATHS
+
+from setcmas_tools.grading.marks import RobotPath
+from setcmas_tools.grading.pages.path_picture import path_picture, picture_file
+
+
+def test_all_that_is_drawn_lies_in_the_picture():
+    picture = ElementTree.fromstring(path_picture(PATHS, 'a "title" <b>'))
+    _, _, width, height = map(float, picture.get('viewBox').split())
+
+    lines = picture.findall('polyline')
+    assert len(lines) == 6
+    for line in lines:
+        for point in line.get('points').split():
+            x, y = map(float, point.split(','))
+            assert 0 < x < width
+            assert 0 < y < height
+
+
+def test_nothing_to_draw_is_no_picture():
+    assert path_picture((), '') == picture_file((RobotPath(1, (), ()),), '') == ''
+    assert path_picture((RobotPath(1, ((float('nan'), 0),), ()),), '') == ''
+
+
+def test_a_picture_file_is_svg_with_its_own_colours():
+    svg = ElementTree.fromstring(picture_file(PATHS, 'paths'))
+    assert svg.tag == '{http://www.w3.org/2000/svg}svg'
+    assert '#0072b2' in svg.findtext('{http://www.w3.org/2000/svg}style')
