@@ -4,7 +4,7 @@ import numpy as np
 
 from setcmas_tools.films import film
 from setcmas_tools.metrics.compute import measure as measure_run
-from setcmas_tools.plots.looks.look import PlotLook
+from setcmas_tools.plots.looks.look import FilmLook, PlotLook
 from setcmas_tools.plots.plot import plot as plot_run
 from setcmas_tools.records.tables import RunTables
 from setcmas_tools.run.info import RunInfo
@@ -27,6 +27,5 @@ def plot(path, output=None, **look):
     return plot_run(Run.load(path), output or find_run(path).plots, PlotLook(**look))
 
 
-def animate(path, output=None, *arguments, **look):
-    folder = output or find_run(path).plots
-    return film.animate(Run.load(path), folder, *arguments, **look)
+def animate(path, output=None, kind=None, **look):
+    return film.animate(Run.load(path), output or find_run(path).plots, kind, FilmLook(**look))

@@ -1,5 +1,6 @@
 """Terminals of the tests' own, for commands that read keys."""
 
+import codecs
 import contextlib
 import fcntl
 import os
@@ -24,6 +25,7 @@ class Terminal:
         fcntl.ioctl(self.slave, termios.TIOCSWINSZ, struct.pack('4H', 30, 110, 0, 0))
         self.before = termios.tcgetattr(self.slave)
         self.text = ''
+        self._decoder = codecs.getincrementaldecoder('utf-8')()
         self.process = subprocess.Popen(
             [*SETCMAS, *arguments],
             stdin=self.slave,
@@ -37,15 +39,16 @@ class Terminal:
 
     def read(self):
         with contextlib.suppress(BlockingIOError, OSError):
-            self.text += ESCAPE.sub('', os.read(self.master, 65536).decode())
+            self.text += ESCAPE.sub('', self._decoder.decode(os.read(self.master, 65536)))
         return self.text
 
     def wait_for(self, pattern, timeout=TIMEOUT_S):
         deadline = time.monotonic() + timeout
-        while not re.search(pattern, self.read(), re.DOTALL):
+        while not (found := re.search(pattern, self.read(), re.DOTALL)):
             assert time.monotonic() < deadline, self.text
             time.sleep(0.02)
         self.text = ''
+        return found
 
     def press(self, key):
         os.write(self.master, key.encode())

@@ -1,6 +1,6 @@
 """An experiment: `ros2 launch launch_scripts expe_multi_robots.launch.py lab:=lab.yaml`.
 
-It starts paused: a joystick starts the robots, or `false` on /pause.
+It starts paused: a joystick starts the robots.
 """
 
 from launch import LaunchDescription

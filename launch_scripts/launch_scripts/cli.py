@@ -32,10 +32,15 @@ VERBS = {
     'bag_to_csv': 'convert a bag to CSV files',
     'csv_to_plot': 'plot the CSV files of a run',
     'metrics': 'measure a run: path, separation, settling time, errors of the task',
+    'compare': 'compare runs: paths, distances, metrics, parameters, scripts',
     'list': 'list what has a name: laws, robot models, motion capture, metrics, plots',
+    'check': 'check a law of your own against its exercise',
+    'grade': 'grade the submissions of a class, each in a sandbox',
     'new': 'write a control script or a lab file to begin with',
 }
 """The verbs and what each does; the module of the same name in `commands` does it."""
+
+_NO_VALUE = 'expected one argument'  # argparse's
 
 _DESCRIPTION = """\
 Simulation and experiments for teaching the control of multi-agent systems.
@@ -64,6 +69,9 @@ class Parser(argparse.ArgumentParser):
 
     def error(self, message: str) -> NoReturn:
         """Print one line and exit with status 2."""
+        if message.endswith(_NO_VALUE):
+            flag = message.removeprefix('argument ').partition(':')[0].split('/')[-1]
+            message += f'; one that begins with - is written {flag}=-...'
         self.exit(2, f'{self.prog}: {message} ({self.prog} --help tells more)\n')
 
 
@@ -117,6 +125,8 @@ def main(arguments: list[str] | None = None) -> int:
     """Run the command line; returns the exit status."""
     leave_out_what_breaks()
     arguments = spelled(sys.argv[1:] if arguments is None else arguments)
+    if arguments[:1] == ['help']:
+        arguments = [*arguments[1:2], '--help']
     try:
         _check_current_folder()
         args = _parsed(arguments)
@@ -147,7 +157,8 @@ def _parsed(arguments: list[str]) -> argparse.Namespace:
         wanted = next((word for word in typed if word in VERBS), '')
     else:
         wanted = next((argument for argument in arguments if not argument.startswith('-')), '')
-    if wanted == 'offline' and not completing and {'-h', '--help'}.isdisjoint(arguments):
+    asks_help = not {'-h', '--help'}.isdisjoint(arguments)
+    if wanted in ('offline', 'check') and not completing and not asks_help:
         start_early()  # before numpy and all the rest is imported here
     parser = build_parser(wanted)
     if completing:
@@ -174,3 +185,7 @@ def bag_to_csv() -> int:
 def csv_to_plot() -> int:
     """Run `csv_to_plot` as a command of its own."""
     return main(['csv_to_plot', *sys.argv[1:]])
+
+
+if __name__ == '__main__':
+    sys.exit(main())

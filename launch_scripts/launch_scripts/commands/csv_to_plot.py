@@ -7,6 +7,7 @@ Examples:
   csv_to_plot out --palette okabe-ito --show     for colour-blind readers
   csv_to_plot out --paper                        as PDF, 3.5 in wide with 8 pt letters
   csv_to_plot out --animate --speed 4            a film too, four times as fast
+  csv_to_plot out --animate mp4 --size 1920x1080 --dpi 200
 """
 
 from __future__ import annotations
@@ -35,7 +36,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def main(args: argparse.Namespace) -> int:
     """Plot; returns the exit status."""
     from setcmas_tools.evaluation import evaluate
-    from setcmas_tools.plots.looks.look import PlotLook
+    from setcmas_tools.plots.looks.look import FilmLook, PlotLook
     from setcmas_tools.run.run import Run
     from setcmas_tools.run.source import find_run
 
@@ -49,7 +50,7 @@ def main(args: argparse.Namespace) -> int:
         from setcmas_tools.films.film import animate
 
         kind = None if film.animate == BEST else film.animate
-        print(animate(run, folder, kind, film.speed or 1.0, palette=style.palette))
+        print(animate(run, folder, kind, FilmLook(palette=style.palette, **film.look())))
     return 0
 
 

@@ -27,6 +27,7 @@ from launch_scripts.terminal.output_lines import warn
 from setcmas_ctrl.communication.options import CommunicationOptions
 from setcmas_ctrl.communication.settings import check_communication
 from setcmas_ctrl.control.options import FleetOptions, LawOptions
+from setcmas_ctrl.filter.options import FilterOptions
 from setcmas_simu.robots.models import NO_LIMITS, check_models, model_names
 
 
@@ -35,6 +36,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     LawOptions.add_to(parser)
     FleetOptions.add_to(parser)
     CommunicationOptions.add_to(parser)
+    FilterOptions.add_to(parser)
     ViewOptions.add_to(parser, view=NONE)  # the simulator shows the robots already
     add_ros_arguments(parser)
 
@@ -42,10 +44,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def main(args: argparse.Namespace) -> int:
     """Control until Ctrl-C; returns the exit status."""
     law, fleet = LawOptions.of(args), FleetOptions.of(args)
-    communication = CommunicationOptions.of(args)
+    communication, safety = CommunicationOptions.of(args), FilterOptions.of(args)
     # Mistakes are told before anything starts.
     scripts = law.scripts()
-    for note in scripts.hiding:
+    for note in (*scripts.notes, *safety.notes):
         warn(f'setcmas ctrl: {note}')
     if fleet.nb_robots:
         scripts.check(fleet.nb_robots)
@@ -55,5 +57,6 @@ def main(args: argparse.Namespace) -> int:
     require_ros()
     with view_beside(ViewOptions.of(args), robots) as companions:
         arguments = law.arguments() + fleet.arguments() + communication.arguments()
+        arguments += safety.arguments()
         arguments += ros_arguments(args)
         return run_in_foreground('ctrl', node_command(CONTROLLER, arguments), companions)

@@ -28,6 +28,7 @@ from launch_scripts.terminal.output_lines import write_line
 from setcmas_expe.doctor.options import DoctorOptions
 from setcmas_expe.emulation.options import check_emulated_mocap
 from setcmas_expe.lab.options import LabOptions
+from setcmas_expe.plausibility.options import ProofOptions
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -47,12 +48,13 @@ def main(args: argparse.Namespace) -> int:
         check_emulated_mocap(lab.mocap)
         options = replace(options, nb_robots=lab.nb_robots)
     arguments = options.arguments() + DoctorOptions.of(args).arguments()
+    arguments += ProofOptions(emulated=args.emulate).arguments()
     command = node_command(DOCTOR, arguments)
     environment = experiment_environment(lab, args.emulate)
     if not args.emulate:
         return run_to_end(command, environment)
     require_ros()
-    with Supervisor(environment) as supervisor:
+    with Supervisor(environment, prefix=True) as supervisor:
         try:
             lab_process = _start_lab(supervisor, options.arguments())
         except StoppedError:

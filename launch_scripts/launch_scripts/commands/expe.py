@@ -1,7 +1,7 @@
 """Drive real TurtleBot3s under motion capture with a control law, until q or Ctrl-C.
 
-The experiment starts paused. The space bar or the joystick's button starts and pauses it; it
-pauses itself when something that it depends on falls silent.
+The experiment starts paused: s starts it, the space bar pauses it, Esc or e is an emergency stop.
+It pauses itself, until somebody starts it again, when something that it depends on falls silent.
 
 Examples:
   setcmas expe --emulate --algo nav_wp           rehearse without any hardware
@@ -13,6 +13,7 @@ from __future__ import annotations
 
 import argparse
 import sys
+import time
 
 from launch_scripts.options.rviz import Companion
 from launch_scripts.options.view_options import NONE, ViewOptions, view_beside
@@ -24,17 +25,27 @@ from launch_scripts.processes.experiment import (
 )
 from launch_scripts.processes.supervision.child_process import ChildDiedError
 from launch_scripts.processes.supervision.supervisor import StoppedError, Supervisor
-from launch_scripts.terminal.keyboard import Keyboard
+from launch_scripts.terminal.keyboard import ESC, Keyboard, single_keys
 from launch_scripts.terminal.output_lines import warn
+from launch_scripts.terminal.start_key import StartKey
 from launch_scripts.terminal.status_display import KEYS, StatusDisplay
 from setcmas_ctrl.communication.options import CommunicationOptions
 from setcmas_ctrl.communication.settings import check_communication
 from setcmas_ctrl.control.options import LawOptions
+from setcmas_ctrl.filter.options import OF_LAB, FilterOptions
 from setcmas_expe.emulation.options import check_emulated_mocap, emulated_start_poses
 from setcmas_expe.lab.model import Lab
 from setcmas_expe.lab.options import LabOptions
+from setcmas_expe.pause.console_protocol import Word
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.simulator.options import StartPoseOptions
+
+_STOPS = {
+    ESC: (Word.EMERGENCY, 'by Esc'),
+    'e': (Word.EMERGENCY, 'by e'),
+    ' ': (Word.PAUSE, 'by space bar'),
+}
+"""Of several that come at once the first counts: what stops, stops."""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -42,6 +53,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     LawOptions.add_to(parser)
     CommunicationOptions.add_to(parser)
     LabOptions.add_to(parser)
+    FilterOptions.add_to(parser, without=OF_LAB)
+    parser.add_argument(
+        '--hold',
+        action='store_true',
+        help="robots move only while s, the joystick's button or the page's button is held",
+    )
     parser.add_argument('--no-joystick', action='store_true', help='do not look for a joystick')
     group = parser.add_argument_group('emulated lab')
     group.add_argument(
@@ -56,9 +73,10 @@ def main(args: argparse.Namespace) -> int:
     law = LawOptions.of(args)
     scripts = law.scripts()  # mistakes are told before anything starts
     lab = LabOptions.of(args).chosen()
+    lab.safety(FilterOptions.of(args))
     lab.check_rate(law.rate)
     scripts.check(lab.nb_robots)
-    for note in scripts.hiding:
+    for note in scripts.notes:
         warn(f'setcmas expe: {note}')
     check_communication(CommunicationOptions.of(args).found(law.exercise), lab.nb_robots)
     poses = StartPoseOptions.of(args)
@@ -92,8 +110,11 @@ def _run(
     args: argparse.Namespace,
     views: list[Companion],
 ) -> int:
+    joystick = None if args.no_joystick else joystick_command(lab.joystick_topic)
     try:
-        experiment = Experiment(supervisor, lab, args, LabOptions.of(args))
+        experiment = Experiment(
+            supervisor, lab, args, LabOptions.of(args), hold=args.hold, joystick=joystick
+        )
     except StoppedError:
         return 0
     except ChildDiedError as death:
@@ -102,18 +123,27 @@ def _run(
         return death.exit_status
     experiment.on_status = display.show
     for name, command in views:
-        supervisor.start(name, command, needed=False)
-    _explain(supervisor, keyboard, experiment, lab, args)
+        experiment.follow_page(supervisor.start(name, command, needed=False))
+    ways = ['s'] if keyboard.there else []
+    ways += [f'button {lab.joystick_button} of the joystick'] if joystick else []
+    ways += ['the page'] if views else []
+    _explain(supervisor, ways, keyboard.there, args.hold)
+
+    start_key = StartKey(args.hold)
 
     def serve_terminal() -> None:
-        keys = keyboard.pressed()
-        if 'q' in keys.lower():
+        display.note_silence()
+        pressed = keyboard.pressed()
+        keys = single_keys(pressed).lower()
+        starts = start_key.pressed(pressed, time.monotonic())
+        if 'q' in keys:
             raise StoppedError
-        if keys.count(' ') > 1:  # held down, or in haste: that is no start
-            experiment.pause()
-        elif ' ' in keys:
-            experiment.toggle()
-        experiment.keep_alive()
+        experiment.wish(*next((_STOPS[key] for key in _STOPS if key in keys), (Word.ALIVE,)))
+        if pressed and set(pressed) == {'R'}:
+            for _ in pressed:  # more than one: it is held down
+                experiment.wish(Word.RELEASE)
+        elif starts:
+            experiment.wish(Word.START, 'by s')
 
     try:
         supervisor.run(on_tick=serve_terminal)
@@ -134,19 +164,11 @@ def _run(
     return 0
 
 
-def _explain(
-    supervisor: Supervisor,
-    keyboard: Keyboard,
-    experiment: Experiment,
-    lab: Lab,
-    args: argparse.Namespace,
-) -> None:
-    command = None if args.no_joystick else joystick_command(lab.joystick_topic)
-    if command:
-        experiment.start_joystick(command)
-    ways = ['the space bar'] if keyboard.there else []
-    ways += [f'button {lab.joystick_button} of the joystick'] if command else []
-    ways += ['false on /pause']
-    supervisor.warn(f'paused; {" or ".join(ways)} starts the robots ({KEYS})')
-    if not keyboard.there and sys.stdin is not None:
-        supervisor.warn('there is no terminal to read keys from')
+def _explain(supervisor: Supervisor, ways: list[str], has_keys: bool, hold: bool) -> None:
+    """Say what starts the robots."""
+    starts = 'starts the robots, for as long as it is held' if hold else 'starts the robots'
+    if ways:
+        supervisor.warn(f'paused; {" or ".join(ways)} {starts} ({KEYS})')
+    if not has_keys and sys.stdin is not None:
+        nothing = '' if ways else ': nothing starts the robots but a joystick, or --view'
+        supervisor.warn(f'there is no terminal to read keys from{nothing}')

@@ -31,7 +31,7 @@ class FaultOptions(Options):
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the options of the verb."""
-    kinds = '\n'.join(f'  {kind:10}{purpose}' for kind, purpose in PURPOSES.items())
+    kinds = '\n'.join(f'  {kind:12}{purpose}' for kind, purpose in PURPOSES.items())
     parser.epilog = f'faults:\n{kinds}'
     parser.add_argument('kind', choices=list(PURPOSES), metavar='FAULT', help='see below')
     FaultOptions.add_to(parser)

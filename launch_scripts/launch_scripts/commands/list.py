@@ -22,6 +22,8 @@ from setcmas_ctrl.task.names import TASKS, TaskNames
 from setcmas_expe.mocap.sources import MOCAP_SOURCES, MocapSource
 from setcmas_simu.doors import Door, Offer, ScriptDoor, UnusableError
 from setcmas_simu.robots.models import MODELS
+from setcmas_tools.grade_formats.format import GRADE_FORMATS, GradeFormat
+from setcmas_tools.grading.figures import COMPARED
 from setcmas_tools.kinds.metric import METRICS
 from setcmas_tools.kinds.plot import PLOTS
 from setcmas_tools.studies.columns import COLUMNS
@@ -48,8 +50,11 @@ def main(args: argparse.Namespace) -> int:
     _print("tasks, for a law that says task = '...'", _things(TASKS, _task))
     _print('metrics, of every run', _things(METRICS, _purpose))
     _print('plots, of every run that they suit', _rows(PLOTS, _plot_purpose))
+    _print('grade formats, for setcmas grade --format', _things(GRADE_FORMATS, _format))
     columns = ((name, column.unit, column.purpose) for name, column in COLUMNS.items())
-    _print('columns of a study (setcmas sweep), for --success and --metric', columns)
+    _print('columns of a study (setcmas sweep), for --success, --metric and rubrics', columns)
+    compared = ((name, one.unit, one.purpose) for name, one in COMPARED.items())
+    _print('comparisons with a solution, for rubrics', compared)
     return 0
 
 
@@ -83,7 +88,8 @@ def _things(door: Door[Any], describe: Callable[[Any], str]) -> Iterable[tuple[s
 
 def _purpose(thing: object) -> str:
     """Return the first line of the docstring of a function, or of an object's class."""
-    return (inspect.getdoc(thing) or '').partition('\n')[0]
+    purpose = (inspect.getdoc(thing) or '').partition('\n')[0].removeprefix('Return ')
+    return purpose[:1].upper() + purpose[1:]
 
 
 def _plot_purpose(name: str) -> str:
@@ -104,6 +110,10 @@ def _source(source: MocapSource) -> str:
 
 def _task(task: TaskNames) -> str:
     return f'takes {", ".join(task.names) or "nothing"} from the law'
+
+
+def _format(format_: GradeFormat) -> str:
+    return format_.purpose
 
 
 def _rows(

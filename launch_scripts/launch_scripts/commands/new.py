@@ -13,7 +13,9 @@ from __future__ import annotations
 import argparse
 import keyword
 import re
+import sys
 from importlib import resources
+from importlib.util import find_spec
 from pathlib import Path
 
 from launch_scripts.processes.environment import missing_ros
@@ -71,6 +73,8 @@ def main(args: argparse.Namespace) -> int:
         )
     print(f'{target} is yours to edit; then')
     print(f'    {next_command(target.stem, source.stem)}')
+    if args.exercise:
+        print(f'    setcmas check {target.stem}')
     return 0
 
 
@@ -89,7 +93,7 @@ def new_file(name: str) -> Path:
     """Return the script's file in the current folder, which does not exist yet.
 
     Raises:
-        SetcmasError: It exists, or the name is none that Python can import.
+        SetcmasError: The name is none that Python can import, or that of a module.
     """
     stem = name.removesuffix('.py')
     if not stem.isidentifier() or keyword.iskeyword(stem):
@@ -98,7 +102,19 @@ def new_file(name: str) -> Path:
             f"'{name}' cannot be the name of a script; it must be letters, digits and _, "
             f'such as {near if near.isidentifier() and not keyword.iskeyword(near) else "my_law"}'
         )
+    if _is_module(stem):
+        raise SetcmasError(
+            f"'{stem}' is a module of Python or of a package, which the script would hide; choose "
+            f'another name, such as my_{stem}'
+        )
     return Path(f'{stem}.py')
+
+
+def _is_module(stem: str) -> bool:
+    """Return whether Python finds a module of that name, but for a script in this folder."""
+    spec = find_spec(stem)
+    own = str(Path(f'{stem}.py').resolve())
+    return stem in sys.stdlib_module_names or (spec is not None and spec.origin != own)
 
 
 def write(target: Path, content: bytes) -> None:

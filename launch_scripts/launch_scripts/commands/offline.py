@@ -30,6 +30,8 @@ from setcmas_ctrl.communication.options import CommunicationOptions
 from setcmas_ctrl.communication.settings import check_communication
 from setcmas_ctrl.control.law_scripts import LawScripts
 from setcmas_ctrl.control.options import SCRIPT_FAILED, LawOptions
+from setcmas_ctrl.filter.options import FilterOptions
+from setcmas_ctrl.filter.starts import check_starts
 from setcmas_simu.simulator.options import SimulationOptions
 from setcmas_tools.offline.options import OfflineOptions
 from setcmas_tools.run.folder import RunFolder
@@ -58,17 +60,19 @@ def main(args: argparse.Namespace) -> int:
     law = LawOptions.of(args)
     scripts = law.scripts()
     scripts.check(args.nb_robots)
-    SimulationOptions.of(args).simulated()  # mistakes are told before anything starts
-    for note in scripts.hiding:
-        warn(f'setcmas offline: {note}')
+    poses = SimulationOptions.of(args).simulated().start_poses  # mistakes are told before
+    safety = FilterOptions.of(args)
+    check_starts(safety, poses)
     communication = CommunicationOptions.of(args).found(law.exercise)
+    for note in (*scripts.notes, *communication.notes, *safety.notes):
+        warn(f'setcmas offline: {note}')
     check_communication(communication, args.nb_robots)
     inputs = run_inputs(args, scripts)
     folder = RunFolder(output_folder(args, scripts), inputs)
     folder.check(args.overwrite)
     run, elapsed = _simulate(args, scripts, law.settings, communication)
     # Imported late, most of it by now: help texts and completion do not wait for it.
-    from setcmas_tools.comparison import compared
+    from setcmas_tools.comparison.repeat import compared
     from setcmas_tools.evaluation import evaluate
     from setcmas_tools.plots.looks.look import PlotLook
     from setcmas_tools.run.run import Run
@@ -104,13 +108,16 @@ def _told(run: Run) -> int:
     if run.outcome.state is State.STOPPED:
         return _STOPPED
     if run.outcome.state is State.DIED:
-        written = f'\n    the first {run.table.t[-1]:g} s are written' if len(run.table.t) else ''
-        warn(f'setcmas offline: {run.outcome}{written}')
+        warn(f'setcmas offline: {run.outcome}{_written(run.table.t[-1:].sum())}')
         return SCRIPT_FAILED
     if run.failed_robots:
         warn(f'setcmas offline: {run.outcome}; the messages above the table tell why')
         return SCRIPT_FAILED
     return 0
+
+
+def _written(seconds: float) -> str:
+    return f'\n    the first {seconds:g} s are written' if seconds else ''
 
 
 def _simulate(
@@ -129,6 +136,7 @@ def _simulate(
         'settings': settings,
         **{name: getattr(args, name) for name in _AS_TYPED},
         **communication.values(),
+        **FilterOptions.of(args).values(),
     }
     with (
         tqdm(total=args.duration, desc='running', bar_format=_BAR, disable=None) as bar,
@@ -151,7 +159,7 @@ def _simulate(
             if len(states) < 2:
                 warn(told)
                 raise
-            warn(f'{told}\n    the first {(len(states) - 1) / args.robot_rate:g} s are written')
+            warn(f'{told}{_written((len(states) - 1) / args.robot_rate)}')
             elapsed = time.perf_counter() - begin
             return remains(states, args.robot_rate, Outcome(State.STOPPED)), elapsed
     if not isinstance(run, BrokenRun):

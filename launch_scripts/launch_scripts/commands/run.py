@@ -24,19 +24,28 @@ from tqdm import tqdm
 from launch_scripts.options.earlier_run import with_earlier_run
 from launch_scripts.options.run_options import add_run_arguments, output_folder, parameters
 from launch_scripts.options.rviz import Companion
-from launch_scripts.options.view_options import ViewOptions, view_beside
+from launch_scripts.options.view_options import BROWSER, PAGE, ViewOptions, view_beside
 from launch_scripts.processes.environment import local_environment, require_ros
 from launch_scripts.processes.experiment import experiment_environment
-from launch_scripts.processes.run_processes import EmulatedRun, SimulatedRun, outcome_of
-from launch_scripts.processes.supervision.child_process import ChildDiedError
+from launch_scripts.processes.run_processes import (
+    EmulatedRun,
+    SimulatedRun,
+    emulated_lab_options,
+    outcome_of,
+)
+from launch_scripts.processes.supervision.child_process import Child, ChildDiedError
 from launch_scripts.processes.supervision.supervisor import StoppedError, Supervisor
+from launch_scripts.terminal.keyboard import Keyboard
 from launch_scripts.terminal.output_lines import Stream, warn, write_line
 from setcmas_ctrl.communication.options import CommunicationOptions
 from setcmas_ctrl.communication.settings import check_communication
 from setcmas_ctrl.control.options import LawOptions
+from setcmas_ctrl.filter.options import FilterOptions
+from setcmas_ctrl.filter.starts import check_starts
 from setcmas_expe.emulation.options import emulated_start_poses
-from setcmas_expe.lab.file import DEFAULT_FILE, load_lab
+from setcmas_expe.lab.file import DEFAULT_FILE
 from setcmas_expe.lab.model import Lab
+from setcmas_expe.lab.options import LabOptions
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet.fleet import robots_in_words
 from setcmas_simu.options.group import spelled
@@ -47,8 +56,20 @@ from setcmas_tools.run.inputs import run_inputs
 from setcmas_tools.run.outcome import Outcome, State
 
 _START_TIMEOUT_S = 20.0
+_STOPPED = 130
+_ENDED = (State.COMPLETE, State.FAILED)
 _ROUNDING_S = 1e-9
-_OF_SIMULATED_ROBOTS = ('model', 'limits', 'robot_rate', 'cmd_timeout', 'lockstep', 'rtf')
+_OF_SIMULATED_ROBOTS = ('model', 'robot_rate', 'cmd_timeout', 'lockstep', 'rtf')
+_SHARED_WITH_LABS = (
+    'nb_robots',
+    'limits',
+    'arena',
+    'min_separation',
+    'filter',
+    'obstacles',
+    'accel',
+)
+_NOT_HERE = ('joystick_button', 'cmd_vel_type')
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -61,9 +82,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         action='store_true',
         help='an experiment in an emulated lab, with all its safety, instead of a simulation',
     )
-    group.add_argument(
-        '--lab', type=Path, metavar='FILE', help='its lab file (default: see setcmas expe)'
-    )
+    LabOptions.add_to(parser, without=(*_SHARED_WITH_LABS, *_NOT_HERE))
 
 
 def main(args: argparse.Namespace) -> int:
@@ -72,10 +91,11 @@ def main(args: argparse.Namespace) -> int:
     law = LawOptions.of(args)
     scripts = law.scripts()  # mistakes are told before anything starts
     scripts.check(args.nb_robots)
-    for note in scripts.hiding:
+    communication = CommunicationOptions.of(args).found(law.exercise)
+    for note in (*scripts.notes, *communication.notes):
         warn(f'setcmas run: {note}')
     robots = SimulationOptions.of(args).simulated().robots
-    check_communication(CommunicationOptions.of(args).found(law.exercise), args.nb_robots)
+    check_communication(communication, args.nb_robots)
     lab = _emulated_lab(args)
     inputs = run_inputs(args, scripts, (args.lab or DEFAULT_FILE) if lab else None)
     folder = RunFolder(output_folder(args, scripts), inputs)
@@ -88,8 +108,30 @@ def main(args: argparse.Namespace) -> int:
         args.seed,
         started=time.strftime('%Y-%m-%dT%H:%M:%S%z'),
     )
-    with view_beside(ViewOptions.of(args), robots) as views:
-        status, outcome = _robots_run(args, folder, info, lab, views)
+    view = ViewOptions.of(args)
+    environment = experiment_environment(lab, emulated=True) if lab else local_environment()
+    beside = view_beside(view, robots, experiment=lab is not None)
+    with beside as views, Supervisor(environment, prefix=True) as supervisor:
+        status, outcome = _robots_run(supervisor, args, folder, info, lab, views)
+        stays = view.view == BROWSER and outcome is not None and outcome.state in _ENDED
+        page = _page_that_stays(supervisor) if stays else None
+        supervisor.stop(*[child for child in supervisor.children if child is not page])
+        with supervisor.signals_handed_back():
+            status = _concluded(args, folder, info, earlier, status, outcome)
+        if page and status != _STOPPED:
+            _show_until_told(supervisor, page)
+        return status
+
+
+def _concluded(
+    args: argparse.Namespace,
+    folder: RunFolder,
+    info: RunInfo,
+    earlier: Path | None,
+    status: int,
+    outcome: Outcome | None,
+) -> int:
+    """Write what a run has left, and tell of it; returns the exit status."""
     if outcome is None:
         folder.discard()
         return status
@@ -105,12 +147,25 @@ def main(args: argparse.Namespace) -> int:
     except KeyboardInterrupt:
         bag = folder.shown(folder.bag)
         warn(f'setcmas run: the bag is complete; bag_to_csv {bag} goes on from there')
-        return 130
+        return _STOPPED
     except SetcmasError as error:
         if not status:
             raise
         warn(f'setcmas run: {error}')  # what ended the run matters more
         return status
+
+
+def _page_that_stays(supervisor: Supervisor) -> Child | None:
+    """Return the page, if somebody is at the terminal who can end it."""
+    if not (sys.stdin.isatty() and sys.stdout.isatty()):
+        return None
+    return next((child for child in supervisor.children if child.name == PAGE), None)
+
+
+def _show_until_told(supervisor: Supervisor, page: Child) -> None:
+    print('the page shows the end of the run until you press Enter here', flush=True)
+    with Keyboard() as keyboard, suppress(StoppedError):
+        supervisor.run(lambda: '\n' in keyboard.pressed() or not page.running())
 
 
 def _emulated_lab(args: argparse.Namespace) -> Lab | None:
@@ -120,21 +175,28 @@ def _emulated_lab(args: argparse.Namespace) -> Lab | None:
         SetcmasError: The lab file has a mistake, or options contradict each other.
     """
     if not args.emulate:
-        if args.lab:
-            raise SetcmasError(f"--lab '{args.lab}' is for an emulated lab: add --emulate")
+        safety = FilterOptions.of(args)
+        check_starts(safety, SimulationOptions.of(args).start_poses(args.nb_robots))
+        for note in safety.notes:
+            warn(f'setcmas run: {note}')
+        for name in emulated_lab_options(args).changed():
+            if name not in _SHARED_WITH_LABS:
+                raise SetcmasError(f'{spelled(name)} is for an emulated lab: add --emulate')
         return None
     for name in SimulationOptions.of(args).changed():
         if name in _OF_SIMULATED_ROBOTS:
             raise SetcmasError(
                 f'{spelled(name)} is for simulated robots; it has no place in a lab'
             )
-    lab = load_lab(args.lab or DEFAULT_FILE, args.nb_robots)
+    lab = emulated_lab_options(args).chosen()
+    lab.safety(FilterOptions.of(args))
     lab.check_rate(args.rate)
     emulated_start_poses(lab.arena, args.nb_robots, SimulationOptions.of(args))
     return lab
 
 
 def _robots_run(
+    supervisor: Supervisor,
     args: argparse.Namespace,
     folder: RunFolder,
     info: RunInfo,
@@ -142,60 +204,57 @@ def _robots_run(
     views: list[Companion],
 ) -> tuple[int, Outcome | None]:
     """Let the robots run; returns the exit status so far, and how it ended if it began."""
-    environment = experiment_environment(lab, emulated=True) if lab else local_environment()
-    with Supervisor(environment, prefix=True) as supervisor:
-        folder.create(info)  # now that no Ctrl-C can leave it behind
+    folder.create(info)  # now that no Ctrl-C can leave it behind
 
-        def write(line: str, stream: Stream) -> None:
-            with tqdm.external_write_mode(file=supervisor.stderr):
-                write_line(line, stream)
+    def write(line: str, stream: Stream) -> None:
+        with tqdm.external_write_mode(file=supervisor.stderr):
+            write_line(line, stream)
 
-        supervisor.write = write
-        for name, command in views:
-            supervisor.start(name, command, needed=False)
-        run: EmulatedRun | SimulatedRun | None = None
-        try:
-            run = (
-                EmulatedRun(supervisor, args, folder.bag, lab)
-                if lab
-                else SimulatedRun(supervisor, args, folder.bag)
+    supervisor.write = write
+    pages = [supervisor.start(name, command, needed=False) for name, command in views]
+    run: EmulatedRun | SimulatedRun | None = None
+    try:
+        run = (
+            EmulatedRun(supervisor, args, folder.bag, lab, pages)
+            if lab
+            else SimulatedRun(supervisor, args, folder.bag)
+        )
+        run.reloads.on_reload = folder.keep_reload
+        deadline = time.monotonic() + _START_TIMEOUT_S
+        supervisor.run(lambda: run.started or time.monotonic() > deadline, run.tick)
+        if not run.started:
+            supervisor.warn(
+                f'setcmas run: the robots did not start within {_START_TIMEOUT_S:g} s; '
+                f'{run.missing}'
             )
-            run.reloads.on_reload = folder.keep_reload
-            deadline = time.monotonic() + _START_TIMEOUT_S
-            supervisor.run(lambda: run.started or time.monotonic() > deadline, run.tick)
-            if not run.started:
-                supervisor.warn(
-                    f'setcmas run: the robots did not start within {_START_TIMEOUT_S:g} s; '
-                    f'{run.missing}'
-                )
-                return 1, Outcome(State.NOT_STARTED, detail=run.missing)
-            _show_progress(supervisor, args.duration, run)
-            trouble = run.trouble
-            run.finish()
-            outcome = outcome_of(run.failed)
-            if trouble:
-                supervisor.warn(f'setcmas run: {trouble}')
-                return 1, replace(outcome, detail=trouble)
-            if run.status:
-                return run.status, replace(outcome, state=State.FAILED)
-            return 0, outcome
-        except StoppedError:
-            if run and run.started:
-                return 130, Outcome(State.STOPPED)
-            if run:
-                run.recorder.shown = False  # it would tell of a bag that is removed
-            return 130, None
-        except ChildDiedError as death:
-            told = str(death)
-            if told:
-                supervisor.warn(f'setcmas run: {told}; the others are stopped')
-                return death.exit_status, Outcome(State.DIED, detail=told)
-            if run:
-                run.recorder.shown = False
-            return death.exit_status, None
-        finally:
-            if run:
-                run.stop()
+            return 1, Outcome(State.NOT_STARTED, detail=run.missing)
+        _show_progress(supervisor, args.duration, run)
+        trouble = run.trouble
+        run.finish()
+        outcome = outcome_of(run.failed)
+        if trouble:
+            supervisor.warn(f'setcmas run: {trouble}')
+            return 1, replace(outcome, detail=trouble)
+        if run.status:
+            return run.status, replace(outcome, state=State.FAILED)
+        return 0, outcome
+    except StoppedError:
+        if run and run.started:
+            return _STOPPED, Outcome(State.STOPPED)
+        if run:
+            run.recorder.shown = False  # it would tell of a bag that is removed
+        return _STOPPED, None
+    except ChildDiedError as death:
+        told = str(death)
+        if told:
+            supervisor.warn(f'setcmas run: {told}; the others are stopped')
+            return death.exit_status, Outcome(State.DIED, detail=told)
+        if run:
+            run.recorder.shown = False
+        return death.exit_status, None
+    finally:
+        if run:
+            run.stop()
 
 
 def _show_progress(
@@ -225,7 +284,7 @@ def _evaluate(
 ) -> int:
     """Write CSV files, plots and metrics, print these; returns the exit status."""
     # Imported late: a fresh start of the robots does not wait for matplotlib.
-    from setcmas_tools.comparison import compared
+    from setcmas_tools.comparison.repeat import compared
     from setcmas_tools.evaluation import evaluate
     from setcmas_tools.plots.looks.look import PlotLook
     from setcmas_tools.run.run import Run

@@ -24,6 +24,7 @@ from launch_scripts.options.run_options import add_law_arguments, output_folder
 from launch_scripts.terminal.output_lines import warn
 from setcmas_ctrl.communication.options import CommunicationOptions
 from setcmas_ctrl.control.options import SCRIPT_FAILED, GainOptions, LawOptions
+from setcmas_ctrl.filter.options import FilterOptions
 from setcmas_simu.errors import SetcmasError
 from setcmas_tools.run.options import RunOptions
 from setcmas_tools.studies.options import SweepOptions
@@ -31,7 +32,7 @@ from setcmas_tools.studies.options import SweepOptions
 _AS_TYPED = (
     'algo', 'exercise', 'nb_robots', 'duration', 'model', 'limits', 'robot_rate', 'poses', 'pose',
     'random_poses', *(one.name for one in fields(GainOptions)),
-    *(one.name for one in fields(CommunicationOptions)),
+    *(one.name for group in (CommunicationOptions, FilterOptions) for one in fields(group)),
 )  # fmt: skip
 
 
@@ -48,11 +49,13 @@ def main(args: argparse.Namespace) -> int:
     # Imported late: help texts and completion do not wait for numpy's and joblib's.
     from setcmas_tools.studies.cases.checks import check_names
     from setcmas_tools.studies.cases.plan import make_plan
+    from setcmas_tools.studies.groups import runs_in_words
     from setcmas_tools.studies.success import check_columns
     from setcmas_tools.studies.sweep import carry_out, estimate
 
     law, options = LawOptions.of(args), SweepOptions.of(args)
     CommunicationOptions.of(args)
+    FilterOptions.of(args)
     parameters = {name: getattr(args, name) for name in _AS_TYPED} | {'set': dict(law.settings)}
     varied = list(map(_named, options.vary))
     check_names([name for name, _ in varied], seeds=1)
@@ -61,7 +64,7 @@ def main(args: argparse.Namespace) -> int:
         check_columns(metric, [], '--metric')
     if options.dry_run:
         seconds = estimate(plan, options)
-        print(f'{len(plan.cases):,} runs, at most about {_time(seconds)}')
+        print(f'{runs_in_words(len(plan.cases))}, at most about {_time(seconds)}')
         return 0
     folder = output_folder(args, law.scripts())
     try:
@@ -72,7 +75,7 @@ def main(args: argparse.Namespace) -> int:
     print(study.summary)
     drawn = _plots(study, folder, args) if args.plots else []
     told = f'   {len(drawn)} plots: {folder / "plots"}' if drawn else ''
-    print(f'{len(study):,} run{"s" if len(study) != 1 else ""}: {folder / "runs.csv"}{told}')
+    print(f'{runs_in_words(len(study))}: {folder / "runs.csv"}{told}')
     return SCRIPT_FAILED if _failures(study) else 0
 
 
@@ -93,14 +96,17 @@ def _plots(study: Any, folder: Path, args: argparse.Namespace) -> list[Path]:
 
 def _failures(study: Any) -> int:
     """Tell how many runs did not go well, and why the first of each kind did not."""
+    from setcmas_tools.studies.groups import runs_in_words
+
     first: dict[str, tuple[int, int]] = {}
     rows = zip(study['run'], study['state'], study['message'], strict=True)
     for run, state, message in rows:
         if state != 'complete':
             number, count = first.get(f'{state}: {message}', (int(run), 0))
             first[f'{state}: {message}'] = number, count + 1
+    runs = runs_in_words(len(study))
     for text, (run, count) in sorted(first.items(), key=lambda one: -one[1][1])[:5]:
-        warn(f'setcmas sweep: {count} of {len(study)} runs, the first is run {run}: {text}')
+        warn(f'setcmas sweep: {count} of {runs}, the first is run {run}: {text}')
     return len(first)
 
 

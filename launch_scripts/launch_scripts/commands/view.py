@@ -26,7 +26,7 @@ from setcmas_tools.view.page.browser_options import INSTALL_VISER, BrowserOption
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the options of the verb."""
-    BrowserOptions.add_to(parser)
+    BrowserOptions.add_to(parser, without=('operator',))
     RvizFileOptions.add_to(parser)
 
 

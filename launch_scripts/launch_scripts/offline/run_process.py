@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 import pickle
-import re
 import signal
 import subprocess
 import sys
@@ -30,12 +29,12 @@ from setcmas_simu.fleet.topics import robot_name
 from setcmas_simu.reports.reports import Function
 from setcmas_simu.robots.models import model_names
 from setcmas_tools.offline.board import Board
-from setcmas_tools.offline.worker import BOARD, JOB, MISTAKE, MISTAKEN, RUN, WHERE
+from setcmas_tools.offline.where import WHERE, told_places
+from setcmas_tools.offline.worker import BOARD, JOB, MISTAKE, MISTAKEN, RUN
 from setcmas_tools.run.run import Run
 
 _LOOK_S = 0.05
 _ANSWER_S = 0.5
-_FRAME = re.compile(r'^  File "(?P<file>.*)", line (?P<line>\d+) in ', re.MULTILINE)
 
 
 @dataclass(frozen=True)
@@ -68,8 +67,8 @@ class OfflineProcess:
             scripts: The control scripts, in whose files the place is looked for.
         """
         self._scripts = scripts
-        models = set(model_names(job.get('model'), job.get('nb_robots', 1)))
-        self._robot_scripts = [Path(name).resolve() for name in models if name.endswith('.py')]
+        others = {*model_names(job.get('model'), job.get('nb_robots', 1)), str(job.get('ctc'))}
+        self._other_scripts = [Path(name).resolve() for name in others if name.endswith('.py')]
         self._start = started()
         self._folder, self._process = self._start.folder, self._start.process
         (self._folder / JOB).write_bytes(pickle.dumps(dict(job)))
@@ -174,10 +173,9 @@ class OfflineProcess:
             deadline = time.monotonic() + _ANSWER_S
             while where.stat().st_size == size and time.monotonic() < deadline:
                 time.sleep(0.01)
-        last = where.read_text(encoding='utf-8', errors='replace').rpartition('(most recent')[2]
-        for found in _FRAME.finditer(last):
-            file, line = Path(found['file']), int(found['line'])
-            for script in (*self._scripts.paths, *self._robot_scripts):
+        told = where.read_text(encoding='utf-8', errors='replace')
+        for file, line in told_places(told):
+            for script in (*self._scripts.paths, *self._other_scripts):
                 if file.parent == script.parent:
                     there = described_place(file, line, script)
                     return f'{before}{there}{quoted_line(file, line)}'

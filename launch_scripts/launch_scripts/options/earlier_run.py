@@ -59,9 +59,8 @@ def with_earlier_run(args: argparse.Namespace) -> tuple[argparse.Namespace, Path
     parser = args.parser
     known = {action.dest for action in parser._actions}
     values = _options(info, folder)
-    if values.get('emulate'):  # the lab has limits and start poses of its own
-        values |= {'limits': None} if 'emulate' in known else {'pose': _first_poses(args.earlier)}
-        values = {name: value for name, value in values.items() if value is not None}
+    if values.get('emulate') and 'emulate' not in known:  # the lab has start poses of its own
+        values['pose'] = _first_poses(args.earlier)
     parser.set_defaults(**{name: value for name, value in values.items() if name in known})
     again: argparse.Namespace = parser.parse_args(args.arguments)
     again.verb, again.arguments = args.verb, args.arguments
@@ -86,6 +85,8 @@ def _options(info: RunInfo, folder: Path) -> dict[str, Any]:
     if isinstance(limits, Mapping):  # those of a lab
         values['limits'] = _model(limits)
         values |= {'emulate': True, 'robot_rate': None}
+    if values.get('arena'):
+        values['arena'] = ','.join(map(str, values['arena']))
     for option, text in info.inputs.items():
         kept = mapped(text, lambda path: _kept(folder / path), option)
         values[option] = Path(kept) if option in ('poses', 'lab') else kept

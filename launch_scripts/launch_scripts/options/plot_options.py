@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.options.group import ClashError, Options, option
-from setcmas_simu.options.kinds import Number, OneOf, PathTo
+from setcmas_simu.options.kinds import Kind, Number, OneOf, PathTo
 from setcmas_simu.options.option import Form
 from setcmas_tools.plots.looks.formats import FILMS, FORMATS, PALETTES, PAPERS
+
+_LEAST_PX, _MOST_PX = 200, 7680
 
 BEST = 'best'
 """The kind of film that is the best on this machine."""
@@ -27,6 +30,30 @@ class _OneOfBesideFolder(OneOf):
                 f"{name} is '{value}'; it must be {self.must_be}; put what to plot first"
             )
         super().check(name, value)
+
+
+@dataclass(frozen=True)
+class _Pixels(Kind):
+    """Sizes of pictures in pixels, typed as 1280x720."""
+
+    @property
+    def must_be(self) -> str:
+        """The bounds."""
+        return f'WIDTHxHEIGHT in pixels from {_LEAST_PX} to {_MOST_PX}, such as 1280x720'
+
+    def parse(self, text: str) -> tuple[int, ...] | str:
+        """Return the size that a text tells."""
+        found = re.fullmatch(r'(\d+)x(\d+)', text)
+        size = (int(found[1]), int(found[2])) if found else ()
+        return size if size and self.accepts(size) else text
+
+    def accepts(self, value: Any) -> bool:
+        """Return whether a value is a size within the bounds."""
+        return isinstance(value, tuple) and all(_LEAST_PX <= side <= _MOST_PX for side in value)
+
+    def text(self, value: Any) -> str:
+        """Return the size as it is typed."""
+        return f'{value[0]}x{value[1]}'
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -85,7 +112,7 @@ class StyleOptions(Options):
 
 @dataclass(frozen=True, kw_only=True)
 class FilmOptions(Options):
-    """Whether there is a film, and how fast it is."""
+    """Whether there is a film, how fast and how large it is."""
 
     animate: str | None = option(
         _OneOfBesideFolder((BEST, *FILMS)),
@@ -100,8 +127,25 @@ class FilmOptions(Options):
         default=None,
         default_text='1',
     )
+    size: tuple[int, int] | None = option(
+        _Pixels(metavar='WIDTHxHEIGHT'),
+        'size of the film in pixels',
+        default=None,
+        default_text='640x540',
+    )
+    dpi: float | None = option(
+        Number(least=50, most=600, metavar='N'),
+        'dots an inch of the film: more of them make letters and lines larger',
+        default=None,
+        default_text='100',
+    )
+
+    def look(self) -> dict[str, Any]:
+        """Return what is said of how the film looks."""
+        told = {name: getattr(self, name) for name in ('speed', 'size', 'dpi')}
+        return {name: value for name, value in told.items() if value is not None}
 
     def check(self) -> None:
-        """See that a speed has a film."""
-        if self.speed and not self.animate:
-            raise ClashError('{} is that of a film; add {}', 'speed', 'animate')
+        """See that what is said of a film has one."""
+        if (told := self.look()) and not self.animate:
+            raise ClashError('{} is that of a film; add {}', next(iter(told)), 'animate')

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import argparse
+import math
 import time
 from collections.abc import Sequence
-from dataclasses import asdict, astuple
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
@@ -14,6 +15,7 @@ from launch_scripts.options.plot_options import FormatOptions
 from setcmas_ctrl.communication.options import CommunicationOptions
 from setcmas_ctrl.control.law_scripts import LawScripts
 from setcmas_ctrl.control.options import LawOptions
+from setcmas_ctrl.filter.options import FilterOptions
 from setcmas_expe.lab.model import Lab
 from setcmas_simu.simulator.options import SimulationOptions
 from setcmas_tools.run.options import RunOptions
@@ -40,9 +42,10 @@ def add_run_arguments(parser: argparse.ArgumentParser, without: Sequence[str] = 
 
 
 def add_law_arguments(parser: argparse.ArgumentParser, without: Sequence[str] = ()) -> None:
-    """Add the options of the law, of communication and of simulated robots, without some."""
+    """Add the options of the law, of communication, filter and simulated robots, without some."""
     LawOptions.add_to(parser, without)
     CommunicationOptions.add_to(parser)
+    FilterOptions.add_to(parser)
     given = ('robots', 'cmd_vel_type', 'seed', *without)
     SimulationOptions.add_to(parser, given, nb_robots=1)
 
@@ -62,16 +65,23 @@ def parameters(
     values |= {'nb_robots': args.nb_robots, 'duration': args.duration}
     values |= {'vnom': law.vnom, 'komega': law.komega, 'rate': law.rate}
     values |= CommunicationOptions.of(args).record()
+    values |= FilterOptions.of(args).record()
     robots = SimulationOptions.of(args).record()
     values |= {name: robots[name] for name in _OF_ROBOTS}
-    return values | _of_lab(lab) if lab else values
+    if not lab:
+        return values
+    given = ('mocap', 'resume', 'without_guard', 'without_motion_check')
+    return values | _of_lab(lab) | {name: getattr(args, name) for name in given}
 
 
 def _of_lab(lab: Lab) -> dict[str, object]:
     """Return what a lab decides in place of the options of simulated robots."""
     return {
         'limits': asdict(lab.limits),
-        'arena': list(astuple(lab.arena)),
+        'arena': list(lab.arena),
         'min_separation': lab.min_separation,
+        'filter': lab.filter,
+        'obstacles': str(lab.obstacles) or None,
+        'accel': lab.accel if lab.accel < math.inf else None,
         'robot_rate': None,
     }

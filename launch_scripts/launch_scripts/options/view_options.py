@@ -15,9 +15,11 @@ from launch_scripts.terminal.output_lines import warn
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.options.group import Options, flag, option
 from setcmas_simu.options.kinds import OneOf
-from setcmas_tools.view.page.browser_options import INSTALL_VISER
+from setcmas_tools.view.page.browser_options import INSTALL_VISER, BrowserOptions
 
 AUTO, BROWSER, NONE = 'auto', 'browser', 'none'
+PAGE = 'view'
+"""What the process that serves the page is called."""
 
 
 @dataclass(frozen=True)
@@ -90,7 +92,8 @@ def view_beside(
     if choice.remark:
         warn(choice.remark)
     with rviz_beside(choice.rviz, robots, experiment) as companions:
-        yield companions + ([('view', browser_command())] if choice.browser else [])
+        page = browser_command(BrowserOptions(operator=experiment).arguments())
+        yield companions + ([(PAGE, page)] if choice.browser else [])
 
 
 def has_viser() -> bool:

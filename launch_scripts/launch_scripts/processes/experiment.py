@@ -21,10 +21,12 @@ from launch_scripts.processes.node_commands import (
 from launch_scripts.processes.supervision.child_process import Child, ChildReport
 from launch_scripts.processes.supervision.supervisor import Supervisor
 from setcmas_ctrl.control.options import ControllerOptions
+from setcmas_ctrl.filter.options import FilterOptions
 from setcmas_expe.emulation.options import EmulationOptions
 from setcmas_expe.lab.model import Lab
 from setcmas_expe.lab.options import LabOptions
 from setcmas_expe.pause.console_protocol import Status, Wish, Word
+from setcmas_expe.plausibility.options import ProofOptions
 from setcmas_simu.reports.reports import ScriptCall, Started
 
 _TAKE_OVER_S = 0.5
@@ -53,6 +55,8 @@ class Experiment:
         args: argparse.Namespace,
         lab_options: LabOptions,
         recorded: bool = False,
+        hold: bool = False,
+        joystick: list[str] | None = None,
     ) -> None:
         """Start the processes.
 
@@ -62,6 +66,8 @@ class Experiment:
             args: Parsed options of `setcmas expe` or `setcmas run`.
             lab_options: What the processes are told of the lab.
             recorded: Whether the controllers wait for a recorder.
+            hold: Whether robots move only while a key or a button is held.
+            joystick: The command that reads a joystick; None without one.
 
         Raises:
             ChildDiedError: The emulated lab has ended.
@@ -77,17 +83,22 @@ class Experiment:
         if args.emulate:
             emulation = EmulationOptions.of(args)
             self._emulated = [start_emulated_lab(supervisor, told + emulation.arguments())]
-        self._bridges = supervisor.start('bridge', node_command(BRIDGES, told))
-        pause = node_command(PAUSE, [*told, '--console'])
+        bridges = told + ProofOptions(emulated=args.emulate).arguments()
+        self._bridges = supervisor.start('bridge', node_command(BRIDGES, bridges))
+        ways = ['--console', *(['--hold'] if hold else []), *(['--joystick'] if joystick else [])]
+        pause = node_command(PAUSE, [*told, *ways])
         self._pause = supervisor.start('pause', pause, listens=True)
         self._pause.on_report = self._on_report
+        if joystick:
+            supervisor.start('joystick', joystick, needed=False)
         controllers = ControllerOptions(
             nb_robots=lab.nb_robots,
             experiment=True,
             pause_timeout=lab.timeouts.pause_s,
             recorded=recorded,
+            limits=lab.limits,
         )
-        laws = law_arguments(args, controllers)
+        laws = law_arguments(args, controllers, lab.safety(FilterOptions.of(args)))
         self._ctrl = supervisor.start('ctrl', node_command(CONTROLLER, laws))
         self._ctrl.on_report = lambda report: self.on_script(report)
 
@@ -106,25 +117,13 @@ class Experiment:
         """Calls of scripts that failed, or hung, at some time, once the controllers ended."""
         return self._ctrl.calls.failed
 
-    def start_joystick(self, command: list[str]) -> None:
-        """Start the process that reads a joystick."""
-        self._supervisor.start('joystick', command, needed=False)
+    def follow_page(self, page: Child) -> None:
+        """Let who opened the page that the command itself has started start the robots."""
+        page.on_report = self._on_page
 
-    def toggle(self) -> None:
-        """Start if paused, else pause."""
-        self._wish(Word.TOGGLE)
-
-    def pause(self) -> None:
-        """Pause, whatever is now."""
-        self._wish(Word.PAUSE)
-
-    def go(self) -> None:
-        """Start."""
-        self._wish(Word.GO)
-
-    def keep_alive(self) -> None:
-        """Tell the pause process that somebody serves the keyboard; several times a second."""
-        self._wish(Word.ALIVE)
+    def wish(self, word: Word, by: str = '') -> None:
+        """Tell the pause process what somebody wants; `by` says how, such as 'by space bar'."""
+        self._pause.tell(Wish(word, by))
 
     def stop(self) -> int:
         """Stop the robots, then all processes; returns the exit status of the controllers.
@@ -135,10 +134,10 @@ class Experiment:
             return self._ctrl.exit_status
         self._stopped = True
         if self._bridges.running():
-            self._wish(Word.END)
+            self.wish(Word.END)
             self._supervisor.stop(self._bridges)
         else:
-            self._wish(Word.HALT)
+            self.wish(Word.HALT)
             self._supervisor.wait(_TAKE_OVER_S)
         self._supervisor.stop(self._ctrl, self._pause)
         return self._ctrl.exit_status
@@ -147,8 +146,9 @@ class Experiment:
         """Stop the emulated lab, after whatever records it."""
         self._supervisor.stop(*self._emulated)
 
-    def _wish(self, word: Word) -> None:
-        self._pause.tell(Wish(word))
+    def _on_page(self, report: ChildReport) -> None:
+        if isinstance(report, Wish) and report.word is Word.START:
+            self.wish(Word.START, 'on the page')
 
     def _on_report(self, report: ChildReport) -> None:
         if isinstance(report, Status):

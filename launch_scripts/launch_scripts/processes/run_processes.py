@@ -17,12 +17,13 @@ from launch_scripts.processes.node_commands import (
     node_command,
 )
 from launch_scripts.processes.stand_in import stop_robots_of
-from launch_scripts.processes.supervision.child_process import ChildReport
+from launch_scripts.processes.supervision.child_process import Child, ChildReport
 from launch_scripts.processes.supervision.supervisor import Supervisor
 from setcmas_ctrl.control.options import ControllerOptions
+from setcmas_ctrl.filter.options import FilterOptions
 from setcmas_expe.lab.model import Lab
 from setcmas_expe.lab.options import LabOptions
-from setcmas_expe.pause.console_protocol import Status
+from setcmas_expe.pause.console_protocol import Status, Word
 from setcmas_simu.reports.reports import (
     Function,
     Paused,
@@ -33,9 +34,17 @@ from setcmas_simu.reports.reports import (
     ScriptCall,
     Started,
 )
+from setcmas_simu.robots.models import NO_LIMITS
+from setcmas_simu.robots.velocity_limits import ROBOT_MODELS, limits_named
 from setcmas_simu.simulator.options import SimulationOptions, SimulatorOptions
 from setcmas_tools.recorder.options import RecorderOptions
 from setcmas_tools.run.outcome import Outcome
+
+
+def emulated_lab_options(args: argparse.Namespace) -> LabOptions:
+    """Return the lab of an emulated run: its file, and the options that override it."""
+    limits = args.limits if args.limits in ROBOT_MODELS else None  # by default there are none
+    return LabOptions.of(argparse.Namespace(**{**vars(args), 'limits': limits}))
 
 
 class ReloadTimes:
@@ -90,10 +99,11 @@ class SimulatedRun:
         options = ControllerOptions(
             nb_robots=args.nb_robots,
             model=args.model,
+            limits=limits_named(args.limits) if args.limits != NO_LIMITS else None,
             recorded=True,
             simulator=self._simulator.process.pid,
         )
-        laws = node_command(CONTROLLER, law_arguments(args, options))
+        laws = node_command(CONTROLLER, law_arguments(args, options, FilterOptions.of(args)))
         self._ctrl = supervisor.start('ctrl', laws)
         self._ctrl.on_report = self.reloads.take
         self._ctrl.on_hang = partial(stop_robots_of, supervisor, self._ctrl)
@@ -151,9 +161,14 @@ class EmulatedRun:
     """
 
     def __init__(
-        self, supervisor: Supervisor, args: argparse.Namespace, bag: Path, lab: Lab
+        self,
+        supervisor: Supervisor,
+        args: argparse.Namespace,
+        bag: Path,
+        lab: Lab,
+        pages: Sequence[Child] = (),
     ) -> None:
-        """Start the processes."""
+        """Start the processes; robots that somebody has paused can be started on the pages."""
         self.started = False
         self.paused = True
         self.status = 0
@@ -164,21 +179,23 @@ class EmulatedRun:
         self._supervisor = supervisor
         recorder = node_command(RECORDER, RecorderOptions(output=bag).arguments())
         self.recorder = supervisor.start('record', recorder)
-        told = LabOptions(lab=args.lab, nb_robots=args.nb_robots)
+        told = emulated_lab_options(args)
         self._experiment = Experiment(supervisor, lab, args, told, recorded=True)
         self._experiment.on_status = self._start_when_ready
         self._experiment.on_script = self.reloads.take
+        for page in pages:
+            self._experiment.follow_page(page)
 
     def _start_when_ready(self, status: Status) -> None:
         ready = all(robot.ready for robot in status.robots)
         if status.paused and self._experiment.controlled and ready and not self.started:
-            self._experiment.go()
+            self._experiment.wish(Word.GO, 'by command')
         self.started = self.started or not status.paused
         self.paused = status.paused
         self._unready = '; '.join(
             f'{robot.name} is {robot.reason}' for robot in status.robots if not robot.ready
         )
-        if self.started and status.paused and not self._paused:
+        if self.started and status.paused and (status.emergency or not self._paused):
             self._paused = f'the robots were paused: {status.why}'
 
     @property
@@ -200,7 +217,7 @@ class EmulatedRun:
 
     def tick(self) -> None:
         """Show the pause process that somebody is there; ten times a second."""
-        self._experiment.keep_alive()
+        self._experiment.wish(Word.ALIVE)
 
     def finish(self) -> None:
         """Stop the robots and all that commands them."""

@@ -3,9 +3,17 @@
 from __future__ import annotations
 
 import os
+import re
 import sys
 from contextlib import suppress
 from typing import Any
+
+ESC = '\x1b'
+
+_SEQUENCE_S = 0.02
+"""Within this time the rest of an arrow key comes, which begins as Esc does."""
+
+_SEQUENCES = re.compile(rf'{ESC}(\[\[?[0-?]*[ -/]*[@-~]|O[ -~])')
 
 
 class Keyboard:
@@ -48,7 +56,7 @@ class Keyboard:
         import select
 
         keys = b''
-        while select.select([sys.stdin], [], [], 0)[0]:
+        while select.select([sys.stdin], [], [], _SEQUENCE_S if keys.endswith(b'\x1b') else 0)[0]:
             try:
                 more = os.read(sys.stdin.fileno(), 64)
             except OSError:
@@ -57,3 +65,8 @@ class Keyboard:
                 break
             keys += more
         return keys.decode(errors='replace')
+
+
+def single_keys(keys: str) -> str:
+    """Return keys without those that send several characters, such as arrows."""
+    return _SEQUENCES.sub('', keys)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import time
 from typing import IO, cast
 
+import msgspec
 from rich.console import Console, Group
 from rich.live import Live
 from rich.table import Table
@@ -12,10 +13,20 @@ from rich.text import Text
 
 from launch_scripts.terminal.output_queue import QueuedStream
 from setcmas_expe.pause.console_protocol import RobotStatus, Status
+from setcmas_expe.safety.decision import State
 
+_COLOURS = {
+    'EMERGENCY STOP': 'bold white on red',
+    'PAUSED': 'black on yellow',
+    'STOPPED': 'black on yellow',
+    'STARTING': 'black on green',
+    'RUNNING': 'black on green',
+}
+RELEASE = 'R twice: release it; the robots stay paused  q: quit'
 _STYLES = ('green', 'yellow', 'red')
 _PLAIN_EVERY_S = 10.0
-KEYS = 'space: start or pause   q: stop'
+_SILENT_AFTER_S = 1.0  # five come a second
+KEYS = 's: start  space: pause  Esc, e: emergency stop (R R: release)  q: quit'
 
 
 class StatusDisplay:
@@ -30,9 +41,22 @@ class StatusDisplay:
         self._live: Live | None = None
         self._next_plain = 0.0
         self._plain_state: tuple[object, ...] = ()
+        self._last: Status | None = None
+        self._heard = 0.0
 
     def show(self, status: Status) -> None:
         """Show a status in place of the last one."""
+        self._last, self._heard = status, time.monotonic()
+        self._draw(status)
+
+    def note_silence(self) -> None:
+        """Show that robots no longer move for all that is known, where no news has come."""
+        last = self._last
+        if last and not last.paused and time.monotonic() - self._heard > _SILENT_AFTER_S:
+            why = 'nothing is heard of the pause node: the bridge stops the robots'
+            self.show(msgspec.structs.replace(last, paused=True, why=why))
+
+    def _draw(self, status: Status) -> None:
         if not self._console.is_terminal:
             self._show_plainly(status)
         elif self._live is None:
@@ -59,7 +83,7 @@ class StatusDisplay:
             self._live = None
 
     def _show_plainly(self, status: Status) -> None:
-        states = (status.paused, *(robot.state for robot in status.robots))
+        states = (_headline(status), *(robot.state for robot in status.robots))
         now = time.monotonic()
         if states != self._plain_state or now >= self._next_plain:
             self._plain_state, self._next_plain = states, now + _PLAIN_EVERY_S
@@ -67,11 +91,18 @@ class StatusDisplay:
 
 
 def _headline(status: Status) -> str:
-    return 'PAUSED' if status.paused else 'RUNNING'
+    if status.emergency:
+        return 'EMERGENCY STOP'
+    if status.paused:
+        return 'PAUSED'
+    if all(robot.state is State.PAUSED and robot.ready for robot in status.robots):
+        return 'STARTING'  # the bridge waits a moment, lest somebody contradicts
+    moves = any(robot.state is State.MOVING for robot in status.robots)
+    return 'RUNNING' if moves else 'STOPPED'
 
 
 def _plain_line(robot: RobotStatus) -> str:
-    reason = f' ({robot.reason})' if robot.reason else ''
+    reason = f' ({robot.reason})' if robot.reason not in ('', robot.state.value) else ''
     return f'{robot.name} {robot.state.value}{reason}'
 
 
@@ -93,6 +124,9 @@ def picture(status: Status) -> Group:
             Text(robot.state.value, style=_STYLES[min(robot.level, 2)]),
             Text(robot.reason),
         )
-    colour = 'black on yellow' if status.paused else 'black on green'
-    head = Text.assemble((f' {_headline(status)} ', colour), f'  {status.why}   {KEYS}')
-    return Group(head, table)
+    headline = _headline(status)
+    head = Text.assemble((f' {headline} ', _COLOURS[headline]), f'  {status.why}')
+    keys = Text(RELEASE if status.emergency else KEYS, style='dim')
+    for text in (head, keys):
+        text.no_wrap, text.overflow = True, 'ellipsis'
+    return Group(head, keys, table)

@@ -109,13 +109,15 @@ def test_ros_and_offline_runs_agree(tmp_path, monkeypatch):
     assert max(rms.values()) < LARGEST_RMS_M, rms
 
 
+NEAR = ['--random-poses=box=1.5x1.5,distance=0.45', '--filter=barrier', '--accel=1']
 LOCKSTEP = {
-    'traj_tracking': ('traj_tracking', 2, 4, []),
-    'late, event-triggered': (
-        'consensus', 3, 4, ['--event-triggered', '--graph=ring', '--delay=0.25', '--loss=0.2'],
+    'late, event-triggered, filtered': (
+        'consensus', 3, 4,
+        ['--event-triggered', '--graph=ring', '--delay=0.25', '--loss=0.2', *NEAR],
     ),
 }  # fmt: skip
 NIGHTLY = {
+    'traj_tracking': ('traj_tracking', 2, 4, []),
     'nav_wp, one': ('nav_wp', 1, 60, []),
     'nav_wp': ('nav_wp', 8, 60, ['--limits=burger']),
     'leader_follower_formation': ('leader_follower_formation', 5, 40, []),
@@ -128,6 +130,7 @@ NIGHTLY = {
     'range': ('consensus', 8, 20, ['--range=6', '--random-poses', '--seed=4']),
     'fifty on a ring': ('consensus', 50, 20, ['--graph=ring', '--loss=0.3', '--delay=0.1']),
     'switching': ('consensus', 4, 20, ['--graph=switching.yaml', '--delay=0.3']),
+    'blocked': ('consensus', 8, 30, ['--filter=barrier', '--deadlock=turn', '--limits=burger']),
     'car': ('consensus', 4, 20, ['--model=1:car,2:burger']),
 }
 """Law, number of robots, duration in s, and further options of runs in lockstep."""

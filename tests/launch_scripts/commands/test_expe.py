@@ -14,6 +14,8 @@ import terminals
 import yaml
 from processes import SETCMAS, TIMEOUT_S, run_setcmas
 
+from launch_scripts.terminal.start_key import ALONE_S
+from setcmas_expe.pause.start_requests import REACTION_S
 from setcmas_tools.records.fleet_table import read_csv
 
 pytest.importorskip('rclpy')
@@ -28,14 +30,15 @@ class Terminal(terminals.Terminal):
         super().__init__('expe', *ALGO, *options)
 
     def start_robots(self, pattern, timeout=TIMEOUT_S):
-        """Press space until a pattern is seen: again where a busy machine held up the node."""
+        """Press s until a pattern is seen: again where a busy machine held up the node."""
         deadline = time.monotonic() + timeout
-        self.press(' ')
+        self.press('s')
         while not re.search(pattern, self.read(), re.DOTALL):
             assert time.monotonic() < deadline, self.text
             if 'not started' in self.text:
                 self.text = ''
-                self.press(' ')
+                time.sleep(REACTION_S)
+                self.press('s')
             time.sleep(0.02)
         self.text = ''
 
@@ -51,17 +54,28 @@ def all_gone(children):
     return psutil.wait_procs(children, 30)[1] == []
 
 
-def test_space_starts_and_pauses_and_q_gives_the_terminal_back(terminal):
-    terminal.wait_for('paused; the space bar or false on /pause starts the robots')
+def test_keys_start_pause_stop_and_give_the_terminal_back(terminal):
+    terminal.wait_for('paused; s starts the robots')
     terminal.wait_for(r'PAUSED.*?tb3_1 +0\.\d\d s +\d+ % +0\.0\d m/s +paused +paused\s')
     children = psutil.Process(terminal.process.pid).children()
     assert len(children) == 4
     assert termios.tcgetattr(terminal.slave) != terminal.before
 
-    terminal.start_robots(r'\[pause\] started: by space bar')
+    terminal.start_robots(r'\[pause\] started: by s')
     terminal.wait_for(r'RUNNING.*?tb3_2 +0\.\d\d s +\d+ % +0\.[12]\d m/s +moving')
+    terminal.press('\x1b[A\x1bOP')  # an arrow and F1 begin as Esc does
     terminal.press(' ')
     terminal.wait_for('PAUSED')
+    terminal.press('\x1b')
+    terminal.wait_for('EMERGENCY STOP by Esc.*R twice: release it')
+    time.sleep(2 * ALONE_S)
+    terminal.press('s')
+    terminal.wait_for('not started: emergency stop by Esc; R twice releases it')
+    terminal.press('R')
+    terminal.wait_for('R again after 1 to 3 s releases it')
+    time.sleep(REACTION_S)
+    terminal.press('R')
+    terminal.wait_for('paused: the emergency stop is released.*PAUSED')
     terminal.press('q')
 
     assert terminal.wait() == 0
@@ -117,7 +131,7 @@ def test_when_a_process_dies_everything_stops(terminal, victim):
 def test_the_whole_job_in_an_emulated_lab(start, tmp_path):
     process = start(
         *SETCMAS, 'run', '--emulate', '--algo', 'consensus', '--nb-robots', '2', '--duration', '4',
-        '--output', 'out', cwd=tmp_path,
+        '--without-motion-check', '--output', 'out', cwd=tmp_path,
     )  # fmt: skip
 
     assert process.wait() == 0, process.output()
@@ -139,7 +153,7 @@ def test_the_whole_job_in_an_emulated_lab(start, tmp_path):
     ('arguments', 'message'),
     [
         (('--lab', 'lab.yaml'), 'add --emulate'),
-        (('--emulate', '--limits', 'burger'), '--limits is for simulated robots'),
+        (('--resume',), '--resume is for an emulated lab: add --emulate'),
         (('--emulate', '--cmd-timeout', '1'), '--cmd-timeout is for simulated robots'),
         (('--emulate', '--rate', '1'), '--rate is 1; it must be above 2 Hz in this lab'),
     ],
@@ -179,7 +193,7 @@ def test_after_q_no_status_is_told_any_more(domain, tmp_path):
         os.write(keys, key)
 
     try:
-        press(b' ', 'PAUSED; tb3_1 paused (paused)\n')
+        press(b's', 'PAUSED; tb3_1 paused (paused)\n')
         press(b'q', 'RUNNING; tb3_1 moving')
         assert process.wait(TIMEOUT_S) == 0, log.read_text()
     finally:

@@ -49,6 +49,7 @@ def test_the_triggering_condition_is_told_with_its_own_command(tmp_path):
     [
         (('taken',), "'taken.py' exists already and is kept"),
         (('my-law',), 'letters, digits and _, such as my_law'),
+        (('numpy',), "'numpy' is a module"),
         (('class',), "'class' cannot be the name of a script"),
         (('../law',), 'cannot be the name of a script'),
         (('law', '--from', 'consensu'), 'did you mean consensus'),

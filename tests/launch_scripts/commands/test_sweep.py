@@ -7,8 +7,6 @@ from processes import SETCMAS, run_setcmas
 from launch_scripts.cli import main
 from setcmas_tools import Study
 
-pytest.importorskip('joblib')
-
 SWEEP = ('sweep', '--algo', 'consensus', '--nb-robots', '3', '--duration', '4', '-o', 'study')
 HANGING = 'def control(robotNo, nbRobots, poses, t):\n    while True:\n        pass\n'
 

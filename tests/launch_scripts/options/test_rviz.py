@@ -49,7 +49,7 @@ def profile(topic):
 def test_every_display_gets_messages_of_its_type_from_a_running_fleet(start, peer):
     start(*SIMU, '--nb-robots', '2')
     common = ('--nb-robots', '2', '--robots')
-    start(*CTRL, '--algo', 'nav_wp', *common, '1')
+    start(*CTRL, '--algo', 'nav_wp', *common, '1', '--obstacles', 'disc 1 2 0.5')
     start(*CTRL, '--algo', 'traj_tracking', *common, '2')
     drawn_by_other_laws = {'/tb3_1/traj_ref', '/tb3_2/wp_ref'}
     shown = [
@@ -57,13 +57,13 @@ def test_every_display_gets_messages_of_its_type_from_a_running_fleet(start, pee
         for display in displays_with_topics([1, 2])
         if display['Topic']['Value'] not in drawn_by_other_laws
     ]
-    assert len(shown) == 8
+    assert len(shown) == 9
     check_messages(shown, peer)
 
 
 def test_an_experiment_has_what_is_shown_of_it(start, peer):
     start(*SETCMAS, 'expe', '--emulate', '--algo', 'consensus', '--nb-robots', '1')
-    drawn_by_other_laws = {'/tb3_1/wp_ref', '/tb3_1/traj_ref'}
+    drawn_by_other_laws = {'/tb3_1/wp_ref', '/tb3_1/traj_ref', '/obstacles'}
     shown = [
         display
         for display in displays_with_topics([1], experiment=True)
@@ -110,7 +110,7 @@ def test_a_closed_window_leaves_the_robots_alone(start, tmp_path):
     environment = {'PATH': f'{tmp_path}:{os.environ["PATH"]}', 'DISPLAY': ':0'}
 
     simu = start(*SETCMAS, 'simu', '--nb-robots', '3', '--rviz', env=environment)
-    simu.wait_for_output('rviz has ended; the robots go on')
+    simu.wait_for_output('rviz has ended; all else goes on')
     simu.wait_for_output('[simu] simulating robots 1-3')
 
     assert '[rviz] shows 3 robots' in simu.output()

@@ -89,7 +89,7 @@ def test_the_page_beside_a_simulation_ends_with_it_and_not_the_other_way_round(s
     )
 
     page.terminate()
-    process.wait_for_output('view has ended; the robots go on')
+    process.wait_for_output('view has ended; all else goes on')
     assert process.end() == 0
     psutil.wait_procs(nodes, timeout=10)
     assert not any(node.is_running() for node in nodes)

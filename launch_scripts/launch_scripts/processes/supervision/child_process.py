@@ -13,14 +13,14 @@ from contextlib import suppress
 from typing import TypeVar, cast
 
 from launch_scripts.processes.supervision.script_calls import ScriptCalls
-from setcmas_expe.pause.console_protocol import Status
+from setcmas_expe.pause.console_protocol import Status, Wish
 from setcmas_simu.reports.current_call import shared_file
 from setcmas_simu.reports.encoding import Message, encode
 from setcmas_simu.reports.launcher import VARIABLE as LAUNCHER_VARIABLE
 from setcmas_simu.reports.reports import Mistake, Report, ScriptCall, Stuck
 from setcmas_tools.player.protocol import Playing
 
-ChildReport = Report | Status | Playing
+ChildReport = Report | Status | Wish | Playing
 """What a process may report."""
 
 AnyReport = TypeVar('AnyReport', bound=Message)

@@ -8,7 +8,8 @@ import signal
 import subprocess
 import sys
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from types import FrameType
 from typing import IO, Any, cast
 
@@ -28,7 +29,7 @@ from setcmas_simu.reports.encoding import LineDecoder
 # Ctrl-Z too: a launcher that is asleep would leave its robots without supervision.
 STOP_SIGNALS = known_signals('SIGINT', 'SIGTERM', 'SIGHUP', 'SIGTSTP')
 _ESCALATION = ((signal.SIGINT, 5.0), (signal.SIGTERM, 3.0), (KILL, 5.0))
-_TICK_S = 0.1
+_TICK_S = 0.05  # Esc is seen after it
 _HANGS_S = 1.0  # a call of a script that runs for longer keeps its process from ending
 _HANGING_ENDS_S = 0.7
 _ASIDE_ENDS_S = 5.0
@@ -66,8 +67,7 @@ class Supervisor:
 
     def __enter__(self) -> Supervisor:
         """Take over the signals that ask to stop."""
-        for signum in STOP_SIGNALS:
-            self._previous_handlers[signum] = signal.signal(signum, self._on_signal)
+        self._previous_handlers = _handled(dict.fromkeys(STOP_SIGNALS, self._on_signal))
         adopt_orphans()
         self._strangers = children()
         return self
@@ -82,8 +82,16 @@ class Supervisor:
             cast(IO[bytes], key.fileobj).close()
         self._selector.close()
         self._output.close()
-        for signum, handler in self._previous_handlers.items():
-            signal.signal(signum, handler)
+        _handled(self._previous_handlers)
+
+    @contextmanager
+    def signals_handed_back(self) -> Iterator[None]:
+        """Let signals do meanwhile what they did before: the command works by itself."""
+        own = _handled(self._previous_handlers)
+        try:
+            yield
+        finally:
+            _handled(own)
 
     def start(
         self, name: str, command: Sequence[str], needed: bool = True, listens: bool = False
@@ -126,7 +134,7 @@ class Supervisor:
                 self._show_output(0)
                 if child.needed:
                     raise child.obituary()
-                self.warn(f'{child.name} has ended; the robots go on')
+                self.warn(f'{child.name} has ended; all else goes on')
                 self.stop(child)
 
     def _examine(self, child: Child) -> None:
@@ -230,6 +238,11 @@ class Supervisor:
 
     def _on_signal(self, _signum: int, _frame: FrameType | None) -> None:
         self._stop_signals += 1
+
+
+def _handled(handlers: Mapping[signal.Signals, Any]) -> dict[signal.Signals, Any]:
+    """Set handlers of signals; returns those that were there before."""
+    return {signum: signal.signal(signum, handler) for signum, handler in handlers.items()}
 
 
 def _end(process: subprocess.Popen[bytes]) -> None:

@@ -1,0 +1,93 @@
+"""Check a law of your own: is it right, and if not, what is missing?
+
+Runs the law offline in the scenarios of its exercise, which `setcmas new --exercise` has written
+into the script. Each criterion gets a tick or a cross, with what was wanted and what was reached,
+and a picture shows the paths of your robots over those of the solution. The exit status is 0 if
+all points are reached.
+
+Examples:
+  setcmas new my_law --from consensus --exercise     then fill in what is marked TODO
+  setcmas check my_law.py
+  setcmas check my_law.py --rubric final.yaml --show
+  setcmas check my_law.py --rubric final.yaml --emulate     in the emulated lab, with its safety
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from launch_scripts.offline.scenario_runner import runs_apart
+from launch_scripts.processes.environment import require_ros
+from launch_scripts.terminal.output_lines import warn
+from setcmas_ctrl.control.options import SCRIPT_FAILED
+from setcmas_ctrl.scripts.loader import find_script
+from setcmas_tools.offline.options import OfflineOptions
+
+if TYPE_CHECKING:
+    from setcmas_tools.grading.marks import LawRunner
+    from setcmas_tools.grading.rubric import Rubric
+
+_ASCII = str.maketrans('✓✗', '+-')
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add the options of the verb."""
+    parser.add_argument('law', metavar='LAW', help='your script, such as my_law.py')
+    parser.add_argument(
+        '--rubric',
+        '-R',
+        metavar='EXERCISE|FILE.yaml',
+        help='mark it by this exercise or file (default: what the script says)',
+    )
+    parser.add_argument(
+        '--output', '-o', type=Path, metavar='FILE.png', help='picture (default: LAW_check.png)'
+    )
+    parser.add_argument('--show', action='store_true', help='open the picture in a window as well')
+    parser.add_argument(
+        '--emulate',
+        action='store_true',
+        help='run it in the emulated lab, in real time, where safety is measured too',
+    )
+    OfflineOptions.add_to(parser)
+
+
+def main(args: argparse.Namespace) -> int:
+    """Check the law; returns the exit status."""
+    from setcmas_tools.grading.check import Check, chosen_rubric
+    from setcmas_tools.grading.marking import mark
+    from setcmas_tools.grading.marks import Student
+    from setcmas_tools.grading.picture import check_picture, write_picture
+
+    script = find_script(args.law)
+    rubric = chosen_rubric(script, args.rubric).shown()
+    rubric.check_place(args.emulate)
+    picture = args.output or Path(f'{script.stem}_check.png')
+    check_picture(picture)
+    if args.emulate:
+        run = _in_lab(script, rubric)
+    else:
+        run = runs_apart(script, rubric, OfflineOptions.of(args).call_timeout)
+    result = Check(mark(rubric, run, script.name, Student(script.name), script))
+    text = str(result)
+    encoding = sys.stdout.encoding or 'ascii'
+    print(text if encoding.lower().startswith('utf') else text.translate(_ASCII))
+    if any(one.paths and one.paths[0].own for one in result.marks.scenarios):
+        write_picture(result.marks, picture, args.show)
+        print(f'your paths over those of the solution: {picture}')
+    return 0 if result.marks.is_full else SCRIPT_FAILED
+
+
+def _in_lab(script: Path, rubric: Rubric) -> LawRunner:
+    """Return what runs scenarios in the emulated lab, where the solution is run first."""
+    from launch_scripts.processes.emulated_scenarios import run_solution, runs_emulated
+
+    require_ros('without --emulate no ROS is needed; ')
+
+    def tell(text: str) -> None:
+        warn(f'setcmas check: {text}')
+
+    run_solution(rubric, tell)
+    return runs_emulated(script, rubric, tell)

@@ -1,0 +1,67 @@
+"""Compare runs: paths, distance after the best shift in time, metrics, and what differs.
+
+The first run is the reference. Two pictures, paths over each other and distances over time, go
+into a folder; the rest to the terminal.
+
+Examples:
+  setcmas compare out_gain_1 out_gain_2
+  setcmas compare simulation experiment -o sim_exp --format pdf
+"""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+from launch_scripts.options.plot_options import FormatOptions
+from launch_scripts.terminal.output_lines import warn
+from setcmas_simu.errors import SetcmasError
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add the options of the verb."""
+    parser.add_argument(
+        'runs',
+        type=Path,
+        nargs='+',
+        metavar='DIR',
+        help='two runs or more: folders of runs or of CSV files, fleet.csv files, or bags',
+    )
+    parser.add_argument(
+        '-o',
+        '--output',
+        type=Path,
+        default=Path('comparison'),
+        metavar='DIR',
+        help='folder of the pictures (default: comparison)',
+    )
+    FormatOptions.add_to(parser)
+
+
+def main(args: argparse.Namespace) -> int:
+    """Compare; returns the exit status."""
+    from setcmas_tools.comparison.differences import differences
+    from setcmas_tools.comparison.pictures import write_pictures
+    from setcmas_tools.comparison.shift import best_shift
+    from setcmas_tools.comparison.table import metrics_table
+    from setcmas_tools.metrics.compute import measure
+    from setcmas_tools.plots.looks.look import PlotLook
+    from setcmas_tools.run.run import Run
+
+    if len(args.runs) < 2:
+        raise SetcmasError(f"'{args.runs[0]}' is one run; there must be two or more to compare")
+    names = list(map(str, args.runs))
+    runs = [Run.load(path, _tell) for path in args.runs]
+    metrics = [measure(run, _tell) for run in runs]
+    shifted = [best_shift(runs[0], run) for run in runs[1:]]
+    print(metrics_table(names, metrics))
+    for name, run, beside in zip(names[1:], runs[1:], shifted, strict=True):
+        told = differences(runs[0], run) or ['parameters, files and versions are the same']
+        print(f'\n{name} {beside}', *(f'  {line}' for line in told), sep='\n')
+    look = PlotLook(tuple(args.format))
+    print(*write_pictures(names, runs, shifted, args.output, look), sep='\n')
+    return 0
+
+
+def _tell(message: str) -> None:
+    warn(f'setcmas compare: {message}')

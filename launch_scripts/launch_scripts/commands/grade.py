@@ -1,0 +1,151 @@
+"""Grade the submissions of a class by a rubric, each in a sandbox.
+
+Writes a page of the class, a page for each student, and tables for learning platforms. Marks are
+computed from the runs that submissions make, where no submission can reach them. The same command
+in the same folder goes on where a grading was stopped; only what has changed is graded again.
+
+Examples:
+  setcmas grade submissions --rubric consensus -o grades        a folder, or the zip of a platform
+  setcmas grade submissions.zip --rubric final.yaml --format canvas --format junit
+  setcmas grade submissions -R final.yaml --emulate --trust     in the emulated lab
+  setcmas grade --make gradescope --rubric final.yaml -o autograder.zip
+"""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from launch_scripts.processes.environment import require_ros
+from launch_scripts.terminal.output_lines import warn
+from setcmas_simu.errors import SetcmasError
+from setcmas_tools.grade_formats.format import CLASS_FORMATS, GRADE_FORMATS, write_formats
+from setcmas_tools.grading.classes.options import GradeOptions
+
+if TYPE_CHECKING:
+    from setcmas_tools.grading.classes.worker import Runners
+    from setcmas_tools.grading.rubric import Rubric
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add the options of the verb."""
+    parser.add_argument(
+        'folder',
+        metavar='FOLDER',
+        nargs='?',
+        type=Path,
+        help='submissions, or a zip file of them',
+    )
+    parser.add_argument(
+        '--rubric',
+        '-R',
+        metavar='EXERCISE|FILE.yaml',
+        required=True,
+        help='marks them',
+    )
+    parser.add_argument(
+        '--output', '-o', type=Path, metavar='DIR', help='folder of the grades (default: grades)'
+    )
+    formats = ', '.join(CLASS_FORMATS)
+    parser.add_argument(
+        '--format',
+        action='append',
+        metavar='NAME',
+        help=f'what to write besides pages; may be repeated (default: {formats})',
+    )
+    parser.add_argument(
+        '--make', metavar='NAME', help='write the zip with which a platform grades by itself'
+    )
+    GradeOptions.add_to(parser)
+
+
+def main(args: argparse.Namespace) -> int:
+    """Grade a class, or write the zip of a platform; returns the exit status."""
+    # Imported late: help texts and completion do not wait for numpy.
+    from setcmas_tools.grading.check import chosen_rubric
+
+    options = GradeOptions.of(args)
+    rubric = chosen_rubric(None, args.rubric)
+    rubric.check_place(options.emulate and not args.make)
+    if args.make:
+        return _make(args.make, rubric, options, args.output or Path(f'{args.make}.zip'))
+    if not args.folder:
+        raise SetcmasError('FOLDER is missing; it must be the folder of the submissions')
+    formats = args.format or CLASS_FORMATS
+    for name in formats:
+        GRADE_FORMATS.offer(name)  # a mistake is told before anything is graded
+    folder = args.output or Path('grades')
+    _check_place(folder, args.folder)
+    try:
+        return _grade(args, rubric, options, folder, formats)
+    except KeyboardInterrupt:
+        warn('setcmas grade: stopped; the same command goes on from there')
+        raise
+    except BrokenPipeError:  # nobody reads on: the command's to end quietly
+        raise
+    except OSError as error:
+        raise SetcmasError(f"grades '{folder}' cannot be written: {error.strerror}") from error
+
+
+def _check_place(folder: Path, submissions: Path) -> None:
+    """See that grades go neither among submissions nor into the folder of a run."""
+    from setcmas_tools.run.info import FILE_NAME
+
+    places = [folder.resolve(), *folder.resolve().parents]
+    if submissions.resolve() in places:
+        what = f"in the folder of the submissions, '{submissions}'"
+    elif any((place / FILE_NAME).is_file() for place in places):
+        what = 'in the folder of a run'
+    else:
+        return
+    raise SetcmasError(f"grades '{folder}' would be {what}; name another folder with -o")
+
+
+def _make(name: str, rubric: Rubric, options: GradeOptions, file: Path) -> int:
+    from setcmas_tools.grade_formats.bundles.make import make_bundle
+
+    content = make_bundle(name, rubric, '--trust' if options.trust else '')
+    try:
+        file.write_bytes(content)
+    except OSError as error:
+        raise SetcmasError(f"'{file}' cannot be written: {error.strerror}") from error
+    print(f'for {name}: {file}')
+    return 0
+
+
+def _grade(
+    args: argparse.Namespace,
+    rubric: Rubric,
+    options: GradeOptions,
+    folder: Path,
+    formats: Sequence[str],
+) -> int:
+    from setcmas_tools.grading.classes.grading import grade
+    from setcmas_tools.grading.pages.pages import write_pages
+    from setcmas_tools.grading.pages.table import marks_table
+    from setcmas_tools.grading.submissions.found import find_submissions
+
+    submissions = find_submissions(args.folder, rubric)
+    in_lab = _lab(rubric) if options.emulate else None
+    marks = grade(submissions, rubric, folder, options, in_lab)
+    print(marks_table(marks))
+    written = write_formats(formats, marks, folder)
+    page = write_pages(marks, folder)
+    files = ', '.join(file.name for file in written if len(written) <= len(CLASS_FORMATS))
+    ending = '' if len(marks) == 1 else 's'
+    print(f'{len(marks)} submission{ending}: {page}   {files}'.rstrip())
+    return 0
+
+
+def _lab(rubric: Rubric) -> Runners:
+    """Return what runs scenarios in the emulated lab, where the solution is run first."""
+    from launch_scripts.processes.emulated_scenarios import run_solution, runs_emulated
+
+    def tell(text: str) -> None:
+        warn(f'setcmas grade: {text}')
+
+    require_ros('without --emulate no ROS is needed; ')
+    run_solution(rubric, tell)
+    return lambda script: runs_emulated(script, rubric, tell)

@@ -1,0 +1,105 @@
+import os
+import signal
+import time
+
+import psutil
+import pytest
+from processes import SETCMAS, Process, run_setcmas
+
+from launch_scripts.cli import main
+from setcmas_ctrl.scripts.loader import ALGORITHMS
+from setcmas_tools.grading.sandbox.confinement import obstacle
+from setcmas_tools.grading.submissions.handed_in import KEPT
+
+needs_sandbox = pytest.mark.skipif(bool(obstacle()), reason=obstacle())
+LAW = ALGORITHMS.file('consensus').read_text()
+
+
+SLOW = """
+
+
+def control(*args):
+    import time
+
+    time.sleep(0.003)
+    return law(*args)
+"""
+
+
+def write_class(folder, **scripts):
+    folder.mkdir()
+    for name, source in scripts.items():
+        (folder / f'{name}.py').write_text(source)
+
+
+@pytest.mark.parametrize(
+    ('arguments', 'told'),
+    [
+        (['-R', 'consensus'], 'FOLDER is missing; it must be the folder of the submissions'),
+        (['no', '-R', 'consensus'], "'no' cannot be read: No such file or directory"),
+        (['no', '-R', 'consensus', '--format', 'canvs'], "there is no grade format 'canvs'"),
+        (['no', '-R', 'no.yaml'], 'no.yaml'),
+        (['.', '-R', 'consensus'], "'grades' would be in the folder of the submissions, '.'"),
+    ],
+)
+def test_mistakes_are_told_in_a_line(tmp_path, monkeypatch, capsys, arguments, told):
+    monkeypatch.chdir(tmp_path)
+
+    assert main(['grade', *arguments]) == 2
+
+    error = capsys.readouterr().err
+    assert told in error
+    assert error.count('\n') == 1
+
+
+def test_without_a_sandbox_nothing_is_run_unless_it_is_trusted(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    write_class(tmp_path / 'class', ada='open("touched", "w")\n' + LAW)
+    monkeypatch.setattr('setcmas_tools.grading.classes.grading.obstacle', lambda: 'no Landlock')
+
+    assert main(['grade', 'class', '-R', 'consensus']) == 2
+
+    assert 'no sandbox here: no Landlock; --trust grades without' in capsys.readouterr().err
+
+
+@pytest.mark.nightly
+@needs_sandbox
+@pytest.mark.parametrize('how', [signal.SIGINT, signal.SIGKILL])
+def test_a_grading_that_is_stopped_leaves_no_process_and_goes_on(tmp_path, how):
+    slow = f'{LAW}\n\nlaw = control{SLOW}'
+    write_class(tmp_path / 'class', a=LAW, b=slow, c=slow, d=slow, e=slow)
+    command = ['grade', 'class', '-R', 'consensus', '-o', 'grades', '--jobs', '2']
+    process = Process([*SETCMAS, *command], tmp_path / 'log', tmp_path, os.environ)
+    while not list((tmp_path / 'grades' / KEPT).glob('*.json')):
+        assert process.popen.poll() is None, process.output()
+        time.sleep(0.05)
+    started = psutil.Process(process.pid).children(recursive=True)
+    process.end(how)
+
+    assert not psutil.wait_procs(started, timeout=20)[1]
+    done = {file: file.stat().st_mtime_ns for file in (tmp_path / 'grades' / KEPT).iterdir()}
+    result = run_setcmas(*command, cwd=tmp_path)
+    assert result.returncode == 0, result.stderr
+    assert all(
+        file.stat().st_mtime_ns == at for file, at in done.items() if file.suffix == '.json'
+    )
+    assert len(list((tmp_path / 'grades' / KEPT).iterdir())) == 5
+
+
+@pytest.mark.nightly
+@needs_sandbox
+def test_a_class_that_is_trusted_gets_the_marks_that_it_gets_in_the_sandbox(tmp_path):
+    fast = LAW.replace('K = 0.5', 'K = 0.3')
+    write_class(
+        tmp_path / 'class', ada=LAW, bob=fast, eve='import socket\nsocket.socket()\n' + LAW
+    )
+
+    told = [
+        run_setcmas('grade', 'class', '-R', 'consensus', '-o', name, *trust, cwd=tmp_path).stdout
+        for name, trust in (('grades', []), ('trusted', ['--trust']))
+    ]
+
+    boxed, trusted = (text.splitlines()[2:5] for text in told)
+    assert boxed[:2] == trusted[:2]
+    assert 'PermissionError' in boxed[2]
+    assert 'like the shipped law' in trusted[2]
