@@ -10,6 +10,7 @@ import pytest
 from launch_scripts.cli import VERBS, build_parser
 from setcmas_ctrl.communication.graph_file import load_graph
 from setcmas_tools import simulate
+from setcmas_tools.grading.rubric import read_rubric
 
 ROOT = Path(__file__).parents[1]
 PAGES = [ROOT / 'README.md', ROOT / 'CONTRIBUTING.md', *sorted((ROOT / 'docs').rglob('*.md'))]
@@ -112,6 +113,14 @@ def test_the_python_of_a_page_runs(page, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
 
     exec('\n'.join(PROGRAMS[page]), {'__name__': page.stem})
+
+
+def test_rubrics_can_be_read(tmp_path):
+    found = [text for _, text in code('yaml') if 'scenarios:' in text]
+    for text in found:
+        (tmp_path / 'rubric.yaml').write_text(text)
+        assert read_rubric(tmp_path / 'rubric.yaml').max_score == 5
+    assert found
 
 
 def test_the_graph_file_has_the_two_graphs_that_its_picture_shows(tmp_path):

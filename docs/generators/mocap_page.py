@@ -7,11 +7,14 @@ from setcmas_expe.mocap.sources import MOCAP_SOURCES
 
 def text() -> str:
     """Return a table of the drivers: topic, type of its messages, and how a loss looks."""
-    lines = ['| `mocap.preset` | topic | type | a lost body looks like |', '|---|---|---|---|']
+    lines = [
+        '| `mocap.preset` | topic | type | a lost body looks like | read from |',
+        '|---|---|---|---|---|',
+    ]
     for name, offer in MOCAP_SOURCES.offers().items():
         if offer.shipped:
             source = MOCAP_SOURCES.get(name)
             kind = source.message_type.rpartition('/')[2]
             lost = ', or '.join(source.lost_looks_like)
-            lines.append(f'| `{name}` | `{source.topic}` | {kind} | {lost} |')
+            lines.append(f'| `{name}` | `{source.topic}` | {kind} | {lost} | {source.driver} |')
     return '\n'.join(lines)

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import argparse
 import contextlib
+import math
 import os
 import re
 import shutil
@@ -72,6 +73,29 @@ def formation(folder: Path) -> Path:
         [SETCMAS, 'csv_to_plot', str(folder), '--animate', 'gif', '--speed', '6'],
         check=True,
         stdout=subprocess.DEVNULL,
+    )
+    return folder / 'plots' / 'film.gif'
+
+
+def swap(folder: Path) -> Path:
+    """Show eight robots that change places, as the page on the safety filter tells, as a film."""
+    page = (DOCS / 'safety_filter.md').read_text(encoding='utf-8')
+    found = re.search(r'```python\n(# swap\.py.*?)```', page, re.DOTALL)
+    assert found, 'the page has no swap.py'
+    with tempfile.TemporaryDirectory() as scripts:
+        script = Path(scripts) / 'swap.py'
+        script.write_text(found[1], encoding='utf-8')
+        options = ('--algo', str(script), '--nb-robots', '8', '--duration', '24', '--vnom', '0.3')
+        circle = [math.tau * robot / 8 for robot in range(8)]
+        poses = [
+            f'--pose={i}:{2 * math.cos(a):.3f},{2 * math.sin(a):.3f},{a + math.pi:.3f}'
+            for i, a in enumerate(circle, start=1)
+        ]
+        filtered = ('--filter', 'barrier', '--deadlock', 'turn')
+        plot_of_a_run(folder, 'trajectories', *options, *poses, *filtered)
+    film = ('--animate', 'gif', '--speed', '3')
+    subprocess.run(
+        [SETCMAS, 'csv_to_plot', str(folder), *film], check=True, stdout=subprocess.DEVNULL
     )
     return folder / 'plots' / 'film.gif'
 
@@ -151,7 +175,8 @@ def browser_view(folder: Path) -> Path:
 
 
 MAKERS = {
-    maker.__name__: maker for maker in (formation, communication, graph, notebook, browser_view)
+    maker.__name__: maker
+    for maker in (formation, swap, communication, graph, notebook, browser_view)
 }
 
 

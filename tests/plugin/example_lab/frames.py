@@ -1,4 +1,4 @@
-"""A driver that sends all bodies as transforms on /tf, where the frame is the body's name."""
+"""A driver that sends all bodies as transforms on /frames, each frame named after its body."""
 
 from setcmas_expe.mocap.messages import sample_of
 from setcmas_expe.mocap.sources import SILENCE, MocapSource
@@ -12,4 +12,4 @@ def read_transforms(message):
         yield one.child_frame_id, sample
 
 
-TF = MocapSource('/tf', 'tf2_msgs/msg/TFMessage', read_transforms, (SILENCE,))
+FRAMES = MocapSource('/frames', 'tf2_msgs/msg/TFMessage', read_transforms, (SILENCE,))

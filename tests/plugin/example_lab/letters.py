@@ -1,0 +1,17 @@
+"""The grade format `letters`: a letter for each student."""
+
+from setcmas_tools.grade_formats.format import GradeFormat
+
+LETTERS = 'FFFFFEDCBA'  # by tenths of the points
+
+
+def write_letters(marks):
+    """Return the one file of the format, a line for each submission."""
+    lines = []
+    for one in marks:
+        tenth = min(int(10 * one.score / one.max_score), 9)
+        lines.append(f'{one.student.name}: {LETTERS[tenth]}\n')
+    return {'letters.txt': ''.join(lines)}
+
+
+FORMAT = GradeFormat('Letters from A to F', write_letters)
