@@ -192,6 +192,7 @@ def checked_answer(result: Any, path: Path) -> bool:
     raise ControlError(
         f'{path.name}: ctc returned {text}; it must be True or False',
         ('result', 'ctc', type(result).__name__),
+        place=(path, None),
     )
 
 

@@ -116,7 +116,7 @@ class ControlLaw:
             failure = self.failure(error)
             if isinstance(error, _RAISED_BY_NAN):
                 text = f'{failure}{unheard_robots(self.robot, poses)}'
-                failure = ControlError(text, failure.key)
+                failure = ControlError(text, failure.key, place=failure.place)
             raise failure from error
         finally:
             network.end_call()
@@ -127,15 +127,18 @@ class ControlLaw:
         try:
             return checked_velocity(result)
         except ValueError as error:
-            message = f'{self.path.name}: {error}; {_EXPECTED}{self._definition()}'
+            line = self._first_line
+            message = f'{self.path.name}: {error}; {_EXPECTED}{quoted_line(self.path, line)}'
             if 'not finite' in str(error):
                 message += unheard_robots(self.robot, poses)
             kind = str(error).partition(':')[0]
-            raise ControlError(message, ('result', kind, type(result).__name__)) from error
+            key = ('result', kind, type(result).__name__)
+            raise ControlError(message, key, place=(self.path, line)) from error
 
-    def _definition(self) -> str:
+    @property
+    def _first_line(self) -> int | None:
         code = getattr(self._control, '__code__', None)
-        return quoted_line(self.path, code.co_firstlineno if code else None)
+        return code.co_firstlineno if code else None
 
     def failure(self, error: BaseException) -> ControlError:
         """Return what to tell of an error that the script raised."""

@@ -5,22 +5,33 @@ from __future__ import annotations
 from collections import Counter, defaultdict
 from collections.abc import Callable
 
+import msgspec
+
 from setcmas_ctrl.scripts.failures import ControlError
 from setcmas_simu.fleet.fleet import robots_in_words
 from setcmas_simu.fleet.topics import robot_name
+from setcmas_simu.reports.reports import Function, ScriptFailure
 
 STANDS = 'is commanded zero; this stops no other robot'
 """What happens to a robot whose control law fails."""
 
+MOST_FAILURES = 500
+"""So many are kept with their times; a law may fail and work again at each other call."""
+
 
 class ErrorReports:
-    """Turns the errors of a fleet's scripts into messages that are not repeated."""
+    """Turns the errors of a fleet's scripts into messages that are not repeated.
+
+    Attributes:
+        failures: When which script failed for whom, the first ones, sorted by time.
+    """
 
     def __init__(
         self,
         warn: Callable[[str], None],
         consequence: str = STANDS,
         on_new: Callable[[int, str], None] = lambda *_: None,
+        function: Function = Function.CONTROL,
     ) -> None:
         """Report through a function that shows a message to the user.
 
@@ -28,7 +39,11 @@ class ErrorReports:
             warn: Shows a message to the user.
             consequence: What happens to a robot whose script fails, after its name.
             on_new: Takes robot and text of an error that is new for the robot.
+            function: What of a script is called.
         """
+        self.failures: list[ScriptFailure] = []
+        self._function = function
+        self._open: dict[int, int] = {}  # by robot, which failure goes on
         self._warn = warn
         self._on_new = on_new
         self._consequence = consequence
@@ -38,6 +53,7 @@ class ErrorReports:
 
     def failed(self, robot: int, t: float, error: ControlError) -> None:
         """Note that a robot's script failed at time t (s)."""
+        self._keep(robot, t, error)
         self._failing[robot] += 1
         self._counts[robot, error.key] += 1
         if self._counts[robot, error.key] == 1:
@@ -53,9 +69,29 @@ class ErrorReports:
     def succeeded(self, robot: int, t: float) -> None:
         """Note that a robot's script did its work at time t (s)."""
         if robot in self._failing:
+            self._close(robot, t)
             count = self._failing.pop(robot)
             calls = 'call' if count == 1 else 'calls'
             self._warn(f'{robot_name(robot)} at t = {t:.1f} s: works again after {count} {calls}')
+
+    def _keep(self, robot: int, t: float, error: ControlError) -> None:
+        going_on = self._open.get(robot)
+        if going_on is not None and self.failures[going_on].text == str(error):
+            return
+        self._close(robot, t)
+        if len(self.failures) < MOST_FAILURES:
+            file, line = error.place or (None, None)
+            script = file.name if file else ''
+            self._open[robot] = len(self.failures)
+            self.failures.append(
+                ScriptFailure(round(t, 3), robot, self._function, script, line, str(error))
+            )
+
+    def _close(self, robot: int, t: float) -> None:
+        number = self._open.pop(robot, None)
+        if number is not None:
+            ended = msgspec.structs.replace(self.failures[number], until=round(t, 3))
+            self.failures[number] = ended
 
     @property
     def failed_robots(self) -> list[int]:

@@ -37,6 +37,28 @@ class ScriptCall(msgspec.Struct, frozen=True):
         return f'{self.function.value} of {self.script} for {robot_name(self.robot)}'
 
 
+class ScriptFailure(msgspec.Struct, frozen=True, omit_defaults=True):
+    """A time in which the calls of a script for a robot failed, each for the same reason.
+
+    Attributes:
+        t: When the first one failed, in s since the control laws were called first.
+        robot: Number of the robot.
+        function: What was called.
+        script: Name of the file that failed: the script, or a module that it imports.
+        line: The line there, if there is one.
+        text: What the user was told.
+        until: When it was over, or the reason was another one, in s; None for the end of the run.
+    """
+
+    t: float
+    robot: int
+    function: Function
+    script: str
+    line: int | None
+    text: str
+    until: float | None = None
+
+
 class Ready(Message, frozen=True):
     """The process does its work, and ends in its own order when it is asked to."""
 

@@ -14,7 +14,6 @@ from setcmas_simu.arrays import Floats
 from setcmas_simu.fleet.topics import robot_name
 from setcmas_tools.metrics.compute import Metrics, measure
 from setcmas_tools.metrics.yaml_file import as_dict
-from setcmas_tools.records.fleet_grid import FleetGrid
 from setcmas_tools.run.run import Run
 
 _LEAST_CHANGE = 0.01
@@ -49,23 +48,29 @@ class Apart:
 def largest_distance(first: Run, second: Run) -> Apart:
     """Return how far two runs are apart, at multiples of 0.1 s from their first commands on."""
     largest = Apart(np.nan, np.nan, 0)
-    for robot in sorted({*first.robots} & {*second.robots}):
-        one, other = (_of(run.counted_grid, robot) for run in (first, second))
-        steps = np.intersect1d(list(one), list(other))
-        for step in steps.tolist():
-            distance = float(np.hypot(*(one[step] - other[step])))
-            if np.isfinite(distance) and not distance <= largest.distance:
-                largest = Apart(distance, step / 10, robot)
+    t, distances = distances_between(first, second)
+    for robot, values in distances.items():
+        if np.isfinite(values).any() and not np.nanmax(values) <= largest.distance:
+            step = int(np.nanargmax(values))
+            largest = Apart(float(values[step]), float(t[step]), robot)
     return largest
 
 
-def _of(grid: FleetGrid, robot: int) -> dict[int, Floats]:
-    """Return the positions (x, y) of a robot by the number of its time step, 10 a second."""
-    if robot not in grid.robots:
-        return {}
-    row = grid.robots.index(robot)
-    steps = np.round(grid.t * 10).astype(int).tolist()
-    return dict(zip(steps, np.transpose([grid.x[row], grid.y[row]]), strict=True))
+def distances_between(first: Run, second: Run) -> tuple[Floats, dict[int, Floats]]:
+    """Return how far each robot in two runs is from itself at the same times.
+
+    Returns:
+        K multiples of 0.1 s from the first commands on that are in both; and distances in m by
+        robot, shape (K,), NaN where it is not in both.
+    """
+    one, other = first.counted_grid, second.counted_grid
+    steps, others = (np.round(grid.t * 10).astype(int) for grid in (one, other))
+    common, i, j = np.intersect1d(steps, others, return_indices=True)
+    distances = {}
+    for robot in sorted({*one.robots} & {*other.robots}):
+        k, m = one.robots.index(robot), other.robots.index(robot)
+        distances[robot] = np.hypot(one.x[k][i] - other.x[m][j], one.y[k][i] - other.y[m][j])
+    return common / 10, distances
 
 
 def compared(folder: Path, earlier: Path) -> str:

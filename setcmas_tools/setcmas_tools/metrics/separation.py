@@ -61,6 +61,27 @@ def separation(grid: FleetGrid) -> Separation | None:
     return Separation(least, when, pair, _largest_distance_at_end(grid))
 
 
+def distances_of_pairs(grid: FleetGrid) -> tuple[Floats, Floats, Floats]:
+    """Return the smallest, mean and largest distance of all pairs of robots in m over time.
+
+    NaN where a robot is missing.
+    """
+    # A robot at a time: all pairs at once would take gigabytes for a long run of 50 robots.
+    smallest = np.full(len(grid.t), np.nan)
+    largest = smallest.copy()
+    total, count = np.zeros(len(grid.t)), np.zeros(len(grid.t))
+    for i in range(len(grid.robots) - 1):
+        d = np.hypot(grid.x[i + 1 :] - grid.x[i], grid.y[i + 1 :] - grid.y[i])
+        smallest = np.fmin(smallest, np.fmin.reduce(d))
+        largest = np.fmax(largest, np.fmax.reduce(d))
+        total += np.nansum(d, axis=0)
+        count += np.isfinite(d).sum(axis=0)
+    mean = np.divide(total, count, out=np.full(len(grid.t), np.nan), where=count > 0)
+    for values in (smallest, mean, largest):
+        values[~grid.complete] = np.nan
+    return smallest, mean, largest
+
+
 def _least_distance(t: Floats, offsets: Floats, reach: Floats) -> tuple[float, float, int]:
     """Return the least norm of moving points, its time, and which of the points has it.
 

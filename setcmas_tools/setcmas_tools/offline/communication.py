@@ -19,7 +19,11 @@ from setcmas_tools.records.communication import CommunicationRecord, Counts, rec
 
 
 class OfflineCommunication:
-    """What the robots of simulated fleets tell each other, each those of its own."""
+    """What the robots of simulated fleets tell each other, each those of its own.
+
+    Attributes:
+        reports: Takes the errors of triggering conditions.
+    """
 
     def __init__(
         self,
@@ -42,12 +46,12 @@ class OfflineCommunication:
         robots = range(1, nb_robots + 1)
         self._graph = communication.graph
         self._links = communication.links(robots, *other_seeds)
-        self._reports = ErrorReports(warn, CONSEQUENCE)
+        self.reports = ErrorReports(warn, CONSEQUENCE, function=Function.CONDITION)
         self._event_triggered = communication.event_triggered
         self._threshold = communication.threshold
         self._broadcasts = (
             [
-                communication.broadcast(robot, self._reports)
+                communication.broadcast(robot, self.reports)
                 for _ in (communication.seed, *other_seeds)
                 for robot in robots
             ]
@@ -60,11 +64,6 @@ class OfflineCommunication:
         self._triggered: list[NDArray[np.bool_]] = []
         self._changes = GraphChanges(nb_robots)
         self._begun = False
-
-    @property
-    def failed_robots(self) -> list[int]:
-        """The robots whose triggering condition has failed at some time, sorted."""
-        return self._reports.failed_robots
 
     def measure(self, poses: Floats, V: Floats, t: float) -> None:
         """Let robots send what they measure at time t (s).

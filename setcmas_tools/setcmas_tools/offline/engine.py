@@ -179,7 +179,6 @@ def made(
     controllers = FleetLaws(laws, commander, first.warn, turns)
     t, states, control_t, velocities = _moved(fleet, controllers, radio, first, drawings)
     call_time = controllers.call_time * nb_robots / len(control_t)
-    failed_ctc = radio.failed_robots if radio else []
     runs = []
     for index, one in enumerate(simulations):
         own = slice(index * nb_robots, (index + 1) * nb_robots)
@@ -189,7 +188,8 @@ def made(
             radio.record(index) if radio else None,
             drawings[index].drawings(),
         )
-        runs.append(one.run(tables, call_time[own], controllers.failed_robots, failed_ctc))
+        conditions = radio.reports if radio else None
+        runs.append(one.run(tables, call_time[own], controllers.reports, conditions))
     return runs
 
 

@@ -71,7 +71,12 @@ def _text(algo: Algo, functions: Collection[int]) -> str:
 
 
 class FleetLaws:
-    """The control laws of fleets, from the poses to the robots' commands."""
+    """The control laws of fleets, from the poses to the robots' commands.
+
+    Attributes:
+        reports: Takes their errors.
+        call_time: For how long each of them was called, in s in all.
+    """
 
     def __init__(
         self,
@@ -94,14 +99,9 @@ class FleetLaws:
             for first, turn in zip(range(0, len(laws), size), turns, strict=True)
         ]
         self._commander = commander
-        self._reports = ErrorReports(warn)
+        self.reports = ErrorReports(warn)
         self._failing = False
         self.call_time: Floats = np.zeros(len(laws))
-
-    @property
-    def failed_robots(self) -> list[int]:
-        """The robots whose law has failed at some time, sorted."""
-        return self._reports.failed_robots
 
     def __call__(
         self,
@@ -132,11 +132,11 @@ class FleetLaws:
                 try:
                     wanted += law(known, t, adjacency)
                     if self._failing:
-                        self._reports.succeeded(law.robot, t)
+                        self.reports.succeeded(law.robot, t)
                 except ControlError as error:
                     wanted += (0.0, 0.0)
                     self._failing = True
-                    self._reports.failed(law.robot, t, error)
+                    self.reports.failed(law.robot, t, error)
                 durations.append(-begin + (begin := clock()))
         notes.end()
         self.call_time += durations

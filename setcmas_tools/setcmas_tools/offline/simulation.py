@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
+from operator import attrgetter
 from typing import Any
 
 import numpy as np
@@ -14,6 +15,7 @@ from setcmas_ctrl.communication.settings import Communication, chosen_communicat
 from setcmas_ctrl.control.control_law import ControlLaw
 from setcmas_ctrl.control.options import GainOptions
 from setcmas_ctrl.filter.options import FilterOptions
+from setcmas_ctrl.scripts.error_reports import ErrorReports
 from setcmas_ctrl.scripts.settings import Settings
 from setcmas_ctrl.task.references import References, told_references
 from setcmas_simu.arrays import Floats
@@ -169,23 +171,35 @@ class Simulation:
         self._references = told_references(scripts, self.nb_robots, self.warn)
 
     def run(
-        self, tables: RunTables, call_time: Floats, failed_laws: list[int], failed_ctc: list[int]
+        self,
+        tables: RunTables,
+        call_time: Floats,
+        laws: ErrorReports,
+        conditions: ErrorReports | None,
     ) -> Run:
         """Return the run that was made.
 
         Args:
             tables: What happened, but for references.
             call_time: How long a call of each law takes in s.
-            failed_laws: The robots whose law has failed at some time.
-            failed_ctc: The robots whose triggering condition has.
+            laws: When they failed.
+            conditions: When triggering conditions failed, if there are any.
         """
         failed_models = [robot for robot, one in enumerate(self.models, 1) if one.failed]
         outcome = Outcome.of_failures(
-            failures([law.path.name for law in self.laws], failed_laws)
+            failures([law.path.name for law in self.laws], laws.failed_robots)
             | failures(self._names, failed_models),
-            {} if self.tells.is_ideal else {condition_name(self.ctc): failed_ctc},
+            {condition_name(self.ctc): conditions.failed_robots} if conditions else {},
         )
-        info = RunInfo(outcome=outcome, parameters=self._parameters(), seed=self.seed)
+        failed = sorted(
+            [*laws.failures, *(conditions.failures if conditions else [])], key=attrgetter('t')
+        )
+        info = RunInfo(
+            outcome=outcome,
+            parameters=self._parameters(),
+            seed=self.seed,
+            failures=failed or None,
+        )
         tables = replace(tables, references=self._references)
         return Run(tables, info, (*given_scripts(self.laws), *self._inputs), call_time)
 

@@ -13,8 +13,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from setcmas_simu.arrays import Floats
 from setcmas_tools.kinds.plot import applies_to
+from setcmas_tools.metrics.separation import distances_of_pairs
 from setcmas_tools.plots.looks.style import (
     legend,
     line_look,
@@ -74,30 +74,13 @@ def _draw_pairs(axes: Axes, grid: FleetGrid) -> list[Artist]:
 
 
 def _draw_range(axes: Axes, grid: FleetGrid) -> list[Artist]:
-    smallest, mean, largest = _range_over_pairs(grid)
+    smallest, mean, largest = distances_of_pairs(grid)
     axes.fill_between(grid.t, smallest, largest, color='0.88', linewidth=0)
     (low,) = axes.plot(grid.t, smallest, color='0.2', linestyle=':', label='smallest')
     (middle,) = axes.plot(grid.t, mean, color='0.2', label='mean')
     (high,) = axes.plot(grid.t, largest, color='0.2', linestyle='--', label='largest')
     axes.set_ylabel('distance of pairs (m)')
     return [high, middle, low]
-
-
-def _range_over_pairs(grid: FleetGrid) -> tuple[Floats, Floats, Floats]:
-    # A robot at a time: all pairs at once would take gigabytes for a long run of 50 robots.
-    smallest = np.full(len(grid.t), np.nan)
-    largest = smallest.copy()
-    total, count = np.zeros(len(grid.t)), np.zeros(len(grid.t))
-    for i in range(len(grid.robots) - 1):
-        d = np.hypot(grid.x[i + 1 :] - grid.x[i], grid.y[i + 1 :] - grid.y[i])
-        smallest = np.fmin(smallest, np.fmin.reduce(d))
-        largest = np.fmax(largest, np.fmax.reduce(d))
-        total += np.nansum(d, axis=0)
-        count += np.isfinite(d).sum(axis=0)
-    mean = np.divide(total, count, out=np.full(len(grid.t), np.nan), where=count > 0)
-    for values in (smallest, mean, largest):
-        values[~grid.complete] = np.nan
-    return smallest, mean, largest
 
 
 def _draw_to_centre(axes: Axes, grid: FleetGrid) -> list[Artist]:

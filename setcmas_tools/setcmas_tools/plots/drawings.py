@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -11,7 +11,7 @@ from matplotlib.collections import PolyCollection
 from matplotlib.lines import Line2D
 
 from setcmas_ctrl.drawing import Sphere
-from setcmas_tools.records.drawings import MARKER, Drawing
+from setcmas_tools.records.drawings import Drawing, DrawnOverTime
 from setcmas_tools.run.run import Run
 
 _ANGLES = np.linspace(0.0, 2 * np.pi, 32, endpoint=False)
@@ -29,32 +29,23 @@ class DrawnPlane:
 
     def __init__(self, axes: Axes, run: Run) -> None:
         """Let the plane show all that was drawn at some time; nothing is seen before `show`."""
-        self._drawings = [d for d in run.drawings if np.isfinite(np.hstack(d.sphere)).all()]
+        self._drawn = DrawnOverTime(run.drawings)
         self.trails = PolyCollection([], linewidths=0, zorder=1.8)
         self.markers = PolyCollection([], linewidths=0, zorder=2.5)
         for artist in (self.trails, self.markers):
             axes.add_collection(artist, autolim=False)
-        self.handles = [_handle(self._drawings[-1].sphere)] if self._drawings else []
-        if self._drawings:
-            axes.update_datalim([(d.sphere.x, d.sphere.y) for d in self._drawings])
+        self.handles = [_handle(self._drawn.shown[-1].sphere)] if self._drawn.shown else []
+        if self._drawn.shown:
+            axes.update_datalim([(d.sphere.x, d.sphere.y) for d in self._drawn.shown])
 
     def show(self, t: float, since: float = -np.inf) -> None:
         """Show the markers of a time in s, and the trails that have grown since another one."""
-        markers: dict[tuple[int, str], Sphere] = {}
-        trails = []
-        for drawing in self._until(t):
-            if drawing.kind == MARKER:
-                markers[drawing.robot, drawing.name] = drawing.sphere
-            elif drawing.t > since:
-                trails.append(drawing.sphere)
-        _fill(self.markers, list(markers.values()))
-        _fill(self.trails, trails)
-
-    def _until(self, t: float) -> Iterator[Drawing]:
-        return (drawing for drawing in self._drawings if drawing.t <= t)
+        _fill(self.markers, self._drawn.markers(t))
+        _fill(self.trails, self._drawn.trails(t, since))
 
 
-def _fill(artist: PolyCollection, spheres: Sequence[Sphere]) -> None:
+def _fill(artist: PolyCollection, drawings: Sequence[Drawing]) -> None:
+    spheres = [drawing.sphere for drawing in drawings]
     artist.set_verts([(s.x, s.y) + s.diameter * _CIRCLE for s in spheres])
     artist.set_facecolor([_shown(*s.colour, s.alpha) for s in spheres])
 

@@ -76,8 +76,9 @@ class CommunicationRecord:
     def adjacency(self, t: float, nb_robots: int) -> Floats:
         """Return the weights at time t (s): row i hears column j, shape (N, N)."""
         result = np.zeros((nb_robots, nb_robots))
-        for _, receiver, sender, weight in self.changes[self.changes[:, 0] <= t]:
-            result[int(receiver) - 1, int(sender) - 1] = weight
+        changes = self.changes[: np.searchsorted(self.changes[:, 0], t, side='right')]
+        receivers, senders = changes[:, 1:3].astype(int).T - 1
+        result[receivers, senders] = changes[:, 3]  # of one link the last one stays
         return result
 
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+from bisect import bisect_right
 from collections.abc import Iterable
 from operator import itemgetter
 from pathlib import Path
@@ -69,6 +71,39 @@ class DrawingRecord:
         """
         moved = [d._replace(t=d.t - start) for d in self._drawings] if start else self._drawings
         return sorted(moved, key=itemgetter(0, 1))  # by time, then by robot
+
+
+class DrawnOverTime:
+    """What the scripts of a run drew, by time.
+
+    Attributes:
+        shown: The drawings that can be seen, sorted by time.
+    """
+
+    def __init__(self, drawings: Iterable[Drawing]) -> None:
+        """Take drawings sorted by time; those that are not finite show nothing."""
+        self.shown = [drawing for drawing in drawings if _is_finite(drawing.sphere)]
+        self._markers: dict[tuple[int, str], list[Drawing]] = {}
+        self._trails: list[Drawing] = []
+        for drawing in self.shown:
+            if drawing.kind == MARKER:
+                self._markers.setdefault((drawing.robot, drawing.name), []).append(drawing)
+            else:
+                self._trails.append(drawing)
+
+    def markers(self, t: float) -> list[Drawing]:
+        """Return the markers that are seen at a time in s."""
+        last = ((own, bisect_right(own, t, key=itemgetter(0))) for own in self._markers.values())
+        return [own[count - 1] for own, count in last if count]
+
+    def trails(self, t: float, since: float = -math.inf) -> list[Drawing]:
+        """Return by what trails grew until a time in s, from after another one on."""
+        first, last = (bisect_right(self._trails, at, key=itemgetter(0)) for at in (since, t))
+        return self._trails[first:last]
+
+
+def _is_finite(sphere: Sphere) -> bool:
+    return all(map(math.isfinite, (*sphere[:4], *sphere.colour, sphere.alpha)))
 
 
 def write_csv(drawings: Iterable[Drawing], path: Path) -> None:

@@ -9,7 +9,8 @@ from numpy.typing import NDArray
 
 from setcmas_simu.arrays import Floats
 from setcmas_tools.records.fleet_table import FleetTable
-from setcmas_tools.records.gaps import LONGEST_GAP_S, resets
+from setcmas_tools.records.gaps import LONGEST_GAP_S
+from setcmas_tools.records.track import Track
 
 
 @dataclass(frozen=True)
@@ -59,24 +60,13 @@ def on_grid(table: FleetTable, rate: float = 10.0) -> FleetGrid:
     first, last = np.ceil(table.t[0] * rate), np.floor(table.t[-1] * rate)
     t = np.arange(first, last + 1) / rate if first <= last else table.t[:1]
     robots = table.robots
-    poses = np.array([_poses_at(t, table.of(robot)) for robot in robots])
+    poses = np.array([_poses_at(t, Track(table.of(robot))) for robot in robots])
     return FleetGrid(t, robots, poses[:, 0], poses[:, 1], poses[:, 2])
 
 
-def _poses_at(t: Floats, robot: FleetTable) -> Floats:
-    known = np.isfinite(robot.x + robot.y + robot.theta)
-    robot = robot.rows(known)
-    if not len(robot.t):
-        return np.full((3, len(t)), np.nan)
-    columns = (robot.x, robot.y, np.unwrap(robot.theta))
-    poses = np.array([np.interp(t, robot.t, c, left=np.nan, right=np.nan) for c in columns])
-    if len(robot.t) > 1:
-        following = np.clip(np.searchsorted(robot.t, t), 1, len(robot.t) - 1)
-        before, after = robot.t[following - 1], robot.t[following]
-        put = resets(robot)
-        in_gap = put[following - 1] | (after - before > LONGEST_GAP_S)
-        poses[:, in_gap & (before < t) & (t < after)] = np.nan
-        # A reset between two times leaves the later one out: no line is to join them.
-        later = np.searchsorted(t, robot.t[1:][put])
-        poses[:, later[later < len(t)]] = np.nan
+def _poses_at(t: Floats, track: Track) -> Floats:
+    poses = track.poses(t)
+    # A reset between two times leaves the later one out: no line is to join them.
+    later = np.searchsorted(t, track.rows.t[1:][track.put])
+    poses[:, later[later < len(t)]] = np.nan
     return poses

@@ -9,6 +9,7 @@ from typing import Any
 import msgspec
 
 from setcmas_ctrl.task.references import References
+from setcmas_simu.reports.reports import ScriptFailure
 from setcmas_tools.run.origin import Origin, this_origin
 from setcmas_tools.run.outcome import Outcome, State
 from setcmas_tools.run.record_file import read_record, write_record
@@ -46,6 +47,7 @@ class RunInfo:
             runs leave equal files.
         origin: What it was made with; None is this process.
         reloads: The later versions of its control scripts; None if there were none.
+        failures: When which script failed for whom; None if none did, or if that is not told.
     """
 
     command: list[str] = field(default_factory=list)
@@ -57,6 +59,7 @@ class RunInfo:
     started: str | None = None
     origin: Origin | None = None
     reloads: list[Reload] | None = None
+    failures: list[ScriptFailure] | None = None
 
 
 def write_info(info: RunInfo, folder: Path) -> None:

@@ -143,7 +143,8 @@ class Held:
         told = _refusal(answer)
         if not self.trouble:
             self.trouble = replace(here, message=told.message, file=told.file, line=told.line)
-        raise ControlError(told.message, (told.kind, Path(told.file), told.line))
+        place = Path(told.file), told.line
+        raise ControlError(told.message, (told.kind, *place), place=place)
 
     def _asked(self, request: bytes, late: str, here: Trouble) -> bytes:
         left = self._deadline - time.monotonic()

@@ -1,0 +1,1 @@
+"""Runs at an instant: where robots were, what they knew, what happened to them."""
