@@ -1,7 +1,8 @@
 """Record topics into a rosbag2 bag until Ctrl-C.
 
 Every topic is recorded, new ones as they appear. What was recorded is readable up to the last
-second even if the recorder is killed.
+second even if the recorder is killed. Beside the bag go layouts for Foxglove, Lichtblick and
+PlotJuggler.
 
 Examples:
   setcmas record                                 into bag_<date and time>

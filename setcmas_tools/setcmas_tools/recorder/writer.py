@@ -27,6 +27,7 @@ class BagWriter:
         count: Number of messages written.
         start_ns: Time of the first message.
         end_ns: Time of the last message.
+        types: Message types of the topics that have messages, by name.
     """
 
     def __init__(self, path: Path) -> None:
@@ -40,7 +41,7 @@ class BagWriter:
         self.start_ns = 0
         self.end_ns = 0
         self._topics: dict[tuple[str, str], Connection] = {}
-        self._topics_with_messages: set[int] = set()
+        self.types: dict[str, str] = {}
         try:
             self._writer = Writer(path, version=_BAG_VERSION, storage_plugin=StoragePlugin.MCAP)
             self._writer.open()
@@ -79,7 +80,7 @@ class BagWriter:
             OSError: The disk is full, or fails.
         """
         self._writer.write(topic, time_ns, data)
-        self._topics_with_messages.add(topic.id)
+        self.types[topic.topic] = topic.msgtype
         self.start_ns = self.start_ns or time_ns
         self.end_ns = time_ns
         self.count += 1
@@ -96,7 +97,7 @@ class BagWriter:
 
     def __str__(self) -> str:
         """Return what was written, such as '450 messages of 40 topics in 1.0 s'."""
-        topics = len(self._topics_with_messages)
+        topics = len(self.types)
         return (
             f'{self.count:,} message{"s" * (self.count != 1)} of {topics} '
             f'topic{"s" * (topics != 1)} in {(self.end_ns - self.start_ns) / 1e9:.1f} s'

@@ -1,4 +1,4 @@
-"""The folder that a run leaves: bag/, csv/, plots/, inputs/, metrics.yaml and run.yaml."""
+"""The folder of a run: bag/, layouts/, csv/, plots/, inputs/, metrics.yaml and run.yaml."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from setcmas_tools.records.tables import RunTables, write_tables
 from setcmas_tools.run.info import FILE_NAME, Reload, RunInfo, write_info
 from setcmas_tools.run.inputs import INPUTS, RunInput, entries
 
-_PARTS = ('bag', 'csv', 'plots', INPUTS, 'metrics.yaml', FILE_NAME)
+_PARTS = ('bag', 'layouts', 'csv', 'plots', INPUTS, 'metrics.yaml', FILE_NAME)
 
 
 class RunFolder:

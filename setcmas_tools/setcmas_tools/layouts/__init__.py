@@ -1,0 +1,1 @@
+"""Layouts with which other programs show a recording: Foxglove, Lichtblick, PlotJuggler."""

@@ -1,0 +1,152 @@
+import json
+import re
+
+import pytest
+from rosbags.typesys import Stores, get_typestore
+
+from setcmas_simu.fleet.fleet import colour
+from setcmas_tools.layouts.foxglove import foxglove_layout
+from setcmas_tools.layouts.recording import RecordedTopics
+
+MARKER, ARRAY = (f'visualization_msgs/msg/{name}' for name in ('Marker', 'MarkerArray'))
+ODOMETRY = 'nav_msgs/msg/Odometry'
+
+SIMULATED = {
+    '/tb3_10/odom': ODOMETRY,
+    '/tb3_2/odom': ODOMETRY,
+    '/tb3_2/marker': MARKER,
+    '/tb3_2/traj_ref': ARRAY,
+    '/tb3_2/trig_event': 'std_msgs/msg/UInt16',
+    '/tf': 'tf2_msgs/msg/TFMessage',
+}
+REAL = {
+    '/arena': ARRAY,
+    '/diagnostics': 'diagnostic_msgs/msg/DiagnosticArray',
+    '/emergency_stopped': 'std_msgs/msg/Bool',
+    '/mocap/tb3_1/odom': ODOMETRY,
+    '/paused': 'std_msgs/msg/Bool',
+    '/tb3_1/odom': ODOMETRY,
+}
+
+
+def panels(layout):
+    """Return the panels of a tree of splits from left to right."""
+    if isinstance(layout, str):
+        return [layout]
+    return panels(layout['first']) + panels(layout['second'])
+
+
+def snake(content):
+    if isinstance(content, list):
+        return [snake(one) for one in content]
+    if isinstance(content, dict):
+        return {
+            re.sub('[A-Z]', lambda c: f'_{c[0].lower()}', k): snake(v) for k, v in content.items()
+        }
+    return content
+
+
+def read_by(kind, series, panel):
+    """Return the content of a panel that a class of Foxglove's library has read and written."""
+    read = snake({key: value for key, value in panel.items() if key != 'foxglovePanelTitle'})
+    if series:
+        read['paths'] = [series(**path) for path in read['paths']]
+    return json.loads(kind(**read).to_json())
+
+
+@pytest.mark.parametrize('topics', [SIMULATED, REAL])
+def test_all_panels_are_in_the_tree(topics):
+    layout = foxglove_layout(RecordedTopics(topics))
+
+    assert sorted(panels(layout['layout'])) == sorted(layout['configById'])
+
+
+def test_robots_are_curves_of_their_colours_in_order():
+    plot = foxglove_layout(RecordedTopics(SIMULATED))['configById']['Plot!1']
+
+    assert plot['foxglovePanelTitle'] == 'y (m)'
+    assert [path['value'] for path in plot['paths']] == [
+        '/tb3_2/odom.pose.pose.position.y',
+        '/tb3_10/odom.pose.pose.position.y',
+    ]
+    assert plot['paths'][0]['color'] == '#00ff00'
+    assert colour(2) == (0, 1, 0)
+
+
+def test_scene_shows_all_markers_of_the_recording():
+    scene = foxglove_layout(RecordedTopics(SIMULATED))['configById']['3D!scene']
+
+    assert scene['topics'] == {
+        '/tb3_2/marker': {'visible': True},
+        '/tb3_2/traj_ref': {'visible': True},
+    }
+    assert scene['followTf'] == 'world'
+
+
+def test_experiments_show_motion_capture_pauses_and_diagnostics():
+    shown = foxglove_layout(RecordedTopics(REAL))['configById']
+
+    assert shown['Plot!0']['paths'][0]['value'] == '/mocap/tb3_1/odom.pose.pose.position.x'
+    states = shown['StateTransitions!states']['paths']
+    assert [path['value'] for path in states] == ['/paused.data', '/emergency_stopped.data']
+    assert shown['DiagnosticSummary!diagnostics']['topicToRender'] == '/diagnostics'
+
+
+def test_a_simulation_without_events_has_no_panel_for_them():
+    topics = {name: SIMULATED[name] for name in ('/tb3_2/odom', '/tb3_2/marker')}
+    shown = foxglove_layout(RecordedTopics(topics))['configById']
+
+    assert [name.partition('!')[0] for name in shown] == ['3D', 'Plot', 'Plot', 'Plot']
+
+
+@pytest.mark.parametrize('topics', [SIMULATED, REAL])
+def test_every_field_is_one_of_its_message_type(topics):
+    store = get_typestore(Stores.ROS2_JAZZY)
+    shown = foxglove_layout(RecordedTopics(topics))['configById']
+    paths = [path['value'] for panel in shown.values() for path in panel.get('paths', ())]
+
+    assert paths
+    for path in paths:
+        topic, *fields = path.split('.')
+        kind = topics[topic]
+        for field in fields:
+            _, inner = dict(store.get_msgdef(kind).fields)[field]
+            kind = inner[0] if isinstance(inner, tuple) else inner
+        assert kind in ('bool', 'float64', 'uint16')
+
+
+@pytest.mark.parametrize('topics', [SIMULATED, REAL])
+def test_the_library_of_foxglove_reads_every_panel(topics):
+    library = pytest.importorskip('foxglove.layouts')
+    kinds = {
+        'Plot': (library.PlotConfig, library.PlotSeries),
+        'StateTransitions': (library.StateTransitionsConfig, library.StateTransitionsSeries),
+        'DiagnosticSummary': (library.DiagnosticsSummaryConfig, None),
+    }
+    shown = foxglove_layout(RecordedTopics(topics))['configById']
+    for name, panel in shown.items():
+        if kind := kinds.get(name.partition('!')[0]):
+            title = {key: panel[key] for key in panel if key == 'foxglovePanelTitle'}
+            assert read_by(*kind, panel) | title == panel
+
+
+def test_the_library_of_foxglove_knows_all_of_the_scene():
+    library = pytest.importorskip('foxglove.layouts')
+    scene = foxglove_layout(RecordedTopics(REAL))['configById']['3D!scene']
+    layer = {k: v for k, v in scene['layers']['metres'].items() if k != 'layerId'}
+    read = library.ThreeDeeConfig(
+        follow_tf=scene['followTf'],
+        follow_mode=scene['followMode'],
+        camera_state=library.ThreeDeeCameraState(**snake(scene['cameraState'])),
+        scene=library.BaseRendererSceneSettings(
+            transforms=library.BaseRendererTransforms(**snake(scene['scene']['transforms']))
+        ),
+        topics={
+            name: library.BaseRendererRosMarkerTopicSettings(**snake(settings))
+            for name, settings in scene['topics'].items()
+        },
+        transforms={},
+        layers={'metres': library.BaseRendererGridLayerSettings(**snake(layer))},
+    )
+
+    assert json.loads(read.to_json()) | {'foxglovePanelTitle': 'fleet'} == scene
