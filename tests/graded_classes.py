@@ -41,9 +41,8 @@ def marks_of(name, points, **known):
 
 def graded_class():
     """Return the marks of four submissions: a good one, a hostile one, one that fails, a copy."""
-    failed = Failure.at(
-        f'ValueError: {HOSTILE}: too many values to unpack', 'law.py', SOURCE, 2, 3, 0.4
-    )
+    failed = Failure(f'ValueError: {HOSTILE}: too many values to unpack', robot=3, t=0.4)
+    failed = failed.at('law.py', 2, SOURCE)
     return [
         marks_of('Ada Lovelace', 4.0, id='12345', submission='Lovelace Ada_12345_file_/law.py'),
         marks_of(HOSTILE, 1.0, id='=1+2', similar=(Similar('Ada Lovelace.py', 0.97),)),

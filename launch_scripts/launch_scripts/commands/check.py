@@ -17,18 +17,11 @@ from __future__ import annotations
 import argparse
 import sys
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from launch_scripts.offline.scenario_runner import runs_apart
-from launch_scripts.processes.environment import require_ros
-from launch_scripts.terminal.output_lines import warn
 from setcmas_ctrl.control.options import SCRIPT_FAILED
 from setcmas_ctrl.scripts.loader import find_script
 from setcmas_tools.offline.options import OfflineOptions
-
-if TYPE_CHECKING:
-    from setcmas_tools.grading.marks import LawRunner
-    from setcmas_tools.grading.rubric import Rubric
 
 _ASCII = str.maketrans('✓✗', '+-')
 
@@ -67,7 +60,9 @@ def main(args: argparse.Namespace) -> int:
     picture = args.output or Path(f'{script.stem}_check.png')
     check_picture(picture)
     if args.emulate:
-        run = _in_lab(script, rubric)
+        from launch_scripts.processes.emulated_scenarios import runners_in_lab
+
+        run = runners_in_lab(rubric, 'check')(script)
     else:
         run = runs_apart(script, rubric, OfflineOptions.of(args).call_timeout)
     result = Check(mark(rubric, run, script.name, Student(script.name), script))
@@ -78,16 +73,3 @@ def main(args: argparse.Namespace) -> int:
         write_picture(result.marks, picture, args.show)
         print(f'your paths over those of the solution: {picture}')
     return 0 if result.marks.is_full else SCRIPT_FAILED
-
-
-def _in_lab(script: Path, rubric: Rubric) -> LawRunner:
-    """Return what runs scenarios in the emulated lab, where the solution is run first."""
-    from launch_scripts.processes.emulated_scenarios import run_solution, runs_emulated
-
-    require_ros('without --emulate no ROS is needed; ')
-
-    def tell(text: str) -> None:
-        warn(f'setcmas check: {text}')
-
-    run_solution(rubric, tell)
-    return runs_emulated(script, rubric, tell)

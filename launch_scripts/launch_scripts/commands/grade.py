@@ -18,14 +18,12 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from launch_scripts.processes.environment import require_ros
 from launch_scripts.terminal.output_lines import warn
 from setcmas_simu.errors import SetcmasError
 from setcmas_tools.grade_formats.format import CLASS_FORMATS, GRADE_FORMATS, write_formats
 from setcmas_tools.grading.classes.options import GradeOptions
 
 if TYPE_CHECKING:
-    from setcmas_tools.grading.classes.worker import Runners
     from setcmas_tools.grading.rubric import Rubric
 
 
@@ -124,11 +122,15 @@ def _grade(
 ) -> int:
     from setcmas_tools.grading.classes.grading import grade
     from setcmas_tools.grading.pages.pages import write_pages
-    from setcmas_tools.grading.pages.table import marks_table
+    from setcmas_tools.grading.pages.remarks import marks_table
     from setcmas_tools.grading.submissions.found import find_submissions
 
     submissions = find_submissions(args.folder, rubric)
-    in_lab = _lab(rubric) if options.emulate else None
+    in_lab = None
+    if options.emulate:
+        from launch_scripts.processes.emulated_scenarios import runners_in_lab
+
+        in_lab = runners_in_lab(rubric, 'grade')
     marks = grade(submissions, rubric, folder, options, in_lab)
     print(marks_table(marks))
     written = write_formats(formats, marks, folder)
@@ -137,15 +139,3 @@ def _grade(
     ending = '' if len(marks) == 1 else 's'
     print(f'{len(marks)} submission{ending}: {page}   {files}'.rstrip())
     return 0
-
-
-def _lab(rubric: Rubric) -> Runners:
-    """Return what runs scenarios in the emulated lab, where the solution is run first."""
-    from launch_scripts.processes.emulated_scenarios import run_solution, runs_emulated
-
-    def tell(text: str) -> None:
-        warn(f'setcmas grade: {text}')
-
-    require_ros('without --emulate no ROS is needed; ')
-    run_solution(rubric, tell)
-    return lambda script: runs_emulated(script, rubric, tell)

@@ -8,7 +8,9 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
 
+from launch_scripts.processes.environment import require_ros
 from launch_scripts.processes.node_commands import node_command
+from launch_scripts.terminal.output_lines import warn
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.options.group import spelled
 from setcmas_tools.grading.marks import Failure, LawRunner, ScenarioRun
@@ -24,18 +26,29 @@ _MISTAKEN = 2
 _TO_THE_END = (State.COMPLETE, State.FAILED)
 
 
-def runs_emulated(script: Path | None, rubric: Rubric, tell: Callable[[str], None]) -> LawRunner:
-    """Return what runs scenarios with a script as `setcmas run --emulate` does.
-
-    The script runs outside of any sandbox.
+def runners_in_lab(rubric: Rubric, verb: str) -> Callable[[Path], LawRunner]:
+    """Return what returns the runner of a script in the emulated lab; the solution is run at once.
 
     Args:
-        script: The script; None is the condition by default.
         rubric: Whose scenarios are run.
-        tell: Shows what is run now, for it takes its time.
+        verb: The command that tells what is run now, for it takes its time.
 
-    Returns:
-        A runner that raises SetcmasError if a scenario cannot be run in a lab.
+    Raises:
+        SetcmasError: There is no ROS, or the solution does not come to its end.
+    """
+    require_ros('without --emulate no ROS is needed; ')
+
+    def tell(text: str) -> None:
+        warn(f'setcmas {verb}: {text}')
+
+    _run_solution(rubric, tell)
+    return lambda script: _runs_emulated(script, rubric, tell)
+
+
+def _runs_emulated(script: Path | None, rubric: Rubric, tell: Callable[[str], None]) -> LawRunner:
+    """Return what runs scenarios with a script as `setcmas run --emulate` does, in no sandbox.
+
+    No script is the condition by default.
     """
 
     def run(scenario: Scenario) -> ScenarioRun:
@@ -66,19 +79,11 @@ def _in_lab(job: Mapping[str, Any], script: Path | None) -> ScenarioRun:
     return ScenarioRun(made, None if is_well else Failure(str(made.outcome)), is_whole)
 
 
-def run_solution(rubric: Rubric, tell: Callable[[str], None]) -> None:
-    """Run the model solution of a rubric in the emulated lab; its paths are the wanted ones.
-
-    Args:
-        rubric: The rubric.
-        tell: As for `runs_emulated`.
-
-    Raises:
-        SetcmasError: It does not come to its end.
-    """
+def _run_solution(rubric: Rubric, tell: Callable[[str], None]) -> None:
+    """Run the model solution of a rubric in the emulated lab; its paths are the wanted ones."""
     if rubric.solution is None and rubric.function == CONTROL:
         return
-    run = runs_emulated(rubric.solution, rubric, tell)
+    run = _runs_emulated(rubric.solution, rubric, tell)
     for scenario in rubric.scenarios:
         made = run(scenario)
         if not made.run or made.failure:

@@ -9,7 +9,6 @@ from __future__ import annotations
 from typing import Any
 
 from setcmas_tools.grade_formats.bundles.kit import Kit
-from setcmas_tools.grade_formats.bundles.templates import filled_in
 from setcmas_tools.grade_formats.feedback import criteria_texts
 from setcmas_tools.grade_formats.format import Files, GradeFormat, result_files
 from setcmas_tools.grading.marks import Marks
@@ -38,7 +37,7 @@ def _result(marks: Marks) -> dict[str, Any]:
 
 
 def _bundle(kit: Kit) -> Files:
-    return {**filled_in('classroom50', kit), **kit.files}
+    return {**kit.filled_in('classroom50'), **kit.files}
 
 
 CLASSROOM50 = GradeFormat(

@@ -5,18 +5,16 @@ Fields as in CodeRunner's documentation, section Combinator-template grading.
 
 from __future__ import annotations
 
-import base64
 from html import escape
 from typing import Any
 
 from setcmas_tools.grade_formats.bundles.archive import archive
 from setcmas_tools.grade_formats.bundles.kit import Kit
-from setcmas_tools.grade_formats.bundles.templates import filled_in
 from setcmas_tools.grade_formats.feedback import failure_text, summary
 from setcmas_tools.grade_formats.format import Files, GradeFormat, result_files
 from setcmas_tools.grading.marks import CriterionMark, Marks, ScenarioMark
 from setcmas_tools.grading.pages.class_figures import share
-from setcmas_tools.grading.pages.path_picture import picture_file
+from setcmas_tools.grading.pages.path_picture import picture_address
 from setcmas_tools.grading.pages.remarks import points_text
 
 _HEADER = ['iscorrect', 'Scenario', 'Criterion', 'Wanted', 'Reached', 'Points', 'Hint']
@@ -42,18 +40,14 @@ def _row(scenario: ScenarioMark, mark: CriterionMark) -> list[str | int]:
 
 
 def _picture(scenario: ScenarioMark) -> str:
-    picture = picture_file(scenario.paths, scenario.name)
-    if not picture:
-        return ''
-    encoded = base64.b64encode(picture.encode()).decode()
-    name = escape(scenario.name)
-    return f'<p>{name}</p><img alt="{name}" src="data:image/svg+xml;base64,{encoded}">'
+    address, name = picture_address(scenario.paths, scenario.name), escape(scenario.name)
+    return f'<p>{name}</p><img alt="{name}" src="{address}">' if address else ''
 
 
 def _bundle(kit: Kit) -> Files:
     rubric = {path: content for path, content in kit.files.items() if path != kit.wheel}
     return {
-        **filled_in('coderunner', kit),
+        **kit.filled_in('coderunner'),
         'rubric.zip': archive(rubric),
         kit.wheel: kit.files[kit.wheel],
     }

@@ -8,7 +8,6 @@ from __future__ import annotations
 from typing import Any
 
 from setcmas_tools.grade_formats.bundles.kit import Kit
-from setcmas_tools.grade_formats.bundles.templates import filled_in
 from setcmas_tools.grade_formats.feedback import criteria_texts, summary
 from setcmas_tools.grade_formats.format import Files, GradeFormat, result_files
 from setcmas_tools.grading.marks import Marks
@@ -35,7 +34,7 @@ def _result(marks: Marks) -> dict[str, Any]:
 
 
 def _bundle(kit: Kit) -> Files:
-    return {**filled_in('gradescope', kit), **kit.files}
+    return {**kit.filled_in('gradescope'), **kit.files}
 
 
 GRADESCOPE = GradeFormat(

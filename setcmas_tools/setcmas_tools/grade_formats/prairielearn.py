@@ -5,17 +5,15 @@ Fields as in PrairieLearn's docs/externalGrading.md; the file may have 1 MB.
 
 from __future__ import annotations
 
-import base64
 import json
 from typing import Any
 
 from setcmas_tools.grade_formats.bundles.kit import Kit
-from setcmas_tools.grade_formats.bundles.templates import filled_in
 from setcmas_tools.grade_formats.feedback import criteria_texts, summary
 from setcmas_tools.grade_formats.format import Files, GradeFormat, result_files
 from setcmas_tools.grading.marks import Marks, ScenarioMark
 from setcmas_tools.grading.pages.class_figures import share
-from setcmas_tools.grading.pages.path_picture import picture_file
+from setcmas_tools.grading.pages.path_picture import picture_address
 
 _MOST_BYTES = 900_000  # of 1 MB
 _LONGEST_TEXT = 4000
@@ -31,20 +29,16 @@ def _result(marks: Marks) -> dict[str, Any]:
         'score': round(share(marks.score, marks.max_score), 4),
         'message': f'{marks.score:g} of {marks.max_score:g} points',
         'output': '',
-        'images': [image for one in marks.scenarios for image in _images(one)],
+        'images': [
+            {'label': one.name, 'url': address}
+            for one in marks.scenarios
+            if (address := picture_address(one.paths, one.name))
+        ],
         'tests': [test for one in marks.scenarios for test in _tests(one)],
     }
     if len(json.dumps(result)) > _MOST_BYTES:
         result['images'] = []
     return result
-
-
-def _images(scenario: ScenarioMark) -> list[dict[str, str]]:
-    picture = picture_file(scenario.paths, scenario.name)
-    if not picture:
-        return []
-    encoded = base64.b64encode(picture.encode()).decode()
-    return [{'label': scenario.name, 'url': f'data:image/svg+xml;base64,{encoded}'}]
 
 
 def _tests(scenario: ScenarioMark) -> list[dict[str, Any]]:
@@ -67,7 +61,7 @@ def _bundle(kit: Kit) -> Files:
         if path != kit.wheel
     }
     image = {f'image/{kit.wheel}': kit.files[kit.wheel]}
-    return {**filled_in('prairielearn', kit), **tests, **image}
+    return {**kit.filled_in('prairielearn'), **tests, **image}
 
 
 PRAIRIELEARN = GradeFormat(

@@ -15,10 +15,18 @@ from typing import Any
 from setcmas_ctrl.scripts.exercise import exercise_of
 from setcmas_ctrl.scripts.loader import EXERCISES, find_script
 from setcmas_simu.errors import SetcmasError
-from setcmas_tools.grading.in_process import runs_here
 from setcmas_tools.grading.marking import mark
-from setcmas_tools.grading.marks import CriterionMark, Failure, Marks, ScenarioMark, Student
+from setcmas_tools.grading.marks import (
+    Failure,
+    LawRunner,
+    Marks,
+    ScenarioMark,
+    ScenarioRun,
+    Student,
+)
 from setcmas_tools.grading.rubric import Rubric, read_rubric, rubric_of_exercise
+from setcmas_tools.grading.scenarios import CONTROL, Scenario
+from setcmas_tools.offline.engine import simulate
 
 _TICK, _CROSS = '✓', '✗'
 _WIDTH = 90
@@ -87,6 +95,25 @@ def check(law: str | Path | Callable[..., Any], rubric: str | Path | None = None
     return Check(mark(chosen, run, name, Student(name), script))
 
 
+def runs_here(submission: Any, function: str = CONTROL) -> LawRunner:
+    """Return what runs scenarios with a trusted submission, in this process, as `simulate` does.
+
+    Args:
+        submission: What `Scenario.job` takes.
+        function: Which function it is.
+    """
+
+    def run(scenario: Scenario) -> ScenarioRun:
+        messages: list[str] = []
+        try:
+            made = simulate(**scenario.job(submission, function), warn=messages.append)
+        except SetcmasError as error:
+            return ScenarioRun(None, Failure(str(error)), is_complete=False)
+        return ScenarioRun(made, Failure(messages[0]) if messages else None)
+
+    return run
+
+
 def chosen_rubric(script: Path | None, rubric: str | Path | None) -> Rubric:
     """Return the rubric that a name or a file means, or that of the exercise of a script.
 
@@ -125,17 +152,10 @@ def _lines(marks: Marks) -> Iterator[str]:
 
 def _scenario_lines(scenario: ScenarioMark) -> Iterator[str]:
     if scenario.failure:
-        yield from _failure_lines(scenario.failure)
+        yield from (f'  {line}' for line in scenario.failure.message.splitlines())
     for one in scenario.criteria:
         sign = _TICK if one.is_full else _CROSS
-        yield f'  {sign} {one.points:g}/{one.max_points:g}  {one.name}: {_figures(one)}'
+        figures = f'{one.metric} {one.reached_text} (wanted: {one.wanted})'
+        yield f'  {sign} {one.points:g}/{one.max_points:g}  {one.name}: {figures}'
         if one.hint:
             yield textwrap.indent(textwrap.fill(one.hint, _WIDTH), 6 * ' ')
-
-
-def _failure_lines(failure: Failure) -> Iterator[str]:
-    return (f'  {line}' for line in failure.message.splitlines())
-
-
-def _figures(one: CriterionMark) -> str:
-    return f'{one.metric} {one.reached_text} (wanted: {one.wanted})'

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Protocol
 
 from setcmas_tools.grading.scenarios import Scenario
@@ -58,30 +58,12 @@ class Failure:
     robot: int = 0
     t: float | None = None
 
-    @classmethod
-    def at(
-        cls,
-        message: str,
-        script: str,
-        source: str,
-        line: int,
-        robot: int = 0,
-        t: float | None = None,
-    ) -> Failure:
-        """Return a failure in a line of a script.
-
-        Args:
-            message: What went wrong.
-            script: Name of the file.
-            source: Its text.
-            line: The line, from 1.
-            robot: For which robot.
-            t: When, in s.
-        """
+    def at(self, script: str, line: int, source: str) -> Failure:
+        """Return the same in a line of a script, of which the text is known."""
         first = max(1, line - _AROUND)
         lines = _NEWLINE.split(source.rstrip('\r\n'))[first - 1 : line + _AROUND]
         around = tuple(one[:_LONGEST_LINE] for one in lines)
-        return cls(message, script, line, first, around, robot, t)
+        return replace(self, script=script, line=line, first=first, around=around)
 
 
 @dataclass(frozen=True)

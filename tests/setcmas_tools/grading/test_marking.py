@@ -4,7 +4,7 @@ import msgspec
 import pytest
 
 from setcmas_simu.errors import SetcmasError
-from setcmas_tools.grading.in_process import runs_here
+from setcmas_tools.grading.check import runs_here
 from setcmas_tools.grading.marking import mark
 from setcmas_tools.grading.marks import Marks, ScenarioRun, Student
 from setcmas_tools.grading.rubric import read_rubric

@@ -5,7 +5,7 @@ import re
 import pytest
 
 from setcmas_ctrl.scripts.loader import EXERCISES
-from setcmas_tools.grading.in_process import runs_here
+from setcmas_tools.grading.check import runs_here
 from setcmas_tools.grading.marking import mark
 from setcmas_tools.grading.marks import Student
 from setcmas_tools.grading.rubric import rubric_of_exercise

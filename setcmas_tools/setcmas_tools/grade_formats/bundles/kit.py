@@ -36,6 +36,25 @@ class Kit:
         digest = sha256(b''.join(rubric))
         return uuid5(NAMESPACE_OID, f'{self.title} {digest.hexdigest()}')
 
+    def filled_in(self, format_: str) -> dict[str, str]:
+        """Return the scripts and instructions of a format by path, from its templates."""
+        # Imported late: formats are listed without their bundles.
+        from jinja2 import Environment, PackageLoader, StrictUndefined
+
+        # No autoescape: these are scripts, and all that is filled in is the teacher's.
+        templates = Environment(
+            loader=PackageLoader('setcmas_tools.grade_formats'),
+            undefined=StrictUndefined,
+            keep_trailing_newline=True,
+        )
+        paths = templates.list_templates(filter_func=lambda path: path.startswith(f'{format_}/'))
+        return {
+            path.removeprefix(f'{format_}/').removesuffix('.jinja'): (
+                templates.get_template(path).render(kit=self)
+            )
+            for path in paths
+        }
+
 
 def rubric_files(
     rubric: Path, files: Iterable[Path], packages: Iterable[Path]

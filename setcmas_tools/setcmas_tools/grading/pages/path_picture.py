@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import base64
 import math
 from collections.abc import Sequence
 from importlib.resources import files
@@ -41,15 +42,16 @@ def path_picture(paths: Sequence[RobotPath], title: str) -> str:
     )
 
 
-def picture_file(paths: Sequence[RobotPath], title: str) -> str:
-    """Return a picture of paths as an SVG file on white paper; empty if there is nothing."""
+def picture_address(paths: Sequence[RobotPath], title: str) -> str:
+    """Return a picture of paths on white paper, as the address of an image; empty if none."""
     picture = path_picture(paths, title)
     style = (files(__package__) / 'templates' / 'paths.css').read_text(encoding='utf-8')
     begin = (
         f'<svg xmlns="http://www.w3.org/2000/svg" style="background:#fff" width="480" '
         f'height="400"><style>{style}</style>'
     )
-    return f'{begin}{picture}</svg>' if picture else ''
+    encoded = base64.b64encode(f'{begin}{picture}</svg>'.encode()).decode()
+    return f'data:image/svg+xml;base64,{encoded}' if picture else ''
 
 
 class _Drawn:

@@ -1,12 +1,15 @@
-"""Marks in words: points as texts, and what a teacher is to know of a submission in a line."""
+"""Marks in words: points, what a teacher is to know of a submission, the table of a class."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
+from tabulate import tabulate
+
 from setcmas_tools.grading.marks import Failure, Marks
 
 _MOST_LIKE = 3
+_LONGEST = 60
 
 
 def points_text(points: float) -> str:
@@ -40,3 +43,21 @@ def failure_line(failure: Failure) -> str:
     if not failure.line or f'line {failure.line}' in first:
         return first
     return f'{first} ({failure.script}, line {failure.line})'
+
+
+def marks_table(marks: Sequence[Marks]) -> str:
+    """Return a table of student, points and remarks, in their order."""
+    names = names_of(marks)
+    rows = [
+        (_short(one.student.name), points_text(one.score), _short(remark(one, names)))
+        for one in marks
+    ]
+    headers = ('student', f'points of {points_text(marks[0].max_score)}', 'remarks')
+    align = ('left', 'decimal', 'left')
+    return tabulate(rows, headers, tablefmt='simple', colalign=align, disable_numparse=True)
+
+
+def _short(text: str) -> str:
+    """Return a text in a line; control characters would reach the terminal."""
+    plain = ''.join(each if each.isprintable() else ' ' for each in text)
+    return plain if len(plain) <= _LONGEST else f'{plain[: _LONGEST - 1]}…'

@@ -17,6 +17,7 @@ from setcmas_ctrl.scripts.failures import ControlError
 from setcmas_ctrl.scripts.messages import safe_text
 from setcmas_ctrl.scripts.stop_call import StopCall
 from setcmas_simu.arrays import Floats
+from setcmas_tools.grading.marks import Failure
 from setcmas_tools.grading.sandbox.box import Box, EndedError
 from setcmas_tools.grading.sandbox.job import CALL, LOADED, TRIGGERED, VELOCITY, Job, Refusal
 from setcmas_tools.grading.scenarios import CONTROL, CTC, Scenario
@@ -24,25 +25,6 @@ from setcmas_tools.grading.scenarios import CONTROL, CTC, Scenario
 
 class LostError(StopCall):
     """A run ends because its submission does not answer any more."""
-
-
-@dataclass(frozen=True)
-class Trouble:
-    """The first thing that went wrong with a submission.
-
-    Attributes:
-        message: What.
-        file: Name of the file with the line; empty if no line is known.
-        line: The line, from 1.
-        robot: The robot that it was asked for; 0 while it was loaded.
-        t: When, in s of the run; None while it was loaded.
-    """
-
-    message: str
-    file: str = ''
-    line: int = 0
-    robot: int = 0
-    t: float | None = None
 
 
 @dataclass(frozen=True)
@@ -74,7 +56,7 @@ class Held:
             job: What to load of them.
             times: How long it may take.
         """
-        self.trouble: Trouble | None = None
+        self.trouble: Failure | None = None
         self._box = box
         self._job = job
         self._times = times
@@ -88,10 +70,10 @@ class Held:
         Raises:
             LostError: Something cannot be loaded.
         """
-        answer = self._asked(b'', f'{self._job.script} has been loading', Trouble(''))
+        answer = self._asked(b'', f'{self._job.script} has been loading', Failure(''))
         kinds = {told: velocities for velocities, told in LOADED.items()}
         if answer not in kinds:
-            self._lose(Trouble(_refusal(answer).message))
+            self._lose(Failure(_refusal(answer).message))
         robots = range(1, self._job.nb_robots + 1)
         if self._job.is_condition:
             conditions = {robot: self._condition(robot, kinds[answer]) for robot in robots}
@@ -135,18 +117,18 @@ class Held:
         """
         request = CALL.pack(robot, is_new, t)
         request += b''.join(np.asarray(array, dtype=float).tobytes() for array in arrays)
-        here = Trouble('', robot=robot, t=t)
+        here = Failure('', robot=robot, t=t)
         name = CTC if self._job.is_condition else CONTROL
         answer = self._asked(request, f'{name} has not returned', here)
         if len(answer) == form.size:
             return form.unpack(answer)
         told = _refusal(answer)
         if not self.trouble:
-            self.trouble = replace(here, message=told.message, file=told.file, line=told.line)
+            self.trouble = replace(here, message=told.message, script=told.file, line=told.line)
         place = Path(told.file), told.line
         raise ControlError(told.message, (told.kind, *place), place=place)
 
-    def _asked(self, request: bytes, late: str, here: Trouble) -> bytes:
+    def _asked(self, request: bytes, late: str, here: Failure) -> bytes:
         left = self._deadline - time.monotonic()
         timeout, text = self._times.call, f'{late} for {self._times.call:g} s'
         if left < timeout:
@@ -154,9 +136,9 @@ class Held:
         try:
             return self._box.ask(request, timeout, text)
         except EndedError as error:
-            self._lose(replace(here, message=str(error), file=error.file, line=error.line))
+            self._lose(replace(here, message=str(error), script=error.file, line=error.line))
 
-    def _lose(self, trouble: Trouble) -> NoReturn:
+    def _lose(self, trouble: Failure) -> NoReturn:
         self.trouble = self.trouble or trouble
         raise LostError(trouble.message)
 

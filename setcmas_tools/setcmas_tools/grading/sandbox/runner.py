@@ -12,12 +12,11 @@ import msgspec
 from setcmas_ctrl.scripts.random_seed import SEED
 from setcmas_tools.grading.marks import Failure, ScenarioRun
 from setcmas_tools.grading.sandbox.box import Box
-from setcmas_tools.grading.sandbox.held import Held, LostError, Times, Trouble
+from setcmas_tools.grading.sandbox.held import Held, LostError, Times
 from setcmas_tools.grading.sandbox.job import Job
 from setcmas_tools.grading.scenarios import CONTROL, CTC, Scenario
 from setcmas_tools.offline.engine import simulate
 
-_LONGEST_LINE = 200
 _PLACE = re.compile(r'(\S+\.py), line (\d+)')
 
 
@@ -61,17 +60,17 @@ class BoxRunner:
             self.box.drop()
         return ScenarioRun(run, self._failure(held.trouble))
 
-    def _failure(self, trouble: Trouble | None) -> Failure | None:
+    def _failure(self, trouble: Failure | None) -> Failure | None:
+        """Return what went wrong, with the lines around it."""
         if not trouble:
             return None
-        file, line = trouble.file, trouble.line
+        file, line = trouble.script, trouble.line
         if not line and (found := _PLACE.search(trouble.message)):
             file, line = found[1], int(found[2])
-        lines = self.files.get(file, b'').decode(errors='replace').splitlines()
-        if not lines or not line:
-            return Failure(trouble.message, robot=trouble.robot, t=trouble.t)
-        source = '\n'.join(one[:_LONGEST_LINE] for one in lines)
-        return Failure.at(trouble.message, file, source, line, trouble.robot, trouble.t)
+        source = self.files.get(file, b'').decode(errors='replace')
+        if not source or not line:
+            return replace(trouble, script='', line=0)
+        return trouble.at(file, line, source)
 
 
 def _ignore(_: str) -> None:

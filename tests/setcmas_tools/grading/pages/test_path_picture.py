@@ -1,9 +1,10 @@
+import base64
 from xml.etree import ElementTree
 
 from graded_classes import PATHS
 
 from setcmas_tools.grading.marks import RobotPath
-from setcmas_tools.grading.pages.path_picture import path_picture, picture_file
+from setcmas_tools.grading.pages.path_picture import path_picture, picture_address
 
 
 def test_all_that_is_drawn_lies_in_the_picture():
@@ -20,11 +21,12 @@ def test_all_that_is_drawn_lies_in_the_picture():
 
 
 def test_nothing_to_draw_is_no_picture():
-    assert path_picture((), '') == picture_file((RobotPath(1, (), ()),), '') == ''
+    assert path_picture((), '') == picture_address((RobotPath(1, (), ()),), '') == ''
     assert path_picture((RobotPath(1, ((float('nan'), 0),), ()),), '') == ''
 
 
-def test_a_picture_file_is_svg_with_its_own_colours():
-    svg = ElementTree.fromstring(picture_file(PATHS, 'paths'))
+def test_the_address_of_a_picture_holds_svg_with_its_own_colours():
+    encoded = picture_address(PATHS, 'paths').removeprefix('data:image/svg+xml;base64,')
+    svg = ElementTree.fromstring(base64.b64decode(encoded))
     assert svg.tag == '{http://www.w3.org/2000/svg}svg'
     assert '#0072b2' in svg.findtext('{http://www.w3.org/2000/svg}style')

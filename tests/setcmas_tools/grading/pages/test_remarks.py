@@ -1,6 +1,6 @@
 from graded_classes import graded_class
 
-from setcmas_tools.grading.pages.table import marks_table
+from setcmas_tools.grading.pages.remarks import marks_table
 
 
 def test_names_with_control_characters_do_not_reach_the_terminal():
