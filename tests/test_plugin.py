@@ -73,7 +73,7 @@ def test_list_shows_what_it_offers_and_what_cannot_be_used(setcmas):
         r'beacon .*PoseStamped on /beacon/\{name\}/pose',
         'frames .*TFMessage on /frames',
         'gathering .*takes CENTRES from the law',
-        'excursion .*Return the largest distance of each robot',
+        'excursion .*The largest distance of each robot',
         'radius .*Draw the distance from the origin',
         'letters .*Letters from A to F',
         r'broken .*\(cannot be used: RuntimeError: no licence found \(broken.py, line 3\)\)',
