@@ -14,6 +14,8 @@ import time
 import psutil
 from processes import SETCMAS, TIMEOUT_S
 
+from setcmas_expe.pause.start_requests import REACTION_S
+
 ESCAPE = re.compile('\x1b\\[[0-9;?]*[A-Za-z]')
 
 
@@ -24,7 +26,7 @@ class Terminal:
         self.master, self.slave = pty.openpty()
         fcntl.ioctl(self.slave, termios.TIOCSWINSZ, struct.pack('4H', 30, 110, 0, 0))
         self.before = termios.tcgetattr(self.slave)
-        self.text = ''
+        self.text = self._written = ''
         self._decoder = codecs.getincrementaldecoder('utf-8')()
         self.process = subprocess.Popen(
             [*SETCMAS, *arguments],
@@ -38,8 +40,14 @@ class Terminal:
         os.set_blocking(self.master, False)
 
     def read(self):
-        with contextlib.suppress(BlockingIOError, OSError):
-            self.text += ESCAPE.sub('', self._decoder.decode(os.read(self.master, 65536)))
+        """Take all that has been written: what nobody reads holds up the news after it."""
+        with contextlib.suppress(OSError):  # that there is no more, or that the command has ended
+            while data := os.read(self.master, 65536):
+                self._written += self._decoder.decode(data)
+        # An escape sequence may have come in part.
+        whole = re.sub(r'\x1b[^A-Za-z]*\Z', '', self._written)
+        self.text += ESCAPE.sub('', whole)
+        self._written = self._written[len(whole) :]
         return self.text
 
     def wait_for(self, pattern, timeout=TIMEOUT_S):
@@ -47,11 +55,35 @@ class Terminal:
         while not (found := re.search(pattern, self.read(), re.DOTALL)):
             assert time.monotonic() < deadline, self.text
             time.sleep(0.02)
-        self.text = ''
+        self.text = self.text[found.end() :]
         return found
 
     def press(self, key):
         os.write(self.master, key.encode())
+
+    def start_robots(self, started=r'started: by s', press=None):
+        """Press s, or what else starts robots, until that is seen.
+
+        Again, for a press that comes too early, or while a busy machine holds processes up, is
+        refused; where robots go already it does nothing.
+
+        Args:
+            started: What the terminal shows then, or a function that tells.
+            press: Presses something else than s.
+        """
+        seen = started if callable(started) else lambda: re.search(started, self.text, re.DOTALL)
+        deadline = time.monotonic() + TIMEOUT_S
+        next_press = 0.0
+        while True:
+            self.read()
+            if seen():
+                return
+            now = time.monotonic()
+            assert now < deadline, self.text
+            if now >= next_press:
+                next_press = now + 1.5 * REACTION_S
+                (press or (lambda: self.press('s')))()
+            time.sleep(0.02)
 
     def wait(self, timeout=TIMEOUT_S):
         deadline = time.monotonic() + timeout

@@ -1,20 +1,17 @@
 """A robot that shares no code with this project, nor its DDS, plays the TurtleBot3."""
 
 import sys
-import time
 from pathlib import Path
 
 import pytest
 from network_namespaces import NoNetworkError, in_a_process
-from processes import SETCMAS, TIMEOUT_S
+from processes import SETCMAS
 from terminals import Terminal
 
 pytest.importorskip('rclpy')
 pytest.importorskip('cyclonedds')
 
 from rogue_rehearsal import STANDS_M, ways_past_a_rogue
-
-from setcmas_expe.pause.start_requests import REACTION_S
 
 ROBOT = Path(__file__).parent / 'scripts' / 'foreign_robot.py'
 EXPE = ['expe', '--algo', 'nav_wp', '--mocap', 'vrpn', '--no-joystick', '--without-guard']
@@ -27,14 +24,9 @@ NIGHTLY = pytest.mark.nightly
 def test_it_is_driven_with_the_type_that_it_listens_to(kind, start, domain):
     robot = start(sys.executable, str(ROBOT), str(domain), kind)
     terminal = Terminal(*EXPE)
-    deadline = time.monotonic() + TIMEOUT_S
 
     try:
-        while 'goes' not in robot.output():  # starts that come too early are refused
-            assert time.monotonic() < deadline, f'the robot is not driven: {terminal.read()}'
-            terminal.press('s')
-            time.sleep(1.5 * REACTION_S)
-            terminal.read()
+        terminal.start_robots(lambda: 'goes' in robot.output())
     finally:
         terminal.close()
 

@@ -28,6 +28,7 @@ class ConsoleReader:
         self._wishes: queue.SimpleQueue[Wish] = queue.SimpleQueue()
         self._heard = time.monotonic()
         self._told = False
+        self._late: queue.SimpleQueue[Word] = queue.SimpleQueue()
         self._on_end = on_end
         threading.Thread(target=self._read, name='console', daemon=True).start()
 
@@ -35,6 +36,11 @@ class ConsoleReader:
         """Yield what has come in since the last call."""
         while not self._wishes.empty():
             yield self._wishes.get()
+
+    def late(self) -> Iterator[Word]:
+        """Yield the words that came too late to count, since the last call."""
+        while not self._late.empty():
+            yield self._late.get()
 
     @property
     def stuck(self) -> bool:
@@ -56,6 +62,8 @@ class ConsoleReader:
                 if now - self._heard > SILENT_AFTER_S:
                     late_until = now + _CATCHES_UP_S
                 self._heard = now
-                if wish.word not in _NEVER_LATE or now >= late_until:
+                if wish.word in _NEVER_LATE and now < late_until:
+                    self._late.put(wish.word)
+                else:
                     self._wishes.put(wish)
         self._on_end()

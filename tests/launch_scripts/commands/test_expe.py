@@ -1,7 +1,6 @@
 """`setcmas expe` as its user sees it: keys, status lines, and a terminal that is given back."""
 
 import os
-import re
 import signal
 import subprocess
 import termios
@@ -10,9 +9,9 @@ import time
 import numpy as np
 import psutil
 import pytest
-import terminals
 import yaml
 from processes import SETCMAS, TIMEOUT_S, run_setcmas
+from terminals import Terminal
 
 from launch_scripts.terminal.start_key import ALONE_S
 from setcmas_expe.pause.start_requests import REACTION_S
@@ -23,29 +22,9 @@ pytest.importorskip('rclpy')
 ALGO = ('--emulate', '--algo', 'nav_wp', '--no-joystick')
 
 
-class Terminal(terminals.Terminal):
-    """A terminal of one's own with `setcmas expe` in it."""
-
-    def __init__(self, *options):
-        super().__init__('expe', *ALGO, *options)
-
-    def start_robots(self, pattern, timeout=TIMEOUT_S):
-        """Press s until a pattern is seen: again where a busy machine held up the node."""
-        deadline = time.monotonic() + timeout
-        self.press('s')
-        while not re.search(pattern, self.read(), re.DOTALL):
-            assert time.monotonic() < deadline, self.text
-            if 'not started' in self.text:
-                self.text = ''
-                time.sleep(REACTION_S)
-                self.press('s')
-            time.sleep(0.02)
-        self.text = ''
-
-
 @pytest.fixture
 def terminal(domain):
-    opened = Terminal('--nb-robots', '2')
+    opened = Terminal('expe', *ALGO, '--nb-robots', '2')
     yield opened
     opened.close()
 
@@ -61,7 +40,7 @@ def test_keys_start_pause_stop_and_give_the_terminal_back(terminal):
     assert len(children) == 4
     assert termios.tcgetattr(terminal.slave) != terminal.before
 
-    terminal.start_robots(r'\[pause\] started: by s')
+    terminal.start_robots()
     terminal.wait_for(r'RUNNING.*?tb3_2 +0\.\d\d s +\d+ % +0\.[12]\d m/s +moving')
     terminal.press('\x1b[A\x1bOP')  # an arrow and F1 begin as Esc does
     terminal.press(' ')

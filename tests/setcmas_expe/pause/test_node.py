@@ -85,6 +85,10 @@ class Operator:
         while data := self._child.reports.read(65536):
             self.status = [self.status, *self._decoder.feed(data)][-1]
 
+    def warnings(self):
+        """Return what the node has said since the last call."""
+        return (self._child.process.stderr.read() or b'').decode()
+
     def press_until(self, word, condition):
         """Press, again where a busy machine held the node up or two presses came too soon."""
         next_press = 0.0
@@ -313,8 +317,9 @@ def test_a_terminal_that_hangs_is_missed_and_what_it_sends_late_starts_nothing(
     peer.wait_for(lambda: is_paused(paused))
     peer.spin(REACTION_S)
     operator.tell('start')  # pressed some time ago
-    peer.spin(0.1)
     operator.alive = True
+    late = 'not started: the terminal was held up, and the press may be an old one'
+    peer.wait_for(lambda: late in operator.warnings())
     peer.wait_for_new(paused, 5)
     assert is_paused(paused)
 

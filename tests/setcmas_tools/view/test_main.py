@@ -5,11 +5,10 @@ import io
 import re
 import shutil
 import threading
-import time
 
 import numpy as np
 import pytest
-from processes import CTRL, NO_WINDOWS, SETCMAS, SIMU, TIMEOUT_S
+from processes import CTRL, NO_WINDOWS, SETCMAS, SIMU
 from terminals import Terminal
 
 pytest.importorskip('rclpy')
@@ -18,7 +17,6 @@ from ros_peer import position, velocity
 from std_msgs.msg import Float32MultiArray, MultiArrayDimension, UInt16
 from visualization_msgs.msg import Marker
 
-from setcmas_expe.pause.start_requests import REACTION_S
 from setcmas_simu.fleet import fleet
 from setcmas_simu.ros import qos
 
@@ -277,11 +275,8 @@ def test_only_the_page_that_the_experiment_has_opened_starts_robots(domain):
                 wait_for_text(browser, '1 robot')
                 close_notifications(browser)
                 wait_for_text(browser, 'Start' if may_start else 'Start: in the terminal only')
-            deadline = time.monotonic() + TIMEOUT_S
-            while 'started: on the page' not in terminal.read():  # refused on a busy machine
-                assert time.monotonic() < deadline, terminal.text
-                buttons(browser)['Start'].click()
-                time.sleep(1.5 * REACTION_S)
+            click = buttons(browser)['Start'].click
+            terminal.start_robots('started: on the page', click)
             buttons(browser)['EMERGENCY STOP'].click()
             terminal.wait_for('EMERGENCY STOP by /emergency_stop')
             wait_for_text(browser, 'press R twice')
