@@ -33,11 +33,17 @@ class Terminal:
             stdin=self.slave,
             stdout=self.slave,
             stderr=self.slave,
-            env={**os.environ, 'TERM': 'xterm-256color'},
+            env=self._environment(),
             start_new_session=True,
             preexec_fn=lambda: fcntl.ioctl(0, termios.TIOCSCTTY, 0),
         )
         os.set_blocking(self.master, False)
+
+    @staticmethod
+    def _environment():
+        """Return the environment of a terminal whose size is its own, not that of the tests'."""
+        kept = {name: value for name, value in os.environ.items() if name != 'COLUMNS'}
+        return {**kept, 'TERM': 'xterm-256color'}
 
     def read(self):
         """Take all that has been written: what nobody reads holds up the news after it."""

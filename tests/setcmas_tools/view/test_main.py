@@ -25,10 +25,12 @@ needs_browser = pytest.mark.skipif(
     reason='chromium and chromium-driver are not installed',
 )
 
+ADDRESS = r'browser view:\s+(http\S+)\s'
+
 
 def page_of(process):
     process.wait_for_output('browser view: http')
-    return re.search(r'http://\S+', process.output()).group()
+    return re.search(ADDRESS, process.output()).group(1)
 
 
 def picture(browser):
@@ -144,8 +146,7 @@ def test_a_run_that_ends_stays_on_the_page_until_the_terminal_says_go_on(tmp_pat
         'run', '--view', '--no-plots', '--algo', 'consensus', '--nb-robots', '3', '--duration',
         '15', '--output', 'out',
     )  # fmt: skip
-    wait_for(lambda: 'browser view: http' in run.read())
-    url = re.search(r'http://\S+', run.text).group()
+    url = run.wait_for(ADDRESS).group(1)
     with open_browser(1000, 640) as browser:
         browser.get(url)
         wait_for_text(browser, '3 robots')
@@ -266,9 +267,7 @@ def test_only_the_page_that_the_experiment_has_opened_starts_robots(domain):
     terminal = Terminal('expe', '--emulate', '--algo', 'nav_wp', '--no-joystick', '--view')
     other = Terminal('view')
     try:
-        addresses = {
-            page: page.wait_for(r'browser view: (http\S+)').group(1) for page in (other, terminal)
-        }
+        addresses = {page: page.wait_for(ADDRESS).group(1) for page in (other, terminal)}
         with open_browser(1000, 640) as browser:
             for opened, may_start in ((other, False), (terminal, True)):
                 browser.get(addresses[opened])
