@@ -136,7 +136,7 @@ def all_stand(commands):
 @needs_browser
 def test_a_run_that_ends_stays_on_the_page_until_the_terminal_says_go_on(tmp_path, monkeypatch):
     pytest.importorskip('viser')
-    from browser import close_notifications, open_browser, text_of, wait_for, wait_for_text
+    from browser import close_notifications, open_browser, text_of, wait_for_text
     from terminals import Terminal
 
     for name in ('CI', 'DISPLAY', 'WAYLAND_DISPLAY'):
