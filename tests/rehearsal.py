@@ -12,7 +12,7 @@ from pathlib import Path
 
 import psutil
 from nav_msgs.msg import Odometry
-from processes import SETCMAS
+from processes import SETCMAS, TIMEOUT_S
 from ros_peer import Peer
 from std_msgs.msg import String
 
@@ -141,11 +141,11 @@ class Rehearsal:
         children = self._children()
         self.process.terminate()
         try:
-            self.process.wait(20)
+            self.process.wait(TIMEOUT_S)
         except subprocess.TimeoutExpired:
             self.process.kill()
             self.process.wait()
-        for child in psutil.wait_procs(children, 10)[1]:
+        for child in psutil.wait_procs(children, TIMEOUT_S)[1]:
             child.kill()
         self.close_terminal()
 

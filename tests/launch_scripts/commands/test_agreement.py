@@ -12,7 +12,7 @@ import sys
 import numpy as np
 import pytest
 import yaml
-from processes import SETCMAS, run_setcmas
+from processes import SETCMAS, TIMEOUT_S, run_setcmas
 from ros_domain import reserved_domain
 from trajectory_comparison import compare
 
@@ -70,7 +70,7 @@ def run_over_ros(names, duration, folder):
             stack.callback(run.kill)
             runs.append(run)
         for run in runs:
-            output, _ = run.communicate(timeout=180)
+            output, _ = run.communicate(timeout=2 * TIMEOUT_S)
             print(output.decode())
 
 
@@ -142,7 +142,9 @@ def lockstep_agrees(name, folder):
     options = ['--algo', algo, '--nb-robots', str(nb_robots), '--duration', str(duration)]
     options += [*further, '--no-plots']
     (folder / 'switching.yaml').write_text(SWITCHING)
-    ros = run_setcmas('run', '--lockstep', *options, '-o', 'ros', cwd=folder, timeout=300)
+    ros = run_setcmas(
+        'run', '--lockstep', *options, '-o', 'ros', cwd=folder, timeout=3 * TIMEOUT_S
+    )
     assert ros.returncode == 0, ros.stdout + ros.stderr
     offline = run_setcmas('offline', *options, '-o', 'offline', cwd=folder)
     assert offline.returncode == 0, offline.stdout + offline.stderr

@@ -7,7 +7,7 @@ import subprocess
 import numpy as np
 import pytest
 import yaml
-from processes import SETCMAS, run_setcmas
+from processes import SETCMAS, TIMEOUT_S, run_setcmas
 from ros_domain import reserved_domain
 
 pytest.importorskip('rclpy')
@@ -81,7 +81,7 @@ def run(robots, duration, folder):
                 stderr=subprocess.STDOUT,
             )
         stack.callback(process.kill)
-        peer.wait_for(lambda: process.poll() is not None, timeout=180)
+        peer.wait_for(lambda: process.poll() is not None, 2 * TIMEOUT_S)
     output = (folder / 'log.txt').read_text()
     assert process.returncode == 0, output
     return folder / 'out', output, heard

@@ -30,7 +30,7 @@ def terminal(domain):
 
 
 def all_gone(children):
-    return psutil.wait_procs(children, 30)[1] == []
+    return psutil.wait_procs(children, TIMEOUT_S)[1] == []
 
 
 def test_keys_start_pause_stop_and_give_the_terminal_back(terminal):
@@ -82,7 +82,7 @@ def test_a_closed_terminal_ends_everything(terminal):
     os.close(terminal.slave)
     os.close(terminal.master)
 
-    assert terminal.process.wait(40) == 0
+    assert terminal.process.wait(TIMEOUT_S) == 0
     assert all_gone(children)
 
 

@@ -4,7 +4,7 @@ import time
 
 import psutil
 import pytest
-from processes import SETCMAS, Process, run_setcmas
+from processes import SETCMAS, TIMEOUT_S, Process, run_setcmas
 
 from launch_scripts.cli import main
 from setcmas_ctrl.scripts.loader import ALGORITHMS
@@ -76,7 +76,7 @@ def test_a_grading_that_is_stopped_leaves_no_process_and_goes_on(tmp_path, how):
     started = psutil.Process(process.pid).children(recursive=True)
     process.end(how)
 
-    assert not psutil.wait_procs(started, timeout=20)[1]
+    assert not psutil.wait_procs(started, timeout=TIMEOUT_S)[1]
     done = {file: file.stat().st_mtime_ns for file in (tmp_path / 'grades' / KEPT).iterdir()}
     result = run_setcmas(*command, cwd=tmp_path)
     assert result.returncode == 0, result.stderr

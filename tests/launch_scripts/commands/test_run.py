@@ -23,9 +23,8 @@ def nodes_of(process):
 
 
 def all_gone(pids):
-    return (
-        psutil.wait_procs([psutil.Process(p) for p in pids if psutil.pid_exists(p)], 30)[1] == []
-    )
+    there = [psutil.Process(pid) for pid in pids if psutil.pid_exists(pid)]
+    return psutil.wait_procs(there, TIMEOUT_S)[1] == []
 
 
 def test_the_whole_job(start, tmp_path):
@@ -98,7 +97,7 @@ def test_an_interrupted_run_keeps_what_it_has(start, tmp_path):
 
 
 def wait_for_growth(path):
-    deadline = time.monotonic() + 30
+    deadline = time.monotonic() + TIMEOUT_S
     while not path.exists() or path.stat().st_size < 4096:
         assert time.monotonic() < deadline
         time.sleep(0.05)
@@ -259,7 +258,8 @@ def test_a_run_that_is_stopped_before_the_robots_start_leaves_no_folder(start, t
         *SETCMAS, 'run', '--no-plots', '--algo', 'consensus', '--output', 'out', cwd=tmp_path
     )
     deadline = time.monotonic() + TIMEOUT_S
-    while not (tmp_path / 'out' / 'run.yaml').exists() and time.monotonic() < deadline:
+    while not (tmp_path / 'out' / 'run.yaml').exists():
+        assert time.monotonic() < deadline, process.output()
         time.sleep(0.01)
 
     assert process.end(signal.SIGINT) == 130

@@ -6,7 +6,7 @@ import textwrap
 import time
 
 import pytest
-from processes import SETCMAS
+from processes import SETCMAS, TIMEOUT_S
 
 from launch_scripts.offline.run_process import BrokenRun, OfflineProcess
 from setcmas_ctrl.control.law_scripts import LawScripts
@@ -193,7 +193,7 @@ def test_a_command_that_is_killed_leaves_no_process(start, tmp_path):
 
     command.popen.kill()
 
-    psutil.wait_procs([worker], timeout=60)
+    psutil.wait_procs([worker], timeout=TIMEOUT_S)
     assert not worker.is_running()
 
 
@@ -214,6 +214,6 @@ def test_ctrl_c_is_answered_with_the_place(tmp_path):
     path.write_text(LAW.format(top='', body='while True: pass'))
     job = {'algo': str(path), 'nb_robots': 3, 'duration': 4.0}
     with OfflineProcess(job, LawScripts(str(path))) as process:
-        deadline = time.monotonic() + 30
+        deadline = time.monotonic() + TIMEOUT_S
         while 'line 9' not in process.place():
             assert time.monotonic() < deadline

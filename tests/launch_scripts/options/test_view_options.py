@@ -2,7 +2,7 @@ import re
 from pathlib import Path
 
 import pytest
-from processes import NO_WINDOWS, SETCMAS, run_setcmas
+from processes import NO_WINDOWS, SETCMAS, TIMEOUT_S, run_setcmas
 
 from launch_scripts.options.view_options import (
     AUTO,
@@ -91,6 +91,6 @@ def test_the_page_beside_a_simulation_ends_with_it_and_not_the_other_way_round(s
     page.terminate()
     process.wait_for_output('view has ended; all else goes on')
     assert process.end() == 0
-    psutil.wait_procs(nodes, timeout=10)
+    psutil.wait_procs(nodes, timeout=TIMEOUT_S)
     assert not any(node.is_running() for node in nodes)
     assert 'Traceback' not in process.output()

@@ -101,7 +101,7 @@ def test_fifty_times_in_a_row_beside_two_busy_loops(start, script):
     for _ in range(50):
         simulator = start(*SIMU, '--nb-robots', '8')
         controller = start(*CTRL, '--algo', script(STAND))
-        controller.wait_for_output('controlling robots', timeout=120)
+        controller.wait_for_output('controlling robots')
         assert 'controlling robots 1-8 ' in controller.output()
         controller.end()
         simulator.end()

@@ -8,6 +8,7 @@ import warnings
 
 import numpy as np
 from control_functions import load_control
+from processes import TIMEOUT_S
 
 from setcmas_ctrl.scripts.output import named_output
 
@@ -134,7 +135,7 @@ def test_a_script_that_closes_the_output_closes_it_for_nobody(tmp_path, capsys):
 
 
 def test_a_thread_may_be_a_mere_print_which_has_no_caller(capsys):
-    out, deadline = '', time.monotonic() + 30
+    out, deadline = '', time.monotonic() + TIMEOUT_S
     with named_output():
         _thread.start_new_thread(print, ('x',))
         while out != 'x\n' and time.monotonic() < deadline:
@@ -151,7 +152,7 @@ from setcmas_ctrl.scripts.loader import load_script
 from setcmas_ctrl.scripts.output import named_output
 with named_output():
     script = load_script(Path(sys.argv[1]), 1)
-    assert script.inside.wait(30)
+    assert script.inside.wait(120)
 script.goes_on.set()
 script.thread.join()
 """
@@ -166,7 +167,7 @@ def test_a_thread_may_be_inside_of_print_when_the_naming_ends(tmp_path):
         class Slow:
             def __str__(self):
                 inside.set()
-                return str(goes_on.wait(30))
+                return str(goes_on.wait(120))
         thread = threading.Thread(target=lambda: print('a', Slow(), 'b'))
         thread.start()
         def control(robotNo, nbRobots, poses, t):
@@ -180,7 +181,7 @@ def test_a_thread_may_be_inside_of_print_when_the_naming_ends(tmp_path):
         env={**os.environ, 'PYTHONMALLOC': 'debug'},
         capture_output=True,
         text=True,
-        timeout=60,
+        timeout=TIMEOUT_S,
         check=False,
     )
 

@@ -6,6 +6,7 @@ They go at 0.1 m/s here, so that a busy machine has twice the time for the same 
 """
 
 import pytest
+from processes import TIMEOUT_S
 
 pytest.importorskip('rclpy')
 
@@ -56,7 +57,7 @@ def test_the_bridge_is_killed(experiment):
     fault = experiment.kill(BRIDGES)
 
     assert max(experiment.wait_for_stop(fault, robot).metres for robot in (1, 2)) < WAY
-    assert experiment.process.wait(20) != 0
+    assert experiment.process.wait(TIMEOUT_S) != 0
     assert 'bridge' in experiment.output()
 
 
@@ -64,4 +65,4 @@ def test_the_terminal_is_closed(experiment):
     fault = experiment.close_terminal()
 
     assert max(experiment.wait_for_stop(fault, robot).metres for robot in (1, 2)) < WAY
-    experiment.process.wait(20)
+    experiment.process.wait(TIMEOUT_S)

@@ -4,6 +4,7 @@ import time
 from pathlib import Path
 
 import pytest
+from processes import TIMEOUT_S
 
 from launch_scripts.processes.supervision.supervisor import Supervisor
 
@@ -25,7 +26,7 @@ def test_a_process_that_a_child_has_detached_ends_with_the_rest(tmp_path):
     file = tmp_path / 'pid'
     with Supervisor(dict(os.environ)) as supervisor:
         supervisor.start('child', [sys.executable, '-c', DETACHES, str(file)])
-        deadline = time.monotonic() + 20
+        deadline = time.monotonic() + TIMEOUT_S
         supervisor.run(lambda: (file.exists() and file.read_text()) or time.monotonic() > deadline)
         pid = int(file.read_text())
         assert Path(f'/proc/{pid}').exists()

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import psutil
 import pytest
+from processes import TIMEOUT_S
 
 from launch_scripts.processes.supervision.child_process import ChildDiedError
 from launch_scripts.processes.supervision.supervisor import StoppedError, Supervisor
@@ -37,8 +38,8 @@ def gone(pid):
         return True
 
 
-def wait_until(condition, timeout=30):
-    deadline = time.monotonic() + timeout
+def wait_until(condition):
+    deadline = time.monotonic() + TIMEOUT_S
     while not condition():
         assert time.monotonic() < deadline
         time.sleep(0.02)
@@ -203,7 +204,7 @@ def test_a_reader_that_does_not_read_delays_neither_children_nor_a_stop(tmp_path
 
     launcher.send_signal(signal.SIGTERM)
 
-    assert launcher.wait(30) == 0
+    assert launcher.wait(TIMEOUT_S) == 0
     wait_until(lambda: gone(child.pid))
     launcher.stdout.close()
 

@@ -2,6 +2,7 @@ import contextlib
 import http.client
 
 import pytest
+from processes import TIMEOUT_S
 
 pytest.importorskip('viser')
 import viser
@@ -63,7 +64,7 @@ def talk(address, origin, headers=None):
     with connect(
         url, origin=origin, subprotocols=kinds, max_size=None, additional_headers=headers
     ) as socket:
-        return socket.recv(timeout=30)
+        return socket.recv(timeout=TIMEOUT_S)
 
 
 def test_a_page_from_elsewhere_gets_no_websocket(page):
@@ -77,7 +78,7 @@ def test_a_page_from_elsewhere_gets_no_websocket(page):
 
 def test_a_name_that_is_not_ours_gets_a_line_of_text_instead_of_the_page(page):
     def get(host):
-        connection = http.client.HTTPConnection(page.host, page.port, timeout=30)
+        connection = http.client.HTTPConnection(page.host, page.port, timeout=TIMEOUT_S)
         with contextlib.closing(connection):
             connection.request('GET', '/', headers={'Host': host})
             answer = connection.getresponse()
@@ -98,7 +99,7 @@ def test_a_page_with_a_token_is_shown_to_those_who_know_its_address(request):
     address, _, query = page.url.partition('/?')
 
     def get(path, **headers):
-        connection = http.client.HTTPConnection(page.host, page.port, timeout=30)
+        connection = http.client.HTTPConnection(page.host, page.port, timeout=TIMEOUT_S)
         with contextlib.closing(connection):
             connection.request('GET', path, headers=headers)
             answer = connection.getresponse()
