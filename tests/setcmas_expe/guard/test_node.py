@@ -76,12 +76,18 @@ class Robot:
         if command:
             self.peer.wait_for(lambda: self.heard and velocities(self.heard[-1]) == command)
 
-    def start(self):
+    def start(self, command=None):
+        """Pause and let go until the robot follows: what a busy machine holds up stops it, too."""
         self.wanted = self.wanted or COMMAND
         self.paused = True
-        self.wait_for(State.PAUSED)
-        self.paused = False
-        self.wait_for(State.FOLLOWING)
+        self.peer.wait_for(lambda: self._follows(command))
+
+    def _follows(self, command):
+        state = self.report and self.report.state
+        if state is State.FOLLOWING and not self.paused:
+            return command is None or (self.heard and velocities(self.heard[-1]) == command)
+        self.paused = state is not State.PAUSED
+        return False
 
 
 @pytest.fixture
@@ -99,8 +105,7 @@ def test_a_base_gets_what_the_bridge_commands_after_a_start_and_zero_otherwise(s
     peer.wait_for(lambda: robot.report and robot.report.private)
     robot.wait_for(State.HELD, STOP)  # as after a guard was restarted while others moved
 
-    robot.start()
-    robot.wait_for(State.FOLLOWING, COMMAND)
+    robot.start(COMMAND)
     robot.wanted = None
     robot.wait_for(State.SILENT, STOP)
     process.wait_for_output('its commands have ended')
@@ -108,8 +113,7 @@ def test_a_base_gets_what_the_bridge_commands_after_a_start_and_zero_otherwise(s
     peer.wait_for_new(robot.heard, 5)
     assert velocities(robot.heard[-1]) == STOP  # it waits for a start
 
-    robot.start()
-    robot.wait_for(State.FOLLOWING, COMMAND)
+    robot.start(COMMAND)
     process.popen.send_signal(signal.SIGTERM)
     peer.wait_for(lambda: velocities(robot.heard[-1]) == STOP)
     assert process.wait() == 0
@@ -170,8 +174,7 @@ def test_an_emergency_stop_of_anybody_is_released_by_who_held_it_and_then_still_
 def test_a_base_that_begins_to_hear_anybody_is_stopped(start, peer):
     robot = Robot(peer)
     start(*GUARD, *NAMESPACE)
-    robot.start()
-    robot.wait_for(State.FOLLOWING, COMMAND)
+    robot.start(COMMAND)
     peer.cmd_vel(1)
     robot.wait_for(State.HELD, STOP)
     assert not robot.report.private
