@@ -1,11 +1,13 @@
-"""Random crossings under the safety filter: least separation, robots that arrive, time of a step.
+"""Random crossings under the safety filter: least separation, and who arrives; time of a step.
 
 python tests/benchmarks/crossings.py --runs 1000
+python tests/benchmarks/crossings.py --steps
 """
 
 from __future__ import annotations
 
 import argparse
+import itertools
 import time
 
 import numpy as np
@@ -75,33 +77,45 @@ def step_time(nb_robots: int, jam: bool) -> float:
     return 1e3 * float(np.median(times))
 
 
-def main() -> None:
-    """Print the figures."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument('--runs', type=int, default=1000)
-    parser.add_argument('--duration', type=float, default=30.0)
-    args = parser.parse_args()
+def print_step_times() -> None:
+    """Print the median time of a step for fleets of three sizes."""
     for nb_robots in (8, 20, 50):
         crossing_ms, jam_ms = (step_time(nb_robots, jam) for jam in (False, True))
         print(
             f'{nb_robots} robots, a step (median): {crossing_ms:.2f} ms while they cross, '
             f'{jam_ms:.2f} ms in one jam'
         )
-    for circle, nb_runs in ((True, args.runs // 10), (False, args.runs)):
-        for model in ('omnidirectional', 'unicycle'):
-            for deadlock in ('none', 'turn'):
-                results = Parallel(n_jobs=2)(
-                    delayed(crossing)(seed, model, deadlock, args.duration, circle)
-                    for seed in range(nb_runs)
-                )
-                least, arrived, unsolved = map(np.array, zip(*results, strict=True))
-                print(
-                    f'{"across a circle" if circle else "random"}, {model}, --deadlock '
-                    f'{deadlock}: least separation {least.min():.4f} m (wanted {SEPARATION_M}), '
-                    f'all arrive in {(arrived == 8).mean():.1%} of {nb_runs} runs, '
-                    f'{arrived.mean() / 8:.1%} of robots; {unsolved.sum()} steps unsolved',
-                    flush=True,
-                )
+
+
+def print_crossings(nb_runs: int, duration: float) -> None:
+    """Print the table of crossings, a row for each kind."""
+    print('| robots | places | `--deadlock` | runs | least distance | all arrive | unsolved |')
+    print('|---|---|---|---|---|---|---|')
+    for circle, model, deadlock in itertools.product(
+        (False, True), ('omnidirectional', 'unicycle'), ('none', 'turn')
+    ):
+        results = Parallel(n_jobs=2)(
+            delayed(crossing)(seed, model, deadlock, duration, circle) for seed in range(nb_runs)
+        )
+        least, arrived, unsolved = map(np.array, zip(*results, strict=True))
+        print(
+            f'| {model} | {"circle" if circle else "random"} | {deadlock} | {nb_runs:,} '
+            f'| {least.min():.3f} m | {(arrived == 8).mean():.1%} | {unsolved.sum()} |',
+            flush=True,
+        )
+
+
+def main() -> None:
+    """Print the figures."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument('--runs', type=int, default=1000)
+    parser.add_argument('--duration', type=float, default=30.0)
+    parser.add_argument('--steps', action='store_true', help='the time of a step only')
+    args = parser.parse_args()
+    if args.steps:
+        print_step_times()
+    else:
+        print_crossings(args.runs, args.duration)
 
 
 if __name__ == '__main__':

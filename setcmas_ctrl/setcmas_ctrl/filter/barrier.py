@@ -22,6 +22,9 @@ from setcmas_simu.robots.model import RobotModel
 from setcmas_simu.world.arena import Arena
 from setcmas_simu.world.obstacles import Obstacles
 
+_TOLERATED = 0.05
+"""More in m/s than points go, for what the solver and the watch of deadlocks tolerate."""
+
 
 @dataclass(frozen=True)
 class Allowed:
@@ -123,21 +126,27 @@ class BarrierFilter:
             before: The last commands, shape (3, R).
             now: Time and period.
         """
-        movers, own = self._movers, self._own
+        movers, clearance, own = self._movers, self._clearance, self._own
         assert movers
+        assert clearance
         directed = self._detour.turned(wanted, own) if self._detour else wanted
         commands = movers.within_limits(follow(directed))
         driven = movers.driven(commands, poses) if self._options.accel else directed
         moved = movers.velocities(driven, commands, poses, now.period)
-        rows = self._rows(movers.points(poses), poses[:2])
-        hindered = rows.chosen(rows.excess(moved) > 0.0).points
+        speeds = np.hypot(moved[0], moved[1])
+        most = np.maximum(np.minimum(fastest, movers.V_max), speeds)
+        points = movers.points(poses)
+        reach = np.fmax.reduce(speeds, initial=fastest) + _TOLERATED
+        near = clearance.near(points, reach)
+        rows = self._rows(points, poses[:2], near)
+        hindered = rows.chosen(rows.excess(moved) > 0.0).has(len(most))
         found: Floats | None = moved
-        if len(hindered):
-            aim = self._aim(moved, directed, hindered)
+        if hindered.any():
+            aim = moved.copy()  # who is in the way is to go as its law wants if it can
+            aim[:, own] = np.where(hindered[own], directed, moved[:, own])
             limits = movers.limits(moved, commands, poses, now.period)
             rises = self._rises(moved, before, poses, now.period)
-            most = np.maximum(np.minimum(fastest, movers.V_max), np.hypot(moved[0], moved[1]))
-            found = self._projected(aim, moved, [rows, limits], rises, most)
+            found = self._projected(aim, moved, Rows.joined([rows, limits]), rises, most, near)
         allowed = np.zeros(moved.shape) if found is None else found
         changed = (allowed != moved).any(axis=0)[own]
         velocities = np.where(changed, allowed[:, own], directed)
@@ -153,12 +162,18 @@ class BarrierFilter:
         return Allowed(commands, velocities, verdicts, blocks)
 
     def _projected(
-        self, aim: Floats, moved: Floats, rows: list[Rows], rises: list[Rows], most: Floats
+        self,
+        aim: Floats,
+        moved: Floats,
+        rows: Rows,
+        rises: list[Rows],
+        most: Floats,
+        near: Indices,
     ) -> Floats | None:
         """Return the velocities nearest to the aim; where safety needs it, of any rise."""
-        found = self._project(aim, Rows.joined(rows + rises), most)
+        found = self._project(aim, Rows.joined([rows, *rises]), most, near)
         if found is None and rises:
-            found = self._project(moved, Rows.joined(rows), most)
+            found = self._project(moved, rows, most, near)
         return found
 
     def _rises(self, moved: Floats, before: Floats, poses: Floats, Ts: float) -> list[Rows]:
@@ -166,16 +181,6 @@ class BarrierFilter:
             return []
         assert self._movers
         return [self._movers.rises(moved, before, poses, self._options.accel * Ts)]
-
-    def _aim(self, moved: Floats, directed: Floats, hindered: Indices) -> Floats:
-        """Return how points are to move if they can, (2, N): those in the way as the laws want.
-
-        The others go as their robots do that follow the laws.
-        """
-        aim: Floats = moved.copy()
-        mine = np.isin(self._own, hindered)
-        aim[:, self._own[mine]] = directed[:, mine]
-        return aim
 
     def _look(self, wanted: Floats, velocities: Floats, rows: Rows, now: Now) -> list[Block]:
         """Look who is blocked, and turn them; velocities are (2, R)."""
@@ -186,10 +191,10 @@ class BarrierFilter:
             self._detour.look(fleet[0], self._watch.standing_s, rows, now)
         return blocks
 
-    def _rows(self, points: Floats, centres: Floats) -> Rows:
+    def _rows(self, points: Floats, centres: Floats, near: Indices) -> Rows:
         clearance = self._clearance
         assert clearance
-        parts = [clearance.of_pairs(points, centres)]
+        parts = [clearance.of_pairs(points, centres, near)]
         if self._options.arena:
             parts.append(clearance.of_arena(points, Arena(*self._options.arena)))
         if self._options.obstacles:

@@ -53,14 +53,25 @@ class Clearance:
         swap = ~self.own[first]
         return np.where(swap, second, first), np.where(swap, first, second)
 
-    def of_pairs(self, points: Floats, centres: Floats) -> Rows:
-        """Return the constraints of pairs of points (2, N), at least one of them an own one.
+    def near(self, points: Floats, speed: float) -> Indices:
+        """Return which of the pairs of points (2, N) need a constraint, their places.
+
+        Others are so far from each other that points of at most this speed (m/s) cannot break it.
+        """
+        i, j = self._pairs
+        used_up = 2.0 * speed / self.gamma * (1.0 if self.own.all() else 2.0)
+        far = self.separation + 2.0 * self.ahead.max() + used_up + _MARGIN_M
+        x, y = points
+        return np.flatnonzero((x[j] - x[i]) ** 2 + (y[j] - y[i]) ** 2 < far * far)
+
+    def of_pairs(self, points: Floats, centres: Floats, which: Indices) -> Rows:
+        """Return the constraints of some pairs of points (2, N), by their places.
 
         What the point of an own robot and that of another process must do is halved between them.
         Points that have passed each other are to go back, along the line of the centres (2, N).
         """
-        i, j = self._pairs
-        normal, distance = self._apart(points, centres)
+        i, j = (ends[which] for ends in self._pairs)
+        normal, distance = _apart(points, centres, i, j)
         bound = self._bound(distance - self.separation - self.ahead[i] - self.ahead[j])
         alone = ~self.own[j]
         return Rows(i, np.where(alone, NOBODY, j), normal, np.where(alone, 0.5 * bound, bound))
@@ -68,19 +79,9 @@ class Clearance:
     def too_near(self, points: Floats, centres: Floats) -> Indices:
         """Return which robots' points are too near for their centres to stay apart, sorted."""
         i, j = self._pairs
-        _, distance = self._apart(points, centres)
+        _, distance = _apart(points, centres, i, j)
         near = distance < self.separation + self.ahead[i] + self.ahead[j] - _MARGIN_M
         return np.union1d(i[near], j[near])
-
-    def _apart(self, points: Floats, centres: Floats) -> tuple[Floats, Floats]:
-        """Return unit vectors between points, and distances, below 0 of points that crossed."""
-        i, j = self._pairs
-        offset, between = points[:, j] - points[:, i], centres[:, j] - centres[:, i]
-        crossed = (offset * between).sum(axis=0) < 0.0
-        line = np.where(crossed, between, offset)
-        normal = line / np.maximum(np.hypot(*line), 1e-9)
-        distance = np.where(crossed, (offset * normal).sum(axis=0), np.hypot(*offset))
-        return normal, distance
 
     def of_arena(self, points: Floats, arena: Arena) -> Rows:
         """Return the constraints of points (2, N) in an arena."""
@@ -123,6 +124,16 @@ class Clearance:
 
     def _bound(self, left: Floats) -> Floats:
         return np.maximum(self.gamma * (left - _MARGIN_M), -_RECOVERY)
+
+
+def _apart(points: Floats, centres: Floats, i: Indices, j: Indices) -> tuple[Floats, Floats]:
+    """Return unit vectors between points, and distances, below 0 of points that crossed."""
+    offset, between = points[:, j] - points[:, i], centres[:, j] - centres[:, i]
+    crossed = (offset * between).sum(axis=0) < 0.0
+    line = np.where(crossed, between, offset)
+    normal = line / np.maximum(np.hypot(*line), 1e-9)
+    distance = np.where(crossed, (offset * normal).sum(axis=0), np.hypot(*offset))
+    return normal, distance
 
 
 def nearest_points(points: Floats, start: Floats, end: Floats) -> Floats:

@@ -6,7 +6,7 @@ import daqp
 import numpy as np
 from numpy.typing import NDArray
 
-from setcmas_ctrl.filter.rows import Rows
+from setcmas_ctrl.filter.rows import Indices, Rows
 from setcmas_simu.arrays import Floats
 
 _SOLVED = 1
@@ -28,26 +28,30 @@ class Projection:
 
     def __init__(self) -> None:
         """Begin without anything known of a period before."""
-        self._active = np.zeros(0, dtype=bool)
+        self._pairs: Indices = np.zeros(0, dtype=np.intp)
+        self._others = np.zeros(0, dtype=bool)
 
-    def __call__(self, wanted: Floats, rows: Rows, fastest: Floats) -> Floats | None:
+    def __call__(
+        self, wanted: Floats, rows: Rows, fastest: Floats, near: Indices
+    ) -> Floats | None:
         """Return the velocities, shape (2, N); None if there are none.
 
         Args:
             wanted: Rows vx, vy in m/s, shape (2, N).
-            rows: The constraints, in the same order each time.
+            rows: The constraints: first those of pairs, then others in the same order each time.
             fastest: Largest speeds in m/s, those wanted at least, shape (N,).
+            near: Places among all pairs, sorted, of those that have a constraint.
         """
         nb_rows = len(rows.b)
-        active = self._active if len(self._active) == nb_rows else np.zeros(nb_rows, dtype=bool)
-        self._active = active
+        active = self._guess(near, nb_rows - len(near))
         velocities: Floats = wanted.copy()
         used = active.copy()
         for _ in range(_MOST_ROUNDS):
             rows, broken = _broken(velocities, rows, fastest)
             if not broken.any():
-                self._active = active[:nb_rows]
-                break
+                self._pairs = near[active[: len(near)]]
+                self._others = active[len(near) : nb_rows]
+                return velocities
             used, active = (_lengthened(mask, len(broken)) for mask in (used, active))
             used |= broken
             solved = _solved(wanted, rows.chosen(used), active[used])
@@ -55,9 +59,13 @@ class Projection:
                 return None
             velocities, active = solved[0], np.zeros(len(used), dtype=bool)
             active[used] = solved[1]
-        else:
-            return None
-        return velocities
+        return None
+
+    def _guess(self, near: Indices, nb_others: int) -> Mask:
+        """Return which constraints will hold robots up: those that did the period before."""
+        same = len(self._others) == nb_others
+        others = self._others if same else np.zeros(nb_others, dtype=bool)
+        return np.concatenate([np.isin(near, self._pairs, assume_unique=True), others])
 
 
 def _broken(velocities: Floats, rows: Rows, fastest: Floats) -> tuple[Rows, Mask]:
@@ -83,7 +91,7 @@ def _solved(wanted: Floats, rows: Rows, active: Mask) -> tuple[Floats, Mask] | N
         rows: Constraints that some points have.
         active: Which of them will hold the points, as far as that can be guessed.
     """
-    points = rows.points
+    points = np.flatnonzero(rows.has(wanted.shape[1]))
     places = np.zeros(points[-1] + 1, dtype=np.intp)
     places[points] = np.arange(len(points))
     matrix = rows.matrix(places, len(points))

@@ -58,10 +58,11 @@ class Rows:
         """Return some of them, chosen by a mask, shape (R,)."""
         return Rows(self.i[which], self.j[which], self.a[:, which], self.b[which])
 
-    @property
-    def points(self) -> Indices:
-        """The points that they are of, sorted."""
-        return np.unique([self.i, np.where(self.j == NOBODY, self.i, self.j)])
+    def has(self, nb_points: int) -> NDArray[np.bool_]:
+        """Return which of the N points they are of, shape (N,)."""
+        has = np.zeros(nb_points + 1, dtype=bool)  # NOBODY's is the last
+        has[self.i] = has[self.j] = True
+        return has[:-1]
 
     def matrix(self, places: Indices, nb_points: int) -> Floats:
         """Return them as a matrix on vx, vy of some points in turn, shape (R, 2 nb_points).
