@@ -89,7 +89,7 @@ def print_step_times() -> None:
 
 def print_crossings(nb_runs: int, duration: float) -> None:
     """Print the table of crossings, a row for each kind."""
-    print('| robots | places | `--deadlock` | runs | least distance | all arrive | unsolved |')
+    print('| robots | places | deadlock | runs | least distance | all arrive | unsolved steps |')
     print('|---|---|---|---|---|---|---|')
     for circle, model, deadlock in itertools.product(
         (False, True), ('omnidirectional', 'unicycle'), ('none', 'turn')
@@ -100,7 +100,7 @@ def print_crossings(nb_runs: int, duration: float) -> None:
         least, arrived, unsolved = map(np.array, zip(*results, strict=True))
         print(
             f'| {model} | {"circle" if circle else "random"} | {deadlock} | {nb_runs:,} '
-            f'| {least.min():.3f} m | {(arrived == 8).mean():.1%} | {unsolved.sum()} |',
+            f'| {least.min():.3f} m | {(arrived == 8).mean() * 100:.1f} % | {unsolved.sum()} |',
             flush=True,
         )
 

@@ -23,7 +23,8 @@ import psutil
 from offline import laws_alone
 
 from setcmas_tools import simulate, sweep
-from setcmas_tools.studies.workers.together import runs_together, simulation_of
+from setcmas_tools.studies.workers.row import simulation_of
+from setcmas_tools.studies.workers.together import runs_together
 
 NB_ROBOTS, DURATION = 8, 60.0
 LINKS = {

@@ -33,6 +33,7 @@ from setcmas_ctrl.communication.options import CommunicationOptions
 from setcmas_ctrl.communication.settings import check_communication
 from setcmas_ctrl.control.options import LawOptions
 from setcmas_ctrl.filter.options import OF_LAB, FilterOptions
+from setcmas_ctrl.filter.starts import check_starts
 from setcmas_expe.emulation.options import check_emulated_mocap, emulated_start_poses
 from setcmas_expe.lab.model import Lab
 from setcmas_expe.lab.options import LabOptions
@@ -73,7 +74,7 @@ def main(args: argparse.Namespace) -> int:
     law = LawOptions.of(args)
     scripts = law.scripts()  # mistakes are told before anything starts
     lab = LabOptions.of(args).chosen()
-    lab.safety(FilterOptions.of(args))
+    safety = lab.safety(FilterOptions.of(args))
     lab.check_rate(law.rate)
     scripts.check(lab.nb_robots)
     for note in scripts.notes:
@@ -82,7 +83,7 @@ def main(args: argparse.Namespace) -> int:
     poses = StartPoseOptions.of(args)
     if args.emulate:
         check_emulated_mocap(lab.mocap)
-        emulated_start_poses(lab.arena, lab.nb_robots, poses)
+        check_starts(safety, emulated_start_poses(lab.arena, lab.nb_robots, poses))
     elif poses.poses or poses.pose or poses.random_poses:
         raise SetcmasError('start poses are for emulated robots: add --emulate')
     require_ros()

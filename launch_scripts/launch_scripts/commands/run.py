@@ -189,9 +189,9 @@ def _emulated_lab(args: argparse.Namespace) -> Lab | None:
                 f'{spelled(name)} is for simulated robots; it has no place in a lab'
             )
     lab = emulated_lab_options(args).chosen()
-    lab.safety(FilterOptions.of(args))
+    poses = emulated_start_poses(lab.arena, args.nb_robots, SimulationOptions.of(args))
+    check_starts(lab.safety(FilterOptions.of(args)), poses)
     lab.check_rate(args.rate)
-    emulated_start_poses(lab.arena, args.nb_robots, SimulationOptions.of(args))
     return lab
 
 

@@ -4,6 +4,9 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
+from itertools import product
+
+import numpy as np
 
 from setcmas_ctrl.filter.options import FilterOptions
 from setcmas_expe.mocap.sources import MocapSource
@@ -15,6 +18,9 @@ from setcmas_simu.world.obstacles import Obstacles
 
 FILTER_MARGIN_M = 0.05
 """By how much the filter keeps robots further apart than where they are stopped, in m."""
+
+
+_PLACES = 40  # along each side of the arena
 
 
 @dataclass(frozen=True)
@@ -130,6 +136,21 @@ class Lab:
             obstacles=str(self.obstacles) or None,
             accel=self.accel if self.accel < math.inf else None,
         )
+
+    def check_room(self) -> None:
+        """See that obstacles leave robots a place in the arena.
+
+        Raises:
+            SetcmasError: They cover it.
+        """
+        xmin, xmax, ymin, ymax = self.arena
+        share = (np.arange(_PLACES) + 0.5) / _PLACES
+        places = product(xmin + share * (xmax - xmin), ymin + share * (ymax - ymin))
+        if all(self.obstacles.contain(x, y) for x, y in places):
+            raise SetcmasError(
+                f'the obstacles cover the arena, {xmin:g} to {xmax:g} by {ymin:g} to {ymax:g} m; '
+                'they must leave robots a place'
+            )
 
     def check_rate(self, rate: float) -> None:
         """See that a rate of control in Hz lets no robot stop between two commands.

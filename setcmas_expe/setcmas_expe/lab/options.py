@@ -76,7 +76,8 @@ class LabOptions(Options):
         """Return the lab.
 
         Raises:
-            SetcmasError: The lab file has a mistake, or names do not suit its motion capture.
+            SetcmasError: The lab file has a mistake, names do not suit its motion capture, or
+                obstacles leave no room.
         """
         lab = load_lab(self.lab or DEFAULT_FILE, self.nb_robots)
         if self.mocap:
@@ -89,7 +90,9 @@ class LabOptions(Options):
             lab = replace(lab, obstacles=Obstacles.of(self.obstacles))
         names = ('arena', 'min_separation', 'filter', 'accel', 'cmd_vel_type', 'joystick_button')
         given = {name: getattr(self, name) for name in names}
-        return replace(lab, **{name: value for name, value in given.items() if value is not None})
+        lab = replace(lab, **{name: value for name, value in given.items() if value is not None})
+        lab.check_room()
+        return lab
 
 
 def _mocap(name: str, lab: Lab) -> Mocap:

@@ -33,6 +33,7 @@ HOLD_S = 0.3
 """How long a robot may follow one command, in s: until its guard stops it."""
 
 NOT_A_NUMBER = 'its command is not a number; has its law failed?'
+IN_OBSTACLE = 'inside an obstacle of the lab; carry it out'
 OUTSIDE = 'outside the arena; only motion back inside is let through'
 
 Direction = tuple[float, float]
@@ -132,7 +133,7 @@ def robots_nearer(pose: Pose, others: Mapping[int, Pose], distance: float) -> li
 def _held(situation: Situation, lab: Lab) -> Decision | None:
     """Return the decision for a robot that must stand whatever it wants; None if there is none."""
     blind = _blindness(situation, lab.timeouts.pose_s)
-    reason = blind or _unreadiness(situation, lab.timeouts.command_s)
+    reason = blind or _unreadiness(situation, lab)
     if situation.paused:
         # What else is wrong is told too: whoever starts ought to know.
         reasons = [situation.paused]
@@ -144,16 +145,18 @@ def _held(situation: Situation, lab: Lab) -> Decision | None:
     return Decision(0.0, 0.0, State.STOPPED, reason, lost=bool(blind), lasting=True)
 
 
-def _unreadiness(situation: Situation, timeout_s: float) -> str:
+def _unreadiness(situation: Situation, lab: Lab) -> str:
     """Return why a robot whose pose is known must stand; empty if it need not."""
     if situation.rival:
         return situation.rival
     if situation.fault:
         return situation.fault
+    if situation.pose and lab.obstacles.contain(*situation.pose[:2]):
+        return IN_OBSTACLE
     if situation.unseen:
         return f'{robots_in_words(list(situation.unseen), "have")} not been seen yet'
-    if not situation.command_age <= timeout_s:
-        return f'no command for {timeout_s:g} s'
+    if not situation.command_age <= lab.timeouts.command_s:
+        return f'no command for {lab.timeouts.command_s:g} s'
     finite = math.isfinite(situation.V) and math.isfinite(situation.omega)
     return '' if finite else NOT_A_NUMBER
 

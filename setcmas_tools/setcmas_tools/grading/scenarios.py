@@ -18,7 +18,7 @@ from setcmas_tools.grading.criteria import Criterion, read_criteria
 from setcmas_tools.run.options import RunOptions
 from setcmas_tools.studies.cases.names import OPTIONS
 from setcmas_tools.studies.workers.job import OF_FILES
-from setcmas_tools.studies.workers.together import simulation_of
+from setcmas_tools.studies.workers.row import simulation_of
 
 CONTROL, CTC = 'control', 'ctc'
 """Functions that a submission may define: a control law, or a triggering condition."""

@@ -15,6 +15,7 @@ from setcmas_ctrl.communication.settings import Communication, chosen_communicat
 from setcmas_ctrl.control.control_law import ControlLaw
 from setcmas_ctrl.control.options import GainOptions
 from setcmas_ctrl.filter.options import FilterOptions
+from setcmas_ctrl.filter.starts import check_starts
 from setcmas_ctrl.scripts.error_reports import ErrorReports
 from setcmas_ctrl.scripts.settings import Settings
 from setcmas_ctrl.task.references import References, told_references
@@ -138,6 +139,7 @@ class Simulation:
         self.nb_steps = self._simulation.nb_steps(self.duration)
         _check_size(self.nb_steps, self.nb_robots)
         self.start = _start(self._simulation, self.nb_robots, self.poses)
+        check_starts(self.safety, self.start)
         self._options = CommunicationOptions(
             graph=self.graph,
             range=self.range,

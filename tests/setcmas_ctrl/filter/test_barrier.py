@@ -192,3 +192,12 @@ def test_robots_must_start_where_they_may_be(world, where):
 
     with pytest.raises(SetcmasError, match=rf'robot 2 starts at \(2, 1\.2\) m, {where}'):
         check_starts(FilterOptions(filter='barrier', **world), poses)
+
+
+def test_robots_must_start_as_far_apart_as_they_are_kept():
+    poses = np.array([[0.0, 2.0, 2.0], [0.0, 0.0, 0.4], [0.0, 0.0, 0.0]])
+    check_starts(FilterOptions(filter='barrier', min_separation=0.4), poses)
+    check_starts(FilterOptions(min_separation=0.5), poses)
+
+    with pytest.raises(SetcmasError, match=r'^robots 2 and 3 start 0\.4 m apart; .*least 0\.5 m'):
+        check_starts(FilterOptions(filter='barrier', min_separation=0.5), poses)

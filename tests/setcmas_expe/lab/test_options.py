@@ -54,6 +54,14 @@ def test_an_arena_without_a_size_is_a_mistake(arena, capsys):
     assert f"--arena is '{arena}'; it must be XMIN,XMAX,YMIN,YMAX" in capsys.readouterr().err
 
 
+def test_obstacles_must_leave_robots_a_place():
+    most = 'polygon -3 -3 3 -3 3 3'
+    assert LabOptions(obstacles=most).chosen().obstacles.contain(1, 0)
+
+    with pytest.raises(SetcmasError, match='the obstacles cover the arena, -3 to 3 by -3 to 3 m;'):
+        LabOptions(obstacles='polygon -3 -3 3 -3 3 3 -3 3').chosen()
+
+
 def test_an_arena_of_nan_is_a_mistake_in_python():
     with pytest.raises(SetcmasError, match=r'^arena is Arena\(xmin=nan'):
         LabOptions(arena=Arena(math.nan, 1, 0, 1))

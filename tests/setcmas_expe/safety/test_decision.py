@@ -10,6 +10,7 @@ import pytest
 from setcmas_expe.lab.file import DEFAULT_FILE, load_lab
 from setcmas_expe.safety.decision import HOLD_S, Situation, State, decide
 from setcmas_simu.world.arena import Arena
+from setcmas_simu.world.obstacles import Obstacles
 
 LAB = replace(load_lab(DEFAULT_FILE, 3), arena=Arena(-2.0, 2.0, -1.0, 1.0))
 FREE = Situation(
@@ -30,6 +31,16 @@ RNG = np.random.default_rng(6)
 
 def decision(**changes):
     return decide(replace(FREE, **changes), LAB)
+
+
+def test_a_robot_stands_that_is_inside_an_obstacle():
+    lab = replace(LAB, obstacles=Obstacles.of('disc 0 0.3 0.2; polygon 1 0 2 0 2 1'))
+
+    result = decide(replace(FREE, pose=(0.0, 0.2, 0.0)), lab)
+
+    assert (result.V, result.omega, result.lasting) == (0.0, 0.0, True)
+    assert result.reason == 'inside an obstacle of the lab; carry it out'
+    assert decide(FREE, lab).state is State.MOVING
 
 
 def test_a_robot_that_nothing_speaks_against_gets_its_command():

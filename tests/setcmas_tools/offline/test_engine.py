@@ -158,6 +158,11 @@ def test_arguments_are_checked_as_options_are_and_told_in_their_own_words(argume
         simulate(forward, **arguments)
 
 
+def test_a_filter_must_find_robots_where_they_may_be():
+    with pytest.raises(SetcmasError, match=r'robots 1 and 2 start 0 m apart;'):
+        simulate(forward, nb_robots=2, poses=np.zeros((3, 2)), filter='barrier')
+
+
 def test_inf_is_no_limit():
     def law(robotNo, nbRobots, poses, t):
         return 1e3, 0.0

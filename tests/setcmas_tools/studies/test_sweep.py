@@ -125,6 +125,13 @@ def test_shares_medians_and_plots(study):
             study.plot(metric, by=by)
 
 
+def test_robots_that_the_filter_could_not_keep_apart_are_told_before_a_study(law):
+    filtered = {'filter': 'barrier', 'vary': {'min_separation': [0.4, 11.0]}}
+
+    with pytest.raises(SetcmasError, match='robots 1 and 2 start 10 m apart'):
+        sweep(law, 3, 8, **filtered)
+
+
 def test_words_are_joined_by_no_line_and_what_never_settles_has_no_tradeoff(tmp_path):
     study = sweep(
         'consensus', 3, 1, vary={'graph': ['path', 'star', 'ring']}, event_triggered=True

@@ -9,13 +9,10 @@ from typing import Any
 from setcmas_ctrl.communication.options import CommunicationOptions
 from setcmas_ctrl.communication.settings import check_communication
 from setcmas_ctrl.control.law_scripts import LawScripts
-from setcmas_ctrl.control.options import GainOptions
-from setcmas_ctrl.filter.options import FilterOptions
 from setcmas_simu.errors import SetcmasError
-from setcmas_tools.run.options import RunOptions
 from setcmas_tools.studies.cases.case_table import SEED, CaseTable
 from setcmas_tools.studies.columns import COLUMNS
-from setcmas_tools.studies.workers.row import simulated_robots
+from setcmas_tools.studies.workers.row import arguments_of, simulation_of
 
 _RESERVED = {*COLUMNS, 'run', 'state', 'robots', 'message'}
 
@@ -51,18 +48,12 @@ def check_parameters(parameters: Mapping[str, Any]) -> None:
     Raises:
         SetcmasError: It cannot.
     """
-    RunOptions(duration=parameters['duration'])
-    _group(GainOptions, parameters)
-    _group(FilterOptions, parameters)
-    simulated_robots(parameters).simulated()
-    check_communication(_group(CommunicationOptions, parameters), parameters['nb_robots'])
+    simulation_of(arguments_of(parameters, print))
+    names = {one.name for one in fields(CommunicationOptions)} & parameters.keys()
+    communication = CommunicationOptions(**{name: parameters[name] for name in names})
+    check_communication(communication, parameters['nb_robots'])
     if isinstance(parameters['algo'], str):
         scripts = LawScripts(parameters['algo'], settings=parameters['set'])
         scripts.check(parameters['nb_robots'])
     elif parameters['set']:
         raise SetcmasError('settings are for scripts; a function takes none')
-
-
-def _group(group: type[Any], parameters: Mapping[str, Any]) -> Any:
-    names = {one.name for one in fields(group)} & parameters.keys()
-    return group(**{name: parameters[name] for name in names})

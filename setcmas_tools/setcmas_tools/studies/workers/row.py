@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import inspect
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
@@ -12,6 +13,7 @@ from setcmas_simu.fleet.fleet import format_robots
 from setcmas_simu.simulator.options import SimulationOptions
 from setcmas_tools.metrics.compute import measure
 from setcmas_tools.offline.engine import simulate
+from setcmas_tools.offline.simulation import Simulation
 from setcmas_tools.run.outcome import State
 from setcmas_tools.run.run import Run
 from setcmas_tools.studies.columns import numbers_of
@@ -68,6 +70,17 @@ def arguments_of(
         poses = simulated_robots(parameters).start_poses(parameters['nb_robots'])
     settings = parameters['set']
     return {**given, 'poses': poses, 'settings': settings, 'warn': warn, 'progress': progress}
+
+
+def simulation_of(arguments: Mapping[str, Any]) -> Simulation:
+    """Return the run that arguments of `simulate` describe, checked.
+
+    Raises:
+        SetcmasError: One makes no sense.
+    """
+    bound = inspect.signature(simulate).bind(**arguments)
+    bound.apply_defaults()
+    return Simulation(**bound.arguments)
 
 
 def simulated_robots(parameters: Mapping[str, Any]) -> SimulationOptions:

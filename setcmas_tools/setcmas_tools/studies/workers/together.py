@@ -9,7 +9,6 @@ installed package, such as a dictionary of numpy's, and reads it again.
 
 from __future__ import annotations
 
-import inspect
 import operator
 import os
 import random
@@ -28,11 +27,11 @@ from setcmas_ctrl.control.options import RATE_HZ
 from setcmas_ctrl.filter.options import BARRIER
 from setcmas_ctrl.scripts.output import named_output
 from setcmas_ctrl.scripts.random_seed import seed_scripts
-from setcmas_tools.offline.engine import made, radio_of, simulate
+from setcmas_tools.offline.engine import made, radio_of
 from setcmas_tools.offline.history import recorded_drawings
 from setcmas_tools.offline.simulation import Simulation
 from setcmas_tools.run.run import Run
-from setcmas_tools.studies.workers.row import Row, arguments_of, row_of_run
+from setcmas_tools.studies.workers.row import Row, arguments_of, row_of_run, simulation_of
 
 _SHARED_SEED = 0x5E7C3A5  # of no run in particular: a script that draws in its calls changes it
 _MOST_CALLS = 24_000  # of laws in a run; they take a few microseconds each, or more
@@ -83,13 +82,6 @@ def rows_together(
         row_of_run(number, run, messages) for number, run in zip(parameters, runs, strict=False)
     ]
     return [] if messages or _random_states() != drawn else rows
-
-
-def simulation_of(arguments: Mapping[str, Any]) -> Simulation:
-    """Return the run that arguments of `simulate` describe."""
-    bound = inspect.signature(simulate).bind(**arguments)
-    bound.apply_defaults()
-    return Simulation(**bound.arguments)
 
 
 def runs_together(simulations: Sequence[Simulation]) -> list[Run]:
