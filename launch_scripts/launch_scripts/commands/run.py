@@ -135,7 +135,12 @@ def _concluded(
     if outcome is None:
         folder.discard()
         return status
-    info = replace(info, outcome=outcome, reloads=folder.reloads or None)
+    info = replace(
+        info,
+        outcome=outcome,
+        reloads=folder.reloads or None,
+        failures=folder.failures or None,
+    )
     folder.write_info(info)
     if not folder.bag.exists():
         return status or 1
@@ -231,6 +236,7 @@ def _robots_run(
         _show_progress(supervisor, args.duration, run)
         trouble = run.trouble
         run.finish()
+        folder.failures = list(run.failures)
         outcome = outcome_of(run.failed)
         if trouble:
             supervisor.warn(f'setcmas run: {trouble}')

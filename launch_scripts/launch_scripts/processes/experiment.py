@@ -27,7 +27,7 @@ from setcmas_expe.lab.model import Lab
 from setcmas_expe.lab.options import LabOptions
 from setcmas_expe.pause.console_protocol import Status, Wish, Word
 from setcmas_expe.plausibility.options import ProofOptions
-from setcmas_simu.reports.reports import ScriptCall, Started
+from setcmas_simu.reports.reports import ScriptCall, ScriptFailure, Started
 
 _TAKE_OVER_S = 0.5
 
@@ -116,6 +116,11 @@ class Experiment:
     def failed(self) -> tuple[ScriptCall, ...]:
         """Calls of scripts that failed, or hung, at some time, once the controllers ended."""
         return self._ctrl.calls.failed
+
+    @property
+    def failures(self) -> tuple[ScriptFailure, ...]:
+        """When control laws and conditions failed, once the controllers ended."""
+        return self._ctrl.calls.failures
 
     def follow_page(self, page: Child) -> None:
         """Let who opened the page that the command itself has started start the robots."""

@@ -32,6 +32,7 @@ from setcmas_simu.reports.reports import (
     Recording,
     Reloaded,
     ScriptCall,
+    ScriptFailure,
     Started,
 )
 from setcmas_simu.robots.models import NO_LIMITS
@@ -76,6 +77,7 @@ class SimulatedRun:
         recorder: The process that writes the bag.
         status: Exit status of the controllers once `finish` has ended them.
         failed: Calls of scripts that failed, or hung, at some time, known then.
+        failures: When control laws and conditions failed, known then.
         reloads: When scripts were loaded again.
         trouble: What went wrong with the robots, though no process died; here nothing can.
     """
@@ -87,6 +89,7 @@ class SimulatedRun:
         self.status = 0
         self.reloads = ReloadTimes(self.elapsed)
         self.failed: tuple[ScriptCall, ...] = ()
+        self.failures: tuple[ScriptFailure, ...] = ()
         self._supervisor = supervisor
         recorder = node_command(RECORDER, RecorderOptions(output=bag).arguments())
         self.recorder = supervisor.start('record', recorder)
@@ -142,6 +145,7 @@ class SimulatedRun:
         robots = self._simulator.calls.failed
         self.status = self._ctrl.exit_status or int(robots != ())
         self.failed = self._ctrl.calls.failed + robots
+        self.failures = self._ctrl.calls.failures
 
     def stop(self) -> None:
         """Stop all, controllers first: their last command, zero, is to be in the bag."""
@@ -157,6 +161,7 @@ class EmulatedRun:
         recorder: The process that writes the bag.
         status: Exit status of the controllers once `finish` has ended them.
         failed: Calls of scripts that failed, or hung, at some time, known then.
+        failures: When control laws and conditions failed, known then.
         reloads: When scripts were loaded again.
     """
 
@@ -176,6 +181,7 @@ class EmulatedRun:
         self._paused = ''
         self._unready = ''
         self.failed: tuple[ScriptCall, ...] = ()
+        self.failures: tuple[ScriptFailure, ...] = ()
         self._supervisor = supervisor
         recorder = node_command(RECORDER, RecorderOptions(output=bag).arguments())
         self.recorder = supervisor.start('record', recorder)
@@ -223,6 +229,7 @@ class EmulatedRun:
         """Stop the robots and all that commands them."""
         self.status = self._experiment.stop()
         self.failed = self._experiment.failed
+        self.failures = self._experiment.failures
 
     def stop(self) -> None:
         """Stop all; the last command, zero, is to be in the bag."""

@@ -41,7 +41,7 @@ class ScriptFailure(msgspec.Struct, frozen=True, omit_defaults=True):
     """A time in which the calls of a script for a robot failed, each for the same reason.
 
     Attributes:
-        t: When the first one failed, in s since the control laws were called first.
+        t: When the first one failed, in s: the t of the control laws, which a pause stops.
         robot: Number of the robot.
         function: What was called.
         script: Name of the file that failed: the script, or a module that it imports.
@@ -95,9 +95,11 @@ class Ended(Message, frozen=True):
 
     Attributes:
         failed: Calls that failed, or hung, at some time.
+        failures: When which calls failed, of scripts as they were loaded first.
     """
 
     failed: tuple[ScriptCall, ...]
+    failures: tuple[ScriptFailure, ...] = ()
 
 
 class Recording(Message, frozen=True):

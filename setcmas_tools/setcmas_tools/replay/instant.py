@@ -131,8 +131,9 @@ def _fastest(run: Run) -> float | None:
 
 def failure_at(run: Run, robot: int, t: float) -> ScriptFailure | None:
     """Return the failure of a robot's law that went on at a time in s; None if it worked."""
+    end = run.info.reloads[0].t if run.info.reloads else math.inf  # another version is not told of
     for one in reversed(run.info.failures or []):
-        until = math.inf if one.until is None else one.until
+        until = end if one.until is None else one.until
         mine = one.robot == robot and one.function is Function.CONTROL
         if mine and one.t - SAME_TIME_S <= t < until - SAME_TIME_S:
             return one

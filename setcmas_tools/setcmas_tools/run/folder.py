@@ -9,6 +9,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from setcmas_simu.errors import SetcmasError
+from setcmas_simu.reports.reports import ScriptFailure
 from setcmas_tools.records.tables import RunTables, write_tables
 from setcmas_tools.run.info import FILE_NAME, Reload, RunInfo, write_info
 from setcmas_tools.run.inputs import INPUTS, RunInput, entries
@@ -22,6 +23,7 @@ class RunFolder:
     Attributes:
         path: The folder, absolute: a script that changes the current folder moves no results.
         reloads: The later versions of control scripts that it keeps.
+        failures: When scripts failed.
     """
 
     def __init__(self, path: Path, inputs: Sequence[RunInput] = ()) -> None:
@@ -32,6 +34,7 @@ class RunFolder:
         """
         self._named = path
         self.reloads: list[Reload] = []
+        self.failures: list[ScriptFailure] = []
         self._inputs = inputs
         with self._writing():
             self.path = path.absolute()

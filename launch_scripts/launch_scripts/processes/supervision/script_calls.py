@@ -6,7 +6,7 @@ import time
 
 from setcmas_simu.reports.current_call import CurrentCall
 from setcmas_simu.reports.encoding import Message
-from setcmas_simu.reports.reports import Ended, Failed, Function, ScriptCall, Stuck
+from setcmas_simu.reports.reports import Ended, Failed, Function, ScriptCall, ScriptFailure, Stuck
 
 SILENT_S = 3.0
 """Duration in s from which a call hangs that the process itself says nothing of.
@@ -16,13 +16,18 @@ A loop in C and a process that was stopped keep it from speaking.
 
 
 class ScriptCalls:
-    """Follows the calls of one process by its reports and by the memory that both share."""
+    """Follows the calls of one process by its reports and by the memory that both share.
+
+    Attributes:
+        failures: When which calls failed, as the process tells at its end.
+    """
 
     def __init__(self, memory: int) -> None:
         """Share a file's memory with the process."""
         self._current = CurrentCall(memory)
         self._failed: dict[ScriptCall, None] = {}
         self._told_since = 0.0
+        self.failures: tuple[ScriptFailure, ...] = ()
 
     @property
     def failed(self) -> tuple[ScriptCall, ...]:
@@ -35,6 +40,7 @@ class ScriptCalls:
             self._failed[report.call] = None
         elif isinstance(report, Ended):
             self._failed |= dict.fromkeys(report.failed)
+            self.failures = report.failures
         elif isinstance(report, Stuck):
             self._told_since = self._current.since
             self.note(report.call)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from functools import partial
+from operator import attrgetter
 from pathlib import Path
 
 from setcmas_ctrl.communication.triggering import CONSEQUENCE
@@ -48,8 +49,12 @@ class ScriptOutcomes:
         self.laws = self._reports_of_laws()
         conditions = dict.fromkeys(laws, condition)
         self.conditions = ErrorReports(
-            warn, CONSEQUENCE, partial(self._note, conditions, Function.CONDITION)
+            warn,
+            CONSEQUENCE,
+            partial(self._note, conditions, Function.CONDITION),
+            Function.CONDITION,
         )
+        self._first = self.laws, self.conditions  # those of later versions count t from 0 again
 
     @property
     def failed(self) -> tuple[ScriptCall, ...]:
@@ -67,7 +72,10 @@ class ScriptOutcomes:
         """Say what was counted, and tell the launcher how it was."""
         self._tell_counts(self.laws)
         self._tell_counts(self.conditions)
-        self._launcher.tell(Ended(self.failed))
+        failures = sorted(
+            (one for reports in self._first for one in reports.failures), key=attrgetter('t')
+        )
+        self._launcher.tell(Ended(self.failed, tuple(failures)))
 
     def _reports_of_laws(self) -> ErrorReports:
         return ErrorReports(self._warn, STANDS, partial(self._note, self._laws, Function.CONTROL))
