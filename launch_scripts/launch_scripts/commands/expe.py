@@ -34,12 +34,15 @@ from setcmas_ctrl.communication.settings import check_communication
 from setcmas_ctrl.control.options import LawOptions
 from setcmas_ctrl.filter.options import OF_LAB, FilterOptions
 from setcmas_ctrl.filter.starts import check_starts
-from setcmas_expe.emulation.options import check_emulated_mocap, emulated_start_poses
+from setcmas_expe.emulation.options import (
+    EmulationOptions,
+    check_emulated_mocap,
+    emulated_start_poses,
+)
 from setcmas_expe.lab.model import Lab
 from setcmas_expe.lab.options import LabOptions
 from setcmas_expe.pause.console_protocol import Word
 from setcmas_simu.errors import SetcmasError
-from setcmas_simu.simulator.options import StartPoseOptions
 
 _STOPS = {
     ESC: (Word.EMERGENCY, 'by Esc'),
@@ -65,7 +68,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     group.add_argument(
         '--emulate', action='store_true', help='no hardware: an emulated lab on this machine'
     )
-    StartPoseOptions.add_to(parser, without=('seed',))
+    EmulationOptions.add_to(
+        parser, without=('seed', 'mocap_rate', 'robot_cmd_vel_type', 'remapped')
+    )
     ViewOptions.add_to(parser, view=NONE)
 
 
@@ -80,12 +85,13 @@ def main(args: argparse.Namespace) -> int:
     for note in scripts.notes:
         warn(f'setcmas expe: {note}')
     check_communication(CommunicationOptions.of(args).found(law.exercise), lab.nb_robots)
-    poses = StartPoseOptions.of(args)
+    poses = EmulationOptions.of(args)
     if args.emulate:
+        poses.robot_model([robot.number for robot in lab.robots])
         check_emulated_mocap(lab.mocap)
         check_starts(safety, emulated_start_poses(lab.arena, lab.nb_robots, poses))
-    elif poses.poses or poses.pose or poses.random_poses:
-        raise SetcmasError('start poses are for emulated robots: add --emulate')
+    elif poses.poses or poses.pose or poses.random_poses or poses.model:
+        raise SetcmasError('start poses and --model are for emulated robots: add --emulate')
     require_ros()
     lab.mocap.source.message_class()
     environment = experiment_environment(lab, args.emulate)

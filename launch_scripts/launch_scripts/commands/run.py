@@ -42,7 +42,7 @@ from setcmas_ctrl.communication.settings import check_communication
 from setcmas_ctrl.control.options import LawOptions
 from setcmas_ctrl.filter.options import FilterOptions
 from setcmas_ctrl.filter.starts import check_starts
-from setcmas_expe.emulation.options import emulated_start_poses
+from setcmas_expe.emulation.options import EmulationOptions, emulated_start_poses
 from setcmas_expe.lab.file import DEFAULT_FILE
 from setcmas_expe.lab.model import Lab
 from setcmas_expe.lab.options import LabOptions
@@ -59,7 +59,7 @@ _START_TIMEOUT_S = 20.0
 _STOPPED = 130
 _ENDED = (State.COMPLETE, State.FAILED)
 _ROUNDING_S = 1e-9
-_OF_SIMULATED_ROBOTS = ('model', 'robot_rate', 'cmd_timeout', 'lockstep', 'rtf')
+_OF_SIMULATED_ROBOTS = ('robot_rate', 'cmd_timeout', 'lockstep', 'rtf')
 _SHARED_WITH_LABS = (
     'nb_robots',
     'limits',
@@ -194,6 +194,7 @@ def _emulated_lab(args: argparse.Namespace) -> Lab | None:
                 f'{spelled(name)} is for simulated robots; it has no place in a lab'
             )
     lab = emulated_lab_options(args).chosen()
+    EmulationOptions.of(args).robot_model(range(1, lab.nb_robots + 1))
     poses = emulated_start_poses(lab.arena, args.nb_robots, SimulationOptions.of(args))
     check_starts(lab.safety(FilterOptions.of(args)), poses)
     lab.check_rate(args.rate)

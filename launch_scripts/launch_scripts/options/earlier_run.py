@@ -59,6 +59,8 @@ def with_earlier_run(args: argparse.Namespace) -> tuple[argparse.Namespace, Path
     parser = args.parser
     known = {action.dest for action in parser._actions}
     values = _options(info, folder)
+    if args.model or values.get('model'):  # which has limits of its own
+        values.pop('limits', None)
     if values.get('emulate') and 'emulate' not in known:  # the lab has start poses of its own
         values['pose'] = _first_poses(args.earlier)
     parser.set_defaults(**{name: value for name, value in values.items() if name in known})

@@ -8,7 +8,7 @@ from setcmas_ctrl.driving.si_to_uni import SiToUni
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet.fleet import robots_in_words
 from setcmas_simu.messages.fleet_topic import FleetListener
-from setcmas_simu.robots.models import MODELS, is_script, robot_models
+from setcmas_simu.robots.models import is_script, robot_models
 
 
 class DrivenModels:
@@ -42,8 +42,10 @@ class DrivenModels:
             try:
                 if is_script(name):
                     raise SetcmasError(f'if {name} has a command of its own, add --model {name}')
-                for robot in robots:
-                    self._followers[robot].model = MODELS.get(name)
+                for robot, model in zip(
+                    robots, robot_models([name] * len(robots), robots), strict=True
+                ):
+                    self._followers[robot].model = model
             except SetcmasError as error:
                 self._tell(name, robots, error)
 

@@ -8,6 +8,8 @@ import numpy as np
 
 from setcmas_simu.arrays import Floats
 from setcmas_simu.robots import unicycle
+from setcmas_simu.robots.model import TWIST, RobotModel
+from setcmas_simu.robots.unicycle import Unicycle
 from setcmas_simu.robots.velocity_limits import VelocityLimits
 
 _RESOLUTION = 100  # 1/(m/s), 1/(rad/s): the robot's computer sends whole hundredths to OpenCR
@@ -41,7 +43,11 @@ class EmulatedFleet:
     """
 
     def __init__(
-        self, start_poses: Floats, limits: VelocityLimits, rng: np.random.Generator
+        self,
+        start_poses: Floats,
+        limits: VelocityLimits,
+        rng: np.random.Generator,
+        model: RobotModel | None = None,
     ) -> None:
         """Place the robots.
 
@@ -49,6 +55,7 @@ class EmulatedFleet:
             start_poses: Rows x, y in m and theta in rad, shape (3, N).
             limits: The limits of their firmware.
             rng: Draws what differs between robots: the errors of their wheels.
+            model: How they follow commands within these limits; at once unless told.
         """
         nb_robots = start_poses.shape[1]
         self.poses = np.array(start_poses, dtype=float)
@@ -57,6 +64,8 @@ class EmulatedFleet:
         self.omega = np.zeros(nb_robots)
         self.battery = _FULL - rng.uniform(0.0, 20.0, (nb_robots,))
         self._limits = limits
+        self._model = model or Unicycle()
+        self._states = self._model.start(self.poses)
         self._commands = np.zeros((2, nb_robots))
         self._torque = np.ones(nb_robots)
         self._held_for = np.zeros(nb_robots)
@@ -92,7 +101,9 @@ class EmulatedFleet:
     def step(self, Ts: float) -> None:
         """Move all robots by one period of Ts s."""
         turns = self._torque * (self._stalled_for <= 0.0)
-        self.V, self.omega = self._limits.saturate(*(self._commands * turns))
+        V, omega = self._limits.saturate(*(self._commands * turns))
+        self._states = self._model.step(self._states, np.stack([V, 0.0 * V, omega]), Ts)
+        self.V, self.omega = self._states[TWIST][[0, 2]] * turns
         free = self._held_for <= 0.0
         self.poses = unicycle.step(self.poses, self.V * free, self.omega * free, Ts)
         self._held_for, self._stalled_for = self._held_for - Ts, self._stalled_for - Ts

@@ -64,7 +64,7 @@ class EmulatedLab(FleetNode):
         rng = np.random.default_rng(options.seed)
         model = 'waffle' if lab.limits == ROBOT_MODELS['waffle'] else 'burger'
         poses = emulated_start_poses(lab.arena, lab.nb_robots, options)
-        self._fleet = EmulatedFleet(poses, ROBOT_MODELS[model], rng)
+        self._fleet = EmulatedFleet(poses, ROBOT_MODELS[model], rng, options.robot_model(numbers))
         self._mocap = EmulatedMocap(lab.nb_robots, lab.mocap.y_up, rng)
         self._driver = EmulatedMocapDriver(lab)
         private = lab.guarded and options.remapped

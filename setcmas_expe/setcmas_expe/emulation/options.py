@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -13,8 +14,12 @@ from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet.fleet import start_poses
 from setcmas_simu.fleet.random_poses import RandomPoses
 from setcmas_simu.fleet.topics import CMD_VEL_TYPES
+from setcmas_simu.options.completion import names_and_files
 from setcmas_simu.options.group import flag, option
-from setcmas_simu.options.kinds import RATE, SEEDS, OneOf
+from setcmas_simu.options.kinds import RATE, SEEDS, Kind, OneOf
+from setcmas_simu.robots.mixed_fleet import fleet_model
+from setcmas_simu.robots.model import RobotModel
+from setcmas_simu.robots.models import UNICYCLE, is_model_file, model_names, robot_models
 from setcmas_simu.simulator.options import StartPoseOptions
 from setcmas_simu.world.arena import Arena
 
@@ -29,6 +34,13 @@ _HALF_SQUARE = 5.0  # m, of the default start poses
 class EmulationOptions(StartPoseOptions):
     """How a lab is emulated."""
 
+    model: str | None = option(
+        Kind(metavar='FILE'),
+        'how the robots follow commands: a file such as setcmas identify writes',
+        default=None,
+        default_text='at once',
+        complete=names_and_files(tuple, ('yaml',)),
+    )
     seed: int = option(SEEDS, 'seed of noise and of random start poses', default=0)
     mocap_rate: float = option(RATE, 'rate of the motion capture system', default=MOCAP_RATE_HZ)
     robot_cmd_vel_type: str = option(
@@ -40,6 +52,22 @@ class EmulationOptions(StartPoseOptions):
         'robots listen to their guard alone, as in a real lab they should (default: yes)',
         default=True,
     )
+
+    def robot_model(self, robots: Sequence[int]) -> RobotModel | None:
+        """Return how robots of these numbers follow commands; None if they do at once.
+
+        Raises:
+            SetcmasError: It is no model file, or has a mistake.
+        """
+        if self.model is None:
+            return None
+        names = model_names(self.model, max(robots))
+        if strangers := [name for name in names if not (name == UNICYCLE or is_model_file(name))]:
+            raise SetcmasError(
+                f"--model '{strangers[0]}' cannot move emulated TurtleBot3s; it must be a file "
+                'such as setcmas identify writes, model.yaml'
+            )
+        return fleet_model(robot_models([names[robot - 1] for robot in robots], robots))
 
 
 def check_emulated_mocap(mocap: Mocap) -> None:

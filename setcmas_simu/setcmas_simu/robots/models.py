@@ -1,4 +1,4 @@
-"""Robot models by name or script, one for each robot: `--model 1:burger,2-4:omnidirectional`."""
+"""Robot models by name or file, one for each robot: `--model 1:burger,2-4:omnidirectional`."""
 
 from __future__ import annotations
 
@@ -12,6 +12,7 @@ from setcmas_simu.doors import Door, MisfitError
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet.fleet import format_robots
 from setcmas_simu.fleet.per_robot import check_in_fleet, is_per_robot, parse_per_robot
+from setcmas_simu.robots.identified import file as model_file
 from setcmas_simu.robots.model import RobotModel
 from setcmas_simu.robots.shape import Shape
 from setcmas_simu.robots.unicycle import Unicycle
@@ -47,16 +48,26 @@ SCRIPT_LOADERS = Door('setcmas.robot_scripts', 'loader of robot scripts', _calla
 
 
 def is_script(name: str) -> bool:
-    """Return whether a name of a model means a script, not a shipped model or a plugin."""
+    """Return whether a name of a model means a script."""
     return name.endswith('.py')
+
+
+def is_file(name: str) -> bool:
+    """Return whether a name means a script or a model file, not a shipped model or a plugin."""
+    return is_script(name) or is_model_file(name)
+
+
+def is_model_file(name: str) -> bool:
+    """Return whether a name means a model file."""
+    return name.endswith(model_file.ENDINGS)
 
 
 def model_names(text: str | None, nb_robots: int) -> list[str]:
     """Return the name of each robot's model.
 
     Args:
-        text: A name or a script for all robots, or for some: '1:burger,2-4:my_robot.py'; the
-            others are unicycles, as all are without a text.
+        text: A name, a script or a model file for all robots, or for some:
+            '1:burger,2-4:my_robot.py'; the others are unicycles, as all are without a text.
         nb_robots: Size of the fleet.
 
     Raises:
@@ -72,7 +83,7 @@ def model_names(text: str | None, nb_robots: int) -> list[str]:
 def shape_of(name: str) -> Shape:
     """Return what robots of a model look like; those of scripts and unknown ones as unicycles."""
     with contextlib.suppress(SetcmasError):
-        if not is_script(name):
+        if not is_file(name):
             return MODELS.get(name).shape
     return Unicycle.shape
 
@@ -92,29 +103,37 @@ def fastest(text: str | None, nb_robots: int, limits: str) -> float | None:
             if name == UNICYCLE
             else math.inf
             if is_script(name)
-            else MODELS.get(name).V_max
-            for name in model_names(text, nb_robots)
+            else _model(name, robot).V_max
+            for robot, name in enumerate(model_names(text, nb_robots), start=1)
         )
     return None
 
 
-def check_models(names: Sequence[str], limits: str) -> None:
-    """See that models exist, without loading them, and that limits are for unicycles only.
+def check_models(names: Sequence[str], limits: str, robots: Sequence[int] | None = None) -> None:
+    """See that models exist, without loading scripts, and that limits are for unicycles only.
+
+    Args:
+        names: The name of each robot's model.
+        limits: Those of unicycles, 'ideal' for none.
+        robots: The robots' numbers, as many; from 1 unless told.
 
     Raises:
         SetcmasError: There is no such model, or robots of another model would have limits.
     """
-    for name in dict.fromkeys(names):
+    numbers = robots or range(1, len(names) + 1)
+    for robot, name in zip(numbers, names, strict=True):
         if is_script(name):
             _check_file(Path(name))
+        elif is_model_file(name):
+            model_file.robot_of_file(Path(name), robot)
         elif name != UNICYCLE:
             MODELS.offer(name)
-    others = [robot for robot, name in enumerate(names, start=1) if name != UNICYCLE]
+    others = {robot: name for robot, name in zip(numbers, names, strict=True) if name != UNICYCLE}
     if others and limits != NO_LIMITS:
-        robots = f'robot{"s" * (len(others) > 1)} {format_robots(others)}'
+        whom = f'robot{"s" * (len(others) > 1)} {format_robots(list(others))}'
         raise SetcmasError(
-            f"--limits '{limits}' is for unicycles; --model makes {robots} "
-            f'{", ".join(dict.fromkeys(names[robot - 1] for robot in others))}, with limits of '
+            f"--limits '{limits}' is for unicycles; --model makes {whom} "
+            f'{", ".join(dict.fromkeys(others.values()))}, with limits of '
             'their own: leave one of the two out'
         )
 
@@ -125,8 +144,8 @@ def _check_file(path: Path) -> None:
 
 
 def absolute(names: Sequence[str]) -> list[str]:
-    """Return names of models, scripts with absolute paths: another script may change folders."""
-    return [str(Path(name).absolute()) if is_script(name) else name for name in names]
+    """Return names of models, files with absolute paths: a script may change folders."""
+    return [str(Path(name).absolute()) if is_file(name) else name for name in names]
 
 
 def robot_models(
@@ -154,5 +173,12 @@ def robot_models(
         elif is_script(name):
             models.append(SCRIPT_LOADERS.get('python')(Path(name), robot, warn))
         else:
-            models.append(MODELS.get(name))
+            models.append(_model(name, robot))
     return models
+
+
+def _model(name: str, robot: int) -> RobotModel:
+    """Return a model that is no script."""
+    if is_model_file(name):
+        return model_file.robot_of_file(Path(name), robot)
+    return MODELS.get(name)

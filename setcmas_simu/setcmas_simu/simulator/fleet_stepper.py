@@ -100,7 +100,7 @@ class FleetStepper:
         Raises:
             SetcmasError: Limits are for unicycles only; who follows the time knows its factor.
         """
-        check_models(self._names, options.limits)
+        check_models(self._names, options.limits, [robot.robot for robot in self._robots])
         if options.rtf != self._rtf:
             raise SetcmasError('rtf cannot change during a simulation: set it at the start')
 

@@ -134,11 +134,11 @@ class SimulationOptions(StartPoseOptions):
     )
     model: str | None = option(
         Kind(metavar='MODEL'),
-        'how the robots move: a model (see setcmas list), a script such as my_robot.py, or for '
-        "some of them '1:burger,2-4:my_robot.py'",
+        'how the robots move: a model (see setcmas list), a script such as my_robot.py, a file '
+        "of setcmas identify, or for some of them '1:burger,2-4:my_robot.py'",
         default=None,
         default_text=UNICYCLE,
-        complete=names_and_files(ROBOT_MODELS.offers, ('py',)),
+        complete=names_and_files(ROBOT_MODELS.offers, ('py', 'yaml')),
     )
     limits: str = option(
         OneOf(tuple(MODELS)),

@@ -13,12 +13,10 @@ from setcmas_ctrl.scripts.helper_modules import helper_modules
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet.fleet import format_robots
 from setcmas_simu.fleet.per_robot import is_per_robot, parse_per_robot
-from setcmas_simu.robots.models import is_script, model_names
+from setcmas_simu.robots.models import is_file, model_names
 
 INPUTS = 'inputs'
 """The folder of a run with copies of the files that it was given, in a folder for each option."""
-
-_SCRIPTS = ('algo', 'ctc', 'model')
 
 
 class RunInput:
@@ -41,7 +39,7 @@ class RunInput:
         self.option = option
         self.path = path
         self.robots = tuple(robots)
-        self.files = [path, *(helper_modules(path) if option in _SCRIPTS else [])]
+        self.files = [path, *(helper_modules(path) if path.suffix == '.py' else [])]
         self.contents = [_read(file) for file in self.files]
 
     @property
@@ -112,7 +110,7 @@ def law_inputs(scripts: LawScripts) -> list[RunInput]:
 
 
 def model_inputs(model: str | None, nb_robots: int) -> list[RunInput]:
-    """Return the robot scripts of a run.
+    """Return the robot scripts and model files of a run.
 
     Raises:
         SetcmasError: A file cannot be read.
@@ -123,7 +121,7 @@ def model_inputs(model: str | None, nb_robots: int) -> list[RunInput]:
     return [
         RunInput('model', Path(name), () if everywhere else robots)
         for name, robots in robots_of.items()
-        if is_script(name)
+        if is_file(name)
     ]
 
 

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from setcmas_expe.emulation.options import emulated_start_poses
+from setcmas_expe.emulation.options import EmulationOptions, emulated_start_poses
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet.fleet import start_poses
 from setcmas_simu.simulator.options import StartPoseOptions
@@ -42,3 +42,9 @@ def test_random_poses_are_inside_the_arena():
         SetcmasError, match='random poses is 5x6 m; it must fit into the arena, 4x6 m'
     ):
         emulated_start_poses(arena, 8, StartPoseOptions(random_poses='box=5x6'))
+
+
+@pytest.mark.parametrize('model', ['burger', '1:my_robot.py'])
+def test_only_a_model_file_moves_emulated_robots(model):
+    with pytest.raises(SetcmasError, match='cannot move emulated TurtleBot3s; it must be a file'):
+        EmulationOptions(model=model).robot_model([1, 2])

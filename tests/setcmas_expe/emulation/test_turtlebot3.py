@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from setcmas_expe.emulation.fleet import EmulatedFleet, truncated
+from setcmas_simu.robots.identified.model import IdentifiedRobot, Response
 from setcmas_simu.robots.velocity_limits import ROBOT_MODELS
 
 BURGER = ROBOT_MODELS['burger']
@@ -97,3 +98,21 @@ def test_batteries_run_down():
     assert (before <= 100).all()
     assert (before >= 80).all()
     assert (robots.battery < before).all()
+
+
+def test_robots_of_a_model_follow_with_its_lag_and_stand_at_once_without_torque():
+    robots = EmulatedFleet(
+        np.zeros((3, 1)),
+        BURGER,
+        np.random.default_rng(0),
+        IdentifiedRobot(Response(lag=0.3, delay=0.1), Response()),
+    )
+    robots.command(0, 0.2, 0.5)
+    for _ in range(20):
+        robots.step(0.02)
+
+    assert robots.V[0] == pytest.approx(0.2 * -math.expm1(-0.3 / 0.3), rel=0.03)
+    assert robots.omega[0] == pytest.approx(0.5)
+    robots.set_torque(0, on=False)
+    robots.step(0.02)
+    assert robots.V[0] == 0.0

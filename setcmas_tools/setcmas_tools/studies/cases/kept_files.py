@@ -11,7 +11,7 @@ from setcmas_ctrl.communication.settings import graph_description, graph_file
 from setcmas_ctrl.control.law_scripts import LawScripts
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet.per_robot import mapped
-from setcmas_simu.robots.models import is_script
+from setcmas_simu.robots.models import is_file
 from setcmas_tools.run.inputs import RunInput
 
 
@@ -77,7 +77,7 @@ def _found(option: str, value: str, exercise: bool) -> str:
     if option == 'algo':
         return LawScripts(value, exercise).text
     if option == 'model':
-        return mapped(value, _script, option)
+        return mapped(value, _file, option)
     if option == 'ctc':
         return str(find_condition(value, exercise))
     if option == 'graph':
@@ -87,5 +87,5 @@ def _found(option: str, value: str, exercise: bool) -> str:
     return value
 
 
-def _script(name: str) -> str:
-    return str(Path(name).resolve()) if is_script(name) else name
+def _file(name: str) -> str:
+    return str(Path(name).resolve()) if is_file(name) else name

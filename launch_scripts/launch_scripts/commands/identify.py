@@ -1,0 +1,72 @@
+"""Find gain, lag and delay of each robot in a run, and write a model that --model takes.
+
+Best from an experiment whose robots start, stop and turn often. A picture of commanded, measured
+and fitted speeds goes beside the model.
+
+Examples:
+  setcmas identify out                           into model.yaml
+  setcmas identify bag_20261121-160211 -o lab_a.yaml
+  setcmas offline --from out --model model.yaml  the same experiment, simulated with that model
+"""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+from launch_scripts.options.plot_options import FormatOptions
+from launch_scripts.terminal.output_lines import warn
+from setcmas_simu.errors import SetcmasError
+from setcmas_simu.robots.identified.file import ENDINGS
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add the options of the verb."""
+    parser.add_argument(
+        'run', type=Path, metavar='DIR', help='folder of a run, or a bag with cmd_vel and odometry'
+    )
+    parser.add_argument(
+        '-o',
+        '--output',
+        type=Path,
+        default=Path('model.yaml'),
+        metavar='FILE',
+        help='model file (default: model.yaml)',
+    )
+    parser.add_argument('--overwrite', action='store_true', help='replace a file that is there')
+    FormatOptions.add_to(parser)
+
+
+def main(args: argparse.Namespace) -> int:
+    """Identify; returns the exit status, 1 if the run tells of no robot."""
+    from setcmas_simu.robots.identified.file import write_model_file
+    from setcmas_tools.identification.identify import identify, model_of
+    from setcmas_tools.identification.picture import write_picture
+    from setcmas_tools.identification.table import notes, table
+    from setcmas_tools.plots.looks.look import PlotLook
+    from setcmas_tools.run.run import Run
+
+    output: Path = args.output
+    if output.suffix not in ENDINGS:
+        raise SetcmasError(f"--output is '{output}'; it must end in {' or '.join(ENDINGS)}")
+    if output.exists() and not args.overwrite:
+        raise SetcmasError(
+            f"'{output}' is there already; name another file, or add --overwrite to replace it"
+        )
+    run = Run.load(args.run, _tell)
+    found = identify(args.run, _tell)
+    print(table(found))
+    for note in notes(found):
+        _tell(note)
+    pictures = write_picture(found, run.title, output, PlotLook(tuple(args.format)))
+    model = model_of(found, run)
+    if model is None:
+        print(*pictures, sep='\n')
+        return 1
+    write_model_file(model, output, f'setcmas identify {args.run}')
+    print(output, *pictures, sep='\n')
+    return 0
+
+
+def _tell(message: str) -> None:
+    warn(f'setcmas identify: {message}')

@@ -1,0 +1,118 @@
+"""Model file: the robots of a lab, each with its gains, lags and delays: `--model model.yaml`."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+import yaml
+
+from setcmas_simu.errors import SetcmasError
+from setcmas_simu.fleet.topics import robot_name
+from setcmas_simu.robots.identified.model import LONGEST_DELAY_S, IdentifiedRobot, Response
+from setcmas_simu.robots.velocity_limits import MODELS, limits_named
+from setcmas_simu.yaml_entries import Entry, read_entries
+
+ENDINGS = ('.yaml', '.yml')
+OTHERS = 'others'
+"""Stands for the robots that the file does not name."""
+
+_MOST_GAIN = 10.0
+_ROWS = ('forward', 'turn', 'way')
+
+
+@dataclass(frozen=True)
+class ModelFile:
+    """What a model file says.
+
+    Attributes:
+        robots: The robots by number.
+        others: All others; None if there are none.
+        limits: Name of the limits of what may be commanded.
+    """
+
+    robots: Mapping[int, IdentifiedRobot]
+    others: IdentifiedRobot | None = None
+    limits: str = 'ideal'
+
+
+def robot_of_file(path: Path, robot: int) -> IdentifiedRobot:
+    """Return the model of a robot in a model file.
+
+    Raises:
+        SetcmasError: The file cannot be read, has a mistake, or does not say how it moves.
+    """
+    known = read_model_file(path)
+    found = known.robots.get(robot, known.others)
+    if found is None:
+        names = ', '.join(map(robot_name, known.robots))
+        raise SetcmasError(
+            f"'{path}' has no model of {robot_name(robot)}; it must be one of {names}, or the "
+            f"file must have '{OTHERS}'"
+        )
+    return found
+
+
+def read_model_file(path: Path) -> ModelFile:
+    """Read a model file.
+
+    Raises:
+        SetcmasError: The file cannot be read, or has a mistake.
+    """
+    fields = read_entries(path).fields(('limits', 'robots', OTHERS))
+    limits = fields['limits'].choice(MODELS) if 'limits' in fields else 'ideal'
+    others = _robot(fields[OTHERS], limits) if OTHERS in fields else None
+    named = fields['robots'].value if 'robots' in fields else {}
+    if not isinstance(named, dict):
+        raise fields['robots'].mistake('a mapping with the numbers of robots')
+    if not named and others is None:
+        raise SetcmasError(f"'{path}' has no robots; it must have 'robots' or '{OTHERS}'")
+    return ModelFile({_number(k, e): _robot(e, limits) for k, e in named.items()}, others, limits)
+
+
+def write_model_file(content: ModelFile, path: Path, remark: str) -> None:
+    """Write a model file that `read_model_file` reads; `remark` becomes its first line.
+
+    Raises:
+        SetcmasError: It cannot be written.
+    """
+    entries: dict[str, Any] = {'limits': content.limits}
+    entries['robots'] = {number: _entries(one) for number, one in content.robots.items()}
+    if content.others:
+        entries[OTHERS] = _entries(content.others)
+    text = yaml.safe_dump(entries, sort_keys=False, default_flow_style=None)
+    try:
+        path.write_text(f'# {remark}\n{text}', encoding='utf-8')
+    except OSError as error:
+        raise SetcmasError(f"'{path}' cannot be written: {error.strerror}") from error
+
+
+def _entries(robot: IdentifiedRobot) -> dict[str, Any]:
+    rows = {'forward': asdict(robot.forward), 'turn': asdict(robot.turn)}
+    rounded = {name: {k: round(v, 4) for k, v in row.items()} for name, row in rows.items()}
+    return {**rounded, 'way': round(robot.way, 4)}
+
+
+def _number(key: str, entry: Entry) -> int:
+    if not (key.isdecimal() and int(key) >= 1):
+        raise entry.error(f"'{key}' is no robot; it must be a whole number from 1")
+    return int(key)
+
+
+def _robot(entry: Entry, limits: str) -> IdentifiedRobot:
+    fields = entry.fields(_ROWS)
+    forward, turn = (_response(fields[r]) if r in fields else Response() for r in _ROWS[:2])
+    way = fields['way'].number(least=0.0, most=LONGEST_DELAY_S) if 'way' in fields else 0.0
+    return IdentifiedRobot(forward, turn, limits_named(limits), way)
+
+
+def _response(entry: Entry) -> Response:
+    given = entry.fields(('gain', 'lag', 'delay'))
+    bounds = {
+        'gain': {'above': 0.0, 'most': _MOST_GAIN},
+        'lag': {'least': 0.0, 'most': LONGEST_DELAY_S},
+        'delay': {'least': 0.0, 'most': LONGEST_DELAY_S},
+    }
+    return Response(**{name: value.number(**bounds[name]) for name, value in given.items()})

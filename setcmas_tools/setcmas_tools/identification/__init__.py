@@ -1,0 +1,1 @@
+"""Identification: what gain, lag and delay the robots of an experiment have."""

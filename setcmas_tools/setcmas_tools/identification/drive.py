@@ -1,0 +1,162 @@
+"""What one robot was commanded and what it did, from the bag of a run."""
+
+from __future__ import annotations
+
+from array import array
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from setcmas_simu.arrays import Floats
+from setcmas_simu.errors import SetcmasError
+from setcmas_simu.fleet import topics
+from setcmas_simu.robots.model import RobotModel
+from setcmas_simu.robots.models import NO_LIMITS, model_names, robot_models
+from setcmas_simu.robots.si_to_uni import KOMEGA
+from setcmas_tools.bags.reader import open_bag
+from setcmas_tools.bags.types import UndecodableError
+from setcmas_tools.records.commands import FILE_NAME, Commands
+from setcmas_tools.records.fleet_samples import FleetSamples
+from setcmas_tools.records.fleet_table import FleetTable
+from setcmas_tools.run.run import Run
+from setcmas_tools.run.source import find_run
+
+_TWISTS = ('geometry_msgs/msg/TwistStamped', 'geometry_msgs/msg/Twist')
+_BY_NEARNESS = (topics.CMD_VEL_GUARDED, topics.CMD_VEL)
+_LONGEST_WAY_S = 0.5
+_SAME = 1e-6
+
+
+@dataclass(frozen=True)
+class Drive:
+    """Commands and motion of one robot.
+
+    Attributes:
+        commands: Rows t (s), V (m/s), omega (rad/s), each held until the next one, shape (3, K).
+        topic: Where they were heard: the nearest to the base that was recorded.
+        seen: Its motion as poses show it.
+        wheels: Its motion as its wheels tell it; None if that was not recorded.
+        way: Time in s from the law to that topic; 0 if that is not known.
+    """
+
+    commands: Floats
+    topic: str
+    seen: FleetTable
+    wheels: FleetTable | None = None
+    way: float = 0.0
+
+
+def drives(path: Path, warn: Callable[[str], None]) -> dict[int, Drive]:
+    """Return what the robots of a run were commanded and did, by their numbers.
+
+    Args:
+        path: The run: its folder or its bag, or the folder of an offline run.
+        warn: Shows what could not be read.
+
+    Raises:
+        SetcmasError: There is no run, or its commands were not recorded.
+    """
+    source = find_run(path)
+    bag = source.bag or source.folder / 'bag'
+    found = _recorded(bag, warn) if bag.exists() else _offline(Run.load(path, warn))
+    if not found:
+        raise SetcmasError(
+            f"'{path}' has no commands of robots whose motion it has; its bag must hold "
+            f'{topics.robot_topic(1, topics.CMD_VEL)} and odometry'
+        )
+    return found
+
+
+def _recorded(path: Path, warn: Callable[[str], None]) -> dict[int, Drive]:
+    with open_bag(path) as bag:
+        named = [(topic.name, topic.type.name) for topic in bag.topics]
+        seen = FleetSamples(named)
+        has_mocap = any(name.startswith('/mocap/') for name, _ in named)
+        wheels = FleetSamples(row for row in named if not row[0].startswith('/mocap/'))
+        twists = {name: array('d') for name, kind in named if kind in _TWISTS}
+        for topic, time_ns, data in bag.messages():
+            since_ns = time_ns - bag.start_ns
+            takers = [
+                one.collector(topic.name) for one in ([seen, wheels] if has_mocap else [seen])
+            ]
+            if not any(takers) and topic.name not in twists:
+                continue
+            try:
+                message = topic.type.decode(data)
+            except UndecodableError:
+                continue
+            for collect in filter(None, takers):
+                collect(since_ns, message)
+            if topic.name in twists:
+                twists[topic.name].extend((since_ns / 1e9, *_velocities(message)))
+        for notice in bag.notices:
+            warn(notice)
+    table, own = seen.table(), wheels.table() if has_mocap else None
+    if table is None:
+        return {}
+    rows = {name: np.array(row).reshape(-1, 3).T for name, row in twists.items()}
+    for row in rows.values():
+        row[0] -= seen.start_ns / 1e9
+    return {
+        robot: drive
+        for robot in table.robots
+        if (drive := _drive(robot, rows, table.of(robot), own and own.of(robot)))
+    }
+
+
+def _velocities(message: Any) -> tuple[float, float]:
+    twist = getattr(message, 'twist', message)
+    return float(twist.linear.x), float(twist.angular.z)
+
+
+def _drive(
+    robot: int, twists: dict[str, Floats], seen: FleetTable, wheels: FleetTable | None
+) -> Drive | None:
+    for name in _BY_NEARNESS:
+        topic = topics.robot_topic(robot, name)
+        if topic in twists:
+            wanted = twists.get(topics.robot_topic(robot, topics.CMD_VEL_WANTED))
+            way = 0.0 if wanted is None else _way(wanted, twists[topic])
+            known = wheels if wheels is not None and len(wheels.t) else None
+            return Drive(twists[topic], topic, seen, known, way)
+    return None
+
+
+def _way(wanted: Floats, heard: Floats) -> float:
+    """Return the median time in s until what a law wanted was heard; 0 if it never was."""
+    ways = []
+    for t, V, omega in wanted[:, np.any(wanted[1:] != 0.0, axis=0)].T:
+        first, last = np.searchsorted(heard[0], (t, t + _LONGEST_WAY_S))
+        same = np.hypot(heard[1, first:last] - V, heard[2, first:last] - omega) < _SAME
+        if same.any():
+            ways.append(float(heard[0, first + np.argmax(same)] - t))
+    return float(np.median(ways)) if ways else 0.0
+
+
+def _offline(run: Run) -> dict[int, Drive]:
+    """Return the drives of an offline run, whose commands follow from what its laws wanted."""
+    if run.commands is None or run.tables.safety is not None:
+        return {}
+    names = model_names(run.parameters.get('model'), max(run.robots))
+    kept = {robot: one for one in run.inputs if one.option == 'model' for robot in one.robots}
+    everywhere = [one for one in run.inputs if one.option == 'model' and not one.robots]
+    found = {}
+    for robot in run.robots:
+        file = next(iter(everywhere), kept.get(robot))
+        name = str(file.path) if file else names[robot - 1]
+        (model,) = robot_models([name], [robot], str(run.parameters.get('limits', NO_LIMITS)))
+        found[robot] = _driven(run.commands.of(robot), run.table.of(robot), model, run)
+    return found
+
+
+def _driven(told: Commands, track: FleetTable, model: RobotModel, run: Run) -> Drive:
+    """Return the drive of a robot that goes at velocities as far as its model can."""
+    headings = np.interp(told.t, track.t, np.unwrap(track.theta))
+    poses = np.vstack([np.zeros((2, len(told.t))), headings])
+    allowed = told.allowed or told
+    komega = float(run.parameters.get('komega', KOMEGA))
+    V, _, omega = model.command(np.array([allowed.vx, allowed.vy]), poses, komega)
+    return Drive(np.array([told.t, V, omega]), FILE_NAME, track)

@@ -1,0 +1,155 @@
+"""Least squares fit of gain, lag and delay to what was commanded and measured."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from setcmas_simu.arrays import Floats
+from setcmas_simu.robots.identified.model import LONGEST_DELAY_S, Response
+from setcmas_tools.identification.lag import HeldCommand
+
+LEAST_FIT = 30.0
+"""Percent of the motion that a model must explain to be told."""
+
+MOST_DOUBT_S = 0.1
+"""Standard error of lag and delay, in s, from which a run does not tell them."""
+
+_MOST_GAIN_DOUBT = 0.1
+_LAGS_S = np.concatenate([[0.0], np.geomspace(0.02, 1.0, 12)])
+_DELAYS_S = np.linspace(0.0, 1.0, 41)
+_ITERATIONS = 25
+_PROBE_S = 2e-3
+_SINGULAR = 1e12
+
+
+@dataclass(frozen=True)
+class Fit:
+    """How a speed follows its command, as far as a run tells.
+
+    Attributes:
+        response: Gain, lag and delay.
+        errors: Their standard errors.
+        quality: How much of the measured motion the model explains, in percent: 100 is all.
+    """
+
+    response: Response
+    errors: Response
+    quality: float
+
+    @property
+    def tells_gain(self) -> bool:
+        """Whether the run tells the gain."""
+        doubt = self.errors.gain / max(abs(self.response.gain), 1e-9)
+        return self.quality >= LEAST_FIT and doubt <= _MOST_GAIN_DOUBT
+
+    @property
+    def tells_times(self) -> bool:
+        """Whether the run tells lag and delay as well."""
+        return self.tells_gain and max(self.errors.lag, self.errors.delay) <= MOST_DOUBT_S
+
+
+@dataclass(frozen=True)
+class Measured:
+    """Mean speeds in windows, and the command behind them.
+
+    Attributes:
+        command: The command.
+        begin: When the windows begin in s, shape (K,).
+        end: When they end in s, shape (K,).
+        y: The mean speeds, shape (K,).
+        overlap: How many windows lie over each other.
+    """
+
+    command: HeldCommand
+    begin: Floats
+    end: Floats
+    y: Floats
+    overlap: float
+
+    def predicted(self, response: Response) -> Floats:
+        """Return what a model says of the mean speeds, shape (K,)."""
+        means = self.command.means(self.begin, self.end, response.lag, response.delay)
+        predicted: Floats = response.gain * means
+        return predicted
+
+
+def fitted(measured: Measured, lag: float | None = None) -> Fit:
+    """Return the gain, lag and delay with the least squares of errors.
+
+    Speeds are simulated from the commands alone, an output-error model (Ljung, System
+    Identification, 2nd edition, 1999, section 4.2). The best point of a grid of lags and delays,
+    each with the gain of linear least squares, is where Levenberg's and Marquardt's method begins
+    (section 10.2). Standard errors are those of section 9.4, for as many windows as do not
+    overlap; the quality is 1 - |y - model| / |y - mean| (section 16.4 has its square).
+
+    Args:
+        measured: At least a window.
+        lag: The lag in s if it is known.
+    """
+    lags = _LAGS_S if lag is None else np.array([lag])
+    free = np.array([True, lag is None, True])
+    best = _descended(measured, _best(measured, lags), free)
+    y, e = measured.y, measured.y - measured.predicted(best)
+    apart = float(np.linalg.norm(y - y.mean()))
+    quality = 100.0 * (1.0 - float(np.linalg.norm(e)) / apart) if apart > 0.0 else 0.0
+    return Fit(best, _errors(measured, best, free), quality)
+
+
+def _best(measured: Measured, lags: Floats) -> Response:
+    best, least = Response(gain=0.0), np.inf
+    for lag in lags.tolist():
+        speeds = measured.command.lagging(lag)
+        for delay in _DELAYS_S.tolist():
+            means = measured.command.means_of(speeds, measured.begin, measured.end, lag, delay)
+            power = float(means @ means)
+            gain = float(means @ measured.y) / power if power > 0.0 else 0.0
+            error = float(np.sum(np.square(measured.y - gain * means)))
+            if error < least:
+                best, least = Response(gain, lag, delay), error
+    return best
+
+
+def _descended(measured: Measured, begin: Response, free: NDArray[np.bool_]) -> Response:
+    """Return the minimum of the squares near a point, by what is free of gain, lag and delay."""
+    best, e, damping = begin, measured.y - measured.predicted(begin), 1e-3
+    for _ in range(_ITERATIONS):
+        J = _jacobian(measured, best)[:, free]
+        normal = J.T @ J
+        step = np.zeros(3)
+        damped = normal + damping * np.diag(np.diag(normal) + 1e-12)
+        step[free] = np.linalg.solve(damped, J.T @ e)
+        gain, lag, delay = np.array([best.gain, best.lag, best.delay]) + step
+        tried = Response(float(gain), *np.clip([lag, delay], 0.0, LONGEST_DELAY_S).tolist())
+        error = measured.y - measured.predicted(tried)
+        if error @ error < e @ e:
+            best, e, damping = tried, error, 0.3 * damping
+        else:
+            damping *= 10.0
+    return best
+
+
+def _jacobian(measured: Measured, at: Response) -> Floats:
+    """Return how predictions change with gain, lag and delay, shape (K, 3)."""
+    unit, here = measured.predicted(replace(at, gain=1.0)), measured.predicted(at)
+    columns = [unit]
+    for name in ('lag', 'delay'):
+        nudged = replace(at, **{name: getattr(at, name) + _PROBE_S})
+        columns.append((measured.predicted(nudged) - here) / _PROBE_S)
+    return np.column_stack(columns)
+
+
+def _errors(measured: Measured, best: Response, free: NDArray[np.bool_]) -> Response:
+    """Return the standard errors of gain, lag and delay; infinite where nothing tells them."""
+    J = _jacobian(measured, best)[:, free]
+    e = measured.y - measured.predicted(best)
+    variance = float(e @ e) * measured.overlap / max(1.0, len(e) - 3 * measured.overlap)
+    information = J.T @ J
+    errors = np.full(3, 0.0)
+    if np.linalg.cond(information) > _SINGULAR:
+        errors[free] = np.inf
+    else:
+        errors[free] = np.sqrt(variance * np.diag(np.linalg.inv(information)))
+    return Response(*errors.tolist())

@@ -1,0 +1,156 @@
+"""Gain, lag and delay of each robot of a run, and the model file that they make."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import asdict, dataclass, replace
+from pathlib import Path
+
+import numpy as np
+
+from setcmas_simu.arrays import Floats
+from setcmas_simu.robots.identified.file import ModelFile, read_model_file
+from setcmas_simu.robots.identified.model import IdentifiedRobot, Response
+from setcmas_simu.robots.models import is_model_file
+from setcmas_simu.robots.velocity_limits import MODELS, limits_named
+from setcmas_tools.identification.drive import Drive, drives
+from setcmas_tools.identification.fit import Fit, Measured, fitted
+from setcmas_tools.identification.lag import HeldCommand
+from setcmas_tools.identification.steps import Steps, steps_of
+from setcmas_tools.run.run import Run
+
+FORWARD, TURN = 'forward speed', 'turn rate'
+_POSES, _WHEELS = 'poses', 'wheels'
+_LEAST_WINDOWS = 20
+
+
+@dataclass(frozen=True)
+class Channel:
+    """What a run tells of one speed of a robot.
+
+    Attributes:
+        fit: Gain, lag and delay, as far as they are told.
+        told_by: What lag and delay were measured with: poses or wheels.
+        age: By how much later poses show a motion than wheels in s; 0 without wheels.
+        measured: The speed as poses show it.
+    """
+
+    fit: Fit
+    told_by: str
+    age: float
+    measured: Measured
+
+
+@dataclass(frozen=True)
+class Identified:
+    """What a run tells of one robot.
+
+    Attributes:
+        channels: Forward speed and turn rate, by name.
+        responses: What the model has for each; None if the run does not tell how it moves.
+        way: Time in s that commands need to the robot, and poses from it, beside its own delay.
+    """
+
+    channels: Mapping[str, Channel]
+    responses: Mapping[str, Response] | None
+    way: float
+
+
+def identify(path: Path, warn: Callable[[str], None]) -> dict[int, Identified]:
+    """Return what a run tells of its robots, by their numbers.
+
+    Raises:
+        SetcmasError: There is no run, or its commands were not recorded.
+    """
+    return {robot: _identified(drive) for robot, drive in drives(path, warn).items()}
+
+
+def _identified(drive: Drive) -> Identified:
+    seen = steps_of(drive.seen)
+    wheels = steps_of(drive.wheels) if drive.wheels else None
+    channels = {}
+    for row, name in enumerate((FORWARD, TURN)):
+        command = HeldCommand(drive.commands[0], drive.commands[1 + row])
+        if len(seen.begin) >= _LEAST_WINDOWS:
+            channels[name] = _channel(command, row, seen, wheels)
+    age = float(np.mean([one.age for one in channels.values()])) if channels else 0.0
+    return Identified(channels, _responses(channels), drive.way + age)
+
+
+def _channel(command: HeldCommand, row: int, seen: Steps, wheels: Steps | None) -> Channel:
+    """Return a channel: the gain as poses show it, lag and delay from the wheels if they tell."""
+    measured = _measured(command, seen, row)
+    if wheels and len(wheels.begin) >= _LEAST_WINDOWS:
+        own = fitted(_measured(command, wheels, row))
+        if own.tells_times:
+            fit = fitted(measured, lag=own.response.lag)
+            age = max(0.0, fit.response.delay - own.response.delay)
+            told = Fit(
+                replace(own.response, gain=fit.response.gain),
+                replace(own.errors, gain=fit.errors.gain),
+                fit.quality,
+            )
+            return Channel(told, _WHEELS, age, measured)
+    return Channel(fitted(measured), _POSES, 0.0, measured)
+
+
+def _measured(command: HeldCommand, steps: Steps, row: int) -> Measured:
+    return Measured(command, steps.begin, steps.end, steps.speeds[row], steps.overlap)
+
+
+def _responses(channels: Mapping[str, Channel]) -> dict[str, Response] | None:
+    """Return the responses of a model: the same wheels make both speeds, so one tells the other.
+
+    A channel whose lag and delay are not told has those of the other, and gain 1 if that is not
+    told either.
+    """
+    told = [one.fit.response for one in channels.values() if one.fit.tells_times]
+    if not told:
+        return None
+    found = {}
+    for name in (FORWARD, TURN):
+        fit = channels[name].fit
+        gain = fit.response.gain if fit.tells_gain else 1.0
+        times = fit.response if fit.tells_times else told[0]
+        found[name] = replace(times, gain=gain)
+    return found
+
+
+def model_of(found: Mapping[int, Identified], run: Run) -> ModelFile | None:
+    """Return the model of the robots that a run tells of; None if there are none.
+
+    Robots of other numbers have the medians of theirs.
+    """
+    limits = _limits_of(run)
+    rows = {n: (one.responses, one.way) for n, one in found.items() if one.responses}
+    robots = {
+        number: _robot(responses[FORWARD], responses[TURN], limits, way)
+        for number, (responses, way) in rows.items()
+    }
+    if not robots:
+        return None
+    responses = [(robot.forward, robot.turn) for robot in robots.values()]
+    forward, turn = (Response(*_medians(list(one))) for one in zip(*responses, strict=True))
+    way = float(np.median([robot.way for robot in robots.values()]))
+    return ModelFile(robots, _robot(forward, turn, limits, way), limits)
+
+
+def _robot(forward: Response, turn: Response, limits: str, way: float) -> IdentifiedRobot:
+    return IdentifiedRobot(forward, turn, limits_named(limits), way)
+
+
+def _medians(responses: list[Response]) -> list[float]:
+    rows: Floats = np.array([[one.gain, one.lag, one.delay] for one in responses])
+    medians: list[float] = np.median(rows, axis=0).tolist()
+    return medians
+
+
+def _limits_of(run: Run) -> str:
+    """Return the name of what robots of a run may be commanded: as its lab, or its model, told."""
+    told = run.parameters.get('limits')
+    known = {name for name, limits in MODELS.items() if told in (name, asdict(limits))}
+    if model := run.parameters.get('model'):
+        files = [one.path for one in run.inputs if one.option == 'model']
+        known |= {read_model_file(path).limits for path in files if is_model_file(path.name)}
+        known |= {model} & MODELS.keys()
+    return next(iter(known - {'ideal'}), 'ideal')

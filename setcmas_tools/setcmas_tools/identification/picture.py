@@ -1,0 +1,112 @@
+"""Picture of an identification: commanded, measured and fitted speeds of each robot."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from matplotlib import rcParams
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+
+from setcmas_simu.errors import SetcmasError
+from setcmas_simu.fleet.topics import robot_name
+from setcmas_tools.identification.identify import FORWARD, TURN, Channel, Identified
+from setcmas_tools.plots.looks.look import PlotLook
+from setcmas_tools.plots.looks.style import (
+    finish,
+    legend,
+    line_look,
+    plot_style,
+    save,
+    time_axis,
+)
+
+_SHOWN_S = 15.0
+_UNITS = {FORWARD: 'm/s', TURN: 'rad/s'}
+_COMMANDED: dict[str, Any] = {'color': '0.6', 'linewidth': 1.0, 'drawstyle': 'steps-post'}
+_FITTED: dict[str, Any] = {'color': 'black', 'linewidth': 1.0, 'linestyle': (0, (4, 2))}
+
+
+def write_picture(
+    found: Mapping[int, Identified], title: str, path: Path, look: PlotLook
+) -> list[Path]:
+    """Write the speeds of robots in the seconds in which their commands change most.
+
+    Args:
+        found: The robots.
+        title: What the run is called.
+        path: The file, whose ending is that of a format.
+        look: How it looks.
+
+    Returns:
+        The files, one for each format.
+
+    Raises:
+        SetcmasError: One cannot be written.
+    """
+    look.check()
+    shown = {robot: one.channels for robot, one in found.items() if one.channels}
+    paths = [path.with_suffix(f'.{ending}') for ending in look.formats] if shown else []
+    with plot_style(look.palette, look.paper):
+        for target in paths:
+            figure = _figure(shown)
+            finish(figure, title)
+            try:
+                save(figure, target)
+            except OSError as error:
+                raise SetcmasError(f"'{target}' cannot be written: {error.strerror}") from error
+    return paths
+
+
+def _figure(shown: Mapping[int, Mapping[str, Channel]]) -> Figure:
+    rows = [(robot, name) for robot in shown for name in shown[robot]]
+    figure = Figure(figsize=(9.0, 1.0 + 1.7 * len(rows)))
+    panels = list(figure.subplots(len(rows), sharex=True, squeeze=False)[:, 0])
+    begin = _liveliest([one for channels in shown.values() for one in channels.values()])
+    for axes, (robot, name) in zip(panels, rows, strict=True):
+        colour = line_look(robot, len(shown))['color']
+        _draw(axes, shown[robot][name], begin, colour)
+        axes.set_ylabel(f'{robot_name(robot)}\n{_UNITS[name]}')
+        axes.set_title(name)
+    width = rcParams['lines.linewidth']
+    legend(
+        panels[0],
+        [
+            Line2D([], [], label='commanded', **_COMMANDED),
+            Line2D([], [], label='measured', color='0.3', linewidth=width),
+            Line2D([], [], label='fitted', **_FITTED),
+        ],
+    )
+    time_axis(panels, begin, begin + _SHOWN_S)
+    return figure
+
+
+def _draw(axes: Axes, channel: Channel, begin: float, colour: object) -> None:
+    measured = channel.measured
+    middle = 0.5 * (measured.begin + measured.end)
+    near = (middle > begin) & (middle < begin + _SHOWN_S)
+    t, u = measured.command.changes
+    first, last = np.searchsorted(t, (begin, begin + _SHOWN_S))
+    held = slice(max(0, first - 1), last)
+    axes.plot([*t[held], begin + _SHOWN_S], [*u[held], u[held][-1]], **_COMMANDED)
+    axes.plot(middle[near], measured.y[near], color=colour)
+    if channel.fit.tells_gain:
+        axes.plot(middle[near], measured.predicted(channel.fit.response)[near], **_FITTED)
+
+
+def _liveliest(channels: Sequence[Channel]) -> float:
+    """Return when the seconds begin in which commands change most."""
+    first = min(float(one.measured.begin[0]) for one in channels)
+    last = max(float(one.measured.end[-1]) for one in channels)
+    begins = np.arange(first, max(first, last - _SHOWN_S) + 1.0)
+    change = np.zeros(len(begins))
+    for one in channels:
+        t, u = one.measured.command.changes
+        grown = np.concatenate([[0.0], np.cumsum(np.abs(np.diff(u)))]) / max(1e-9, np.ptp(u))
+        ends = [np.searchsorted(t, begins + shift) for shift in (0.0, _SHOWN_S)]
+        change += grown[np.minimum(ends[1], len(t) - 1)] - grown[np.minimum(ends[0], len(t) - 1)]
+    return float(begins[np.argmax(change)])

@@ -1,0 +1,126 @@
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from processes import run_setcmas
+
+from launch_scripts.cli import main
+from setcmas_simu.robots.identified.file import read_model_file
+from setcmas_tools import simulate
+from setcmas_tools.comparison.shift import best_shift
+from setcmas_tools.run.run import Run
+
+TRUTH = """limits: burger
+robots:
+  1:
+    forward: {gain: 0.95, lag: 0.15, delay: 0.25}
+    turn: {gain: 0.9, lag: 0.1, delay: 0.25}
+  2:
+    forward: {gain: 1.0, lag: 0.3, delay: 0.15}
+    turn: {gain: 1.05, lag: 0.2, delay: 0.15}
+"""
+
+
+@pytest.fixture
+def folder(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / 'truth.yaml').write_text(TRUTH)
+    return tmp_path
+
+
+def assert_found(found):
+    """Each gain, lag and delay is within a tenth of the truth."""
+    truth, model = read_model_file(Path('truth.yaml')), read_model_file(Path(found))
+    for robot, true in truth.robots.items():
+        for name in ('forward', 'turn'):
+            own, known = (vars(getattr(one, name)) for one in (model.robots[robot], true))
+            assert own == pytest.approx(known, rel=0.1), (robot, name)
+
+
+def noisy(run):
+    """The run as motion capture would have seen it."""
+    rng, table = np.random.default_rng(3), run.table
+    wrong = {
+        name: getattr(table, name) + rng.normal(0.0, sigma, len(table.t))
+        for name, sigma in (('x', 2e-4), ('y', 2e-4), ('theta', 2e-3))
+    }
+    return replace(run, tables=replace(run.tables, fleet=replace(table, **wrong)))
+
+
+def test_the_next_simulation_is_nearer_to_what_was_measured(folder, capsys):
+    run = noisy(simulate('nav_wp', 2, 60.0, model='truth.yaml', robot_rate=50.0))
+    run.save('seen')
+
+    assert main(['identify', 'seen', '-o', 'found.yaml', '--format', 'svg']) == 0
+
+    assert_found('found.yaml')
+    printed = capsys.readouterr().out.split()
+    assert printed[-2:] == ['found.yaml', 'found.svg']
+    assert (folder / 'found.svg').stat().st_size > 10_000
+    nearer = simulate('nav_wp', 2, 60.0, model='found.yaml')
+    before = simulate('nav_wp', 2, 60.0, limits='burger')
+    near, far = (max(best_shift(run, one).rms.values()) for one in (nearer, before))
+    assert near < 0.2 * far
+
+
+def test_a_lockstep_run_over_ros_moves_by_the_model_and_tells_it(folder, domain):
+    options = ('--lockstep', '--model', 'truth.yaml', '--nb-robots', '2', '--duration', '40')
+    ran = run_setcmas('run', '--algo', 'nav_wp', *options, '--no-plots', '-o', 'out')
+    assert ran.returncode == 0, ran.stderr
+
+    assert main(['identify', 'out/bag', '-o', 'found.yaml']) == 0
+
+    assert_found('found.yaml')
+    offline = simulate('nav_wp', 2, 40.0, model='truth.yaml')
+    assert max(best_shift(offline, Run.load('out')).rms.values()) < 1e-6
+
+
+@pytest.mark.nightly
+def test_lag_and_delay_of_the_emulated_lab_are_found(folder, domain):
+    lab = ('--emulate', '--model', 'truth.yaml', '--nb-robots', '2', '--without-motion-check')
+    ran = run_setcmas(
+        'run', '--algo', 'nav_wp', *lab, '--duration', '60', '--no-plots', '-o', 'lab'
+    )
+    assert ran.returncode == 0, ran.stderr
+
+    assert main(['identify', 'lab', '-o', 'found.yaml']) == 0
+
+    assert_found('found.yaml')
+    for name, options in (('near', ['--model', 'found.yaml']), ('far', ['--model', 'burger'])):
+        assert main(['offline', '--from', 'lab', *options, '--no-plots', '-o', name]) == 0
+    lab = Run.load('lab')
+    near, far = (max(best_shift(lab, Run.load(name)).rms.values()) for name in ('near', 'far'))
+    assert near < 0.5 * far
+
+
+def test_a_run_that_tells_nothing_leaves_no_model(folder, capsys):
+    (folder / 'stands.py').write_text(
+        'def control(robotNo, nbRobots, poses, t):\n    return 0, 0\n'
+    )
+    simulate('stands.py', 1, 10.0).save('still')
+
+    assert main(['identify', 'still']) == 1
+
+    assert 'tb3_1: its commands change too little to tell' in capsys.readouterr().err
+    assert not (folder / 'model.yaml').exists()
+
+
+@pytest.mark.parametrize(
+    ('arguments', 'message'),
+    [
+        (['seen', '-o', 'model.csv'], "--output is 'model.csv'; it must end in .yaml or .yml"),
+        (['seen', '-o', 'truth.yaml'], "'truth.yaml' is there already; name another file"),
+        (['nowhere'], "'nowhere'"),
+        (['seen/csv/fleet.csv'], 'has no commands of robots'),
+    ],
+)
+def test_a_mistake_is_told_in_one_line(folder, capsys, arguments, message):
+    simulate('nav_wp', 1, 3.0).save('seen')
+    (folder / 'seen' / 'csv' / 'commands.csv').unlink()
+
+    assert main(['identify', *arguments]) == 2
+
+    told = capsys.readouterr().err
+    assert message in told
+    assert told.count('\n') == 1
