@@ -221,7 +221,7 @@ def _robots_run(
     run: EmulatedRun | SimulatedRun | None = None
     try:
         run = (
-            EmulatedRun(supervisor, args, folder.bag, lab, pages)
+            EmulatedRun(supervisor, args, folder.bag, lab, [v for v in pages if v.name == PAGE])
             if lab
             else SimulatedRun(supervisor, args, folder.bag)
         )
@@ -235,10 +235,12 @@ def _robots_run(
             )
             return 1, Outcome(State.NOT_STARTED, detail=run.missing)
         _show_progress(supervisor, args.duration, run)
-        trouble = run.trouble
+        trouble, is_stuck = run.trouble, run.is_stuck
         run.finish()
         folder.failures = list(run.failures)
         outcome = outcome_of(run.failed)
+        if is_stuck:
+            outcome = replace(outcome, state=State.NOT_FINISHED)
         if trouble:
             supervisor.warn(f'setcmas run: {trouble}')
             return 1, replace(outcome, detail=trouble)
@@ -282,8 +284,10 @@ def _show_progress(
             bar.set_description_str('paused' if run.paused else 'running', refresh=False)
             bar.update(min(duration, elapsed()) - bar.n)
 
-        supervisor.run(until=lambda: elapsed() >= duration - _ROUNDING_S, on_tick=advance)
-        bar.update(duration - bar.n)
+        supervisor.run(
+            until=lambda: elapsed() >= duration - _ROUNDING_S or run.is_stuck, on_tick=advance
+        )
+        bar.update(0 if run.is_stuck else duration - bar.n)
 
 
 def _evaluate(

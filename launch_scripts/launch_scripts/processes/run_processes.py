@@ -41,6 +41,8 @@ from setcmas_simu.simulator.options import SimulationOptions, SimulatorOptions
 from setcmas_tools.recorder.options import RecorderOptions
 from setcmas_tools.run.outcome import Outcome
 
+_COMES_TO_REST_S = 2.0
+
 
 def emulated_lab_options(args: argparse.Namespace) -> LabOptions:
     """Return the lab of an emulated run: its file, and the options that override it."""
@@ -80,9 +82,11 @@ class SimulatedRun:
         failures: When control laws and conditions failed, known then.
         reloads: When scripts were loaded again.
         trouble: What went wrong with the robots, though no process died; here nothing can.
+        is_stuck: Whether robots stay paused, for nobody can start them; here anybody can.
     """
 
     trouble = ''
+    is_stuck = False
 
     def __init__(self, supervisor: Supervisor, args: argparse.Namespace, bag: Path) -> None:
         """Start the processes."""
@@ -179,6 +183,8 @@ class EmulatedRun:
         self.status = 0
         self.reloads = ReloadTimes(self.elapsed)
         self._paused = ''
+        self._changed = 0.0
+        self._pages = pages
         self._unready = ''
         self.failed: tuple[ScriptCall, ...] = ()
         self.failures: tuple[ScriptFailure, ...] = ()
@@ -197,7 +203,8 @@ class EmulatedRun:
         if status.paused and self._experiment.controlled and ready and not self.started:
             self._experiment.wish(Word.GO, 'by command')
         self.started = self.started or not status.paused
-        self.paused = status.paused
+        if status.paused != self.paused:
+            self.paused, self._changed = status.paused, time.monotonic()
         self._unready = '; '.join(
             f'{robot.name} is {robot.reason}' for robot in status.robots if not robot.ready
         )
@@ -214,8 +221,16 @@ class EmulatedRun:
     @property
     def trouble(self) -> str:
         """Why the robots were paused meanwhile, or which did not stop; empty if all went well."""
-        runaways = ', '.join(sorted(self._experiment.runaways))
-        return f'{runaways} did not stop when commanded zero' if runaways else self._paused
+        if runaways := ', '.join(sorted(self._experiment.runaways)):
+            return f'{runaways} did not stop when commanded zero'
+        return self._paused + '; nobody is here to start them again' * self.is_stuck
+
+    @property
+    def is_stuck(self) -> bool:
+        """Whether robots stay paused, at rest by now: no page is there to start them."""
+        at_rest = time.monotonic() - self._changed > _COMES_TO_REST_S
+        waits = any(page.running() for page in self._pages)
+        return self.started and self.paused and at_rest and not waits
 
     def elapsed(self, wall_s: float) -> float:
         """Return how long the run has lasted, `wall_s` s after its start."""

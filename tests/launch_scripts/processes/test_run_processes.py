@@ -1,6 +1,7 @@
-"""A second run in the ROS domain of the first: refused before it has commanded anything."""
+"""Runs beside another in their ROS domain, and runs that somebody stops."""
 
 import pytest
+import yaml
 from processes import NO_WINDOWS, SETCMAS, SIMU, run_setcmas
 
 pytest.importorskip('rclpy')
@@ -29,6 +30,20 @@ def test_a_second_run_commands_nothing(start, peer, tmp_path):
     assert 'robots 1-2 are already simulated by process' in second.stderr
     assert commands == []
     assert [path.name for path in tmp_path.iterdir()] == ['law.py']
+
+
+def test_an_emulated_run_that_nobody_can_start_again_ends_and_says_so(start, peer, tmp_path):
+    (tmp_path / 'law.py').write_text(LAW)
+    run = ('run', '--emulate', '--algo', 'law.py', '--nb-robots', '1', '--duration', '600')
+    process = start(*SETCMAS, *run, '--no-plots', '-o', 'out', cwd=tmp_path, env=NO_WINDOWS)
+    process.wait_for_output('started: by command')
+    peer.publisher(Bool, '/pause').publish(Bool(data=True))
+
+    assert process.wait() == 1
+    told = 'the robots were paused: by /pause; nobody is here to start them again'
+    assert f'setcmas run: {told}' in process.output()
+    outcome = yaml.safe_load((tmp_path / 'out' / 'run.yaml').read_text())['outcome']
+    assert outcome == {'state': 'not finished', 'detail': told}
 
 
 @pytest.mark.nightly
