@@ -8,12 +8,15 @@ Examples:
   setcmas view --port 9000
   setcmas view --host 0.0.0.0 --read-only        for others on the network, to look at only
   setcmas view --write-rviz fleet.rviz --robots 1-5
+  setcmas view out --rerun                       writes out/run.rrd, which the program rerun shows
 """
 
 from __future__ import annotations
 
 import argparse
+from pathlib import Path
 
+from launch_scripts.options.rerun import BESIDE_RUN, write_for_rerun
 from launch_scripts.options.rviz import RvizFileOptions, shown_robots, write_config
 from launch_scripts.options.view_options import browser_command, has_viser
 from launch_scripts.processes.environment import require_ros
@@ -26,12 +29,33 @@ from setcmas_tools.view.page.browser_options import INSTALL_VISER, BrowserOption
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the options of the verb."""
+    parser.add_argument(
+        'run',
+        nargs='?',
+        type=Path,
+        metavar='RUN',
+        help='folder of a run, of its CSV files, a fleet.csv, or a bag, for --rerun',
+    )
     BrowserOptions.add_to(parser, without=('operator',))
     RvizFileOptions.add_to(parser)
+    parser.add_argument(
+        '--rerun',
+        nargs='?',
+        const=BESIDE_RUN,
+        type=Path,
+        metavar='FILE.rrd',
+        help='write RUN as a file for the program rerun (default: run.rrd in its folder)',
+    )
 
 
 def main(args: argparse.Namespace) -> int:
     """Show the robots until Ctrl-C; returns the exit status."""
+    if args.rerun:
+        return write_for_rerun(args.run, args.rerun)
+    if args.run:
+        raise SetcmasError(
+            f"'{args.run}' is a run that is over: add --rerun to write a file of it"
+        )
     rviz = RvizFileOptions.of(args)
     if rviz.write_rviz:
         robots = shown_robots(rviz.robots)

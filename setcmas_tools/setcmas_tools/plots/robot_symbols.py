@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-import contextlib
-
 import numpy as np
 from matplotlib.path import Path as Outline
 
 from setcmas_simu.arrays import Floats
-from setcmas_simu.errors import SetcmasError
-from setcmas_simu.robots.models import UNICYCLE, model_names, shape_of
+from setcmas_simu.robots.models import shape_of
+from setcmas_tools.run.arena import models_of
 from setcmas_tools.run.run import Run
 
 _SIDE = 1.587
@@ -18,10 +16,7 @@ _SIDE = 1.587
 
 def symbols(run: Run) -> dict[int, Floats]:
     """Return the outline of each robot, heading along the x axis, shape (K, 2)."""
-    names = [UNICYCLE] * max(run.robots)
-    with contextlib.suppress(SetcmasError):
-        names = model_names(run.parameters.get('model'), max(run.robots))
-    return {robot: symbol(names[robot - 1]) for robot in run.robots}
+    return {robot: symbol(model) for robot, model in models_of(run).items()}
 
 
 def symbol(model: str) -> Floats:

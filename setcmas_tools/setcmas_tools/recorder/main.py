@@ -9,10 +9,10 @@ import time
 from setcmas_simu.fleet import topics
 from setcmas_simu.reports.reports import Recording
 from setcmas_simu.ros.process import FleetNode, RosProcess, node_main
-from setcmas_tools.layouts.files import write_layouts
 from setcmas_tools.recorder.graph_recorder import GraphRecorder
 from setcmas_tools.recorder.options import RecorderOptions
 from setcmas_tools.recorder.writer import BagWriter
+from setcmas_tools.viewers.layout_files import write_layouts
 
 _TAKE_PERIOD_S = 0.05
 _LOCKSTEP_PERIOD_S = 0.005  # the robots wait

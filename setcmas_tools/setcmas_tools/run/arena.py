@@ -1,10 +1,11 @@
-"""Arena and obstacles of a run, as its record tells."""
+"""Arena, obstacles and models of the robots of a run, as its record tells."""
 
 from __future__ import annotations
 
 from contextlib import suppress
 
 from setcmas_simu.errors import SetcmasError
+from setcmas_simu.robots.models import UNICYCLE, model_names
 from setcmas_simu.world.arena import Arena
 from setcmas_simu.world.obstacles import Obstacles
 from setcmas_tools.run.run import Run
@@ -22,3 +23,11 @@ def obstacles_of(run: Run) -> Obstacles:
     with suppress(SetcmasError):
         return Obstacles.of(str(run.parameters.get('obstacles') or ''))
     return Obstacles()
+
+
+def models_of(run: Run) -> dict[int, str]:
+    """Return the model of each robot of a run; unicycles if its record tells of none."""
+    names = [UNICYCLE] * max(run.robots)
+    with suppress(SetcmasError):
+        names = model_names(run.parameters.get('model'), max(run.robots))
+    return {robot: names[robot - 1] for robot in run.robots}

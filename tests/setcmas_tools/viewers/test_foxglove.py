@@ -5,8 +5,8 @@ import pytest
 from rosbags.typesys import Stores, get_typestore
 
 from setcmas_simu.fleet.fleet import colour
-from setcmas_tools.layouts.foxglove import foxglove_layout
-from setcmas_tools.layouts.recording import RecordedTopics
+from setcmas_tools.viewers.foxglove import foxglove_layout
+from setcmas_tools.viewers.recording import RecordedTopics
 
 MARKER, ARRAY = (f'visualization_msgs/msg/{name}' for name in ('Marker', 'MarkerArray'))
 ODOMETRY = 'nav_msgs/msg/Odometry'

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from xml.etree.ElementTree import Element, SubElement, indent, tostring
 
 from setcmas_simu.fleet.topics import robot_name
-from setcmas_tools.layouts.recording import SERIES, RecordedTopics, hex_colour
+from setcmas_tools.viewers.recording import SERIES, RecordedTopics, hex_colour
 
 
 def plotjuggler_layout(recording: RecordedTopics, file: str) -> str:

@@ -11,7 +11,7 @@ from typing import Any
 
 from setcmas_simu.fleet import topics
 from setcmas_simu.fleet.topics import robot_name
-from setcmas_tools.layouts.recording import SERIES, RecordedTopics, hex_colour
+from setcmas_tools.viewers.recording import SERIES, RecordedTopics, hex_colour
 
 _MARKERS = ('visualization_msgs/msg/Marker', 'visualization_msgs/msg/MarkerArray')
 _STATES = (topics.FLEET_PAUSE, topics.PAUSED, topics.EMERGENCY_STOPPED)

@@ -3,7 +3,7 @@ from xml.etree import ElementTree
 
 import pytest
 
-from setcmas_tools.layouts.files import write_layouts
+from setcmas_tools.viewers.layout_files import write_layouts
 
 TOPICS = {'/tb3_1/odom': 'nav_msgs/msg/Odometry'}
 

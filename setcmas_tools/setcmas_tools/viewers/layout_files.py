@@ -7,10 +7,10 @@ import os
 from collections.abc import Mapping
 from pathlib import Path
 
-from setcmas_tools.layouts.foxglove import foxglove_layout
-from setcmas_tools.layouts.plotjuggler import plotjuggler_layout
-from setcmas_tools.layouts.recording import RecordedTopics
 from setcmas_tools.run.source import stem_of_bag
+from setcmas_tools.viewers.foxglove import foxglove_layout
+from setcmas_tools.viewers.plotjuggler import plotjuggler_layout
+from setcmas_tools.viewers.recording import RecordedTopics
 
 
 def write_layouts(bag: Path, types: Mapping[str, str]) -> Path | None:

@@ -1,7 +1,7 @@
 from xml.etree import ElementTree
 
-from setcmas_tools.layouts.plotjuggler import plotjuggler_layout
-from setcmas_tools.layouts.recording import RecordedTopics
+from setcmas_tools.viewers.plotjuggler import plotjuggler_layout
+from setcmas_tools.viewers.recording import RecordedTopics
 
 TOPICS = {
     '/tb3_1/odom': 'nav_msgs/msg/Odometry',

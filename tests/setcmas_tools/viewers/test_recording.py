@@ -1,6 +1,6 @@
 import pytest
 
-from setcmas_tools.layouts.recording import RecordedTopics, hex_colour
+from setcmas_tools.viewers.recording import RecordedTopics, hex_colour
 
 ODOMETRY = 'nav_msgs/msg/Odometry'
 

@@ -1,1 +1,0 @@
-"""Layouts with which other programs show a recording: Foxglove, Lichtblick, PlotJuggler."""
