@@ -1,7 +1,8 @@
 """Compare runs: paths, distance after the best shift in time, metrics, and what differs.
 
 The first run is the reference. Two pictures, paths over each other and distances over time, go
-into a folder; the rest to the terminal.
+into a folder; the rest to the terminal. Of a simulation and an experiment it tells as well when
+each robot parts from its simulation, and what it did of what it was commanded.
 
 Examples:
   setcmas compare out_gain_1 out_gain_2
@@ -12,10 +13,14 @@ from __future__ import annotations
 
 import argparse
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from launch_scripts.options.plot_options import FormatOptions
 from launch_scripts.terminal.output_lines import warn
 from setcmas_simu.errors import SetcmasError
+
+if TYPE_CHECKING:
+    from setcmas_tools.run.run import Run
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -58,9 +63,35 @@ def main(args: argparse.Namespace) -> int:
     for name, run, beside in zip(names[1:], runs[1:], shifted, strict=True):
         told = differences(runs[0], run) or ['parameters, files and versions are the same']
         print(f'\n{name} {beside}', *(f'  {line}' for line in told), sep='\n')
+    for path, run in zip(args.runs[1:], runs[1:], strict=True):
+        _print_verdict((args.runs[0], runs[0]), (path, run))
     look = PlotLook(tuple(args.format))
     print(*write_pictures(names, runs, shifted, args.output, look), sep='\n')
     return 0
+
+
+def _print_verdict(*both: tuple[Path, Run]) -> None:
+    """Print how an experiment and its simulation go together, if the two runs are that."""
+    from setcmas_tools.comparison.verdict import is_experiment, verdicts
+    from setcmas_tools.comparison.verdict_table import told, unknown, verdict_table
+    from setcmas_tools.identification.drive import drives
+
+    (simulated, simulation), (path, experiment) = sorted(
+        both, key=lambda one: is_experiment(one[1])
+    )
+    if is_experiment(simulation) or not is_experiment(experiment):
+        return
+    try:
+        commanded = drives(path, _tell)
+    except SetcmasError:
+        commanded = {}
+    found = verdicts(simulation, experiment, commanded)
+    print(f'\nexperiment {path} against simulation {simulated}', verdict_table(found), sep='\n')
+    print(*told(found), *(f'- in {line}' for line in unknown(found)), sep='\n')
+    if commanded and any(one.parted is not None for one in found.values()):
+        print(
+            f'setcmas identify {path} finds a model of these robots, for simulations nearer to it'
+        )
 
 
 def _tell(message: str) -> None:

@@ -13,7 +13,7 @@ from setcmas_simu.fleet.topics import robot_name
 from setcmas_tools.records.fleet_grid import FleetGrid
 from setcmas_tools.run.run import Run
 
-LARGEST_SHIFT_S = 5.0
+LARGEST_SHIFT_S = 10.0
 """Runs that do the same later than this are not brought together."""
 
 _NOTHING_IN_COMMON = 'no robot is in both runs long enough to compare them'

@@ -82,6 +82,7 @@ def _figure(shown: Mapping[int, Mapping[str, Channel]]) -> Figure:
         ],
     )
     time_axis(panels, begin, begin + _SHOWN_S)
+    figure.align_ylabels(panels)
     return figure
 
 

@@ -48,29 +48,31 @@ def fleet_safety(run: Run) -> Safety | None:
     if record is None:
         return None
     grid, end = run.counted_grid, float(run.parameters.get('duration', np.inf))
-    stops, stopped, overruled = _held(record, end)
+    robots = [held(record, robot, end) for robot in np.unique(record.robot).tolist()]
+    stops, stopped, overruled = (sum(column) for column in zip(*robots, strict=True))
     arena, least = arena_of(run), run.parameters.get('min_separation')
     return Safety(
-        stops,
-        stopped,
-        overruled,
+        int(stops),
+        round(stopped, 3),
+        round(overruled, 3),
         _time_outside(grid, arena) if arena else None,
         _time_too_near(grid, float(least)) if least else None,
     )
 
 
-def _held(record: SafetyRecord, end: float) -> tuple[int, float, float]:
-    """Return how often robots were stopped, and for how long they were stopped and overruled."""
-    stops, stopped, overruled = 0, 0.0, 0.0
-    states = np.array([state == MOVING for state in record.state])
-    for robot in np.unique(record.robot):
-        mine = (record.robot == robot) & (record.t >= 0) & (record.t <= end)
-        t, moving = record.t[mine], states[mine]
-        lasts = np.diff(t, append=t[-1:])
-        stops += int(np.count_nonzero(moving[:-1] & ~moving[1:]))
-        stopped += float(lasts[~moving].sum())
-        overruled += float(lasts[record.overruled[mine]].sum())
-    return stops, round(stopped, 3), round(overruled, 3)
+def held(record: SafetyRecord, robot: int, end: float) -> tuple[int, float, float]:
+    """Return how often a robot was stopped, and for how long (s) it was stopped and overruled.
+
+    Args:
+        record: What safety let robots do; its times from 0 on count.
+        robot: Its number.
+        end: Until when, in s.
+    """
+    mine = (record.robot == robot) & (record.t >= 0) & (record.t <= end)
+    t, moving = record.t[mine], np.array([state == MOVING for state in record.state])[mine]
+    lasts = np.diff(t, append=t[-1:])
+    stops = int(np.count_nonzero(moving[:-1] & ~moving[1:]))
+    return stops, float(lasts[~moving].sum()), float(lasts[record.overruled[mine]].sum())
 
 
 def _time_outside(grid: FleetGrid, arena: Arena) -> float:

@@ -1,7 +1,11 @@
+from dataclasses import replace
+
 import pytest
 
 from launch_scripts.cli import main
 from setcmas_tools import simulate
+from setcmas_tools.records.safety import safety_record
+from setcmas_tools.run.run import Run
 
 LAW = """K = 0.5
 
@@ -39,3 +43,21 @@ def test_two_gains_are_compared(folders, capsys):
 def test_one_run_alone_is_refused(folders, capsys):
     assert main(['compare', 'one']) == 2
     assert "'one' is one run; there must be two or more" in capsys.readouterr().err
+
+
+def test_an_experiment_beside_its_simulation_gets_a_verdict(folders, capsys):
+    """In either order; what was not recorded is said."""
+    run = Run.load('other')
+    safety = safety_record(
+        [(t / 2, robot, 'moving', False) for t in range(16) for robot in (1, 2)]
+    )
+    replace(run, tables=replace(run.tables, safety=safety)).save('experiment')
+
+    for arguments in (['one', 'experiment'], ['experiment', 'one']):
+        assert main(['compare', *arguments]) == 0
+        printed = capsys.readouterr().out
+        assert 'experiment experiment against simulation one' in printed
+        assert 'tb3_1 ' in printed.partition('messages lost')[2]
+        assert '- in top speeds: the commands (cmd_vel) of the experiment were not' in printed
+    assert main(['compare', 'one', 'other']) == 0
+    assert 'against simulation' not in capsys.readouterr().out

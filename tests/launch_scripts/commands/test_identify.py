@@ -77,7 +77,7 @@ def test_a_lockstep_run_over_ros_moves_by_the_model_and_tells_it(folder, domain)
 
 
 @pytest.mark.nightly
-def test_lag_and_delay_of_the_emulated_lab_are_found(folder, domain):
+def test_lag_and_delay_of_the_emulated_lab_are_found(folder, domain, capsys):
     lab = ('--emulate', '--model', 'truth.yaml', '--nb-robots', '2', '--without-motion-check')
     ran = run_setcmas(
         'run', '--algo', 'nav_wp', *lab, '--duration', '60', '--no-plots', '-o', 'lab'
@@ -92,6 +92,11 @@ def test_lag_and_delay_of_the_emulated_lab_are_found(folder, domain):
     lab = Run.load('lab')
     near, far = (max(best_shift(lab, Run.load(name)).rms.values()) for name in ('near', 'far'))
     assert near < 0.5 * far
+    capsys.readouterr()
+    assert main(['compare', 'far', 'lab']) == 0
+    verdict = capsys.readouterr().out.partition('against simulation far')[2]
+    assert ' of 0.21 ' in verdict
+    assert 'setcmas identify lab finds a model' in verdict
 
 
 def test_a_run_that_tells_nothing_leaves_no_model(folder, capsys):
