@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import argparse
 import math
-from collections.abc import Container
+from collections.abc import Container, Mapping
 from dataclasses import MISSING, Field, dataclass, field, fields
 from pathlib import Path
 from typing import Any, ClassVar, TypeVar
@@ -108,11 +108,16 @@ class Options:
         Raises:
             SetcmasError: Options do not go together.
         """
-        given = {one.name: getattr(args, one.name) for one in fields(cls) if one.name in args}
+        given = {n: tuple(v) if isinstance(v, list) else v for n, v in vars(args).items()}
         try:
-            return cls(**{n: tuple(v) if isinstance(v, list) else v for n, v in given.items()})
+            return cls.among(given)
         except ClashError as error:
             raise SetcmasError(error.typed) from None
+
+    @classmethod
+    def among(cls: type[Group], values: Mapping[str, Any]) -> Group:
+        """Return the values that are among others by name, and defaults for those that are not."""
+        return cls(**{one.name: values[one.name] for one in fields(cls) if one.name in values})
 
     def values(self) -> dict[str, Any]:
         """Return the values by name."""

@@ -2,22 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field, replace
+from collections.abc import Callable
+from dataclasses import replace
 from operator import attrgetter
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from setcmas_ctrl.communication.options import CommunicationOptions, Condition, Graph
-from setcmas_ctrl.communication.settings import Communication, chosen_communication
+from setcmas_ctrl.communication.options import CommunicationOptions
+from setcmas_ctrl.communication.settings import chosen_communication
 from setcmas_ctrl.control.control_law import ControlLaw
 from setcmas_ctrl.control.options import GainOptions
 from setcmas_ctrl.filter.options import FilterOptions
 from setcmas_ctrl.filter.starts import check_starts
 from setcmas_ctrl.scripts.error_reports import ErrorReports
-from setcmas_ctrl.scripts.settings import Settings
 from setcmas_ctrl.task.references import References, told_references
 from setcmas_simu.arrays import Floats
 from setcmas_simu.errors import SetcmasError
@@ -26,7 +25,7 @@ from setcmas_simu.robots.model import RobotModel
 from setcmas_simu.robots.models import absolute, check_models, model_names, robot_models
 from setcmas_simu.simulator.options import SimulationOptions
 from setcmas_simu.world.obstacles import ObstaclesKind
-from setcmas_tools.offline.fleet_laws import Algo, load_laws
+from setcmas_tools.offline.fleet_laws import load_laws
 from setcmas_tools.offline.given import (
     condition_name,
     failures,
@@ -39,7 +38,7 @@ from setcmas_tools.offline.given import (
 )
 from setcmas_tools.records.tables import RunTables
 from setcmas_tools.run.info import RunInfo
-from setcmas_tools.run.inputs import RunInput, model_inputs
+from setcmas_tools.run.inputs import model_inputs
 from setcmas_tools.run.options import RunOptions
 from setcmas_tools.run.outcome import Outcome
 from setcmas_tools.run.run import Run
@@ -50,11 +49,16 @@ MAX_STATES = 10_000_000
 _BYTES_A_STATE = 500  # measured: 150 to 220, and once more while the run changes processes
 
 
-@dataclass(kw_only=True)
 class Simulation:
     """A run to be simulated: the arguments of `simulate`, and what follows from them.
 
     Attributes:
+        nb_robots: Size of the fleet.
+        rate: That of control in Hz.
+        robot_rate: That of the robots' steps in Hz.
+        seed: That of all random numbers.
+        warn: Shows messages.
+        progress: Is told how far the run is; may be None.
         start: Start poses, shape (3, nb_robots).
         nb_steps: How many steps the robots make.
         gains: Those of the laws.
@@ -64,100 +68,41 @@ class Simulation:
         laws: That of each robot.
     """
 
-    algo: Algo
-    nb_robots: int
-    duration: float
-    poses: ArrayLike | None
-    random_poses: str | None
-    model: str | None
-    limits: str
-    vnom: float
-    komega: float
-    rate: float
-    robot_rate: float
-    seed: int
-    settings: Settings | None
-    graph: Graph
-    range: float | None
-    event_triggered: bool
-    ctc: Condition
-    threshold: float
-    delay: float
-    loss: float
-    noise: float
-    filter: str | None
-    deadlock: str
-    min_separation: float | None
-    gamma: float
-    lookahead: float
-    arena: Sequence[float] | None
-    obstacles: str | None
-    accel: float | None
-    warn: Callable[[str], None]
-    progress: Callable[[float], object] | None
-    start: Floats = field(init=False)
-    nb_steps: int = field(init=False)
-    gains: GainOptions = field(init=False)
-    safety: FilterOptions = field(init=False)
-    tells: Communication = field(init=False)
-    models: list[RobotModel] = field(init=False)
-    laws: list[ControlLaw] = field(init=False)
-    _simulation: SimulationOptions = field(init=False)
-    _options: CommunicationOptions = field(init=False)
-    _names: list[str] = field(init=False)
-    _inputs: list[RunInput] = field(init=False)
-    _references: References | None = field(init=False)
+    models: list[RobotModel]
+    laws: list[ControlLaw]
+    _references: References | None
 
-    def __post_init__(self) -> None:
-        """Check the arguments, before a script is loaded.
+    def __init__(self, **given: Any) -> None:
+        """Check the arguments of `simulate`, before a script is loaded.
 
         Raises:
             SetcmasError: One makes no sense.
         """
-        RunOptions(duration=self.duration)
-        self._simulation = SimulationOptions(
-            nb_robots=self.nb_robots,
-            random_poses=self.random_poses,
-            model=self.model,
-            limits=self.limits,
-            robot_rate=self.robot_rate,
-            seed=self.seed,
-        )
-        self.gains = GainOptions(
-            vnom=self.vnom, komega=self.komega, rate=self.rate, seed=self.seed
-        )
-        self.safety = FilterOptions(
-            filter=self.filter,
-            deadlock=self.deadlock,
-            min_separation=self.min_separation,
-            gamma=self.gamma,
-            lookahead=self.lookahead,
-            arena=self.arena,
-            obstacles=self.obstacles and ObstaclesKind().parse(self.obstacles),
-            accel=self.accel,
-        )
-        self.nb_steps = self._simulation.nb_steps(self.duration)
+        self._given = given
+        self.nb_robots: int = given['nb_robots']
+        self.rate: float = given['rate']
+        self.robot_rate: float = given['robot_rate']
+        self.seed: int = given['seed']
+        self.warn: Callable[[str], None] = given['warn']
+        self.progress: Callable[[float], object] | None = given['progress']
+        RunOptions(duration=given['duration'])
+        self._simulation = SimulationOptions.among({**given, 'poses': None})
+        self.gains = GainOptions.among(given)
+        obstacles = given['obstacles'] and ObstaclesKind().parse(given['obstacles'])
+        self.safety = FilterOptions.among({**given, 'obstacles': obstacles})
+        self.nb_steps = self._simulation.nb_steps(given['duration'])
         _check_size(self.nb_steps, self.nb_robots)
-        self.start = _start(self._simulation, self.nb_robots, self.poses)
+        self.start = _start(self._simulation, self.nb_robots, given['poses'])
         check_starts(self.safety, self.start)
-        self._options = CommunicationOptions(
-            graph=self.graph,
-            range=self.range,
-            event_triggered=self.event_triggered,
-            ctc=self.ctc,
-            threshold=self.threshold,
-            delay=self.delay,
-            loss=self.loss,
-            noise=self.noise,
-        )
+        self._options = CommunicationOptions.among(given)
         self.tells = chosen_communication(self.nb_robots, self._options, self.seed)
-        names = model_names(self.model, self.nb_robots)
-        check_models(names, self.limits)
+        names = model_names(given['model'], self.nb_robots)
+        check_models(names, given['limits'])
         # Files are found before a script is loaded: it may change the current folder.
         self._names = absolute(names)
         self._inputs = [
-            *model_inputs(self.model, self.nb_robots),
-            *given_files(self.tells.condition_script, self.graph),
+            *model_inputs(given['model'], self.nb_robots),
+            *given_files(self.tells.condition_script, given['graph']),
         ]
 
     def load(self) -> None:
@@ -167,8 +112,8 @@ class Simulation:
             SetcmasError: One cannot be loaded.
         """
         robots = range(1, self.nb_robots + 1)
-        self.models = robot_models(self._names, robots, self.limits, self.warn)
-        self.laws = load_laws(self.algo, self.nb_robots, self.settings)
+        self.models = robot_models(self._names, robots, self._given['limits'], self.warn)
+        self.laws = load_laws(self._given['algo'], self.nb_robots, self._given['settings'])
         scripts = [(law.names, law.path) for law in self.laws]
         self._references = told_references(scripts, self.nb_robots, self.warn)
 
@@ -191,7 +136,7 @@ class Simulation:
         outcome = Outcome.of_failures(
             failures([law.path.name for law in self.laws], laws.failed_robots)
             | failures(self._names, failed_models),
-            {condition_name(self.ctc): conditions.failed_robots} if conditions else {},
+            {condition_name(self._given['ctc']): conditions.failed_robots} if conditions else {},
         )
         failed = sorted(
             [*laws.failures, *(conditions.failures if conditions else [])], key=attrgetter('t')
@@ -207,17 +152,17 @@ class Simulation:
 
     def _parameters(self) -> dict[str, Any]:
         return {
-            'algo': name_of(self.algo),
+            'algo': name_of(self._given['algo']),
             'script': script_entry(self.laws),
-            'set': dict(self.settings or {}),
-            'duration': self.duration,
+            'set': dict(self._given['settings'] or {}),
+            'duration': self._given['duration'],
             **self.gains.record(),
             **self._options.record(),
             **self.safety.record(),
-            'ctc': name_of(self.ctc),
-            'graph': graph_entry(self.graph),
+            'ctc': name_of(self._given['ctc']),
+            'graph': graph_entry(self._given['graph']),
             **self._simulation.record(),
-            'pose': [] if self.random_poses else pose_options(self.start),
+            'pose': [] if self._simulation.random_poses else pose_options(self.start),
         }
 
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import fields
 from typing import Any
 
 from setcmas_ctrl.communication.options import CommunicationOptions
@@ -49,9 +48,7 @@ def check_parameters(parameters: Mapping[str, Any]) -> None:
         SetcmasError: It cannot.
     """
     simulation_of(arguments_of(parameters, print))
-    names = {one.name for one in fields(CommunicationOptions)} & parameters.keys()
-    communication = CommunicationOptions(**{name: parameters[name] for name in names})
-    check_communication(communication, parameters['nb_robots'])
+    check_communication(CommunicationOptions.among(parameters), parameters['nb_robots'])
     if isinstance(parameters['algo'], str):
         scripts = LawScripts(parameters['algo'], settings=parameters['set'])
         scripts.check(parameters['nb_robots'])

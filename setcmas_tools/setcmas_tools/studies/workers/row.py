@@ -90,12 +90,8 @@ def simulated_robots(parameters: Mapping[str, Any]) -> SimulationOptions:
         SetcmasError: One makes no sense.
     """
     poses = parameters.get('poses')
-    names = ('nb_robots', 'random_poses', 'model', 'limits', 'robot_rate', 'seed')
-    return SimulationOptions(
-        **{name: parameters[name] for name in names if name in parameters},
-        poses=Path(poses) if isinstance(poses, str) else None,
-        pose=tuple(parameters.get('pose') or ()),
-    )
+    file, pose = Path(poses) if isinstance(poses, str) else None, parameters.get('pose') or ()
+    return SimulationOptions.among({**parameters, 'poses': file, 'pose': tuple(pose)})
 
 
 def row_of(
