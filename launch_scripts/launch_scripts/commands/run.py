@@ -19,24 +19,18 @@ from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 
-from tqdm import tqdm
-
 from launch_scripts.options.earlier_run import with_earlier_run
 from launch_scripts.options.run_options import add_run_arguments, output_folder, parameters
-from launch_scripts.options.rviz import Companion
-from launch_scripts.options.view_options import BROWSER, PAGE, ViewOptions, view_beside
+from launch_scripts.options.view_options import BROWSER, ViewOptions, view_beside
 from launch_scripts.processes.environment import local_environment, require_ros
 from launch_scripts.processes.experiment import experiment_environment
-from launch_scripts.processes.run_processes import (
-    EmulatedRun,
-    SimulatedRun,
-    emulated_lab_options,
-    outcome_of,
-)
-from launch_scripts.processes.supervision.child_process import Child, ChildDiedError
+from launch_scripts.processes.node_commands import PAGE
+from launch_scripts.processes.run_processes import emulated_lab_options
+from launch_scripts.processes.run_robots import STOPPED, run_robots
+from launch_scripts.processes.supervision.child_process import Child
 from launch_scripts.processes.supervision.supervisor import StoppedError, Supervisor
 from launch_scripts.terminal.keyboard import Keyboard
-from launch_scripts.terminal.output_lines import Stream, warn, write_line
+from launch_scripts.terminal.output_lines import warn
 from setcmas_ctrl.communication.options import CommunicationOptions
 from setcmas_ctrl.communication.settings import check_communication
 from setcmas_ctrl.control.options import LawOptions
@@ -55,10 +49,7 @@ from setcmas_tools.run.info import RunInfo
 from setcmas_tools.run.inputs import run_inputs
 from setcmas_tools.run.outcome import Outcome, State
 
-_START_TIMEOUT_S = 20.0
-_STOPPED = 130
 _ENDED = (State.COMPLETE, State.FAILED)
-_ROUNDING_S = 1e-9
 _OF_SIMULATED_ROBOTS = ('robot_rate', 'cmd_timeout', 'lockstep', 'rtf')
 _SHARED_WITH_LABS = (
     'nb_robots',
@@ -112,13 +103,13 @@ def main(args: argparse.Namespace) -> int:
     environment = experiment_environment(lab, emulated=True) if lab else local_environment()
     beside = view_beside(view, robots, experiment=lab is not None)
     with beside as views, Supervisor(environment, prefix=True) as supervisor:
-        status, outcome = _robots_run(supervisor, args, folder, info, lab, views)
+        status, outcome = run_robots(supervisor, args, folder, info, lab, views)
         stays = view.view == BROWSER and outcome is not None and outcome.state in _ENDED
         page = _page_that_stays(supervisor) if stays else None
         supervisor.stop(*[child for child in supervisor.children if child is not page])
         with supervisor.signals_handed_back():
             status = _concluded(args, folder, info, earlier, status, outcome)
-        if page and status != _STOPPED:
+        if page and status != STOPPED:
             _show_until_told(supervisor, page)
         return status
 
@@ -152,7 +143,7 @@ def _concluded(
     except KeyboardInterrupt:
         bag = folder.shown(folder.bag)
         warn(f'setcmas run: the bag is complete; bag_to_csv {bag} goes on from there')
-        return _STOPPED
+        return STOPPED
     except SetcmasError as error:
         if not status:
             raise
@@ -199,95 +190,6 @@ def _emulated_lab(args: argparse.Namespace) -> Lab | None:
     check_starts(lab.safety(FilterOptions.of(args)), poses)
     lab.check_rate(args.rate)
     return lab
-
-
-def _robots_run(
-    supervisor: Supervisor,
-    args: argparse.Namespace,
-    folder: RunFolder,
-    info: RunInfo,
-    lab: Lab | None,
-    views: list[Companion],
-) -> tuple[int, Outcome | None]:
-    """Let the robots run; returns the exit status so far, and how it ended if it began."""
-    folder.create(info)  # now that no Ctrl-C can leave it behind
-
-    def write(line: str, stream: Stream) -> None:
-        with tqdm.external_write_mode(file=supervisor.stderr):
-            write_line(line, stream)
-
-    supervisor.write = write
-    pages = [supervisor.start(name, command, needed=False) for name, command in views]
-    run: EmulatedRun | SimulatedRun | None = None
-    try:
-        run = (
-            EmulatedRun(supervisor, args, folder.bag, lab, [v for v in pages if v.name == PAGE])
-            if lab
-            else SimulatedRun(supervisor, args, folder.bag)
-        )
-        run.reloads.on_reload = folder.keep_reload
-        deadline = time.monotonic() + _START_TIMEOUT_S
-        supervisor.run(lambda: run.started or time.monotonic() > deadline, run.tick)
-        if not run.started:
-            supervisor.warn(
-                f'setcmas run: the robots did not start within {_START_TIMEOUT_S:g} s; '
-                f'{run.missing}'
-            )
-            return 1, Outcome(State.NOT_STARTED, detail=run.missing)
-        _show_progress(supervisor, args.duration, run)
-        trouble, is_stuck = run.trouble, run.is_stuck
-        run.finish()
-        folder.failures = list(run.failures)
-        outcome = outcome_of(run.failed)
-        if is_stuck:
-            outcome = replace(outcome, state=State.NOT_FINISHED)
-        if trouble:
-            supervisor.warn(f'setcmas run: {trouble}')
-            return 1, replace(outcome, detail=trouble)
-        if run.status:
-            return run.status, replace(outcome, state=State.FAILED)
-        return 0, outcome
-    except StoppedError:
-        if run and run.started:
-            return _STOPPED, Outcome(State.STOPPED)
-        if run:
-            run.recorder.shown = False  # it would tell of a bag that is removed
-        return _STOPPED, None
-    except ChildDiedError as death:
-        told = str(death)
-        if told:
-            supervisor.warn(f'setcmas run: {told}; the others are stopped')
-            return death.exit_status, Outcome(State.DIED, detail=told)
-        if run:
-            run.recorder.shown = False
-        return death.exit_status, None
-    finally:
-        if run:
-            run.stop()
-
-
-def _show_progress(
-    supervisor: Supervisor, duration: float, run: EmulatedRun | SimulatedRun
-) -> None:
-    begin = time.monotonic()
-
-    def elapsed() -> float:
-        return run.elapsed(time.monotonic() - begin)
-
-    form = '{desc}: {percentage:3.0f}%|{bar}| {n:.0f}/{total:.0f} s'
-    with tqdm(
-        total=duration, desc='running', bar_format=form, disable=None, file=supervisor.stderr
-    ) as bar:
-
-        def advance() -> None:
-            run.tick()
-            bar.set_description_str('paused' if run.paused else 'running', refresh=False)
-            bar.update(min(duration, elapsed()) - bar.n)
-
-        supervisor.run(
-            until=lambda: elapsed() >= duration - _ROUNDING_S or run.is_stuck, on_tick=advance
-        )
-        bar.update(0 if run.is_stuck else duration - bar.n)
 
 
 def _evaluate(

@@ -10,7 +10,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 
 from launch_scripts.options.rviz import Companion, rviz_beside, why_no_rviz
-from launch_scripts.processes.node_commands import BROWSER_VIEW, node_command
+from launch_scripts.processes.node_commands import BROWSER_VIEW, PAGE, node_command
 from launch_scripts.terminal.output_lines import warn
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.options.group import Options, flag, option
@@ -18,8 +18,6 @@ from setcmas_simu.options.kinds import OneOf
 from setcmas_tools.view.page.browser_options import INSTALL_VISER, BrowserOptions
 
 AUTO, BROWSER, NONE = 'auto', 'browser', 'none'
-PAGE = 'view'
-"""What the process that serves the page is called."""
 
 
 @dataclass(frozen=True)

@@ -20,6 +20,9 @@ PLAYER = 'setcmas_tools.player.main'
 BROWSER_VIEW = 'setcmas_tools.view.main'
 OFFLINE_WORKER = 'setcmas_tools.offline.worker'
 
+PAGE = 'view'
+"""What the process that serves the page is called."""
+
 _RUN_MODULE = (
     'import runpy, sys; del sys.path[0]; '
     "runpy.run_module(sys.argv.pop(1), run_name='__main__', alter_sys=True)"

@@ -1,0 +1,127 @@
+"""Run of the robots of `setcmas run`, from the start of their processes to the end of these."""
+
+from __future__ import annotations
+
+import argparse
+import time
+from collections.abc import Sequence
+from dataclasses import replace
+
+from tqdm import tqdm
+
+from launch_scripts.processes.node_commands import PAGE
+from launch_scripts.processes.run_processes import EmulatedRun, SimulatedRun, outcome_of
+from launch_scripts.processes.supervision.child_process import ChildDiedError
+from launch_scripts.processes.supervision.supervisor import StoppedError, Supervisor
+from launch_scripts.terminal.output_lines import Stream, write_line
+from setcmas_expe.lab.model import Lab
+from setcmas_tools.run.folder import RunFolder
+from setcmas_tools.run.info import RunInfo
+from setcmas_tools.run.outcome import Outcome, State
+
+STOPPED = 130
+"""Exit status after Ctrl-C, as of shells."""
+
+_START_TIMEOUT_S = 20.0
+_ROUNDING_S = 1e-9
+
+
+def run_robots(
+    supervisor: Supervisor,
+    args: argparse.Namespace,
+    folder: RunFolder,
+    info: RunInfo,
+    lab: Lab | None,
+    views: Sequence[tuple[str, list[str]]],
+) -> tuple[int, Outcome | None]:
+    """Let the robots run, from the start of their processes to the end of these.
+
+    Args:
+        supervisor: Starts the processes.
+        args: Parsed options of `setcmas run`.
+        folder: Where the run goes.
+        info: What it is.
+        lab: That of an emulated experiment; None for a simulation.
+        views: Pages and windows beside the robots.
+
+    Returns:
+        The exit status so far, and how it ended; None if it has not begun.
+    """
+    folder.create(info)  # now that no Ctrl-C can leave it behind
+
+    def write(line: str, stream: Stream) -> None:
+        with tqdm.external_write_mode(file=supervisor.stderr):
+            write_line(line, stream)
+
+    supervisor.write = write
+    pages = [supervisor.start(name, command, needed=False) for name, command in views]
+    run: EmulatedRun | SimulatedRun | None = None
+    try:
+        run = (
+            EmulatedRun(supervisor, args, folder.bag, lab, [v for v in pages if v.name == PAGE])
+            if lab
+            else SimulatedRun(supervisor, args, folder.bag)
+        )
+        run.reloads.on_reload = folder.keep_reload
+        deadline = time.monotonic() + _START_TIMEOUT_S
+        supervisor.run(lambda: run.started or time.monotonic() > deadline, run.tick)
+        if not run.started:
+            supervisor.warn(
+                f'setcmas run: the robots did not start within {_START_TIMEOUT_S:g} s; '
+                f'{run.missing}'
+            )
+            return 1, Outcome(State.NOT_STARTED, detail=run.missing)
+        _show_progress(supervisor, args.duration, run)
+        trouble, is_stuck = run.trouble, run.is_stuck
+        run.finish()
+        folder.failures = list(run.failures)
+        outcome = outcome_of(run.failed)
+        if is_stuck:
+            outcome = replace(outcome, state=State.NOT_FINISHED)
+        if trouble:
+            supervisor.warn(f'setcmas run: {trouble}')
+            return 1, replace(outcome, detail=trouble)
+        if run.status:
+            return run.status, replace(outcome, state=State.FAILED)
+        return 0, outcome
+    except StoppedError:
+        if run and run.started:
+            return STOPPED, Outcome(State.STOPPED)
+        if run:
+            run.recorder.shown = False  # it would tell of a bag that is removed
+        return STOPPED, None
+    except ChildDiedError as death:
+        told = str(death)
+        if told:
+            supervisor.warn(f'setcmas run: {told}; the others are stopped')
+            return death.exit_status, Outcome(State.DIED, detail=told)
+        if run:
+            run.recorder.shown = False
+        return death.exit_status, None
+    finally:
+        if run:
+            run.stop()
+
+
+def _show_progress(
+    supervisor: Supervisor, duration: float, run: EmulatedRun | SimulatedRun
+) -> None:
+    begin = time.monotonic()
+
+    def elapsed() -> float:
+        return run.elapsed(time.monotonic() - begin)
+
+    form = '{desc}: {percentage:3.0f}%|{bar}| {n:.0f}/{total:.0f} s'
+    with tqdm(
+        total=duration, desc='running', bar_format=form, disable=None, file=supervisor.stderr
+    ) as bar:
+
+        def advance() -> None:
+            run.tick()
+            bar.set_description_str('paused' if run.paused else 'running', refresh=False)
+            bar.update(min(duration, elapsed()) - bar.n)
+
+        supervisor.run(
+            until=lambda: elapsed() >= duration - _ROUNDING_S or run.is_stuck, on_tick=advance
+        )
+        bar.update(0 if run.is_stuck else duration - bar.n)
