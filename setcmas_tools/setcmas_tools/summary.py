@@ -1,17 +1,15 @@
-"""Runs in notebooks: a picture with a table, and a DataFrame."""
+"""Runs in notebooks: a picture with a table."""
 
 from __future__ import annotations
 
 import base64
 import html as markup
 import io
-from typing import Any
 
 from setcmas_simu.errors import SetcmasError
 from setcmas_tools.metrics.compute import measure
 from setcmas_tools.plots.plot import figure
 from setcmas_tools.plots.references import ignore
-from setcmas_tools.records.fleet_table import COLUMNS
 from setcmas_tools.run.run import Run
 
 _DPI = 55
@@ -31,16 +29,3 @@ def html(run: Run) -> str:
         f'<img src="data:image/png;base64,{picture}" alt="trajectories">'
         f'<pre style="line-height:1.2">{markup.escape(table)}</pre></div>'
     )
-
-
-def data_frame(run: Run) -> Any:
-    """Return the motion of a run as a pandas DataFrame with the columns of fleet.csv.
-
-    Raises:
-        SetcmasError: pandas is missing.
-    """
-    try:
-        import pandas as pd
-    except ImportError as error:
-        raise SetcmasError('pandas is missing; install it with pip install pandas') from error
-    return pd.DataFrame({name: getattr(run.table, name) for name in COLUMNS})

@@ -63,9 +63,9 @@ def main(args: argparse.Namespace) -> int:
     """Measure; returns the exit status."""
     from setcmas_tools.evaluation import evaluate
     from setcmas_tools.metrics.yaml_file import FILE_NAME
-    from setcmas_tools.run.retold import with_task, with_vnom
     from setcmas_tools.run.run import Run
     from setcmas_tools.run.source import find_run
+    from setcmas_tools.tasks.retold import with_task, with_vnom
 
     source = find_run(args.run)
     run = Run.load(args.run, _tell)

@@ -20,7 +20,7 @@ from setcmas_tools.plots.looks.style import (
     line_look,
     plot_style,
     robot_handles,
-    save,
+    save_in,
     time_axis,
 )
 from setcmas_tools.plots.references import draw_world
@@ -54,16 +54,14 @@ def write_pictures(
         SetcmasError: They cannot be written.
     """
     look.check()
-    paths = []
+    paths: list[Path] = []
     with plot_style(look.palette, look.paper):
         drawn = {'paths': _paths(names, runs), 'distances': _distances(names, shifted)}
         try:
             folder.mkdir(parents=True, exist_ok=True)
             for name, figure in drawn.items():
                 finish(figure, f'{names[0]} and {", ".join(names[1:])}')
-                for ending in look.formats:
-                    paths.append(folder / f'{name}.{ending}')
-                    save(figure, paths[-1])
+                paths += save_in(look.formats, figure, folder / name)
         except OSError as error:
             raise SetcmasError(f"'{folder}' cannot be written: {error.strerror}") from error
     return paths

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import io
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -14,7 +14,7 @@ from setcmas_simu.errors import SetcmasError
 from setcmas_tools.kinds.plot import PLOTS, Plot, suits
 from setcmas_tools.plots.looks.formats import PALETTES
 from setcmas_tools.plots.looks.look import PlotLook, check_style
-from setcmas_tools.plots.looks.style import finish, plot_style, save
+from setcmas_tools.plots.looks.style import finish, plot_style, save_in
 from setcmas_tools.run.run import Run
 
 _FIRST = (
@@ -62,7 +62,7 @@ def plot(
             for name, draw in tqdm(plots.items(), desc='plots', leave=False, disable=None):
                 figure = window() if look.show else Figure()
                 if _drawn(name, draw, figure, run, warn):
-                    paths += _write(figure, folder / name, look.formats)
+                    paths += save_in(look.formats, figure, folder / name)
         except OSError as error:
             raise SetcmasError(
                 f"plots cannot be written to '{folder}': {error.strerror}"
@@ -111,13 +111,6 @@ def _drawn(name: str, draw: Plot, figure: Figure, run: Run, warn: Callable[[str]
         warn(f"plot '{name}' is left out: {reason}")
         return False
     return True
-
-
-def _write(figure: Figure, path: Path, formats: Sequence[str]) -> list[Path]:
-    paths = [path.with_name(f'{path.name}.{ending}') for ending in formats]
-    for each in paths:
-        save(figure, each)
-    return paths
 
 
 def window() -> Any:

@@ -18,22 +18,23 @@ from setcmas_tools.records.commands import Commands
 from setcmas_tools.records.communication import CommunicationRecord
 from setcmas_tools.records.drawings import Drawing
 from setcmas_tools.records.fleet_grid import FleetGrid, on_grid
-from setcmas_tools.records.fleet_table import FleetTable
+from setcmas_tools.records.fleet_table import COLUMNS, FleetTable
 from setcmas_tools.records.gaps import LONGEST_GAP_S
 from setcmas_tools.records.tables import RunTables, read_tables
+from setcmas_tools.run.arrays import RunArrays
 from setcmas_tools.run.folder import RunFolder
 from setcmas_tools.run.info import RunInfo, read_info
 from setcmas_tools.run.inputs import RunInput, kept_inputs
 from setcmas_tools.run.outcome import Outcome, State
 from setcmas_tools.run.source import find_run
-from setcmas_tools.run.tools import DATA_FRAME, FIGURE, FILM, HTML, MEASURE, tool
+from setcmas_tools.run.tools import FIGURE, FILM, HTML, MEASURE, data_frame, tool
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
 @dataclass(frozen=True, repr=False, eq=False)
-class Run:
+class Run(RunArrays):
     """A run, simulated or real.
 
         run = Run.load('out')
@@ -160,57 +161,6 @@ class Run:
         names = ', '.join(map(robot_name, self.robots))
         raise SetcmasError(f"there is no robot '{robot}' in this run; it must be one of {names}")
 
-    @property
-    def t(self) -> Floats:
-        """Times of the robots' states in s, shape (K,); of runs with common times (simulated)."""
-        return self._stacked[0]
-
-    @property
-    def poses(self) -> Floats:
-        """Rows x, y in m and theta in rad, shape (K, 3, N), at the times t."""
-        return self._stacked[1]
-
-    @property
-    def V(self) -> Floats:  # noqa: N802 (the field's name)
-        """Forward speeds over the step that led to each state in m/s, shape (K, N)."""
-        return self._stacked[2]
-
-    @property
-    def omega(self) -> Floats:
-        """Turn rates over that step in rad/s, shape (K, N)."""
-        return self._stacked[3]
-
-    @cached_property
-    def _stacked(self) -> tuple[Floats, Floats, Floats, Floats]:
-        stacked = self.table.stacked()
-        if stacked is None:
-            raise SetcmasError(
-                "the robots of this run have states at times of their own: take run['tb3_1'].t "
-                'and so on, or run.grid(), which interpolates'
-            )
-        t, x, y, theta, v, omega = stacked
-        return t[:, 0], np.stack([x, y, theta], axis=1), v, omega
-
-    @property
-    def control_t(self) -> Floats:
-        """Times at which the control laws were called in s, shape (C,), of simulated runs."""
-        return self._stacked_commands[0]
-
-    @property
-    def velocities(self) -> Floats:
-        """What they asked for, after saturation: rows vx, vy in m/s, shape (C, 2, N)."""
-        return self._stacked_commands[1]
-
-    @cached_property
-    def _stacked_commands(self) -> tuple[Floats, Floats]:
-        found = self.commands.stacked() if self.commands else None
-        if found is None:
-            raise SetcmasError(
-                'the robots of this run have commands at times of their own, or none that are '
-                'known: take run.commands.of(1) and so on'
-            )
-        return found
-
     def grid(self, rate: float = 10.0) -> FleetGrid:
         """Return the poses at common times, interpolated at multiples of 1/rate (Hz)."""
         return on_grid(self.table, rate)
@@ -252,8 +202,8 @@ class Run:
         return tool(FILM)(self, **look)
 
     def to_dataframe(self) -> Any:
-        """Return the motion as a pandas DataFrame."""
-        return tool(DATA_FRAME)(self)
+        """Return the motion as a pandas DataFrame with the columns of fleet.csv."""
+        return data_frame({name: getattr(self.table, name) for name in COLUMNS})
 
     @property
     def title(self) -> str:

@@ -6,16 +6,31 @@ The rooms of metrics, plots and films know what a run is; a run knows their func
 from __future__ import annotations
 
 import importlib
+from collections.abc import Mapping
 from typing import Any
+
+from setcmas_simu.errors import SetcmasError
 
 MEASURE = 'setcmas_tools.metrics.compute:measure'
 FIGURE = 'setcmas_tools.plots.plot:figure'
 FILM = 'setcmas_tools.films.film:film'
 HTML = 'setcmas_tools.summary:html'
-DATA_FRAME = 'setcmas_tools.summary:data_frame'
 
 
 def tool(target: str) -> Any:
     """Return a function by its module and name."""
     module, _, name = target.partition(':')
     return getattr(importlib.import_module(module), name)
+
+
+def data_frame(columns: Mapping[str, Any]) -> Any:
+    """Return columns as a pandas DataFrame.
+
+    Raises:
+        SetcmasError: pandas is missing.
+    """
+    try:
+        import pandas as pd
+    except ImportError as error:
+        raise SetcmasError('pandas is missing; install it with pip install pandas') from error
+    return pd.DataFrame(columns)

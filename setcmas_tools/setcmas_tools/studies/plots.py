@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 from setcmas_simu.errors import SetcmasError
 from setcmas_tools.plots.looks.formats import PALETTES
 from setcmas_tools.plots.looks.look import PlotLook, check_style
-from setcmas_tools.plots.looks.style import finish, plot_style, save
+from setcmas_tools.plots.looks.style import finish, plot_style, save_in
 from setcmas_tools.plots.plot import Picture
 from setcmas_tools.studies.folder import written
 from setcmas_tools.studies.groups import median
@@ -79,16 +79,14 @@ def plot(
     """
     chosen = look or PlotLook()
     chosen.check()
-    paths = []
+    paths: list[Path] = []
     with written(folder):
         folder.mkdir(parents=True, exist_ok=True)
         for metric, names in _plots_of(study, metrics):
             drawn = figure(study, metric, names, palette=chosen.palette, paper=chosen.paper)
             stem = '_'.join([metric, *names])
-            for ending in chosen.formats:
-                paths.append(folder / f'{stem}.{ending}')
-                with plot_style(chosen.palette, chosen.paper):
-                    save(drawn, paths[-1])
+            with plot_style(chosen.palette, chosen.paper):
+                paths += save_in(chosen.formats, drawn, folder / stem)
     return paths
 
 

@@ -14,7 +14,7 @@ import numpy as np
 from setcmas_simu.arrays import Floats
 from setcmas_simu.errors import SetcmasError
 from setcmas_tools.run.run import Run
-from setcmas_tools.run.tools import tool
+from setcmas_tools.run.tools import data_frame, tool
 from setcmas_tools.studies.cases.plan import Plan, read_plan
 from setcmas_tools.studies.columns import COLUMNS
 from setcmas_tools.studies.groups import Group, runs_in_words
@@ -190,11 +190,7 @@ class Study:
         Raises:
             SetcmasError: pandas is missing.
         """
-        try:
-            import pandas as pd
-        except ImportError as error:
-            raise SetcmasError('pandas is missing; install it with pip install pandas') from error
-        return pd.DataFrame({name: self[name] for name in self.table})
+        return data_frame({name: self[name] for name in self.table})
 
     @property
     def title(self) -> str:

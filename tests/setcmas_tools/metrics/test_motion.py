@@ -6,8 +6,8 @@ from metrics_runs import T, compute, table, write_run
 from runs import measure
 
 from setcmas_tools.metrics.compute import measure as measure_run
-from setcmas_tools.run.retold import with_vnom
 from setcmas_tools.run.run import Run
+from setcmas_tools.tasks.retold import with_vnom
 
 
 def test_path_length_and_speed_of_a_circle():

@@ -89,6 +89,14 @@ def _final_height(figure: Figure) -> float:
     return float(flat * height / width * final_width(width))
 
 
+def save_in(formats: Sequence[str], figure: Figure, stem: Path) -> list[Path]:
+    """Write a figure in some formats, as `save` does; returns the files."""
+    paths = [stem.with_name(f'{stem.name}.{ending}') for ending in formats]
+    for path in paths:
+        save(figure, path)
+    return paths
+
+
 def save(figure: Figure, path: Path) -> None:
     """Write a figure; the same figure gives the same bytes.
 

@@ -2,8 +2,8 @@ import pytest
 from metrics_runs import T, table, write_run
 
 from setcmas_simu.errors import SetcmasError
-from setcmas_tools.run.retold import with_task
 from setcmas_tools.run.run import Run
+from setcmas_tools.tasks.retold import with_task
 
 
 @pytest.fixture
