@@ -20,8 +20,7 @@ DISTRIBUTIONS = packages_distributions()
 
 EXTRAS = {
     'setcmas_expe/setcmas_expe/pause/joystick_reader.py': 'joystick',
-    'setcmas_tools/setcmas_tools/summary.py': 'notebook',
-    'setcmas_tools/setcmas_tools/studies/study.py': 'notebook',
+    'setcmas_tools/setcmas_tools/run/tools.py': 'notebook',
     'setcmas_tools/setcmas_tools/studies/table.py': 'parquet',
     'setcmas_tools/setcmas_tools/studies/workers/engine.py': 'cluster',
     'setcmas_tools/setcmas_tools/view': 'view',
