@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import subprocess
 from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
@@ -103,6 +104,8 @@ def command_line(job: Mapping[str, Any]) -> Iterator[str]:
     for name, value in job.items():
         if name == 'poses':
             yield from (f'--pose={text}' for text in pose_options(value))
+        elif name == 'settings':
+            yield from (f'--set={name}={json.dumps(one)}' for name, one in value.items())
         elif name == 'graph' and not isinstance(value, str):
             raise SetcmasError('graph is a matrix; in the emulated lab it must be a file')
         elif value is not None:

@@ -26,8 +26,7 @@ def criteria_texts(scenario: ScenarioMark) -> Iterator[tuple[CriterionMark, str]
 
 def criterion_text(mark: CriterionMark) -> str:
     """Return figures and hint of a criterion; may be empty."""
-    reached = 'not reached' if mark.reached is None else f'reached {mark.reached_text}'
-    figures = '' if mark.hidden else f'wanted {mark.wanted}, {reached}'
+    figures = '' if mark.hidden else f'wanted {mark.wanted}, reached {mark.reached_text}'
     return '\n'.join(filter(None, (figures, mark.hint)))
 
 

@@ -11,8 +11,6 @@ from setcmas_tools.grading.pages.remarks import names_of, remark
 
 Cell = str | float
 
-_UTF_8 = '\ufeff'  # by which Excel knows the encoding
-
 
 def _files(marks: Sequence[Marks]) -> Files:
     names = names_of(marks)
@@ -20,8 +18,7 @@ def _files(marks: Sequence[Marks]) -> Files:
     for name, mark in _criteria(marks[0]):
         unit = f' ({mark.unit})' if mark.unit else ''
         header += [name, f'{name}: reached{unit}']
-    text = csv_text([header, *(_row(one, names) for one in marks)])
-    return {'grades.csv': f'{_UTF_8}{text}'}
+    return {'grades.csv': csv_text([header, *(_row(one, names) for one in marks)])}
 
 
 def _row(marks: Marks, names: Mapping[str, str]) -> list[Cell]:

@@ -6,6 +6,7 @@ import csv
 import io
 from collections.abc import Iterable
 
+_UTF_8 = '\ufeff'  # by which Excel knows the encoding; Moodle and Canvas take it off, too
 _FORMULA = ('=', '+', '-', '@', '\t', '\r')
 
 
@@ -13,7 +14,7 @@ def csv_text(rows: Iterable[Iterable[str | float]]) -> str:
     """Return rows as CSV; texts that a spreadsheet would compute begin with an apostrophe."""
     text = io.StringIO()
     csv.writer(text, lineterminator='\n').writerows(map(_safe, row) for row in rows)
-    return text.getvalue()
+    return _UTF_8 + text.getvalue()
 
 
 def _safe(cell: str | float) -> str | float:

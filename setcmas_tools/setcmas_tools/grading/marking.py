@@ -25,9 +25,11 @@ from setcmas_tools.grading.marks import (
 from setcmas_tools.grading.rubric import Rubric
 from setcmas_tools.grading.scenarios import Scenario
 from setcmas_tools.run.run import Run
+from setcmas_tools.studies.columns import COLUMNS
 
 _POINTS = 150  # of a path in a picture, at most
 _DECIMALS = 3  # mm
+_STILL_M = 1e-3
 _NOTHING = ScenarioRun(None)
 
 
@@ -72,10 +74,9 @@ def _marked(rubric: Rubric, scenario: Scenario, done: ScenarioRun) -> ScenarioMa
     figures: Mapping[str, float | None] = {}
     if done.run and done.is_complete:
         figures = figures_of(_with_references_of(done.run, solution), solution)
-    is_well = done.run is not None and not done.failure
     return ScenarioMark(
         scenario.name,
-        _criteria(scenario.criteria, figures, is_well),
+        _criteria(scenario.criteria, figures, done),
         done.failure,
         () if scenario.hidden else _paths(done.run, solution),
         scenario.hidden,
@@ -90,10 +91,11 @@ def _with_references_of(run: Run, solution: Run | None) -> Run:
 
 
 def _criteria(
-    criteria: Sequence[Criterion], figures: Mapping[str, float | None], is_well: bool
+    criteria: Sequence[Criterion], figures: Mapping[str, float | None], done: ScenarioRun
 ) -> tuple[CriterionMark, ...]:
     """Return the marks; a script that fails gets no hints, which would lead away from that."""
     marks: dict[str, CriterionMark] = {}
+    is_well = done.run is not None and not done.failure
     for one in criteria:
         reached = figures.get(one.metric)
         points = one.points_for(reached)
@@ -103,9 +105,21 @@ def _criteria(
             hint = '' if needed.hidden else f"This counts only with points for '{needed.name}'."
         marks[one.name] = CriterionMark(
             one.name, points, one.points, one.metric, one.wanted, reached, one.unit,
-            hint, one.hidden,
+            hint, one.hidden, '' if reached is not None else _why_none(one.metric, figures, done),
         )  # fmt: skip
     return tuple(marks.values())
+
+
+def _why_none(metric: str, figures: Mapping[str, float | None], done: ScenarioRun) -> str:
+    """Return why a run has no value of a metric; empty if that is not known."""
+    if done.failure:
+        where = f' in line {done.failure.line}' if done.failure.line else ''
+        return f'the script failed{where}'
+    if done.run is None:
+        return 'it was not run'
+    if (figures.get('path_length') or 0.0) < _STILL_M:
+        return 'no robot moved'
+    return 'it never got there' if metric in COLUMNS and COLUMNS[metric].endless else ''
 
 
 def _paths(run: Run | None, solution: Run | None) -> tuple[RobotPath, ...]:

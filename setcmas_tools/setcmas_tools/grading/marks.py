@@ -76,10 +76,11 @@ class CriterionMark:
         max_points: For all of it.
         metric: What was measured, such as 'disagreement'.
         wanted: Its bounds in words, such as 'at most 0.05 m'.
-        reached: Its value; None if there is none (never settled, nothing measured).
+        reached: Its value; None if there is none.
         unit: Its unit; empty if it has none.
         hint: What to tell the student; empty if all points were reached, or the script failed.
         hidden: Whether students see nothing of it but its points.
+        missing: Why there is no value; empty if there is one, or nobody knows.
     """
 
     name: str
@@ -91,6 +92,7 @@ class CriterionMark:
     unit: str = ''
     hint: str = ''
     hidden: bool = False
+    missing: str = ''
 
     @property
     def is_full(self) -> bool:
@@ -99,9 +101,9 @@ class CriterionMark:
 
     @property
     def reached_text(self) -> str:
-        """The value with its unit, such as '0.031 m'; 'none' if there is none."""
+        """The value with its unit, such as '0.031 m', or why there is none."""
         if self.reached is None:
-            return 'none'
+            return f'none: {self.missing}' if self.missing else 'none'
         form = '.0f' if abs(self.reached) >= _LARGE else '.3g'
         return f'{self.reached:{form}} {self.unit}'.rstrip()
 

@@ -14,7 +14,7 @@ from setcmas_tools.grading.scenarios import (
     CONTROL,
     CTC,
     Scenario,
-    read_scenario,
+    read_scenarios,
     read_solution,
 )
 from setcmas_tools.offline.engine import simulate
@@ -164,8 +164,8 @@ def read_rubric(path: Path) -> Rubric:
 
 def _scenarios(entry: Entry, function: str, solution: Path | None) -> tuple[Scenario, ...]:
     scenarios: list[Scenario] = []
-    for item in entry.items():
-        scenario = read_scenario(item, function)
+    told = ((item, one) for item in entry.items() for one in read_scenarios(item, function))
+    for item, scenario in told:
         if scenario.name in (one.name for one in scenarios):
             raise item.error(f"there are two scenarios '{scenario.name}'; give one another name")
         needing = [one.metric for one in scenario.criteria if one.metric in COMPARED]

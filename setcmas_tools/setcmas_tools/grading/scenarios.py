@@ -24,7 +24,7 @@ CONTROL, CTC = 'control', 'ctc'
 """Functions that a submission may define: a control law, or a triggering condition."""
 
 _FILES = (*OF_FILES, 'obstacles')
-_OWN = ('name', 'criteria', 'hidden')
+_OWN = ('name', 'criteria', 'hidden', 'seeds', 'set')
 _PLACES = {CONTROL: 'algo', CTC: 'ctc'}
 
 
@@ -87,8 +87,8 @@ class Scenario:
         return tuple(found)
 
 
-def read_scenario(entry: Entry, function: str) -> Scenario:
-    """Return the scenario that an entry of a rubric tells.
+def read_scenarios(entry: Entry, function: str) -> list[Scenario]:
+    """Return the scenario that an entry of a rubric tells, once for each of its seeds.
 
     Args:
         entry: The entry.
@@ -103,7 +103,24 @@ def read_scenario(entry: Entry, function: str) -> Scenario:
     for name in ('name', 'criteria'):
         if name not in fields:
             raise entry.mistake(f'a scenario with a {name}, such as {_EXAMPLES[name]}')
-    arguments = {name: _value(one, name) for name, one in fields.items() if name in taken}
+    name = fields['name'].text()
+    arguments = {key: _value(one, key) for key, one in fields.items() if key in taken}
+    if 'set' in fields:
+        arguments['settings'] = _settings(fields['set'])
+    if 'seeds' not in fields:
+        return [_scenario(entry, fields, name, function, arguments)]
+    seeds = [_value(one, 'seed') for one in fields['seeds'].items()]
+    if 'seed' in fields or not seeds:
+        raise entry.error('a scenario with seeds must have one at least, and no seed beside them')
+    return [
+        _scenario(entry, fields, f'{name}, seed {seed}', function, {**arguments, 'seed': seed})
+        for seed in seeds
+    ]
+
+
+def _scenario(
+    entry: Entry, fields: Mapping[str, Entry], name: str, function: str, arguments: dict[str, Any]
+) -> Scenario:
     if function == CTC:
         arguments = {'algo': _located('consensus', entry), **arguments, 'event_triggered': True}
     try:
@@ -118,7 +135,7 @@ def read_scenario(entry: Entry, function: str) -> Scenario:
         for robot, pose in _poses(fields['poses'], checked.nb_robots).items():
             poses[:, robot - 1] = pose
     return Scenario(
-        name=fields['name'].text(),
+        name=name,
         criteria=read_criteria(fields['criteria']),
         arguments=arguments,
         hidden='hidden' in fields and fields['hidden'].flag(),
@@ -157,7 +174,16 @@ def _located(text: str, entry: Entry, laws: bool = True) -> str:
         raise entry.error(str(error)) from None
 
 
+def _settings(entry: Entry) -> dict[str, Any]:
+    """Return values for names of the law."""
+    if not isinstance(entry.value, dict):
+        raise entry.mistake('a mapping from names of the law to values, such as {K: 1.2}')
+    return {name: _plain(value) for name, value in entry.value.items()}
+
+
 def _plain(entry: Entry) -> Any:
+    if isinstance(entry.value, dict):
+        return {key: _plain(value) for key, value in entry.value.items()}
     if isinstance(entry.value, list):
         return [_plain(item) for item in entry.value]
     return entry.value

@@ -62,6 +62,27 @@ def test_a_run_that_did_not_reach_its_end_has_no_points(rubric):
     assert mark(rubric, run, '', Student('')).score > 0
 
 
+def test_what_was_not_reached_says_why(rubric, tmp_path):
+    text = """\
+solution: consensus
+scenarios:
+  - {name: all, nb_robots: 3, duration: 9, criteria: [{metric: settling_time, at_most: 9}]}
+"""
+    (tmp_path / 'r.yaml').write_text(text)
+    rubric = read_rubric(tmp_path / 'r.yaml')
+
+    def reached(line, run=None):
+        script = tmp_path / 'law.py'
+        script.write_text(f'def control(i, n, poses, t):\n    {line}\n')
+        marks = mark(rubric, run or runs_here(str(script)), '', Student(''), script)
+        return marks.scenarios[0].criteria[0].reached_text
+
+    assert reached('return 0, 0') == 'none: no robot moved'
+    assert reached('return i, 0') == 'none: it never got there'
+    assert reached('return 1 / 0, 0') == 'none: the script failed'
+    assert reached('', lambda _: ScenarioRun(None)) == 'none: it was not run'
+
+
 def test_a_solution_that_fails_is_the_teachers_to_mend(tmp_path):
     (tmp_path / 'r.yaml').write_text(RUBRIC.replace('leader_follower_formation', 'bad.py', 1))
     (tmp_path / 'bad.py').write_text(FORGING.replace('return 0, 0', 'return 1 / 0'))

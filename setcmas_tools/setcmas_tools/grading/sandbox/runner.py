@@ -7,8 +7,6 @@ import re
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
-import msgspec
-
 from setcmas_ctrl.scripts.random_seed import SEED
 from setcmas_tools.grading.marks import Failure, ScenarioRun
 from setcmas_tools.grading.sandbox.box import Box
@@ -47,7 +45,7 @@ class BoxRunner:
             self.function == CTC,
             nb_robots,
             arguments.get('seed', SEED),
-            msgspec.to_builtins(arguments.pop('settings', None) or {}),
+            {} if self.function == CTC else arguments.pop('settings', {}),
             math.ceil(self.times.run),
         )
         held = Held(self.box, self.files, job, self.times)
