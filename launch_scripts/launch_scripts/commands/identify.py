@@ -18,6 +18,9 @@ from launch_scripts.options.plot_options import FormatOptions
 from launch_scripts.terminal.output_lines import warn
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.robots.identified.file import ENDINGS
+from setcmas_simu.robots.velocity_limits import MODELS
+
+_USUAL = 'burger'
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -34,13 +37,18 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help='model file (default: model.yaml)',
     )
     parser.add_argument('--overwrite', action='store_true', help='replace a file that is there')
+    parser.add_argument(
+        '--limits',
+        choices=list(MODELS),
+        help="how fast robots may be commanded to go (default: the run's, or burger)",
+    )
     FormatOptions.add_to(parser)
 
 
 def main(args: argparse.Namespace) -> int:
     """Identify; returns the exit status, 1 if the run tells of no robot."""
     from setcmas_simu.robots.identified.file import write_model_file
-    from setcmas_tools.identification.identify import identify, model_of
+    from setcmas_tools.identification.identify import identify, limits_of, model_of
     from setcmas_tools.identification.picture import write_picture
     from setcmas_tools.identification.table import notes, table
     from setcmas_tools.plots.looks.look import PlotLook
@@ -49,6 +57,8 @@ def main(args: argparse.Namespace) -> int:
     output: Path = args.output
     if output.suffix not in ENDINGS:
         raise SetcmasError(f"--output is '{output}'; it must end in {' or '.join(ENDINGS)}")
+    if not output.parent.is_dir():
+        raise SetcmasError(f"--output is '{output}'; there is no folder '{output.parent}'")
     if output.exists() and not args.overwrite:
         raise SetcmasError(
             f"'{output}' is there already; name another file, or add --overwrite to replace it"
@@ -59,7 +69,10 @@ def main(args: argparse.Namespace) -> int:
     for note in notes(found):
         _tell(note)
     pictures = write_picture(found, run.title, output, PlotLook(tuple(args.format)))
-    model = model_of(found, run)
+    limits = args.limits or limits_of(run)
+    if limits is None:
+        _tell(f'the recording does not tell how fast robots may go: as {_USUAL}, or see --limits')
+    model = model_of(found, limits or _USUAL)
     if model is None:
         print(*pictures, sep='\n')
         return 1

@@ -22,7 +22,7 @@ _LAGS_S = np.concatenate([[0.0], np.geomspace(0.02, 1.0, 12)])
 _DELAYS_S = np.linspace(0.0, 1.0, 41)
 _ITERATIONS = 25
 _PROBE_S = 2e-3
-_SINGULAR = 1e12
+_SINGULAR = 1e5
 
 
 @dataclass(frozen=True)
@@ -142,14 +142,25 @@ def _jacobian(measured: Measured, at: Response) -> Floats:
 
 
 def _errors(measured: Measured, best: Response, free: NDArray[np.bool_]) -> Response:
-    """Return the standard errors of gain, lag and delay; infinite where nothing tells them."""
-    J = _jacobian(measured, best)[:, free]
+    """Return the standard errors of gain, lag and delay; infinite where nothing tells them.
+
+    A run may tell the sum of lag and delay alone; neither is then further off than that sum.
+    """
+    J = _jacobian(measured, best)
     e = measured.y - measured.predicted(best)
-    variance = float(e @ e) * measured.overlap / max(1.0, len(e) - 3 * measured.overlap)
-    information = J.T @ J
-    errors = np.full(3, 0.0)
-    if np.linalg.cond(information) > _SINGULAR:
-        errors[free] = np.inf
-    else:
-        errors[free] = np.sqrt(variance * np.diag(np.linalg.inv(information)))
-    return Response(*errors.tolist())
+    sigma = np.sqrt(float(e @ e) * measured.overlap / max(1.0, len(e) - 3 * measured.overlap))
+    gain, total = sigma * _spread(J[:, [0, 2]])
+    if not free[1]:
+        return Response(float(gain), 0.0, float(total))
+    most = best.lag + best.delay + total
+    errors = np.minimum(sigma * _spread(J), [np.inf, most, most])
+    return Response(float(gain if np.isinf(errors[0]) else errors[0]), *errors[1:].tolist())
+
+
+def _spread(J: Floats) -> Floats:
+    """Return the standard errors for errors of 1 in the speeds, infinite if J is singular."""
+    sizes = np.linalg.norm(J, axis=0)
+    if not sizes.all() or np.linalg.cond(J / sizes) > _SINGULAR:
+        return np.full(J.shape[1], np.inf)
+    spread: Floats = np.sqrt(np.diag(np.linalg.inv(J.T @ J)))
+    return spread

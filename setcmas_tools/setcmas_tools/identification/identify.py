@@ -116,12 +116,12 @@ def _responses(channels: Mapping[str, Channel]) -> dict[str, Response] | None:
     return found
 
 
-def model_of(found: Mapping[int, Identified], run: Run) -> ModelFile | None:
+def model_of(found: Mapping[int, Identified], limits: str) -> ModelFile | None:
     """Return the model of the robots that a run tells of; None if there are none.
 
-    Robots of other numbers have the medians of theirs.
+    Robots of other numbers have the medians of theirs. `limits` is the name of what they may be
+    commanded.
     """
-    limits = _limits_of(run)
     rows = {n: (one.responses, one.way) for n, one in found.items() if one.responses}
     robots = {
         number: _robot(responses[FORWARD], responses[TURN], limits, way)
@@ -145,12 +145,16 @@ def _medians(responses: list[Response]) -> list[float]:
     return medians
 
 
-def _limits_of(run: Run) -> str:
-    """Return the name of what robots of a run may be commanded: as its lab, or its model, told."""
+def limits_of(run: Run) -> str | None:
+    """Return the name of what robots of a run may be commanded, as its lab or its model tells it.
+
+    Returns:
+        None if neither does, and it was an experiment, in which there always are limits.
+    """
     told = run.parameters.get('limits')
     known = {name for name, limits in MODELS.items() if told in (name, asdict(limits))}
     if model := run.parameters.get('model'):
         files = [one.path for one in run.inputs if one.option == 'model']
         known |= {read_model_file(path).limits for path in files if is_model_file(path.name)}
         known |= {model} & MODELS.keys()
-    return next(iter(known - {'ideal'}), 'ideal')
+    return next(iter(known - {'ideal'}), None if run.tables.safety else 'ideal')

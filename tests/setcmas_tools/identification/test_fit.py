@@ -76,3 +76,12 @@ def test_a_constant_command_tells_neither_lag_nor_delay():
     found = fitted(alone)
 
     assert not found.tells_times
+
+
+def test_a_robot_that_follows_at_once_is_told_to_do_so():
+    """Its lag and delay cannot be told apart, but their sum can."""
+    found = fitted(measured(Response(1.0, 1e-3, 0.0), changes=40, noise=0.01))
+
+    assert found.tells_times
+    assert found.response.lag + found.response.delay < 0.01
+    assert found.errors.delay < 0.02
