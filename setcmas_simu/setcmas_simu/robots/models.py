@@ -12,7 +12,7 @@ from setcmas_simu.doors import Door, MisfitError
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet.fleet import format_robots
 from setcmas_simu.fleet.per_robot import check_in_fleet, is_per_robot, parse_per_robot
-from setcmas_simu.robots.identified import file as model_file
+from setcmas_simu.robots.identified.file import ENDINGS, ModelFile, read_model_file
 from setcmas_simu.robots.model import RobotModel
 from setcmas_simu.robots.shape import Shape
 from setcmas_simu.robots.unicycle import Unicycle
@@ -59,7 +59,7 @@ def is_file(name: str) -> bool:
 
 def is_model_file(name: str) -> bool:
     """Return whether a name means a model file."""
-    return name.endswith(model_file.ENDINGS)
+    return name.endswith(ENDINGS)
 
 
 def model_names(text: str | None, nb_robots: int) -> list[str]:
@@ -98,13 +98,17 @@ def fastest(text: str | None, nb_robots: int, limits: str) -> float | None:
     """
     with contextlib.suppress(SetcmasError):
         unicycle = limits_named(limits).V_max
+        names = model_names(text, nb_robots)
+        files = _files(names)
         return max(
             unicycle
             if name == UNICYCLE
             else math.inf
             if is_script(name)
-            else _model(name, robot).V_max
-            for robot, name in enumerate(model_names(text, nb_robots), start=1)
+            else files[name].robot(robot).V_max
+            if name in files
+            else MODELS.get(name).V_max
+            for robot, name in enumerate(names, start=1)
         )
     return None
 
@@ -120,12 +124,12 @@ def check_models(names: Sequence[str], limits: str, robots: Sequence[int] | None
     Raises:
         SetcmasError: There is no such model, or robots of another model would have limits.
     """
-    numbers = robots or range(1, len(names) + 1)
+    numbers, files = robots or range(1, len(names) + 1), _files(names)
     for robot, name in zip(numbers, names, strict=True):
         if is_script(name):
             _check_file(Path(name))
-        elif is_model_file(name):
-            model_file.robot_of_file(Path(name), robot)
+        elif name in files:
+            files[name].robot(robot)
         elif name != UNICYCLE:
             MODELS.offer(name)
     others = {robot: name for robot, name in zip(numbers, names, strict=True) if name != UNICYCLE}
@@ -165,20 +169,20 @@ def robot_models(
     Raises:
         SetcmasError: There is no such model, or a script cannot be loaded.
     """
-    unicycle = Unicycle(limits_named(limits))
+    unicycle, files = Unicycle(limits_named(limits)), _files(names)
     models: list[RobotModel] = []
     for name, robot in zip(names, robots, strict=True):
         if name == UNICYCLE:
             models.append(unicycle)
         elif is_script(name):
             models.append(SCRIPT_LOADERS.get('python')(Path(name), robot, warn))
+        elif name in files:
+            models.append(files[name].robot(robot))
         else:
-            models.append(_model(name, robot))
+            models.append(MODELS.get(name))
     return models
 
 
-def _model(name: str, robot: int) -> RobotModel:
-    """Return a model that is no script."""
-    if is_model_file(name):
-        return model_file.robot_of_file(Path(name), robot)
-    return MODELS.get(name)
+def _files(names: Sequence[str]) -> dict[str, ModelFile]:
+    """Return the model files among names, each read once: their robots may share a model."""
+    return {name: read_model_file(Path(name)) for name in {*names} if is_model_file(name)}

@@ -31,28 +31,28 @@ class ModelFile:
         robots: The robots by number.
         others: All others; None if there are none.
         limits: Name of the limits of what may be commanded.
+        path: The file; None if there is none yet.
     """
 
     robots: Mapping[int, IdentifiedRobot]
     others: IdentifiedRobot | None = None
     limits: str = 'ideal'
+    path: Path | None = None
 
+    def robot(self, number: int) -> IdentifiedRobot:
+        """Return the model of a robot.
 
-def robot_of_file(path: Path, robot: int) -> IdentifiedRobot:
-    """Return the model of a robot in a model file.
-
-    Raises:
-        SetcmasError: The file cannot be read, has a mistake, or does not say how it moves.
-    """
-    known = read_model_file(path)
-    found = known.robots.get(robot, known.others)
-    if found is None:
-        names = ', '.join(map(robot_name, known.robots))
-        raise SetcmasError(
-            f"'{path}' has no model of {robot_name(robot)}; it must be one of {names}, or the "
-            f"file must have '{OTHERS}'"
-        )
-    return found
+        Raises:
+            SetcmasError: The file does not say how it moves.
+        """
+        found = self.robots.get(number, self.others)
+        if found is None:
+            names = ', '.join(map(robot_name, self.robots))
+            raise SetcmasError(
+                f"'{self.path}' has no model of {robot_name(number)}; it must be one of {names}, "
+                f"or the file must have '{OTHERS}'"
+            )
+        return found
 
 
 def read_model_file(path: Path) -> ModelFile:
@@ -69,7 +69,8 @@ def read_model_file(path: Path) -> ModelFile:
         raise fields['robots'].mistake('a mapping with the numbers of robots')
     if not named and others is None:
         raise SetcmasError(f"'{path}' has no robots; it must have 'robots' or '{OTHERS}'")
-    return ModelFile({_number(k, e): _robot(e, limits) for k, e in named.items()}, others, limits)
+    robots = {_number(key, entry): _robot(entry, limits) for key, entry in named.items()}
+    return ModelFile(robots, others, limits, path)
 
 
 def write_model_file(content: ModelFile, path: Path, remark: str) -> None:

@@ -4,7 +4,6 @@ from setcmas_simu.errors import SetcmasError
 from setcmas_simu.robots.identified.file import (
     ModelFile,
     read_model_file,
-    robot_of_file,
     write_model_file,
 )
 from setcmas_simu.robots.identified.model import IdentifiedRobot, Response
@@ -25,7 +24,7 @@ def test_what_is_written_is_read(path):
     robot = IdentifiedRobot(SLOW, QUICK, burger, 0.06)
     write_model_file(ModelFile({2: robot}, None, 'burger'), path, 'of a test')
 
-    read = robot_of_file(path, 2)
+    read = read_model_file(path).robot(2)
 
     assert (read.forward, read.turn, read.limits, read.way) == (SLOW, QUICK, burger, 0.06)
     assert path.read_text().startswith('# of a test\n')
@@ -34,8 +33,10 @@ def test_what_is_written_is_read(path):
 def test_robots_that_are_not_named_are_the_others(path):
     path.write_text('robots:\n  1: {forward: {lag: 0.3}}\nothers: {turn: {delay: 0.1}}\n')
 
-    assert robot_of_file(path, 1).forward == Response(lag=0.3)
-    assert robot_of_file(path, 7).turn == Response(delay=0.1)
+    assert read_model_file(path).robot(1).forward == Response(lag=0.3)
+    seventh, eighth = robot_models([str(path)] * 2, [7, 8])
+    assert seventh.turn == Response(delay=0.1)
+    assert eighth is seventh
 
 
 def test_each_robot_of_a_fleet_has_its_own(path):
