@@ -34,6 +34,7 @@ VERBS = {
     'metrics': 'measure a run: path, separation, settling time, errors of the task',
     'compare': 'compare runs: paths, distances, metrics, parameters, scripts',
     'identify': 'find gain, lag and delay of the robots in a run, for --model',
+    'report': 'write a run as one page to hand in, with replay, plots and script',
     'list': 'list what has a name: laws, robot models, motion capture, metrics, plots',
     'check': 'check a law of your own against its exercise',
     'grade': 'grade the submissions of a class, each in a sandbox',

@@ -32,6 +32,7 @@ from setcmas_ctrl.control.law_scripts import LawScripts
 from setcmas_ctrl.control.options import SCRIPT_FAILED, LawOptions
 from setcmas_ctrl.filter.options import FilterOptions
 from setcmas_ctrl.filter.starts import check_starts
+from setcmas_simu.reports.reports import ScriptFailure
 from setcmas_simu.simulator.options import SimulationOptions
 from setcmas_tools.offline.options import OfflineOptions
 from setcmas_tools.run.folder import RunFolder
@@ -166,4 +167,7 @@ def _simulate(
         return run, elapsed
     failed = {scripts.script(run.robot).name: [run.robot]} if run.robot else {}
     outcome = Outcome(State.DIED, failed, {}, str(run))
-    return remains(run.states, args.robot_rate, outcome), elapsed
+    rest = remains(run.states, args.robot_rate, outcome)
+    t = max(0, len(run.states) - 1) / args.robot_rate
+    ended = ScriptFailure(t, run.robot, run.function, run.file, run.line or None, run.reason)
+    return replace(rest, info=replace(rest.info, failures=[ended])), elapsed

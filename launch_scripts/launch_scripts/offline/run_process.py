@@ -45,11 +45,17 @@ class BrokenRun:
         states: As `Board.states`, as far as they came.
         robot: Number of the robot whose script ended it; 0 if that is not known.
         reason: How, with script and line.
+        function: What of the script was called.
+        file: Name of the file that it was in; empty if that is not known.
+        line: The line there; 0 if it is not known.
     """
 
     states: Floats
     robot: int
     reason: str
+    function: Function = Function.CONTROL
+    file: str = ''
+    line: int = 0
 
     def __str__(self) -> str:
         """Return what ended it, with the robot's name."""
@@ -160,12 +166,19 @@ class OfflineProcess:
         return f'{self._board.function.value} has not returned for {seconds:g} s'
 
     def _broken(self, reason: str) -> BrokenRun:
-        place = self._place(' at ')
+        file, line, told = self._where()
         self._kill()  # after it has told its place
-        return BrokenRun(self.states(), self._board.robot, f'{reason}{place}')
+        place = f' at {told}' if told else ''
+        board, reason = self._board, f'{reason}{place}'
+        return BrokenRun(self.states(), board.robot, reason, board.function, file, line)
 
     def _place(self, before: str = '; it is at ') -> str:
         """Return the place in the script with its line; empty if it is not known."""
+        *_, told = self._where()
+        return f'{before}{told}' if told else ''
+
+    def _where(self) -> tuple[str, int, str]:
+        """Return file, line, and both in words with the line itself; empty if not known."""
         where = self._folder / WHERE
         size = where.stat().st_size
         if size and self._process.poll() is None:
@@ -178,8 +191,8 @@ class OfflineProcess:
             for script in (*self._scripts.paths, *self._other_scripts):
                 if file.parent == script.parent:
                     there = described_place(file, line, script)
-                    return f'{before}{there}{quoted_line(file, line)}'
-        return ''
+                    return file.name, line, f'{there}{quoted_line(file, line)}'
+        return '', 0, ''
 
     def _kill(self) -> None:
         """End what is left, with what the script has started."""

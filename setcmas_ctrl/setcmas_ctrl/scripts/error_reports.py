@@ -43,7 +43,7 @@ class ErrorReports:
         """
         self.failures: list[ScriptFailure] = []
         self._function = function
-        self._open: dict[int, int] = {}  # by robot, which failure goes on
+        self._open: dict[int, tuple[int, object]] = {}  # by robot, which failure goes on, its key
         self._warn = warn
         self._on_new = on_new
         self._consequence = consequence
@@ -75,21 +75,20 @@ class ErrorReports:
             self._warn(f'{robot_name(robot)} at t = {t:.1f} s: works again after {count} {calls}')
 
     def _keep(self, robot: int, t: float, error: ControlError) -> None:
-        going_on = self._open.get(robot)
-        if going_on is not None and self.failures[going_on].text == str(error):
-            return
+        if robot in self._open and self._open[robot][1] == error.key:
+            return  # the text may hold other numbers
         self._close(robot, t)
         if len(self.failures) < MOST_FAILURES:
             file, line = error.place or (None, None)
             script = file.name if file else ''
-            self._open[robot] = len(self.failures)
+            self._open[robot] = len(self.failures), error.key
             self.failures.append(
                 ScriptFailure(round(t, 3), robot, self._function, script, line, str(error))
             )
 
     def _close(self, robot: int, t: float) -> None:
-        number = self._open.pop(robot, None)
-        if number is not None:
+        if robot in self._open:
+            number, _ = self._open.pop(robot)
             ended = msgspec.structs.replace(self.failures[number], until=round(t, 3))
             self.failures[number] = ended
 

@@ -56,15 +56,24 @@ def write_pictures(
     look.check()
     paths: list[Path] = []
     with plot_style(look.palette, look.paper):
-        drawn = {'paths': _paths(names, runs), 'distances': _distances(names, shifted)}
+        drawn = drawn_pictures(names, runs, shifted)
         try:
             folder.mkdir(parents=True, exist_ok=True)
             for name, figure in drawn.items():
-                finish(figure, f'{names[0]} and {", ".join(names[1:])}')
                 paths += save_in(look.formats, figure, folder / name)
         except OSError as error:
             raise SetcmasError(f"'{folder}' cannot be written: {error.strerror}") from error
     return paths
+
+
+def drawn_pictures(
+    names: Sequence[str], runs: Sequence[Run], shifted: Sequence[Shifted]
+) -> dict[str, Figure]:
+    """Return the pictures by name, drawn; called and used within `plot_style`."""
+    drawn = {'paths': _paths(names, runs), 'distances': _distances(names, shifted)}
+    for figure in drawn.values():
+        finish(figure, f'{names[0]} and {", ".join(names[1:])}')
+    return drawn
 
 
 def _paths(names: Sequence[str], runs: Sequence[Run]) -> Figure:

@@ -13,12 +13,13 @@ from setcmas_tools.metrics.compute import Metrics
 from setcmas_tools.metrics.yaml_file import as_dict
 
 
-def metrics_table(names: Sequence[str], metrics: Sequence[Metrics]) -> str:
+def metrics_table(names: Sequence[str], metrics: Sequence[Metrics], form: str = 'simple') -> str:
     """Return a row for each number that some run has; numbers of each robot as their mean.
 
     Args:
         names: What the runs are called; the first is the reference.
         metrics: Theirs.
+        form: A format of tabulate, 'simple' or 'html', which is escaped.
     """
     columns = [flat(_means(as_dict(one))) for one in metrics]
     rows = []
@@ -28,7 +29,7 @@ def metrics_table(names: Sequence[str], metrics: Sequence[Metrics]) -> str:
             rows.append([name.replace('.(mean)', ' (mean)'), *_cells(values)])
     heads = ['', names[0], *(head for name in names[1:] for head in (name, 'difference'))]
     align = ['left', *['right'] * (len(heads) - 1)]
-    return tabulate(rows, heads, tablefmt='simple', disable_numparse=True, colalign=align)
+    return tabulate(rows, heads, tablefmt=form, disable_numparse=True, colalign=align)
 
 
 def _cells(values: Sequence[Any]) -> list[str]:

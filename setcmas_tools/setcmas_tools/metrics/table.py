@@ -16,12 +16,26 @@ MOST_ROBOTS_IN_ROWS = 50
 
 def table_lines(parts: Mapping[str, Measured], task: str | None) -> list[str]:
     """Return metrics as lines of text: a row for each robot, then what concerns the fleet."""
+    return [*robots_table(parts).splitlines(), *fleet_lines(parts, task)]
+
+
+def fleet_lines(parts: Mapping[str, Measured], task: str | None) -> list[str]:
+    """Return what concerns the fleet, in lines of text."""
+    return [line for part in parts.values() for line in part.lines(task)]
+
+
+def robots_table(parts: Mapping[str, Measured], form: str = 'simple') -> str:
+    """Return a table with a row for each robot; empty if there is nothing of robots.
+
+    Args:
+        parts: What was measured.
+        form: A format of tabulate, 'simple' or 'html', which is escaped.
+    """
     columns = {name: c for part in parts.values() for name, c in part.columns().items()}
-    rows = _robot_lines(columns) if columns else []
-    return [*rows, *(line for part in parts.values() for line in part.lines(task))]
+    return _robots_table(columns, form) if columns else ''
 
 
-def _robot_lines(columns: Columns) -> list[str]:
+def _robots_table(columns: Columns, form: str) -> str:
     robots = sorted({robot for _, values in columns.values() for robot in values})
     if len(robots) <= MOST_ROBOTS_IN_ROWS:
         rows = [
@@ -42,14 +56,13 @@ def _robot_lines(columns: Columns) -> list[str]:
             for name, of in summaries.items()
         ]
     headers = [f'{len(robots)}\nrobots' if len(rows) != len(robots) else 'robot']
-    text = tabulate(
+    return tabulate(
         rows,
         [*headers, *columns],
-        tablefmt='simple',
+        tablefmt=form,
         disable_numparse=True,
         colalign=('left', *['right'] * len(columns)),
     )
-    return text.splitlines()
 
 
 def _summary(

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import io
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -54,15 +54,12 @@ def plot(
             show them on.
     """
     look.check()
-    plots = plots_of(run, warn)
     with plot_style(look.palette, look.paper):
         paths = []
         try:
             folder.mkdir(parents=True, exist_ok=True)
-            for name, draw in tqdm(plots.items(), desc='plots', leave=False, disable=None):
-                figure = window() if look.show else Figure()
-                if _drawn(name, draw, figure, run, warn):
-                    paths += save_in(look.formats, figure, folder / name)
+            for name, figure in drawn_plots(run, warn, window if look.show else Figure):
+                paths += save_in(look.formats, figure, folder / name)
         except OSError as error:
             raise SetcmasError(
                 f"plots cannot be written to '{folder}': {error.strerror}"
@@ -70,6 +67,22 @@ def plot(
         if look.show:
             show(folder)
     return paths
+
+
+def drawn_plots(
+    run: Run, warn: Callable[[str], None] = print, new: Callable[[], Figure] = Figure
+) -> Iterator[tuple[str, Figure]]:
+    """Yield the plots that suit a run by name, drawn; called and used within `plot_style`.
+
+    Args:
+        run: The run.
+        warn: Shows a plot that fails; the others are drawn.
+        new: Makes an empty figure.
+    """
+    for name, draw in tqdm(plots_of(run, warn).items(), desc='plots', leave=False, disable=None):
+        figure = new()
+        if _drawn(name, draw, figure, run, warn):
+            yield name, figure
 
 
 class Picture(Figure):

@@ -77,6 +77,7 @@ def test_a_call_that_does_not_return_is_told_and_ended(run, body):
     assert len(said) == 1
     assert said[0].startswith('tb3_2: control has not returned for 2 s')
     assert 'law.py, line 9\n    9 | ' in result.reason
+    assert (result.file, result.line) == ('law.py', 9)
     assert 3 <= len(result.states) <= 7  # 0.4 s at 10 Hz
 
 

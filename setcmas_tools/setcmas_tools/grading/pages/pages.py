@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import functools
-import re
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from jinja2 import Environment, PackageLoader, StrictUndefined
+from jinja2 import Environment
 
 from setcmas_tools.grading.marks import Marks
 from setcmas_tools.grading.pages.class_figures import class_figures, share
@@ -16,11 +15,10 @@ from setcmas_tools.grading.pages.file_names import file_names
 from setcmas_tools.grading.pages.path_picture import path_picture
 from setcmas_tools.grading.pages.remarks import names_of, points_text, remark
 from setcmas_tools.grading.student_view import student_view
+from setcmas_tools.pages.page import rendered, templates, write_page
 
 CLASS_PAGE = 'index.html'
 STUDENTS = 'students'
-
-_CONTROL = re.compile(r'[\x00-\x08\x0b-\x1f\x7f-\x9f]')
 
 
 def write_pages(marks: Sequence[Marks], folder: Path) -> Path:
@@ -40,9 +38,9 @@ def write_pages(marks: Sequence[Marks], folder: Path) -> Path:
         if old.stem not in names:
             old.unlink()
     for one, name in zip(marks, names, strict=True):
-        _write(students / f'{name}.html', student_page(one))
+        write_page(students / f'{name}.html', student_page(one))
     page = folder / CLASS_PAGE
-    _write(page, class_page(marks, [f'{STUDENTS}/{name}.html' for name in names]))
+    write_page(page, class_page(marks, [f'{STUDENTS}/{name}.html' for name in names]))
     return page
 
 
@@ -64,21 +62,12 @@ def class_page(marks: Sequence[Marks], links: Sequence[str]) -> str:
 
 
 def _page(template: str, **known: Any) -> str:
-    text = _templates().get_template(template).render(**known)
-    return _CONTROL.sub('\N{REPLACEMENT CHARACTER}', text)
+    return rendered(_templates(), template, **known)
 
 
 @functools.cache
 def _templates() -> Environment:
-    found = Environment(
-        loader=PackageLoader('setcmas_tools.grading.pages'),
-        autoescape=True,  # names, messages and scripts are anybody's
-        undefined=StrictUndefined,
-    )
+    found = templates(__package__)
     found.filters |= {'points': points_text, 'picture': path_picture, 'remark': remark}
     found.globals['share'] = share
     return found
-
-
-def _write(path: Path, text: str) -> None:
-    path.write_text(text, encoding='utf-8', errors='replace', newline='\n')

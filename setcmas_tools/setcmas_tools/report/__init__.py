@@ -1,0 +1,1 @@
+"""Report: a run as one page that opens without a server, and the same as PDF."""

@@ -1,0 +1,144 @@
+import csv
+import re
+import shutil
+
+import pytest
+from report_pages import HOSTILE, LAW
+
+from launch_scripts.cli import main
+from setcmas_tools import simulate
+
+SIZES = [(1366, 768), (1920, 1080), (390, 844)]
+NEEDS_CHROMIUM = pytest.mark.skipif(not shutil.which('chromium'), reason='chromium is missing')
+
+
+@pytest.fixture(scope='module')
+def folder(tmp_path_factory):
+    """A folder with a run of a law that fails, one that does not, and a report of both."""
+    folder = tmp_path_factory.mktemp('report')
+    (folder / 'law.py').write_text(LAW)
+    for algo, name in ((folder / 'law.py', 'failed'), ('consensus', 'well')):
+        simulate(algo, 3, 5.0, delay=0.3, warn=lambda _: None).save(folder / name)
+    paths = [str(folder / name) for name in ('failed', 'well', 'failed.html')]
+    assert main(['report', *paths[:2], '-o', paths[2]]) == 0
+    return folder
+
+
+def test_the_page_is_named_after_its_run_and_the_pdf_lies_beside_it(folder, monkeypatch, capsys):
+    monkeypatch.chdir(folder)
+
+    assert main(['report', 'well', '--pdf']) == 0
+    assert capsys.readouterr().out == 'well.html\nwell.pdf\n'
+    assert '<title>consensus, 3 robots</title>' in (folder / 'well.html').read_text()
+    assert (folder / 'well.pdf').read_bytes().startswith(b'%PDF')
+
+
+@pytest.mark.parametrize(
+    ('arguments', 'message'),
+    [
+        (['nothing'], "there is no 'nothing'; it must be the folder of a run"),
+        (['well', 'well', 'well'], '3 runs are given; there must be one or two'),
+        (['well', '-o', 'out.pdf'], "the page 'out.pdf' must end with .html"),
+        (['well', '-o', 'no/out.html'], "there is no folder 'no'; create it"),
+        (['.'], "there is no fleet.csv in '.'"),
+    ],
+)
+def test_mistakes_are_told_in_one_line(folder, monkeypatch, capsys, arguments, message):
+    monkeypatch.chdir(folder)
+
+    assert main(['report', *arguments]) == 2
+    told = capsys.readouterr().err
+    assert message in told
+    assert len(told.splitlines()) == 1
+
+
+def resized(browser, width, height):
+    size = {'width': width, 'height': height, 'deviceScaleFactor': 1, 'mobile': width < 500}
+    browser.execute_cdp_cmd('Emulation.setDeviceMetricsOverride', size)
+
+
+def numbers(browser):
+    """Return the numbers in the rows of robots, as they are shown."""
+    rows = browser.execute_script(
+        "return [...document.querySelectorAll('#robots tr')].map(row => row.innerText)"
+    )
+    return [row.replace('\N{MINUS SIGN}', '-').split() for row in rows]
+
+
+@NEEDS_CHROMIUM
+def test_a_browser_shows_the_run_at_any_time(folder):
+    from browser import open_browser
+    from selenium.webdriver.common.by import By
+    from selenium.webdriver.common.keys import Keys
+
+    text = (folder / 'failed' / 'csv' / 'fleet.csv').read_text()
+    table = list(csv.DictReader(text.splitlines()))
+    page = (folder / 'failed.html').as_uri()
+    with open_browser(1366, 768) as browser:
+        browser.execute_cdp_cmd('Network.enable', {})
+        browser.get(f'{page}#t=2.3')
+
+        def expect(t):
+            assert browser.find_element(By.ID, 'now').text == f't = {t:.1f} s'
+            wanted = [row for row in table if abs(float(row['t']) - t) < 1e-6]
+            assert len(wanted) == 3
+            for shown, row in zip(numbers(browser), wanted, strict=True):
+                assert shown[0] == f'tb3_{row["robot"]}'
+                for place, name in ((1, 'x'), (2, 'y'), (4, 'v')):
+                    assert float(shown[place]) == pytest.approx(float(row[name]), abs=6e-4)
+
+        expect(2.3)
+        set_bar = "bar.value = arguments[0]; bar.dispatchEvent(new Event('input'))"
+        browser.execute_script(set_bar, 4.1)
+        expect(4.1)
+        keys = browser.find_element(By.TAG_NAME, 'body')
+        for key, t in (
+            (Keys.ARROW_RIGHT, 4.2),
+            (Keys.HOME, 0.0),
+            (Keys.ARROW_LEFT, 0.0),
+            (Keys.END, 5.0),
+        ):
+            keys.send_keys(key)
+            expect(t)
+
+        [jump] = [
+            button
+            for button in browser.find_elements(By.CSS_SELECTOR, '.note button')
+            if 'robot 3' in button.text
+        ]
+        jump.click()
+        expect(1.2)
+        about = browser.find_element(By.ID, 'about').text
+        assert f'Its law failed in line 10 of law.py: ValueError: {HOSTILE}' in about
+        assert re.search(r'tb3_2 at \(.*\) m', about)
+        assert browser.title == 'law, 3 robots'
+
+        for width, height in SIZES:
+            resized(browser, width, height)
+            assert browser.execute_script('return document.documentElement.scrollWidth') == width
+        fetched = "return performance.getEntriesByType('resource').map(one => one.name)"
+        assert not [
+            name for name in browser.execute_script(fetched) if not name.startswith('data:')
+        ]
+        assert browser.get_log('browser') == []
+
+
+@NEEDS_CHROMIUM
+def test_a_robot_that_is_clicked_tells_of_itself_and_space_plays(folder):
+    from browser import open_browser, wait_for
+    from selenium.webdriver.common.by import By
+
+    with open_browser(1366, 768) as browser:
+        browser.get((folder / 'failed.html').as_uri())
+        place = browser.execute_script(
+            'const pose = poseAt(run.robots[1], now), box = plane.getBoundingClientRect();'
+            'return [box.left + px(pose.x), box.top + py(pose.y)]'
+        )
+        click = {'x': place[0], 'y': place[1], 'button': 'left', 'clickCount': 1}
+        for kind in ('mousePressed', 'mouseReleased'):
+            browser.execute_cdp_cmd('Input.dispatchMouseEvent', {'type': kind, **click})
+        assert browser.find_element(By.ID, 'about').text.startswith('tb3_2\nat (5.000')
+
+        browser.find_element(By.TAG_NAME, 'body').send_keys(' ')
+        wait_for(lambda: browser.find_element(By.ID, 'now').text == 't = 5.0 s')
+        assert browser.find_element(By.ID, 'play').text == '▶'
