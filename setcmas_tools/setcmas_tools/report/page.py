@@ -10,7 +10,6 @@ from importlib.resources import files
 from typing import Any
 
 from jinja2 import Environment
-from markupsafe import Markup
 
 from setcmas_tools.pages.page import rendered, templates
 from setcmas_tools.replay.history import RunHistory
@@ -39,7 +38,7 @@ def report_page(pair: Pair) -> str:
         title=pair.run.title,
         pair=pair,
         facts=facts_of(pair.run),
-        metrics=Markup(metrics),
+        metrics=metrics,
         remarks=remarks,
         pictures=list(embedded_pictures(pair)),
         listings=listings(pair.run),
@@ -59,7 +58,7 @@ def _player() -> str:
     return ''.join((folder / name).read_text(encoding='utf-8') for name in _SCRIPTS)
 
 
-def _data(run: Run, other: Run | None) -> Markup:
+def _data(run: Run, other: Run | None) -> str:
     """Return what the player shows, as JSON that ends no element of a page."""
     history = RunHistory(run)
     t = common_times(history)
@@ -75,4 +74,4 @@ def _data(run: Run, other: Run | None) -> Markup:
     text = json.dumps(content, separators=(',', ':'), allow_nan=False)
     for letter in '<>&':
         text = text.replace(letter, f'\\u{ord(letter):04x}')
-    return Markup(text)
+    return text
