@@ -47,6 +47,9 @@ def test_what_goes_wrong_is_told_with_the_own_line(tmp_path):
     )
     assert "  tb3_2 at t = 0.0 s: law.py, line 4: NameError: name 'undefined'" in failing.stdout
     assert '      4 | return undefined if robotNo == 2' in failing.stdout
-    assert '✗ 0/1  near: path_error none (wanted: at most 0.1 m)\n' in hanging.stdout
+    assert (
+        '✗ 0/1  near: path_error none: the script failed (wanted: at most 0.1 m)\n'
+        in hanging.stdout
+    )
     assert 'kept' not in failing.stdout
     assert 'Nearer' not in failing.stdout  # it would lead away from the mistake
