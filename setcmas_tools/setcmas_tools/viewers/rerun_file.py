@@ -186,4 +186,4 @@ def _on_ground(x: Floats, y: Floats) -> Floats:
 
 
 def _times(t: Floats) -> rr.TimeColumn:
-    return rr.TimeColumn(TIME_LINE, duration=t)
+    return rr.TimeColumn(TIME_LINE, duration=np.round(1e9 * t).astype('timedelta64[ns]'))
