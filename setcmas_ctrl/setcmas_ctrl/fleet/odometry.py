@@ -123,6 +123,6 @@ class FleetOdometry:
 
 def told_state(data: bytes) -> State | None:
     """Return what an encoded odometry tells; None if its pose is not finite."""
-    (x, y), quaternion, V = read_odometry(data)
+    (x, y), quaternion, V, _ = read_odometry(data)
     pose = (x, y, yaw_of_quaternion(*quaternion))
     return State(pose, V, data) if all(map(math.isfinite, pose)) else None

@@ -39,10 +39,10 @@ class EmulatedGuards:
 
     def step(self, now: float) -> None:
         """Step those that do not hang; `now` is in s."""
-        if self._steps.due(now):
-            for guard, until in zip(self._guards, self._hang_until, strict=True):
-                if now >= until:
-                    guard.step(now)
+        due = self._steps.due(now)
+        for guard, until in zip(self._guards, self._hang_until, strict=True):
+            if now >= until and (due or guard.period < 1.0 / RATE_HZ):
+                guard.step(now)
 
     def _guard(self, robot: LabRobot) -> CmdVelGuard:
         """Return the guard of a robot, which speaks up only when it stops the robot."""

@@ -7,6 +7,8 @@ cmd_vel itself, the guard commands zero in between, and can switch the motors of
 
 from __future__ import annotations
 
+import math
+
 from diagnostic_msgs.msg import DiagnosticStatus
 from geometry_msgs.msg import Twist, TwistStamped
 from rclpy.duration import Duration
@@ -37,11 +39,16 @@ RATE_HZ = 20.0
 IDLE_RATE_HZ = 10.0
 """Rate of steps in Hz otherwise."""
 
+FIGHT_RATE_HZ = 200.0
+"""Rate of steps in Hz while somebody drives the base past the guard: who speaks last wins."""
+
 _REPORT_EVERY_S = 0.2
 _LOOK_EVERY_S = 0.5
 _LONGEST_STEP_S = 0.1
 _LAST_WORDS_S = 0.3
+_FIGHTS_S = 0.5
 _STOP = (0.0, 0.0)
+_DEFENDED = (State.EMERGENCY, State.RIVAL)
 
 
 class CmdVelGuard(FleetNode):
@@ -70,6 +77,7 @@ class CmdVelGuard(FleetNode):
         self._report = GuardReport(State.IDLE, '', False, Power.UNKNOWN, '')
         self._reports = self.create_publisher(DiagnosticStatus, topics.GUARD_STATE, qos.STATE)
         self._sent = _STOP
+        self._fights_until = -math.inf
         self._now = self._stepped = self._looked = self._reported = now - _LOOK_EVERY_S
         self._base = Base()
         self._use(self._base, now)
@@ -101,6 +109,8 @@ class CmdVelGuard(FleetNode):
         if why := standing.hold(situation):
             self._pause.hold(why)
         state, reason = standing.decide(situation, self._pause.reason())
+        if situation.intruder:
+            self._fights_until = now + _FIGHTS_S
         self._switch(situation, before, state)
         self._power.step(now)
         self._command(state, now)
@@ -110,6 +120,8 @@ class CmdVelGuard(FleetNode):
     @property
     def period(self) -> float:
         """Time in s to the next step: a Raspberry Pi has other things to do than to idle."""
+        if self._now < self._fights_until:
+            return 1.0 / FIGHT_RATE_HZ
         return 1.0 / (IDLE_RATE_HZ if self._report.state is State.IDLE else RATE_HZ)
 
     def stop(self) -> None:
@@ -167,7 +179,7 @@ class CmdVelGuard(FleetNode):
 
     def _command(self, state: State, now: float) -> None:
         if self._base.is_open:
-            if self._silence.must_stop(now) or state in (State.EMERGENCY, State.RIVAL):
+            if self._silence.must_stop(now) or state in _DEFENDED:
                 self._publish(*_STOP)
             return
         wanted = self._commands.newest(now) if state is State.FOLLOWING else None
@@ -188,7 +200,7 @@ class CmdVelGuard(FleetNode):
             return
         name = self.get_namespace().strip('/')
         was = self._report.state
-        loud = state in (State.EMERGENCY, State.RIVAL) or was is State.FOLLOWING
+        loud = state in _DEFENDED or was is State.FOLLOWING
         if report.stops and state is not was and loud:
             self.get_logger().warning(f'{name} is stopped: {reason}')
         self._report, self._reported = report, now
@@ -201,3 +213,5 @@ class CmdVelGuard(FleetNode):
             stamp = message.header.stamp.sec + 1e-9 * message.header.stamp.nanosec
         self._commands.hear(V, omega, stamp, self._now)
         self._silence.hear(V, omega, self._now)
+        if self._base.is_open and self._report.state in _DEFENDED and (V, omega) != _STOP:
+            self._fights_until = self._now + _FIGHTS_S

@@ -58,8 +58,8 @@ class CmdVelBridge(FleetNode):
         self.battery: float | None = None
         self._scale = Battery()
         self._received = self._comes_from = -math.inf
-        self._obedience = Obedience()
-        self._sent = (0.0, 0.0)
+        self._obedience = Obedience(lab.limits.wheel_separation)
+        self._sent = self._rolls = (0.0, 0.0)
         self._own = cmd_vel_graph.own_participant(self)
         self._odometry = OnlySender(self, robot.topic(topics.ODOM))
         self._impostor = ''
@@ -104,11 +104,10 @@ class CmdVelBridge(FleetNode):
         else:
             self._motors.leave()
         self._motors.step(now)
-        V, omega = self._sent
         self.fault = (
             self.guard.trouble(self._demands_guard)
             or ('' if self.is_heard else f'nothing listens to {self.topic}; is it switched on?')
-            or self._obedience.update(V, V == omega == 0.0, now)
+            or self._obedience.update(*self._sent, now)
         )
 
     def age(self, now: float) -> float:
@@ -117,7 +116,7 @@ class CmdVelBridge(FleetNode):
 
     def stands(self, now: float) -> bool:
         """Return whether its own odometry tells that its wheels stand."""
-        return self.tells_wheels(now) and self.wheels is not None and not self.wheels[0]
+        return self.tells_wheels(now) and self._rolls == (0.0, 0.0)
 
     def tells_wheels(self, now: float) -> bool:
         """Return whether its own odometry is there, and its alone."""
@@ -129,7 +128,9 @@ class CmdVelBridge(FleetNode):
         self.is_heard = self.cmd_vel.follow_listeners()
         # The pause node may command zero; several of them pause all robots.
         operator = cmd_vel_graph.participants(self, topics.PAUSED)
-        allowed = {self._own} | operator | self.guard.look_around()
+        guards = self.guard.look_around()
+        # Where none is demanded anybody could play the guard of a robot that has none.
+        allowed = {self._own} | operator | (guards if self._demands_guard else set())
         controllers = self.count_publishers(self._wanted)
         several = f'{controllers} controllers want to move it' if controllers > 1 else ''
         seen_by = cmd_vel_graph.strangers(self, topics.mocap_topic(self.robot), {self._own})
@@ -148,8 +149,9 @@ class CmdVelBridge(FleetNode):
         self._received = self._comes_from
 
     def _on_wheels(self, message: bytes) -> None:
-        self.wheels = cdr.read_odometry(message).V, self._now
-        self._obedience.hear(*self.wheels)
+        told = cdr.read_odometry(message)
+        self.wheels, self._rolls = (told.V, self._now), (told.V, told.omega)
+        self._obedience.hear(*self._rolls, self._now)
 
     def _on_battery(self, message: BatteryState) -> None:
         self.battery = self._scale.percent(message.percentage)

@@ -15,24 +15,25 @@ _OLD_S = 0.3  # what is older tells nothing of wheels that turn
 class Obedience:
     """Compares commands with the speed of the wheels; all times in s on a steady clock."""
 
-    def __init__(self) -> None:
-        """Begin without having heard of the wheels."""
+    def __init__(self, wheel_separation: float) -> None:
+        """Begin without having heard of the wheels, which are so far (m) from each other."""
+        self._lever = 0.5 * wheel_separation
         self._wheels = 0.0
         self._heard: float | None = None
         self._follows = self._stops = 0.0  # when it last did as it was commanded
 
-    def hear(self, V: float, now: float) -> None:
-        """Take the forward speed (m/s) that the wheels had."""
+    def hear(self, V: float, omega: float, now: float) -> None:
+        """Take the forward speed (m/s) and the turn rate (rad/s) that the wheels had."""
         if self._heard is None:
             self._follows = self._stops = now
-        self._wheels, self._heard = abs(V), now
+        self._wheels, self._heard = self._faster_wheel(V, omega), now
 
-    def update(self, V: float, is_zero: bool, now: float) -> str:
+    def update(self, V: float, omega: float, now: float) -> str:
         """Take what was commanded last; returns what is wrong with the robot, empty if nothing.
 
         Args:
             V: Forward speed in m/s.
-            is_zero: Whether it was commanded to stand.
+            omega: Turn rate in rad/s.
             now: The time.
         """
         if self._heard is None:
@@ -40,12 +41,15 @@ class Obedience:
         if now - self._heard > _SILENT_AFTER_S:
             self._follows = self._stops = now
             return 'its wheel odometry is silent; is it switched off?'
-        if abs(V) <= _COMMANDED_M_S or self._wheels > _STANDS_M_S:
+        if self._faster_wheel(V, omega) <= _COMMANDED_M_S or self._wheels > _STANDS_M_S:
             self._follows = now
-        if not is_zero or self._wheels <= _TURNS_M_S or now - self._heard > _OLD_S:
+        if V or omega or self._wheels <= _TURNS_M_S or now - self._heard > _OLD_S:
             self._stops = now
         if now - self._follows > AFTER_S:
             return 'its wheels stand, although it is commanded to move: are its motors on?'
         if now - self._stops > AFTER_S:
             return 'its wheels turn, although it is commanded zero'
         return ''
+
+    def _faster_wheel(self, V: float, omega: float) -> float:
+        return abs(V) + self._lever * abs(omega)

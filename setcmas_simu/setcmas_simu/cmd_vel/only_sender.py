@@ -21,7 +21,7 @@ class OnlySender:
         self._topic = topic
 
     def impostor(self) -> str:
-        """Return who else sends it; empty if nobody.."""
+        """Return who else sends it; empty if nobody."""
         found = cmd_vel_graph.participants(self._node, self._topic)
         if len(found) == 1:
             self.process = found

@@ -30,7 +30,6 @@ _STAMP_SIZE = 8
 _LENGTH = struct.Struct('=I')
 _POSE = struct.Struct(POSE)
 _TWIST = struct.Struct(TWIST)
-_SPEED = struct.Struct('=d')
 _COVARIANCE_SIZE = 36 * 8
 _MARKS = {'d': 1.2345678901234567e89, 'i': 0x5A3C_96E1}
 
@@ -69,11 +68,12 @@ class PreparedMessage:
 
 
 class EncodedOdometry(NamedTuple):
-    """What is read of an odometry: position in m, quaternion, forward speed in m/s."""
+    """What is read of an odometry: position (m), quaternion, forward speed (m/s), turn (rad/s)."""
 
     position: tuple[float, float]
     quaternion: tuple[float, float, float, float]
     V: float
+    omega: float
 
 
 def read_stamp(data: bytes) -> int:
@@ -84,12 +84,12 @@ def read_stamp(data: bytes) -> int:
 
 
 def read_odometry(data: bytes) -> EncodedOdometry:
-    """Return the pose and the speed of an encoded nav_msgs/Odometry."""
+    """Return the pose and the speeds of an encoded nav_msgs/Odometry."""
     data = _in_our_encoding(data, Odometry)
     at = _after_texts(data, 2)
     x, y, _, *quaternion = _POSE.unpack_from(data, at)
-    (V,) = _SPEED.unpack_from(data, at + _POSE.size + _COVARIANCE_SIZE)
-    return EncodedOdometry((x, y), tuple(quaternion), V)
+    twist = _TWIST.unpack_from(data, at + _POSE.size + _COVARIANCE_SIZE)
+    return EncodedOdometry((x, y), tuple(quaternion), twist[0], twist[5])
 
 
 def read_twist(data: bytes, kind: type) -> tuple[float, float, float]:

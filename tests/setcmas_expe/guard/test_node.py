@@ -192,3 +192,25 @@ def test_a_base_that_hears_anybody_is_stopped_by_zeros_and_by_its_motors(start, 
     other.node.create_publisher(Twist, '/tb3_1/cmd_vel', 1)
     robot.wait_for(State.RIVAL)
     peer.wait_for(lambda: robot.motors[-1] is False)
+
+
+def test_who_drives_a_base_past_the_guard_is_answered_sooner_than_the_guard_speaks_otherwise(
+    start, peer, other
+):
+    robot = Robot(peer, 'cmd_vel')
+    robot.stopped = True
+    start(*GUARD, *NAMESPACE)
+    robot.wait_for(State.EMERGENCY)
+    rogue = other.publisher(TwistStamped, '/tb3_1/cmd_vel', listeners=2)
+    at_reports = [(0, 0)]
+
+    def answers():
+        """Return how many zeros came between two reports: there are 5 reports a second."""
+        rogue.publish(robot.message((0.2, 0.0)))
+        if len(robot.reports) > at_reports[-1][0]:
+            zeros = sum(velocities(message) == STOP for message in robot.heard)
+            at_reports.append((len(robot.reports), zeros))
+        (before, old), (now, new) = at_reports[-2:] if at_reports[1:] else ((0, 0), (1, 0))
+        return (new - old) / (now - before)
+
+    peer.wait_for(lambda: answers() > 12)

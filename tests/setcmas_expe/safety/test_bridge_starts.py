@@ -149,6 +149,13 @@ def test_a_robot_starts_only_with_a_guard_and_stops_without(start, peer):
     see_it_stand(lab, 'paused: robot 1: its cmd_vel_guard is silent')
 
 
+def test_who_plays_the_guard_of_a_robot_that_needs_none_is_noticed(lab, start):
+    lab.let_go({1: GO})
+    start(sys.executable, '-m', 'setcmas_expe.guard.main', *GUARDED)
+
+    see_it_stand(lab, '/tb3_1/cmd_vel_guard commands it too')
+
+
 def test_a_robot_stands_while_somebody_else_tells_its_law_where_it_is(lab):
     lab.let_go({1: GO})
     lab.peer.node.create_publisher(Odometry, '/mocap/tb3_1/odom', 1)
