@@ -5,6 +5,7 @@ from processes import run_setcmas
 
 from launch_scripts.cli import build_parser
 from launch_scripts.processes.emulated_scenarios import command_line
+from setcmas_ctrl.control.options import LawOptions
 from setcmas_tools.grading.rubric import read_rubric
 
 RUBRIC = """\
@@ -37,6 +38,10 @@ def test_a_scenario_is_a_command_that_means_the_same(rubric):
     assert (args.algo, args.nb_robots, args.duration, args.loss) == ('my_law.py', 2, 6, 0.1)
     assert (args.event_triggered, args.filter) == (True, 'none')
     assert args.pose == ['1:1.0,1.0,0.5', '2:-1.0,-1.0,0.0']
+    rubric.write_text(RUBRIC.replace('loss: 0.1', 'set: {WPL: [[1, 2]], REACHED: 0.2}'))
+    [scenario] = read_rubric(rubric).scenarios
+    args = build_parser('run').parse_args(['run', *command_line(scenario.job('my_law.py'))])
+    assert LawOptions.of(args).settings == {'WPL': [[1, 2]], 'REACHED': 0.2}
 
 
 @pytest.mark.nightly
