@@ -102,6 +102,10 @@ class Ended(Message, frozen=True):
     failures: tuple[ScriptFailure, ...] = ()
 
 
+WRITES_S = 60.0
+"""Time in s that a recorder gets to end: a busy machine writes the index of a large bag slowly."""
+
+
 class Recording(Message, frozen=True):
     """The recorder has found the topics that are there."""
 

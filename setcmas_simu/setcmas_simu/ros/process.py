@@ -30,7 +30,6 @@ from setcmas_simu.ros.dds_setup import dds_setup
 STOP_SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 _LONGEST_WAIT_S = 0.25
 _AT_TIMES_S = 0.02
-_LONGEST_END_S = 10  # after that the kernel ends a process that hangs in its clean-up
 
 
 class FleetNode(Node):
@@ -87,6 +86,8 @@ class RosProcess:
         self.launcher = launcher
         self.executor = SingleThreadedExecutor()
         self.stopping = False
+        self.longest_end_s = 10
+        """After that the kernel ends a process that hangs in its clean-up."""
         self._served = 0.0
         self.on_stop_signal: Callable[[], None] | None = None
         """Called in the signal handler, for what cannot wait until the callback returns."""
@@ -152,7 +153,7 @@ class RosProcess:
         """Note the wish to stop, and set the deadline for the clean-up."""
         self.stopping = True
         signal.signal(signal.SIGALRM, signal.SIG_DFL)
-        signal.alarm(_LONGEST_END_S)
+        signal.alarm(self.longest_end_s)
         if self.on_stop_signal:
             self.on_stop_signal()
 

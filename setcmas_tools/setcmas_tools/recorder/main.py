@@ -7,7 +7,7 @@ import sys
 import time
 
 from setcmas_simu.fleet import topics
-from setcmas_simu.reports.reports import Recording
+from setcmas_simu.reports.reports import WRITES_S, Recording
 from setcmas_simu.ros.process import FleetNode, RosProcess, node_main
 from setcmas_tools.recorder.graph_recorder import GraphRecorder
 from setcmas_tools.recorder.options import RecorderOptions
@@ -26,6 +26,7 @@ def main(argv: list[str] | None = None) -> int:
 
 
 def _record_bag(process: RosProcess, args: argparse.Namespace) -> int:
+    process.longest_end_s = int(WRITES_S)
     options = RecorderOptions.of(args)
     chosen = [f'/{name.lstrip("/")}' for name in options.topics or ()] or None
     try:

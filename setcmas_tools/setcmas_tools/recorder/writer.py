@@ -116,6 +116,7 @@ class BagWriter:
         """Write index and metadata; after an OSError, only let go of the file."""
         try:
             if error_type is None or not issubclass(error_type, OSError):
+                self.flush()  # they take long: until then a kill would cost the last second
                 self._writer.close()
         finally:
             with contextlib.suppress(OSError):

@@ -91,6 +91,17 @@ def test_flushed_messages_are_readable_while_the_bag_is_open(tmp_path, data):
     assert count(tmp_path / 'bag') == 50
 
 
+def test_a_recorder_that_is_killed_while_it_writes_the_index_has_lost_nothing(
+    tmp_path, data, monkeypatch
+):
+    writer = BagWriter(tmp_path / 'bag')
+    monkeypatch.setattr(writer._writer, 'close', lambda: None)
+    with writer:
+        writer.write(add_points(writer), 1, data[0])
+
+    assert count(tmp_path / 'bag') == 1
+
+
 def test_a_recorder_that_is_killed_at_once_leaves_a_bag_without_messages(tmp_path):
     with BagWriter(tmp_path / 'bag') as writer:
         add_points(writer)

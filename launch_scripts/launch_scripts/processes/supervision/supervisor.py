@@ -25,10 +25,12 @@ from launch_scripts.processes.supervision.script_calls import SILENT_S
 from launch_scripts.terminal.output_lines import LineBuffer, Stream, write_line
 from launch_scripts.terminal.output_queue import OutputQueue, QueuedStream
 from setcmas_simu.reports.encoding import LineDecoder
+from setcmas_simu.reports.reports import WRITES_S, Recording
 
 # Ctrl-Z too: a launcher that is asleep would leave its robots without supervision.
 STOP_SIGNALS = known_signals('SIGINT', 'SIGTERM', 'SIGHUP', 'SIGTSTP')
-_ESCALATION = ((signal.SIGINT, 5.0), (signal.SIGTERM, 3.0), (KILL, 5.0))
+_ENDS_S = 5.0
+_ESCALATION = ((signal.SIGTERM, 3.0), (KILL, 5.0))
 _TICK_S = 0.05  # Esc is seen after it
 _HANGS_S = 1.0  # a call of a script that runs for longer keeps its process from ending
 _HANGING_ENDS_S = 0.7
@@ -174,10 +176,12 @@ class Supervisor:
         self.write(message, self.stderr)
 
     def stop(self, *children: Child) -> None:
-        """Stop processes one after the other, gently at first."""
-        for child in children:
+        """Stop processes one after the other, gently at first, unless they are stopped already."""
+        for child in [child for child in children if child in self.children]:
             # Python answers SIGINT with a traceback until a program has its own handler.
-            for signum, wait_s in _ESCALATION if child.spoke else _ESCALATION[1:]:
+            records = child.heard(Recording) is not None
+            gently = ((signal.SIGINT, WRITES_S if records else _ENDS_S),) if child.spoke else ()
+            for signum, wait_s in (*gently, *_ESCALATION):
                 if not child.running():
                     break
                 if signum == KILL:
@@ -190,8 +194,7 @@ class Supervisor:
             if child.process.stdin:
                 child.process.stdin.close()
             self._show_output(0)
-            if child in self.children:
-                self.children.remove(child)
+            self.children.remove(child)
 
     def _await_end(self, child: Child, seconds: float) -> None:
         """Wait until a process ends; not as long for one that hangs, or if the user insists."""

@@ -221,6 +221,21 @@ def test_even_a_stubborn_process_is_stopped_with_all_that_it_started(supervisor)
     wait_until(lambda: all(map(gone, family)))
 
 
+@pytest.mark.parametrize(('report', 'status'), [('Recording(2)', 0), ('Ready()', -signal.SIGTERM)])
+def test_a_recorder_gets_the_time_to_write_what_it_has(supervisor, monkeypatch, report, status):
+    monkeypatch.setattr('launch_scripts.processes.supervision.supervisor._ENDS_S', 0.2)
+    writes = (
+        'import signal, sys, time\n'
+        'signal.signal(signal.SIGINT, lambda *_: (time.sleep(1), sys.exit(0)))\n'
+    )
+    code = f'{TELL}{writes}launcher().tell({report})\n{SLEEPER}'
+    child = supervisor.start('record', python(code))
+    supervisor.run(until=lambda: supervisor.lines)
+    supervisor.stop(child)
+
+    assert child.process.returncode == status
+
+
 def test_a_signal_asks_to_stop(supervisor):
     supervisor.start('child', python(SLEEPER))
     supervisor.run(until=lambda: supervisor.lines)
