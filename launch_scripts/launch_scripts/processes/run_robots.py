@@ -22,7 +22,7 @@ from setcmas_tools.run.outcome import Outcome, State
 STOPPED = 130
 """Exit status after Ctrl-C, as of shells."""
 
-_START_TIMEOUT_S = 20.0
+_START_TIMEOUT_S = 60.0  # a busy machine starts fifty robots in half of it
 _ROUNDING_S = 1e-9
 
 
