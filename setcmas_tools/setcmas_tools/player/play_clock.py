@@ -31,6 +31,11 @@ class PlayClock:
         """Return how long in s it is until a time in the recording comes; never less than 0."""
         return max(0.0, (at - self.at(now)) / self._rate)
 
+    def turn(self, rate: float, now: float) -> None:
+        """Go on at another rate."""
+        self.move_to(self.at(now), now)
+        self._rate = rate
+
     def toggle(self, now: float) -> None:
         """Stop if it goes, else go on."""
         self.move_to(self.at(now), now)

@@ -10,7 +10,7 @@ import numpy as np
 from setcmas_simu.arrays import Floats
 from setcmas_tools.comparison.repeat import distances_between
 from setcmas_tools.kinds.task import task_of
-from setcmas_tools.metrics.consensus import disagreement
+from setcmas_tools.metrics.consensus import disagreement, is_agreement
 from setcmas_tools.metrics.separation import distances_of_pairs
 from setcmas_tools.plots.references import ignore
 from setcmas_tools.run.run import Run
@@ -45,8 +45,9 @@ def curves(run: Run) -> list[Curve]:
     if len(grid.robots) > 1 and len(grid.t):
         least = distances_of_pairs(grid)[0]
         found.insert(0, Curve('Least separation', 'm', grid.t, {FLEET: least}))
-        values = disagreement(grid.x, grid.y)
-        found.insert(0, Curve('Disagreement', 'm', grid.t, {FLEET: values}))
+        if is_agreement(run):
+            values = disagreement(grid.x, grid.y)
+            found.insert(0, Curve('Disagreement', 'm', grid.t, {FLEET: values}))
     known = task_of(run, ignore)
     errors = known[0].errors(run, known[1]) if known and len(run.counted.t) else None
     if errors:

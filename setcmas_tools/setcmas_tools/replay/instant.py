@@ -11,6 +11,7 @@ from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet.planar_pose import wrap_angle
 from setcmas_simu.reports.reports import Function, ScriptFailure
 from setcmas_tools.metrics.motion import SATURATION_TOLERANCE, largest_speed
+from setcmas_tools.records.safety import MOVING
 from setcmas_tools.records.track import SAME_TIME_S
 from setcmas_tools.replay.history import RunHistory
 from setcmas_tools.replay.knowledge import Knowledge
@@ -18,6 +19,11 @@ from setcmas_tools.replay.newest import NewestRows
 from setcmas_tools.run.run import Run
 
 Velocity = tuple[float, float]
+_HELD = {
+    Verdict.CHANGED: 'kept clear',
+    Verdict.BLOCKED: 'blocked',
+    Verdict.NO_SOLUTION: 'no solution',
+}
 
 
 @dataclass(frozen=True)
@@ -101,6 +107,19 @@ class Instants:
             known=known,
             unknown=unknown,
         )
+
+    def held(self, robot: int, t: float) -> str:
+        """Return why a robot did not do what its law wanted, such as 'paused'; else nothing."""
+        row = self._newest.row(robot, t) if self._newest else None
+        called_at, _, _, verdict = self._command(row)
+        failure = failure_at(self._history.run, robot, t if called_at is None else called_at)
+        state, held = self._history.safety(robot, t) or (MOVING, False)
+        if failure:
+            where = f'{failure.script}, line {failure.line}' if failure.line else failure.script
+            return f'failed: {where}'
+        if state != MOVING:
+            return state
+        return _HELD.get(verdict, '') if verdict else 'overruled' if held else ''
 
     def _command(
         self, row: int | None

@@ -9,7 +9,7 @@ from rclpy.task import Future
 
 from setcmas_simu.fleet import topics
 from setcmas_simu.ros.process import RosProcess
-from setcmas_tools.view.fleet_scene import FleetState
+from setcmas_tools.view.model.fleet_state import FleetState
 
 _SERVICE = f'/{topics.CONTROLLERS}/get_parameters'
 

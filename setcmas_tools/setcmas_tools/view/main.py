@@ -3,27 +3,25 @@
 from __future__ import annotations
 
 import argparse
-import os
 import sys
 import time
-import webbrowser
 
 from setcmas_expe.pause.console_protocol import Wish, Word
 from setcmas_simu.ros.process import FleetNode, RosProcess, node_main
 from setcmas_tools.view.commands import FleetCommands
-from setcmas_tools.view.fleet_scene import FleetScene, FleetState
+from setcmas_tools.view.fleet_scene import FleetScene
 from setcmas_tools.view.law_name import LawName
-from setcmas_tools.view.page.browser_options import EVERYWHERE, BrowserOptions
+from setcmas_tools.view.model.fleet_state import FleetState
+from setcmas_tools.view.page.announcement import announce
+from setcmas_tools.view.page.browser_options import BrowserOptions
 from setcmas_tools.view.page.buttons import Actions
-from setcmas_tools.view.page.desktop import may_open_windows
-from setcmas_tools.view.page.page import Page, network_urls
+from setcmas_tools.view.page.desktop import Opener
+from setcmas_tools.view.page.page import Page
 from setcmas_tools.view.topics import ViewedTopics
 
 _FRAME_S = 0.05
 _IDLE_S = 0.5
 _LOOK_S = 1.0
-_RECONNECT_S = 2.5
-"""How long a page that is still open from the last time gets to come back by itself."""
 
 
 class BrowserView:
@@ -50,23 +48,19 @@ class BrowserView:
     def run(self) -> None:
         """Draw until a signal asks to stop."""
         next_look = 0.0
-        begin = time.monotonic()
-        opened = not may_open_windows(os.environ, sys.platform)
+        opener = Opener(self._page.url)
         while not self._process.stopping:
             now = time.monotonic()
             if now >= next_look:
                 next_look = now + _LOOK_S
                 self._look()
             looked_at = self._page.has_viewers()
-            opened = opened or looked_at
-            if not opened and now - begin > _RECONNECT_S:
-                opened = True
-                webbrowser.open(self._page.url)
+            opener.look(looked_at)
             self._topics.take(now)
             if looked_at:
                 self._scene.update(now)
             else:
-                self._scene.remember(now)
+                self._scene.drawing.remember(now)
             period = _FRAME_S if looked_at else _IDLE_S
             time.sleep(max(0.0, now + period - time.monotonic()))
 
@@ -92,7 +86,7 @@ class BrowserView:
     def _reset(self) -> None:
         assert self._commands
         self._commands.reset()
-        self._scene.clear_trails()
+        self._scene.drawing.clear_trails()
 
 
 def main(argv: list[str] | None = None) -> int:
@@ -106,25 +100,10 @@ def _show(process: RosProcess, args: argparse.Namespace) -> None:
     options = BrowserOptions.of(args)
     page = Page(options.host, options.port, needs_token=options.needs_token)
     try:
-        _announce(page, options)
+        announce(page, options)
         BrowserView(process, page, options).run()
     finally:
         page.stop()
-
-
-def _announce(page: Page, options: BrowserOptions) -> None:
-    taken = '' if page.port == options.port else f' (port {options.port} is taken)'
-    print(f'browser view: {page.url}{taken}', flush=True)
-    if options.host in EVERYWHERE:
-        others = ', '.join(network_urls(page.port, page.query))
-        print(f'browser view for other machines: {others}', flush=True)
-    if page.query and not options.is_local:
-        print(
-            f'warning: with --host {options.host} whoever has this address can press the buttons '
-            'that start, pause and reset robots; --read-only removes them',
-            file=sys.stderr,
-            flush=True,
-        )
 
 
 if __name__ == '__main__':

@@ -23,9 +23,9 @@ from setcmas_simu.fleet.planar_pose import yaw_of_quaternion
 from setcmas_simu.messages.fleet_topic import FleetListener
 from setcmas_simu.messages.polled_topic import PolledTopic, suited_to
 from setcmas_simu.ros import qos
-from setcmas_tools.view.fleet_scene import NO_PAIRS, FleetState
 from setcmas_tools.view.model import communication
 from setcmas_tools.view.model.departures import Departures
+from setcmas_tools.view.model.fleet_state import NO_PAIRS, FleetState
 from setcmas_tools.view.model.robot_states import Diagnosis
 
 _NEWEST = QoSProfile(depth=1, reliability=ReliabilityPolicy.BEST_EFFORT)

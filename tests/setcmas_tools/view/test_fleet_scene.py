@@ -3,8 +3,9 @@ import pytest
 
 pytest.importorskip('viser')
 from setcmas_simu.fleet import fleet
-from setcmas_tools.view.fleet_scene import NO_PAIRS, FleetScene, FleetState
+from setcmas_tools.view.fleet_scene import FleetScene
 from setcmas_tools.view.model.communication import links
+from setcmas_tools.view.model.fleet_state import NO_PAIRS, FleetState
 from setcmas_tools.view.page.page import Page
 from setcmas_tools.view.scene.tone import untoned
 

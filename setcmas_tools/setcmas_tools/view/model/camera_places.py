@@ -24,7 +24,9 @@ _DIRECTIONS = {
 """From the ground to the camera."""
 
 
-def place(name: str, half_m: float, aspect: float, covered: float) -> tuple[Floats, Floats]:
+def place(
+    name: str, half_m: float, aspect: float, covered: float, covered_below: float = 0.0
+) -> tuple[Floats, Floats]:
     """Return camera place and the point it looks at, in m, such that a square is seen.
 
     With it the metres are, which stand on its left and in front of it.
@@ -34,6 +36,7 @@ def place(name: str, half_m: float, aspect: float, covered: float) -> tuple[Floa
         half_m: Half the side of the square around the origin, in m.
         aspect: Width of the picture over its height.
         covered: Share of the width, on the right, that the panel covers; less than half.
+        covered_below: Share of the height, at the bottom, that a panel covers; less than half.
     """
     back = _DIRECTIONS[name] / np.linalg.norm(_DIRECTIONS[name])
     right = np.cross([0.0, 0.0, 1.0], back)
@@ -44,7 +47,7 @@ def place(name: str, half_m: float, aspect: float, covered: float) -> tuple[Floa
     wide = tall * aspect
     towards = corners @ back
     sideways = _Slab(corners @ right, towards, wide, wide * (1.0 - 2.0 * covered))
-    upwards = _Slab(corners @ up, towards, tall, tall)
+    upwards = _Slab(corners @ up, towards, tall * (1.0 - 2.0 * covered_below), tall)
     distance = max(sideways.distance, upwards.distance)
     seen = right * sideways.middle(distance) + up * upwards.middle(distance)
     target = seen - back * seen[2] / back[2]  # on the ground, where the user turns around it

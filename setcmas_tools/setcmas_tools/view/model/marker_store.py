@@ -50,15 +50,19 @@ class MarkerStore:
         elif marker.action == DELETE:
             self._drop([key])
         elif marker.action == ADD:
-            self._drop([key])
-            if found := shape(marker):
-                self._shapes[key] = found
-                self.changed.add(found.kind)
+            self.put(key, shape(marker))
             lifetime = marker.lifetime.sec + 1e-9 * marker.lifetime.nanosec
             if lifetime > 0:
                 self._ends[key] = now + lifetime
             if len(self._shapes) > MOST_MARKERS:
                 self._drop([next(iter(self._shapes))])
+
+    def put(self, key: Key, found: Shape | None) -> None:
+        """Show a shape, or none, in place of what its key has shown."""
+        self._drop([key])
+        if found:
+            self._shapes[key] = found
+            self.changed.add(found.kind)
 
     def expire(self, now: float) -> None:
         """Drop the markers whose lifetime is over."""

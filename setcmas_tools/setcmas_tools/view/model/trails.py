@@ -59,8 +59,9 @@ class Trails:
         self._count = 0
 
     def clear(self) -> None:
-        """Forget all trails."""
+        """Forget all trails; the time that comes next follows on none."""
         self.chunks.clear()
+        self._time = None
 
     def extend(
         self,

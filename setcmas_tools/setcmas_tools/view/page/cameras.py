@@ -19,15 +19,19 @@ _SMALL_PX = 2 * _PANEL_PX  # in narrower windows, and on phones, the panel is fo
 class FollowingCamera:
     """The camera of one browser, which may follow a robot."""
 
-    def __init__(self, client: viser.ClientHandle, order: float, half_m: float) -> None:
+    def __init__(
+        self, client: viser.ClientHandle, order: float, half_m: float, covered_px: int = 0
+    ) -> None:
         """Show the whole ground at first.
 
         Args:
             client: The browser.
             order: Place of the choice of the robot in its panel.
             half_m: Half the side of the ground in m.
+            covered_px: Height of the panel below the scene.
         """
         self._client = client
+        self._covered_px = covered_px
         self._robot: int | None = None
         self._options: tuple[str, ...] = (FREE,)
         self._dropdown = client.gui.add_dropdown('Follow', self._options, order=order)
@@ -51,7 +55,8 @@ class FollowingCamera:
         width = camera.image_width
         folded = camera.aspect < 1.0 or width <= _SMALL_PX
         covered = 0.0 if folded else _PANEL_PX / width
-        position, target = place(name, half_m, camera.aspect, covered)
+        below = 0.0 if folded else min(0.45, self._covered_px / camera.image_height)
+        position, target = place(name, half_m, camera.aspect, covered, below)
         with self._client.atomic():
             camera.up_direction = (0.0, 0.0, 1.0)
             camera.fov = FOV

@@ -23,6 +23,7 @@ class Controls:
         trail_s: Length of the trails in s that the users have chosen.
         size: How many times larger than in reality robots are drawn.
         half_m: Half the side of the ground in m, which cameras show.
+        covered_px: Height of the panel below the scene, if there is one.
         buttons: Those that command the robots; None for a view that can only be looked at.
         title: What a picture is of.
     """
@@ -37,6 +38,7 @@ class Controls:
         """
         self._server = server
         self.half_m = HALF_M
+        self.covered_px = 0
         self.title = ''
         self._cameras: dict[int, FollowingCamera] = {}
         self._lock = threading.Lock()  # browsers come and go in viser's threads
@@ -91,7 +93,7 @@ class Controls:
             return list(self._cameras.values())
 
     def _on_connect(self, client: viser.ClientHandle) -> None:
-        camera = FollowingCamera(client, _FOLLOW, self.half_m)
+        camera = FollowingCamera(client, _FOLLOW, self.half_m, self.covered_px)
         with self._lock:
             self._cameras[client.client_id] = camera
 

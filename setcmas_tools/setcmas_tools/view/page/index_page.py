@@ -6,6 +6,8 @@ import gzip
 
 from websockets.http11 import Response
 
+from setcmas_tools.view.page.keys import SCRIPT
+
 _THEIR_TITLE, _TITLE = b'<title>Viser</title>', b'<title>setcmas</title>'
 # On a phone viser opens the panel, which hides the scene; its server cannot tell it not to.
 _FOLD = b"""
@@ -26,7 +28,7 @@ def dress(response: Response) -> None:
         return
     packed = response.headers.get('Content-Encoding') == 'gzip'
     body = gzip.decompress(response.body) if packed else response.body
-    body = body.replace(_THEIR_TITLE, _TITLE + _FOLD, 1)
+    body = body.replace(_THEIR_TITLE, _TITLE + _FOLD + SCRIPT.encode(), 1)
     response.body = gzip.compress(body, 1) if packed else body
     del response.headers['Content-Length']
     response.headers['Content-Length'] = str(len(response.body))

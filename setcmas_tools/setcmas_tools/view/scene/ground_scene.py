@@ -29,16 +29,16 @@ class GroundScene:
         half_m: Half its side in m.
     """
 
-    def __init__(self, scene: viser.SceneApi) -> None:
-        """Draw it as large as the default start poses ask for."""
-        self._scene = scene
+    def __init__(self, scene: viser.SceneApi, root: str = '') -> None:
+        """Draw it, in a frame, as large as the default start poses ask for."""
+        self._scene, self._root = scene, root
         self.half_m = self._least_m = 0.0
         self._ticks: list[viser.LabelHandle] = []
         for axis, colour in _AXES.items():
             end = np.array([1.0 if name == axis else 0.0 for name in 'xyz'])
             points = np.stack([np.zeros(3), end])[None] + [0.0, 0.0, 0.006]
             scene.add_arrows(
-                f'/axes/{axis}',
+                f'{root}/axes/{axis}',
                 points,
                 colour,
                 shaft_radius=0.013,
@@ -46,7 +46,7 @@ class GroundScene:
                 head_length=0.18,
             )
             scene.add_label(
-                f'/axes/{axis}_name',
+                f'{root}/axes/{axis}_name',
                 axis,
                 position=tuple(1.18 * end),
                 anchor='center-center',
@@ -74,7 +74,7 @@ class GroundScene:
     def _draw(self, step: float) -> None:
         side = 2 * self.half_m
         self._scene.add_grid(
-            '/ground', side, side, cell_size=min(1.0, step / 2), section_size=step,
+            f'{self._root}/ground', side, side, cell_size=min(1.0, step / 2), section_size=step,
             cell_color=_CELL, section_color=_SECTION, cell_thickness=1.0, section_thickness=1.0,
             plane_color=_FLOOR, plane_opacity=1.0, shadow_opacity=0.0, fade_strength=0.0,
             fade_distance=1000.0, position=(0.0, 0.0, -_BELOW_M),
@@ -90,7 +90,7 @@ class GroundScene:
         for number in range(-last, last + 1):
             metres = number * step
             for axis, place in (('x', (metres, -edge, 0.0)), ('y', (-edge, metres, 0.0))):
-                name = f'/metres/{axis}{number + last}'
+                name = f'{self._root}/metres/{axis}{number + last}'
                 text = f'{metres:g} m'.replace('-', '−')
                 self._ticks.append(
                     self._scene.add_label(

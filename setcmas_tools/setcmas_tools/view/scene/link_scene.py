@@ -27,9 +27,9 @@ _GAP_M = 0.28  # between an arrow's tip and the robot, of a robot in its true si
 class LinkScene:
     """Draws the links between robots."""
 
-    def __init__(self, scene: viser.SceneApi) -> None:
-        """Prepare; nothing is drawn yet."""
-        self._scene = scene
+    def __init__(self, scene: viser.SceneApi, root: str = '') -> None:
+        """Prepare, in a frame; nothing is drawn yet."""
+        self._scene, self._root = scene, root
         self._lines: viser.LineSegmentsHandle | None = None
         self._arrows: viser.ArrowsHandle | None = None
 
@@ -61,11 +61,13 @@ class LinkScene:
         self._arrows = _replaced(self._arrows, ends, lit[one_way[:, 0]], self._new_arrows)
 
     def _new_lines(self, points: Points, colours: Colours) -> viser.LineSegmentsHandle:
-        return self._scene.add_line_segments('/links', points, colours, thickness=_WIDTH_M)
+        return self._scene.add_line_segments(
+            f'{self._root}/links', points, colours, thickness=_WIDTH_M
+        )
 
     def _new_arrows(self, points: Points, colours: Colours) -> viser.ArrowsHandle:
         return self._scene.add_arrows(
-            '/one_way_links', points, colours,
+            f'{self._root}/one_way_links', points, colours,
             shaft_radius=0.012, head_radius=0.07, head_length=0.2,
         )  # fmt: skip
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable
 
 import viser
@@ -34,24 +35,22 @@ _FORMS: dict[str, Callable[[], Mesh]] = {
 class MarkerScene:
     """Draws a store of markers, a batch for each kind of body."""
 
-    def __init__(self, scene: viser.SceneApi) -> None:
-        """Prepare; nothing is drawn yet."""
-        self._scene = scene
+    def __init__(self, scene: viser.SceneApi, root: str = '') -> None:
+        """Prepare, in a frame; nothing is drawn yet."""
+        self._scene, self._root = scene, root
         self._batches: dict[tuple[str, bool], Batch] = {}
         self._lines: list[viser.LineSegmentsHandle] = []
         self._labels: list[viser.LabelHandle] = []
         self._next: dict[str, float] = {}
 
-    def show(
-        self, store: MarkerStore, poses: dict[int, tuple[float, float, float]], now: float
-    ) -> None:
+    def show(self, store: MarkerStore, poses: dict[int, tuple[float, float, float]]) -> None:
         """Draw what has changed, and what moves along with a robot.
 
         Args:
             store: The markers.
             poses: x, y (m) and theta (rad) of the robots.
-            now: Time in s.
         """
+        now = time.monotonic()
         for kind in SOLIDS:
             if store.moves(kind):
                 store.changed.add(kind)
@@ -75,7 +74,7 @@ class MarkerScene:
             if (kind, translucent) not in self._batches:
                 if not len(part):
                     continue
-                name = f'/markers/{kind}{"_translucent" if translucent else ""}'
+                name = f'{self._root}/markers/{kind}{"_translucent" if translucent else ""}'
                 self._batches[kind, translucent] = Batch(
                     self._scene, name, _FORMS[kind](), smooth=kind == 'sphere'
                 )
@@ -89,7 +88,7 @@ class MarkerScene:
             line.remove()
         self._lines = [
             self._scene.add_line_segments(
-                f'/markers/lines/{thickness:g}',
+                f'{self._root}/markers/lines/{thickness:g}',
                 rows[:, :6].reshape(-1, 2, 3),
                 untoned(rows[:, 6:].reshape(-1, 2, 3)),
                 thickness=thickness,
@@ -102,7 +101,7 @@ class MarkerScene:
             label.remove()
         self._labels = [
             self._scene.add_label(
-                f'/markers/labels/{number}',
+                f'{self._root}/markers/labels/{number}',
                 found.text,
                 position=tuple(found.rows[0, :3]),
                 anchor='center-center',

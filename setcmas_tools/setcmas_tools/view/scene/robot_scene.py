@@ -24,9 +24,9 @@ _FLASH_FROM_M, _FLASH_TO_M = 0.15, 0.45  # radius of the ring, of a robot in its
 class _Bodies:
     """The robots of one model."""
 
-    def __init__(self, scene: viser.SceneApi, model: str, shape: Shape) -> None:
+    def __init__(self, scene: viser.SceneApi, root: str, model: str, shape: Shape) -> None:
         self.shape = shape
-        name = f'/robots/{model.replace("/", "_")}'
+        name = f'{root}/robots/{model.replace("/", "_")}'
         self._coloured = Batch(scene, f'{name}/coloured', coloured_body(shape))
         self._dark = Batch(scene, f'{name}/dark', dark_body(shape))
 
@@ -41,11 +41,11 @@ class _Bodies:
 class RobotScene:
     """Draws a fleet; what has not changed costs nothing."""
 
-    def __init__(self, scene: viser.SceneApi) -> None:
-        """Prepare; nothing is drawn yet."""
-        self._scene = scene
+    def __init__(self, scene: viser.SceneApi, root: str = '') -> None:
+        """Prepare, in a frame; nothing is drawn yet."""
+        self._scene, self._root = scene, root
         self._bodies: dict[str, _Bodies] = {}
-        self._rings = Batch(scene, '/robots/rings', unit_ring(), side='double')
+        self._rings = Batch(scene, f'{root}/robots/rings', unit_ring(), side='double')
         self._labels: dict[int, viser.LabelHandle] = {}
 
     def show(
@@ -92,7 +92,7 @@ class RobotScene:
 
     def _bodies_of(self, model: str) -> _Bodies:
         if model not in self._bodies:
-            self._bodies[model] = _Bodies(self._scene, model, shape_of(model))
+            self._bodies[model] = _Bodies(self._scene, self._root, model, shape_of(model))
         return self._bodies[model]
 
     def _show_labels(
@@ -111,7 +111,10 @@ class RobotScene:
             position = (place[0], place[1], height)
             if robot not in self._labels:
                 self._labels[robot] = self._scene.add_label(
-                    f'/numbers/{robot}', text, position=position, anchor='bottom-center'
+                    f'{self._root}/numbers/{robot}',
+                    text,
+                    position=position,
+                    anchor='bottom-center',
                 )
             label = self._labels[robot]
             label.text = text

@@ -17,9 +17,9 @@ _WIDTH_M = 0.02  # of a robot in its true size
 class TrailScene:
     """Draws the chunks of the trails."""
 
-    def __init__(self, scene: viser.SceneApi) -> None:
-        """Prepare; nothing is drawn yet."""
-        self._scene = scene
+    def __init__(self, scene: viser.SceneApi, root: str = '') -> None:
+        """Prepare, in a frame; nothing is drawn yet."""
+        self._scene, self._root = scene, root
         self._handles: dict[int, viser.LineSegmentsHandle] = {}
         self._finished: set[int] = set()
 
@@ -50,5 +50,5 @@ class TrailScene:
     def _free_name(self) -> str:
         """Return a name that no chunk has now: viser remembers every name that it has seen."""
         taken = {handle.name for handle in self._handles.values()}
-        names = (f'/trails/{number}' for number in itertools.count())
+        names = (f'{self._root}/trails/{number}' for number in itertools.count())
         return next(name for name in names if name not in taken)
