@@ -77,6 +77,11 @@ def plot_colour(robot: int) -> Colour:
     return _LIGHT_GREY if robot == _WHITE_ROBOT else colour(robot)
 
 
+def plot_hex(robot: int) -> str:
+    """Return the colour of a robot on white paper as text, such as '#ff0000'."""
+    return '#' + ''.join(f'{round(255 * part):02x}' for part in plot_colour(robot))
+
+
 def parse_robots(text: str) -> list[int]:
     """Return the robot numbers that a text such as '1-4' or '2,5-7' names, sorted.
 

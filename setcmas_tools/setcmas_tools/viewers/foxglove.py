@@ -10,8 +10,9 @@ from functools import reduce
 from typing import Any
 
 from setcmas_simu.fleet import topics
+from setcmas_simu.fleet.fleet import plot_hex
 from setcmas_simu.fleet.topics import robot_name
-from setcmas_tools.viewers.recording import SERIES, RecordedTopics, hex_colour
+from setcmas_tools.viewers.recording import SERIES, RecordedTopics
 
 _MARKERS = ('visualization_msgs/msg/Marker', 'visualization_msgs/msg/MarkerArray')
 _STATES = (topics.FLEET_PAUSE, topics.PAUSED, topics.EMERGENCY_STOPPED)
@@ -76,7 +77,7 @@ def _plot(recording: RecordedTopics, title: str) -> dict[str, Any]:
     return {
         'foxglovePanelTitle': title,
         'paths': [
-            {'value': f'{topic}.{field}', 'label': robot_name(robot), 'color': hex_colour(robot)}
+            {'value': f'{topic}.{field}', 'label': robot_name(robot), 'color': plot_hex(robot)}
             | _RECEIVED
             for robot, topic in recording.odometry.items()
         ],

@@ -5,8 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 from xml.etree.ElementTree import Element, SubElement, indent, tostring
 
+from setcmas_simu.fleet.fleet import plot_hex
 from setcmas_simu.fleet.topics import robot_name
-from setcmas_tools.viewers.recording import SERIES, RecordedTopics, hex_colour
+from setcmas_tools.viewers.recording import SERIES, RecordedTopics
 
 
 def plotjuggler_layout(recording: RecordedTopics, file: str) -> str:
@@ -24,7 +25,7 @@ def plotjuggler_layout(recording: RecordedTopics, file: str) -> str:
     for robot in recording.odometry:
         along_x, along_y = (_curve(recording, robot, title) for title in ('x (m)', 'y (m)'))
         name = robot_name(robot)
-        look = {'name': name, 'color': hex_colour(robot)}
+        look = {'name': name, 'color': plot_hex(robot)}
         SubElement(plane, 'curve', look, curve_x=along_x, curve_y=along_y)
     SubElement(tabs, 'currentTabIndex', index='0')
     SubElement(root, 'use_relative_time_offset', enabled='1')
@@ -66,7 +67,7 @@ def _fill(plots: Sequence[Element], recording: RecordedTopics) -> None:
     for plot, title in zip(plots, SERIES, strict=True):
         for robot in recording.odometry:
             name = _curve(recording, robot, title)
-            SubElement(plot, 'curve', name=name, color=hex_colour(robot))
+            SubElement(plot, 'curve', name=name, color=plot_hex(robot))
 
 
 def _curve(recording: RecordedTopics, robot: int, title: str) -> str:

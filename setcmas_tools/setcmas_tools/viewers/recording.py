@@ -6,7 +6,6 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from setcmas_simu.fleet import topics
-from setcmas_simu.fleet.fleet import plot_colour
 
 SERIES = {
     'x (m)': ('pose', 'pose', 'position', 'x'),
@@ -43,8 +42,3 @@ class RecordedTopics:
         """Return the topics of some message types, those of robots by their numbers."""
         names = [name for name, msgtype in self.types.items() if msgtype in types]
         return sorted(names, key=lambda name: (topics.robot_of(name) or 0, name))
-
-
-def hex_colour(robot: int) -> str:
-    """Return the colour of a robot's lines on white, such as '#ff0000'."""
-    return '#' + ''.join(f'{round(255 * part):02x}' for part in plot_colour(robot))

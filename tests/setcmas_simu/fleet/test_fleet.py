@@ -2,7 +2,14 @@ import numpy as np
 import pytest
 
 from setcmas_simu.errors import SetcmasError
-from setcmas_simu.fleet.fleet import colour, format_robots, parse_robots, plot_colour, start_poses
+from setcmas_simu.fleet.fleet import (
+    colour,
+    format_robots,
+    parse_robots,
+    plot_colour,
+    plot_hex,
+    start_poses,
+)
 
 
 def test_one_robot_starts_at_the_origin():
@@ -33,6 +40,12 @@ def test_colours():
     assert colour(9) == colour(50)
     assert plot_colour(5) != (1.0, 1.0, 1.0)
     assert plot_colour(6) == colour(6)
+    assert [plot_hex(robot) for robot in (1, 4, 5, 30)] == [
+        '#ff0000',
+        '#ffe84f',
+        '#c7c7c7',
+        '#808080',
+    ]
 
 
 @pytest.mark.parametrize(

@@ -1,6 +1,4 @@
-import pytest
-
-from setcmas_tools.viewers.recording import RecordedTopics, hex_colour
+from setcmas_tools.viewers.recording import RecordedTopics
 
 ODOMETRY = 'nav_msgs/msg/Odometry'
 
@@ -17,8 +15,3 @@ def test_topics_of_robots_are_in_the_order_of_robots():
     recording = RecordedTopics(dict.fromkeys(names, 'M'))
 
     assert recording.of_type('M', 'N') == ['/arena', '/tb3_9/marker', '/tb3_10/marker']
-
-
-@pytest.mark.parametrize(('robot', 'colour'), [(1, '#ff0000'), (4, '#ffe84f'), (30, '#808080')])
-def test_colours(robot, colour):
-    assert hex_colour(robot) == colour

@@ -1,4 +1,4 @@
-"""Picture of a scenario's paths in the plane, own over wanted, as SVG in the page's colours."""
+"""Picture of a scenario's paths in the plane, own over wanted, as SVG."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ from collections.abc import Sequence
 from importlib.resources import files
 from xml.sax.saxutils import quoteattr
 
+from setcmas_simu.fleet.fleet import plot_hex
 from setcmas_tools.grading.marks import RobotPath
 
 Points = Sequence[tuple[float, float]]
@@ -16,7 +17,6 @@ _SIZE = 360.0  # of the longer side, in units of the picture
 _MARGIN = 30.0
 _SMALLEST_SPAN_M = 1.0
 _FARTHEST_M = 1e3  # beyond this a robot has run away: the rest is drawn
-_COLOURS = 8
 _STEPS = (1, 2, 5)
 
 
@@ -33,9 +33,11 @@ def path_picture(paths: Sequence[RobotPath], title: str) -> str:
         return ''
     frame = _Frame(everything)
     lines = [frame.grid()]
-    lines += [frame.line(one.wanted, f'wanted r{one.colour}') for one in drawn if one.wanted]
-    lines += [frame.line(one.own, f'own r{one.colour}') for one in drawn if one.own]
-    lines += [frame.ends(one.own, one.colour) for one in drawn if one.own]
+    lines += [frame.line(one.wanted, 'class="wanted"') for one in drawn if one.wanted]
+    lines += [
+        frame.line(one.own, f'class="own" stroke="{one.colour}"') for one in drawn if one.own
+    ]
+    lines += [frame.ends(one) for one in drawn if one.own]
     return (
         f'<svg class="paths" viewBox="0 0 {frame.width:.1f} {frame.height:.1f}" role="img" '
         f'aria-label={quoteattr(title)}>{"".join(lines)}</svg>'
@@ -58,7 +60,7 @@ class _Drawn:
     """The path of a robot as far as it can be drawn."""
 
     def __init__(self, path: RobotPath) -> None:
-        self.colour = (path.robot - 1) % _COLOURS + 1
+        self.robot, self.colour = path.robot, plot_hex(path.robot)
         self.own = _drawable(path.own)
         self.wanted = _drawable(path.wanted)
 
@@ -85,17 +87,18 @@ class _Frame:
         down = _MARGIN + (self._top - y) * self._scale
         return f'{right:.1f}', f'{down:.1f}'
 
-    def line(self, points: Points, kind: str) -> str:
+    def line(self, points: Points, look: str) -> str:
         """Return a path; one whose robot stays where it is is a dot."""
         places = ' '.join(','.join(self._at(*point)) for point in points)
-        return f'<polyline class="{kind}" points="{places}"/>'
+        return f'<polyline {look} points="{places}"/>'
 
-    def ends(self, points: Points, colour: int) -> str:
-        """Return a ring at the start of a path and a disc at its end."""
-        (x0, y0), (x1, y1) = self._at(*points[0]), self._at(*points[-1])
+    def ends(self, path: _Drawn) -> str:
+        """Return a ring with the robot's number where its path starts, and a disc at its end."""
+        (x0, y0), (x1, y1) = self._at(*path.own[0]), self._at(*path.own[-1])
         return (
-            f'<circle class="start r{colour}" cx="{x0}" cy="{y0}" r="4"/>'
-            f'<circle class="end r{colour}" cx="{x1}" cy="{y1}" r="4.5"/>'
+            f'<circle class="end" fill="{path.colour}" cx="{x1}" cy="{y1}" r="4.5"/>'
+            f'<circle class="start" stroke="{path.colour}" cx="{x0}" cy="{y0}" r="8"/>'
+            f'<text class="robot" x="{x0}" y="{y0}" dy="3.5">{path.robot}</text>'
         )
 
     def grid(self) -> str:
