@@ -20,7 +20,7 @@ from launch_scripts.terminal.output_lines import warn
 from setcmas_simu.errors import SetcmasError
 
 if TYPE_CHECKING:
-    from setcmas_tools.run.run import Run
+    pass
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -46,6 +46,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def main(args: argparse.Namespace) -> int:
     """Compare; returns the exit status."""
     from setcmas_tools.comparison.differences import differences
+    from setcmas_tools.comparison.experiment import experiment_verdict
     from setcmas_tools.comparison.pictures import write_pictures
     from setcmas_tools.comparison.shift import best_shift
     from setcmas_tools.comparison.table import metrics_table
@@ -64,34 +65,12 @@ def main(args: argparse.Namespace) -> int:
         told = differences(runs[0], run) or ['parameters, files and versions are the same']
         print(f'\n{name} {beside}', *(f'  {line}' for line in told), sep='\n')
     for path, run in zip(args.runs[1:], runs[1:], strict=True):
-        _print_verdict((args.runs[0], runs[0]), (path, run))
+        verdict = experiment_verdict([args.runs[0], path], [runs[0], run], _tell)
+        if verdict:
+            print(f'\n{verdict.title}', verdict.table(), *verdict.lines, sep='\n')
     look = PlotLook(tuple(args.format))
     print(*write_pictures(names, runs, shifted, args.output, look), sep='\n')
     return 0
-
-
-def _print_verdict(*both: tuple[Path, Run]) -> None:
-    """Print how an experiment and its simulation go together, if the two runs are that."""
-    from setcmas_tools.comparison.verdict import is_experiment, verdicts
-    from setcmas_tools.comparison.verdict_table import told, unknown, verdict_table
-    from setcmas_tools.identification.drive import drives
-
-    (simulated, simulation), (path, experiment) = sorted(
-        both, key=lambda one: is_experiment(one[1])
-    )
-    if is_experiment(simulation) or not is_experiment(experiment):
-        return
-    try:
-        commanded = drives(path, _tell)
-    except SetcmasError:
-        commanded = {}
-    found = verdicts(simulation, experiment, commanded)
-    print(f'\nexperiment {path} against simulation {simulated}', verdict_table(found), sep='\n')
-    print(*told(found), *(f'- in {line}' for line in unknown(found)), sep='\n')
-    if commanded and any(one.parted is not None for one in found.values()):
-        print(
-            f'setcmas identify {path} finds a model of these robots, for simulations nearer to it'
-        )
 
 
 def _tell(message: str) -> None:

@@ -16,11 +16,11 @@ _HEADS = (
 )  # fmt: skip
 
 
-def verdict_table(found: Mapping[int, Verdict]) -> str:
-    """Return a row for each robot; - stands for what is not known."""
+def verdict_table(found: Mapping[int, Verdict], form: str = 'simple') -> str:
+    """Return a row for each robot, in a format of tabulate; - stands for what is not known."""
     rows = [[robot_name(robot), *_cells(one)] for robot, one in found.items()]
     align = ('left', *['right'] * (len(_HEADS) - 1))
-    return tabulate(rows, _HEADS, tablefmt='simple', disable_numparse=True, colalign=align)
+    return tabulate(rows, _HEADS, tablefmt=form, disable_numparse=True, colalign=align)
 
 
 def _cells(one: Verdict) -> list[str]:

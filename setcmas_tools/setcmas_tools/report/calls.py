@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from setcmas_ctrl.filter.verdict import Verdict
 from setcmas_simu.arrays import Floats
 from setcmas_simu.fleet.topics import robot_name
 from setcmas_tools.records.safety import MOVING
@@ -19,6 +20,11 @@ _MOST_CALLS = 6_000
 """Of all robots; of longer runs each second, fifth, ... call is told."""
 _MOST_KNOWN = 300_000
 """Numbers of what robots knew; more would make the page too large for a mail."""
+_OVERRULED = {
+    Verdict.CHANGED: 'The safety filter overruled it.',
+    Verdict.BLOCKED: 'The safety filter overruled it: robots block each other.',
+    Verdict.NO_SOLUTION: 'The safety filter stopped it: no velocity was safe.',
+}
 _TOO_MUCH = 'not on this page: the run is too long for it; setcmas view shows it'
 
 
@@ -59,8 +65,7 @@ def state_in_words(one: RobotInstant) -> tuple[str, str]:
     if one.state not in (None, MOVING):
         return 'stopped', f'The experiment had it {one.state}.'
     if one.overruled:
-        verdict = one.verdict.name.lower().replace('_', ' ') if one.verdict else 'slowed down'
-        return 'overruled', f'The safety filter overruled it: {verdict}.'
+        return 'overruled', _OVERRULED.get(one.verdict or Verdict.KEPT, 'Safety overruled it.')
     return ('saturated', 'That is the largest speed: saturated.') if one.saturated else ('', '')
 
 

@@ -43,7 +43,7 @@ def facts_of(run: Run) -> Facts:
     """Return the facts of a run."""
     info = run.info
     duration = float(run.table.t[-1]) - max(0.0, float(run.table.t[0]))
-    began = f'{duration:.4g} s', (info.started or '').replace('T', ' ').partition('+')[0]
+    began = f'{round(duration, 1):g} s', (info.started or '').replace('T', ' ').partition('+')[0]
     kept = {key: value for key, value in flat(info.parameters).items() if value not in (None, [])}
     return Facts(
         line=', begun '.join(part for part in began if part),

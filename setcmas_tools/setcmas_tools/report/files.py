@@ -59,7 +59,7 @@ def write_report(
     named = [(_name_of(path), Run.load(path, warn)) for path in paths]
     (name, run), (other_name, other) = [*named, ('', None)][:2]
     assert run
-    pair = Pair(name, run, other_name, other, warn)
+    pair = Pair(name, run, other_name, other, warn, paths)
     try:
         write_page(page, report_page(pair))
         if not pdf:

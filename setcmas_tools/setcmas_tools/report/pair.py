@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from pathlib import Path
 
 from matplotlib.figure import Figure
 
 from setcmas_simu.errors import SetcmasError
 from setcmas_tools.comparison.differences import differences
+from setcmas_tools.comparison.experiment import ExperimentVerdict, experiment_verdict
 from setcmas_tools.comparison.pictures import drawn_pictures
 from setcmas_tools.comparison.shift import Shifted, best_shift
 from setcmas_tools.comparison.table import metrics_table
@@ -29,6 +31,7 @@ class Pair:
         other_name: What the other one is called; empty if there is none.
         other: The other one.
         warn: Shows what cannot be measured or drawn; the rest is told.
+        paths: Where both are, if they are in files.
     """
 
     name: str
@@ -36,6 +39,7 @@ class Pair:
     other_name: str = ''
     other: Run | None = None
     warn: Callable[[str], None] = print
+    paths: Sequence[Path] = ()
 
     @cached_property
     def shifted(self) -> Shifted | None:
@@ -57,6 +61,13 @@ class Pair:
     def differences(self) -> list[str]:
         """What the other run was given in another way."""
         return differences(self.run, self.other) if self.other else []
+
+    @cached_property
+    def verdict(self) -> ExperimentVerdict | None:
+        """How an experiment and its simulation go together, if the two runs are that."""
+        if self.other is None or len(self.paths) != 2:
+            return None
+        return experiment_verdict(self.paths, [self.run, self.other], self.warn)
 
     def metrics(self, form: str) -> tuple[str, list[str]]:
         """Return a table of metrics, and what stands below it.

@@ -17,9 +17,9 @@ from setcmas_tools.report.listing import Listing, Mark, listings
 from setcmas_tools.report.pair import Pair
 
 _A4_IN = (8.27, 11.69)
-_LEFT, _TOP, _LINE = 0.09, 0.93, 0.0125
-_LINES = 68
-_WIDTH = 92  # letters
+_LEFT, _TOP, _LINE = 0.08, 0.93, 0.0115
+_LINES = 74
+_WIDTH = 110  # letters
 Line = tuple[str, str]
 """A text and its colour."""
 
@@ -54,6 +54,8 @@ def _title_lines(pair: Pair) -> Iterator[Line]:
         yield f'  {mark.place}: {_told(mark)}', 'firebrick'
     table, remarks = pair.metrics('simple')
     told = ['', *table.splitlines(), *remarks, '', facts.command, '']
+    if pair.verdict:
+        told += [pair.verdict.title, *pair.verdict.lines, '']
     told += [pair.beside, *pair.differences, ''] if pair.other else []
     yield from ((line, 'black') for line in told)
     yield from ((f'{key}: {value}', '0.4') for key, value in facts.origin.items())
@@ -79,7 +81,7 @@ def _pages(title: str, lines: Iterator[Line]) -> Iterator[Figure]:
         figure.text(_LEFT, _TOP + 2 * _LINE, title, fontsize=14, **look)
         for place, (text, colour) in enumerate(broken[first : first + _LINES]):
             where = _TOP - place * _LINE
-            figure.text(_LEFT, where, text, fontsize=8, color=colour, family='monospace', **look)
+            figure.text(_LEFT, where, text, fontsize=7.5, color=colour, family='monospace', **look)
         yield figure
 
 

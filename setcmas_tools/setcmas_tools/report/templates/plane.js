@@ -120,7 +120,7 @@ function drawGround(pen, width, height) {
   pen.textAlign = 'left';
   for (let k = Math.ceil((frame.y - halfY) / gap); k * gap < frame.y + halfY; k++) {
     pen.beginPath(); pen.moveTo(0, py(k * gap)); pen.lineTo(width, py(k * gap)); pen.stroke();
-    if (py(k * gap) > 14 && py(k * gap) < height - 24) pen.fillText((k * gap).toFixed(digits), 4, py(k * gap) - 3);
+    if (py(k * gap) > 32 && py(k * gap) < height - 24) pen.fillText((k * gap).toFixed(digits), 4, py(k * gap) - 3);
   }
   pen.textAlign = 'right'; pen.fillText('x (m)', width - 4, height - 5);
   pen.textAlign = 'left'; pen.fillText('y (m)', 4, 12);

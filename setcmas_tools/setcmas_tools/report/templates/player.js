@@ -86,7 +86,7 @@ function fillAbout() {
   if (!call) { line('No call of its law is recorded until now.'); return; }
   const {calls, place} = call;
   if (call.kind !== 'failed') line(`Its law, called at t = ${number(call.t, 2)} s, wanted (${number(call.vx, 3)}, ${number(call.vy, 3)}) m/s, `,
-    `${number(Math.hypot(call.vx, call.vy), 3)} m/s in all.`);
+    `a speed of ${number(Math.hypot(call.vx, call.vy), 3)} m/s.`);
   if (calls.allowedX) line(`The safety filter let through (${number(calls.allowedX[place], 3)}, ${number(calls.allowedY[place], 3)}) m/s.`);
   if (call.words) line(call.words).className = call.kind;
   if (calls.unknown) line('What it knew of the others: ', calls.unknown, '.');
