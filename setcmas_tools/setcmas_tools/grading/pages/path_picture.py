@@ -123,7 +123,7 @@ class _Frame:
 
 
 def _span(low: float, high: float) -> tuple[float, float]:
-    middle, half = (low + high) / 2, max(high - low, _SMALLEST_SPAN_M) * 0.53
+    middle, half = (low + high) / 2, max(high - low, _SMALLEST_SPAN_M) * 0.56
     return middle - half, middle + half
 
 
