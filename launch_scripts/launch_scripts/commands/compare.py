@@ -16,11 +16,13 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from launch_scripts.options.plot_options import FormatOptions
-from launch_scripts.terminal.output_lines import warn
+from launch_scripts.terminal.output_lines import teller
 from setcmas_simu.errors import SetcmasError
 
 if TYPE_CHECKING:
     pass
+
+_tell = teller('compare')
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -71,7 +73,3 @@ def main(args: argparse.Namespace) -> int:
     look = PlotLook(tuple(args.format))
     print(*write_pictures(names, runs, shifted, args.output, look), sep='\n')
     return 0
-
-
-def _tell(message: str) -> None:
-    warn(f'setcmas compare: {message}')

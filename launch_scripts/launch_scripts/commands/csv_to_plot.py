@@ -16,7 +16,9 @@ import argparse
 from pathlib import Path
 
 from launch_scripts.options.plot_options import BEST, FilmOptions, PlotFolderOptions, StyleOptions
-from launch_scripts.terminal.output_lines import warn
+from launch_scripts.terminal.output_lines import teller
+
+_tell = teller('csv_to_plot')
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -52,7 +54,3 @@ def main(args: argparse.Namespace) -> int:
         kind = None if film.animate == BEST else film.animate
         print(animate(run, folder, kind, FilmLook(palette=style.palette, **film.look())))
     return 0
-
-
-def _tell(message: str) -> None:
-    warn(f'setcmas csv_to_plot: {message}')

@@ -15,12 +15,14 @@ import argparse
 from pathlib import Path
 
 from launch_scripts.options.plot_options import FormatOptions
-from launch_scripts.terminal.output_lines import warn
+from launch_scripts.terminal.output_lines import teller
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.robots.identified.file import ENDINGS
 from setcmas_simu.robots.velocity_limits import MODELS
 
 _USUAL = 'burger'
+
+_tell = teller('identify')
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -79,7 +81,3 @@ def main(args: argparse.Namespace) -> int:
     write_model_file(model, output, f'setcmas identify {args.run}')
     print(output, *pictures, sep='\n')
     return 0
-
-
-def _tell(message: str) -> None:
-    warn(f'setcmas identify: {message}')

@@ -17,10 +17,12 @@ import argparse
 from dataclasses import dataclass
 from pathlib import Path
 
-from launch_scripts.terminal.output_lines import warn
+from launch_scripts.terminal.output_lines import teller
 from setcmas_ctrl.task.names import TASKS
 from setcmas_simu.options.group import Options, option
 from setcmas_simu.options.kinds import Kind, Number
+
+_tell = teller('metrics')
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -80,7 +82,3 @@ def main(args: argparse.Namespace) -> int:
         print(f'the task is not known: --task {{{",".join(TASKS.offers())}}} and --algo tell it')
     print(target)
     return 0
-
-
-def _tell(message: str) -> None:
-    warn(f'setcmas metrics: {message}')

@@ -15,8 +15,10 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from launch_scripts.terminal.output_lines import warn
+from launch_scripts.terminal.output_lines import teller
 from setcmas_simu.errors import SetcmasError
+
+_tell = teller('report')
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -50,7 +52,3 @@ def main(args: argparse.Namespace) -> int:
     check_page(page)
     print(*write_report(args.runs, page, args.pdf, _tell), sep='\n')
     return 0
-
-
-def _tell(message: str) -> None:
-    warn(f'setcmas report: {message}')

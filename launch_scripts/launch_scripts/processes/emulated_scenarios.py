@@ -11,7 +11,7 @@ from typing import Any
 
 from launch_scripts.processes.environment import require_ros
 from launch_scripts.processes.node_commands import node_command
-from launch_scripts.terminal.output_lines import warn
+from launch_scripts.terminal.output_lines import teller
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.options.group import spelled
 from setcmas_tools.grading.marks import Failure, LawRunner, ScenarioRun
@@ -38,10 +38,7 @@ def runners_in_lab(rubric: Rubric, verb: str) -> Callable[[Path], LawRunner]:
         SetcmasError: There is no ROS, or the solution does not come to its end.
     """
     require_ros('without --emulate no ROS is needed; ')
-
-    def tell(text: str) -> None:
-        warn(f'setcmas {verb}: {text}')
-
+    tell = teller(verb)
     _run_solution(rubric, tell)
     return lambda script: _runs_emulated(script, rubric, tell)
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from io import TextIOBase
 from typing import IO
 
@@ -56,3 +56,8 @@ def write_line(line: str, stream: Stream) -> None:
 def warn(message: str) -> None:
     """Show an error or a warning of the command itself."""
     write_line(message, sys.stderr)
+
+
+def teller(verb: str) -> Callable[[str], None]:
+    """Return what shows a message of a verb."""
+    return lambda message: warn(f'setcmas {verb}: {message}')
