@@ -122,8 +122,8 @@ def _pause(known: Prepared, followers: list[SiToUni]) -> PauseWatch | None:
     pause = None
     if known.wanted.options.experiment:
         pause = PauseWatch(known.node, known.wanted.options.pause_timeout)
-    elif not known.in_lockstep:  # there time itself stands
-        FleetPause(known.node, followers, known.process.launcher)
+    else:
+        FleetPause(known.node, followers, known.process.launcher, known.in_lockstep)
     if len(followers) <= MOST_WITH_SERVICES:
         for follower in followers:
             follower.offer_services()

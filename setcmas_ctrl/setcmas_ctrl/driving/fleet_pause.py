@@ -18,13 +18,16 @@ from setcmas_simu.ros import qos
 class FleetPause:
     """Pauses robots, or lets them go on; tells the launcher, as it may come from elsewhere."""
 
-    def __init__(self, node: Node, followers: Sequence[SiToUni], launcher: Launcher) -> None:
-        """Listen through a node, whose name the service bears."""
+    def __init__(
+        self, node: Node, followers: Sequence[SiToUni], launcher: Launcher, in_lockstep: bool
+    ) -> None:
+        """Listen through a node, whose name the service bears; a pause in lockstep stops time."""
         self._followers = followers
         self._launcher = launcher
-        node.create_subscription(Bool, topics.FLEET_PAUSE, self._on_pause, qos.EVENT)
-        node.create_service(SetBool, '~/pause', self._answer)
         self._stopped = False
+        if not in_lockstep:
+            node.create_subscription(Bool, topics.FLEET_PAUSE, self._on_pause, qos.EVENT)
+            node.create_service(SetBool, '~/pause', self._answer)
         for profile in (qos.EVENT, qos.LATCHED):  # each matches publishers that the other does not
             node.create_subscription(Bool, topics.EMERGENCY_STOP, self._on_stop, profile)
 

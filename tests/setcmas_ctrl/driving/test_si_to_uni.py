@@ -71,6 +71,20 @@ def test_pause_holds_one_robot_or_the_fleet_at_zero_and_an_emergency_stop_to_the
     assert stands(1)
 
 
+def test_an_emergency_stop_holds_in_lockstep_too_while_time_goes_on(start, peer):
+    start(*SIMU, '--nb-robots', '1', '--lockstep')
+    odometry = peer.odometry(1)
+    ctrl = start(*CTRL, '--algo', 'nav_wp')
+    peer.wait_for(lambda: odometry and odometry[-1].twist.twist.linear.x > 0.0)
+
+    peer.publisher(Bool, '/emergency_stop', qos=qos.LATCHED).publish(Bool(data=True))
+    ctrl.wait_for_output('emergency stop: it ends with this process')
+    peer.wait_for(lambda: odometry[-1].twist.twist.linear.x == 0.0)
+    later = peer.wait_for_new(odometry, 20)
+
+    assert all(message.twist.twist.linear.x == 0.0 for message in later)
+
+
 def test_a_second_controller_of_a_robot_is_noticed(start):
     start(*SIMU, '--nb-robots', '1').wait_for_output('simulating')
     first = start(*CTRL, '--algo', 'nav_wp')
