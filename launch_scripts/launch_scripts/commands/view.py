@@ -84,7 +84,11 @@ def main(args: argparse.Namespace) -> int:
     if args.runs:
         from setcmas_tools.view.replay.main import show_runs  # it needs viser
 
-        show_runs([Run.load(path, warn) for path in args.runs], browser, ReplayOptions.of(args))
+        names = [path.resolve().name for path in args.runs]
+        if len(set(names)) < len(names):
+            names = [f'{path}, run {number}' for number, path in enumerate(args.runs, 1)]
+        runs = [Run.load(path, warn) for path in args.runs]
+        show_runs(dict(zip(names, runs, strict=True)), browser, ReplayOptions.of(args))
         return 0
     return run_in_foreground('view', browser_command(browser.arguments()))
 

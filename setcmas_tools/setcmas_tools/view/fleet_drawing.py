@@ -26,22 +26,27 @@ class FleetDrawing:
 
     Attributes:
         ground: The ground below it.
+        robots: The robots.
+        trails: The trails behind them.
         trail_s: Length of the trails in s.
     """
 
-    def __init__(self, scene: viser.SceneApi, state: FleetState, root: str = '') -> None:
+    def __init__(
+        self, scene: viser.SceneApi, state: FleetState, root: str = '', floor: str = ''
+    ) -> None:
         """Prepare.
 
         Args:
             scene: Where to draw.
             state: What is known.
             root: Name of the frame that all is in; empty is the world.
+            floor: Name of the frame that the ground is in.
         """
         self._state = state
-        self.ground = GroundScene(scene, root)
+        self.ground = GroundScene(scene, floor or root)
         self.trail_s = LENGTH_S
-        self._robots = RobotScene(scene, root)
-        self._trails, self._trail_scene = Trails(), TrailScene(scene, root)
+        self.robots = RobotScene(scene, root)
+        self._trails, self.trails = Trails(), TrailScene(scene, root)
         self._links = LinkScene(scene, root)
         self._markers = MarkerScene(scene, root)
         self._begun = 0
@@ -77,13 +82,13 @@ class FleetDrawing:
         flashes = state.flashes.strength(robots, now)
         by_robot = dict(zip(robots, map(tuple, poses.T.tolist()), strict=True))
         self._reach(poses)
-        self._robots.show(robots, poses, self.lost(now), flashes, size, state.models)
+        self.robots.show(robots, poses, self.lost(now), flashes, size, state.models)
         if self._clear or state.begun != self._begun:
             self._clear, self._begun = False, state.begun
             self._trails.clear()
         self._trails.length_s = self.trail_s
         self.remember(now)
-        self._trail_scene.show(self._trails, size)
+        self.trails.show(self._trails, size)
         self._links.show(state.both, state.one_way, robots, poses, flashes)
         self._markers.show(state.markers, by_robot)
         return by_robot

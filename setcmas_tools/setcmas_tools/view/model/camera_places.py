@@ -25,7 +25,12 @@ _DIRECTIONS = {
 
 
 def place(
-    name: str, half_m: float, aspect: float, covered: float, covered_below: float = 0.0
+    name: str,
+    half_m: float,
+    aspect: float,
+    covered: float,
+    covered_below: float = 0.0,
+    beside_m: float = 0.0,
 ) -> tuple[Floats, Floats]:
     """Return camera place and the point it looks at, in m, such that a square is seen.
 
@@ -37,12 +42,13 @@ def place(
         aspect: Width of the picture over its height.
         covered: Share of the width, on the right, that the panel covers; less than half.
         covered_below: Share of the height, at the bottom, that a panel covers; less than half.
+        beside_m: How far to the right, in m, a second square is that is seen, too; 0 for none.
     """
     back = _DIRECTIONS[name] / np.linalg.norm(_DIRECTIONS[name])
     right = np.cross([0.0, 0.0, 1.0], back)
     right /= np.linalg.norm(right)
     up = np.cross(back, right)
-    corners = half_m * _SEEN
+    corners = np.vstack([half_m * _SEEN, half_m * _SEEN + [beside_m, 0.0, 0.0]])
     tall = np.tan(0.5 * FOV)
     wide = tall * aspect
     towards = corners @ back

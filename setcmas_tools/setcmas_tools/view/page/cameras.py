@@ -37,6 +37,7 @@ class FollowingCamera:
         self._dropdown = client.gui.add_dropdown('Follow', self._options, order=order)
         self._dropdown.on_update(lambda _: self._choose(str(self._dropdown.value)))
         client.camera.near = _NEAREST_M
+        self._beside_m = 0.0
         self.show(SIDE, half_m)
 
     def offer(self, robots: list[int]) -> None:
@@ -56,7 +57,7 @@ class FollowingCamera:
         folded = camera.aspect < 1.0 or width <= _SMALL_PX
         covered = 0.0 if folded else _PANEL_PX / width
         below = 0.0 if folded else min(0.45, self._covered_px / camera.image_height)
-        position, target = place(name, half_m, camera.aspect, covered, below)
+        position, target = place(name, half_m, camera.aspect, covered, below, self._beside_m)
         with self._client.atomic():
             camera.up_direction = (0.0, 0.0, 1.0)
             camera.fov = FOV
@@ -64,11 +65,16 @@ class FollowingCamera:
             camera.look_at = target
         self._place = position
 
-    def fit(self, half_m: float) -> None:
+    def fit(self, half_m: float, beside_m: float = 0.0) -> None:
         """Go on showing the whole ground when it grows, or the window changes its size.
 
         A camera that the user has moved, or that follows a robot, is left alone.
+
+        Args:
+            half_m: Half the side of the ground in m.
+            beside_m: How far to the right in m there is a second one; 0 for none.
         """
+        self._beside_m = beside_m
         camera = self._client.camera
         moved = self._robot is not None or not np.allclose(
             camera.position, self._place, atol=_MOVED_M
@@ -88,10 +94,10 @@ class FollowingCamera:
             camera.position = target + offset
             camera.look_at = target
 
-    def _fitting(self, half_m: float) -> tuple[float, int, int]:
+    def _fitting(self, half_m: float) -> tuple[float, float, int, int]:
         """Return what the place of the camera depends on."""
         camera = self._client.camera
-        return half_m, camera.image_width, camera.image_height
+        return half_m, self._beside_m, camera.image_width, camera.image_height
 
     def _choose(self, option: str) -> None:
         self._robot = None if option == FREE else int(option.split()[-1])

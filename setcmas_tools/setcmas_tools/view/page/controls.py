@@ -23,6 +23,7 @@ class Controls:
         trail_s: Length of the trails in s that the users have chosen.
         size: How many times larger than in reality robots are drawn.
         half_m: Half the side of the ground in m, which cameras show.
+        beside_m: How far to the right in m there is a second ground; 0 for none.
         covered_px: Height of the panel below the scene, if there is one.
         buttons: Those that command the robots; None for a view that can only be looked at.
         title: What a picture is of.
@@ -38,7 +39,7 @@ class Controls:
         """
         self._server = server
         self.half_m = HALF_M
-        self.covered_px = 0
+        self.covered_px, self.beside_m = 0, 0.0
         self.title = ''
         self._cameras: dict[int, FollowingCamera] = {}
         self._lock = threading.Lock()  # browsers come and go in viser's threads
@@ -85,7 +86,7 @@ class Controls:
     def move_cameras(self, poses: dict[int, tuple[float, float, float]]) -> None:
         """Let the cameras go along with the robots that they follow."""
         for camera in self._followers():
-            camera.fit(self.half_m)
+            camera.fit(self.half_m, self.beside_m)
             camera.update(poses)
 
     def _followers(self) -> list[FollowingCamera]:

@@ -7,7 +7,7 @@ import queue
 import signal
 import threading
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 
 import numpy as np
@@ -24,6 +24,7 @@ from setcmas_tools.view.page.page import Page
 from setcmas_tools.view.replay.options import ReplayOptions
 from setcmas_tools.view.replay.play import Play
 from setcmas_tools.view.replay.robot_choice import RobotChoice
+from setcmas_tools.view.replay.second_run import SecondRun
 from setcmas_tools.view.replay.state import ReplayedState
 from setcmas_tools.view.replay.time_bar import HEIGHT_PX, TimeBar
 
@@ -34,8 +35,13 @@ _FRAME_S = 0.05
 _FAR_S = 1.0  # of the run; where it goes on farther from before, trails are drawn anew
 
 
-def show_runs(runs: Sequence[Run], browser: BrowserOptions, options: ReplayOptions) -> None:
+def show_runs(runs: Mapping[str, Run], browser: BrowserOptions, options: ReplayOptions) -> None:
     """Show a run, or a second one with it, on a page until Ctrl-C.
+
+    Args:
+        runs: One or two, by what they are called.
+        browser: Where the page is served.
+        options: What it shows at first.
 
     Raises:
         SetcmasError: The page cannot be served.
@@ -59,16 +65,17 @@ def show_runs(runs: Sequence[Run], browser: BrowserOptions, options: ReplayOptio
 class ReplayView:
     """Draws a run at the time that is wished for."""
 
-    def __init__(self, page: Page, runs: Sequence[Run], options: ReplayOptions) -> None:
+    def __init__(self, page: Page, runs: Mapping[str, Run], options: ReplayOptions) -> None:
         """Build the page's content.
 
         Args:
             page: Where to draw.
-            runs: One run, or two.
+            runs: One run, or two, by what they are called.
             options: What it shows at first.
         """
         self._page = page
-        self._states = [ReplayedState(RunHistory(run)) for run in runs]
+        self._names = [html.escape(name) for name in runs]
+        self._states = [ReplayedState(RunHistory(run)) for run in runs.values()]
         first = self._states[0]
         histories = [state.history for state in self._states]
         self._span = min(h.t0 for h in histories), max(h.t1 for h in histories)
@@ -77,9 +84,15 @@ class ReplayView:
         self._play = Play(*self._span, at, time.monotonic())
         self._scene = FleetScene(page.server, first, None)
         self._scene.controls.covered_px = HEIGHT_PX
-        self._robot = RobotChoice(page.server, first, self._scene.controls)
+        controls = self._scene.controls
+        self._second = (
+            SecondRun(page.server, self._states[1], controls, options.beside)
+            if len(runs) > 1
+            else None
+        )
+        self._robot = RobotChoice(page.server, first, controls, self._second)
         self._bar = TimeBar(
-            page.server.gui, self._span, _charted(runs), self._buttons(), self._on_drag
+            page.server.gui, self._span, _charted([*runs.values()]), self._buttons(), self._on_drag
         )
         self._t = np.nan
         self._trail_s = np.nan
@@ -98,15 +111,19 @@ class ReplayView:
         """Show a time of the run, in s."""
         far = not 0.0 <= t - self._t <= _FAR_S * max(1.0, self._play.speed)
         paused = self._play.paused
-        said = 'at the end' if t >= self._span[1] else 'stands' if paused else self._speed
+        said = f'replay {self._speed}{", held" if paused else ""}'
         for state in self._states:
             state.move_to(t, said, self._play.speed)
         trail_s = self._scene.controls.trail_s
         with self._page.server.atomic():
             if far or trail_s != self._trail_s:
                 self._scene.drawing.retrace(self._states[0].past(trail_s))
+                if self._second:
+                    self._second.retrace(trail_s)
             self._t, self._trail_s = t, trail_s
             self._scene.update(t, at_once=paused)
+            if self._second:
+                self._second.update(t)
             self._robot.show(t)
             self._bar.show(t, self._text(t), paused)
 
@@ -115,9 +132,12 @@ class ReplayView:
         return f'×{self._play.speed:g}'
 
     def _text(self, t: float) -> str:
-        law = html.escape(stem_of_script(self._states[0].law))
-        told = [f'<b>t = {t:.2f} s</b> of {self._span[1]:.1f} s', law, self._speed]
-        return ' · '.join(filter(None, told))
+        laws = [html.escape(stem_of_script(state.law)) for state in self._states]
+        runs = [
+            f'{name} ({law})' if law else name for name, law in zip(self._names, laws, strict=True)
+        ]
+        told = [f'<b>t = {t:.2f} s</b> of {self._span[1]:.1f} s', ', dashed: '.join(runs)]
+        return ' · '.join([*told, self._speed])
 
     def _do_wishes(self) -> None:
         while not self._wishes.empty():

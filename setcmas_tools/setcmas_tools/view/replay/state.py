@@ -141,6 +141,7 @@ class ReplayedState(FleetState):
         """
         self._fleet.move_to(t, min(t, self._t))
         self._t = t
+        self.ended = t > self.history.t1
         self._clock.said, self._flashes.speed = said, speed
         adjacency = self.history.adjacency(t)
         if adjacency is not None:

@@ -39,11 +39,16 @@ class _Bodies:
 
 
 class RobotScene:
-    """Draws a fleet; what has not changed costs nothing."""
+    """Draws a fleet; what has not changed costs nothing.
+
+    Attributes:
+        ghosts: Whether the robots are pale and have no numbers.
+    """
 
     def __init__(self, scene: viser.SceneApi, root: str = '') -> None:
         """Prepare, in a frame; nothing is drawn yet."""
         self._scene, self._root = scene, root
+        self.ghosts = False
         self._bodies: dict[str, _Bodies] = {}
         self._rings = Batch(scene, f'{root}/robots/rings', unit_ring(), side='double')
         self._labels: dict[int, viser.LabelHandle] = {}
@@ -74,7 +79,7 @@ class RobotScene:
         wxyzs = np.column_stack([np.cos(half), zero, zero, np.sin(half)])
         scales = np.full((n, 3), size)
         colours = np.array([fleet.plot_colour(robot) for robot in robots]).reshape(-1, 3)
-        faded = np.where(lost, _PALENESS, 0.0)[:, None]
+        faded = np.where(lost | self.ghosts, _PALENESS, 0.0)[:, None]
         bright = colours + faded * (_PALE - colours)
         dark = _DARK + faded * (_PALE - _DARK)
         names = np.array([models.get(robot, UNICYCLE) for robot in robots], dtype=object)
@@ -118,4 +123,5 @@ class RobotScene:
                 )
             label = self._labels[robot]
             label.text = text
+            label.visible = not self.ghosts
             label.position = position

@@ -15,11 +15,16 @@ _WIDTH_M = 0.02  # of a robot in its true size
 
 
 class TrailScene:
-    """Draws the chunks of the trails."""
+    """Draws the chunks of the trails.
+
+    Attributes:
+        width: Of the lines that come, as a share of the usual one.
+    """
 
     def __init__(self, scene: viser.SceneApi, root: str = '') -> None:
         """Prepare, in a frame; nothing is drawn yet."""
         self._scene, self._root = scene, root
+        self.width = 1.0
         self._handles: dict[int, viser.LineSegmentsHandle] = {}
         self._finished: set[int] = set()
 
@@ -44,7 +49,7 @@ class TrailScene:
         colours = untoned([fleet.plot_colour(robot) for robot in chunk.robots])
         per_point = np.repeat(colours, chunk.points.shape[1], axis=0)[:, None].repeat(2, axis=1)
         self._handles[chunk.number] = self._scene.add_line_segments(
-            self._free_name(), points, per_point, thickness=size * _WIDTH_M
+            self._free_name(), points, per_point, thickness=self.width * size * _WIDTH_M
         )
 
     def _free_name(self) -> str:
