@@ -91,3 +91,15 @@ def close_notifications(browser) -> None:
     wait_for(
         lambda: not browser.find_elements(By.CSS_SELECTOR, '.mantine-Notification-closeButton')
     )
+
+
+def choose(browser, chosen: str, option: str) -> None:
+    """Choose an option from the list in which another one is chosen now."""
+    browser.find_element(By.CSS_SELECTOR, f'input[value="{chosen}"]').click()
+
+    def found() -> list:
+        options = browser.find_elements(By.CSS_SELECTOR, '[role=option]')
+        return [one for one in options if one.text == option]
+
+    wait_for(found)
+    found()[0].click()

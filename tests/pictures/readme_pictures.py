@@ -174,9 +174,39 @@ def browser_view(folder: Path) -> Path:
     return folder / 'page.png'
 
 
+def replay(folder: Path) -> Path:
+    """Show a run at an instant, with a slower one as ghosts over it."""
+    from browser import choose, close_notifications, open_browser, wait_for_text
+
+    from setcmas_tools import simulate
+
+    ring = {'graph': 'ring', 'event_triggered': True}
+    for name, vnom in (('run', 0.5), ('slower', 0.3)):
+        simulate('consensus', 8, 40.0, vnom=vnom, **ring).save(folder / name)
+    runs = [folder / 'run', folder / 'slower']
+    page = subprocess.Popen(
+        [SETCMAS, 'view', *runs, '--at', '9', '--port', '8912'], stdout=subprocess.PIPE, text=True
+    )
+    try:
+        assert page.stdout
+        url = page.stdout.readline().split()[2]
+        with open_browser(*WINDOW) as browser:
+            browser.get(url)
+            wait_for_text(browser, 't = 9.00 s')
+            close_notifications(browser)
+            choose(browser, 'click one', 'robot 3')
+            wait_for_text(browser, 'it knew of the others')
+            time.sleep(2.0)
+            browser.save_screenshot(str(folder / 'page.png'))
+    finally:
+        page.send_signal(signal.SIGINT)
+        page.wait()
+    return folder / 'page.png'
+
+
 MAKERS = {
     maker.__name__: maker
-    for maker in (formation, swap, communication, graph, notebook, browser_view)
+    for maker in (formation, swap, communication, graph, notebook, browser_view, replay)
 }
 
 

@@ -9,7 +9,7 @@ import viser
 from numpy.typing import NDArray
 
 from setcmas_simu.arrays import Floats
-from setcmas_tools.view.model.fleet_state import FleetState
+from setcmas_tools.view.model.fleet_state import NO_PAIRS, FleetState
 from setcmas_tools.view.model.trails import LENGTH_S, Trails
 from setcmas_tools.view.scene.ground_scene import HALF_M, LAB_HALF_M, GroundScene
 from setcmas_tools.view.scene.link_scene import LinkScene
@@ -79,7 +79,8 @@ class FleetDrawing:
         """
         state = self._state
         robots, poses = state.fleet.robots, state.fleet.poses(now)
-        flashes = state.flashes.strength(robots, now)
+        flashes = state.flashes.strength(robots, now) * (not self.robots.ghosts)
+        links = (NO_PAIRS, NO_PAIRS) if self.robots.ghosts else (state.both, state.one_way)
         by_robot = dict(zip(robots, map(tuple, poses.T.tolist()), strict=True))
         self._reach(poses)
         self.robots.show(robots, poses, self.lost(now), flashes, size, state.models)
@@ -89,7 +90,7 @@ class FleetDrawing:
         self._trails.length_s = self.trail_s
         self.remember(now)
         self.trails.show(self._trails, size)
-        self._links.show(state.both, state.one_way, robots, poses, flashes)
+        self._links.show(*links, robots, poses, flashes)
         self._markers.show(state.markers, by_robot)
         return by_robot
 

@@ -44,7 +44,7 @@ def at(run, t):
 
 @needs_browser
 def test_scrubbed_in_a_browser(start, tmp_path):
-    from browser import close_notifications, open_browser, wait_for, wait_for_text
+    from browser import choose, close_notifications, open_browser, wait_for, wait_for_text
     from selenium.webdriver.common.keys import Keys
 
     run = Run.load(
@@ -68,11 +68,7 @@ def test_scrubbed_in_a_browser(start, tmp_path):
         share = number(browser.execute_script(cursor)[:-2]) / browser.execute_script(width)
         assert share == pytest.approx(12.3 / 20, abs=0.01)
 
-        list_of_robots = browser.find_element('css selector', 'input[value="click one"]')
-        list_of_robots.click()
-        wait_for(lambda: browser.find_elements('css selector', '[role=option]'))
-        options = browser.find_elements('css selector', '[role=option]')
-        next(option for option in options if option.text == 'robot 1').click()
+        choose(browser, 'click one', 'robot 1')
         wait_for_text(browser, 'not heard')  # robot 3, on a path
         wait_for_text(browser, 't = 12.20 s')
         browser.find_element('tag name', 'body').send_keys(Keys.END)
