@@ -22,10 +22,10 @@ from pathlib import Path
 from launch_scripts.options.earlier_run import with_earlier_run
 from launch_scripts.options.run_options import add_run_arguments, output_folder, parameters
 from launch_scripts.options.view_options import BROWSER, ViewOptions, view_beside
+from launch_scripts.processes.emulated_run import emulated_lab_options
 from launch_scripts.processes.environment import local_environment, require_ros
 from launch_scripts.processes.experiment import experiment_environment
 from launch_scripts.processes.node_commands import PAGE
-from launch_scripts.processes.run_processes import emulated_lab_options
 from launch_scripts.processes.run_robots import STOPPED, run_robots
 from launch_scripts.processes.supervision.child_process import Child
 from launch_scripts.processes.supervision.supervisor import StoppedError, Supervisor

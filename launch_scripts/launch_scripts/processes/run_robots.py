@@ -9,8 +9,9 @@ from dataclasses import replace
 
 from tqdm import tqdm
 
+from launch_scripts.processes.emulated_run import EmulatedRun
 from launch_scripts.processes.node_commands import PAGE
-from launch_scripts.processes.run_processes import EmulatedRun, SimulatedRun, outcome_of
+from launch_scripts.processes.run_processes import SimulatedRun, outcome_of
 from launch_scripts.processes.supervision.child_process import ChildDiedError
 from launch_scripts.processes.supervision.supervisor import StoppedError, Supervisor
 from launch_scripts.terminal.output_lines import Stream, write_line
