@@ -28,6 +28,9 @@ from setcmas_tools.grading.sandbox.signs import check_written, hindered, last_pl
 _ANSWER_S = 0.5
 _START_S = 30.0
 _MOST_HINDERED_S = 600.0
+# Nothing of a submission is imported before it is confined: neither the current folder nor the
+# user's packages (-s), which are in the home, are searched. Python 3.10 has no -P for the first.
+_HOST = 'import sys; del sys.path[0]; from setcmas_tools.grading.sandbox import host; host.main()'
 _ONE_THREAD = dict.fromkeys(('OMP_NUM_THREADS', 'OPENBLAS_NUM_THREADS', 'MKL_NUM_THREADS'), '1')
 
 
@@ -83,12 +86,12 @@ class Box:
         """
         self.drop()
         try:
-            self._fill(files)
+            self._clear()
         except OSError:  # the last one has left what cannot be removed
             self._stop()
             self._home = self._new_home()
-            self._fill(files)
         self._start()
+        self._fill(files)
         own, theirs = socket.socketpair()
         with theirs:
             socket.send_fds(self._orders, [msgspec.json.encode(job)], [theirs.fileno()])
@@ -147,11 +150,11 @@ class Box:
         home = str(self._home)
         with theirs:
             self._process = subprocess.Popen(
-                [sys.executable, '-m', 'setcmas_tools.grading.sandbox.host', home,
+                [sys.executable, '-s', '-c', _HOST, home,
                  'confined' if self._confined else 'trusted'],
                 stdin=theirs.fileno(),
                 stdout=subprocess.DEVNULL,
-                cwd=home,
+                cwd='/',
                 env={
                     **_ONE_THREAD, 'HOME': home, 'TMPDIR': home, 'MPLCONFIGDIR': home,
                     'PATH': os.defpath, 'LANG': 'C.UTF-8', 'PYTHONPATH': places,
@@ -172,13 +175,14 @@ class Box:
             self._process.wait()
             self._process = None
 
-    def _fill(self, files: Mapping[str, bytes]) -> None:
-        """Replace what is in the folder."""
+    def _clear(self) -> None:
         for old in self._home.iterdir():
             if old.is_dir() and not old.is_symlink():
                 shutil.rmtree(old)
             else:
                 old.unlink()
+
+    def _fill(self, files: Mapping[str, bytes]) -> None:
         for name, content in files.items():
             (self._home / name).parent.mkdir(parents=True, exist_ok=True)
             (self._home / name).write_bytes(content)

@@ -1,9 +1,9 @@
 """Process that holds submissions, each in a copy of itself.
 
-Run as `python -m setcmas_tools.grading.sandbox.host FOLDER CONFINED` with a socket as standard
-input. A job comes with the socket that its copy (fork) answers on; a byte asks for more of the
-copy: its place in the script, or its end. The process knows Python, numpy and what scripts import
-of setcmas, but no rubric, solution or other submission, nor the environment of who started it.
+A box starts it with the arguments FOLDER CONFINED and a socket as standard input. A job comes
+with the socket that its copy (fork) answers on; a byte asks for more of the copy: its place in the
+script, or its end. The process knows Python, numpy and what scripts import of setcmas, but no
+rubric, solution or other submission, nor the environment of who started it.
 """
 
 from __future__ import annotations
@@ -67,6 +67,7 @@ def main() -> None:
         if ends:
             child = os.fork()
             if not child:
+                os.chdir(folder)
                 _hold(message, ends[0], nowhere, rules)
             os.close(ends[0])
             orders.sendall(NUMBER.pack(child))
@@ -92,7 +93,3 @@ def _hold(message: bytes, end: int, nowhere: int, rules: SyscallFilter | None) -
         serve(job, socket.socket(fileno=3), rules)
         status = 0
     _exit(status)
-
-
-if __name__ == '__main__':
-    main()
