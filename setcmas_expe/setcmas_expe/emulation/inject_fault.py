@@ -20,10 +20,12 @@ from setcmas_simu.ros.process import FleetNode, RosProcess, node_main
 
 _DISCOVERY_S = 3.0
 _SENDING_S = 2.0
+_LONGEST_S = 60  # of all, on a busy machine; seen once: it never ended, as its lab just had
 
 
 def _inject(process: RosProcess, args: argparse.Namespace) -> None:
     process.launcher.mistake = 'setcmas fault'
+    process.end_within(_LONGEST_S)
     fault = parse_fault(f'{args.kind} {args.robot} {args.seconds}')
     node = FleetNode('inject_fault')
     process.add(node)

@@ -88,6 +88,7 @@ class RosProcess:
         self.stopping = False
         self.longest_end_s = 10
         """After that the kernel ends a process that hangs in its clean-up."""
+        self.has_deadline = False
         self._served = 0.0
         self.on_stop_signal: Callable[[], None] | None = None
         """Called in the signal handler, for what cannot wait until the callback returns."""
@@ -152,10 +153,15 @@ class RosProcess:
     def handle_signal(self, _signum: int, _frame: FrameType | None) -> None:
         """Note the wish to stop, and set the deadline for the clean-up."""
         self.stopping = True
-        signal.signal(signal.SIGALRM, signal.SIG_DFL)
-        signal.alarm(self.longest_end_s)
+        self.end_within(self.longest_end_s)
         if self.on_stop_signal:
             self.on_stop_signal()
+
+    def end_within(self, seconds: int) -> None:
+        """Let this process be killed by then: what DDS waits for may never come."""
+        self.has_deadline = True
+        signal.signal(signal.SIGALRM, signal.SIG_DFL)
+        signal.alarm(seconds)
 
 
 @contextlib.contextmanager
@@ -187,8 +193,13 @@ def ros_process(
     finally:
         for signum in STOP_SIGNALS:
             signal.signal(signum, signal.SIG_IGN)
+        had_deadline = process.has_deadline
+        if not had_deadline:
+            process.end_within(process.longest_end_s)
         process.executor.shutdown()
         rclpy.try_shutdown()
+        if not had_deadline:
+            signal.alarm(0)
 
 
 def node_main(
