@@ -45,6 +45,18 @@ class Track:
             poses[:, self._gap[after - 1] & inside] = np.nan
         return poses
 
+    def speeds(self, t: Floats) -> Floats:
+        """Return forward speeds in m/s and turn rates in rad/s at times in s, shape (2, K).
+
+        A row tells them for the time since the row before. They are NaN where poses are.
+        """
+        result = np.full((2, len(t)), np.nan)
+        known = np.isfinite(self.poses(t)[0])
+        rows = np.searchsorted(self.rows.t, t[known] - SAME_TIME_S)
+        rows = np.minimum(rows, len(self.rows.t) - 1)
+        result[:, known] = self.rows.v[rows], self.rows.omega[rows]
+        return result
+
     def newest(self, t: float) -> int:
         """Return the last row at or before a time in s; -1 if there is none."""
         return int(np.searchsorted(self.rows.t, t + SAME_TIME_S, side='right')) - 1

@@ -55,17 +55,12 @@ class RunHistory:
         return result
 
     def speeds(self, t: float) -> Floats:
-        """Return forward speeds in m/s and turn rates in rad/s, shape (2, N).
+        """Return forward speeds in m/s and turn rates in rad/s, shape (2, N)."""
+        return self.speeds_at(np.array([t]))[:, 0]
 
-        A row tells them for the time since the row before.
-        """
-        result = np.full((2, len(self.robots)), np.nan)
-        known = np.isfinite(self.poses(t)[0])
-        for column in np.flatnonzero(known).tolist():
-            rows, row = self.tracks[column].rows, self.tracks[column].next(t)
-            row = min(row, len(rows.t) - 1)
-            result[:, column] = rows.v[row], rows.omega[row]
-        return result
+    def speeds_at(self, times: Floats) -> Floats:
+        """Return the speeds at K times, shape (2, K, N)."""
+        return np.stack([track.speeds(times) for track in self.tracks], axis=2)
 
     def trails(self, t: float, length_s: float) -> tuple[Floats, Floats]:
         """Return where robots were in the last seconds.

@@ -5,6 +5,8 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
+import numpy as np
+
 from setcmas_ctrl.filter.verdict import Verdict
 from setcmas_simu.arrays import Floats
 from setcmas_simu.errors import SetcmasError
@@ -81,9 +83,9 @@ class Instants:
     def of(self, robot: int, t: float) -> RobotInstant:
         """Return a robot at a time in s."""
         history = self._history
-        column = history.robots.index(robot)
-        x, y, theta = history.poses(t)[:, column].tolist()
-        speed, turn_rate = history.speeds(t)[:, column].tolist()
+        track, now = history.tracks[history.robots.index(robot)], np.array([t])
+        x, y, theta = track.poses(now)[:, 0].tolist()
+        speed, turn_rate = track.speeds(now)[:, 0].tolist()
         row = self._newest.row(robot, t) if self._newest else None
         called_at, wanted, allowed, verdict = self._command(row)
         state, held = history.safety(robot, t) or (None, None)

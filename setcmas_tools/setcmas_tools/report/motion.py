@@ -36,7 +36,7 @@ def common_times(history: RunHistory) -> Floats:
 def fleet_entry(history: RunHistory, t: Floats) -> list[dict[str, Any]]:
     """Return what the page knows of each robot at times in s."""
     x, y, theta = history.poses_at(t)
-    speeds = np.array([history.speeds(now) for now in t.tolist()])
+    speeds = history.speeds_at(t)
     outlines = symbols(history.run)
     put = [history.put(*pair) for pair in zip(t[:-1].tolist(), t[1:].tolist(), strict=True)]
     return [
@@ -49,8 +49,8 @@ def fleet_entry(history: RunHistory, t: Floats) -> list[dict[str, Any]]:
             'x': packed(x[:, column]),
             'y': packed(y[:, column]),
             'theta': packed(theta[:, column]),
-            'v': packed(speeds[:, 0, column]),
-            'omega': packed(speeds[:, 1, column]),
+            'v': packed(speeds[0, :, column]),
+            'omega': packed(speeds[1, :, column]),
             'breaks': [k for k, robots in enumerate(put, 1) if robot in robots],
         }
         for column, robot in enumerate(history.robots)
