@@ -8,7 +8,7 @@ const times = run.t, step = times.length > 1 ? times[1] - times[0] : 1;
 const first = times[0], last = times[times.length - 1];
 const INK = '#1b1f24', SOFT = '#57606a', LINE = '#d8dee4';
 const KINDS = {failed: '#cf222e', stopped: '#cf222e', overruled: '#8250df', saturated: '#bf8700'};
-const FLASH_S = 0.5, KEPT = 1e-6;
+const FLASH_S = 0.5, MOST_NUMBERS = 20, KEPT = 1e-6;
 let now = first, selected = null;
 
 // What is packed: differences of whole numbers, null where nothing is known.
@@ -151,7 +151,7 @@ function drawLinks(pen) {
   const up = new Map();
   for (const [t, receiver, sender, weight] of run.plane.links) if (t <= now + KEPT) up.set(receiver + ' ' + sender, weight);
   const at = new Map(run.robots.map(robot => [robot.number, poseAt(robot, now)]));
-  pen.lineWidth = 1; pen.strokeStyle = 'rgba(87, 96, 106, .4)';
+  pen.lineWidth = 1; pen.strokeStyle = `rgba(87, 96, 106, ${Math.max(0.04, Math.min(0.4, 16 / up.size))})`;
   for (const [pair, weight] of up) {
     const [receiver, sender] = pair.split(' ').map(number => at.get(+number));
     if (weight && receiver && sender) { path(pen, [[receiver.x, receiver.y], [sender.x, sender.y]]); pen.stroke(); }
@@ -193,7 +193,7 @@ function drawRobot(pen, robot, size, ghost) {
   const sent = run.plane.sent[robot.number] || [], age = now - sent[countUntil(sent, now) - 1];
   if (age <= FLASH_S) disc(pen, pose.x, pose.y, size * (1.3 + 2 * age / FLASH_S), null, `rgba(230, 115, 0, ${1 - age / FLASH_S})`);
   pen.fillStyle = INK; pen.textAlign = 'left';
-  pen.fillText(robot.number, px(pose.x) + size + 2, py(pose.y) - size);
+  if (run.robots.length <= MOST_NUMBERS) pen.fillText(robot.number, px(pose.x) + size + 2, py(pose.y) - size);
 }
 function drawSelected(pen, size) {
   const pose = selected && poseAt(selected, now), call = pose && callAt(selected, now);
@@ -222,9 +222,10 @@ function drawPlane() {
   drawDrawings(pen);
   if (find('links') && find('links').checked) drawLinks(pen);
   const ghosts = find('ghosts') && !find('ghosts').checked ? [] : run.others;
-  if (find('trails').checked) { ghosts.forEach(robot => drawTrail(pen, robot, true)); run.robots.forEach(robot => drawTrail(pen, robot)); }
+  const drawn = [...run.robots].reverse();  // those with colours of their own on top
+  if (find('trails').checked) { ghosts.forEach(robot => drawTrail(pen, robot, true)); drawn.forEach(robot => drawTrail(pen, robot)); }
   ghosts.forEach(robot => drawRobot(pen, robot, size, true));
-  run.robots.forEach(robot => drawRobot(pen, robot, size));
+  drawn.forEach(robot => drawRobot(pen, robot, size));
   drawSelected(pen, size);
 }
 

@@ -28,7 +28,7 @@ function drawChart(chart) {
   }
   pen.textAlign = 'center';
   const pause = roundStep(Math.max(KEPT, last - first), width / 70);
-  for (let n = Math.ceil(first / pause); n * pause <= last; n++) pen.fillText(+(n * pause).toFixed(6), x(n * pause), height - 3);
+  for (let n = Math.ceil(first / pause); n * pause <= last; n++) pen.fillText(+(n * pause).toFixed(6), Math.min(x(n * pause), width - 12), height - 3);
   for (const [values, dashes] of [[chart.other || {}, [4, 3]], [chart.values, []]]) {
     pen.setLineDash(dashes);
     for (const number in values) {
