@@ -12,10 +12,11 @@ from tqdm import tqdm
 from launch_scripts.processes.emulated_run import EmulatedRun
 from launch_scripts.processes.node_commands import PAGE
 from launch_scripts.processes.run_processes import SimulatedRun, outcome_of
-from launch_scripts.processes.supervision.child_process import ChildDiedError
+from launch_scripts.processes.supervision.child_process import Child, ChildDiedError
 from launch_scripts.processes.supervision.supervisor import StoppedError, Supervisor
 from launch_scripts.terminal.output_lines import Stream, write_line
 from setcmas_expe.lab.model import Lab
+from setcmas_simu.reports.reports import Ready
 from setcmas_tools.run.folder import RunFolder
 from setcmas_tools.run.info import RunInfo
 from setcmas_tools.run.outcome import Outcome, State
@@ -24,6 +25,7 @@ STOPPED = 130
 """Exit status after Ctrl-C, as of shells."""
 
 _START_TIMEOUT_S = 60.0  # a busy machine starts fifty robots in half of it
+_PAGE_TIMEOUT_S = 15.0
 _ROUNDING_S = 1e-9
 
 
@@ -56,10 +58,12 @@ def run_robots(
 
     supervisor.write = write
     pages = [supervisor.start(name, command, needed=False) for name, command in views]
+    pages = [page for page in pages if page.name == PAGE]
     run: EmulatedRun | SimulatedRun | None = None
     try:
+        _wait_for(pages, supervisor)
         run = (
-            EmulatedRun(supervisor, args, folder.bag, lab, [v for v in pages if v.name == PAGE])
+            EmulatedRun(supervisor, args, folder.bag, lab, pages)
             if lab
             else SimulatedRun(supervisor, args, folder.bag)
         )
@@ -102,6 +106,17 @@ def run_robots(
     finally:
         if run:
             run.stop()
+
+
+def _wait_for(pages: Sequence[Child], supervisor: Supervisor) -> None:
+    """Wait until pages listen, for they are to show the run from its begin; not for ever."""
+    deadline = time.monotonic() + _PAGE_TIMEOUT_S
+    supervisor.run(
+        lambda: (
+            all(page.heard(Ready) or not page.running() for page in pages)
+            or time.monotonic() > deadline
+        )
+    )
 
 
 def _show_progress(

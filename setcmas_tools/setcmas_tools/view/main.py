@@ -7,6 +7,7 @@ import sys
 import time
 
 from setcmas_expe.pause.console_protocol import Wish, Word
+from setcmas_simu.reports.reports import Ready
 from setcmas_simu.ros.process import FleetNode, RosProcess, node_main
 from setcmas_tools.view.commands import FleetCommands
 from setcmas_tools.view.fleet_scene import FleetScene
@@ -49,6 +50,7 @@ class BrowserView:
         """Draw until a signal asks to stop."""
         next_look = 0.0
         opener = Opener(self._page.url)
+        self._process.launcher.tell(Ready())
         while not self._process.stopping:
             now = time.monotonic()
             if now >= next_look:

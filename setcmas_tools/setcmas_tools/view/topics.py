@@ -142,19 +142,23 @@ class ViewedTopics:
         return PolledTopic(self._node, kind, name, on_markers, profile)
 
     def _look_for_commands(self) -> None:
-        """Listen to the commands of one robot, whose first one begins the run."""
-        if self._commands:
-            name = next(iter(self._commands))
-            if self._node.count_publishers(name):
-                return
-            self._commands.pop(name).close()
-        for robot in self._state.fleet.robots:
-            name = topics.robot_topic(robot, topics.CMD_CART_VEL)
-            if self._node.count_publishers(name):
-                self._commands[name] = PolledTopic(
-                    self._node, Point32, name, self._on_command, _NEWEST
-                )
-                return
+        """Listen to the commands of one robot, whose first one begins the run.
+
+        Before there are any: that is what the first one is heard by.
+        """
+        heard = next(iter(self._commands), None)
+        if heard and self._node.count_publishers(heard):
+            return
+        robots = self._announced.robots or self._state.fleet.robots or [1]
+        names = [topics.robot_topic(robot, topics.CMD_CART_VEL) for robot in robots]
+        commanded = (name for name in names if self._node.count_publishers(name))
+        name = next(commanded, heard or names[0])
+        if name != heard:
+            if heard:
+                self._commands.pop(heard).close()
+            self._commands[name] = PolledTopic(
+                self._node, Point32, name, self._on_command, _NEWEST
+            )
 
     def _on_odometry(self, robot: int, message: Odometry) -> None:
         position, q = message.pose.pose.position, message.pose.pose.orientation

@@ -1,0 +1,47 @@
+import pytest
+
+pytest.importorskip('rclpy')
+
+from geometry_msgs.msg import Point32
+
+from setcmas_tools.view.model.fleet_state import FleetState
+from setcmas_tools.view.topics import ViewedTopics
+
+
+@pytest.fixture
+def state():
+    return FleetState()
+
+
+@pytest.fixture
+def viewed(peer, state):
+    topics = ViewedTopics(peer.node, state)
+    topics.look()
+    return topics
+
+
+def begins(peer, viewed, state):
+    """Wait until the run has begun for the page."""
+
+    def is_running():
+        viewed.take(1.0)
+        return state.clock.describe(1.0) == 'running'
+
+    peer.wait_for(is_running)
+
+
+def test_the_very_first_command_begins_the_run(peer, viewed, state):
+    peer.publisher(Point32, '/tb3_1/cmd_cart_vel').publish(Point32())
+
+    begins(peer, viewed, state)
+
+
+def test_a_robot_with_another_number_may_be_the_only_one_that_is_commanded(peer, viewed, state):
+    state.fleet.see(3, (0.0, 0.0, 0.0), 0.0, 1.0)
+    publisher = peer.publisher(Point32, '/tb3_3/cmd_cart_vel', listeners=0)
+    peer.wait_for(lambda: peer.node.count_publishers('/tb3_3/cmd_cart_vel'))
+    viewed.look()
+    peer.wait_for(publisher.get_subscription_count)
+    publisher.publish(Point32())
+
+    begins(peer, viewed, state)
