@@ -1,4 +1,5 @@
 import numpy as np
+import pytest
 
 from setcmas_tools.records.commands import commands, read_csv, with_allowed, write_csv
 
@@ -11,6 +12,21 @@ def test_what_a_filter_allowed_stands_beside_its_command():
     rows = with_allowed(WANTED, allowed)
 
     assert rows[:, 4:].tolist() == [[0.5, 0.1, 0], [0, 0, 1], [0.1, 0, 2], [0.1, 0, 0]]
+
+
+@pytest.mark.parametrize('rate', [10, 60, 200, 1000])
+@pytest.mark.parametrize('delay', [-0.1, 0.0, 0.1, 0.7])
+def test_what_was_allowed_stands_beside_the_command_of_its_own_step(rate, delay):
+    steps = np.arange(50.0)
+    wanted = np.column_stack([steps / rate, np.ones(50), steps, steps])
+    t = np.maximum((steps + max(delay, -0.0005 * rate)) / rate, 0.0)
+    allowed = np.delete(np.column_stack([t, np.ones(50), -steps, steps, steps]), 20, axis=0)
+
+    rows = with_allowed(wanted, allowed)
+
+    assert rows[20, 4:].tolist() == [20, 20, 0]
+    others = np.delete(rows, 20, axis=0)
+    assert others[:, 4:].tolist() == np.column_stack([-others[:, 2], *others.T[[2, 2]]]).tolist()
 
 
 def test_a_file_keeps_what_was_allowed(tmp_path):
