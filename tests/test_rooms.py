@@ -52,6 +52,7 @@ MAY_IMPORT_ROS = [
     'setcmas_expe.pause.bridge_watch',
     'setcmas_expe.pause.joystick_reader',
     'setcmas_expe.pause.node',
+    'setcmas_expe.pause.operator_joystick',
     'setcmas_expe.pause.public_stops',
     'setcmas_expe.safety.cmd_vel_bridge',
     'setcmas_expe.safety.mocap_bridge',

@@ -1,26 +1,19 @@
-"""Pause node: whether the robots of an experiment may move. It starts paused.
-
-Run as `ros2 run setcmas_expe pause`; `setcmas expe` does it for you.
-"""
+"""Pause node: whether the robots of an experiment may move. It starts paused."""
 
 from __future__ import annotations
 
-import argparse
-import sys
 import time
 
 from rclpy.clock import Clock, ClockType
-from sensor_msgs.msg import Joy
 from std_msgs.msg import Bool
 
 from setcmas_ctrl.fleet.emergency_watch import STOPPED
 from setcmas_expe.lab.model import Lab
-from setcmas_expe.lab.options import LabOptions
 from setcmas_expe.pause.bridge_watch import BridgeWatch
 from setcmas_expe.pause.console_protocol import Status, Wish, Word
 from setcmas_expe.pause.console_reader import ConsoleReader
 from setcmas_expe.pause.emergency import RELEASES_WITHIN_S, Emergency
-from setcmas_expe.pause.joystick import Joystick
+from setcmas_expe.pause.operator_joystick import OperatorJoystick
 from setcmas_expe.pause.public_stops import PublicStops, Stops
 from setcmas_expe.pause.start_requests import REACTION_S, HeldStart, StartRequests
 from setcmas_expe.safety.stalls import StallDetector, time_since_boot
@@ -28,7 +21,7 @@ from setcmas_simu.cmd_vel import cmd_vel_graph
 from setcmas_simu.fleet import topics
 from setcmas_simu.reports.launcher import Launcher
 from setcmas_simu.ros import qos
-from setcmas_simu.ros.process import FleetNode, RosProcess, node_main
+from setcmas_simu.ros.process import FleetNode
 
 RATE_HZ = 10.0
 """Rate in Hz at which the pause state is sent."""
@@ -65,10 +58,6 @@ class Pause(FleetNode):
         self._launcher = launcher
         self._hold = hold
         self._held = HeldStart()
-        self._joystick = Joystick()
-        self._joystick_starts = joystick
-        self._button = lab.joystick_button
-        self._joystick_topic = lab.joystick_topic
         self._ticks = 0
         self._stalls = StallDetector(lab.timeouts.pause_s, time_since_boot())
         self._requests = StartRequests()
@@ -79,7 +68,7 @@ class Pause(FleetNode):
         self._stopped = self.create_publisher(Bool, topics.EMERGENCY_STOPPED, qos.LATCHED)
         stops = Stops(self._pause, self._stop, self._take_over, self._once)
         PublicStops(self, lab, stops)
-        self.create_subscription(Joy, lab.joystick_topic, self._on_joy, qos.SENSOR)
+        self._joystick = OperatorJoystick(self, lab, stops, self._press, joystick, hold)
         steady = Clock(clock_type=ClockType.STEADY_TIME)
         self.create_timer(1.0 / (RATE_HZ * _TICKS_PER_MESSAGE), self._tick, clock=steady)
 
@@ -178,31 +167,15 @@ class Pause(FleetNode):
         if now - before >= _QUIET_S:
             self.get_logger().warning(warning)
 
-    def _on_joy(self, message: Joy) -> None:
-        new = self._joystick.pressed(message.buttons, time.monotonic())
-        if new - {self._button}:
-            self._stop('by joystick')
-        elif self._button in (self._joystick.held if self._hold else new):
-            self._on_start_button()
-        if self._button >= len(message.buttons):
-            self._once(
-                f'the joystick has {len(message.buttons)} buttons, counted from 0; button '
-                f'{self._button} is not among them: set joystick.button in the lab file'
-            )
-
-    def _on_start_button(self) -> None:
+    def _press(self, why: str) -> None:
+        """Take a press of the button that starts robots, and pauses them when they move."""
         if not self.paused and not self._hold:
             self._requests.hasty(time.monotonic())  # it is a press, too
-            self._pause('by joystick')
-        elif not self._joystick_starts:
-            self._once(
-                f'not started: no joystick is read here, but {self._joystick_topic} is sent'
-            )
-        # Two that contradict each other look like a button that is pressed all the time.
-        elif self.count_publishers(self._joystick_topic) > 1:
-            self._once(f'not started: several nodes publish {self._joystick_topic}')
+            self._pause(why)
+        elif doubt := self._joystick.doubt:
+            self._once(f'not started: {doubt}')
         else:
-            self._start('by joystick')
+            self._start(why)
 
     def _tick(self) -> None:
         now = time.monotonic()
@@ -210,7 +183,7 @@ class Pause(FleetNode):
             self._serve_terminal(self._keys, now)
         if self._stalls.tick(time_since_boot()) and not self.paused:
             self.set(True, 'the pause node was held up', by_itself=True)
-        if self._joystick.disappeared(now) and not self.paused:
+        if self._joystick.disappeared() and not self.paused:
             self.set(True, 'the joystick has disappeared', by_itself=True)
         if self._hold and not self.paused and self._held.released(now):
             self.set(True, 'nothing is held any more')
@@ -261,34 +234,3 @@ class Pause(FleetNode):
         elif wish.word is Word.END:
             self._bridge.ending = True
             self.set(True, 'the experiment ends')
-
-
-def main(argv: list[str] | None = None) -> int:
-    """Serve until a signal arrives; returns the exit status."""
-    parser = argparse.ArgumentParser(prog='pause', description=__doc__)
-    LabOptions.add_to(parser)
-    parser.add_argument(
-        '--console', action='store_true', help='keys come on standard input from setcmas expe'
-    )
-    parser.add_argument(
-        '--hold', action='store_true', help='robots move only while a key or button is held'
-    )
-    parser.add_argument(
-        '--joystick', action='store_true', help='there is a joystick, which may start robots'
-    )
-    return node_main(parser, _serve, argv)
-
-
-def _serve(process: RosProcess, args: argparse.Namespace) -> None:
-    lab = LabOptions.of(args).chosen()
-    keys = ConsoleReader(process.stop) if args.console else None
-    node = Pause(lab, keys, process.launcher, args.hold, args.joystick)
-    process.add(node)
-    try:
-        process.spin()
-    finally:  # whatever happens in a callback
-        node.set(True, 'the pause node ends')
-
-
-if __name__ == '__main__':
-    sys.exit(main())

@@ -18,7 +18,7 @@ from setcmas_expe.pause.start_requests import REACTION_S
 from setcmas_simu.reports.encoding import LineDecoder
 from setcmas_simu.ros import qos
 
-PAUSE = [sys.executable, '-m', 'setcmas_expe.pause.node']
+PAUSE = [sys.executable, '-m', 'setcmas_expe.pause.main']
 
 
 class Bridge:
