@@ -46,43 +46,6 @@ class Likeness:
     share: float
 
 
-@dataclass(frozen=True)
-class ClassFigures:
-    """Figures of a class.
-
-    Attributes:
-        mean: Of the scores.
-        median: Of the scores.
-        full: Number of submissions with all points.
-        failed: Number of submissions whose script failed somewhere, or could not be run.
-        bins: Number of submissions by share of the points, in steps of 10 %.
-        criteria: From the one with the smallest share of points on.
-        likenesses: From the strongest on.
-    """
-
-    mean: float
-    median: float
-    full: int
-    failed: int
-    bins: tuple[int, ...]
-    criteria: tuple[CriterionFigures, ...]
-    likenesses: tuple[Likeness, ...]
-
-
-def class_figures(marks: Sequence[Marks]) -> ClassFigures:
-    """Return the figures of a class of one submission or more."""
-    scores = [one.score for one in marks]
-    return ClassFigures(
-        statistics.fmean(scores),
-        statistics.median(scores),
-        sum(one.is_full for one in marks),
-        sum(has_failed(one) for one in marks),
-        _bins(marks),
-        _criteria(marks),
-        _likenesses(marks),
-    )
-
-
 def has_failed(marks: Marks) -> bool:
     """Return whether a script failed in some scenario, or could not be run."""
     return bool(marks.failure or any(one.failure for one in marks.scenarios))
@@ -93,14 +56,16 @@ def share(points: float, most: float) -> float:
     return points / most if most else 1.0
 
 
-def _bins(marks: Sequence[Marks]) -> tuple[int, ...]:
+def bins(marks: Sequence[Marks]) -> list[int]:
+    """Return numbers of submissions by share of the points, in steps of 10 %."""
     counts = [0] * _BINS
     for one in marks:
         counts[min(int(share(one.score, one.max_score) * _BINS), _BINS - 1)] += 1
-    return tuple(counts)
+    return counts
 
 
-def _criteria(marks: Sequence[Marks]) -> tuple[CriterionFigures, ...]:
+def hardest_first(marks: Sequence[Marks]) -> list[CriterionFigures]:
+    """Return criteria, from the one with the smallest share of points on."""
     found: dict[tuple[str, str], list[CriterionMark]] = defaultdict(list)
     hidden: dict[tuple[str, str], bool] = {}
     for one in marks:
@@ -117,10 +82,11 @@ def _criteria(marks: Sequence[Marks]) -> tuple[CriterionFigures, ...]:
         )
         for key, of_key in found.items()
     ]
-    return tuple(sorted(figures, key=lambda one: one.share))
+    return sorted(figures, key=lambda one: one.share)
 
 
-def _likenesses(marks: Sequence[Marks]) -> tuple[Likeness, ...]:
+def likeness_pairs(marks: Sequence[Marks]) -> list[Likeness]:
+    """Return what is like something else, from the strongest likeness on, each pair once."""
     ours = {one.submission for one in marks}
     pairs: dict[tuple[str, str], float] = {}
     for one in marks:
@@ -130,4 +96,4 @@ def _likenesses(marks: Sequence[Marks]) -> tuple[Likeness, ...]:
                 key = (min(key), max(key))
             pairs[key] = max(pairs.get(key, 0.0), similar.share)
     ordered = sorted(pairs.items(), key=lambda pair: (-pair[1], pair[0]))
-    return tuple(Likeness(*key, value) for key, value in ordered)
+    return [Likeness(*key, value) for key, value in ordered]

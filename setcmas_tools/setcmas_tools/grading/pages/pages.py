@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+import statistics
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -10,7 +11,13 @@ from typing import Any
 from jinja2 import Environment
 
 from setcmas_tools.grading.marks import Marks
-from setcmas_tools.grading.pages.class_figures import class_figures, share
+from setcmas_tools.grading.pages.class_figures import (
+    bins,
+    hardest_first,
+    has_failed,
+    likeness_pairs,
+    share,
+)
 from setcmas_tools.grading.pages.file_names import file_names
 from setcmas_tools.grading.pages.path_picture import path_picture
 from setcmas_tools.grading.pages.remarks import names_of, points_text, remark
@@ -58,7 +65,13 @@ def class_page(marks: Sequence[Marks], links: Sequence[str]) -> str:
     """
     names = names_of(marks)
     rows = list(zip(marks, links, strict=True))
-    return _page('class.html', marks=marks, rows=rows, names=names, figures=class_figures(marks))
+    scores = [one.score for one in marks]
+    return _page(
+        'class.html', marks=marks, rows=rows, names=names, mean=statistics.fmean(scores),
+        median=statistics.median(scores), full=sum(one.is_full for one in marks),
+        failed=sum(map(has_failed, marks)), bins=bins(marks), criteria=hardest_first(marks),
+        likenesses=likeness_pairs(marks),
+    )  # fmt: skip
 
 
 def _page(template: str, **known: Any) -> str:

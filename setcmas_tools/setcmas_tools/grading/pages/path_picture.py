@@ -6,6 +6,7 @@ import base64
 import math
 from collections.abc import Sequence
 from importlib.resources import files
+from itertools import groupby
 from xml.sax.saxutils import quoteattr
 
 from setcmas_simu.fleet.fleet import plot_hex
@@ -89,8 +90,10 @@ class _Frame:
 
     def line(self, points: Points, look: str) -> str:
         """Return a path; one whose robot stays where it is is a dot."""
-        places = ' '.join(','.join(self._at(*point)) for point in points)
-        return f'<polyline {look} points="{places}"/>'
+        places = (','.join(self._at(*point)) for point in points)
+        moves = [place for place, _ in groupby(places)]
+        moves += moves[-1:]  # a line from there to there is drawn, a lone point is not
+        return f'<polyline {look} points="{" ".join(moves)}"/>'
 
     def ends(self, path: _Drawn) -> str:
         """Return a ring with the robot's number where its path starts, and a disc at its end."""

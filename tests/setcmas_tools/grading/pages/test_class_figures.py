@@ -1,19 +1,22 @@
-import pytest
 from graded_classes import graded_class
 
-from setcmas_tools.grading.pages.class_figures import Likeness, class_figures
+from setcmas_tools.grading.pages.class_figures import (
+    Likeness,
+    bins,
+    hardest_first,
+    has_failed,
+    likeness_pairs,
+)
 
 
 def test_figures_of_a_class():
-    figures = class_figures(graded_class())
+    marks = graded_class()
 
-    assert figures.mean == pytest.approx(3.75)
-    assert figures.median == 4.0
-    assert figures.bins == (0, 1, 1, 0, 0, 0, 2, 0, 0, 0)
-    assert [one.name for one in figures.criteria] == [
+    assert bins(marks) == [0, 1, 1, 0, 0, 0, 2, 0, 0, 0]
+    assert [one.name for one in hardest_first(marks)] == [
         'They settle', 'SECRET bound', 'All meet', 'SECRET',
     ]  # fmt: skip
-    assert figures.failed == 1
+    assert [has_failed(one) for one in marks] == [False, False, True, False]
 
 
 def test_a_pair_that_tells_of_each_other_is_one_likeness():
@@ -27,5 +30,5 @@ def test_a_pair_that_tells_of_each_other_is_one_likeness():
         replace(other, similar=(Similar(one.submission, 0.9),)),
     ]
 
-    [found] = class_figures(pair).likenesses
+    [found] = likeness_pairs(pair)
     assert found == Likeness(other.submission, one.submission, 0.9)

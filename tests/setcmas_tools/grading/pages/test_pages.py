@@ -75,6 +75,10 @@ def test_the_page_of_the_class_leads_to_every_student(pages):
 
     assert len(links) == len(set(links)) == 4
     assert all((pages.parent / link).is_file() for link in links)
+    text = pages.read_text()
+    assert '<b>3.75</b> of 8.5 points on average' in text
+    assert '<b>4</b> median' in text
+    assert '<b>1</b> with an error' in text
 
 
 def test_a_page_of_a_student_who_is_not_there_any_more_goes(pages):
