@@ -9,7 +9,7 @@ import time
 from pathlib import Path
 
 from network_namespaces import Network
-from processes import CTRL, SIMU, Process, run_setcmas
+from processes import CTRL, SIMU, TIMEOUT_S, Process, run_setcmas
 from ros_peer import Peer, position
 from sensor_msgs.msg import TimeReference
 
@@ -25,7 +25,7 @@ COMMAND_TIMEOUT_S = 0.5
 SPEED = 0.2  # m/s
 SAME_T_S = 0.05
 EXACT = ['--algo', 'consensus', '--graph', 'ring', '--delay', '0.3', '--loss', '0.3']
-EXACT_S = 5
+EXACT_S = 3
 LEASE_S = 5.0  # of config/fastdds_network.xml
 LAW = f"""
 import math
@@ -147,7 +147,10 @@ def exact(way: str, domain: int, folder: Path) -> None:
         for machine, robots in ('right', LEFT), ('laptop', RIGHT):
             machines.start(machine, *CTRL, *EXACT, *part(robots))
         odometry = machines.odometry[1]
-        machines.peer.wait_for(lambda: odometry and stamp(odometry[-1]) > EXACT_S + 2)
+        # What is lost is sent again after a while: every step takes its time.
+        machines.peer.wait_for(
+            lambda: odometry and stamp(odometry[-1]) > EXACT_S + 1, 3 * TIMEOUT_S
+        )
         assert recorder.end() == 0, recorder.output()
     fleet = ['--nb-robots', str(len(FLEET)), '--duration', str(EXACT_S), '--no-plots']
     for command in (['bag_to_csv', 'bag', '-o', 'csv'], ['offline', *EXACT, *fleet, '-o', 'off']):
@@ -185,11 +188,13 @@ def recover_from_a_cut_link(machines: ThreeMachines) -> None:
     machines.peer.spin(1.5 * LEASE_S)
     assert all(moves(machines.odometry[robot]) for robot in RIGHT)
     assert not any(machines.odometry[robot] for robot in LEFT)
+    restored = time.monotonic()
     machines.network.restore('left')
     machines.peer.wait_for(lambda: all(machines.odometry[robot] for robot in LEFT))
+    going = COMMAND_TIMEOUT_S + 1 + time.monotonic() - restored  # it may be commanded before that
     for robot, place in before.items():
         rolled = math.dist(place, position(machines.odometry[robot][0]))
-        assert rolled < SPEED * (COMMAND_TIMEOUT_S + 1), f'tb3_{robot} rolled {rolled} m'
+        assert rolled < SPEED * going, f'tb3_{robot} rolled {rolled} m'
     machines.wait_until_all_go()
     assert machines.t(LEFT) > t + LEASE_S
 
@@ -199,11 +204,13 @@ def recover_from_a_killed_simulator(machines: ThreeMachines, simulator: Process)
     machines.peer.spin(0.5)  # what was on its way
     t = machines.t(RIGHT)
     machines.forget()
+    begin = time.monotonic()
     machines.simulate('right', RIGHT)
     machines.peer.wait_for(lambda: all(machines.odometry[robot] for robot in RIGHT))
+    farthest = SPEED * (time.monotonic() - begin) + 0.1
     for robot, start in zip(RIGHT, start_poses(len(FLEET)).T[4:], strict=True):
         way = math.dist(start[:2], position(machines.odometry[robot][0]))
-        assert way < 0.5, f'tb3_{robot} is {way} m from its start'
+        assert way < farthest, f'tb3_{robot} is {way} m from its start'
     machines.wait_until_all_go()
     assert machines.t(RIGHT) > t
 

@@ -95,7 +95,7 @@ def apart(name, duration, folder):
 def test_ros_and_offline_runs_agree(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     (tmp_path / 'switching.yaml').write_text(SWITCHING)
-    duration = 40.0
+    duration = 20.0
     run_over_ros(RUNS, duration, tmp_path)
     rms = {name: apart(name, duration, tmp_path) for name in RUNS}
     # A machine that is busy with other tests delays commands, or starts; then one run at a time.
@@ -118,27 +118,27 @@ LOCKSTEP = {
 }  # fmt: skip
 NIGHTLY = {
     'traj_tracking': ('traj_tracking', 2, 4, []),
-    'nav_wp, one': ('nav_wp', 1, 60, []),
-    'nav_wp': ('nav_wp', 8, 60, ['--limits=burger']),
-    'leader_follower_formation': ('leader_follower_formation', 5, 40, []),
-    'leader_follower_distance_formation': ('leader_follower_distance_formation', 4, 40, []),
-    'consensus, eight': ('consensus', 8, 60, []),
-    'consensus, fifty': ('consensus', 50, 20, []),
+    'nav_wp': ('nav_wp', 4, 20, ['--limits=burger']),
+    'leader_follower_formation': ('leader_follower_formation', 5, 20, []),
+    'leader_follower_distance_formation': ('leader_follower_distance_formation', 4, 20, []),
     'rates': ('consensus', 4, 20, ['--rate=7', '--robot-rate=30']),
-    'event-triggered': ('consensus', 8, 45, ['--event-triggered']),
-    'ring': ('consensus', 8, 40, ['--graph=ring', '--delay=0.25', '--loss=0.3', '--noise=0.02']),
+    'event-triggered': ('consensus', 8, 20, ['--event-triggered']),
     'range': ('consensus', 8, 20, ['--range=6', '--random-poses', '--seed=4']),
-    'fifty on a ring': ('consensus', 50, 20, ['--graph=ring', '--loss=0.3', '--delay=0.1']),
-    'switching': ('consensus', 4, 20, ['--graph=switching.yaml', '--delay=0.3']),
-    'blocked': ('consensus', 8, 30, ['--filter=barrier', '--deadlock=turn', '--limits=burger']),
-    'car': ('consensus', 4, 20, ['--model=1:car,2:burger']),
+    'switching': ('consensus', 4, 10, ['--graph=switching.yaml', '--delay=0.3']),
+    'blocked': ('consensus', 8, 20, ['--filter=barrier', '--deadlock=turn', '--limits=burger']),
+    'car': ('consensus', 4, 10, ['--model=1:car,2:burger']),
 }
+BUSY = {
+    'fifty on a ring': (
+        'consensus', 50, 10, ['--graph=ring', '--loss=0.3', '--delay=0.1', '--noise=0.02']
+    ),
+}  # fmt: skip
 """Law, number of robots, duration in s, and further options of runs in lockstep."""
 
 
 def lockstep_agrees(name, folder):
     """Run in lockstep and offline; every table that both have is the same to the last byte."""
-    algo, nb_robots, duration, further = (LOCKSTEP | NIGHTLY)[name]
+    algo, nb_robots, duration, further = (LOCKSTEP | NIGHTLY | BUSY)[name]
     options = ['--algo', algo, '--nb-robots', str(nb_robots), '--duration', str(duration)]
     options += [*further, '--no-plots']
     (folder / 'switching.yaml').write_text(SWITCHING)
@@ -157,13 +157,15 @@ def lockstep_agrees(name, folder):
         assert (folder / 'ros' / 'csv' / table).read_bytes() == expected, table
 
 
-@pytest.mark.parametrize('name', LOCKSTEP)
+@pytest.mark.parametrize(
+    'name', [*LOCKSTEP, *(pytest.param(name, marks=pytest.mark.nightly) for name in NIGHTLY)]
+)
 def test_in_lockstep_a_run_over_ros_is_the_offline_run_to_the_last_byte(name, tmp_path, domain):
     lockstep_agrees(name, tmp_path)
 
 
 @pytest.mark.nightly
-@pytest.mark.parametrize('name', NIGHTLY)
+@pytest.mark.parametrize('name', BUSY)
 def test_so_it_is_on_a_busy_machine(name, tmp_path, domain):
     busy = [subprocess.Popen([sys.executable, '-c', 'while True: pass']) for _ in range(2)]
     try:

@@ -24,7 +24,7 @@ def test_this_machine(start):
 
 def test_an_emulated_lab_that_is_well_is_nudged(start):
     doctor = start(*DOCTOR, '--emulate', '--nb-robots', '2', '--mocap', 'optitrack', '--nudge')
-    output = doctor.wait_for_output('all well', 60)
+    output = doctor.wait_for_output('all well')
 
     assert doctor.wait() == 0
     for robot in ('tb3_1', 'tb3_2'):
@@ -52,13 +52,13 @@ def test_exchanged_bodies_and_nothing_moves_unasked(start, peer, tmp_path):
     assert truth[-1].pose.pose.position.x == 0.0
 
     doctor = start(*DOCTOR, '--lab', str(lab), '--nb-robots', '2', '--nudge')
-    output = doctor.wait_for_output('problem', 60)
+    output = doctor.wait_for_output('problem')
     assert doctor.wait() == 1
     assert 'tb3_2 moved instead' in output
     assert 'mocap_name' in output
 
     doctor = start(*DOCTOR, '--lab', str(lab))
-    output = doctor.wait_for_output('problem', 60)
+    output = doctor.wait_for_output('problem')
     assert doctor.wait() == 1
     assert 'nothing on /qualisys/tb3_3/odom' in output
     assert 'nothing listens to /tb3_3/cmd_vel' in output
@@ -70,7 +70,7 @@ def test_no_nudge_while_an_experiment_runs(start, peer):
     peer.node.create_publisher(Bool, '/paused', 10)
 
     doctor = start(*DOCTOR, '--nb-robots', '2', '--nudge')
-    output = doctor.wait_for_output('problem', 60)
+    output = doctor.wait_for_output('problem')
     assert doctor.wait() == 1
     assert 'an experiment is running' in output
 
@@ -80,7 +80,7 @@ def test_a_robot_without_a_guard_is_not_nudged(start, peer):
     truth = peer.odometry(1)
 
     doctor = start(*DOCTOR, '--nb-robots', '2', '--nudge')
-    output = doctor.wait_for_output('problem', 60)
+    output = doctor.wait_for_output('problem')
     assert doctor.wait() == 1
     assert 'nudge of tb3_1  no nudge: no cmd_vel_guard on it' in output
     assert all(message.twist.twist.linear.x == 0.0 for message in truth)
@@ -92,7 +92,7 @@ def test_no_nudge_by_poses_of_two_senders(start, peer):
     peer.node.create_publisher(Odometry, '/qualisys/tb3_2/odom', 10)
 
     doctor = start(*DOCTOR, '--nb-robots', '2', '--nudge')
-    doctor.wait_for_output('problem', 60)
+    doctor.wait_for_output('problem')
     assert doctor.wait() == 1
     output = ' '.join(doctor.output().split())
     assert 'no nudge: 2 nodes send it on /qualisys/tb3_2/odom' in output
