@@ -17,8 +17,8 @@ from setcmas_simu.arrays import Floats
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.robots.mixed_fleet import fleet_model
 from setcmas_simu.robots.model import RobotModel
-from setcmas_simu.robots.unicycle import UNICYCLE, Unicycle
-from setcmas_simu.robots.velocity_limits import VelocityLimits
+from setcmas_simu.robots.unicycle import Unicycle
+from setcmas_simu.robots.velocity_limits import IDEAL, VelocityLimits
 
 
 @dataclass(frozen=True)
@@ -93,8 +93,8 @@ class Commander:
             self._models = list(models)
             self._model = fleet_model(models)
             if self._filter:
-                limited = Unicycle(self.limits) if self.limits else UNICYCLE
-                self._filter.use([limited if one is UNICYCLE else one for one in models])
+                limited = Unicycle(self.limits or IDEAL)
+                self._filter.use([limited if _is_unlimited(one) else one for one in models])
 
     def stand(self) -> Commanded:
         """Return the commands of robots that stand."""
@@ -127,3 +127,8 @@ class Commander:
             self._report(str(block))
         self._last = safe.commands
         return Commanded(wanted, safe.commands, np.vstack([safe.velocities, safe.verdicts]))
+
+
+def _is_unlimited(model: RobotModel) -> bool:
+    """Return whether a model is a unicycle whose limits are told elsewhere."""
+    return isinstance(model, Unicycle) and model.limits == IDEAL

@@ -11,10 +11,12 @@ from setcmas_ctrl.filter.verdict import Verdict
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.robots.car import CAR
 from setcmas_simu.robots.omnidirectional import OMNIDIRECTIONAL
-from setcmas_simu.robots.unicycle import UNICYCLE
+from setcmas_simu.robots.unicycle import UNICYCLE, Unicycle
+from setcmas_simu.robots.velocity_limits import limits_named
 from setcmas_simu.world.obstacles import Obstacles
 
 TS = 0.2
+BURGER = limits_named('burger')
 CIRCLE = np.arange(6) * math.tau / 6
 
 
@@ -106,6 +108,22 @@ def test_who_is_in_nobodys_way_is_commanded_as_without_a_filter_to_the_last_bit(
     assert (filtered.commands[:, 2] == free.commands[:, 2]).all()
     assert filtered.allowed[2].tolist() == [Verdict.CHANGED, Verdict.CHANGED, Verdict.KEPT]
     assert (filtered.allowed[:2, 2] == wanted[:, 2]).all()
+
+
+@pytest.mark.parametrize('model', [UNICYCLE, Unicycle()])
+def test_limits_that_are_told_are_those_of_every_unicycle_without_its_own(model):
+    poses = np.array([[0.0, 1.0], [0.0, 0.0], [0.0, math.pi]])
+    wanted = np.array([[0.3, -0.3], [0.3, 0.3]])
+    commanders = [
+        Commander(GainOptions(), FilterOptions(filter='barrier'), [1, 2], 2) for _ in '12'
+    ]
+    commanders[0].limits = BURGER
+    commanders[0].use([model] * 2)
+    commanders[1].use([Unicycle(BURGER)] * 2)
+    limited, expected = (one(wanted, poses, 0.0) for one in commanders)
+
+    assert (limited.commands == expected.commands).all()
+    assert np.abs(limited.commands[0]).max() <= BURGER.V_max
 
 
 def test_arena_and_obstacles_are_kept_off():
