@@ -36,7 +36,8 @@ class Drive:
 
     Attributes:
         commands: Rows t (s), V (m/s), omega (rad/s), each held until the next one, shape (3, K).
-        topic: Where they were heard: the nearest to the base that was recorded.
+        topic: Where they were heard: the nearest to the base that was recorded with a command that
+            moves it.
         seen: Its motion as poses show it.
         wheels: Its motion as its wheels tell it; None if that was not recorded.
         way: Time in s from the law to that topic; 0 if that is not known.
@@ -115,14 +116,17 @@ def _velocities(message: Any) -> tuple[float, float]:
 def _drive(
     robot: int, twists: dict[str, Floats], seen: FleetTable, wheels: FleetTable | None
 ) -> Drive | None:
-    for name in _BY_NEARNESS:
-        topic = topics.robot_topic(robot, name)
-        if topic in twists:
-            wanted = twists.get(topics.robot_topic(robot, topics.CMD_VEL_WANTED))
-            way = 0.0 if wanted is None else _way(wanted, twists[topic])
-            known = wheels if wheels is not None and len(wheels.t) else None
-            return Drive(twists[topic], topic, seen, known, way)
-    return None
+    heard = [topics.robot_topic(robot, name) for name in _BY_NEARNESS]
+    heard = [topic for topic in heard if topic in twists and twists[topic].size]
+    # Where the base hears cmd_vel itself, its guard only ever stops it.
+    moving = [topic for topic in heard if twists[topic][1:].any()]
+    if not heard:
+        return None
+    topic = (moving or heard)[0]
+    wanted = twists.get(topics.robot_topic(robot, topics.CMD_VEL_WANTED))
+    way = 0.0 if wanted is None else _way(wanted, twists[topic])
+    known = wheels if wheels is not None and len(wheels.t) else None
+    return Drive(twists[topic], topic, seen, known, way)
 
 
 def _way(wanted: Floats, heard: Floats) -> float:
