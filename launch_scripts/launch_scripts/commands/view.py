@@ -62,6 +62,9 @@ def main(args: argparse.Namespace) -> int:
     if args.rerun:
         if len(args.runs) > 1:
             raise SetcmasError('--rerun writes one run; name one')
+        of_page = (BrowserOptions.of(args), ReplayOptions.of(args), RvizFileOptions.of(args))
+        if surplus := [name for options in of_page for name in options.changed()]:
+            raise SetcmasError(f'{spelled(surplus[0])} is not for the file of --rerun')
         return write_for_rerun(args.runs[0] if args.runs else None, args.rerun)
     rviz = RvizFileOptions.of(args)
     if rviz.write_rviz and args.runs:

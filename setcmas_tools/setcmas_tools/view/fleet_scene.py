@@ -15,9 +15,9 @@ from setcmas_tools.view.model.robot_states import OK
 from setcmas_tools.view.page.buttons import Actions
 from setcmas_tools.view.page.controls import Controls
 from setcmas_tools.view.page.panel import RobotRow, panel_html
+from setcmas_tools.view.scene.robot_mesh import drawn_size
 
 _PANEL_PERIOD_S = 0.25
-_SIMULATED_SIZE, _TRUE_SIZE = 2.5, 1.0
 _AMBIENT = 1.7  # of pi, which three.js takes for full light
 _SUN = np.array([-0.45, -0.35, 1.0])  # towards it
 
@@ -38,7 +38,7 @@ class FleetScene:
         self._state = state
         _light(server.scene)
         self.drawing = FleetDrawing(server.scene, state)
-        self.controls = Controls(server, actions, _SIMULATED_SIZE)
+        self.controls = Controls(server, actions, drawn_size(real=False))
         self._told = -math.inf
         self._real = False
 
@@ -62,7 +62,7 @@ class FleetScene:
             state.markers.expire(now)
         if state.real != self._real:
             self._real = state.real
-            self.controls.size = _TRUE_SIZE if state.real else _SIMULATED_SIZE
+            self.controls.size = drawn_size(state.real)
         self.drawing.trail_s = self.controls.trail_s
         by_robot = self.drawing.update(now, self.controls.size)
         self.controls.half_m = self.drawing.ground.half_m

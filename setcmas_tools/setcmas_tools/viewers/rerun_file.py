@@ -19,16 +19,16 @@ from setcmas_tools.replay.curves import FLEET, Curve, curves
 from setcmas_tools.run.arena import arena_of, models_of, obstacles_of
 from setcmas_tools.run.run import Run
 from setcmas_tools.view.scene.meshes import Mesh
-from setcmas_tools.view.scene.robot_mesh import coloured_body, dark_body
+from setcmas_tools.view.scene.robot_mesh import coloured_body, dark_body, drawn_size
 
 TIME_LINE = 't'
-_ENLARGED = 2.5
+_EYE, _LEAST_WIDTH_M = np.array([-0.15, -0.7, 0.75]), 2.0
 _DARK = (0.16, 0.18, 0.21)
 _GREY = (0.5, 0.5, 0.5)
 _LEAST = 1e-12
 _PAPER, _WHITE = (0.86, 0.88, 0.9), (1.0, 1.0, 1.0)
 _TRAIL_RADIUS_M = 0.02
-_ARROW_M, _NUMBER_M = 0.25, 0.1
+_ARROW_M, _NUMBER_M = 0.25, 0.2
 _TRAILS, _DRAWN = 'world/trails', 'world/drawn'
 
 
@@ -90,7 +90,7 @@ def _send_robot(recording: rr.RecordingStream, run: Run, robot: int, model: str)
     positions = _on_ground(track.x, track.y)
     half = 0.5 * track.theta
     quaternions = np.column_stack([np.zeros((len(half), 2)), np.sin(half), np.cos(half)])
-    scales = np.full_like(positions, _ENLARGED)
+    scales = np.full_like(positions, drawn_size(run.tables.safety is not None))
     poses = rr.Transform3D.columns(translation=positions, quaternion=quaternions, scale=scales)
     recording.send_columns(path, [_times(track.t)], poses)
     driven = np.flatnonzero(~gaps(track))
@@ -148,6 +148,7 @@ def _blueprint(run: Run, found: list[Curve]) -> rrb.Blueprint:
         origin='world',
         name=run.title,
         background=_PAPER,
+        eye_controls=_eye(run),
         overrides={path: [so_far] for path in kept},
     )
     views = [
@@ -163,6 +164,16 @@ def _blueprint(run: Run, found: list[Curve]) -> rrb.Blueprint:
         rrb.TimePanel(timeline=TIME_LINE, state='collapsed'),
         collapse_panels=True,
     )
+
+
+def _eye(run: Run) -> rrb.EyeControls3D:
+    """Return a place from where all is seen."""
+    arena = arena_of(run) or (np.nan,) * 4
+    places = np.array([[*run.table.x, *arena[:2]], [*run.table.y, *arena[2:]]])
+    low, high = np.nanmin(places, axis=1), np.nanmax(places, axis=1)
+    target = np.append(0.5 * (low + high), 0.0)
+    eye = target + _EYE * (np.hypot(*(high - low)) + _LEAST_WIDTH_M)
+    return rrb.EyeControls3D(position=eye, look_target=target, eye_up=[0, 0, 1])
 
 
 def _path(curve: Curve) -> str:

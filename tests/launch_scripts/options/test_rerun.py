@@ -26,6 +26,8 @@ def test_the_file_is_beside_the_run_or_where_it_is_to_be(out, monkeypatch, capsy
         (['--rerun'], 'name it first'),
         (['--rerun', 'out'], 'name it first'),
         (['out', '--rerun', 'out'], "'out' must end in .rrd"),
+        (['out', 'out', '--rerun'], '--rerun writes one run'),
+        (['out', '--at', '3', '--rerun'], '--at is not for the file of --rerun'),
         (['nowhere', '--rerun'], "there is no 'nowhere'"),
         (['out', '--rerun', 'no/folder/x.rrd'], "'no/folder/x.rrd' cannot be written: No such"),
     ],

@@ -4,7 +4,6 @@ from metrics_runs import T, table
 from runs import run_of
 
 from setcmas_tools import simulate
-from setcmas_tools.metrics.consensus import disagreement
 
 pytest.importorskip('rerun')
 
@@ -59,10 +58,10 @@ def test_poses_are_those_of_the_run(simulated, content):
 
 
 def test_curves_are_those_of_the_metrics(simulated, content):
-    values = np.ravel(content[0]['/curves/disagreement']['scalars'])
+    values = np.ravel(content[0]['/curves/least_separation']['scalars'])
     grid = simulated.counted_grid
 
-    np.testing.assert_allclose(values, disagreement(grid.x, grid.y))
+    np.testing.assert_allclose(values, np.hypot(*np.diff([grid.x, grid.y], axis=1)[:, 0]))
     assert '/curves/speed/tb3_1' in content[0]
 
 

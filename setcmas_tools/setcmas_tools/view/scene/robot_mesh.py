@@ -14,6 +14,11 @@ from setcmas_tools.view.scene.meshes import (
 )
 
 
+def drawn_size(real: bool) -> float:
+    """Return how many times larger than they are robots are drawn, unless somebody asks."""
+    return 1.0 if real else 2.5
+
+
 def coloured_body(shape: Shape) -> Mesh:
     """Return the parts of a robot that have its colour."""
     return _prisms(shape, dark=False)
