@@ -264,3 +264,20 @@ def test_a_run_that_is_stopped_before_the_robots_start_leaves_no_folder(start, t
 
     assert process.end(signal.SIGINT) == 130
     assert not (tmp_path / 'out').exists()
+
+
+def test_when_a_law_failed_is_kept_over_ros_as_offline(tmp_path):
+    law = 'def control(i, n, poses, t):\n    return 1 / (i < 2 or not 0.4 < t < 1.3), 0.0\n'
+    (tmp_path / 'law.py').write_text(law)
+    given = ('--algo', 'law.py', '--nb-robots', '2', '--duration', '2', '--no-plots')
+    run_setcmas('run', *given, '--lockstep', '-o', 'ros', cwd=tmp_path)
+    run_setcmas('offline', *given, '-o', 'offline', cwd=tmp_path)
+    ros, offline = (
+        yaml.safe_load((tmp_path / name / 'run.yaml').read_text())['failures']
+        for name in ('ros', 'offline')
+    )
+
+    assert ros == offline
+    assert [(one['t'], one['until'], one['robot'], one['line']) for one in ros] == [
+        (0.6, 1.4, 2, 2)
+    ]

@@ -11,18 +11,20 @@ from setcmas_simu.reports.reports import (
     Recording,
     Report,
     ScriptCall,
+    ScriptFailure,
     Started,
     Stuck,
 )
 
 CALL = ScriptCall(2, 'loi é.py', Function.CONTROL)
+FAILURE = ScriptFailure(1.2, 2, Function.CONTROL, 'loi é.py', 3, 'two\nlines', 1.6)
 REPORTS = [
     Ready(),
     Mistake('two\nlines'),
     Started((1, 2), 'law'),
     Failed(CALL, 'line 3: ValueError'),
     Stuck(CALL, 'law.py, line 4'),
-    Ended((CALL, ScriptCall(1, 'when.py', Function.CONDITION))),
+    Ended((CALL, ScriptCall(1, 'when.py', Function.CONDITION)), (FAILURE,)),
     Recording(12),
     Paused(True),
 ]

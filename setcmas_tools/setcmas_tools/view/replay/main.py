@@ -9,6 +9,7 @@ import threading
 import time
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
+from math import ceil, floor
 
 import numpy as np
 
@@ -32,6 +33,7 @@ Wish = Callable[[float], None]
 """Done by the thread that draws; takes the time of a steady clock."""
 
 _FRAME_S = 0.05
+_ROUNDING = 1e-6
 _FAR_S = 1.0  # of the run; where it goes on farther from before, trails are drawn anew
 
 
@@ -78,7 +80,7 @@ class ReplayView:
         self._states = [ReplayedState(RunHistory(run)) for run in runs.values()]
         first = self._states[0]
         histories = [state.history for state in self._states]
-        self._span = min(h.t0 for h in histories), max(h.t1 for h in histories)
+        self._span = _span(histories)
         self._wishes: queue.SimpleQueue[Wish] = queue.SimpleQueue()
         at = self._span[0] if options.at is None else options.at
         self._play = Play(*self._span, at, time.monotonic())
@@ -164,3 +166,10 @@ def _charted(runs: Sequence[Run]) -> list[Curve]:
     apart = difference(*runs) if len(runs) == 2 else None
     found = [curve for run in runs for curve in curves(run)]
     return [apart, *found] if apart else found
+
+
+def _span(histories: Sequence[RunHistory]) -> tuple[float, float]:
+    """Return the begin and the end of the longest run in s, in whole hundredths."""
+    begin = ceil(100 * min(history.t0 for history in histories) - _ROUNDING)
+    end = floor(100 * max(history.t1 for history in histories) + _ROUNDING)
+    return begin / 100, max(end, begin + 1) / 100

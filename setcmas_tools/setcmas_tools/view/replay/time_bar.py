@@ -7,7 +7,17 @@ from collections.abc import Callable, Mapping, Sequence
 import viser
 
 from setcmas_tools.replay.curves import Curve
-from setcmas_tools.view.page.keys import BACK, END, FASTER, FORTH, HOME, PAUSE, PLAY, SLOWER
+from setcmas_tools.view.page.keys import (
+    BACK,
+    END,
+    FASTER,
+    FORTH,
+    HOME,
+    PAUSE,
+    PLAY,
+    SLOWER,
+    TIME_BAR,
+)
 from setcmas_tools.view.replay.charts import add_charts, cursor_style
 
 HEIGHT_PX = 300
@@ -17,9 +27,9 @@ _GAP_PX = 12
 _BESIDE_PX = 372  # the panel on the right, and what is free around it
 # viser's windows have a width in pixels, whatever that of the browser is.
 _STYLE = (
-    '<style>[data-floating-window]:has(.setcmas-time)'
+    f'<style>[data-floating-window]:has(.{TIME_BAR})'
     f'{{width:max(320px,calc(100vw - {_BESIDE_PX}px))!important}}'
-    '.setcmas-time{padding:0 12px;font-size:14px;font-variant-numeric:tabular-nums}</style>'
+    f'.{TIME_BAR}{{padding:0 12px;font-size:14px;font-variant-numeric:tabular-nums}}</style>'
 )
 _FINE_S = 0.01, 0.05  # steps of the slider of short runs, and of others
 _SHORT_S = 1.0
@@ -74,7 +84,7 @@ class TimeBar:
         if t not in (self._shown, self._dragged):  # nothing pulls it back from under a hand
             self._slider.value = t  # type: ignore[misc]  # it has a setter
         self._shown = t
-        self._text.content = f'{_STYLE}<div class="setcmas-time">{text}</div>'
+        self._text.content = f'{_STYLE}<div class="{TIME_BAR}">{text}</div>'
         self._buttons.options = _buttons(PLAY if paused else PAUSE)
         share = (t - self._t0) / max(self._t1 - self._t0, 1e-9)
         self._cursor.content = cursor_style(share)

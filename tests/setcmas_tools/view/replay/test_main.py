@@ -68,9 +68,13 @@ def test_scrubbed_in_a_browser(start, tmp_path):
         share = number(browser.execute_script(cursor)[:-2]) / browser.execute_script(width)
         assert share == pytest.approx(12.3 / 20, abs=0.01)
 
+        chart = browser.find_element('css selector', '.u-over')
+        chart.click()  # its middle
+        wait_for(lambda: rows_of(browser) == at(run, 10.0))
+
         choose(browser, 'click one', 'robot 1')
         wait_for_text(browser, 'not heard')  # robot 3, on a path
-        wait_for_text(browser, 't = 12.20 s')
+        wait_for_text(browser, 't = 10.00 s')
         browser.find_element('tag name', 'body').send_keys(Keys.END)
         wait_for(lambda: rows_of(browser) == at(run, 20.0))
         browser.find_element('tag name', 'body').send_keys(Keys.HOME)
