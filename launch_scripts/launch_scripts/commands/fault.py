@@ -16,7 +16,7 @@ from launch_scripts.processes.node_commands import INJECT_FAULT, node_command
 from launch_scripts.processes.run_to_end import run_to_end
 from setcmas_expe.emulation.faults import DEFAULT_S, PURPOSES
 from setcmas_simu.options.group import Options, option
-from setcmas_simu.options.kinds import Number, Whole
+from setcmas_simu.options.kinds import DURATION, Whole
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -24,9 +24,7 @@ class FaultOptions(Options):
     """Whom a fault befalls, and how long."""
 
     robot: int = option(Whole(1, metavar='I'), 'which robot', default=1)
-    seconds: float = option(
-        Number(above=0, unit='s', finite=True), 'how long', default=DEFAULT_S, flag='--for'
-    )
+    seconds: float = option(DURATION, 'how long', default=DEFAULT_S, flag='--for')
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

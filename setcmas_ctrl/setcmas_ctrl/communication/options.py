@@ -16,7 +16,7 @@ from setcmas_ctrl.scripts.loader import EXERCISES
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.options.completion import names_and_files
 from setcmas_simu.options.group import ClashError, Options, flag, option
-from setcmas_simu.options.kinds import Kind, Number
+from setcmas_simu.options.kinds import LENGTH, Kind, Number
 
 Graph = str | Path | ArrayLike
 Condition = str | Path | Callable[..., Any] | Mapping[int, Callable[..., Any]] | None
@@ -45,7 +45,7 @@ class CommunicationOptions(Options):
         default_text='further away from the position sent last than the threshold',
     )
     threshold: float = option(
-        Number(above=0, unit='m', finite=True),
+        LENGTH,
         'distance from the position sent last at which robots send without --ctc',
         default=THRESHOLD_M,
     )

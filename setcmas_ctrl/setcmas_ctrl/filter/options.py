@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 from setcmas_simu.options.group import ClashError, Options, option, spelled
-from setcmas_simu.options.kinds import Number, OneOf
+from setcmas_simu.options.kinds import ACCELERATION, LENGTH, Number, OneOf
 from setcmas_simu.world.arena import Borders
 from setcmas_simu.world.obstacles import ObstaclesKind
 
@@ -40,7 +40,7 @@ class FilterOptions(Options):
         OneOf((NONE, TURN)), 'what robots do that block each other', default=NONE
     )
     min_separation: float | None = option(
-        Number(above=0, unit='m', finite=True),
+        LENGTH,
         'least distance between the centres of two robots',
         default=None,
         default_text=f"{SEPARATION_M:g} m; in experiments the lab file's",
@@ -51,7 +51,7 @@ class FilterOptions(Options):
         default=GAMMA,
     )
     lookahead: float = option(
-        Number(above=0, unit='m', finite=True),
+        LENGTH,
         'how far ahead of its axle a unicycle is kept from others',
         default=LOOKAHEAD_M,
     )
@@ -60,7 +60,7 @@ class FilterOptions(Options):
         ObstaclesKind(), 'what robots must not touch, drawn in plots and films', default=None
     )
     accel: float | None = option(
-        Number(above=0, unit='m/s^2'), 'how fast the speed of a robot may rise', default=None
+        ACCELERATION, 'how fast the speed of a robot may rise', default=None
     )
 
     @property

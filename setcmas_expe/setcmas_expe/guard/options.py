@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from setcmas_expe.guard.commands import SILENCE_S
 from setcmas_simu.fleet.topics import AUTO, CMD_VEL_TYPES
 from setcmas_simu.options.group import Options, flag, option
-from setcmas_simu.options.kinds import Number, OneOf
+from setcmas_simu.options.kinds import DURATION, Number, OneOf
 from setcmas_simu.robots.velocity_limits import MODELS
 
 ACCEL = 2.5
@@ -26,7 +26,7 @@ class GuardOptions(Options):
         default_text=f'{CMD_VEL_TYPES[0]}; of a base that hears cmd_vel itself, what it takes',
     )
     silence: float = option(
-        Number(above=0, unit='s', finite=True),
+        DURATION,
         'silence from which the robot is stopped',
         default=SILENCE_S,
     )

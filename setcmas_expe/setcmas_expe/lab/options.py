@@ -14,7 +14,7 @@ from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet.topics import AUTO, CMD_VEL_TYPES
 from setcmas_simu.options.completion import names_and_files
 from setcmas_simu.options.group import Options, flag, option
-from setcmas_simu.options.kinds import NB_ROBOTS, Kind, Number, OneOf, PathTo, Whole
+from setcmas_simu.options.kinds import ACCELERATION, LENGTH, NB_ROBOTS, Kind, OneOf, PathTo, Whole
 from setcmas_simu.robots.velocity_limits import ROBOT_MODELS
 from setcmas_simu.world.arena import Arena, Borders
 from setcmas_simu.world.obstacles import Obstacles, ObstaclesKind
@@ -42,15 +42,13 @@ class LabOptions(Options):
         OneOf(tuple(ROBOT_MODELS)), 'how fast robots are driven', default=None
     )
     arena: Arena | None = option(Borders(), 'where robots may be (m)', default=None)
-    min_separation: float | None = option(
-        Number(above=0, unit='m', finite=True), 'between two robots, in m', default=None
-    )
+    min_separation: float | None = option(LENGTH, 'between two robots, in m', default=None)
     filter: str | None = option(
         OneOf(FILTERS), 'keeps robots apart, in the arena and off obstacles', default=None
     )
     obstacles: str | None = option(ObstaclesKind(), 'what robots must not touch', default=None)
     accel: float | None = option(
-        Number(above=0, unit='m/s^2'), 'how fast the speed of a robot may rise', default=None
+        ACCELERATION, 'how fast the speed of a robot may rise', default=None
     )
     cmd_vel_type: str | None = option(
         OneOf((AUTO, *CMD_VEL_TYPES)), 'what the robots listen to', default=None

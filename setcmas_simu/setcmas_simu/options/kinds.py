@@ -120,6 +120,11 @@ MAX_RATE_HZ = 200.0
 RATE = Number(above=0, most=MAX_RATE_HZ, unit='Hz')
 """Rates that a process can keep."""
 
+LENGTH = Number(above=0, unit='m', finite=True)
+DURATION = Number(above=0, unit='s', finite=True)
+ACCELERATION = Number(above=0, unit='m/s^2')
+"""Accelerations; inf is no limit."""
+
 
 @dataclass(frozen=True)
 class Whole(Kind):

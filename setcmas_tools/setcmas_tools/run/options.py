@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from setcmas_simu.options.group import Options, flag, option
-from setcmas_simu.options.kinds import Number, PathTo
+from setcmas_simu.options.kinds import DURATION, PathTo
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -14,7 +14,7 @@ class RunOptions(Options):
     """How long a run takes, and where its results go."""
 
     duration: float = option(
-        Number(above=0, unit='s', finite=True),
+        DURATION,
         'length of the run, from the first command',
         default=40.0,
     )

@@ -11,7 +11,7 @@ from typing import Any, ClassVar
 
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.options.group import Options, flag, option
-from setcmas_simu.options.kinds import Kind, Number, PathTo, Whole
+from setcmas_simu.options.kinds import DURATION, Kind, PathTo, Whole
 from setcmas_simu.options.option import Form
 
 
@@ -77,7 +77,5 @@ class SweepOptions(Options):
         'let the workers of this Dask scheduler make the runs, such as tcp://10.0.0.1:8786',
         default=None,
     )
-    timeout: float = option(
-        Number(above=0, unit='s', finite=True), 'end a run that takes longer', default=60.0
-    )
+    timeout: float = option(DURATION, 'end a run that takes longer', default=60.0)
     dry_run: bool = flag('tell how many runs there are and how long they take; make none')

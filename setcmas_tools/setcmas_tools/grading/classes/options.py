@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 from setcmas_simu.options.group import ClashError, Options, flag, option
-from setcmas_simu.options.kinds import Number, Whole
+from setcmas_simu.options.kinds import DURATION, Number, Whole
 from setcmas_tools.studies.options import cores
 
 
@@ -26,9 +26,7 @@ class GradeOptions(Options):
     call_timeout: float = option(
         Number(above=0, unit='s'), 'end a run if a call of the script takes longer', default=10.0
     )
-    timeout: float = option(
-        Number(above=0, unit='s', finite=True), 'end a run if all of it takes longer', default=60.0
-    )
+    timeout: float = option(DURATION, 'end a run if all of it takes longer', default=60.0)
     emulate: bool = flag(
         'run submissions in the emulated lab, one after the other, in real time, where safety is '
         'measured too; outside of the sandbox: add --trust'
