@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 
 from setcmas_ctrl.fleet.odometry import FleetOdometry
-from setcmas_simu.fleet.topics import robot_name
 
 
 class LostRobots:
@@ -30,9 +29,7 @@ class LostRobots:
             age = self._odometry.age(robot)
             if age > timeout_s and robot not in self._lost:
                 self._lost.add(robot)
-                self._warn(
-                    f'{robot_name(robot)}: no odometry for {age:.1f} s; it is commanded zero'
-                )
+                self._warn(f'robot {robot}: no odometry for {age:.1f} s; it is commanded zero')
             elif age <= timeout_s and robot in self._lost:
                 self._lost.remove(robot)
-                self._warn(f'{robot_name(robot)}: odometry is back')
+                self._warn(f'robot {robot}: odometry is back')

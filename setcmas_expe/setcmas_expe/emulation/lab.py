@@ -176,7 +176,7 @@ class EmulatedLab(FleetNode):
             self.get_logger().warning(str(error))
             return
         self.get_logger().info(
-            f'{topics.robot_name(fault.robot)}, for {fault.duration:g} s: '
+            f'robot {fault.robot}, for {fault.duration:g} s: '
             f'{emulated_faults.PURPOSES[fault.kind]}'
         )
         index = fault.robot - 1

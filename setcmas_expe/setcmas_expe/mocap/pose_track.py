@@ -10,7 +10,6 @@ from setcmas_expe.mocap.reach import NOISE_M, Reach
 from setcmas_expe.mocap.sample import Pose, Sample, fault_of
 from setcmas_expe.mocap.stamp_clock import StampClock
 from setcmas_simu.fleet.planar_pose import wrap_angle
-from setcmas_simu.fleet.topics import robot_name
 from setcmas_simu.robots.velocity_limits import VelocityLimits
 from setcmas_simu.world.arena import Arena
 
@@ -78,7 +77,7 @@ class PoseTrack:
     def trouble(self) -> str:
         """Why poses are not believed at present, for people; empty if they are."""
         if self.swapped_with is not None:
-            return f'it seems to have swapped places with {robot_name(self.swapped_with)}'
+            return f'it seems to have swapped places with robot {self.swapped_with}'
         if self.fault == LIFTED:
             return (
                 f'it was lifted (its body is at {self._z:.2f} m, usually at {self._height:.2f}): '

@@ -11,7 +11,6 @@ from setcmas_expe.plausibility.motion_check import MotionCheck
 from setcmas_expe.plausibility.proofs import Proofs
 from setcmas_expe.plausibility.proving import CRAWL_M_S, PROOF_M, Proving
 from setcmas_simu.fleet.fleet import robots_in_words
-from setcmas_simu.fleet.topics import robot_name
 
 _LASTS_S = 2.0
 
@@ -113,7 +112,7 @@ class MotionWatch:
         """Return for whom a robot is taken, which moves as another one is told; empty if none."""
         for other, check in self._checks.items():
             if other != robot and check.explains(self._checks[robot]):
-                return f'it moves as {robot_name(other)} is told: are their names exchanged?'
+                return f'it moves as robot {other} is told: are their names exchanged?'
         return ''
 
     def _tell_crawling(self, moving: Collection[int]) -> None:

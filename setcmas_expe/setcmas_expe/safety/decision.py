@@ -14,7 +14,6 @@ from dataclasses import dataclass
 from setcmas_expe.lab.model import Lab
 from setcmas_expe.mocap.sample import Pose
 from setcmas_simu.fleet.fleet import robots_in_words
-from setcmas_simu.fleet.topics import robot_name
 
 
 class State(enum.Enum):
@@ -107,7 +106,7 @@ def decide(situation: Situation, lab: Lab) -> Decision:
     near = robots_nearer(situation.pose, situation.others, lab.min_separation)
     if near:
         reasons.append(
-            f'nearer than {lab.min_separation:g} m to {", ".join(map(robot_name, near))}; '
+            f'nearer than {lab.min_separation:g} m to {robots_in_words(near)}; '
             'only motion apart is let through'
         )
         towards = [_direction(situation.pose, situation.others[other]) for other in near]

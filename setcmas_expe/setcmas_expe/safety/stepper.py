@@ -24,7 +24,6 @@ from setcmas_expe.safety.runaways import Runaways
 from setcmas_expe.safety.stalls import StallDetector, time_since_boot
 from setcmas_simu.fleet import topics
 from setcmas_simu.fleet.fleet import robots_in_words
-from setcmas_simu.fleet.topics import robot_name
 
 _DIAGNOSTICS_EVERY = 4  # steps
 _LOOK_AROUND_EVERY = 10  # steps
@@ -126,7 +125,7 @@ class SafetyStepper:
         """Return why all robots are paused; empty if they are not."""
         # Whoever commands one robot past the checks may command them all.
         if contested := next((bridge for _, bridge in self._robots if bridge.rival), None):
-            self._pause.hold(f'{robot_name(contested.robot)}: {contested.rival}')
+            self._pause.hold(f'robot {contested.robot}: {contested.rival}')
         paused = self._pause.reason()
         return STOPPED if self._emergency.take() else paused
 
@@ -172,7 +171,7 @@ class SafetyStepper:
         is_driven = bool(bridge.rival) or bridge.tells_wheels(now)
         if self._runaways.update(bridge.robot, not moving, speed, is_driven, now):
             self._warn(
-                f'{robot_name(bridge.robot)} still moves ({abs(speed):.2f} m/s), '
+                f'robot {bridge.robot} still moves ({abs(speed):.2f} m/s), '
                 'although it is commanded zero: switch it off'
             )
 

@@ -116,7 +116,7 @@ def test_faults_are_ordered_and_those_of_no_robot_are_told(start, peer):
 
     fault = start(*SETCMAS, 'fault', 'dropout', '--robot', '2', '--for', '1.5')
     assert fault.wait() == 0
-    lab.wait_for_output('tb3_2, for 1.5 s: motion capture sends nothing')
+    lab.wait_for_output('robot 2, for 1.5 s: motion capture sends nothing')
 
     order.publish(String(data='nan 3'))
     lab.wait_for_output('the lab has robots 1 to 2')

@@ -183,7 +183,7 @@ def swapped_trackers():
 def test_swapped_names_are_recognised_and_not_taken_for_carried_robots():
     one, two, tracks = swapped_trackers()
     assert mark_swapped(tracks) == []  # told once
-    assert 'swapped places with tb3_2' in one.track.trouble
+    assert 'swapped places with robot 2' in one.track.trouble
     for tracker, x in ((one, -1.0), (two, 1.0)):
         tracker.paused = True
         assert tracker.feed(3.0, x=x) == 0
@@ -200,7 +200,7 @@ def test_three_names_that_moved_up_during_a_pause_are_recognised():
     tracks = {number: tracker.track for number, tracker in trackers.items()}
 
     assert mark_swapped(tracks) == [1, 2, 3]
-    assert 'swapped places with tb3_1' in trackers[3].track.trouble
+    assert 'swapped places with robot 1' in trackers[3].track.trouble
     assert all(t.feed(3.0, x=places[n % 3]) == 0 for n, t in trackers.items())
 
 

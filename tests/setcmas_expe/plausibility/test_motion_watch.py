@@ -79,7 +79,9 @@ def test_exchanged_names_are_told_before_anything_has_gone_far(file):
     fleet.drive(5.0)
 
     troubles = {fleet.watch.trouble(robot) for robot in (1, 2)} - {''}
-    assert troubles <= {f'it moves as tb3_{i} is told: are their names exchanged?' for i in (1, 2)}
+    assert troubles <= {
+        f'it moves as robot {i} is told: are their names exchanged?' for i in (1, 2)
+    }
     assert troubles
     assert max(fleet.x.values()) < -1.0 + 0.04
 

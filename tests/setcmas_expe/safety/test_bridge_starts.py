@@ -108,11 +108,11 @@ def test_a_robot_stands_while_somebody_else_commands_it(lab, domain):
     with Peer(domain) as other:  # a process of its own, as DDS sees it
         rogue = Node('cmd_vel_guard', namespace='tb3_1', context=other.context)
         rogue.create_publisher(TwistStamped, '/tb3_1/cmd_vel', 1)
-        see_it_stand(lab, 'paused: tb3_1: /tb3_1/cmd_vel_guard commands it too')
+        see_it_stand(lab, 'paused: robot 1: /tb3_1/cmd_vel_guard commands it too')
         rogue.destroy_node()
     lab.peer.wait_for(lambda: lab.peer.node.count_publishers('/tb3_1/cmd_vel') == 1)
     lab.peer.spin(1.0)
-    see_it_stand(lab, 'paused: tb3_1: /tb3_1/cmd_vel_guard commands it too')
+    see_it_stand(lab, 'paused: robot 1: /tb3_1/cmd_vel_guard commands it too')
 
     lab.paused = True
     lab.peer.wait_for(lambda: lab.status(1)[0].message == 'paused')
@@ -130,7 +130,7 @@ def test_a_robot_that_moves_although_it_is_commanded_zero_is_told(lab, bridges):
         return lab.status(1)[1]['runs_away'] == 'yes'
 
     lab.peer.wait_for(pushed)
-    bridges.wait_for_output('tb3_1 still moves (0.')
+    bridges.wait_for_output('robot 1 still moves (0.')
     assert ', although it is commanded zero: switch it off' in bridges.output()
 
 
@@ -160,7 +160,7 @@ def test_a_robot_stands_while_somebody_else_tells_its_law_where_it_is(lab):
     lab.let_go({1: GO})
     lab.peer.node.create_publisher(Odometry, '/mocap/tb3_1/odom', 1)
 
-    see_it_stand(lab, 'paused: tb3_1: /peer sends poses of it to its law')
+    see_it_stand(lab, 'paused: robot 1: /peer sends poses of it to its law')
 
 
 def test_a_robot_stands_while_two_controllers_want_to_move_it(lab):

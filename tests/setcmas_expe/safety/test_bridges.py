@@ -55,7 +55,7 @@ def test_a_robot_moves_only_while_all_that_it_needs_is_there(start, peer, lab):
     peer.wait_for(lambda: 'robot 1 free to move again' in process.output())
     lab.poses[1] = (0.0, 0.0, 0.0)  # what a Vicon system sends for a lost body
     lab.wait_for_command(1, STOP)
-    peer.wait_for(lambda: 'tb3_1: poses left out: ' in process.output())
+    peer.wait_for(lambda: 'robot 1: poses left out: ' in process.output())
     assert 'exactly zero' in process.output()
 
     for wanted, reason in ((None, 'no command for 0.5 s'), ((math.nan, 0.1), 'not a number')):
@@ -151,7 +151,7 @@ def test_swapped_names_stop_both_robots(start, peer, lab):
     lab.wait_for_command(1, STOP)
     lab.wait_for_command(2, STOP)
 
-    peer.wait_for(lambda: 'swapped places with tb3_2' in lab.status(1)[0].message)
+    peer.wait_for(lambda: 'swapped places with robot 2' in lab.status(1)[0].message)
 
 
 def test_a_mistake_in_the_lab_file_is_one_line(start, tmp_path):

@@ -11,7 +11,6 @@ from setcmas_expe.safety.decision import Decision, State
 from setcmas_expe.safety.mocap_bridge import MocapBridge
 from setcmas_expe.safety.reporting.stop_reports import StopReports
 from setcmas_simu.fleet.fleet import robots_in_words
-from setcmas_simu.fleet.topics import robot_name
 
 _REJECTED_EVERY_S = 1.0
 _GRAPH_EVERY_S = 2.0
@@ -84,7 +83,7 @@ class BridgeReports:
             rejected = mocap.track.rejected
             if rejected:
                 reasons = ', '.join(f'{count} {reason}' for reason, count in rejected.items())
-                self._warn(f'{robot_name(mocap.robot)}: poses left out: {reasons}')
+                self._warn(f'robot {mocap.robot}: poses left out: {reasons}')
                 rejected.clear()
 
     def _check_graph(self, running_s: float) -> None:
