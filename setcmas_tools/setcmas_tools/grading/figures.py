@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from setcmas_simu.arrays import Floats
+from setcmas_tools.comparison.repeat import distances_between
 from setcmas_tools.kinds.metric import METRICS
 from setcmas_tools.metrics.compute import measure
 from setcmas_tools.records.fleet_grid import FleetGrid
@@ -78,11 +78,11 @@ def figures_of(run: Run, solution: Run | None) -> dict[str, float | None]:
 
 def compared(run: Run, solution: Run) -> dict[str, float | None]:
     """Return how near a run is to that of the model solution."""
-    own, theirs = _at_common_times(run.counted_grid, solution.counted_grid)
-    distances = np.hypot(*(own - theirs))
-    if not distances.size or not np.isfinite(distances).any():
+    _, apart = distances_between(run, solution)
+    distances = np.array([*apart.values()])
+    if not np.isfinite(distances).any():
         return dict.fromkeys(COMPARED)
-    lengths = [float(np.nansum(np.hypot(*np.diff(path, axis=-1)))) for path in (own, theirs)]
+    lengths = [_length(one.counted_grid) for one in (run, solution)]
     figures = {
         'path_error': float(np.sqrt(np.nanmean(distances**2))),
         'largest_path_error': float(np.nanmax(distances)),
@@ -95,13 +95,6 @@ def compared(run: Run, solution: Run) -> dict[str, float | None]:
     }
 
 
-def _at_common_times(first: FleetGrid, second: FleetGrid) -> tuple[Floats, Floats]:
-    """Return the positions of two runs where both have them, each of shape (2, N, K)."""
-    robots = sorted({*first.robots} & {*second.robots})
-    found = []
-    steps = [np.round(grid.t * 10) for grid in (first, second)]
-    _, *places = np.intersect1d(steps[0], steps[1], return_indices=True)
-    for grid, columns in zip((first, second), places, strict=True):
-        rows = [grid.robots.index(robot) for robot in robots]
-        found.append(np.array([grid.x[rows][:, columns], grid.y[rows][:, columns]]))
-    return found[0], found[1]
+def _length(grid: FleetGrid) -> float:
+    """Return the length of the paths of all robots in m."""
+    return float(np.nansum(np.hypot(np.diff(grid.x), np.diff(grid.y))))

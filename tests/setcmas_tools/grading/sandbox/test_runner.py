@@ -228,6 +228,7 @@ def test_a_submission_may_write_in_its_home_that_is_new_for_each(box):
 
 
 def test_a_box_whose_process_was_killed_goes_on_with_another(box):
+    run(box, STILL)
     box._process.send_signal(signal.SIGKILL)
     box._process.wait()
 
