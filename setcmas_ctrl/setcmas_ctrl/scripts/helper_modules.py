@@ -8,6 +8,11 @@ from functools import lru_cache
 from pathlib import Path
 
 
+def with_helpers(file: Path) -> list[Path]:
+    """Return a file, and if it is a script the modules beside it that it imports."""
+    return [file, *(helper_modules(file) if file.suffix == '.py' else [])]
+
+
 def helper_modules(script: Path) -> list[Path]:
     """Return the modules beside a script that it imports, and those that they import, sorted."""
     found = {script}

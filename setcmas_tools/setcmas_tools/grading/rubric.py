@@ -6,6 +6,7 @@ import ast
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
+from setcmas_ctrl.scripts.helper_modules import with_helpers
 from setcmas_ctrl.scripts.loader import ALGORITHMS, EXERCISES
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.yaml_entries import Entry, read_entries
@@ -52,10 +53,14 @@ class Rubric:
 
     @property
     def files(self) -> tuple[Path, ...]:
-        """All files that it consists of: itself, the solution, and what scenarios name."""
+        """All files that it consists of: itself, the solution, and what scenarios name.
+
+        After each script come the modules beside it that it imports.
+        """
         named = [file for scenario in self.scenarios for file in scenario.files]
         solution = [self.solution] if self.solution else []
-        return tuple(dict.fromkeys([self.file, *solution, *named]))
+        found = (one for file in [self.file, *solution, *named] for one in with_helpers(file))
+        return tuple(dict.fromkeys(found))
 
     def check_place(self, in_lab: bool) -> None:
         """See that what is marked can be measured where submissions run.

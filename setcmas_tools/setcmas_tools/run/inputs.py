@@ -9,7 +9,7 @@ from pathlib import Path
 from setcmas_ctrl.communication.options import CommunicationOptions
 from setcmas_ctrl.communication.settings import graph_file
 from setcmas_ctrl.control.law_scripts import LawScripts
-from setcmas_ctrl.scripts.helper_modules import helper_modules
+from setcmas_ctrl.scripts.helper_modules import with_helpers
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet.fleet import format_robots
 from setcmas_simu.fleet.per_robot import is_per_robot, parse_per_robot
@@ -39,7 +39,7 @@ class RunInput:
         self.option = option
         self.path = path
         self.robots = tuple(robots)
-        self.files = [path, *(helper_modules(path) if path.suffix == '.py' else [])]
+        self.files = with_helpers(path)
         self.contents = [_read(file) for file in self.files]
 
     @property

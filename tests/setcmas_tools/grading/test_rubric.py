@@ -58,6 +58,16 @@ def test_a_rubric_says_what_is_run_and_what_it_is_worth(read, tmp_path, monkeypa
     assert len(rubric.solution_run(scenario).robots) == 3
 
 
+def test_modules_that_a_solution_imports_belong_to_its_rubric(read, tmp_path):
+    rubric = read()
+    (tmp_path / 'mine.py').write_text('import gains\n')
+    (tmp_path / 'gains.py').write_text('from more import gain\n')
+    (tmp_path / 'more').mkdir()
+    (tmp_path / 'more' / '__init__.py').write_text('gain = 1\n')
+
+    assert {tmp_path / 'gains.py', tmp_path / 'more' / '__init__.py'} <= {*rubric.files}
+
+
 @pytest.mark.parametrize(
     ('old', 'new', 'line', 'words'),
     [

@@ -15,6 +15,9 @@ from setcmas_tools.grading.marks import Marks
 from setcmas_tools.grading.submissions.found import Submission
 from setcmas_tools.grading.submissions.handed_in import KEPT
 
+_SANDBOX = 2
+"""Which one marks are made with; 1 could be left, so that its marks may be forged."""
+
 
 class KeptMarks:
     """A folder with a file for each submission that is graded."""
@@ -30,7 +33,7 @@ class KeptMarks:
         self._folder = folder / KEPT
         self._folder.mkdir(parents=True, exist_ok=True)
         self._grader = _digest(
-            repr((__version__, grader.times, grader.confined, in_lab)).encode(),
+            repr((__version__, _SANDBOX, grader.times, grader.confined, in_lab)).encode(),
             *(part for file in grader.rubric.files for part in (file.name.encode(), _read(file))),
         )
 

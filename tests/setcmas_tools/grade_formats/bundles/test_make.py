@@ -20,8 +20,8 @@ from setcmas_tools.grading.rubric import rubric_of_exercise
 RUBRIC = rubric_of_exercise('consensus')
 
 
-def bundle(name, options=''):
-    return zipfile.ZipFile(io.BytesIO(make_bundle(name, RUBRIC, options)))
+def bundle(name, options='', rubric=RUBRIC):
+    return zipfile.ZipFile(io.BytesIO(make_bundle(name, rubric, options)))
 
 
 def test_the_zip_of_gradescope_has_its_scripts_at_the_root_and_they_can_be_executed():
@@ -69,6 +69,14 @@ def test_bundles_have_what_their_platform_looks_for_and_run_as_scripts(name, pat
 
 def test_a_bundle_is_the_same_twice():
     assert make_bundle('gradescope', RUBRIC) == make_bundle('gradescope', RUBRIC)
+
+
+def test_modules_that_the_solution_imports_are_in_the_bundle(tmp_path):
+    for name, text in {'rubric.yaml': '', 'law.py': 'import gains', 'gains.py': 'K = 1'}.items():
+        (tmp_path / name).write_text(text)
+    rubric = replace(RUBRIC, file=tmp_path / 'rubric.yaml', solution=tmp_path / 'law.py')
+
+    assert bundle('gradescope', rubric=rubric).read('rubric/gains.py') == b'K = 1'
 
 
 def test_files_of_a_rubric_that_lie_elsewhere_are_told(tmp_path):
