@@ -89,8 +89,15 @@ class Operator:
         """Return what the node has said since the last call."""
         return (self._child.process.stderr.read() or b'').decode()
 
-    def press_until(self, word, condition):
-        """Press, again where a busy machine held the node up or two presses came too soon."""
+    def press_until(self, press, condition):
+        """Press, again where a busy machine held the node up or two presses came too soon.
+
+        Args:
+            press: A word of the terminal, or a function that presses something else.
+            condition: What is waited for.
+        """
+        word = press
+        press = press if callable(press) else lambda: self.tell(word)
         next_press = 0.0
 
         def holds():
@@ -99,7 +106,7 @@ class Operator:
                 return True
             if time.monotonic() > next_press:
                 next_press = time.monotonic() + 1.5 * REACTION_S
-                self.tell(word)
+                press()
             return False
 
         self._peer.wait_for(holds)
@@ -223,18 +230,21 @@ def test_the_joystick_starts_pauses_and_is_missed(operate, peer, bridge):
     paused = peer.listen(Bool, '/paused')
     operator = operate('--joystick')
     joystick = peer.publisher(Joy, '/joy', qos=qos.SENSOR)
+    buttons = [0] * 7 + [1]  # down at first: only the second time counts
+    timer = peer.node.create_timer(0.05, lambda: joystick.publish(Joy(buttons=buttons)))
     operator.wait_for('')
+    peer.wait_for_new(paused, 5)
+    assert is_paused(paused)
 
-    def press(*buttons):
-        for button in buttons:
-            joystick.publish(Joy(buttons=[0] * 7 + [button]))
-            peer.spin(0.1)
+    def press():
+        for buttons[7] in (0, 1):
+            peer.spin(0.2)
 
-    press(1, 0, 1)  # down at first: only the second time counts
-    peer.wait_for(lambda: goes(paused))
+    operator.press_until(press, lambda: goes(paused))
+    timer.cancel()
     operator.wait_for('the joystick has disappeared')
-    press(1)
-    peer.spin(0.5)
+    joystick.publish(Joy(buttons=buttons))
+    peer.wait_for_new(paused, 5)
     assert is_paused(paused)
 
 
@@ -294,12 +304,14 @@ def test_two_joysticks_that_contradict_each_other_can_only_pause(start, peer, br
     process = start(*PAUSE, '--joystick')
     joysticks = [peer.publisher(Joy, '/joy', qos=qos.SENSOR) for _ in range(2)]
     peer.wait_for_new(paused, 1)
-    peer.spin(0.5)
-    for _ in range(5):
+
+    def refused():
         for button, joystick in enumerate(joysticks):
             joystick.publish(Joy(buttons=[0] * 7 + [button]))
             peer.spin(0.05)
-    peer.wait_for(lambda: 'not started: several nodes publish /joy' in process.output())
+        return 'not started: several nodes publish /joy' in process.output()
+
+    peer.wait_for(refused)
 
     assert all(message.data for message in paused)
 

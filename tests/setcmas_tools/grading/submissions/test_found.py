@@ -38,8 +38,8 @@ def found(tmp_path, files, name='class'):
 def test_scripts_folders_and_zip_files_are_submissions_of_a_class(tmp_path, name):
     files = {
         'ada.py': LAW,
-        'bob/work/law.py': IMPORTING,
-        'bob/work/maths.py': LAW,
+        'bob/tp1/law.py': IMPORTING,
+        'bob/tp1/maths.py': LAW,
         'bob/readme.txt': b'',
         f'{MOODLE}/law.zip': archive({'law.py': LAW, '__MACOSX/law.py': b''}),
         '.DS_Store': b'',
