@@ -1,6 +1,7 @@
 """What surrounds a bridge process: motion capture, controllers, a pause node and robots."""
 
 import math
+import sys
 
 from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import TwistStamped
@@ -10,6 +11,10 @@ from std_msgs.msg import Bool
 from setcmas_simu.fleet.planar_pose import quaternion_of_yaw
 
 HZ = 20.0
+BRIDGES = [
+    sys.executable, '-m', 'setcmas_expe.safety.bridges', '--without-motion-check',
+    '--without-guard',
+]  # fmt: skip
 
 
 class LabPeer:

@@ -12,7 +12,7 @@ pytest.importorskip('rclpy')
 pytest.importorskip('cyclonedds')
 
 from geometry_msgs.msg import PoseStamped
-from lab_peer import LabPeer
+from lab_peer import BRIDGES, LabPeer
 
 from setcmas_expe.mocap.messages import read_pose_stamped
 from setcmas_expe.mocap.receiver import MocapReceiver
@@ -22,14 +22,6 @@ from setcmas_simu.ros import qos
 TESTS = Path(__file__).parents[2]
 DRIVER = TESTS / 'setcmas_expe' / 'scripts' / 'mocap_for_all.py'
 INSTALLED = {'PYTHONPATH': str(TESTS / 'stand_ins')}
-BRIDGES = [
-    sys.executable,
-    '-m',
-    'setcmas_expe.safety.bridges',
-    '--without-guard',
-    '--without-motion-check',
-    '--lab',
-]
 SOURCES = [
     ('motion_capture_tracking', 'poses', ('tb3_1', 'tb3_2')),
     ('mocap4r2', 'rigid_bodies', ('3', 'Red.Red')),
@@ -66,7 +58,9 @@ def test_robots_find_their_bodies_in_any_order_missing_or_there_twice(
 ):
     one, two = (names[0], -1.0, 0.0, 0.5), (names[1], 1.0, 0.0, 0.0)
     see(two, ('stranger', 0.5, 0.5, 0.0), one, topic=topic)
-    process = start(*BRIDGES, str(write_lab(tmp_path, preset, names)), '--resume', env=INSTALLED)
+    process = start(
+        *BRIDGES, '--lab', str(write_lab(tmp_path, preset, names)), '--resume', env=INSTALLED
+    )
     process.wait_for_output(f'poses from /{topic} ({preset})')
     lab = LabPeer(peer, ('tb3_1', 'tb3_2'))
     lab.wanted = {1: GOES, 2: GOES}

@@ -9,7 +9,7 @@ import pytest
 pytest.importorskip('rclpy')
 
 from geometry_msgs.msg import TwistStamped
-from lab_peer import LabPeer
+from lab_peer import BRIDGES, LabPeer
 from nav_msgs.msg import Odometry
 from rclpy.node import Node
 from ros_peer import Peer
@@ -17,13 +17,6 @@ from std_msgs.msg import Bool
 
 from setcmas_ctrl.fleet.pause_watch import SURE_AFTER_S
 
-BRIDGES = [
-    sys.executable,
-    '-m',
-    'setcmas_expe.safety.bridges',
-    '--without-motion-check',
-    '--without-guard',
-]
 GUARDED = ['--ros-args', '-r', '__ns:=/tb3_1']
 STOP = (0.0, 0.0)
 GO = (0.1, 0.2)
@@ -138,7 +131,7 @@ def test_a_robot_starts_only_with_a_guard_and_stops_without(start, peer):
     lab = LabPeer(peer, ('tb3_1',))
     lab.poses[1], lab.wanted[1] = (-1.0, 0.0, 0.5), GO
     lab.paused = True
-    start(*BRIDGES[:-1])
+    start(*[word for word in BRIDGES if word != '--without-guard'])
     see_it_stand(lab, 'paused; no cmd_vel_guard on it')
     guard = start(sys.executable, '-m', 'setcmas_expe.guard.main', *GUARDED)
     peer.wait_for(lambda: lab.status(1)[0].message == 'paused')

@@ -1,26 +1,18 @@
 import math
 import signal
-import sys
 
 import pytest
 
 pytest.importorskip('rclpy')
 
 from geometry_msgs.msg import Twist
-from lab_peer import LabPeer
+from lab_peer import BRIDGES, LabPeer
 from nav_msgs.msg import Odometry
 from sensor_msgs.msg import BatteryState
 from visualization_msgs.msg import MarkerArray
 
 from setcmas_simu.ros import qos
 
-BRIDGES = [
-    sys.executable,
-    '-m',
-    'setcmas_expe.safety.bridges',
-    '--without-guard',
-    '--without-motion-check',
-]
 STOP = (0.0, 0.0)
 
 
