@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from setcmas_simu.arrays import Floats
+from setcmas_simu.options.kinds import MAX_RATE_HZ
 from setcmas_simu.robots import unicycle
 from setcmas_simu.robots.model import RobotModel
 from setcmas_simu.robots.unicycle import BURGER_SHAPE
@@ -15,9 +16,6 @@ from setcmas_simu.robots.velocity_limits import IDEAL, VelocityLimits
 
 LONGEST_DELAY_S = 2.0
 """Robots slower than this to obey are not modelled."""
-
-_COMMANDS_A_SECOND = 60.0
-"""Changes of a command that are remembered; it changes at the rate of control or of a bridge."""
 
 _LAGS = slice(6, 8)  # rows of a state behind POSE and TWIST: the speeds at its very time
 
@@ -60,7 +58,7 @@ class IdentifiedRobot(RobotModel):
         self.forward, self.turn, self.limits, self.way = forward, turn, limits, way
         self.V_max = limits.V_max * max(1.0, forward.gain)
         delays = [forward.delay + way, turn.delay + way]
-        self._slots = 2 + math.ceil(_COMMANDS_A_SECOND * max(delays))
+        self._slots = 2 + math.ceil(MAX_RATE_HZ * max(delays))  # may change at each step
         self._delays = np.array(delays)[:, None]
         self._gains = np.array([forward.gain, turn.gain])
         self._lags = np.maximum([forward.lag, turn.lag], 1e-9)

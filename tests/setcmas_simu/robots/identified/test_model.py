@@ -44,13 +44,14 @@ def test_the_way_of_commands_and_poses_delays_both_speeds():
     np.testing.assert_allclose(later[:8], before[:8])
 
 
-def test_a_command_that_changes_at_each_step_is_remembered_for_the_longest_delay():
+@pytest.mark.parametrize('rate', [50, 100, 200])
+def test_a_command_that_changes_at_each_step_is_remembered_for_the_longest_delay(rate):
     slow = IdentifiedRobot(Response(delay=2.0), Response(delay=2.0))
-    commands = [(0.01 * step, 0.0) for step in range(200)]
+    commands = [(0.01 * step, 0.0) for step in range(4 * rate)]
 
-    state = after(slow, 3.0, 0.02, commands)
+    state = after(slow, 3.0, 1 / rate, commands)
 
-    assert state[3] == pytest.approx(0.01 * 49)
+    assert state[3] == pytest.approx(0.01 * (rate - 1))
 
 
 def test_robots_of_one_model_do_not_mix_and_a_reset_forgets():
