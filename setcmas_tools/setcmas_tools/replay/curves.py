@@ -13,6 +13,7 @@ from setcmas_tools.kinds.task import task_of
 from setcmas_tools.metrics.consensus import disagreement, is_agreement
 from setcmas_tools.metrics.separation import distances_of_pairs
 from setcmas_tools.plots.references import ignore
+from setcmas_tools.records.track import SAME_TIME_S, Track
 from setcmas_tools.run.run import Run
 
 FLEET = 0
@@ -65,10 +66,7 @@ def difference(run: Run, other: Run) -> Curve | None:
 
 
 def _speeds(run: Run, robot: int, t: Floats) -> Floats:
-    """Return a robot's forward speed at times, which a row tells for the time before it."""
-    track = run[robot]
-    after = np.searchsorted(track.t, t - 1e-6)
-    known = after < len(track.t)
-    result = np.full(len(t), np.nan)
-    result[known] = track.v[after[known]]
-    return result
+    """Return a robot's speed at times, which a row tells for the time before it; NaN in gaps."""
+    track = Track(run[robot])
+    speeds = np.append(track.rows.v, np.nan)[np.searchsorted(track.rows.t, t - SAME_TIME_S)]
+    return np.where(np.isnan(track.poses(t)[0]), np.nan, speeds)

@@ -1,8 +1,10 @@
 import numpy as np
+from runs import run_of
 
 from setcmas_tools import simulate
 from setcmas_tools.metrics.consensus import fleet_consensus
 from setcmas_tools.metrics.separation import fleet_separation
+from setcmas_tools.records.fleet_table import fleet_table
 from setcmas_tools.replay.curves import FLEET, curves, difference
 
 
@@ -36,3 +38,12 @@ def test_the_difference_of_two_runs():
     xy = run.poses[50, :2, 1] - other.poses[50, :2, 1]
     assert np.isclose(apart.values[2][50], np.hypot(*xy))
     assert apart.values[2][0] == 0.0
+
+
+def test_there_is_no_speed_in_a_gap():
+    rows = [[t, 1, 0.2 * t, 0, 0, 0.2, 0] for t in np.arange(100) / 10 if not 3.05 < t < 6.05]
+    (speed,) = curves(run_of(fleet_table(rows)))
+
+    gap = (speed.t > 3.05) & (speed.t < 6.05)
+    assert np.isnan(speed.values[1][gap]).all()
+    np.testing.assert_allclose(speed.values[1][~gap], 0.2)
