@@ -8,6 +8,8 @@ import os
 from collections.abc import Callable
 from pathlib import Path
 
+import msgspec
+
 from launch_scripts.processes.emulated_lab import start_emulated_lab
 from launch_scripts.processes.environment import closed_environment, lab_environment
 from launch_scripts.processes.law_arguments import law_arguments
@@ -153,7 +155,7 @@ class Experiment:
 
     def _on_page(self, report: ChildReport) -> None:
         if isinstance(report, Wish) and report.word is Word.START:
-            self.wish(Word.START, 'on the page')
+            self._pause.tell(msgspec.structs.replace(report, by='on the page'))
 
     def _on_report(self, report: ChildReport) -> None:
         if isinstance(report, Status):

@@ -7,10 +7,17 @@ import enum
 import msgspec
 
 from setcmas_expe.safety.decision import State
+from setcmas_expe.safety.stalls import time_since_boot
 from setcmas_simu.reports.encoding import Message
 
 SILENT_AFTER_S = 0.5
 """Silence in s from which the terminal counts as stuck, which pauses."""
+
+OLD_AFTER_S = 1.0
+"""Age in s from which a press starts nothing: it was held up between the processes."""
+
+UNKNOWN = 0.0
+"""Time of a press that may be an old one: that of the boot."""
 
 
 class Word(enum.Enum):
@@ -41,10 +48,16 @@ class Word(enum.Enum):
 
 
 class Wish(Message, frozen=True):
-    """A message of the terminal; `by` says how it was made, such as 'by space bar'."""
+    """A message of the terminal.
+
+    Attributes:
+        by: How it was made, such as 'by space bar'.
+        made: When, in s since boot, on the clock of this machine.
+    """
 
     word: Word
     by: str = ''
+    made: float = msgspec.field(default_factory=time_since_boot)
 
 
 class RobotStatus(msgspec.Struct, frozen=True):

@@ -9,7 +9,8 @@ import threading
 import time
 from collections.abc import Callable, Iterator
 
-from setcmas_expe.pause.console_protocol import SILENT_AFTER_S, Wish, Word
+from setcmas_expe.pause.console_protocol import OLD_AFTER_S, SILENT_AFTER_S, Wish, Word
+from setcmas_expe.safety.stalls import time_since_boot
 from setcmas_simu.reports.encoding import LineDecoder
 
 _CATCHES_UP_S = 0.2
@@ -20,7 +21,8 @@ class ConsoleReader:
     """Takes wishes in a thread of its own; hands them out without waiting.
 
     A key that comes after a silence, or together with others that were held up, was pressed some
-    time ago: what has happened since, nobody knew who pressed it, and it must not start anything.
+    time ago, as was one that tells an old time: what has happened since, nobody knew who pressed
+    it, and it must not start anything.
     """
 
     def __init__(self, on_end: Callable[[], None]) -> None:
@@ -62,7 +64,8 @@ class ConsoleReader:
                 if now - self._heard > SILENT_AFTER_S:
                     late_until = now + _CATCHES_UP_S
                 self._heard = now
-                if wish.word in _NEVER_LATE and now < late_until:
+                old = now < late_until or time_since_boot() - wish.made > OLD_AFTER_S
+                if old and wish.word in _NEVER_LATE:
                     self._late.put(wish.word)
                 else:
                     self._wishes.put(wish)

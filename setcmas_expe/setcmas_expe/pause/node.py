@@ -207,8 +207,13 @@ class Pause(FleetNode):
         for wish in keys.wishes():
             self._obey(wish)
         for word in keys.late():
-            refused = 'not started' if word is Word.START else 'not released'
-            self._once(f'{refused}: the terminal was held up, and the press may be an old one')
+            refused = 'not released'
+            if word is Word.START:
+                refused = 'not started'
+                self._requests.hasty(time.monotonic())  # it is a press, too
+            self._once(
+                f'{refused}: the terminal or the page was held up, and the press may be old'
+            )
         if keys.silent(now) and not self._bridge.ending and not self.paused:
             self.set(True, 'the terminal does not answer', by_itself=True)
         # A bridge that hangs has no news, but that the robots are paused then is one.

@@ -6,7 +6,8 @@ import argparse
 import sys
 import time
 
-from setcmas_expe.pause.console_protocol import Wish, Word
+from setcmas_expe.pause.console_protocol import UNKNOWN, Wish, Word
+from setcmas_expe.safety.stalls import time_since_boot
 from setcmas_simu.reports.reports import Ready
 from setcmas_simu.ros.process import FleetNode, RosProcess, node_main
 from setcmas_tools.view.commands import FleetCommands
@@ -18,6 +19,7 @@ from setcmas_tools.view.page.browser_options import BrowserOptions
 from setcmas_tools.view.page.buttons import Actions
 from setcmas_tools.view.page.desktop import Opener
 from setcmas_tools.view.page.page import Page
+from setcmas_tools.view.prompt_browsers import PromptBrowsers
 from setcmas_tools.view.topics import ViewedTopics
 
 _FRAME_S = 0.05
@@ -44,6 +46,7 @@ class BrowserView:
         self._law = LawName(process, node, self._state)
         self._commands = None if options.read_only else FleetCommands(node)
         self._may_start = options.operator
+        self._browsers = PromptBrowsers(page.server)
         self._scene = FleetScene(page.server, self._state, self._actions())
 
     def run(self) -> None:
@@ -81,9 +84,10 @@ class BrowserView:
         start = self._start if self._may_start else None
         return Actions(self._commands.pause, self._reset, self._commands.stop, start)
 
-    def _start(self) -> None:
+    def _start(self, browser: int | None) -> None:
         # Over a topic, anybody could.
-        self._process.launcher.tell(Wish(Word.START))
+        made = time_since_boot() if self._browsers.is_prompt(browser) else UNKNOWN
+        self._process.launcher.tell(Wish(Word.START, made=made))
 
     def _reset(self) -> None:
         assert self._commands

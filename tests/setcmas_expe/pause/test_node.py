@@ -13,8 +13,9 @@ from std_msgs.msg import Bool
 from std_srvs.srv import SetBool, Trigger
 
 from launch_scripts.processes.supervision.supervisor import Supervisor
-from setcmas_expe.pause.console_protocol import Status, Wish, Word
+from setcmas_expe.pause.console_protocol import OLD_AFTER_S, UNKNOWN, Status, Wish, Word
 from setcmas_expe.pause.start_requests import REACTION_S
+from setcmas_expe.safety.stalls import time_since_boot
 from setcmas_simu.reports.encoding import LineDecoder
 from setcmas_simu.ros import qos
 
@@ -76,8 +77,8 @@ class Operator:
         self.status = None
         peer.node.create_timer(0.1, self._on_timer)
 
-    def tell(self, word):
-        self._child.tell(Wish(Word(word), 'by key'))
+    def tell(self, word, **made):
+        self._child.tell(Wish(Word(word), 'by key', **made))
 
     def _on_timer(self):
         if self.alive:
@@ -330,10 +331,17 @@ def test_a_terminal_that_hangs_is_missed_and_what_it_sends_late_starts_nothing(
     peer.spin(REACTION_S)
     operator.tell('start')  # pressed some time ago
     operator.alive = True
-    late = 'not started: the terminal was held up, and the press may be an old one'
+    late = 'not started: the terminal or the page was held up, and the press may be old'
     peer.wait_for(lambda: late in operator.warnings())
     peer.wait_for_new(paused, 5)
     assert is_paused(paused)
+
+    peer.spin(REACTION_S)
+    for made in (UNKNOWN, time_since_boot() - 2 * OLD_AFTER_S):  # the page was held up
+        operator.tell('start', made=made)
+        peer.wait_for(lambda: late in operator.warnings())
+        peer.spin(1.5 * REACTION_S)
+        assert is_paused(paused)
 
     operator.press_until('go', lambda: goes(paused))
     operator.tell('halt')

@@ -22,14 +22,14 @@ class Actions:
         pause: Pauses the robots (True), or starts those of a simulation (False).
         reset: Puts those of a simulation back to their start poses.
         stop: Is an emergency stop.
-        start: Starts those of an experiment, again and again while the button is held; None if
-            this page may not.
+        start: Starts those of an experiment, again and again while the button is held, for a
+            browser by its number; None if this page may not.
     """
 
     pause: Callable[[bool], None]
     reset: Callable[[], None]
     stop: Callable[[], None]
-    start: Callable[[], None] | None = None
+    start: Callable[[int | None], None] | None = None
 
 
 class Buttons:
@@ -49,7 +49,7 @@ class Buttons:
             self._start_label, color='green', order=order, visible=False, disabled=True
         )
         if start := actions.start:
-            self._start.on_hold(lambda _: start(), callback_hz=_START_HZ)
+            self._start.on_hold(lambda event: start(event.client_id), callback_hz=_START_HZ)
         self._reset = gui.add_button(
             'Reset', color='gray', order=order, hint='all robots back to their start poses'
         )
