@@ -35,6 +35,7 @@ from setcmas_tools.run.run import Run
 
 _LOOK_S = 0.05
 _ANSWER_S = 0.5
+_PLACE_S = 2.0  # a process that waits for a core answers late
 
 
 @dataclass(frozen=True)
@@ -183,16 +184,22 @@ class OfflineProcess:
         size = where.stat().st_size
         if size and self._process.poll() is None:
             self._process.send_signal(signal.SIGUSR1)
-            deadline = time.monotonic() + _ANSWER_S
-            while where.stat().st_size == size and time.monotonic() < deadline:
+            deadline = time.monotonic() + _PLACE_S
+            while time.monotonic() < deadline:  # it comes line by line
+                if found := self._told_after(size):
+                    return found
                 time.sleep(0.01)
-        told = where.read_text(encoding='utf-8', errors='replace')
-        for file, line in told_places(told):
+        return self._told_after(0) or ('', 0, '')
+
+    def _told_after(self, size: int) -> tuple[str, int, str] | None:
+        """Return the place that was told in whole lines behind some bytes; None if none was."""
+        lines = (self._folder / WHERE).read_bytes()[size:].rpartition(b'\n')[0]
+        for file, line in told_places(lines.decode(errors='replace')):
             for script in (*self._scripts.paths, *self._other_scripts):
                 if file.parent == script.parent:
                     there = described_place(file, line, script)
                     return file.name, line, f'{there}{quoted_line(file, line)}'
-        return '', 0, ''
+        return None
 
     def _kill(self) -> None:
         """End what is left, with what the script has started."""

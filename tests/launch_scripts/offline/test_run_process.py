@@ -64,7 +64,6 @@ def nightly(*bodies):
             'threading.Lock().acquire() and threading.Event().wait()',
             '9 ** 9 ** 9',
             're.match("(a+)+$", "a" * 40 + "b")',
-            'print(input.__class__.__call__ and list(iter(int, 1)))',
         ),
     ],
 )
