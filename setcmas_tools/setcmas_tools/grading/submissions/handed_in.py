@@ -106,8 +106,10 @@ def _opened(
                 yield path / inside, read
         except _BROKEN:
             yield path, b''
+    elif len(content) <= _LARGEST or path.suffix == '.py':  # a script so large is told
+        yield path, content
     else:
-        yield path, content if len(content) <= _LARGEST else b'# larger than 1 MB: left out\n'
+        yield path, b'larger than 1 MB: left out\n'
 
 
 def _is_wanted(path: PurePosixPath) -> bool:

@@ -9,6 +9,7 @@ from setcmas_tools.grading.submissions.handed_in import Files
 
 _UNREADABLE = (SyntaxError, ValueError, RecursionError, MemoryError)
 _MOST_NAMES = 5
+_MOST_SOURCE = 200_000  # bytes; Python takes minutes for 1 MB of f-strings
 
 
 def chosen_script(files: Files, function: str, exercise: str) -> tuple[PurePosixPath, str]:
@@ -22,12 +23,16 @@ def chosen_script(files: Files, function: str, exercise: str) -> tuple[PurePosix
         function: The function, 'control' or 'ctc'.
         exercise: Name of the exercise; empty if there is none.
     """
-    scripts = {path: _tree(content) for path, content in files.items() if path.suffix == '.py'}
+    sources = {path: content for path, content in files.items() if path.suffix == '.py'}
     none = PurePosixPath()
-    if not scripts:
+    if not sources:
         return none, _without_script(sorted({path.name for path in files}))
-    if len(scripts) == 1:  # what is wrong with it is told when it is loaded
-        return next(iter(scripts)), ''
+    if (size := sum(map(len, sources.values()))) > _MOST_SOURCE:
+        limit = _MOST_SOURCE // 1000
+        return none, f'its Python files have {size // 1000} kB; they must have at most {limit} kB'
+    if len(sources) == 1:  # what is wrong with it is told when it is loaded
+        return next(iter(sources)), ''
+    scripts = {path: _tree(content) for path, content in sources.items()}
     fitting = [path for path, tree in scripts.items() if tree and _defines(tree, function)]
     if not fitting:
         return none, f'none of its {len(scripts)} scripts has a function {function}'
@@ -51,7 +56,7 @@ def _without_script(names: list[str]) -> str:
 
 def has_function(content: bytes, function: str) -> bool:
     """Return whether a script defines a function."""
-    tree = _tree(content)
+    tree = _tree(content) if len(content) <= _MOST_SOURCE else None
     return tree is not None and _defines(tree, function)
 
 

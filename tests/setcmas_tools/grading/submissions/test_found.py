@@ -95,6 +95,8 @@ def test_files_that_canvas_numbers_are_one_submission_of_the_newest(tmp_path):
         ({'a.py': b'', 'b.py': b''}, 'none of its 2 scripts has a function control'),
         ({'law.ipynb': b'{}'}, 'there is no Python file, only law.ipynb'),
         ({'law.zip': b'no zip file'}, 'law.zip is damaged'),
+        ({'law.py': LAW, 'b.py': b'#' * 299_999}, 'have 300 kB; they must have at most 200 kB'),
+        ({'law.py': LAW + b'#' * 2_000_000}, 'they must have at most 200 kB'),
     ],
 )
 def test_a_submission_without_a_law_says_why(tmp_path, files, problem):
