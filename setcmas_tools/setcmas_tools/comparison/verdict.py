@@ -109,8 +109,9 @@ def parted(t: Floats, distances: Floats) -> float | None:
 def _speeds(grid: FleetGrid, robot: int) -> Floats:
     """Return rows of speed (m/s) and turn rate (rad/s) of a robot, 10 a second, from t = 0 on."""
     row = grid.robots.index(robot)
+    unseen = np.full((2, round(grid.t[0] * RATE_HZ)), np.nan)
     V = np.hypot(np.diff(grid.x[row]), np.diff(grid.y[row])) * RATE_HZ
-    return np.array([V, np.diff(grid.theta[row]) * RATE_HZ])
+    return np.hstack([unseen, [V, np.diff(grid.theta[row]) * RATE_HZ]])
 
 
 def _reached(drive: Drive) -> tuple[Reached | None, Reached | None]:

@@ -57,6 +57,14 @@ def test_a_run_beside_itself_does_not_part(simulation):
     assert (one.parted, one.rms, one.delay) == (None, 0.0, 0.0)
 
 
+def test_a_run_whose_fleet_is_seen_late_is_not_early(simulation):
+    table = simulation.table
+    tables = replace(simulation.tables, fleet=table.rows(table.t >= 3.0))
+    late = replace(simulation, tables=tables)
+
+    assert verdicts(simulation, late, {})[1].delay == 0.0
+
+
 def test_robots_have_parted_when_they_stay_apart():
     distances = np.zeros(100)
     distances[20:30] = 0.2  # not for long
