@@ -18,13 +18,14 @@ def plain_values(script: Path) -> dict[str, Any]:
     """
     try:
         body = ast.parse(script.read_bytes(), script.name).body
-    except (OSError, SyntaxError, ValueError) as error:
-        raise SetcmasError(f"control script '{script}' cannot be read: {error}") from error
+    except (OSError, SyntaxError, ValueError, RecursionError, MemoryError) as error:
+        reason = str(error) or 'it is nested too deeply'
+        raise SetcmasError(f"control script '{script}' cannot be read: {reason}") from error
     values = {}
     for node in body:
         if isinstance(node, (ast.Assign, ast.AnnAssign)) and node.value:
             target = node.targets[0] if isinstance(node, ast.Assign) else node.target
             if isinstance(target, ast.Name):
-                with suppress(ValueError):
+                with suppress(ValueError, TypeError, RecursionError, MemoryError):
                     values[target.id] = ast.literal_eval(node.value)
     return values

@@ -9,6 +9,18 @@ def test_plain_values_are_read_without_running_the_script(tmp_path):
     path.write_text('raise RuntimeError\nWPL = [[1, 2]]\nN = len(WPL)\nD: float = 2\n')
 
     assert plain_values(path) == {'WPL': [[1, 2]], 'D': 2}
-    path.write_text('WPL = [')
-    with pytest.raises(SetcmasError, match=r'law.py. cannot be read'):
-        plain_values(path)
+
+
+@pytest.mark.parametrize('value', ['{[1]: 2}', '{{}}'])
+def test_what_python_can_make_no_value_of_is_none(tmp_path, value):
+    (tmp_path / 'law.py').write_text(f'K = 1\nx = {value}\n')
+
+    assert plain_values(tmp_path / 'law.py') == {'K': 1}
+
+
+@pytest.mark.parametrize('text', ['WPL = [', f'x = {"-" * 100_000}1'], ids=['open', 'deep'])
+def test_a_script_that_is_not_python_is_told(tmp_path, text):
+    (tmp_path / 'law.py').write_text(text)
+
+    with pytest.raises(SetcmasError, match=r'law.py. cannot be read: \w'):
+        plain_values(tmp_path / 'law.py')
