@@ -3,6 +3,7 @@
 import io
 import json
 import os
+import runpy
 import shutil
 import subprocess
 import sysconfig
@@ -87,6 +88,23 @@ def test_files_of_a_rubric_that_lie_elsewhere_are_told(tmp_path):
         make_bundle('gradescope', replace(RUBRIC, solution=law))
     with pytest.raises(SetcmasError, match='must be one of classroom50, coderunner, grade'):
         make_bundle('junit', RUBRIC)
+
+
+def test_classroom_50_follows_no_link_that_a_student_committed(tmp_path, monkeypatch):
+    script = tmp_path / 'autograder.py'
+    script.write_bytes(bundle('classroom50').read('autograder.py'))
+    (tmp_path / 'secret').write_text('K = 1')
+    (tmp_path / 'checkout').mkdir()
+    (tmp_path / 'checkout' / 'secret.py').symlink_to(tmp_path / 'secret')
+    (tmp_path / 'checkout' / 'nowhere.py').symlink_to(tmp_path / 'nowhere')
+    monkeypatch.chdir(tmp_path / 'checkout')
+    for place in ('venv.create', 'subprocess.run'):
+        monkeypatch.setattr(place, lambda *_, **__: None)
+
+    with pytest.raises(ValueError, match='expected 1'):  # nothing is graded here
+        runpy.run_path(str(script))['grade'](tmp_path / 'work')
+
+    assert (tmp_path / 'work/class/submission/secret.py').is_symlink()
 
 
 @pytest.mark.nightly
