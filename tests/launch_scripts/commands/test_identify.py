@@ -96,7 +96,7 @@ def test_lag_and_delay_of_the_emulated_lab_are_found(folder, domain, capsys):
     assert main(['compare', 'far', 'lab']) == 0
     verdict = capsys.readouterr().out.partition('against simulation far')[2]
     assert ' of 0.21 ' in verdict
-    assert 'setcmas identify lab finds a model' in verdict
+    assert ' m off the simulation from ' in verdict
 
 
 def test_a_run_that_tells_nothing_leaves_no_model(folder, capsys):
