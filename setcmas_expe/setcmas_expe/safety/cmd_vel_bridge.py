@@ -58,7 +58,7 @@ class CmdVelBridge(FleetNode):
         self.battery: float | None = None
         self._scale = Battery()
         self._received = self._comes_from = -math.inf
-        self._obedience = Obedience(lab.limits.wheel_separation)
+        self._obedience = Obedience(lab.limits)
         self._sent = self._rolls = (0.0, 0.0)
         self._own = cmd_vel_graph.own_participant(self)
         self._odometry = OnlySender(self, robot.topic(topics.ODOM))
@@ -114,9 +114,9 @@ class CmdVelBridge(FleetNode):
         """Return how old the last command of the controller is, in s; inf before the first."""
         return now - self._received
 
-    def stands(self, now: float) -> bool:
-        """Return whether its own odometry tells that its wheels stand."""
-        return self.tells_wheels(now) and self._rolls == (0.0, 0.0)
+    def rolls(self, now: float) -> tuple[float, float] | None:
+        """Return V (m/s) and omega (rad/s) by its own odometry; None if that does not tell."""
+        return self._rolls if self.tells_wheels(now) else None
 
     def tells_wheels(self, now: float) -> bool:
         """Return whether its own odometry is there, and its alone."""

@@ -24,6 +24,7 @@ class MocapBridge(FleetNode):
         body: Name of its rigid body.
         track: What is known of its pose.
         speed: Its forward speed in m/s, as estimated last.
+        turn_rate: Its turn rate in rad/s, likewise.
     """
 
     def __init__(self, robot: LabRobot, lab: Lab) -> None:
@@ -32,7 +33,7 @@ class MocapBridge(FleetNode):
         self.robot = robot.number
         self.body = robot.mocap_name
         self.track = PoseTrack(lab.arena, lab.limits)
-        self.speed = 0.0
+        self.speed = self.turn_rate = 0.0
         self._filter = VelocityFilter()
         self._odometry = Odometry(child_frame_id=topics.robot_frame(robot.number))
         self._odometry.header.frame_id = topics.WORLD_FRAME
@@ -47,12 +48,12 @@ class MocapBridge(FleetNode):
         now = time.monotonic()
         if not self.track.take(sample, now):
             return
-        self.speed, turn_rate = self._filter.update(sample, now)
+        self.speed, self.turn_rate = self._filter.update(sample, now)
         x, y, theta = sample.planar()
         out = self._odometry
         # Our own clock: all that is recorded here is to have one time.
         out.header.stamp = self.get_clock().now().to_msg()
         out.pose.pose.position.x, out.pose.pose.position.y = x, y
         out.pose.pose.orientation.z, out.pose.pose.orientation.w = quaternion_of_yaw(theta)
-        out.twist.twist.linear.x, out.twist.twist.angular.z = self.speed, turn_rate
+        out.twist.twist.linear.x, out.twist.twist.angular.z = self.speed, self.turn_rate
         self._publisher.publish(out)

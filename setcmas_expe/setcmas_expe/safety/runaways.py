@@ -30,7 +30,7 @@ class Runaways:
         Args:
             robot: Number of the robot.
             is_zero: Whether it is commanded zero.
-            speed: Its measured speed in m/s.
+            speed: Measured speed of its faster wheel in m/s: it may spin on the spot.
             is_driven: Whether it cannot be carried: its wheels turn, or somebody else commands it.
             now: Time in s on a steady clock.
         """

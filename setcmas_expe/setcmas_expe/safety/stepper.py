@@ -167,11 +167,14 @@ class SafetyStepper:
         track.note_command(moving, decision.state is State.PAUSED, now)
         # A speed that is old, as after this process was held up, tells nothing of now.
         unknown = track.fault or track.age(now) > self._lab.timeouts.pose_s
-        speed = 0.0 if unknown or bridge.stands(now) else mocap.speed
-        is_driven = bool(bridge.rival) or bridge.tells_wheels(now)
+        seen = (0.0, 0.0) if unknown else (mocap.speed, mocap.turn_rate)
+        rolls = bridge.rolls(now)
+        told = [seen] if rolls is None else [seen, rolls] if any(rolls) else [rolls]
+        speed = max(self._lab.limits.faster_wheel(*one) for one in told)
+        is_driven = bool(bridge.rival) or rolls is not None
         if self._runaways.update(bridge.robot, not moving, speed, is_driven, now):
             self._warn(
-                f'robot {bridge.robot} still moves ({abs(speed):.2f} m/s), '
+                f'robot {bridge.robot} still moves ({speed:.2f} m/s), '
                 'although it is commanded zero: switch it off'
             )
 

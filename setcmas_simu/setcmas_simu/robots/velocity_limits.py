@@ -61,11 +61,15 @@ class VelocityLimits:
             The fastest speeds (m/s, rad/s) of this ratio, up to those given, that keep forward
             speed, turn rate and both wheels within their limits.
         """
-        wheel = abs(V) + 0.5 * self.wheel_separation * abs(omega)
+        wheel = self.faster_wheel(V, omega)
         excess = max(
             1.0, abs(V) / self.V_max, abs(omega) / self.omega_max, wheel / self.wheel_speed_max
         )
         return V / excess, omega / excess
+
+    def faster_wheel(self, V: float, omega: float) -> float:
+        """Return the speed of the faster wheel's rim in m/s, forward or backward."""
+        return abs(V) + 0.5 * self.wheel_separation * abs(omega)
 
 
 IDEAL = VelocityLimits(math.inf, math.inf, math.inf, 0.160)

@@ -113,12 +113,14 @@ def test_a_robot_stands_while_somebody_else_commands_it(lab, domain):
     lab.let_go({1: GO})
 
 
-def test_a_robot_that_moves_although_it_is_commanded_zero_is_told(lab, bridges):
+@pytest.mark.parametrize(('V', 'omega'), [(0.2, 0.0), (0.0, 2.0)])
+def test_a_robot_that_moves_although_it_is_commanded_zero_is_told(lab, bridges, V, omega):
     lab.let_go({1: GO})
     begin = time.monotonic()
 
     def pushed():
-        lab.poses[1] = (-1.0 + 0.2 * (time.monotonic() - begin), 0.0, 0.5)
+        spent = time.monotonic() - begin
+        lab.poses[1] = (-1.0 + V * spent, 0.0, 0.5 + omega * spent)
         lab.paused = time.monotonic() > begin + 0.5
         return lab.status(1)[1]['runs_away'] == 'yes'
 

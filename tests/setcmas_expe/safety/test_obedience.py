@@ -1,11 +1,12 @@
 import pytest
 
 from setcmas_expe.safety.obedience import Obedience
+from setcmas_simu.robots.velocity_limits import IDEAL
 
 
 def judged(commanded, wheels, seconds=1.0, silent_from=9.9):
     """Return what is said of a robot with (V, omega) by its wheels, while commanded others."""
-    obedience, step = Obedience(0.16), 0
+    obedience, step = Obedience(IDEAL), 0
     while step / 20 <= seconds:
         if step / 20 < silent_from:
             obedience.hear(*wheels, step / 20)
@@ -42,7 +43,7 @@ def test_a_robot_that_was_heard_and_is_silent_is_off_and_one_that_never_was_tell
 
 
 def test_a_robot_that_is_switched_off_while_it_drives_does_not_turn_its_wheels():
-    obedience = Obedience(0.16)
+    obedience = Obedience(IDEAL)
     obedience.hear(0.2, 0.0, 0.0)
     assert not obedience.update(0.0, 0.0, 0.0)
     assert not obedience.update(0.0, 0.0, 0.9)
