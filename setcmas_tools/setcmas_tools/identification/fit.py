@@ -20,6 +20,10 @@ MOST_DOUBT_S = 0.1
 _MOST_GAIN_DOUBT = 0.1
 _LAGS_S = np.concatenate([[0.0], np.geomspace(0.02, 1.0, 12)])
 _DELAYS_S = np.linspace(0.0, 1.0, 41)
+_MOST_EARLY_S = 0.15
+"""How long before a command a simulation may show its motion: a step at 10 Hz, and jitter."""
+
+_AT_ONCE_S = 0.02
 _ITERATIONS = 25
 _PROBE_S = 2e-3
 _SINGULAR = 1e5
@@ -85,24 +89,32 @@ def fitted(measured: Measured, lag: float | None = None) -> Fit:
     (section 10.2). Standard errors are those of section 9.4, for as many windows as do not
     overlap; the quality is 1 - |y - model| / |y - mean| (section 16.4 has its square).
 
+    A simulation gives a whole step to the command that it hears within it, so its poses may seem
+    to answer before the command. Where neither lag nor delay shows, the gain is that of the best
+    time before it; the delay is 0 then.
+
     Args:
         measured: At least a window.
         lag: The lag in s if it is known.
     """
     lags = _LAGS_S if lag is None else np.array([lag])
     free = np.array([True, lag is None, True])
-    best = _descended(measured, _best(measured, lags), free)
+    best = _descended(measured, _best(measured, lags, _DELAYS_S), free)
+    if best.lag + best.delay < _AT_ONCE_S:
+        early = _best(measured, np.zeros(1), np.linspace(-_MOST_EARLY_S, 0.0, 151))
+        best = early if early.delay < 0.0 else best
     y, e = measured.y, measured.y - measured.predicted(best)
     apart = float(np.linalg.norm(y - y.mean()))
     quality = 100.0 * (1.0 - float(np.linalg.norm(e)) / apart) if apart > 0.0 else 0.0
-    return Fit(best, _errors(measured, best, free), quality)
+    errors = _errors(measured, best, free)
+    return Fit(replace(best, delay=max(0.0, best.delay)), errors, quality)
 
 
-def _best(measured: Measured, lags: Floats) -> Response:
+def _best(measured: Measured, lags: Floats, delays: Floats) -> Response:
     best, least = Response(gain=0.0), np.inf
     for lag in lags.tolist():
         speeds = measured.command.lagging(lag)
-        for delay in _DELAYS_S.tolist():
+        for delay in delays.tolist():
             means = measured.command.means_of(speeds, measured.begin, measured.end, lag, delay)
             power = float(means @ means)
             gain = float(means @ measured.y) / power if power > 0.0 else 0.0
@@ -152,7 +164,7 @@ def _errors(measured: Measured, best: Response, free: NDArray[np.bool_]) -> Resp
     gain, total = sigma * _spread(J[:, [0, 2]])
     if not free[1]:
         return Response(float(gain), 0.0, float(total))
-    most = best.lag + best.delay + total
+    most = best.lag + abs(best.delay) + total
     errors = np.minimum(sigma * _spread(J), [np.inf, most, most])
     return Response(float(gain if np.isinf(errors[0]) else errors[0]), *errors[1:].tolist())
 

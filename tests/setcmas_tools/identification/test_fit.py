@@ -85,3 +85,21 @@ def test_a_robot_that_follows_at_once_is_told_to_do_so():
     assert found.tells_times
     assert found.response.lag + found.response.delay < 0.01
     assert found.errors.delay < 0.02
+
+
+@pytest.mark.parametrize('early', [0.02, 0.05, 0.09])
+def test_gain_of_a_simulation_that_gives_a_whole_step_to_the_command_heard_within_it(early):
+    t = np.arange(0.0, 20.0, 0.2)
+    u = -3.5 * np.exp(-1.5 * t)
+    steps = np.arange(-1.0, 20.0, 0.1) + 0.1 - early  # each with the command of its end
+    heard = np.searchsorted(t, steps + 1e-9, side='right') - 1
+    way = np.cumsum(np.where(heard < 0, 0.0, 0.1 * u[heard]))
+    begin, end = steps[:-2], steps[2:]
+    y = (way[2:] - way[:-2]) / (end - begin)
+
+    found = fitted(Measured(HeldCommand(t, u), begin, end, y, 2.0))
+
+    assert found.response.gain == pytest.approx(1.0, abs=0.002)
+    assert found.response.delay == 0.0
+    assert found.errors.delay == pytest.approx(early, abs=0.03)
+    assert found.tells_times
