@@ -27,6 +27,7 @@ _AT_ONCE_S = 0.02
 _ITERATIONS = 25
 _PROBE_S = 2e-3
 _SINGULAR = 1e5
+_LEAST_SIGMA = 1e-12
 
 
 @dataclass(frozen=True)
@@ -160,7 +161,8 @@ def _errors(measured: Measured, best: Response, free: NDArray[np.bool_]) -> Resp
     """
     J = _jacobian(measured, best)
     e = measured.y - measured.predicted(best)
-    sigma = np.sqrt(float(e @ e) * measured.overlap / max(1.0, len(e) - 3 * measured.overlap))
+    square = float(e @ e) * measured.overlap / max(1.0, len(e) - 3 * measured.overlap)
+    sigma = max(np.sqrt(square), _LEAST_SIGMA)  # 0 times a spread without end is no number
     gain, total = sigma * _spread(J[:, [0, 2]])
     if not free[1]:
         return Response(float(gain), 0.0, float(total))

@@ -103,3 +103,14 @@ def test_gain_of_a_simulation_that_gives_a_whole_step_to_the_command_heard_withi
     assert found.response.delay == 0.0
     assert found.errors.delay == pytest.approx(early, abs=0.03)
     assert found.tells_times
+
+
+def test_a_robot_that_never_moves_nor_is_commanded_to_tells_nothing_without_a_warning():
+    begin = np.arange(0.0, 5.0, 0.1)
+    still = HeldCommand(np.array([0.0, 1.0]), np.zeros(2))
+
+    with np.errstate(invalid='raise'):
+        found = fitted(Measured(still, begin, begin + 0.2, np.zeros(len(begin)), 2.0))
+
+    assert not found.tells_gain
+    assert not found.tells_times
