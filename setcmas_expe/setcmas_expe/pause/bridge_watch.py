@@ -1,4 +1,4 @@
-"""Watch over the bridge process by its diagnostics; stops the robots when it is gone."""
+"""Watch over the bridge process by its state; stops the robots when it is gone."""
 
 from __future__ import annotations
 
@@ -51,12 +51,7 @@ class BridgeWatch:
             )
             for robot in lab.robots
         ]
-        node.create_subscription(
-            DiagnosticArray,
-            topics.DIAGNOSTICS,
-            self._on_diagnostics,
-            qos.STATE,
-        )
+        node.create_subscription(DiagnosticArray, topics.BRIDGE_STATE, self._on_state, qos.STATE)
 
     def trouble(self, now: float, paused: bool) -> str:
         """Return why the bridge cannot be relied upon at a time (s); empty if it can.
@@ -81,20 +76,16 @@ class BridgeWatch:
 
     def _conflict(self, paused: bool) -> str:
         """Return why nobody knows whether the bridge says what is heard; empty if it does."""
-        senders = {
-            one.participant
-            for one in cmd_vel_graph.publishers(self._node, topics.DIAGNOSTICS)
-            if one.node == topics.BRIDGES_NODE
-        }
+        senders = cmd_vel_graph.participants(self._node, topics.BRIDGE_STATE)
         if len(senders) > 1:
             return (
-                f'{len(senders)} bridge processes send {topics.DIAGNOSTICS}; is another '
-                'experiment in this ROS domain?'
+                f'{len(senders)} processes send {topics.BRIDGE_STATE}; is another experiment, or '
+                'a bag that is played, in this ROS domain?'
             )
         if paused or not self._sender:
             self._sender = senders
         elif senders and senders != self._sender:
-            return f'another bridge process than at the start sends {topics.DIAGNOSTICS}'
+            return f'another bridge process than at the start sends {topics.BRIDGE_STATE}'
         return ''
 
     def unreadiness(self) -> str:
@@ -121,8 +112,8 @@ class BridgeWatch:
         self._is_new = False
         return news
 
-    def _on_diagnostics(self, message: DiagnosticArray) -> None:
-        # Drivers, robots and other experiments send diagnostics too.
+    def _on_state(self, message: DiagnosticArray) -> None:
+        # Other experiments have other robots.
         ours = [status for status in message.status if status.hardware_id in self._topics]
         if ours:
             self._heard = time.monotonic()

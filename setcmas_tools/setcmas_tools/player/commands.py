@@ -6,6 +6,7 @@ from setcmas_simu.fleet import topics
 
 _NAMES = (topics.PAUSE, topics.RESET, topics.PAUSED.strip('/'), topics.GUARD_STATE)
 _OF_FLEETS = (
+    topics.BRIDGE_STATE,
     topics.EMERGENCY_STOP,
     topics.EMERGENCY_STOPPED,
     topics.EMULATED_FAULT,

@@ -8,6 +8,7 @@ import pytest
 pytest.importorskip('rclpy')
 
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
+from ros_peer import Peer
 from sensor_msgs.msg import Joy
 from std_msgs.msg import Bool
 from std_srvs.srv import SetBool, Trigger
@@ -31,7 +32,8 @@ class Bridge:
         self.silent = False
         self.topic = '/tb3_1/cmd_vel'
         self._paused = True
-        self._publisher = peer.node.create_publisher(DiagnosticArray, '/diagnostics', 1)
+        self._publisher = peer.node.create_publisher(DiagnosticArray, '/bridge_state', 1)
+        self._played = peer.node.create_publisher(DiagnosticArray, '/diagnostics', 1)
         peer.node.create_subscription(Bool, '/paused', self._on_paused, 1)
         peer.node.create_timer(0.1, self.publish)
 
@@ -39,8 +41,6 @@ class Bridge:
         self._paused = message.data
 
     def publish(self):
-        if self.silent:
-            return
         paused = self._paused or not self.obeys
         state = 'paused' if paused else 'moving'
         said = {'state': state, 'speed': '0.1', 'held': '' if self.obeys else self.held}
@@ -51,7 +51,9 @@ class Bridge:
             hardware_id=self.topic,
             values=values,
         )
-        self._publisher.publish(DiagnosticArray(status=[status]))
+        self._played.publish(DiagnosticArray(status=[status]))  # as from a recording
+        if not self.silent:
+            self._publisher.publish(DiagnosticArray(status=[status]))
 
 
 @pytest.fixture
@@ -289,7 +291,17 @@ def test_a_press_that_waited_while_the_pause_node_hung_starts_nothing(start, pee
     assert all(message.data for message in paused)
 
 
-def test_diagnostics_of_others_are_not_those_of_the_bridge(operate, peer, bridge):
+def test_who_plays_the_bridge_pauses_all_robots(operate, peer, bridge, domain):
+    paused = peer.listen(Bool, '/paused')
+    operator = operate()
+    operator.press_until('start', lambda: goes(paused))
+    with Peer(domain) as other:  # a process of its own, as DDS sees it
+        other.publisher(DiagnosticArray, '/bridge_state', qos=1)
+        operator.wait_for('2 processes send /bridge_state')
+        peer.wait_for(lambda: is_paused(paused))
+
+
+def test_robots_of_others_are_not_those_of_the_bridge(operate, peer, bridge):
     bridge.topic = ''
     paused = peer.listen(Bool, '/paused')
     operator = operate()

@@ -1,4 +1,4 @@
-"""Diagnostics of every robot for people and programs: /diagnostics."""
+"""Diagnostics of every robot: /diagnostics for people, /bridge_state for the pause node."""
 
 from __future__ import annotations
 
@@ -16,15 +16,17 @@ from setcmas_simu.ros import qos
 
 
 class RobotDiagnostics:
-    """Publishes a status for each robot: OK, WARN (held at zero) or ERROR (lost)."""
+    """Publishes a status for each robot: OK, WARN (held at zero) or ERROR (lost).
+
+    Anybody may send diagnostics, as a player of recordings does; a state has one sender.
+    """
 
     def __init__(self, node: Node) -> None:
         """Publish through a node."""
         self._node = node
-        self._publisher = node.create_publisher(
-            DiagnosticArray,
-            topics.DIAGNOSTICS,
-            qos.STATE,
+        self._publishers = (
+            node.create_publisher(DiagnosticArray, topics.DIAGNOSTICS, qos.STATE),
+            node.create_publisher(DiagnosticArray, topics.BRIDGE_STATE, qos.STATE),
         )
 
     def publish(
@@ -52,7 +54,8 @@ class RobotDiagnostics:
         ]
         for status in message.status:
             status.values.append(KeyValue(key='held', value=held))
-        self._publisher.publish(message)
+        for publisher in self._publishers:
+            publisher.publish(message)
 
 
 def _status(
