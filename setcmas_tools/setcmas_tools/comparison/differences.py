@@ -6,21 +6,44 @@ import difflib
 from collections.abc import Iterator, Mapping
 from typing import Any
 
+from setcmas_simu.fleet.fleet import format_robots
 from setcmas_tools.comparison.repeat import flat
 from setcmas_tools.run.arena import arena_of
 from setcmas_tools.run.run import Run
 
 _MOST_LINES = 60
+_SAME_END_S = 1.0
 
 
 def differences(reference: Run, run: Run) -> list[str]:
-    """Return what a run was given in another way than a reference, a line or more for each."""
-    return [
-        *_changed('', _options(reference), _options(run)),
-        *_changed('seed', reference.info.seed, run.info.seed),
-        *_changed('version of ', _origin(reference), _origin(run)),
-        *_inputs(reference, run),
-    ]
+    """Return how a run is not what a reference is: robots, end, options; a line or more each."""
+    return [*_happened(reference, run), *_given(reference, run)]
+
+
+def _happened(reference: Run, run: Run) -> Iterator[str]:
+    old, new = reference.robots, run.robots
+    if old != new:
+        both = sorted({*old} & {*new})
+        alone = f'robot{"s" * (len(both) > 1)} {format_robots(both)} alone'
+        yield f'robots: {format_robots(old)} -> {format_robots(new)}'
+        yield f'    distances are of {alone}, means of all robots of each run'
+    before, after = (float(one.table.t.max()) for one in (reference, run))
+    if abs(after - before) > _SAME_END_S:
+        yield f'end: {before:.1f} s -> {after:.1f} s; metrics are of each run to its own end'
+
+
+def _given(reference: Run, run: Run) -> Iterator[str]:
+    both = {'the reference': reference, 'this run': run}
+    unknown = [name for name, one in both.items() if not one.parameters]
+    if unknown:
+        yield f'options and versions of {" and ".join(unknown)} are not known'
+        return
+    yield from _changed('outcome', str(reference.outcome), str(run.outcome))
+    yield from _changed('', _options(reference), _options(run))
+    yield from _changed('seed', reference.info.seed, run.info.seed)
+    if reference.info.origin and run.info.origin:
+        yield from _changed('version of ', _origin(reference), _origin(run))
+    yield from _inputs(reference, run)
 
 
 def _options(run: Run) -> dict[str, Any]:

@@ -72,7 +72,9 @@ def find_run(path: Path) -> RunSource:
         if place.is_file():
             return RunSource(_folder_of_csv(place), fleet_csv=place)
     if not path.exists():
-        raise SetcmasError(f"there is no '{path}'; it must be the folder of a run, or a fleet.csv")
+        raise SetcmasError(
+            f"there is no '{path}'; it must be the folder of a run, a fleet.csv, or a bag"
+        )
     if _is_bag(path):
         return RunSource(path.resolve().parent, bag=path)
     if (path / 'bag').is_dir():
