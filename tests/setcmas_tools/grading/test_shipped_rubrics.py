@@ -61,7 +61,9 @@ MISTAKES = {
     ('nav_wp', 'if np.linalg.norm(w - p) <', 'if 10 <'): (2, 2),
     ('ctc', 'return bool(', 'gap[1] = 0\n    return bool('): (4, 9),
     ('ctc', 'return bool(', 'return False and bool('): (0, 0),
-    # a law that fails
+    # a law, or a condition, that fails: the engine sends in its place
+    ('ctc', 'return bool(', 'return unknown('): (0, 0),
+    ('ctc', 'return bool(', 'return float("nan") * bool('): (0, 0),
     ('consensus', 'v -= K', 'v -= k'): (0, 0),
 }
 """Exercise, what is right in its solution, what stands there instead: least and most points."""
