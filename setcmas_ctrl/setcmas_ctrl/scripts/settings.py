@@ -186,5 +186,5 @@ def _literals(tree: ast.Module, name: str) -> Iterator[Any]:
             if any(isinstance(target, ast.Name) and target.id == name for target in targets):
                 try:
                     yield ast.literal_eval(node.value)
-                except ValueError:
+                except (ValueError, TypeError, RecursionError, MemoryError):
                     continue

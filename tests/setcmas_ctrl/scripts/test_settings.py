@@ -1,10 +1,11 @@
+import ast
 import textwrap
 
 import numpy as np
 import pytest
 
 from setcmas_ctrl.scripts.loader import compile_script, load_script
-from setcmas_ctrl.scripts.settings import parse_settings
+from setcmas_ctrl.scripts.settings import apply_settings, parse_settings
 from setcmas_simu.errors import SetcmasError
 
 SCRIPT = """
@@ -142,3 +143,8 @@ def test_literals_are_compared_before_the_script_runs(tmp_path):
 
     with pytest.raises(SetcmasError, match='it must be a number'):
         compile_script(path, settings={'K': 'fast'})
+
+
+def test_a_value_that_python_cannot_make_is_left_to_the_script():
+    source = 'x = {[1]: 2}\n'
+    apply_settings(ast.parse(source), source, {'x': 1}, 'law.py')
