@@ -11,6 +11,7 @@ from setcmas_tools.identification.identify import Channel, Identified
 
 _HEADS = ('robot', 'speed', 'gain', 'lag (s)', 'delay (s)', 'fit (%)', 'measured with')
 _UNKNOWN = '?'
+_GOOD_FIT = 70.0
 
 
 def table(found: Mapping[int, Identified]) -> str:
@@ -33,7 +34,7 @@ def _cells(channel: Channel) -> list[str]:
 
 
 def notes(found: Mapping[int, Identified]) -> Iterator[str]:
-    """Yield a line for each thing that the run does not tell."""
+    """Yield a line for each thing that the run does not tell, or tells badly."""
     for robot, one in found.items():
         name = robot_name(robot)
         if not one.channels:
@@ -48,4 +49,14 @@ def notes(found: Mapping[int, Identified]) -> Iterator[str]:
             yield (
                 f'{name}: its {" and ".join(vague)} changes too little to tell lag and delay; the '
                 'model has those of its other speed, for the same wheels make both'
+            )
+        poor = [
+            speed
+            for speed, channel in one.channels.items()
+            if channel.fit.tells_gain and channel.fit.quality < _GOOD_FIT
+        ]
+        if poor:
+            yield (
+                f'{name}: the model explains less than {_GOOD_FIT:g} % of its {" and ".join(poor)}'
+                '; a pause, contact or slip may be why, and ± does not tell of these'
             )

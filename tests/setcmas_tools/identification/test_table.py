@@ -1,0 +1,29 @@
+import numpy as np
+import pytest
+
+from setcmas_simu.robots.identified.model import Response
+from setcmas_tools.identification.fit import Fit, Measured
+from setcmas_tools.identification.identify import FORWARD, TURN, Channel, Identified
+from setcmas_tools.identification.lag import HeldCommand
+from setcmas_tools.identification.table import notes
+
+
+def identified(forward_quality):
+    nothing = Measured(HeldCommand(np.zeros(1), np.zeros(1)), *[np.zeros(1)] * 3, 1.0)
+    response, errors = Response(0.92, 0.1, 0.2), Response(0.01, 0.01, 0.01)
+    channels = {
+        speed: Channel(Fit(response, errors, quality), 'poses', 0.0, nothing)
+        for speed, quality in ((FORWARD, forward_quality), (TURN, 95.0))
+    }
+    return {1: Identified(channels, {FORWARD: response, TURN: response}, 0.0)}
+
+
+def test_a_poor_fit_is_told_though_its_standard_errors_are_small():
+    (note,) = notes(identified(44.0))
+
+    assert note.startswith('tb3_1: the model explains less than 70 % of its forward speed;')
+
+
+@pytest.mark.parametrize('quality', [75.0, 100.0])
+def test_a_good_fit_needs_no_word(quality):
+    assert not [*notes(identified(quality))]
