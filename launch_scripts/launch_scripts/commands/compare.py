@@ -13,14 +13,10 @@ from __future__ import annotations
 
 import argparse
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from launch_scripts.options.plot_options import FormatOptions
 from launch_scripts.terminal.output_lines import teller
 from setcmas_simu.errors import SetcmasError
-
-if TYPE_CHECKING:
-    pass
 
 _tell = teller('compare')
 

@@ -53,7 +53,6 @@ COMMUNICATION_GRAPH = '/communication_graph'
 EMULATED_FAULT = '/emulated_lab/fault'
 CLOCK = '/clock'
 TF = '/tf'
-CLOCK = '/clock'
 LOCKSTEP = '/lockstep'
 TF_STATIC = '/tf_static'
 

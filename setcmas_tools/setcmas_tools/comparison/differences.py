@@ -8,6 +8,7 @@ from typing import Any
 
 from setcmas_simu.fleet.fleet import format_robots
 from setcmas_tools.comparison.repeat import flat
+from setcmas_tools.comparison.verdict import is_experiment
 from setcmas_tools.run.arena import arena_of
 from setcmas_tools.run.run import Run
 
@@ -39,11 +40,21 @@ def _given(reference: Run, run: Run) -> Iterator[str]:
         yield f'options and versions of {" and ".join(unknown)} are not known'
         return
     yield from _changed('outcome', str(reference.outcome), str(run.outcome))
-    yield from _changed('', _options(reference), _options(run))
+    yield from _options_changed(reference, run)
     yield from _changed('seed', reference.info.seed, run.info.seed)
     if reference.info.origin and run.info.origin:
         yield from _changed('version of ', _origin(reference), _origin(run))
     yield from _inputs(reference, run)
+
+
+def _options_changed(reference: Run, run: Run) -> Iterator[str]:
+    old, new = flat(_options(reference)), flat(_options(run))
+    kinds = ['experiment' if is_experiment(one) else 'simulation' for one in (reference, run)]
+    if kinds[0] != kinds[1]:
+        yield f'kind: {kinds[0]} -> {kinds[1]}; options that only one of them has are left out'
+        both = [key for key in old if None not in (old[key], new.get(key))]
+        old, new = ({key: values[key] for key in both} for values in (old, new))
+    yield from _changed('', old, new)
 
 
 def _options(run: Run) -> dict[str, Any]:

@@ -20,10 +20,12 @@ class ExperimentVerdict:
     Attributes:
         title: Which is which.
         found: The verdict on each robot, by its number.
+        hint: What would bring the simulation nearer; nothing if it is near, or nothing is known.
     """
 
     title: str
     found: Mapping[int, Verdict]
+    hint: str = ''
 
     def table(self, form: str = 'simple') -> str:
         """Return a row for each robot, in a format of tabulate."""
@@ -32,7 +34,8 @@ class ExperimentVerdict:
     @property
     def lines(self) -> list[str]:
         """What the table says in words, and what is not known."""
-        return [*told(self.found), *(f'- in {line}' for line in unknown(self.found))]
+        lines = [*told(self.found), *(f'- in {line}' for line in unknown(self.found))]
+        return [*lines, self.hint] if self.hint else lines
 
 
 def experiment_verdict(
@@ -56,4 +59,10 @@ def experiment_verdict(
     except SetcmasError:
         commanded = {}
     title = f'experiment {path} against simulation {simulated}'
-    return ExperimentVerdict(title, verdicts(simulation, experiment, commanded))
+    found = verdicts(simulation, experiment, commanded)
+    hint = ''
+    if commanded and any(one.parted is not None for one in found.values()):
+        hint = (
+            f'setcmas identify {path} finds a model of these robots, for simulations nearer to it'
+        )
+    return ExperimentVerdict(title, found, hint)

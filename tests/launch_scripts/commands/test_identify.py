@@ -97,6 +97,7 @@ def test_lag_and_delay_of_the_emulated_lab_are_found(folder, domain, capsys):
     verdict = capsys.readouterr().out.partition('against simulation far')[2]
     assert ' of 0.21 ' in verdict
     assert ' m off the simulation from ' in verdict
+    assert 'setcmas identify lab finds a model' in verdict
 
 
 def test_a_run_that_tells_nothing_leaves_no_model(folder, capsys):

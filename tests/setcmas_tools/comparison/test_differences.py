@@ -4,6 +4,7 @@ import pytest
 
 from setcmas_tools.comparison.differences import differences
 from setcmas_tools.offline.engine import simulate
+from setcmas_tools.records.safety import safety_record
 from setcmas_tools.run.info import RunInfo
 from setcmas_tools.run.outcome import Outcome, State
 
@@ -43,3 +44,14 @@ def test_a_run_without_a_description_is_told_in_a_line(run):
 
 def test_a_run_is_not_different_from_itself(run):
     assert differences(run, run) == []
+
+
+def test_an_experiment_and_a_simulation_differ_in_options_that_both_have(run):
+    info = replace(run.info, parameters={'vnom': 0.2, 'algo': 'consensus', 'limits.V_max': 0.21})
+    safety = safety_record([(0.0, 1, 'moving', False)])
+    lab = replace(run, info=info, tables=replace(run.tables, safety=safety))
+
+    assert differences(lab, run) == [
+        'kind: experiment -> simulation; options that only one of them has are left out',
+        'vnom: 0.2 -> 0.5',
+    ]
