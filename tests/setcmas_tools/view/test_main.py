@@ -161,6 +161,19 @@ def test_a_run_that_ends_stays_on_the_page_until_the_terminal_says_go_on(tmp_pat
         assert run.wait() == 0
 
 
+def press(browser, label, peer, condition):
+    """Press until a condition holds: a page that is still being built moves under the mouse."""
+    from browser import buttons, wait_for
+
+    def holds():
+        if pause := buttons(browser).get(label):
+            pause.click()
+        peer.spin(2.0)
+        return condition()
+
+    wait_for(holds)
+
+
 @pytest.mark.nightly
 @needs_browser
 def test_several_pages_know_of_each_other_and_some_only_look(start, peer):
@@ -178,8 +191,7 @@ def test_several_pages_know_of_each_other_and_some_only_look(start, peer):
         open_window(browser)
         browser.get(page_of(view))
         wait_for_text(browser, '2 robots')
-        buttons(browser)['Pause'].click()
-        peer.wait_for(lambda: all_stand(commands))
+        press(browser, 'Pause', peer, lambda: all_stand(commands))
         browser.close()
         browser.switch_to.window(first)
         wait_for_text(browser, 'paused')
