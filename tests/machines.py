@@ -63,7 +63,7 @@ class ThreeMachines:
             os.environ['ROS_STATIC_PEERS'] = ';'.join(addresses.values())
         else:
             os.environ['ROS_DISCOVERY_SERVER'] = f'{addresses["laptop"]}:{PORT}'
-            self.start('laptop', *SERVER_COMMAND)
+            self.start('laptop', *SERVER_COMMAND).wait_for_output('Server is running')
             os.environ['ROS_SUPER_CLIENT'] = 'TRUE'  # the recorder is to see all topics
         with self.network.on('laptop'):
             self.peer = self._stack.enter_context(Peer(domain))
