@@ -104,7 +104,7 @@ def _distances(names: Sequence[str], shifted: Sequence[Shifted]) -> Figure:
         for (robot, distance), look in zip(beside.distances.items(), dashes, strict=True):
             axes.plot(beside.t, distance, **line_look(robot, len(robots)) | look)
         axes.set(ylabel=f'distance to {names[0]} (m)', ylim=(0.0, None))
-        axes.set_title(f'{name} after the best shift')
+        axes.set_title(f"'{name}', best shift in time")
         legend(axes, robot_handles(robots))
     time_axis(panels, min(one.t[0] for one in shifted), max(one.t[-1] for one in shifted))
     return figure

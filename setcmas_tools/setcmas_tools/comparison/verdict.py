@@ -20,7 +20,7 @@ PART_M = 0.1
 """Distance in m from which robots have parted."""
 
 PART_S = 2.0
-"""Time in s for which they stay further apart than that."""
+"""Time in s for which they stay further apart than that, or to the end."""
 
 _TOP = 95.0  # percent: a top speed that a few wrong poses do not make
 _TURNS = 0.1  # rad/s: slower turns are noise
@@ -98,11 +98,12 @@ def _verdict(
 
 
 def parted(t: Floats, distances: Floats) -> float | None:
-    """Return when distances (m) exceed `PART_M` and do so for `PART_S`; None if they never do."""
-    apart = distances > PART_M
+    """Return when distances (m) exceed `PART_M` for `PART_S` or to the end; None if never."""
+    known = np.isfinite(distances)
+    t, apart = t[known], distances[known] > PART_M
     begins = np.flatnonzero(apart & ~np.concatenate([[False], apart[:-1]]))
     ends = np.flatnonzero(apart & ~np.concatenate([apart[1:], [False]]))
-    lasting = t[ends] - t[begins] >= PART_S
+    lasting = (t[ends] - t[begins] >= PART_S) | (ends == len(apart) - 1)
     return float(t[begins[lasting][0]]) if lasting.any() else None
 
 

@@ -45,11 +45,12 @@ def facts_of(run: Run) -> Facts:
     duration = float(run.table.t[-1]) - max(0.0, float(run.table.t[0]))
     began = f'{round(duration, 1):g} s', (info.started or '').replace('T', ' ').partition('+')[0]
     kept = {key: value for key, value in flat(info.parameters).items() if value not in (None, [])}
+    outcome = str(run.outcome).partition('\n')[0]
     return Facts(
         line=', begun '.join(part for part in began if part),
-        outcome=str(run.outcome).partition('\n')[0],
+        outcome=outcome,
         well=run.outcome.state is State.COMPLETE,
-        detail=run.outcome.detail,
+        detail='' if run.outcome.detail in outcome else run.outcome.detail,
         failures=marks_of(info.failures or []),
         links=run.record is not None,
         command=shlex.join(info.command),

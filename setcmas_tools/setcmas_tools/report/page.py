@@ -38,6 +38,7 @@ def report_page(pair: Pair) -> str:
         title=pair.run.title,
         pair=pair,
         facts=facts_of(pair.run),
+        other=facts_of(pair.other) if pair.other else None,
         metrics=metrics,
         remarks=remarks,
         pictures=list(embedded_pictures(pair)),

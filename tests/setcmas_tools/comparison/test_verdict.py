@@ -71,3 +71,11 @@ def test_robots_have_parted_when_they_stay_apart():
     assert parted(T, distances) is None
     distances[60:] = 0.2
     assert parted(T, distances) == pytest.approx(6.0)
+
+
+def test_robots_that_are_apart_at_the_end_have_parted_however_late():
+    distances = np.full(100, 0.02)
+    distances[94:] = 0.3  # then safety ended the run
+    assert parted(T, distances) == pytest.approx(9.4)
+    distances[98:] = np.nan  # nobody saw it any more
+    assert parted(T, distances) == pytest.approx(9.4)

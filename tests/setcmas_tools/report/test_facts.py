@@ -30,3 +30,10 @@ def test_a_run_that_died_tells_of_what(failed_run):
     facts = facts_of(Run(failed_run.tables, RunInfo(outcome=outcome)))
 
     assert (facts.outcome, facts.detail) == ('died: tb3_1: killed', 'tb3_1: killed\n    9 | x')
+
+
+def test_an_outcome_that_tells_all_is_told_once(failed_run):
+    outcome = Outcome(State.DIED, detail='tb3_1: killed')
+    facts = facts_of(Run(failed_run.tables, RunInfo(outcome=outcome)))
+
+    assert (facts.outcome, facts.detail) == ('died: tb3_1: killed', '')

@@ -52,6 +52,7 @@ def test_the_other_run_is_there_with_what_differs(failed_run):
     read = Page(report_page(Pair('failed', failed_run, 'other', other)))
 
     assert len(read.data['others']) == 3
+    assert 'beside other: consensus, 3 robots, 4 s, complete' in read.shown
     assert 'What differs' in read.shown
     assert 'delay: 0.3 -> 0.0' in read.shown
     assert 'other is nearest' in read.shown
