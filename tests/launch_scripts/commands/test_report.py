@@ -131,6 +131,7 @@ def test_a_robot_that_is_clicked_tells_of_itself_and_space_plays(folder):
     with open_browser(1366, 768) as browser:
         browser.get((folder / 'failed.html').as_uri())
         place = browser.execute_script(
+            'plane.scrollIntoView();'
             'const pose = poseAt(run.robots[1], now), box = plane.getBoundingClientRect();'
             'return [box.left + px(pose.x), box.top + py(pose.y)]'
         )

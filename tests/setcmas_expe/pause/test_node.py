@@ -348,12 +348,18 @@ def test_a_terminal_that_hangs_is_missed_and_what_it_sends_late_starts_nothing(
     peer.wait_for_new(paused, 5)
     assert is_paused(paused)
 
-    peer.spin(REACTION_S)
     for made in (UNKNOWN, time_since_boot() - 2 * OLD_AFTER_S):  # the page was held up
-        operator.tell('start', made=made)
-        peer.wait_for(lambda: late in operator.warnings())
-        peer.spin(1.5 * REACTION_S)
+
+        def refused(made=made):
+            peer.spin(2 * REACTION_S)  # it says the same again after 1.5 s only
+            operator.tell('start', made=made)
+            peer.spin(REACTION_S)
+            return late in operator.warnings()
+
+        peer.wait_for(refused)
         assert is_paused(paused)
+
+    peer.spin(REACTION_S)
 
     operator.press_until('go', lambda: goes(paused))
     operator.tell('halt')
