@@ -142,4 +142,4 @@ def test_a_robot_that_is_clicked_tells_of_itself_and_space_plays(folder):
 
         browser.find_element(By.TAG_NAME, 'body').send_keys(' ')
         wait_for(lambda: browser.find_element(By.ID, 'now').text == 't = 5.0 s')
-        assert browser.find_element(By.ID, 'play').text == '▶'
+        wait_for(lambda: browser.find_element(By.ID, 'play').text == '▶')
