@@ -45,6 +45,10 @@ def stamp(message) -> float:
     return seconds(message.header.stamp)
 
 
+class NotGoingError(Exception):
+    """A fleet did not go at the start; holds what its processes said."""
+
+
 class ThreeMachines:
     """Robots 1 to 4 on one machine, 5 to 8 on another, controllers and recorder on the third."""
 
@@ -99,6 +103,11 @@ class ThreeMachines:
         if newest is None:
             return math.nan
         return time.time() - stamp(newest) + seconds(newest.time_ref)
+
+    def told(self) -> str:
+        """Return which robots were heard and move, and what all processes said."""
+        heard = {robot: (len(told), moves(told)) for robot, told in self.odometry.items()}
+        return '\n--\n'.join([str(heard), *(one.output() for one in self._processes)])
 
     def forget(self) -> None:
         """Let what was heard count as nothing."""
@@ -164,7 +173,10 @@ def exact(way: str, domain: int, folder: Path) -> None:
 def begin(machines: ThreeMachines):
     simulators = machines.simulate('left', LEFT), machines.simulate('right', RIGHT)
     controllers = machines.control(LEFT), machines.control(RIGHT)
-    machines.wait_until_all_go()
+    try:
+        machines.wait_until_all_go()
+    except AssertionError:
+        raise NotGoingError(machines.told()) from None
     return simulators, controllers
 
 
