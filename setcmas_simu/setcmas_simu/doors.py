@@ -12,7 +12,7 @@ import importlib.util
 import sys
 import traceback
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Generic, TypeVar
 
@@ -62,7 +62,8 @@ class Offer:
     name: str
     package: str
     version: str
-    entry: EntryPoint
+    # importlib_metadata, where something imports it, makes others that cannot be compared with it.
+    entry: EntryPoint = field(compare=False)
     hidden: tuple[str, ...] = ()
 
     @property
