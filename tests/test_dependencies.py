@@ -24,7 +24,6 @@ EXTRAS = {
     'setcmas_tools/setcmas_tools/studies/table.py': 'parquet',
     'setcmas_tools/setcmas_tools/studies/workers/engine.py': 'cluster',
     'setcmas_tools/setcmas_tools/view': 'view',
-    'setcmas_tools/setcmas_tools/viewers': 'rerun',
     'docs': 'docs',
     'tests': 'all',
 }

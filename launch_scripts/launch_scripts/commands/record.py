@@ -1,8 +1,7 @@
 """Record topics into a rosbag2 bag until Ctrl-C.
 
-Every topic is recorded, new ones as they appear. What was recorded is readable up to the last
-second even if the recorder is killed. Beside the bag go layouts for Foxglove, Lichtblick and
-PlotJuggler.
+Every topic is recorded, new ones as they appear. Even if the recorder is killed, the bag is
+readable up to the last second. A layout for Foxglove and Lichtblick is written next to the bag.
 
 Examples:
   setcmas record                                 into bag_<date and time>

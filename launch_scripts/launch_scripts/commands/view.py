@@ -12,7 +12,6 @@ Examples:
   setcmas view experiment simulation             two runs, the second one as ghosts
   setcmas view --host 0.0.0.0 --read-only        for others on the network, to look at only
   setcmas view --write-rviz fleet.rviz --robots 1-5
-  setcmas view out --rerun                       writes out/run.rrd, which the program rerun shows
 """
 
 from __future__ import annotations
@@ -20,7 +19,6 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from launch_scripts.options.rerun import BESIDE_RUN, write_for_rerun
 from launch_scripts.options.rviz import RvizFileOptions, shown_robots, write_config
 from launch_scripts.options.view_options import browser_command, has_viser
 from launch_scripts.processes.environment import require_ros
@@ -47,25 +45,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     BrowserOptions.add_to(parser, without=('operator',))
     ReplayOptions.add_to(parser)
     RvizFileOptions.add_to(parser)
-    parser.add_argument(
-        '--rerun',
-        nargs='?',
-        const=BESIDE_RUN,
-        type=Path,
-        metavar='FILE.rrd',
-        help='write RUN as a file for the program rerun (default: run.rrd in its folder)',
-    )
 
 
 def main(args: argparse.Namespace) -> int:
     """Show the robots until Ctrl-C; returns the exit status."""
-    if args.rerun:
-        if len(args.runs) > 1:
-            raise SetcmasError('--rerun writes one run; name one')
-        of_page = (BrowserOptions.of(args), ReplayOptions.of(args), RvizFileOptions.of(args))
-        if surplus := [name for options in of_page for name in options.changed()]:
-            raise SetcmasError(f'{spelled(surplus[0])} is not for the file of --rerun')
-        return write_for_rerun(args.runs[0] if args.runs else None, args.rerun)
     rviz = RvizFileOptions.of(args)
     if rviz.write_rviz and args.runs:
         raise SetcmasError('--write-rviz is for robots that run; name no run beside it')

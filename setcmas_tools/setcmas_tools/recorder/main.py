@@ -9,10 +9,10 @@ import time
 from setcmas_simu.fleet import topics
 from setcmas_simu.reports.reports import WRITES_S, Recording
 from setcmas_simu.ros.process import FleetNode, RosProcess, node_main
+from setcmas_tools.bags.foxglove import write_layout
 from setcmas_tools.recorder.graph_recorder import GraphRecorder
 from setcmas_tools.recorder.options import RecorderOptions
 from setcmas_tools.recorder.writer import BagWriter
-from setcmas_tools.viewers.layout_files import write_layouts
 
 _TAKE_PERIOD_S = 0.05
 _LOCKSTEP_PERIOD_S = 0.005  # the robots wait
@@ -33,7 +33,7 @@ def _record_bag(process: RosProcess, args: argparse.Namespace) -> int:
         with BagWriter(options.output) as writer:
             recorder = GraphRecorder(FleetNode(topics.RECORDER_NODE), writer, chosen)
             _record(process, recorder, writer)
-        write_layouts(options.output, writer.types)
+        write_layout(options.output, writer.types)
     except OSError as error:
         reason = f'{error.strerror}; what was written before is readable'
         print(f"error: recording to '{options.output}' stopped: {reason}", file=sys.stderr)

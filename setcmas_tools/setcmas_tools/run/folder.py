@@ -14,7 +14,7 @@ from setcmas_tools.records.tables import RunTables, write_tables
 from setcmas_tools.run.info import FILE_NAME, Reload, RunInfo, write_info
 from setcmas_tools.run.inputs import INPUTS, RunInput, entries
 
-_PARTS = ('bag', 'layouts', 'csv', 'plots', INPUTS, 'metrics.yaml', 'run.rrd', FILE_NAME)
+_PARTS = ('bag', 'layouts', 'csv', 'plots', INPUTS, 'metrics.yaml', FILE_NAME)
 
 
 class RunFolder:

@@ -1,28 +1,90 @@
 """Layout for Foxglove and Lichtblick: the scene, curves over time, pauses and diagnostics.
 
-It has the form that both read: panels by id, and a tree of splits. Foxglove's own newer form
-(`foxglove.layouts`) is none that Lichtblick knows.
+It has the form that both programs read: panels by id, and a tree of splits. Lichtblick does not
+read Foxglove's newer form (`foxglove.layouts`).
 """
 
 from __future__ import annotations
 
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass
 from functools import reduce
+from pathlib import Path
 from typing import Any
 
 from setcmas_simu.fleet import topics
 from setcmas_simu.fleet.fleet import plot_hex
 from setcmas_simu.fleet.topics import robot_name
-from setcmas_tools.viewers.recording import SERIES, RecordedTopics
 
+_SERIES = {
+    'x (m)': 'pose.pose.position.x',
+    'y (m)': 'pose.pose.position.y',
+    'speed (m/s)': 'twist.twist.linear.x',
+}
+"""Titles of the curves over time, and their fields in a robot's odometry."""
 _MARKERS = ('visualization_msgs/msg/Marker', 'visualization_msgs/msg/MarkerArray')
 _STATES = (topics.FLEET_PAUSE, topics.PAUSED, topics.EMERGENCY_STOPPED)
 _GRID = 'metres'
 _RECEIVED = {'enabled': True, 'timestampMethod': 'receiveTime'}
 
 
+@dataclass(frozen=True)
+class RecordedTopics:
+    """The topics that have messages.
+
+    Attributes:
+        types: Their message types by name, such as 'nav_msgs/msg/Odometry'.
+    """
+
+    types: Mapping[str, str]
+
+    @property
+    def odometry(self) -> dict[int, str]:
+        """The topic of each robot's poses, by number: motion capture if there, else wheels."""
+        found = {topics.robot_of(name) for name in self.types if topics.is_odometry(name)}
+        return {
+            robot: next(
+                name
+                for name in (topics.mocap_topic(robot), topics.odometry_topic(robot))
+                if name in self.types
+            )
+            for robot in sorted(number for number in found if number)
+        }
+
+    def of_type(self, *types: str) -> list[str]:
+        """Return the topics of some message types, sorted by robot number."""
+        names = [name for name, msgtype in self.types.items() if msgtype in types]
+        return sorted(names, key=lambda name: (topics.robot_of(name) or 0, name))
+
+
+def write_layout(bag: Path, types: Mapping[str, str]) -> Path | None:
+    """Write layouts/foxglove.json next to a bag; BAG_layouts if the folder is not named bag.
+
+    Args:
+        bag: The folder of the bag.
+        types: The message types of its topics by name.
+
+    Returns:
+        The file; None if no robot was recorded.
+
+    Raises:
+        OSError: The file cannot be written.
+    """
+    recording = RecordedTopics(types)
+    if not recording.odometry:
+        return None
+    bag = bag.resolve()
+    folder = bag.parent / ('layouts' if bag.name == 'bag' else f'{bag.name}_layouts')
+    folder.mkdir(exist_ok=True)
+    file = folder / 'foxglove.json'
+    file.write_text(f'{json.dumps(foxglove_layout(recording), indent=1)}\n', encoding='utf-8')
+    return file
+
+
 def foxglove_layout(recording: RecordedTopics) -> dict[str, Any]:
     """Return the content of a layout file."""
-    curves = {f'Plot!{i}': _plot(recording, title) for i, title in enumerate(SERIES)}
+    curves = {f'Plot!{i}': _plot(recording, title) for i, title in enumerate(_SERIES)}
     below = _state_panels(recording)
     layout = _split('row', '3D!scene', _even('column', list(curves)), 60)
     if below:
@@ -73,17 +135,20 @@ def _scene(recording: RecordedTopics) -> dict[str, Any]:
 
 
 def _plot(recording: RecordedTopics, title: str) -> dict[str, Any]:
-    field = '.'.join(SERIES[title])
     return {
         'foxglovePanelTitle': title,
         'paths': [
-            {'value': f'{topic}.{field}', 'label': robot_name(robot), 'color': plot_hex(robot)}
+            {
+                'value': f'{topic}.{_SERIES[title]}',
+                'label': robot_name(robot),
+                'color': plot_hex(robot),
+            }
             | _RECEIVED
             for robot, topic in recording.odometry.items()
         ],
         'showXAxisLabels': True,
         'showYAxisLabels': True,
-        'showLegend': title == next(iter(SERIES)),
+        'showLegend': title == next(iter(_SERIES)),
         'legendDisplay': 'floating',
         'showPlotValuesInLegend': False,
         'isSynced': True,
@@ -92,7 +157,7 @@ def _plot(recording: RecordedTopics, title: str) -> dict[str, Any]:
 
 
 def _state_panels(recording: RecordedTopics) -> dict[str, dict[str, Any]]:
-    """Return the panels of what goes on and off, and of diagnostics, as far as recorded."""
+    """Return the panels of pauses, stops, broadcasts and diagnostics, if they were recorded."""
     states = [name for name in _STATES if name in recording.types]
     states += [
         name for name in recording.of_type('std_msgs/msg/UInt16')
@@ -124,7 +189,7 @@ def _split(direction: str, first: Any, second: Any, percentage: float) -> dict[s
 
 
 def _even(direction: str, panels: list[str]) -> Any:
-    """Return a tree of splits that gives all panels the same part."""
+    """Return a tree of splits in which all panels have the same size."""
 
     def before(tree: Any, i: int) -> Any:
         return _split(direction, panels[i], tree, 100 / (len(panels) - i))

@@ -5,8 +5,7 @@ import pytest
 from rosbags.typesys import Stores, get_typestore
 
 from setcmas_simu.fleet.fleet import colour
-from setcmas_tools.viewers.foxglove import foxglove_layout
-from setcmas_tools.viewers.recording import RecordedTopics
+from setcmas_tools.bags.foxglove import RecordedTopics, foxglove_layout, write_layout
 
 MARKER, ARRAY = (f'visualization_msgs/msg/{name}' for name in ('Marker', 'MarkerArray'))
 ODOMETRY = 'nav_msgs/msg/Odometry'
@@ -150,3 +149,26 @@ def test_the_library_of_foxglove_knows_all_of_the_scene():
     )
 
     assert json.loads(read.to_json()) | {'foxglovePanelTitle': 'fleet'} == scene
+
+
+@pytest.mark.parametrize(
+    ('bag', 'file'),
+    [('out/bag', 'out/layouts/foxglove.json'), ('rec', 'rec_layouts/foxglove.json')],
+)
+def test_the_layout_is_written_next_to_the_bag(tmp_path, bag, file):
+    (tmp_path / bag).mkdir(parents=True)
+
+    assert write_layout(tmp_path / bag, {'/tb3_1/odom': ODOMETRY}) == tmp_path / file
+    assert 'configById' in json.loads((tmp_path / file).read_text())
+
+
+def test_without_robots_no_layout_is_written(tmp_path):
+    assert write_layout(tmp_path / 'bag', {'/number': 'std_msgs/msg/UInt16'}) is None
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_poses_of_motion_capture_go_before_those_of_wheels():
+    names = ('/tb3_1/odom', '/mocap/tb3_1/odom', '/emulated_lab/truth/tb3_1', '/tb3_12/odom')
+    recording = RecordedTopics(dict.fromkeys(names, ODOMETRY))
+
+    assert recording.odometry == {1: '/mocap/tb3_1/odom', 12: '/tb3_12/odom'}
