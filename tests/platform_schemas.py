@@ -14,10 +14,6 @@ def _closed(properties, *required):
 
 
 _VISIBILITY = {'enum': ['hidden', 'after_due_date', 'after_published', 'visible']}
-_IMAGES = {
-    'type': 'array',
-    'items': _closed({'label': _TEXT, 'url': {'pattern': '^data:image/[a-z+]+;base64,'}}, 'url'),
-}
 
 SCHEMAS = {
     # gradescope-autograders.readthedocs.io, specs
@@ -49,33 +45,6 @@ SCHEMAS = {
         },
         'score',
     ),
-    # PrairieLearn, docs/externalGrading.md
-    'prairielearn': _closed(
-        {
-            'gradable': {'type': 'boolean'},
-            'score': {'type': 'number', 'minimum': 0, 'maximum': 1},
-            'message': _TEXT,
-            'output': _TEXT,
-            'format_errors': {'type': 'array', 'items': _TEXT},
-            'images': _IMAGES,
-            'tests': {
-                'type': 'array',
-                'items': _closed(
-                    {
-                        'name': _TEXT,
-                        'description': _TEXT,
-                        'points': _POINTS,
-                        'max_points': _POINTS,
-                        'message': _TEXT,
-                        'output': _TEXT,
-                        'images': _IMAGES,
-                    },
-                    'name',
-                ),
-            },
-        },
-        'score',
-    ),
     # CodeRunner, documentation of combinator template grading
     'coderunner': _closed(
         {
@@ -93,26 +62,4 @@ SCHEMAS = {
         },
         'fraction',
     ),
-    # foundation50/classroom50, wiki, Advanced Autograding: what the autograder leaves to setcmas
-    'classroom50': _closed(
-        {
-            'schema': {'const': 'classroom50/result/v1'},
-            'score': {'type': 'integer', 'minimum': 0},
-            'max-score': {'type': 'integer', 'minimum': 0},
-            'tests': {
-                'type': 'array',
-                'items': {
-                    'type': 'object',
-                    'properties': {
-                        'test-name': _TEXT,
-                        'passed': {'type': 'boolean'},
-                        'score': {'type': 'integer', 'minimum': 0},
-                        'max-score': {'type': 'integer', 'minimum': 0},
-                    },
-                    'required': ['test-name', 'passed', 'score', 'max-score'],
-                },
-            },
-        },
-        'schema', 'score', 'max-score', 'tests',
-    ),
-}  # fmt: skip
+}

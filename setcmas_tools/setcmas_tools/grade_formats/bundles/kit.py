@@ -4,9 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
-from hashlib import sha256
 from pathlib import Path
-from uuid import NAMESPACE_OID, UUID, uuid5
 
 from setcmas_simu.errors import SetcmasError
 
@@ -28,13 +26,6 @@ class Kit:
     files: Mapping[str, bytes]
     rubric: str
     options: str = ''
-
-    @property
-    def uuid(self) -> UUID:
-        """Name for the world, the same whenever the rubric is."""
-        rubric = (content for path, content in self.files.items() if path != self.wheel)
-        digest = sha256(b''.join(rubric))
-        return uuid5(NAMESPACE_OID, f'{self.title} {digest.hexdigest()}')
 
     def filled_in(self, format_: str) -> dict[str, str]:
         """Return the scripts and instructions of a format by path, from its templates."""

@@ -3,7 +3,6 @@
 import io
 import json
 import os
-import runpy
 import shutil
 import subprocess
 import sysconfig
@@ -38,18 +37,7 @@ def test_the_zip_of_gradescope_has_its_scripts_at_the_root_and_they_can_be_execu
     ('name', 'paths'),
     [
         ('gradescope', {'setup.sh', 'run_autograder', 'rubric/consensus.yaml'}),
-        (
-            'prairielearn',
-            {
-                'image/Dockerfile',
-                'question/info.json',
-                'question/question.html',
-                'question/tests/grade.sh',
-                'question/tests/rubric/consensus.yaml',
-            },
-        ),
         ('coderunner', {'template.py', 'rubric.zip', 'README.txt'}),
-        ('classroom50', {'autograder.py', 'rubric/consensus.yaml'}),
     ],
 )
 def test_bundles_have_what_their_platform_looks_for_and_run_as_scripts(name, paths):
@@ -86,25 +74,8 @@ def test_files_of_a_rubric_that_lie_elsewhere_are_told(tmp_path):
 
     with pytest.raises(SetcmasError, match=r"law.py' must be in the folder of the rubric"):
         make_bundle('gradescope', replace(RUBRIC, solution=law))
-    with pytest.raises(SetcmasError, match='must be one of classroom50, coderunner, grade'):
+    with pytest.raises(SetcmasError, match='must be one of coderunner, gradescope'):
         make_bundle('junit', RUBRIC)
-
-
-def test_classroom_50_follows_no_link_that_a_student_committed(tmp_path, monkeypatch):
-    script = tmp_path / 'autograder.py'
-    script.write_bytes(bundle('classroom50').read('autograder.py'))
-    (tmp_path / 'secret').write_text('K = 1')
-    (tmp_path / 'checkout').mkdir()
-    (tmp_path / 'checkout' / 'secret.py').symlink_to(tmp_path / 'secret')
-    (tmp_path / 'checkout' / 'nowhere.py').symlink_to(tmp_path / 'nowhere')
-    monkeypatch.chdir(tmp_path / 'checkout')
-    for place in ('venv.create', 'subprocess.run'):
-        monkeypatch.setattr(place, lambda *_, **__: None)
-
-    with pytest.raises(ValueError, match='expected 1'):  # nothing is graded here
-        runpy.run_path(str(script))['grade'](tmp_path / 'work')
-
-    assert (tmp_path / 'work/class/submission/secret.py').is_symlink()
 
 
 @pytest.mark.nightly
