@@ -1,13 +1,19 @@
-"""Clock of a player: time in a recording as time passes, stopped, or set."""
+"""Clock of a player: the time in a recording while it plays or is paused."""
 
 from __future__ import annotations
 
+from setcmas_simu.reports.encoding import Message
+
+
+class PauseToggled(Message, frozen=True):
+    """The pause key was pressed in the terminal."""
+
 
 class PlayClock:
-    """Tells the time in s since the first message of a recording.
+    """The time in s since the first message of a recording.
 
     Attributes:
-        paused: Whether it stands still.
+        paused: Whether the time stops.
     """
 
     def __init__(self, rate: float, at: float, now: float) -> None:
@@ -28,19 +34,19 @@ class PlayClock:
         return self._at if self.paused else self._at + self._rate * (now - self._since)
 
     def wait_s(self, at: float, now: float) -> float:
-        """Return how long in s it is until a time in the recording comes; never less than 0."""
+        """Return the time in s until a time in the recording comes, at least 0."""
         return max(0.0, (at - self.at(now)) / self._rate)
 
     def turn(self, rate: float, now: float) -> None:
-        """Go on at another rate."""
+        """Continue at another rate."""
         self.move_to(self.at(now), now)
         self._rate = rate
 
     def toggle(self, now: float) -> None:
-        """Stop if it goes, else go on."""
+        """Pause, or resume."""
         self.move_to(self.at(now), now)
         self.paused = not self.paused
 
     def move_to(self, at: float, now: float) -> None:
-        """Go on from a time in the recording."""
+        """Continue from a time in the recording."""
         self._at, self._since = at, now

@@ -1,4 +1,4 @@
-"""Player of a bag: messages when their time comes, keys of the terminal, and status."""
+"""Player of a bag: publishes its messages in time, and pauses on request."""
 
 from __future__ import annotations
 
@@ -14,12 +14,9 @@ from setcmas_simu.reports.encoding import LineDecoder
 from setcmas_simu.ros.process import RosProcess
 from setcmas_tools.bags.reader import BagTopic
 from setcmas_tools.player.bag_cursor import BagCursor, Played
-from setcmas_tools.player.play_clock import PlayClock
-from setcmas_tools.player.protocol import Key, Playing, Pressed
+from setcmas_tools.player.play_clock import PauseToggled, PlayClock
 
-STEP_S = 0.1
-"""What an arrow key moves: a period of the robots' odometry."""
-_STATUS_S = 0.1
+_BEFORE_START_S = 0.1  # a period of the robots' odometry
 _LONGEST_WAIT_S = 0.025
 
 
@@ -39,13 +36,13 @@ class Player:
         publishers: Mapping[BagTopic, Publisher],
         rate: float,
     ) -> None:
-        """Stand at the cursor's place.
+        """Prepare to play from the start of the recording.
 
         Args:
-            process: Asked whether to stop, and told where the player is.
-            cursor: Hands out the messages.
-            publishers: Where those of a topic go.
-            rate: How many times as fast as they were recorded.
+            process: Says when to stop.
+            cursor: Reads the messages.
+            publishers: The publisher of each topic.
+            rate: Playback speed; 1 is as recorded.
         """
         self.count = 0
         self.on_tick: Callable[[float], str] = lambda _: ''
@@ -53,15 +50,14 @@ class Player:
         self._cursor = cursor
         self._publishers = publishers
         self._clock = PlayClock(rate, 0.0, time.monotonic())
-        self._next_status = 0.0
-        self._keys: LineDecoder[Pressed] = LineDecoder(Pressed)
+        self._keys: LineDecoder[PauseToggled] = LineDecoder(PauseToggled)
         self._stdin: int | None = sys.stdin.fileno() if sys.stdin else None
 
     def play(self, start: float, loop: bool) -> str:
-        """Play from a time in s to the end, again and again if it is a loop.
+        """Play from a time in s to the end, repeatedly if `loop`.
 
         Returns:
-            Why it ended before; empty if it came to the end, or was asked to stop.
+            Why playing broke off; empty at the end of the bag, or after a request to stop.
         """
         self._move_to(start)
         while not self._process.stopping:
@@ -70,7 +66,6 @@ class Player:
             self._publish(self._cursor.until(at))
             if reason := self.on_tick(at):
                 return reason
-            self._tell(at, now)
             if self._cursor.next_s is None and not self._clock.paused:
                 if not loop:
                     break
@@ -92,38 +87,25 @@ class Player:
                 return
 
     def _move_to(self, at: float) -> None:
-        """Go to a time in s; what is latched by then, and the step before, is published."""
+        """Go to a time in s; publish what is latched by then, and the robots' last poses."""
         now = time.monotonic()
-        self._publish(self._cursor.move_to(max(0.0, at - STEP_S)))
+        self._publish(self._cursor.move_to(max(0.0, at - _BEFORE_START_S)))
         self._publish(self._cursor.until(at))
         self._clock.move_to(at, now)
 
-    def _tell(self, at: float, now: float) -> None:
-        if now >= self._next_status:
-            self._next_status = now + _STATUS_S
-            status = Playing(at, self._cursor.duration, self._clock.paused)
-            self._process.launcher.tell(status)
-
     def _take_keys(self, timeout_s: float) -> None:
-        """Wait for a time, and no longer than until a key is pressed."""
+        """Wait for a time in s, or until a key is pressed."""
         if self._stdin is None:
             time.sleep(timeout_s)
         elif select.select([self._stdin], [], [], timeout_s)[0]:
             data = os.read(self._stdin, 4096)
             if not data:  # no terminal
                 self._stdin = None
-            for pressed in self._keys.feed(data):
-                self._act(pressed.key)
+            for _ in self._keys.feed(data):
+                self._toggle_pause()
 
-    def _act(self, key: Key) -> None:
+    def _toggle_pause(self) -> None:
         now = time.monotonic()
-        if key is Key.TOGGLE:
-            self._clock.toggle(now)
-            return
-        at = self._clock.at(now)
-        if not self._clock.paused:
-            self._clock.toggle(now)
-        if key is Key.BACK:
-            self._move_to(max(0.0, at - STEP_S))
-        else:
-            self._clock.move_to(min(at + STEP_S, self._cursor.duration), now)
+        self._clock.toggle(now)
+        state = 'paused' if self._clock.paused else 'playing on'
+        print(f'{state} at {self._clock.at(now):.1f} s', flush=True)

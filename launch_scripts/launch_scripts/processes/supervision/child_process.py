@@ -18,9 +18,8 @@ from setcmas_simu.reports.current_call import shared_file
 from setcmas_simu.reports.encoding import Message, encode
 from setcmas_simu.reports.launcher import VARIABLE as LAUNCHER_VARIABLE
 from setcmas_simu.reports.reports import Mistake, Report, ScriptCall, Stuck
-from setcmas_tools.player.protocol import Playing
 
-ChildReport = Report | Status | Wish | Playing
+ChildReport = Report | Status | Wish
 """What a process may report."""
 
 AnyReport = TypeVar('AnyReport', bound=Message)
