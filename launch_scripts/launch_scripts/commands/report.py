@@ -7,7 +7,6 @@ differs.
 Examples:
   setcmas report out                             out.html
   setcmas report simulation experiment -o lab.html
-  setcmas report out --pdf                       out.pdf as well, for paper
 """
 
 from __future__ import annotations
@@ -37,9 +36,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar='FILE.html',
         help='the page (default: named after the run, in this folder)',
     )
-    parser.add_argument(
-        '--pdf', action='store_true', help='write its plots, figures and script as PDF as well'
-    )
 
 
 def main(args: argparse.Namespace) -> int:
@@ -50,5 +46,6 @@ def main(args: argparse.Namespace) -> int:
         raise SetcmasError(f'{len(args.runs)} runs are given; there must be one or two')
     page = args.output or page_named_after(args.runs[0])
     check_page(page)
-    print(*write_report(args.runs, page, args.pdf, _tell), sep='\n')
+    write_report(args.runs, page, _tell)
+    print(page)
     return 0

@@ -1,4 +1,4 @@
-"""Files of a report: the page, and the PDF beside it."""
+"""The file of a report."""
 
 from __future__ import annotations
 
@@ -9,7 +9,6 @@ from setcmas_simu.errors import SetcmasError
 from setcmas_tools.pages.page import write_page
 from setcmas_tools.report.page import report_page
 from setcmas_tools.report.pair import Pair
-from setcmas_tools.report.pdf import write_pdf
 from setcmas_tools.run.run import Run
 from setcmas_tools.run.source import find_run
 
@@ -39,22 +38,16 @@ def check_page(page: Path) -> None:
         )
 
 
-def write_report(
-    paths: Sequence[Path], page: Path, pdf: bool, warn: Callable[[str], None]
-) -> list[Path]:
+def write_report(paths: Sequence[Path], page: Path, warn: Callable[[str], None]) -> None:
     """Write the page of a run.
 
     Args:
         paths: The run, and perhaps another one beside it.
         page: The file.
-        pdf: Whether to write a PDF beside it.
         warn: Shows what is left out.
 
-    Returns:
-        The files.
-
     Raises:
-        SetcmasError: A run cannot be read, or a file cannot be written.
+        SetcmasError: A run cannot be read, or the page cannot be written.
     """
     named = [(_name_of(path), Run.load(path, warn)) for path in paths]
     (name, run), (other_name, other) = [*named, ('', None)][:2]
@@ -62,13 +55,8 @@ def write_report(
     pair = Pair(name, run, other_name, other, warn, paths)
     try:
         write_page(page, report_page(pair))
-        if not pdf:
-            return [page]
-        paper = page.with_suffix('.pdf')
-        write_pdf(pair, paper)
     except OSError as error:
         raise SetcmasError(f"'{page}' cannot be written: {error.strerror}") from error
-    return [page, paper]
 
 
 def _name_of(path: Path) -> str:

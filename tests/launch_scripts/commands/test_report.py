@@ -24,13 +24,12 @@ def folder(tmp_path_factory):
     return folder
 
 
-def test_the_page_is_named_after_its_run_and_the_pdf_lies_beside_it(folder, monkeypatch, capsys):
+def test_the_page_is_named_after_its_run(folder, monkeypatch, capsys):
     monkeypatch.chdir(folder)
 
-    assert main(['report', 'well', '--pdf']) == 0
-    assert capsys.readouterr().out == 'well.html\nwell.pdf\n'
+    assert main(['report', 'well']) == 0
+    assert capsys.readouterr().out == 'well.html\n'
     assert '<title>consensus, 3 robots</title>' in (folder / 'well.html').read_text()
-    assert (folder / 'well.pdf').read_bytes().startswith(b'%PDF')
 
 
 @pytest.mark.parametrize(

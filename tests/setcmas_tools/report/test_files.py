@@ -23,4 +23,4 @@ def test_a_folder_in_the_way_is_told(failed, tmp_path):
     (tmp_path / 'run.html').mkdir()
 
     with pytest.raises(SetcmasError, match=r"run\.html' cannot be written: Is a directory"):
-        write_report([failed], tmp_path / 'run.html', False, print)
+        write_report([failed], tmp_path / 'run.html', print)
