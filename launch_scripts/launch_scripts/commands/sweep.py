@@ -51,7 +51,7 @@ def main(args: argparse.Namespace) -> int:
     from setcmas_tools.studies.cases.plan import make_plan
     from setcmas_tools.studies.groups import runs_in_words
     from setcmas_tools.studies.success import check_columns
-    from setcmas_tools.studies.sweep import carry_out, estimate
+    from setcmas_tools.studies.sweep import carry_out
 
     law, options = LawOptions.of(args), SweepOptions.of(args)
     CommunicationOptions.of(args)
@@ -63,8 +63,7 @@ def main(args: argparse.Namespace) -> int:
     for metric in options.metric:
         check_columns(metric, [], '--metric')
     if options.dry_run:
-        seconds = estimate(plan, options)
-        print(f'{runs_in_words(len(plan.cases))}, at most about {_time(seconds)}')
+        print(runs_in_words(len(plan.cases)))
         return 0
     folder = output_folder(args, law.scripts())
     try:
@@ -108,11 +107,3 @@ def _failures(study: Any) -> int:
     for text, (run, count) in sorted(first.items(), key=lambda one: -one[1][1])[:5]:
         warn(f'setcmas sweep: {count} of {runs}, the first is run {run}: {text}')
     return len(first)
-
-
-def _time(seconds: float) -> str:
-    hours, rest = divmod(round(seconds), 3600)
-    minutes, left = divmod(rest, 60)
-    if hours:
-        return f'{hours} h {minutes} min'
-    return f'{minutes} min {left} s' if minutes else f'{max(1, left)} s'

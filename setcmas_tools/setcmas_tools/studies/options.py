@@ -78,4 +78,4 @@ class SweepOptions(Options):
         default=None,
     )
     timeout: float = option(DURATION, 'end a run that takes longer', default=60.0)
-    dry_run: bool = flag('tell how many runs there are and how long they take; make none')
+    dry_run: bool = flag('print the number of runs, and run none')

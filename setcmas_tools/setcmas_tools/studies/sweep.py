@@ -5,12 +5,10 @@ from __future__ import annotations
 import inspect
 import os
 import shutil
-import statistics
 import tempfile
-import time
 import weakref
 from collections.abc import Iterable, Iterator, Mapping
-from contextlib import closing, suppress
+from contextlib import closing
 from pathlib import Path
 from typing import Any
 
@@ -29,9 +27,6 @@ from setcmas_tools.studies.workers.job import Job, memory_of_each
 from setcmas_tools.studies.workers.together import kind_of
 
 _NOT_OPTIONS = {'settings', 'warn', 'progress'}
-_TRIED = 5
-"""Runs of which a dry run takes the time."""
-
 _FEW = 4
 """Times that each process has work at least, before runs are made together."""
 
@@ -130,21 +125,3 @@ def jobs_of(plan: Plan, runs: Iterable[int], options: SweepOptions) -> Iterator[
 
 def _workers(options: SweepOptions) -> Workers:
     return Workers(options.jobs, options.cluster)
-
-
-def estimate(plan: Plan, options: SweepOptions) -> float:
-    """Return about how long a study takes in s, from the time of a few of its runs.
-
-    Raises:
-        SetcmasError: The cluster does not answer.
-    """
-    last = len(plan.cases)
-    runs = [1, *(1 + round(k * (last - 1) / (_TRIED - 1)) for k in range(_TRIED))]
-    times = []
-    begin = time.perf_counter()
-    for _ in Workers(1).rows(jobs_of(plan, runs, SweepOptions(timeout=options.timeout))):
-        times.append(time.perf_counter() - begin)
-        begin = time.perf_counter()
-    with suppress(statistics.StatisticsError):
-        return last * statistics.fmean(times[1:]) / min(last, _workers(options).number())
-    return 0.0

@@ -57,17 +57,6 @@ class Workers:
                 end()
                 rows.close()
 
-    def number(self) -> int:
-        """Return how many runs are made at a time.
-
-        Raises:
-            SetcmasError: The cluster does not answer.
-        """
-        if not self.cluster:
-            return self.jobs
-        with _client(self.cluster) as client:
-            return sum(client.nthreads().values())
-
 
 def _batches(jobs: Iterable[Job], most: int) -> Iterator[list[Job]]:
     for kind, alike in groupby(jobs, lambda job: job.kind):
