@@ -19,7 +19,7 @@ def test_every_test_that_it_names_is_there():
 def test_every_fault_that_it_names_is_in_the_benchmark():
     rows = re.findall(r'benchmark: (.*?) \|$', PAGE, re.MULTILINE)
     named = {name for row in rows for name in re.findall(r'\*(.+?)\*', row)}
-    kinds = (ROOT / 'tests/benchmarks/fault_kinds').glob('*.py')
+    kinds = (ROOT / 'benchmarks/fault_kinds').glob('*.py')
     there = '\n'.join(path.read_text(encoding='utf-8') for path in kinds)
 
     assert len(named) > 15

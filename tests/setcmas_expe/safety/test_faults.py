@@ -1,6 +1,6 @@
 """Robots stop whatever breaks, before they have rolled far.
 
-tests/benchmarks/faults.py takes the time.
+benchmarks/faults.py takes the time.
 
 They go at 0.1 m/s here, so that a busy machine has twice the time for the same way.
 """

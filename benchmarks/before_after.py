@@ -3,7 +3,7 @@
 Run in the environment that the newer one is installed in, on a quiet machine; the older one has an
 environment of its own:
 
-    python tests/benchmarks/before_after.py OLD_PYTHON [--repeat 3] [--only offline]
+    python benchmarks/before_after.py OLD_PYTHON [--repeat 3] [--only offline]
 """
 
 from __future__ import annotations

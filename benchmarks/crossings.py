@@ -1,7 +1,7 @@
 """Random crossings under the safety filter: least separation, and who arrives; time of a step.
 
-python tests/benchmarks/crossings.py --runs 1000
-python tests/benchmarks/crossings.py --steps
+python benchmarks/crossings.py --runs 1000
+python benchmarks/crossings.py --steps
 """
 
 from __future__ import annotations

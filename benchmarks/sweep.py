@@ -1,6 +1,6 @@
 """Measures studies: rates of runs, two workers against one, memory; prints, asserts nothing.
 
-python tests/benchmarks/sweep.py [--repeat 5] [--runs 10000] [--robotarium PATH]
+python benchmarks/sweep.py [--repeat 5] [--runs 10000] [--robotarium PATH]
 
 Rates are in times real time, of consensus with 8 robots for 60 s, all kinds of runs one after the
 other in each repetition, as machines are noisy.

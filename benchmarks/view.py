@@ -4,7 +4,7 @@ Needs chromium and chromium-driver. Robots move under traj_tracking, the law tha
 browser itself is not counted: without a graphics card it takes a core for the picture. Run in the
 environment that setcmas is installed in, on a quiet machine:
 
-    python tests/benchmarks/view.py [--nb-robots 8 50] [--duration 30]
+    python benchmarks/view.py [--nb-robots 8 50] [--duration 30]
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from pathlib import Path
 
 os.environ.setdefault('ROS_AUTOMATIC_DISCOVERY_RANGE', 'LOCALHOST')
 os.environ['ROS_DOMAIN_ID'] = str(1 + os.getpid() % 100)
-sys.path.insert(0, str(Path(__file__).parents[1]))
+sys.path.insert(0, str(Path(__file__).parents[1] / 'tests'))
 
 import psutil
 import viser

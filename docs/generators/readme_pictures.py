@@ -1,7 +1,7 @@
 """Makes the pictures of README.md and docs, from runs of its own.
 
-python tests/pictures/readme_pictures.py                   all of them
-python tests/pictures/readme_pictures.py browser_view      needs chromium and chromedriver
+python docs/generators/readme_pictures.py                   all of them
+python docs/generators/readme_pictures.py browser_view      needs chromium and chromedriver
 """
 
 from __future__ import annotations
@@ -21,11 +21,11 @@ from pathlib import Path
 
 from PIL import Image
 
-sys.path.insert(0, str(Path(__file__).parents[1]))
+sys.path.insert(0, str(Path(__file__).parents[2] / 'tests'))
 
 from ros_domain import reserved_domain
 
-DOCS = Path(__file__).parents[2] / 'docs'
+DOCS = Path(__file__).parents[1]
 PICTURES = DOCS / 'pictures'
 SETCMAS = str(Path(sys.executable).parent / 'setcmas')
 MOST_BYTES = 200_000

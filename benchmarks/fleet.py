@@ -2,7 +2,7 @@
 
 Run in the environment that setcmas is installed in, on a quiet machine:
 
-    python tests/benchmarks/fleet.py --nb-robots 8 20 50 100 250 [--duration 30] [--repeat 1]
+    python benchmarks/fleet.py --nb-robots 8 20 50 100 250 [--duration 30] [--repeat 1]
 
 prints a table and draws the cost against the number of robots into fleet.png. To compare with
 another version, give both commands: --setcmas .venv/bin/setcmas /elsewhere/bin/setcmas; they take

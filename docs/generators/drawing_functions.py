@@ -2,7 +2,7 @@
 
 The script of that page is run by `setcmas run`; the messages are read from the bag.
 
-python tests/pictures/drawing_functions.py
+python docs/generators/drawing_functions.py
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ from setcmas_simu.fleet.fleet import plot_colour
 from setcmas_simu.fleet.topics import ODOM, robot_topic
 from setcmas_tools.plots.looks.style import plot_style, save
 
-DOCS = Path(__file__).parents[2] / 'docs'
+DOCS = Path(__file__).parents[1]
 ROBOTS = (1, 2, 3)
 DURATION_S = 18
 

@@ -1,6 +1,6 @@
 """Fleet under resets, pauses, reloads, latecomers and kills for many minutes, with a verdict.
 
-    python tests/benchmarks/soak.py --minutes 20 [--seed 0] [--output soak.png]
+    python benchmarks/soak.py --minutes 20 [--seed 0] [--output soak.png]
 
 Robots 1 to 4, their controllers, and a recorder live all the time; the processes of robots 5 to 8
 are killed and started again. Nothing of those that live may grow, and nothing may get lost.
@@ -19,7 +19,7 @@ from collections import Counter
 from collections.abc import Callable
 from pathlib import Path
 
-sys.path.insert(0, str(Path(__file__).parents[1]))
+sys.path.insert(0, str(Path(__file__).parents[1] / 'tests'))
 os.environ['ROS_AUTOMATIC_DISCOVERY_RANGE'] = 'LOCALHOST'
 
 import rclpy

@@ -1,6 +1,6 @@
 """Grades a class of generated submissions: time, equal bytes, order of the marks; prints a table.
 
-python tests/benchmarks/grading.py [--students 100] [--jobs 2] [--keep DIR]
+python benchmarks/grading.py [--students 100] [--jobs 2] [--keep DIR]
 
 Submissions are consensus laws of mixed quality: gains from 0.05 to 0.5 1/s, whose disagreement
 falls like exp(-K t), so that more gain is to get more points; and mistakes, which are to get less

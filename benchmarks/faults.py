@@ -2,7 +2,7 @@
 
 Run in the environment that setcmas is installed in, on a quiet machine, as root for the network:
 
-    python tests/benchmarks/faults.py [--repeat 3] [--only 'mocap nan']
+    python benchmarks/faults.py [--repeat 3] [--only 'mocap nan']
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ import traceback
 from dataclasses import dataclass
 from pathlib import Path
 
-sys.path.insert(0, str(Path(__file__).parents[1]))
+sys.path.insert(0, str(Path(__file__).parents[1] / 'tests'))
 os.environ['ROS_AUTOMATIC_DISCOVERY_RANGE'] = 'LOCALHOST'
 
 from fault_kinds import arena, guards, mocap, network, people, processes, rogues, scripts

@@ -1,6 +1,6 @@
 """Print how long `bag_to_csv` takes for a bag of a fleet.
 
-python tests/benchmarks/bag_to_csv.py [--nb-robots 8] [--messages 20000]
+python benchmarks/bag_to_csv.py [--nb-robots 8] [--messages 20000]
 """
 
 import argparse

@@ -1,6 +1,6 @@
 """Size and structure of the product code of a checkout, to compare before with after.
 
-python tests/structure.py [CHECKOUT ...]
+python benchmarks/structure.py [CHECKOUT ...]
 
 A room is a folder of a package, or a module that stands beside the folders.
 """

@@ -2,7 +2,7 @@
 
 Run in the environment that setcmas is installed in, on a quiet machine:
 
-    python tests/benchmarks/guard.py [--robots 2] [--repeat 3] [--seconds 8]
+    python benchmarks/guard.py [--robots 2] [--repeat 3] [--seconds 8]
 """
 
 import argparse
@@ -17,7 +17,7 @@ from pathlib import Path
 import psutil
 from tabulate import tabulate
 
-sys.path.insert(0, str(Path(__file__).parents[1]))
+sys.path.insert(0, str(Path(__file__).parents[1] / 'tests'))
 os.environ['ROS_AUTOMATIC_DISCOVERY_RANGE'] = 'LOCALHOST'
 
 from ros_domain import reserved_domain

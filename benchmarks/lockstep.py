@@ -1,6 +1,6 @@
 """How fast runs over ROS in lockstep are, and whether they are those of `setcmas offline`.
 
-    python tests/benchmarks/lockstep.py --nb-robots 1 8 20 50 --duration 60
+    python benchmarks/lockstep.py --nb-robots 1 8 20 50 --duration 60
 
 The start is left out: a run of a tenth of a second takes it alone. Cores are those of all
 processes together, the conversion to CSV too.

@@ -2,7 +2,7 @@
 
 The run is made offline first. Without a browser: what a picture costs, as its arrays are sent.
 
-    python tests/benchmarks/replay.py [--nb-robots 50] [--duration 600]
+    python benchmarks/replay.py [--nb-robots 50] [--duration 600]
 """
 
 from __future__ import annotations

@@ -3,7 +3,7 @@
 It commands the robot and asks for its motors, again and again; a guard of its own does the
 opposite. Run in the environment that setcmas is installed in, on a quiet machine:
 
-    python tests/benchmarks/rogue.py [--repeat 3] [--seconds 5]
+    python benchmarks/rogue.py [--repeat 3] [--seconds 5]
 """
 
 import argparse
@@ -15,7 +15,7 @@ import sys
 import time
 from pathlib import Path
 
-sys.path.insert(0, str(Path(__file__).parents[1]))
+sys.path.insert(0, str(Path(__file__).parents[1] / 'tests'))
 os.environ['ROS_AUTOMATIC_DISCOVERY_RANGE'] = 'LOCALHOST'
 
 from diagnostic_msgs.msg import DiagnosticStatus

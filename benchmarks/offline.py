@@ -1,6 +1,6 @@
 """Measures offline runs against real time and against the laws alone, in time of one core.
 
-python tests/benchmarks/offline.py [--repeat 5]
+python benchmarks/offline.py [--repeat 5]
 """
 
 from __future__ import annotations
