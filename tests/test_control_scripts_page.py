@@ -36,4 +36,4 @@ def test_pictures_are_there():
     for picture in pictures:
         assert (ROOT / 'docs' / picture).is_file()
     assert 'docs/generators/drawing_functions.py' in PAGE
-    assert (ROOT / 'tests' / 'pictures' / 'drawing_functions.py').is_file()
+    assert (ROOT / 'docs/generators/drawing_functions.py').is_file()
