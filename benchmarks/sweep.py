@@ -23,8 +23,6 @@ import psutil
 from offline import laws_alone
 
 from setcmas_tools import simulate, sweep
-from setcmas_tools.studies.workers.row import simulation_of
-from setcmas_tools.studies.workers.together import runs_together
 
 NB_ROBOTS, DURATION = 8, 60.0
 LINKS = {
@@ -32,7 +30,6 @@ LINKS = {
     'ring, delay 0.2, loss 0.2': {'graph': 'ring', 'delay': 0.2, 'loss': 0.2},
     'event-triggered': {'event_triggered': True},
 }
-TOGETHER = 8
 SEEDS = 60
 """Runs of a study that is timed; a study begins with about a second without any."""
 
@@ -51,17 +48,6 @@ def seconds_of_a_run(given: dict[str, object], jobs: int) -> float:
         for n in (2 * jobs, SEEDS + 2 * jobs)
     )
     return (many - few) / SEEDS
-
-
-def seconds_of_a_run_together(given: dict[str, object]) -> float:
-    """Return the time of a run that is stepped with others in s, without process and metrics."""
-    arguments = {'algo': 'consensus', 'nb_robots': NB_ROBOTS, 'duration': DURATION, **given}
-
-    def work() -> None:
-        runs = runs_together([simulation_of({**arguments, 'seed': k}) for k in range(TOGETHER)])
-        assert len(runs) == TOGETHER
-
-    return seconds(work) / TOGETHER
 
 
 def robotarium(path: str) -> float:
@@ -94,9 +80,6 @@ def rates(repeat: int, path: str | None) -> None:
     for name, given in LINKS.items():
         kinds[f'simulate, {name}'] = lambda given=given: seconds(
             lambda: simulate('consensus', NB_ROBOTS, DURATION, **given)
-        )
-        kinds[f'{TOGETHER} together, {name}'] = lambda given=given: seconds_of_a_run_together(
-            given
         )
         for jobs in (1, 2):
             kinds[f'sweep, {jobs} jobs, {name}'] = lambda given=given, jobs=jobs: seconds_of_a_run(

@@ -21,40 +21,33 @@ _OF_NOISE = np.array([[1], [2]])
 
 
 class Links:
-    """The links on which the robots of one process hear the fleet, or those of B fleets alike.
+    """The links on which R robots of one process receive the states of a fleet of N.
 
-    A receiver holds what it has heard last of each sender (zero-order hold). What robots have
-    sent before `begin` is known to those who hear them, as if sent long ago. When a link comes up
-    later, the last state of the sender is sent over it once more: it is latched. Of several
-    fleets, robots and receivers follow one another: N and R are those of all of them.
+    A receiver holds the last state that it received from each sender (zero-order hold). Receivers
+    know what robots sent before `begin`, as if it was sent long ago. When a link comes up later,
+    the last state of the sender is sent over it once more: it is latched.
 
     Attributes:
         counts: What went over the links since `begin`.
     """
 
-    def __init__(self, receivers: Sequence[int], channel: Channel, *seeds: int) -> None:
+    def __init__(self, receivers: Sequence[int], channel: Channel, seed: int) -> None:
         """Prepare links that are all down.
 
         Args:
-            receivers: Numbers of the robots of each fleet that hear, sorted.
-            channel: The links of each fleet.
-            seeds: That of each fleet chooses its random numbers; those of a message depend on
-                nothing else but receiver, sender, how many the sender has sent before, and, for a
-                state that is sent once more, how often the link has come up.
+            receivers: Numbers of the robots that receive, sorted.
+            channel: Delay, loss and noise of the links.
+            seed: Seed of the random numbers; those of a message also depend on receiver, sender,
+                how many messages the sender sent before, and, for a state that is sent once more,
+                how often the link came up.
         """
-        nb_robots, nb_fleets = len(channel.delay), len(seeds)
-        rows: Indices = np.tile(np.array(receivers, dtype=np.intp) - 1, nb_fleets)
+        nb_robots = len(channel.delay)
+        rows: Indices = np.array(receivers, dtype=np.intp) - 1
         self._receivers = rows
-        first = nb_robots * np.repeat(np.arange(nb_fleets), len(receivers))
-        self._senders: Indices = first[:, None] + np.arange(nb_robots)
         self._channel = Channel(channel.delay[rows], channel.loss[rows], channel.noise[rows])
         self._is_lossy = bool(self._channel.loss.any())
         self._is_noisy = bool(self._channel.noise.any())
-        self._streams = draws.streams(
-            np.repeat(seeds, len(receivers))[:, None],
-            rows[:, None],
-            np.arange(nb_robots),
-        )
+        self._streams = draws.streams(seed, rows[:, None], np.arange(nb_robots))
         shape = (len(rows), nb_robots)
         self._up = np.zeros(shape, dtype=bool)
         self._adjacency: Floats | None = None
@@ -63,8 +56,8 @@ class Links:
         self._flat_held = self._held.reshape(-1)
         own = 3 * np.arange(len(rows)) + np.arange(3)[:, None]
         self._own: Indices = own * nb_robots + rows
-        self._last_sent = np.full((3, nb_robots * nb_fleets), np.nan)
-        self._numbers = np.full(nb_robots * nb_fleets, -1)
+        self._last_sent = np.full((3, nb_robots), np.nan)
+        self._numbers = np.full(nb_robots, -1)
         self._times_up = np.zeros(shape, dtype=int)
         # A queue for each delay: within one, messages arrive in the order in which they were sent.
         self._on_the_way: dict[float, deque[Messages]] = {
@@ -80,7 +73,7 @@ class Links:
         return self._last_sent
 
     def begin(self, adjacency: Floats) -> None:
-        """Bring up the links of a graph, that of each fleet, at the start of the run."""
+        """Bring up the links of a graph at the start of the run."""
         self._wire(adjacency, self._wanted(adjacency))
         routes = self._routes[self._numbers[self._routes.senders] >= 0]
         self._flat_held[routes.held] = self._as_heard(routes)
@@ -96,7 +89,7 @@ class Links:
         self._deliver(now)  # what has arrived before a link goes down is not lost
         rows, senders = np.nonzero(self._up & ~wanted)
         self._held[rows, :, senders] = np.nan
-        new = wanted & ~self._up & (self._numbers[self._senders] >= 0)
+        new = wanted & ~self._up & (self._numbers >= 0)
         self._times_up[new] += 1
         self._wire(adjacency, wanted)
         streams = draws.streams(self._streams, self._times_up)
@@ -139,7 +132,7 @@ class Links:
         self._all_heard = False
 
     def _routes_of(self, up: NDArray[np.bool_], streams: draws.Words) -> Routes:
-        return Routes.of(up, self._senders, self._channel, streams)
+        return Routes.of(up, self._channel, streams)
 
     def _deliver(self, now: float) -> None:
         for queue in self._on_the_way.values():

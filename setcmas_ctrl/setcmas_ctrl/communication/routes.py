@@ -21,7 +21,7 @@ class Routes:
     """Some links from N senders to each of R receivers, sorted by sender.
 
     Attributes:
-        senders: Places of the senders among those of all fleets, shape (n,).
+        senders: Columns of the senders, shape (n,).
         cells: Places of the links in a flattened matrix (R, N), shape (n,).
         held: Places of x, y, theta in a flattened array (R, 3, N), shape (3, n).
         delay: In s, shape (n,).
@@ -39,30 +39,24 @@ class Routes:
     streams: Words
 
     @classmethod
-    def of(
-        cls, up: NDArray[np.bool_], places: Indices, channel: Channel, streams: Words
-    ) -> Routes:
+    def of(cls, up: NDArray[np.bool_], channel: Channel, streams: Words) -> Routes:
         """Return the links that a matrix names.
 
         Args:
             up: Which they are, shape (R, N).
-            places: Those of the senders, shape (R, N).
             channel: What happens on each link, matrices (R, N).
             streams: The streams of each link, shape (R, N).
         """
-        columns, rows = np.nonzero(up.T)
-        senders = places[rows, columns]
-        order = np.argsort(senders, kind='stable')  # of several fleets
-        senders, columns, rows = senders[order], columns[order], rows[order]
+        senders, rows = np.nonzero(up.T)
         nb_robots = up.shape[1]
         return cls(
             senders,
-            rows * nb_robots + columns,
-            (3 * rows + np.arange(3)[:, None]) * nb_robots + columns,
-            channel.delay[rows, columns],
-            draws.thresholds(channel.loss[rows, columns]),
-            channel.noise[rows, columns],
-            streams[rows, columns],
+            rows * nb_robots + senders,
+            (3 * rows + np.arange(3)[:, None]) * nb_robots + senders,
+            channel.delay[rows, senders],
+            draws.thresholds(channel.loss[rows, senders]),
+            channel.noise[rows, senders],
+            streams[rows, senders],
         )
 
     def __getitem__(self, which: Choice) -> Routes:
@@ -78,7 +72,7 @@ class Routes:
         )
 
     def sent_by(self, senders: Indices, nb_senders: int) -> Routes:
-        """Return the links from some of the senders of all fleets, which are sorted."""
+        """Return the links from some of the senders, which are sorted."""
         if len(senders) == nb_senders:
             return self
         if len(senders) == 1:

@@ -69,9 +69,9 @@ class Communication:
         condition = self._condition
         return Path(condition) if isinstance(condition, (str, Path)) else None
 
-    def links(self, receivers: Sequence[int], *others: int) -> Links:
-        """Return the links on which robots hear the fleet, and those of fleets of other seeds."""
-        return Links(receivers, self.channel, self.seed, *others)
+    def links(self, receivers: Sequence[int]) -> Links:
+        """Return the links on which some robots receive the states of the fleet."""
+        return Links(receivers, self.channel, self.seed)
 
     def broadcast(self, robot: int, reports: ErrorReports) -> Broadcast:
         """Return what decides when a robot sends its state.

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 
 import numpy as np
 from numpy.typing import NDArray
 
 from setcmas_ctrl.communication.graph_changes import GraphChanges
-from setcmas_ctrl.communication.link_counts import LinkCounts
 from setcmas_ctrl.communication.settings import Communication
 from setcmas_ctrl.communication.triggering import CONSEQUENCE, have_gone_far
 from setcmas_ctrl.scripts.error_reports import ErrorReports
@@ -19,18 +18,14 @@ from setcmas_tools.records.communication import CommunicationRecord, Counts, rec
 
 
 class OfflineCommunication:
-    """What the robots of simulated fleets tell each other, each those of its own.
+    """What the robots of a simulated fleet send each other.
 
     Attributes:
         reports: Takes the errors of triggering conditions.
     """
 
     def __init__(
-        self,
-        communication: Communication,
-        nb_robots: int,
-        warn: Callable[[str], None],
-        other_seeds: Sequence[int] = (),
+        self, communication: Communication, nb_robots: int, warn: Callable[[str], None]
     ) -> None:
         """Prepare.
 
@@ -38,28 +33,23 @@ class OfflineCommunication:
             communication: How the fleet communicates.
             nb_robots: Size of the fleet.
             warn: Shows messages about failing triggering conditions.
-            other_seeds: Those of further fleets, whose robots follow.
 
         Raises:
             SetcmasError: A triggering condition cannot be loaded.
         """
         robots = range(1, nb_robots + 1)
         self._graph = communication.graph
-        self._links = communication.links(robots, *other_seeds)
+        self._links = communication.links(robots)
         self.reports = ErrorReports(warn, CONSEQUENCE, function=Function.CONDITION)
         self._event_triggered = communication.event_triggered
         self._threshold = communication.threshold
         self._broadcasts = (
-            [
-                communication.broadcast(robot, self.reports)
-                for _ in (communication.seed, *other_seeds)
-                for robot in robots
-            ]
+            [communication.broadcast(robot, self.reports) for robot in robots]
             if communication.event_triggered and not communication.has_default_condition
             else []
         )
         self._nb_robots = nb_robots
-        self._everybody = np.arange(nb_robots * (1 + len(other_seeds)))
+        self._everybody = np.arange(nb_robots)
         self._times: list[float] = []
         self._triggered: list[NDArray[np.bool_]] = []
         self._changes = GraphChanges(nb_robots)
@@ -102,11 +92,11 @@ class OfflineCommunication:
         """Return what each robot knows at time t (s), and the adjacency matrix.
 
         Args:
-            poses: The poses of all robots, shape (3, N); of one fleet if the graph has a range.
+            poses: The poses of all robots, shape (3, N).
             t: Time in s.
 
         Returns:
-            Poses of its fleet by robot, NaN for robots that are not heard; and a fleet's matrix.
+            Poses by robot, NaN for robots that it does not hear; and the matrix.
         """
         adjacency = self._graph.adjacency(t, poses[:2])
         if not self._begun:
@@ -117,10 +107,9 @@ class OfflineCommunication:
         self._changes.note(t, adjacency)
         return self._links.heard(poses, t), adjacency
 
-    def record(self, fleet: int = 0) -> CommunicationRecord:
-        """Return what went over the links of a fleet, 0 for the first."""
-        own = slice(fleet * self._nb_robots, (fleet + 1) * self._nb_robots)
-        counts = LinkCounts(*(count[own] for count in vars(self._links.counts).values()))
+    def record(self) -> CommunicationRecord:
+        """Return what went over the links."""
+        counts = self._links.counts
         intervals = counts.mean_interval
         was_up = counts.sent > 0
         for _, receiver, sender, _ in self._changes.rows:
@@ -135,7 +124,7 @@ class OfflineCommunication:
             for i, j in zip(*np.nonzero(was_up), strict=True)
         }
         times = np.array(self._times)
-        sent = np.array(self._triggered, dtype=float).reshape(-1, len(self._everybody))[:, own]
+        sent = np.array(self._triggered, dtype=float).reshape(-1, self._nb_robots)
         evaluated = times[: len(self._triggered)]
         numbers = range(1, self._nb_robots + 1)
         robots = np.tile(np.array(numbers, dtype=float), len(evaluated))

@@ -134,63 +134,38 @@ def simulate(
     """
     one = Simulation(**locals())
     seed_scripts(seed)
-    radio = radio_of([one])
+    radio = None
+    if not one.tells.is_ideal:
+        radio = OfflineCommunication(one.tells, nb_robots, warn)
     with named_output(), history.recorded_drawings() as drawings:
         one.load()
-        (run,) = made([one], radio, [drawings])
-    return run
+        return _run(one, radio, drawings)
 
 
-def radio_of(simulations: Sequence[Simulation]) -> OfflineCommunication | None:
-    """Return the communication of runs that differ in their seeds; None if it is ideal.
-
-    Raises:
-        SetcmasError: A triggering condition cannot be loaded.
-    """
-    first, *others = simulations
-    if first.tells.is_ideal:
-        return None
-    seeds = [other.seed for other in others]
-    return OfflineCommunication(first.tells, first.nb_robots, first.warn, seeds)
-
-
-def made(
-    simulations: Sequence[Simulation],
-    radio: OfflineCommunication | None,
-    drawings: Sequence[DrawingRecord],
-    turns: Sequence[Callable[[], object]] = (lambda: None,),
-) -> list[Run]:
-    """Make runs that are loaded, step by step together.
+def _run(one: Simulation, radio: OfflineCommunication | None, drawings: DrawingRecord) -> Run:
+    """Make a run whose scripts are loaded.
 
     Args:
-        simulations: Runs with the same arguments, but for algo, settings, seed and start poses.
-            The first one's models move all robots, and it is told of the progress.
-        radio: Their communication.
-        drawings: Of each run, takes what its scripts draw.
-        turns: Called before the calls of each run's laws, if there are several runs.
+        one: The run.
+        radio: How its robots communicate; None if each knows the poses of all.
+        drawings: Takes what its scripts draw.
     """
-    first, nb_robots = simulations[0], simulations[0].nb_robots
-    models = first.models * len(simulations)
-    fleet = VirtualFleet(np.hstack([one.start for one in simulations]), fleet_model(models))
-    everybody = range(1, len(models) + 1)
-    commander = Commander(first.gains, first.safety, everybody, len(models), first.warn)
-    commander.use(models)
-    laws = [law for one in simulations for law in one.laws]
-    controllers = FleetLaws(laws, commander, first.warn, turns)
-    t, states, control_t, velocities = _moved(fleet, controllers, radio, first, drawings)
+    nb_robots = one.nb_robots
+    fleet = VirtualFleet(one.start, fleet_model(one.models))
+    robots = range(1, nb_robots + 1)
+    commander = Commander(one.gains, one.safety, robots, nb_robots, one.warn)
+    commander.use(one.models)
+    controllers = FleetLaws(one.laws, commander, one.warn)
+    t, states, control_t, velocities = _moved(fleet, controllers, radio, one, drawings)
+    tables = RunTables(
+        history.motion(t, states[:, :3], states[:, 3], states[:, 5]),
+        history.commands(control_t, velocities),
+        radio.record() if radio else None,
+        drawings.drawings(),
+    )
     call_time = controllers.call_time * nb_robots / len(control_t)
-    runs = []
-    for index, one in enumerate(simulations):
-        own = slice(index * nb_robots, (index + 1) * nb_robots)
-        tables = RunTables(
-            history.motion(t, states[:, :3, own], states[:, 3, own], states[:, 5, own]),
-            history.commands(control_t, velocities[:, :, own]),
-            radio.record(index) if radio else None,
-            drawings[index].drawings(),
-        )
-        conditions = radio.reports if radio else None
-        runs.append(one.run(tables, call_time[own], controllers.reports, conditions))
-    return runs
+    conditions = radio.reports if radio else None
+    return one.run(tables, call_time, controllers.reports, conditions)
 
 
 def _moved(
@@ -198,7 +173,7 @@ def _moved(
     controllers: FleetLaws,
     radio: OfflineCommunication | None,
     given: Simulation,
-    drawings: Sequence[DrawingRecord],
+    drawings: DrawingRecord,
 ) -> tuple[Floats, Floats, Floats, Floats]:
     """Return times and states of the robots, and what `history.commands` takes."""
     nb_steps, robot_rate, progress = given.nb_steps, given.robot_rate, given.progress
@@ -234,8 +209,7 @@ def _moved(
     for call, (now, step) in enumerate(zip(control_t.tolist(), due, strict=True)):
         if step > done:
             poses, done = advance(done, step), step
-        for record in drawings:
-            record.t = now
+        drawings.t = now
         heard = radio.heard(poses, now) if radio else ()
         commanded = controllers(poses, now, *heard)
         velocities[call, :2] = commanded.wanted

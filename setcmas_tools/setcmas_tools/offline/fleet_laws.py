@@ -71,7 +71,7 @@ def _text(algo: Algo, functions: Collection[int]) -> str:
 
 
 class FleetLaws:
-    """The control laws of fleets, from the poses to the robots' commands.
+    """The control laws of a fleet, from the poses to the robots' commands.
 
     Attributes:
         reports: Takes their errors.
@@ -83,21 +83,15 @@ class FleetLaws:
         laws: Sequence[ControlLaw],
         commander: Commander,
         warn: Callable[[str], None],
-        turns: Sequence[Callable[[], object]] = (lambda: None,),
     ) -> None:
         """Prepare.
 
         Args:
-            laws: The laws of robots 1, 2, ... of the first fleet, then of the others, N in all.
+            laws: The laws of robots 1 to N.
             commander: Turns what they want into commands.
             warn: Shows messages about failing laws.
-            turns: Called before the laws of each fleet.
         """
-        size = len(laws) // len(turns)
-        self._fleets = [
-            (turn, slice(first, first + size), laws[first : first + size])
-            for first, turn in zip(range(0, len(laws), size), turns, strict=True)
-        ]
+        self._laws = laws
         self._commander = commander
         self.reports = ErrorReports(warn)
         self._failing = False
@@ -115,29 +109,26 @@ class FleetLaws:
         Args:
             poses: Rows x, y in m and theta in rad, shape (3, N).
             t: Time in s.
-            heard: The poses that each law is given instead of its fleet's.
-            adjacency: Who hears whom in each fleet; None is complete.
+            heard: The poses that each law is given instead; None is the same for all.
+            adjacency: Who hears whom; None is complete.
         """
-        told = None if heard is None else iter(heard)
         wanted: list[float] = []
         durations = []
         clock = time.perf_counter
         notes = board.current
         notes.enter(Function.CONTROL)
         begin = clock()
-        for turn, columns, laws in self._fleets:
-            turn()
-            for law, known in zip(laws, told or repeat(poses[:, columns]), strict=False):
-                notes.begin(law.robot)
-                try:
-                    wanted += law(known, t, adjacency)
-                    if self._failing:
-                        self.reports.succeeded(law.robot, t)
-                except ControlError as error:
-                    wanted += (0.0, 0.0)
-                    self._failing = True
-                    self.reports.failed(law.robot, t, error)
-                durations.append(-begin + (begin := clock()))
+        for law, known in zip(self._laws, repeat(poses) if heard is None else heard, strict=False):
+            notes.begin(law.robot)
+            try:
+                wanted += law(known, t, adjacency)
+                if self._failing:
+                    self.reports.succeeded(law.robot, t)
+            except ControlError as error:
+                wanted += (0.0, 0.0)
+                self._failing = True
+                self.reports.failed(law.robot, t, error)
+            durations.append(-begin + (begin := clock()))
         notes.end()
         self.call_time += durations
         return self._commander(np.array(wanted).reshape(-1, 2).T, poses, t)

@@ -24,11 +24,8 @@ from setcmas_tools.studies.study import Study
 from setcmas_tools.studies.table import PartialTable
 from setcmas_tools.studies.workers.engine import Workers
 from setcmas_tools.studies.workers.job import Job, memory_of_each
-from setcmas_tools.studies.workers.together import kind_of
 
 _NOT_OPTIONS = {'settings', 'warn', 'progress'}
-_FEW = 4
-"""Times that each process has work at least, before runs are made together."""
 
 
 def sweep(
@@ -98,9 +95,8 @@ def carry_out(
         with written(place), PartialTable(place) as table:
             left = [run for run in range(1, len(plan.cases) + 1) if run not in table.done]
             done = len(plan.cases) - len(left)
-            together = len(left) // (_FEW * options.jobs)
             jobs = jobs_of(plan, left, options)
-            with closing(_workers(options).rows(jobs, together)) as rows:
+            with closing(_workers(options).rows(jobs)) as rows:
                 for row in tqdm(rows, 'runs', len(plan.cases), initial=done, disable=None):
                     table.add(row)
             table.finish(plan.cases)
@@ -117,10 +113,9 @@ def jobs_of(plan: Plan, runs: Iterable[int], options: SweepOptions) -> Iterator[
     remote = options.cluster is not None
     memory = memory_of_each(os.cpu_count() or 1 if remote else options.jobs)
     for run in runs:
-        parameters = plan.parameters(run, None if remote else plan.original)
-        pickled = cloudpickle.dumps(parameters)
+        pickled = cloudpickle.dumps(plan.parameters(run, None if remote else plan.original))
         files = plan.files.contents if remote else None
-        yield Job(run, pickled, options.timeout, memory, kind_of(parameters), files)
+        yield Job(run, pickled, options.timeout, memory, files)
 
 
 def _workers(options: SweepOptions) -> Workers:

@@ -5,18 +5,15 @@ from __future__ import annotations
 from collections.abc import Callable, Generator, Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
-from itertools import groupby, islice
 from typing import Any
 
 from setcmas_simu import __version__
 from setcmas_simu.errors import SetcmasError
-from setcmas_tools.studies.workers.isolation import close_runners, make_rows
+from setcmas_tools.studies.workers.isolation import close_runners, make_row
 from setcmas_tools.studies.workers.job import Job
 from setcmas_tools.studies.workers.row import Row
 
 _CONNECT_S = 10
-_MOST_TOGETHER = 8
-"""More pay little: by then the laws take most of the time."""
 
 
 @dataclass(frozen=True)
@@ -31,7 +28,7 @@ class Workers:
     jobs: int = 1
     cluster: str | None = None
 
-    def rows(self, jobs: Iterable[Job], together: int = 1) -> Generator[Row, None, None]:
+    def rows(self, jobs: Iterable[Job]) -> Generator[Row, None, None]:
         """Make runs and yield their rows as they come.
 
         On this machine a thread sees to each of so many processes: joblib's own processes (loky)
@@ -39,7 +36,6 @@ class Workers:
 
         Args:
             jobs: The runs.
-            together: How many of one kind a process may make together.
 
         Raises:
             SetcmasError: The cluster does not answer, or cannot make these runs.
@@ -48,20 +44,12 @@ class Workers:
 
         with _dask(self.cluster) if self.cluster else _threads(self.jobs) as end:
             parallel = joblib.Parallel(return_as='generator_unordered')
-            batches = _batches(jobs, max(1, min(together, _MOST_TOGETHER)))
-            rows = parallel(joblib.delayed(make_rows)(batch) for batch in batches)
+            rows = parallel(joblib.delayed(make_row)(job) for job in jobs)
             try:
-                for some in rows:  # joblib would wait for the runs that have begun
-                    yield from some
+                yield from rows
             finally:
-                end()
+                end()  # joblib would wait for the runs that have begun
                 rows.close()
-
-
-def _batches(jobs: Iterable[Job], most: int) -> Iterator[list[Job]]:
-    for kind, alike in groupby(jobs, lambda job: job.kind):
-        while batch := list(islice(alike, most if kind else 1)):
-            yield batch
 
 
 @contextmanager

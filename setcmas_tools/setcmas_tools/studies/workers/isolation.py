@@ -8,7 +8,6 @@ import queue
 import subprocess
 import sys
 import threading
-from collections.abc import Sequence
 from contextlib import suppress
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -48,26 +47,20 @@ class Runner:
         self._lines: queue.SimpleQueue[bytes] = queue.SimpleQueue()
         threading.Thread(target=self._read, daemon=True).start()
 
-    def rows(self, jobs: Sequence[Job]) -> list[Row]:
-        """Make runs and return their rows, whatever their scripts do.
-
-        Where the process breaks, the row that says so is the last one.
-        """
+    def row(self, job: Job) -> Row:
+        """Make a run and return its row, whatever its scripts do."""
         assert self._process.stdin
         with suppress(OSError):
-            pickle.dump(jobs, self._process.stdin)
+            pickle.dump(job, self._process.stdin)
             self._process.stdin.flush()
-        rows: list[Row] = []
-        for job in jobs:
-            line = b''
-            with suppress(queue.Empty):  # one that is late together is made once more
-                line = self._lines.get(timeout=(1 + (len(jobs) > 1)) * job.timeout + _GRACE_S)
-            if not line:
-                self.close()
-                message = f'the process ended, or took longer than {job.timeout:g} s (--timeout)'
-                return [*rows, Row(run=job.run, state=State.DIED, message=message)]
-            rows.append(msgspec.json.decode(line, type=Row))
-        return rows
+        line = b''
+        with suppress(queue.Empty):
+            line = self._lines.get(timeout=job.timeout + _GRACE_S)
+        if line:
+            return msgspec.json.decode(line, type=Row)
+        self.close()
+        message = f'the process ended, or took longer than {job.timeout:g} s (--timeout)'
+        return Row(run=job.run, state=State.DIED, message=message)
 
     @property
     def is_closed(self) -> bool:
@@ -94,18 +87,13 @@ class Runner:
         self._lines.put(b'')
 
 
-def make_rows(jobs: Sequence[Job]) -> list[Row]:
-    """Make runs in the process of this thread, and return their rows."""
-    rows: list[Row] = []
-    while len(rows) < len(jobs):
-        runner: Runner | None = getattr(_own, 'runner', None)
-        if runner is None or runner.is_closed:
-            runner = _own.runner = Runner()
-            _all.append(runner)
-        rows += runner.rows(jobs[len(rows) :])
-        if runner not in _all:
-            break  # the study has ended
-    return rows
+def make_row(job: Job) -> Row:
+    """Make a run in the process of this thread, and return its row."""
+    runner: Runner | None = getattr(_own, 'runner', None)
+    if runner is None or runner.is_closed:
+        runner = _own.runner = Runner()
+        _all.append(runner)
+    return runner.row(job)
 
 
 def close_runners() -> None:

@@ -26,7 +26,6 @@ class Job:
         pickled: Options of the run by name; settings of the script under 'set'.
         timeout: How long it may take in s.
         memory: How much it may take in bytes.
-        kind: What it has in common with runs that may be made together; empty if none may.
         files: The files that the options name, by the paths that they name; None if they are
             there already.
     """
@@ -35,7 +34,6 @@ class Job:
     pickled: bytes
     timeout: float
     memory: int
-    kind: bytes = b''
     files: Mapping[str, bytes] | None = None
 
     def unpack(self, folder: Path) -> None:

@@ -17,9 +17,8 @@ import shutil
 import signal
 import sys
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import suppress
-from functools import partial
 from pathlib import Path
 from typing import BinaryIO, NoReturn
 
@@ -34,12 +33,9 @@ from setcmas_tools.offline.worker import only_in
 from setcmas_tools.run.outcome import State
 from setcmas_tools.studies.workers.job import Job
 from setcmas_tools.studies.workers.row import Row, one_line, row_of
-from setcmas_tools.studies.workers.together import rows_together
 
 _LOOK_S = 0.005
 _exit = os._exit
-_alone: set[object] = set()
-"""Scripts whose runs turned out to share something, or failed: for those it does not pay."""
 
 
 def main() -> None:
@@ -50,11 +46,11 @@ def main() -> None:
     for stream in (0, 1, 2):  # what scripts print in a thousand runs is for nobody
         os.dup2(nowhere, stream)
     _warm_up()
-    make = _in_copies if hasattr(os, 'fork') else _here
-    for batch in _received(jobs):
-        for row in make(batch, folder, jobs):
-            rows.write(msgspec.json.encode(row) + b'\n')
-            rows.flush()
+    for job in _received(jobs):
+        job.unpack(folder)
+        row = _in_copy(job, folder, jobs) if hasattr(os, 'fork') else _row(job, folder)
+        rows.write(msgspec.json.encode(row) + b'\n')
+        rows.flush()
     shutil.rmtree(folder, ignore_errors=True)
 
 
@@ -67,54 +63,20 @@ def _warm_up() -> None:
     gc.freeze()  # a copy does not touch, and so copy, what is there for all
 
 
-def _received(jobs: BinaryIO) -> Iterator[list[Job]]:
+def _received(jobs: BinaryIO) -> Iterator[Job]:
     with suppress(EOFError):
         while True:
             yield pickle.load(jobs)
 
 
-def _in_copies(batch: list[Job], folder: Path, jobs: BinaryIO) -> Iterator[Row]:
-    """Yield the rows of jobs, which are made together where that may be."""
-    job = batch[0]
-    job.unpack(folder)
-    if len(batch) > 1 and (script := job.parameters(folder)['algo']) not in _alone:
-        answer, *_ = _answer_of_copy(partial(_rows, batch, folder), job, folder, jobs)
-        if rows := msgspec.json.decode(answer or b'[]', type=list[Row]):
-            yield from rows
-            return
-        _alone.add(script)
-    for job in batch:
-        yield _in_copy(job, folder, jobs)
-
-
 def _in_copy(job: Job, folder: Path, jobs: BinaryIO) -> Row:
     """Return the row of a job, also if its script ends or hangs the process."""
-    answer, status, notes = _answer_of_copy(partial(_row, job, folder), job, folder, jobs)
-    if answer:
-        return msgspec.json.decode(answer, type=Row)
-    return _broken(job, notes, _late(notes, job.timeout) if status is None else _death(status))
-
-
-def _answer_of_copy(
-    work: Callable[[], object], job: Job, folder: Path, jobs: BinaryIO
-) -> tuple[bytes, int | None, board.Board]:
-    """Do some work in a copy of this process.
-
-    Args:
-        work: Returns what is to be told.
-        job: How long it may take, and how much memory.
-        folder: That of this process.
-        jobs: Where the next jobs come from.
-
-    Returns:
-        What it tells, empty if it does not; its exit status, None if it is late; and its notes.
-    """
     (folder / 'board').unlink(missing_ok=True)
     notes = board.Board(folder / 'board')
     source, target = os.pipe()
     process = os.fork()
     if not process:
-        _work(work, job.memory, notes, target)
+        _work(job, folder, notes, target)
     os.close(target)
     deadline = time.monotonic() + job.timeout
     answer = _answer(source, jobs, deadline)
@@ -125,37 +87,24 @@ def _answer_of_copy(
     with suppress(ProcessLookupError, ChildProcessError):
         os.kill(process, signal.SIGKILL)
         os.waitpid(process, 0)
-    return answer if answer.endswith(b'\n') else b'', status, notes
+    if answer.endswith(b'\n'):
+        return msgspec.json.decode(answer, type=Row)
+    return _broken(job, notes, _late(notes, job.timeout) if status is None else _death(status))
 
 
-def _work(work: Callable[[], object], memory: int, notes: board.Board, target: int) -> NoReturn:
-    """Do some work in this process, which is a copy, and end."""
+def _work(job: Job, folder: Path, notes: board.Board, target: int) -> NoReturn:
+    """Make a run in this process, which is a copy, and end."""
     try:
         os.setpgid(0, 0)
-        _limit(memory)
+        _limit(job.memory)
         board.current = notes
         robot_script.on_call = notes.begin
-        answer = msgspec.json.encode(work()) + b'\n'
+        answer = msgspec.json.encode(_row(job, folder)) + b'\n'
         while answer:
             answer = answer[os.write(target, answer) :]
         _exit(0)
     finally:  # such as where a script has closed the pipe
         _exit(1)
-
-
-def _here(batch: list[Job], folder: Path, _: BinaryIO) -> Iterator[Row]:
-    for job in batch:
-        job.unpack(folder)
-        yield _row(job, folder)
-
-
-def _rows(batch: list[Job], folder: Path) -> list[Row]:
-    """Make runs together; there are no rows if each must be made alone."""
-    try:
-        parameters = {job.run: job.parameters(folder) for job in batch}
-        return rows_together(parameters, only_in(os.getpid()))
-    except BaseException:  # whatever it is, the run that it is of says so when it is alone
-        return []
 
 
 def _row(job: Job, folder: Path) -> Row:
