@@ -11,7 +11,6 @@ import sys
 from pathlib import Path
 from typing import Any, NoReturn
 
-from launch_scripts.offline.early_start import start_early
 from launch_scripts.processes.inherited import leave_out_what_breaks
 from launch_scripts.terminal.terminal_state import kept_terminal
 from setcmas_simu import __version__
@@ -159,9 +158,6 @@ def _parsed(arguments: list[str]) -> argparse.Namespace:
         wanted = next((word for word in typed if word in VERBS), '')
     else:
         wanted = next((argument for argument in arguments if not argument.startswith('-')), '')
-    asks_help = not {'-h', '--help'}.isdisjoint(arguments)
-    if wanted in ('offline', 'check') and not completing and not asks_help:
-        start_early()  # before numpy and all the rest is imported here
     parser = build_parser(wanted)
     if completing:
         import argcomplete

@@ -72,7 +72,7 @@ def main(args: argparse.Namespace) -> int:
     folder = RunFolder(output_folder(args, scripts), inputs)
     folder.check(args.overwrite)
     run, elapsed = _simulate(args, scripts, law.settings, communication)
-    # Imported late, most of it by now: help texts and completion do not wait for it.
+    # Imported late: help texts and completion do not wait for it.
     from setcmas_tools.comparison.repeat import compared
     from setcmas_tools.evaluation import evaluate
     from setcmas_tools.plots.looks.look import PlotLook
@@ -150,8 +150,6 @@ def _simulate(
 
         begin = time.perf_counter()
         try:
-            import setcmas_tools.evaluation  # noqa: F401  (while the other process starts)
-
             run = process.run(args.call_timeout, warn, show)
             elapsed = process.elapsed or time.perf_counter() - begin
         except KeyboardInterrupt:

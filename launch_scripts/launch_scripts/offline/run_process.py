@@ -7,6 +7,7 @@ import pickle
 import signal
 import subprocess
 import sys
+import tempfile
 import threading
 import time
 from collections.abc import Callable, Mapping
@@ -17,9 +18,9 @@ from typing import IO, Any
 
 import numpy as np
 
-from launch_scripts.offline.early_start import started
+from launch_scripts.processes.node_commands import OFFLINE_WORKER, node_command
 from launch_scripts.processes.supervision.child_process import KILL
-from launch_scripts.processes.supervision.orphans import end_orphans
+from launch_scripts.processes.supervision.orphans import adopt_orphans, children, end_orphans
 from setcmas_ctrl.control.law_scripts import LawScripts
 from setcmas_ctrl.scripts.messages import described_place, quoted_line
 from setcmas_ctrl.scripts.watch.call_watch import STUCK_S
@@ -76,14 +77,21 @@ class OfflineProcess:
         self._scripts = scripts
         others = {*model_names(job.get('model'), job.get('nb_robots', 1)), str(job.get('ctc'))}
         self._other_scripts = [Path(name).resolve() for name in others if name.endswith('.py')]
-        self._start = started()
-        self._folder, self._process = self._start.folder, self._start.process
+        self._strangers = children()
+        adopt_orphans()
+        self._temporary = tempfile.TemporaryDirectory(prefix='setcmas_')
+        self._folder = Path(self._temporary.name)
         (self._folder / JOB).write_bytes(pickle.dumps(dict(job)))
         (self._folder / WHERE).touch()
         self._board = Board(self._folder / BOARD)
-        if self._process.stdin:
-            with suppress(OSError), self._process.stdin as begin:
-                begin.write(b'\n')
+        self._process = subprocess.Popen(
+            node_command(OFFLINE_WORKER, [str(self._folder)]),
+            stdin=subprocess.DEVNULL,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            env=os.environ | {'PYTHONUNBUFFERED': '1'},
+            start_new_session=True,  # Ctrl-C is answered here
+        )
         self._readers = [
             threading.Thread(target=_copy, args=pair, daemon=True)
             for pair in ((self._process.stdout, sys.stdout), (self._process.stderr, sys.stderr))
@@ -98,7 +106,7 @@ class OfflineProcess:
     def __exit__(self, *exc_info: object) -> None:
         """End the process, and what scripts have started in it."""
         self._kill()
-        self._start.clean_up()
+        self._temporary.cleanup()
 
     def run(
         self, call_timeout: float, warn: Callable[[str], None], on_state: Callable[[int], None]
@@ -208,7 +216,7 @@ class OfflineProcess:
                 os.killpg(self._process.pid, KILL)
         self._process.kill()
         self._process.wait()
-        end_orphans(self._start.strangers)
+        end_orphans(self._strangers)
         for reader in self._readers:
             reader.join(_ANSWER_S)
 

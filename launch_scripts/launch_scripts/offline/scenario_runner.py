@@ -8,7 +8,6 @@ from contextlib import redirect_stderr
 from itertools import dropwhile, takewhile
 from pathlib import Path
 
-from launch_scripts.offline.early_start import start_early
 from launch_scripts.offline.run_process import BrokenRun, OfflineProcess
 from setcmas_ctrl.control.law_scripts import LawScripts
 from setcmas_simu.robots.unicycle import RATE_HZ
@@ -38,8 +37,6 @@ def runs_apart(script: Path, rubric: Rubric, call_timeout: float) -> LawRunner:
         told = io.StringIO()
         with redirect_stderr(told), OfflineProcess(job, LawScripts(str(job['algo']))) as process:
             made = process.run(call_timeout, lambda _: None, lambda _: None)
-        if scenario is not rubric.scenarios[-1]:
-            start_early()  # the next one, while this one is measured
         if isinstance(made, BrokenRun):
             outcome = Outcome(State.DIED, {}, {}, str(made))
             rest = remains(made.states, job.get('robot_rate', RATE_HZ), outcome)

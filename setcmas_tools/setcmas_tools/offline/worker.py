@@ -1,8 +1,8 @@
 """Process that makes an offline run for another one, which outlives whatever a script does to it.
 
-Run as `python -m setcmas_tools.offline.worker FOLDER`. Once a byte comes on its standard input,
-the folder holds the arguments of `simulate`. The process leaves the run there, or the user's
-mistake, and on the way the board and where it was when it was asked (SIGUSR1) or died.
+Run as `python -m setcmas_tools.offline.worker FOLDER`. The folder holds the arguments of
+`simulate`. The process writes the run there, or the user's mistake, and during the run the board
+and, when asked (SIGUSR1) or killed by a signal, its place in the script.
 """
 
 from __future__ import annotations
@@ -43,7 +43,6 @@ def main() -> NoReturn:
     if hasattr(signal, 'SIGALRM'):  # a script's alarm does nothing, as over ROS
         signal.signal(signal.SIGALRM, lambda *_: None)
     tell_where(folder)
-    _wait()
     job = pickle.loads((folder / JOB).read_bytes())
     board.current = board.Board(folder / BOARD)
     robot_script.on_call = board.current.begin
@@ -53,13 +52,6 @@ def main() -> NoReturn:
             if stream is not None and not stream.closed:
                 stream.flush()
         _exit(status)
-
-
-def _wait() -> None:
-    """Wait for the word to begin; from then on there is no input."""
-    if not os.read(0, 1):
-        _exit(0)
-    os.dup2(os.open(os.devnull, os.O_RDONLY), 0)
 
 
 def _make_run(job: dict[str, Any], folder: Path) -> int:
