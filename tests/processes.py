@@ -5,8 +5,12 @@ import os
 import signal
 import subprocess
 import sys
+import tempfile
 import time
 from pathlib import Path
+from unittest import mock
+
+from launch_scripts.cli import main
 
 SETCMAS = [str(Path(sys.executable).parent / 'setcmas')]
 SIMU = [sys.executable, '-m', 'setcmas_simu.simulator.main']
@@ -74,3 +78,26 @@ def run_setcmas(*arguments: str, cwd=None, timeout: float = 2 * TIMEOUT_S, **env
         timeout=timeout,
         check=False,
     )
+
+
+def run_here(*arguments: str, cwd=None):
+    """Run the setcmas command in this process, which is faster than starting one for it."""
+    before = Path.cwd()
+    os.chdir(cwd or before)
+    with (
+        tempfile.TemporaryFile('w+', encoding='utf-8') as out,
+        tempfile.TemporaryFile('w+', encoding='utf-8') as err,
+    ):
+        try:
+            with (
+                contextlib.redirect_stdout(out),
+                contextlib.redirect_stderr(err),
+                mock.patch('sys.argv', ['setcmas', *arguments]),
+            ):
+                status = main(list(arguments))
+        except SystemExit as error:
+            status = error.code
+        finally:
+            os.chdir(before)
+        texts = [file.seek(0) or file.read() for file in (out, err)]
+    return subprocess.CompletedProcess(arguments, status, *texts)

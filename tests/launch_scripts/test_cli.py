@@ -4,7 +4,7 @@ import subprocess
 import sys
 
 import pytest
-from processes import SETCMAS, run_setcmas
+from processes import SETCMAS, run_here
 
 from launch_scripts.cli import VERBS, spelled
 from setcmas_simu import __version__
@@ -25,7 +25,7 @@ def test_options_and_verbs_may_be_spelled_with_either_dash():
 
 
 def test_without_a_verb_the_help_is_shown():
-    result = run_setcmas()
+    result = run_here()
 
     assert result.returncode == 0
     for verb in VERBS:
@@ -33,12 +33,12 @@ def test_without_a_verb_the_help_is_shown():
 
 
 def test_version():
-    assert run_setcmas('--version').stdout == f'setcmas {__version__}\n'
+    assert run_here('--version').stdout == f'setcmas {__version__}\n'
 
 
 @pytest.mark.parametrize('verb', sorted(VERBS))
 def test_every_verb_explains_itself_with_an_example(verb):
-    result = run_setcmas(verb, '--help')
+    result = run_here(verb, '--help')
 
     assert result.returncode == 0
     assert verb in result.stdout
@@ -95,7 +95,7 @@ def test_help_imports_neither_ros_nor_matplotlib_nor_numpy():
     ],
 )
 def test_mistakes_are_told_in_one_line_with_status_2(arguments, message, tmp_path):
-    result = run_setcmas(*arguments, cwd=tmp_path)
+    result = run_here(*arguments, cwd=tmp_path)
 
     assert result.returncode == 2
     assert len(result.stderr.strip().splitlines()) == 1
@@ -107,7 +107,7 @@ def test_mistakes_are_told_in_one_line_with_status_2(arguments, message, tmp_pat
 def test_a_folder_that_an_option_takes_for_its_value_is_told_to_go_first(option, tmp_path):
     (tmp_path / 'out').mkdir()
 
-    result = run_setcmas('csv_to_plot', option, 'out', cwd=tmp_path)
+    result = run_here('csv_to_plot', option, 'out', cwd=tmp_path)
 
     assert result.returncode == 2
     assert f"{option} is 'out'; it must be" in result.stderr
@@ -117,7 +117,7 @@ def test_a_folder_that_an_option_takes_for_its_value_is_told_to_go_first(option,
 def test_record_refuses_a_folder_that_exists(tmp_path):
     (tmp_path / 'bag').mkdir()
 
-    result = run_setcmas('record', '-o', 'bag', cwd=tmp_path)
+    result = run_here('record', '-o', 'bag', cwd=tmp_path)
 
     assert result.returncode == 2
     assert "output 'bag' exists already" in result.stderr
@@ -130,7 +130,7 @@ def test_list_shows_built_in_laws_and_those_of_the_folder(tmp_path):
     (tmp_path / 'helper.py').write_text('x = 1\n')
     (tmp_path / 'broken.py').write_text('def control(:\n')
 
-    lines = run_setcmas('list', cwd=tmp_path).stdout.splitlines()
+    lines = run_here('list', cwd=tmp_path).stdout.splitlines()
 
     assert any('nav_wp' in line and 'wp_nav' in line for line in lines)
     assert any(line.split() == ['mine', 'Turns', 'round.'] for line in lines)

@@ -1,6 +1,6 @@
 """`setcmas check`, in processes that hang, fail, and do what they should."""
 
-from processes import run_setcmas
+from processes import run_here
 
 RUBRIC = """\
 solution: nav_wp
@@ -23,8 +23,8 @@ def control(robotNo, nbRobots, poses, t):
 
 
 def test_a_copy_of_a_law_has_all_points_and_a_picture(tmp_path):
-    run_setcmas('new', 'my_law', '--from', 'nav_wp', cwd=tmp_path)
-    result = run_setcmas('check', 'my_law', '--rubric', 'nav_wp', cwd=tmp_path)
+    run_here('new', 'my_law', '--from', 'nav_wp', cwd=tmp_path)
+    result = run_here('check', 'my_law', '--rubric', 'nav_wp', cwd=tmp_path)
     assert (result.returncode, result.stderr) == (0, '')
     assert '✓ 2/2  it reaches the first waypoint: waypoints_reached 7 (wanted' in result.stdout
     assert result.stdout.endswith(
@@ -37,9 +37,9 @@ def test_what_goes_wrong_is_told_with_the_own_line(tmp_path):
     (tmp_path / 'r.yaml').write_text(RUBRIC)
     (tmp_path / 'law.py').write_text(LAW)
     arguments = ('check', 'law.py', '-R', 'r.yaml', '--call-timeout', '0.5')
-    hanging = run_setcmas(*arguments, cwd=tmp_path)
+    hanging = run_here(*arguments, cwd=tmp_path)
     (tmp_path / 'law.py').write_text(LAW.replace('while', 'if'))
-    failing = run_setcmas(*arguments, cwd=tmp_path)
+    failing = run_here(*arguments, cwd=tmp_path)
     assert (hanging.returncode, failing.returncode) == (1, 1)
     assert (
         '  tb3_1: control has not returned for 0.5 s (--call-timeout) at law.py, line'

@@ -10,7 +10,7 @@ import numpy as np
 import psutil
 import pytest
 import yaml
-from processes import SETCMAS, TIMEOUT_S, run_setcmas
+from processes import SETCMAS, TIMEOUT_S, run_here
 from terminals import Terminal
 
 from launch_scripts.terminal.start_key import ALONE_S
@@ -138,7 +138,7 @@ def test_the_whole_job_in_an_emulated_lab(start, tmp_path):
     ],
 )
 def test_runs_do_not_mix_simulation_and_lab(arguments, message, tmp_path):
-    result = run_setcmas('run', '--algo', 'nav_wp', *arguments, cwd=tmp_path)
+    result = run_here('run', '--algo', 'nav_wp', *arguments, cwd=tmp_path)
 
     assert result.returncode == 2
     assert message in result.stderr
@@ -198,7 +198,7 @@ def test_after_q_no_status_is_told_any_more(domain, tmp_path):
 )
 def test_mistakes_are_told_before_anything_starts(arguments, message, tmp_path):
     (tmp_path / 'bad.yaml').write_text('arena:\n  z: 1\n')
-    result = run_setcmas('expe', '--algo', 'nav_wp', *arguments, cwd=tmp_path)
+    result = run_here('expe', '--algo', 'nav_wp', *arguments, cwd=tmp_path)
 
     assert result.returncode == 2
     assert len(result.stderr.strip().splitlines()) == 1
@@ -206,11 +206,11 @@ def test_mistakes_are_told_before_anything_starts(arguments, message, tmp_path):
 
 
 def test_a_lab_file_of_ones_own_is_written_once(tmp_path):
-    result = run_setcmas('new', '--lab', cwd=tmp_path)
+    result = run_here('new', '--lab', cwd=tmp_path)
 
     assert result.returncode == 0
     assert 'setcmas expe --emulate --lab lab.yaml' in result.stdout
     assert (tmp_path / 'lab.yaml').read_text().startswith('# A lab:')
-    assert run_setcmas('new', '--lab', 'lab', cwd=tmp_path).returncode == 2
-    assert run_setcmas('new', '--lab', 'b106.yaml', cwd=tmp_path).returncode == 0
-    assert run_setcmas('new', cwd=tmp_path).returncode == 2
+    assert run_here('new', '--lab', 'lab', cwd=tmp_path).returncode == 2
+    assert run_here('new', '--lab', 'b106.yaml', cwd=tmp_path).returncode == 0
+    assert run_here('new', cwd=tmp_path).returncode == 2

@@ -3,7 +3,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from processes import run_setcmas
+from processes import run_here
 
 from launch_scripts.cli import main
 from setcmas_simu.robots.identified.file import read_model_file
@@ -66,7 +66,7 @@ def test_the_next_simulation_is_nearer_to_what_was_measured(folder, capsys):
 
 def test_a_lockstep_run_over_ros_moves_by_the_model_and_tells_it(folder, domain):
     options = ('--lockstep', '--model', 'truth.yaml', '--nb-robots', '2', '--duration', '40')
-    ran = run_setcmas('run', '--algo', 'nav_wp', *options, '--no-plots', '-o', 'out')
+    ran = run_here('run', '--algo', 'nav_wp', *options, '--no-plots', '-o', 'out')
     assert ran.returncode == 0, ran.stderr
 
     assert main(['identify', 'out/bag', '-o', 'found.yaml']) == 0
@@ -79,9 +79,7 @@ def test_a_lockstep_run_over_ros_moves_by_the_model_and_tells_it(folder, domain)
 @pytest.mark.nightly
 def test_lag_and_delay_of_the_emulated_lab_are_found(folder, domain, capsys):
     lab = ('--emulate', '--model', 'truth.yaml', '--nb-robots', '2', '--without-motion-check')
-    ran = run_setcmas(
-        'run', '--algo', 'nav_wp', *lab, '--duration', '60', '--no-plots', '-o', 'lab'
-    )
+    ran = run_here('run', '--algo', 'nav_wp', *lab, '--duration', '60', '--no-plots', '-o', 'lab')
     assert ran.returncode == 0, ran.stderr
 
     assert main(['identify', 'lab', '-o', 'found.yaml']) == 0

@@ -3,7 +3,7 @@ import re
 import numpy as np
 import pytest
 import yaml
-from processes import run_setcmas
+from processes import run_here
 
 from setcmas_tools.records.fleet_table import fleet_table, write_csv
 from setcmas_tools.run.info import RunInfo, write_info
@@ -23,7 +23,7 @@ def run(tmp_path):
 
 
 def test_the_table_and_the_file(run):
-    result = run_setcmas('metrics', 'out', cwd=run.parent)
+    result = run_here('metrics', 'out', cwd=run.parent)
 
     assert result.returncode == 0, result.stderr
     assert re.search(r'tb3_2 +2\.00', result.stdout)
@@ -35,7 +35,7 @@ def test_the_table_and_the_file(run):
     assert content['separation']['least_separation_robots'] == [1, 2]
     for place in ('out', 'out/csv', 'out/csv/fleet.csv'):
         (run / 'metrics.yaml').unlink()
-        assert run_setcmas('metrics', place, cwd=run.parent).returncode == 0
+        assert run_here('metrics', place, cwd=run.parent).returncode == 0
         assert (run / 'metrics.yaml').read_bytes() == first
 
 
@@ -43,7 +43,7 @@ def test_the_options(run):
     (run.parent / 'mine.py').write_text('WPL = [[1.045, 1]]\ndef control(a, b, c, d): ...\n')
 
     arguments = ('--task', 'waypoints', '--algo', 'mine', '--vnom', '0.1')
-    result = run_setcmas('metrics', 'out', *arguments, cwd=run.parent)
+    result = run_here('metrics', 'out', *arguments, cwd=run.parent)
 
     assert result.returncode == 0, result.stderr
     content = yaml.safe_load((run / 'metrics.yaml').read_text())
@@ -61,7 +61,7 @@ def test_the_script_counts_as_it_was_in_the_run(run):
     kept.parent.mkdir(parents=True)
     kept.write_text('WPL = [[1.0, 1]]\ndef control(a, b, c, d): ...\n')
 
-    result = run_setcmas('metrics', 'out', '--task', 'waypoints', cwd=run.parent)
+    result = run_here('metrics', 'out', '--task', 'waypoints', cwd=run.parent)
 
     assert result.returncode == 0, result.stderr
     content = yaml.safe_load((run / 'metrics.yaml').read_text())
@@ -71,7 +71,7 @@ def test_the_script_counts_as_it_was_in_the_run(run):
 def test_another_table_has_its_name_before_that_of_the_file(tmp_path):
     (tmp_path / 'lab.csv').write_text(f'{HEADER}0,1,0,0,0,0,0\n')
 
-    assert run_setcmas('metrics', 'lab.csv', cwd=tmp_path).returncode == 0
+    assert run_here('metrics', 'lab.csv', cwd=tmp_path).returncode == 0
     assert (tmp_path / 'lab_metrics.yaml').is_file()
 
 
@@ -94,7 +94,7 @@ def test_mistakes_are_told_in_one_line_with_status_2(run, arguments, message):
     (run.parent / 'damaged.csv').write_text(f'{HEADER}0,1,0\n')
     (run.parent / 'broken.mcap').write_text('nothing of the kind')
 
-    result = run_setcmas('metrics', *arguments, cwd=run.parent)
+    result = run_here('metrics', *arguments, cwd=run.parent)
 
     assert result.returncode == 2
     assert len(result.stderr.strip().splitlines()) == 1

@@ -1,21 +1,21 @@
 import pytest
-from processes import run_setcmas
+from processes import run_here, run_setcmas
 
 from setcmas_ctrl.scripts.loader import ALGORITHMS, EXERCISES
 
 
 def test_the_new_script_runs_and_the_command_that_is_told_is_right(tmp_path):
-    result = run_setcmas('new', 'my_law', cwd=tmp_path)
+    result = run_here('new', 'my_law', cwd=tmp_path)
     told = result.stdout.splitlines()[-1].split()
 
     assert result.returncode == 0
     assert told == ['setcmas', 'run', '--algo', 'my_law', '--nb-robots', '5']
-    offline = run_setcmas(
+    offline = run_here(
         'offline', '--no-plots', *told[2:], '--duration', '2', '-o', 'out', cwd=tmp_path
     )
     assert offline.returncode == 0, offline.stderr
     assert 'tb3_5: I start at (0.0, 5.0) m' in offline.stdout
-    assert 'my_law  My control law' in run_setcmas('list', cwd=tmp_path).stdout
+    assert 'my_law  My control law' in run_here('list', cwd=tmp_path).stdout
 
 
 @pytest.mark.parametrize(
@@ -28,10 +28,11 @@ def test_the_new_script_runs_and_the_command_that_is_told_is_right(tmp_path):
     ],
 )
 def test_a_law_or_an_exercise_is_copied(tmp_path, arguments, source):
-    assert run_setcmas('new', *arguments, cwd=tmp_path).returncode == 0
+    assert run_here('new', *arguments, cwd=tmp_path).returncode == 0
     assert (tmp_path / 'mine.py').read_bytes() == source.read_bytes()
 
 
+# In processes of their own: this one knows modules of other tests' folders.
 def test_an_exercise_may_keep_its_name(tmp_path):
     (tmp_path / 'wp_nav.py').touch()
     assert run_setcmas('new', 'nav_wp', '--exercise', cwd=tmp_path).returncode == 0
@@ -39,7 +40,7 @@ def test_an_exercise_may_keep_its_name(tmp_path):
 
 
 def test_the_triggering_condition_is_told_with_its_own_command(tmp_path):
-    told = run_setcmas('new', 'my_ctc', '--from', 'ctc', '--exercise', cwd=tmp_path).stdout
+    told = run_here('new', 'my_ctc', '--from', 'ctc', '--exercise', cwd=tmp_path).stdout
 
     assert '--event-triggered --ctc my_ctc' in told
 
@@ -59,7 +60,7 @@ def test_the_triggering_condition_is_told_with_its_own_command(tmp_path):
 def test_mistakes_are_told_in_one_line_and_nothing_is_written(tmp_path, arguments, message):
     (tmp_path / 'taken.py').write_text('mine')
 
-    result = run_setcmas('new', *arguments, cwd=tmp_path)
+    result = run_here('new', *arguments, cwd=tmp_path)
 
     assert result.returncode == 2
     assert message in result.stderr
@@ -70,9 +71,7 @@ def test_mistakes_are_told_in_one_line_and_nothing_is_written(tmp_path, argument
 
 def test_a_script_that_hides_a_built_in_law_is_told_when_written_and_when_run(tmp_path):
     written = run_setcmas('new', 'consensus', cwd=tmp_path)
-    run = run_setcmas(
-        'offline', '--no-plots', '--algo', 'consensus', '--duration', '1', cwd=tmp_path
-    )
+    run = run_here('offline', '--no-plots', '--algo', 'consensus', '--duration', '1', cwd=tmp_path)
 
     assert '--algo consensus means this file now, and not the built-in law' in written.stdout
     assert run.returncode == 0

@@ -2,7 +2,7 @@ import signal
 
 import pytest
 import yaml
-from processes import SETCMAS, run_setcmas
+from processes import SETCMAS, run_here
 
 from setcmas_tools import simulate
 from setcmas_tools.records.fleet_table import read_csv
@@ -11,7 +11,7 @@ from setcmas_tools.run.info import RunInfo, write_info
 
 def offline(tmp_path, *arguments, plots=False):
     drawn = () if plots else ('--no-plots',)
-    result = run_setcmas('offline', *arguments, *drawn, cwd=tmp_path)
+    result = run_here('offline', *arguments, *drawn, cwd=tmp_path)
     assert result.returncode == 0, result.stderr
     return result
 
@@ -38,8 +38,8 @@ def test_the_layout_is_that_of_run_and_other_commands_take_it_from_there(tmp_pat
     assert record['outcome'] == {'state': 'complete'}
     assert record['seed'] == 0
 
-    plots = run_setcmas('csv_to_plot', 'out', '-o', 'again', '--format', 'svg', cwd=tmp_path)
-    metrics = run_setcmas('metrics', 'out', cwd=tmp_path)
+    plots = run_here('csv_to_plot', 'out', '-o', 'again', '--format', 'svg', cwd=tmp_path)
+    metrics = run_here('metrics', 'out', cwd=tmp_path)
 
     assert plots.returncode == 0, plots.stderr
     assert list((tmp_path / 'again').glob('*.svg'))
@@ -140,7 +140,7 @@ def test_a_run_that_cannot_be_repeated_is_told_in_one_line(tmp_path, arguments, 
     (tmp_path / 'old' / 'run.yaml').write_text('parameters: {algo: nav_wp}\n')
     write_info(RunInfo(), tmp_path / 'empty')
 
-    result = run_setcmas('offline', '--no-plots', *arguments, cwd=tmp_path)
+    result = run_here('offline', '--no-plots', *arguments, cwd=tmp_path)
 
     assert result.returncode == 2
     assert message in result.stderr
@@ -184,7 +184,7 @@ def test_another_seed_gives_another_run(tmp_path):
     ],
 )
 def test_mistakes_are_told_in_one_line(tmp_path, arguments, message):
-    result = run_setcmas('offline', '--no-plots', *arguments, cwd=tmp_path)
+    result = run_here('offline', '--no-plots', *arguments, cwd=tmp_path)
 
     assert result.returncode == 2
     assert message in result.stderr
@@ -196,7 +196,7 @@ def test_a_law_that_failed_is_told_at_the_end_and_by_the_exit_status(tmp_path):
     (tmp_path / 'law.py').write_text('def control(i, n, p, t):\n    return (1 / (i - 2), 0)\n')
     options = ('--nb-robots', '3', '--duration', '1', '--output', 'out')
 
-    result = run_setcmas('offline', '--no-plots', '--algo', 'law', *options, cwd=tmp_path)
+    result = run_here('offline', '--no-plots', '--algo', 'law', *options, cwd=tmp_path)
 
     assert result.returncode == 1
     assert result.stderr.splitlines()[-1].startswith(
@@ -210,7 +210,7 @@ def test_a_condition_that_failed_is_not_the_fault_of_the_law(tmp_path):
     (tmp_path / 'when.py').write_text('def ctc(pos, last_pos, t):\n    return None\n')
     options = ('--nb-robots', '2', '--duration', '1', '--event-triggered', '--ctc', 'when.py')
 
-    result = run_setcmas('offline', '--no-plots', '--algo', 'consensus', *options, cwd=tmp_path)
+    result = run_here('offline', '--no-plots', '--algo', 'consensus', *options, cwd=tmp_path)
 
     assert result.returncode == 1
     last_line = result.stderr.splitlines()[-1]
@@ -254,7 +254,7 @@ def test_an_earlier_run_is_kept_unless_it_is_to_be_replaced(tmp_path):
     (tmp_path / 'out' / 'run.yaml').write_text('an earlier run')
     arguments = ('--algo', 'nav_wp', '--duration', '1', '--output', 'out')
 
-    assert run_setcmas('offline', '--no-plots', *arguments, cwd=tmp_path).returncode == 2
+    assert run_here('offline', '--no-plots', *arguments, cwd=tmp_path).returncode == 2
     assert (tmp_path / 'out' / 'run.yaml').read_text() == 'an earlier run'
     offline(tmp_path, *arguments, '--overwrite')
 
@@ -278,7 +278,7 @@ def test_the_task_is_measured_with_the_settings_of_the_run(tmp_path):
     arguments = ('--algo', 'traj_tracking', '--duration', '60', '--pose', '1:1,0,1.57')
     offline(tmp_path, *arguments, '--set', 'R=1.0', '--output', 'out')
 
-    result = run_setcmas('metrics', 'out', cwd=tmp_path)
+    result = run_here('metrics', 'out', cwd=tmp_path)
 
     metrics = yaml.safe_load((tmp_path / 'out' / 'metrics.yaml').read_text())
     assert result.returncode == 0
@@ -359,7 +359,7 @@ def test_results_of_a_script_that_removes_the_current_folder_are_written(tmp_pat
         'import os, shutil\nshutil.rmtree(os.getcwd())\n'
         'def control(i, n, p, t):\n    return 0.1, 0\n'
     )
-    result = run_setcmas(
+    result = run_here(
         'offline', '--algo', '../law.py', '--duration', '1', '-o', 'out', cwd=tmp_path / 'gone'
     )
 
@@ -372,7 +372,7 @@ def test_results_of_a_script_that_removes_the_current_folder_are_written(tmp_pat
     [('', "--output is ''; it must be a path"), ('a' * 300, 'cannot be written: File name too')],
 )
 def test_an_output_that_can_be_no_folder_is_told_in_one_line(tmp_path, output, message):
-    result = run_setcmas(
+    result = run_here(
         'offline', '--no-plots', '--algo', 'nav_wp', '--output', output, cwd=tmp_path
     )
 

@@ -8,7 +8,7 @@ import numpy as np
 import psutil
 import pytest
 import yaml
-from processes import SETCMAS, TIMEOUT_S, run_setcmas
+from processes import SETCMAS, TIMEOUT_S, run_here, run_setcmas
 
 pytest.importorskip('rclpy')
 
@@ -147,7 +147,7 @@ def test_nothing_is_left_when_the_launcher_is_killed(start, tmp_path):
 def test_a_script_with_a_mistake_starts_nothing(domain, tmp_path):
     (tmp_path / 'law.py').write_text('def control(a, b, c, d):\n    return 1,, 2\n')
 
-    result = run_setcmas('run', '--no-plots', '--algo', 'law', '--output', 'out', cwd=tmp_path)
+    result = run_here('run', '--no-plots', '--algo', 'law', '--output', 'out', cwd=tmp_path)
 
     assert result.returncode == 2
     assert 'law.py, line 2: SyntaxError' in result.stderr
@@ -172,9 +172,7 @@ def test_an_earlier_run_is_kept(domain, tmp_path):
     (tmp_path / 'out').mkdir()
     (tmp_path / 'out' / 'run.yaml').touch()
 
-    result = run_setcmas(
-        'run', '--no-plots', '--algo', 'consensus', '--output', 'out', cwd=tmp_path
-    )
+    result = run_here('run', '--no-plots', '--algo', 'consensus', '--output', 'out', cwd=tmp_path)
 
     assert result.returncode == 2
     assert 'holds an earlier run' in result.stderr
@@ -201,8 +199,8 @@ def test_three_terminals(start, tmp_path):
         assert process.end(signal.SIGINT) == 0, process.output()
         assert 'Traceback' not in process.output()
 
-    assert run_setcmas('bag_to_csv', 'bag', cwd=tmp_path).returncode == 0
-    plots = run_setcmas('csv_to_plot', 'csv', cwd=tmp_path)
+    assert run_here('bag_to_csv', 'bag', cwd=tmp_path).returncode == 0
+    plots = run_here('csv_to_plot', 'csv', cwd=tmp_path)
 
     assert plots.returncode == 0, plots.stderr
     assert table(tmp_path / 'csv' / 'fleet.csv')

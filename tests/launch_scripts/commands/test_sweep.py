@@ -2,7 +2,7 @@ import signal
 import sys
 
 import pytest
-from processes import SETCMAS, run_setcmas
+from processes import SETCMAS, run_here
 
 from launch_scripts.cli import main
 from setcmas_tools import Study
@@ -13,7 +13,7 @@ HANGING = 'def control(robotNo, nbRobots, poses, t):\n    while True:\n        p
 
 def test_a_study_and_one_of_its_runs(tmp_path):
     varied = ('--vary', 'graph=ring,path', '--vary', 'vnom=0.2:0.4:2', '--random-poses')
-    done = run_setcmas(*SWEEP, *varied, '--success', 'largest_speed<0.3', cwd=tmp_path)
+    done = run_here(*SWEEP, *varied, '--success', 'largest_speed<0.3', cwd=tmp_path)
 
     assert done.returncode == 0, done.stderr
     assert '4 runs: study/runs.csv   6 plots: study/plots' in done.stdout
@@ -21,7 +21,7 @@ def test_a_study_and_one_of_its_runs(tmp_path):
     study = Study.load(tmp_path / 'study')
     assert study['vnom'].tolist() == [0.2, 0.4, 0.2, 0.4]
 
-    again = run_setcmas('offline', '--from', 'study/3', '-o', 'run', '--no-plots', cwd=tmp_path)
+    again = run_here('offline', '--from', 'study/3', '-o', 'run', '--no-plots', cwd=tmp_path)
     assert again.returncode == 0, again.stderr
     assert f', {study["disagreement"][2]:.3f} m at the end' in again.stdout
 

@@ -4,7 +4,7 @@ import stat
 
 import pytest
 import yaml
-from processes import CTRL, SETCMAS, SIMU, run_setcmas
+from processes import CTRL, SETCMAS, SIMU, run_here
 
 from launch_scripts.options.rviz import write_config
 from setcmas_simu.errors import SetcmasError
@@ -118,15 +118,15 @@ def test_a_closed_window_leaves_the_robots_alone(start, tmp_path):
 
 
 def test_a_mistake_is_told_with_rviz_too(domain):
-    result = run_setcmas('ctrl', '--algo', 'consensus', '--robots', 'x', '--rviz')
+    result = run_here('ctrl', '--algo', 'consensus', '--robots', 'x', '--rviz')
 
     assert result.returncode == 2
     assert "--robots is 'x'; it must be numbers from 1" in result.stderr
 
 
 def test_a_file_for_rviz(tmp_path):
-    written = run_setcmas('view', '--write-rviz', 'fleet.rviz', '--robots', '2,4-5', cwd=tmp_path)
-    real = run_setcmas('view', '--write-rviz', 'real.rviz', '--experiment', cwd=tmp_path)
+    written = run_here('view', '--write-rviz', 'fleet.rviz', '--robots', '2,4-5', cwd=tmp_path)
+    real = run_here('view', '--write-rviz', 'real.rviz', '--experiment', cwd=tmp_path)
 
     assert written.stdout == 'rviz2 -d fleet.rviz shows robots 2,4-5\n'
     assert (tmp_path / 'fleet.rviz').read_text() == rviz_config([2, 4, 5])
@@ -135,7 +135,7 @@ def test_a_file_for_rviz(tmp_path):
 
 
 def test_what_only_the_file_needs_is_refused_without_it(tmp_path):
-    result = run_setcmas('view', '--robots', '1-3', cwd=tmp_path)
+    result = run_here('view', '--robots', '1-3', cwd=tmp_path)
 
     assert result.returncode == 2
     assert '--robots is for the file of --write-rviz' in result.stderr
