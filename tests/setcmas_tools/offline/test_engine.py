@@ -6,7 +6,7 @@ from dataclasses import fields
 import numpy as np
 import pytest
 from ros1_recordings import WP_NAV
-from trajectory_comparison import compare
+from runs import distance
 
 from setcmas_ctrl.communication.options import CommunicationOptions
 from setcmas_ctrl.control.options import GainOptions
@@ -201,11 +201,8 @@ def test_ros_is_not_imported():
 
 def test_nav_wp_follows_the_recording_of_the_ros_1_stack():
     run = simulate('nav_wp', duration=60, poses=[[5], [5], [0]])
-    theirs = read_csv(WP_NAV)
 
-    comparison = compare(run.t, run.poses[:, :2, 0].T, theirs.t, (theirs.x, theirs.y))
-
-    assert comparison.rms < 0.05
+    assert distance(run, read_csv(WP_NAV)) < 0.05
 
 
 def test_a_run_tells_of_itself_in_one_line():
