@@ -16,7 +16,14 @@ from network_namespaces import UDP_ONLY, Network
 from rehearsal import POSES, Rehearsal
 from ros_peer import Peer
 
-_EMULATED_LAB = [sys.executable, '-m', 'setcmas_expe.emulation.lab', '--nb-robots', '2', *POSES]
+_EMULATED_LAB = [
+    sys.executable,
+    '-m',
+    'setcmas_expe.emulation.emulated_lab',
+    '--nb-robots',
+    '2',
+    *POSES,
+]
 
 
 @contextmanager

@@ -29,8 +29,8 @@ from tabulate import tabulate
 
 from setcmas_simu.ros import qos
 
-LAB = [sys.executable, '-m', 'setcmas_expe.emulation.lab', '--without-guard']
-GUARD = [sys.executable, '-m', 'setcmas_expe.guard.main', '--ros-args', '-r', '__ns:=/tb3_1']
+LAB = [sys.executable, '-m', 'setcmas_expe.emulation.emulated_lab', '--without-guard']
+GUARD = [sys.executable, '-m', 'setcmas_expe.guard.guard_node', '--ros-args', '-r', '__ns:=/tb3_1']
 RATES_HZ = ((20, 0), (20, 20), (50, 50), (100, 60), (100, 100), (200, 200))
 SPEED_M_S = 0.2
 

@@ -5,8 +5,8 @@ import math
 import random
 from collections import deque
 
-from setcmas_expe.emulation.fleet import truncated
-from setcmas_expe.plausibility.motion_check import MotionCheck
+from setcmas_expe.emulation.emulated_fleet import truncated
+from setcmas_expe.safety.motion_check import MotionCheck
 from setcmas_simu.fleet.planar_pose import wrap_angle
 from setcmas_simu.robots.velocity_limits import ROBOT_MODELS
 

@@ -50,7 +50,7 @@ def roll_after_the_laptop_is_cut_off(
             stack.enter_context(running(command, folder / 'server.txt'))
             os.environ['ROS_DISCOVERY_SERVER'] = f'{laptop}:{PORT}'
         # Its motion capture is of another kind, so that robots and poses are on two machines.
-        robots = [sys.executable, '-m', 'setcmas_expe.emulation.lab', '--mocap', 'vicon']
+        robots = [sys.executable, '-m', 'setcmas_expe.emulation.emulated_lab', '--mocap', 'vicon']
         robots += ['--nb-robots', str(nb_robots)]
         mocap = ['env', f'ROS_STATIC_PEERS={addresses["robots"]}']  # it sees the truth there
         mocap += [sys.executable, str(RELAY), str(nb_robots)]

@@ -12,7 +12,7 @@ from rehearsal import Rehearsal
 from ros_peer import Peer
 
 SCRIPTS = Path(__file__).parent / 'setcmas_expe' / 'scripts'
-GUARD = [sys.executable, '-m', 'setcmas_expe.guard.main', '--ros-args', '-r', '__ns:=/tb3_1']
+GUARD = [sys.executable, '-m', 'setcmas_expe.guard.guard_node', '--ros-args', '-r', '__ns:=/tb3_1']
 CYCLONE = """
 <CycloneDDS><Domain>
   <General>

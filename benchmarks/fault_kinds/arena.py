@@ -7,7 +7,7 @@ import math
 from rehearsal import Rehearsal, Truth
 
 from fault_kinds.kind import Kind, Outcome
-from setcmas_expe.lab.file import DEFAULT_FILE, load_lab
+from setcmas_expe.lab.lab_file import DEFAULT_FILE, load_lab
 
 ARENA = load_lab(DEFAULT_FILE, 2).arena
 SEPARATION = load_lab(DEFAULT_FILE, 2).min_separation

@@ -25,10 +25,10 @@ from launch_scripts.processes.run_to_end import run_to_end
 from launch_scripts.processes.supervision.child_process import Child, ChildDiedError
 from launch_scripts.processes.supervision.supervisor import StoppedError, Supervisor
 from launch_scripts.terminal.output_lines import write_line
-from setcmas_expe.doctor.options import DoctorOptions
-from setcmas_expe.emulation.options import check_emulated_mocap
-from setcmas_expe.lab.options import LabOptions
-from setcmas_expe.plausibility.options import ProofOptions
+from setcmas_expe.doctor.doctor_process import DoctorOptions
+from setcmas_expe.emulation.emulation_options import check_emulated_mocap
+from setcmas_expe.lab.lab_options import LabOptions
+from setcmas_expe.safety.body_proofs import ProofOptions
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

@@ -34,13 +34,13 @@ from setcmas_ctrl.communication.settings import check_communication
 from setcmas_ctrl.control.options import LawOptions
 from setcmas_ctrl.filter.options import OF_LAB, FilterOptions
 from setcmas_ctrl.filter.starts import check_starts
-from setcmas_expe.emulation.options import (
+from setcmas_expe.emulation.emulation_options import (
     EmulationOptions,
     check_emulated_mocap,
     emulated_start_poses,
 )
-from setcmas_expe.lab.model import Lab
-from setcmas_expe.lab.options import LabOptions
+from setcmas_expe.lab.lab import Lab
+from setcmas_expe.lab.lab_options import LabOptions
 from setcmas_expe.pause.console_protocol import Word
 from setcmas_simu.errors import SetcmasError
 

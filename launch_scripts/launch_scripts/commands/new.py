@@ -20,7 +20,7 @@ from pathlib import Path
 
 from launch_scripts.processes.environment import missing_ros
 from setcmas_ctrl.scripts.loader import ALGORITHMS, EXERCISES, find_script
-from setcmas_expe.lab.file import DEFAULT_FILE
+from setcmas_expe.lab.lab_file import DEFAULT_FILE
 from setcmas_simu.errors import SetcmasError
 
 CONTROL_LAW, ROBOT = 'control_law', 'robot'

@@ -36,10 +36,10 @@ from setcmas_ctrl.communication.settings import check_communication
 from setcmas_ctrl.control.options import LawOptions
 from setcmas_ctrl.filter.options import FilterOptions
 from setcmas_ctrl.filter.starts import check_starts
-from setcmas_expe.emulation.options import EmulationOptions, emulated_start_poses
-from setcmas_expe.lab.file import DEFAULT_FILE
-from setcmas_expe.lab.model import Lab
-from setcmas_expe.lab.options import LabOptions
+from setcmas_expe.emulation.emulation_options import EmulationOptions, emulated_start_poses
+from setcmas_expe.lab.lab import Lab
+from setcmas_expe.lab.lab_file import DEFAULT_FILE
+from setcmas_expe.lab.lab_options import LabOptions
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet.fleet import robots_in_words
 from setcmas_simu.options.group import spelled

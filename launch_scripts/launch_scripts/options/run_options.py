@@ -16,7 +16,7 @@ from setcmas_ctrl.communication.options import CommunicationOptions
 from setcmas_ctrl.control.law_scripts import LawScripts
 from setcmas_ctrl.control.options import LawOptions
 from setcmas_ctrl.filter.options import FilterOptions
-from setcmas_expe.lab.model import Lab
+from setcmas_expe.lab.lab import Lab
 from setcmas_simu.simulator.options import SimulationOptions
 from setcmas_tools.run.options import RunOptions
 

@@ -11,8 +11,8 @@ from launch_scripts.processes.experiment import Experiment
 from launch_scripts.processes.run_processes import RecordedRun
 from launch_scripts.processes.supervision.child_process import Child
 from launch_scripts.processes.supervision.supervisor import Supervisor
-from setcmas_expe.lab.model import Lab
-from setcmas_expe.lab.options import LabOptions
+from setcmas_expe.lab.lab import Lab
+from setcmas_expe.lab.lab_options import LabOptions
 from setcmas_expe.pause.console_protocol import Status, Word
 from setcmas_simu.robots.velocity_limits import ROBOT_MODELS
 

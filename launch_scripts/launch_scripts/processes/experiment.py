@@ -24,11 +24,11 @@ from launch_scripts.processes.supervision.child_process import Child, ChildRepor
 from launch_scripts.processes.supervision.supervisor import Supervisor
 from setcmas_ctrl.control.options import ControllerOptions
 from setcmas_ctrl.filter.options import FilterOptions
-from setcmas_expe.emulation.options import EmulationOptions
-from setcmas_expe.lab.model import Lab
-from setcmas_expe.lab.options import LabOptions
+from setcmas_expe.emulation.emulation_options import EmulationOptions
+from setcmas_expe.lab.lab import Lab
+from setcmas_expe.lab.lab_options import LabOptions
 from setcmas_expe.pause.console_protocol import Status, Wish, Word
-from setcmas_expe.plausibility.options import ProofOptions
+from setcmas_expe.safety.body_proofs import ProofOptions
 from setcmas_simu.reports.reports import ScriptCall, ScriptFailure, Started
 
 _TAKE_OVER_S = 0.5

@@ -15,7 +15,7 @@ from launch_scripts.processes.run_processes import SimulatedRun, outcome_of
 from launch_scripts.processes.supervision.child_process import Child, ChildDiedError
 from launch_scripts.processes.supervision.supervisor import StoppedError, Supervisor
 from launch_scripts.terminal.output_lines import Stream, write_line
-from setcmas_expe.lab.model import Lab
+from setcmas_expe.lab.lab import Lab
 from setcmas_simu.reports.reports import Ready
 from setcmas_tools.run.folder import RunFolder
 from setcmas_tools.run.info import RunInfo

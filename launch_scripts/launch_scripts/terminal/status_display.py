@@ -13,7 +13,7 @@ from rich.text import Text
 
 from launch_scripts.terminal.output_queue import QueuedStream
 from setcmas_expe.pause.console_protocol import RobotStatus, Status
-from setcmas_expe.safety.decision import State
+from setcmas_expe.safety.safety_decision import State
 
 _COLOURS = {
     'EMERGENCY STOP': 'bold white on red',

@@ -7,7 +7,7 @@ import math
 from rclpy.node import Node
 from std_srvs.srv import SetBool
 
-from setcmas_expe.guard.report import Power
+from setcmas_expe.guard.guard_watch import Power
 from setcmas_simu.fleet import topics
 
 _AGAIN_S = 1.0

@@ -2,16 +2,150 @@
 
 from __future__ import annotations
 
+import itertools
 import math
-from collections import Counter
+import statistics
+from collections import Counter, deque
 
-from setcmas_expe.mocap.arrivals import LONGEST_GAP_S, Arrivals
-from setcmas_expe.mocap.reach import NOISE_M, Reach
 from setcmas_expe.mocap.sample import Pose, Sample, fault_of
-from setcmas_expe.mocap.stamp_clock import StampClock
 from setcmas_simu.fleet.planar_pose import wrap_angle
 from setcmas_simu.robots.velocity_limits import VelocityLimits
 from setcmas_simu.world.arena import Arena
+
+_DRIFT = 1e-3
+"""By how much two clocks may drift apart, in s per s."""
+
+
+class StampClock:
+    """Compares stamps with the time of arrival.
+
+    The smallest difference that was seen stands for a measurement that came at once; what exceeds
+    it is lateness. Stamps that go backwards mean that the clock was set: delay alone cannot
+    reverse them.
+    """
+
+    def __init__(self) -> None:
+        """Know nothing yet."""
+        self._offset: float | None = None
+        self._stamp = self._now = 0.0
+
+    def lateness(self, stamp: float, now: float) -> float:
+        """Return by how much a measurement is later than the promptest ones, in s.
+
+        Args:
+            stamp: On the sender's clock in s; 0 if not given, which counts as prompt.
+            now: Time of arrival on a steady clock in s.
+        """
+        if stamp == 0.0:
+            return 0.0
+        offset = now - stamp
+        if self._offset is None or stamp < self._stamp:
+            self._offset = offset
+        self._offset = min(offset, self._offset + _DRIFT * max(0.0, now - self._now))
+        self._stamp, self._now = stamp, now
+        return offset - self._offset
+
+
+SLOWEST_HZ = 10.0
+"""Rate of measurements below which people are told, in Hz."""
+
+LONGEST_GAP_S = 0.25
+"""Time in s from one to the next, twice in a row, with which nobody can steer."""
+
+_REMEMBERED = 20
+
+
+class Arrivals:
+    """Remembers when the last measurements came; in s on a steady clock."""
+
+    def __init__(self) -> None:
+        """Begin before the first."""
+        self._times: deque[float] = deque(maxlen=_REMEMBERED)
+
+    def add(self, now: float) -> float:
+        """Note that one has come; returns the time in s since the one before, 0 at first."""
+        gap = now - self._times[-1] if self._times else 0.0
+        self._times.append(now)
+        return gap
+
+    @property
+    def rate(self) -> float:
+        """Measurements a second, by the usual gap; inf before there are some."""
+        gaps = self._gaps()
+        return 1.0 / max(statistics.median(gaps), 1e-6) if len(gaps) > 2 else math.inf
+
+    @property
+    def gap(self) -> float:
+        """The shorter of the last two gaps in s, for one is a hiccup of the network; 0 before."""
+        gaps = self._gaps()[-2:]
+        return min(gaps) if len(gaps) == 2 else 0.0
+
+    @property
+    def are_slow(self) -> bool:
+        """Whether the last two gaps were too long."""
+        return self.gap > LONGEST_GAP_S
+
+    def _gaps(self) -> list[float]:
+        return [later - earlier for earlier, later in itertools.pairwise(self._times)]
+
+
+NOISE_M = 0.03
+"""What a pose may differ by although the robot stands: noise, and a body that wobbles."""
+
+BLIND_S = 0.8
+"""Time in s after which an unseen robot has stopped, so that it cannot be further away."""
+
+_NOISE_RAD = 0.25
+_LATE_S = 0.1  # by which one pose may be later than another: it moves on meanwhile
+_FASTER = 1.1  # wheels' radii
+_WINDOW_S = 0.5
+
+
+class Reach:
+    """Remembers the good poses of half a second; all times in s on one steady clock.
+
+    A pose must be in reach of the last one, and of that half a second ago: what is small from one
+    frame to the next adds up to a speed that no robot has.
+    """
+
+    def __init__(self, limits: VelocityLimits) -> None:
+        """Take how fast the robot is."""
+        self._limits = limits
+        self._poses: deque[tuple[float, Pose]] = deque()
+
+    def of(self, seconds: float) -> float:
+        """Return how far in m the robot may be from where it was seen some time ago."""
+        step = min(max(0.0, seconds), BLIND_S) + _LATE_S
+        return _FASTER * self._limits.V_max * step + NOISE_M
+
+    def add(self, pose: Pose, measured: float) -> None:
+        """Note a good pose and when it was measured."""
+        self._poses.append((measured, pose))
+        while self._poses[0][0] < measured - _WINDOW_S:
+            self._poses.popleft()
+
+    def start(self, pose: Pose, measured: float) -> None:
+        """Begin anew with a pose, for the robot was carried there."""
+        self._poses.clear()
+        self.add(pose, measured)
+
+    def holds(self, pose: Pose, measured: float) -> bool:
+        """Return whether the robot can be at a pose (m, rad)."""
+        if not self._poses:
+            return True
+        return self._near(*self._poses[0], pose, measured) and self._near(
+            *self._poses[-1], pose, measured
+        )
+
+    def _near(self, then: float, old: Pose, pose: Pose, measured: float) -> bool:
+        seconds = measured - then
+        turned = abs(float(wrap_angle(pose[2] - old[2])))
+        turn = self._limits.omega_max * (min(max(0.0, seconds), BLIND_S) + _LATE_S)
+        return (
+            math.hypot(pose[0] - old[0], pose[1] - old[1]) <= self.of(seconds)
+            and turned <= _FASTER * turn + _NOISE_RAD
+        )
+
 
 JUMPED = 'jumped'
 FROZEN = 'frozen'

@@ -8,9 +8,9 @@ from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from rclpy.node import Node
 
 from setcmas_ctrl.fleet.pause_watch import BY_WISH
-from setcmas_expe.lab.model import Lab
+from setcmas_expe.lab.lab import Lab
 from setcmas_expe.pause.console_protocol import RobotStatus
-from setcmas_expe.safety.decision import State
+from setcmas_expe.safety.safety_decision import State
 from setcmas_simu.cmd_vel import cmd_vel_graph
 from setcmas_simu.cmd_vel.cmd_vel_publisher import CmdVelPublisher
 from setcmas_simu.fleet import topics

@@ -6,7 +6,7 @@ import enum
 
 import msgspec
 
-from setcmas_expe.safety.decision import State
+from setcmas_expe.safety.safety_decision import State
 from setcmas_expe.safety.stalls import time_since_boot
 from setcmas_simu.reports.encoding import Message
 

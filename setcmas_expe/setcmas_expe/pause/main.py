@@ -8,7 +8,7 @@ from __future__ import annotations
 import argparse
 import sys
 
-from setcmas_expe.lab.options import LabOptions
+from setcmas_expe.lab.lab_options import LabOptions
 from setcmas_expe.pause.console_reader import ConsoleReader
 from setcmas_expe.pause.node import Pause
 from setcmas_simu.ros.process import RosProcess, node_main

@@ -8,7 +8,7 @@ from rclpy.clock import Clock, ClockType
 from std_msgs.msg import Bool
 
 from setcmas_ctrl.fleet.emergency_watch import STOPPED
-from setcmas_expe.lab.model import Lab
+from setcmas_expe.lab.lab import Lab
 from setcmas_expe.pause.bridge_watch import BridgeWatch
 from setcmas_expe.pause.console_protocol import Status, Wish, Word
 from setcmas_expe.pause.console_reader import ConsoleReader

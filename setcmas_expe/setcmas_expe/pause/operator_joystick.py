@@ -8,7 +8,7 @@ from collections.abc import Callable
 from rclpy.node import Node
 from sensor_msgs.msg import Joy
 
-from setcmas_expe.lab.model import Lab
+from setcmas_expe.lab.lab import Lab
 from setcmas_expe.pause.joystick import Joystick
 from setcmas_expe.pause.public_stops import Stops
 from setcmas_simu.ros import qos

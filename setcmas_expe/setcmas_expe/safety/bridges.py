@@ -6,22 +6,238 @@ Run as `ros2 run setcmas_expe bridges --lab lab.yaml`; `setcmas expe` does it fo
 from __future__ import annotations
 
 import argparse
+import math
 import sys
+import time
+from collections.abc import Iterator
 
-from setcmas_expe.lab.model import Lab
-from setcmas_expe.lab.options import LabOptions
-from setcmas_expe.plausibility.options import ProofOptions
-from setcmas_expe.safety.cmd_vel_bridge import CmdVelBridge
-from setcmas_expe.safety.decision import RATE_HZ
-from setcmas_expe.safety.mocap_bridge import MocapBridge
-from setcmas_expe.safety.reporting.arena_markers import publish_arena
-from setcmas_expe.safety.stepper import SafetyStepper
+from geometry_msgs.msg import Point
+from rclpy.node import Node
+from visualization_msgs.msg import Marker, MarkerArray
+
+from setcmas_ctrl.fleet.emergency_watch import STOPPED, EmergencyWatch
+from setcmas_ctrl.fleet.pause_watch import BY_WISH, SILENT, PauseWatch
+from setcmas_expe.lab.lab import Lab
+from setcmas_expe.lab.lab_options import LabOptions
+from setcmas_expe.mocap.pose_track import mark_swapped
+from setcmas_expe.mocap.receiver import MocapReceiver
+from setcmas_expe.safety.body_proofs import ProofOptions, Proofs
+from setcmas_expe.safety.bridge_reports import BridgeReports, RobotDiagnostics
+from setcmas_expe.safety.motion_watch import MotionWatch
+from setcmas_expe.safety.obedience import Runaways
+from setcmas_expe.safety.robot_bridges import CmdVelBridge, MocapBridge
+from setcmas_expe.safety.safety_decision import RATE_HZ, Decision, Situation, State, decide
+from setcmas_expe.safety.stalls import StallDetector, time_since_boot
 from setcmas_simu.fleet import topics
 from setcmas_simu.fleet.announcement import Kind
 from setcmas_simu.fleet.fleet import robots_in_words
 from setcmas_simu.messages.fleet_topic import FleetAnnouncer
+from setcmas_simu.ros import qos
 from setcmas_simu.ros.process import FleetNode, RosProcess, node_main
 from setcmas_simu.ros.step_loop import StepLoop
+
+_LINE_M = 0.03
+_DISC_M = 0.005
+
+
+def publish_arena(node: Node, lab: Lab) -> None:
+    """Publish the arena's border and a disc around each robot, kept for late displays."""
+    publisher = node.create_publisher(MarkerArray, topics.ARENA, qos.LATCHED)
+    robots = [_separation(robot.number, lab.min_separation) for robot in lab.robots]
+    publisher.publish(MarkerArray(markers=[_border(lab), *robots]))
+
+
+def _border(lab: Lab) -> Marker:
+    arena = lab.arena
+    marker = Marker(ns='arena', id=0, type=Marker.LINE_STRIP, action=Marker.ADD)
+    marker.header.frame_id = topics.WORLD_FRAME
+    marker.pose.orientation.w = 1.0
+    marker.scale.x = _LINE_M
+    marker.color.r, marker.color.a = 1.0, 1.0
+    corners = [
+        (arena.xmin, arena.ymin),
+        (arena.xmax, arena.ymin),
+        (arena.xmax, arena.ymax),
+        (arena.xmin, arena.ymax),
+        (arena.xmin, arena.ymin),
+    ]
+    marker.points = [Point(x=x, y=y) for x, y in corners]
+    return marker
+
+
+def _separation(robot: int, diameter: float) -> Marker:
+    # Half the separation around each robot: two robots are too near when their discs touch.
+    marker = Marker(ns='separation', id=robot, type=Marker.CYLINDER, action=Marker.ADD)
+    marker.header.frame_id = topics.robot_frame(robot)
+    marker.frame_locked = True
+    marker.pose.orientation.w = 1.0
+    marker.scale.x = marker.scale.y = diameter
+    marker.scale.z = _DISC_M
+    marker.color.r, marker.color.g, marker.color.a = 1.0, 0.6, 0.4
+    return marker
+
+
+_DIAGNOSTICS_EVERY = 4  # steps
+_LOOK_AROUND_EVERY = 10  # steps
+_LAST_ZEROS = 5
+_ZERO = Decision(0.0, 0.0, State.STOPPED, '')
+
+
+class SafetyStepper:
+    """Sends every robot a command 20 times a second, zero whenever something is wrong."""
+
+    def __init__(
+        self,
+        node: Node,
+        lab: Lab,
+        mocaps: list[MocapBridge],
+        bridges: list[CmdVelBridge],
+        proofs: Proofs | None,
+    ) -> None:
+        """Prepare; nothing is sent before the first step.
+
+        Args:
+            node: The node that owns what concerns the whole fleet.
+            lab: The rules.
+            mocaps: The mocap bridge of each robot.
+            bridges: The cmd_vel bridge of each robot, in the same order.
+            proofs: What was proved of the robots before; None if nothing counts.
+
+        Raises:
+            SetcmasError: The package of the messages of motion capture is not installed.
+        """
+        self._node = node
+        self._lab = lab
+        self._receiver = MocapReceiver(
+            node, lab.mocap.source, lab.mocap.y_up, {mocap.body: mocap.take for mocap in mocaps}
+        )
+        self._robots = list(zip(mocaps, bridges, strict=True))
+        self._emergency = EmergencyWatch(node)
+        self._pause = PauseWatch(node, lab.timeouts.pause_s, latches=True)
+        self._diagnostics = RobotDiagnostics(node)
+        self._warn = node.get_logger().warning
+        self._reports = BridgeReports(self._warn, self._robots, lab.resumes)
+        self._stalls = StallDetector(lab.timeouts.pause_s, time_since_boot())
+        self._runaways = Runaways()
+        robots = [mocap.robot for mocap in mocaps] if lab.checks_motion else []
+        self._motion = MotionWatch(robots, proofs, self._warn)
+        if not lab.checks_motion:
+            self._warn('what robots do is not compared with what they are commanded')
+        self._steps = 0
+        self._stepped = -math.inf
+
+    def stop(self) -> None:
+        """Command zero, several times in case one is lost; called while the process ends."""
+        for _ in range(_LAST_ZEROS):
+            for _, bridge in self._robots:
+                bridge.send(_ZERO)
+            time.sleep(1.0 / RATE_HZ)
+        for _, bridge in self._robots:
+            bridge.cmd_vel.wait_until_sent()
+
+    def step(self, now: float) -> None:
+        """Decide on what has come, and command the robots; `now` is in s on the steady clock."""
+        for _, bridge in self._robots:
+            bridge.take(self._stepped, now)
+        self._stepped = now
+        if stalled_for := self._stalls.tick(time_since_boot()):
+            # Messages that waited meanwhile look new, and somebody may have come near a robot.
+            self._pause.forget()
+            self._warn(
+                f'the bridge process was held up for {stalled_for:.1f} s: robots stay paused'
+            )
+        if self._steps % _LOOK_AROUND_EVERY == 0:
+            self._look_around()
+        paused = self._paused()
+        decisions = {
+            robot: decide(situation, self._lab)
+            for robot, situation in self._situations(paused, now)
+        }
+        for mocap, bridge in self._robots:
+            self._command(mocap, bridge, decisions[bridge.robot], now)
+        commands = {robot: (one.V, one.omega) for robot, one in decisions.items()}
+        self._motion.commanded({} if paused else commands, now)
+        if not self._lab.resumes:
+            self._latch(decisions)
+        self._reports.update(decisions, paused == SILENT, now)
+        if self._steps % _DIAGNOSTICS_EVERY == 0:
+            held = '' if paused == BY_WISH else paused
+            self._diagnostics.publish(self._robots, decisions, self._runaways.robots, held, now)
+        self._steps += 1
+
+    def _look_around(self) -> None:
+        """See who else is there."""
+        self._receiver.look_around()
+        if self._node.count_subscribers(topics.EMULATED_FAULT):
+            self._motion.keep_nothing()
+        for _, bridge in self._robots:
+            bridge.look_around()
+
+    def _paused(self) -> str:
+        """Return why all robots are paused; empty if they are not."""
+        # Whoever commands one robot past the checks may command them all.
+        if contested := next((bridge for _, bridge in self._robots if bridge.rival), None):
+            self._pause.hold(f'robot {contested.robot}: {contested.rival}')
+        paused = self._pause.reason()
+        return STOPPED if self._emergency.take() else paused
+
+    def _situations(self, paused: str, now: float) -> Iterator[tuple[int, Situation]]:
+        """Return what is known of each robot."""
+        tracks = {mocap.robot: mocap.track for mocap, _ in self._robots}
+        mark_swapped(tracks)
+        self._motion.see(tracks, {bridge.robot: bridge.wheels for _, bridge in self._robots}, now)
+        poses = {robot: track.pose for robot, track in tracks.items() if track.pose}
+        unseen = tuple(robot for robot in tracks if robot not in poses)
+        for mocap, bridge in self._robots:
+            track = mocap.track
+            V, omega = self._motion.allowed(bridge.robot, bridge.V, bridge.omega)
+            trouble = self._receiver.trouble(mocap.body) or track.trouble
+            yield (
+                mocap.robot,
+                Situation(
+                    pose=track.pose,
+                    pose_age=track.age(now),
+                    pose_fault=trouble or self._motion.trouble(mocap.robot),
+                    V=V,
+                    omega=omega,
+                    command_age=bridge.age(now),
+                    paused=paused,
+                    unseen=unseen,
+                    rival=bridge.rival,
+                    fault=bridge.fault,
+                    others={robot: pose for robot, pose in poses.items() if robot != mocap.robot},
+                ),
+            )
+
+    def _command(
+        self, mocap: MocapBridge, bridge: CmdVelBridge, decision: Decision, now: float
+    ) -> None:
+        """Send a robot its command, and see whether it stops."""
+        bridge.send(decision)
+        moving = decision.V != 0.0 or decision.omega != 0.0
+        track = mocap.track
+        track.note_command(moving, decision.state is State.PAUSED, now)
+        # A speed that is old, as after this process was held up, tells nothing of now.
+        unknown = track.fault or track.age(now) > self._lab.timeouts.pose_s
+        seen = (0.0, 0.0) if unknown else (mocap.speed, mocap.turn_rate)
+        rolls = bridge.rolls(now)
+        told = [seen] if rolls is None else [seen, rolls] if any(rolls) else [rolls]
+        speed = max(self._lab.limits.faster_wheel(*one) for one in told)
+        is_driven = bool(bridge.rival) or rolls is not None
+        if self._runaways.update(bridge.robot, not moving, speed, is_driven, now):
+            self._warn(
+                f'robot {bridge.robot} still moves ({speed:.2f} m/s), '
+                'although it is commanded zero: switch it off'
+            )
+
+    def _latch(self, decisions: dict[int, Decision]) -> None:
+        """Pause all robots, until a person starts them again, for what must not end by itself."""
+        stopped = {robot: one.reason for robot, one in decisions.items() if one.lasting}
+        if stopped:
+            reason = next(iter(stopped.values()))
+            robots = [robot for robot, why in stopped.items() if why == reason]
+            each = ', each' if len(robots) > 1 else ''
+            self._pause.hold(f'{robots_in_words(robots)}{each}: {reason}')
 
 
 def _greet(node: FleetNode, lab: Lab) -> None:

@@ -7,7 +7,7 @@ import pytest
 
 from launch_scripts.processes import environment
 from launch_scripts.processes.experiment import experiment_environment
-from setcmas_expe.lab.file import DEFAULT_FILE, load_lab
+from setcmas_expe.lab.lab_file import DEFAULT_FILE, load_lab
 from setcmas_simu.errors import SetcmasError
 
 

@@ -1,7 +1,6 @@
 """A driver that sends all bodies as transforms on /frames, each frame named after its body."""
 
-from setcmas_expe.mocap.messages import sample_of
-from setcmas_expe.mocap.sources import SILENCE, MocapSource
+from setcmas_expe.mocap.sources import SILENCE, MocapSource, sample_of
 
 
 def read_transforms(message):

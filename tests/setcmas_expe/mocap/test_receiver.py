@@ -14,9 +14,8 @@ pytest.importorskip('cyclonedds')
 from geometry_msgs.msg import PoseStamped
 from lab_peer import BRIDGES, LabPeer
 
-from setcmas_expe.mocap.messages import read_pose_stamped
 from setcmas_expe.mocap.receiver import MocapReceiver
-from setcmas_expe.mocap.sources import MOCAP_SOURCES
+from setcmas_expe.mocap.sources import MOCAP_SOURCES, read_pose_stamped
 from setcmas_simu.ros import qos
 
 TESTS = Path(__file__).parents[2]

@@ -1,7 +1,12 @@
 import pytest
 
-from setcmas_expe.mocap.messages import STANDARD
-from setcmas_expe.mocap.sources import MOCAP_SOURCES, MocapSource, check_topic, checked_source
+from setcmas_expe.mocap.sources import (
+    MOCAP_SOURCES,
+    STANDARD,
+    MocapSource,
+    check_topic,
+    checked_source,
+)
 from setcmas_simu.doors import MisfitError
 from setcmas_simu.errors import SetcmasError
 

@@ -135,7 +135,7 @@ def test_a_robot_starts_only_with_a_guard_and_stops_without(start, peer):
     lab.paused = True
     start(*[word for word in BRIDGES if word != '--without-guard'])
     see_it_stand(lab, 'paused; no cmd_vel_guard on it')
-    guard = start(sys.executable, '-m', 'setcmas_expe.guard.main', *GUARDED)
+    guard = start(sys.executable, '-m', 'setcmas_expe.guard.guard_node', *GUARDED)
     peer.wait_for(lambda: lab.status(1)[0].message == 'paused')
     lab.paused = False
     lab.wait_for_command(1, GO)
@@ -146,7 +146,7 @@ def test_a_robot_starts_only_with_a_guard_and_stops_without(start, peer):
 
 def test_who_plays_the_guard_of_a_robot_that_needs_none_is_noticed(lab, start):
     lab.let_go({1: GO})
-    start(sys.executable, '-m', 'setcmas_expe.guard.main', *GUARDED)
+    start(sys.executable, '-m', 'setcmas_expe.guard.guard_node', *GUARDED)
 
     see_it_stand(lab, '/tb3_1/cmd_vel_guard commands it too')
 

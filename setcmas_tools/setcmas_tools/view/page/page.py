@@ -11,7 +11,7 @@ from typing import NoReturn
 
 import viser
 
-from setcmas_expe.doctor.multicast import network_addresses
+from setcmas_expe.doctor.machine_checks import network_addresses
 from setcmas_simu.errors import SetcmasError
 from setcmas_tools.view.page.browser_options import EVERYWHERE
 from setcmas_tools.view.page.request_guard import guarded_requests, names_of_this_machine

@@ -1,0 +1,136 @@
+"""Doctor: checks of this machine, its network and a lab, with advice.
+
+Run as `ros2 run setcmas_expe doctor`, or `... doctor --lab lab.yaml`.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from tabulate import tabulate
+
+from setcmas_expe.doctor.findings import Finding, advice_lines, exit_status, table, verdict
+from setcmas_expe.doctor.machine_checks import environment_findings, ros_is_there
+from setcmas_expe.lab.lab import Lab
+from setcmas_expe.lab.lab_options import LabOptions
+from setcmas_expe.safety.body_proofs import ProofOptions, Proofs
+from setcmas_simu.errors import SetcmasError
+from setcmas_simu.options.group import Options, flag
+
+
+@dataclass(frozen=True, kw_only=True)
+class DoctorOptions(Options):
+    """What the doctor does besides looking."""
+
+    nudge: bool = flag(
+        'nudge each robot without asking, 5 cm forward and back, and a small turn; clear the way '
+        'first'
+    )
+
+
+if TYPE_CHECKING:
+    from setcmas_simu.ros.process import RosProcess
+
+_WATCH_S = 3.0
+_SIGHT_S = 2.0
+_QUESTION = 'Nudge each robot 5 cm forward and back? People and obstacles clear? [y/N] '
+
+
+def look_around(ros_arguments: list[str]) -> list[Finding]:
+    """Return what other fleets are in sight."""
+    from setcmas_expe.doctor.fleets_in_sight import fleets_finding
+    from setcmas_simu.messages.fleet_topic import FleetListener
+    from setcmas_simu.ros.process import FleetNode, ros_process
+
+    with ros_process(ros_arguments) as process:
+        node = FleetNode('doctor')
+        announced = FleetListener(node)
+        process.add(node)
+        process.spin_until(lambda: False, _SIGHT_S)
+        return [fleets_finding(node, announced)]
+
+
+def examine_lab(
+    lab: Lab, name: str, nudge: bool, proofs: Proofs | None, ros_arguments: list[str]
+) -> list[Finding]:
+    """Print the table of a lab's robots, nudge them if that is wanted; returns the findings."""
+    # Imported late: without ROS, the checks of this machine still work.
+    from setcmas_expe.doctor.lab_examination import LabExamination
+    from setcmas_simu.ros.process import ros_process
+
+    with ros_process(ros_arguments) as process:
+        examination = LabExamination(process, lab, proofs)
+        examination.watch(_WATCH_S)
+        columns, rows, findings = examination.result()
+        print(f'\nrobots of {name}')
+        print(tabulate(rows, columns, tablefmt='simple', disable_numparse=True), flush=True)
+        if findings:
+            print(f'\n{table(findings)}', flush=True)
+        if not process.stopping and (nudge or _confirmed(process)):
+            nudges = examination.nudge()
+            print(f'\nnudges\n{table(nudges)}', flush=True)
+            findings += nudges
+    return findings
+
+
+def _confirmed(process: RosProcess) -> bool:
+    """Ask the user at the terminal; False where there is none."""
+    if not (sys.stdin.isatty() and sys.stdout.isatty()):
+        return False
+
+    def give_up() -> None:
+        raise KeyboardInterrupt
+
+    process.on_stop_signal = give_up
+    try:
+        return input(f'\n{_QUESTION}').strip().lower() in ('y', 'yes')
+    except (EOFError, KeyboardInterrupt):
+        print()
+        return False
+    finally:
+        process.on_stop_signal = None
+
+
+def main(argv: list[str] | None = None) -> int:
+    """Check everything; returns the exit status: 0 all well, 1 problems, 2 a mistake."""
+    argv = sys.argv[1:] if argv is None else argv
+    cut = argv.index('--ros-args') if '--ros-args' in argv else len(argv)
+    argv, ros_arguments = argv[:cut], argv[cut:]
+    parser = argparse.ArgumentParser(prog='doctor', description=__doc__)
+    LabOptions.add_to(parser)
+    DoctorOptions.add_to(parser)
+    ProofOptions.add_to(parser)
+    args = parser.parse_args(argv)
+    try:
+        return _examine(args, ros_arguments)
+    except SetcmasError as error:
+        print(f'setcmas doctor: {error}', file=sys.stderr)
+        return 2
+
+
+def _examine(args: argparse.Namespace, ros_arguments: list[str]) -> int:
+    options, nudge = LabOptions.of(args), DoctorOptions.of(args).nudge
+    lab = options.chosen() if nudge or options.changed() else None
+    if lab and ros_is_there():
+        lab.mocap.source.message_class()
+    findings = environment_findings()
+    if ros_is_there() and lab is None:
+        findings += look_around(ros_arguments)
+    print(f'this machine\n{table(findings)}', flush=True)
+    if lab and ros_is_there():
+        name = str(options.lab or Path('the default lab'))
+        proofs = ProofOptions.of(args).proofs(lab)
+        findings += examine_lab(lab, name, nudge, proofs, ros_arguments)
+    advice = advice_lines(findings)
+    if advice:
+        print('\nwhat to do\n' + '\n'.join(advice))
+    print(f'\n{verdict(findings)}')
+    return exit_status(findings)
+
+
+if __name__ == '__main__':
+    sys.exit(main())

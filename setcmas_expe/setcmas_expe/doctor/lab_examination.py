@@ -1,0 +1,94 @@
+"""Examination of a lab over ROS: every robot, and its nudge if wanted."""
+
+from __future__ import annotations
+
+from setcmas_expe.doctor.findings import NOTE, OK, Finding
+from setcmas_expe.doctor.lab_checks import COLUMNS, RobotCheck, other_presets
+from setcmas_expe.doctor.lab_watch import LabWatch, round_trip
+from setcmas_expe.doctor.nudge import Nudger
+from setcmas_expe.lab.lab import Lab
+from setcmas_expe.safety.body_proofs import Proofs
+from setcmas_simu.fleet.topics import robot_name
+from setcmas_simu.ros.process import RosProcess
+
+_DISCOVERY_S = 3.0
+_EXPERIMENT = Finding(NOTE, 'experiment', 'one runs here', 'end it (q in its terminal) to nudge')
+
+
+class LabExamination:
+    """What the doctor does in a lab."""
+
+    def __init__(self, process: RosProcess, lab: Lab, proofs: Proofs | None) -> None:
+        """Start to listen.
+
+        Args:
+            process: The process.
+            lab: The lab.
+            proofs: Keeps what nudges prove; None if nothing counts.
+        """
+        self._proofs = proofs
+        self._process = process
+        self._lab = lab
+        self._watch = LabWatch(lab)
+        process.add(self._watch)
+
+    def watch(self, seconds: float) -> None:
+        """Wait until all robots are found, or cannot be; then listen for a while."""
+        robots = self._watch.robots.values()
+        self._process.spin_until(
+            lambda: all(w.arrivals and self._watch.listeners(w.robot) for w in robots),
+            _DISCOVERY_S,
+        )
+        self._watch.restart_statistics()
+        self._process.spin_until(lambda: False, seconds)
+
+    def result(self) -> tuple[tuple[str, ...], list[list[str]], list[Finding]]:
+        """Return columns and rows of the table of robots, and what was found."""
+        checks = self._checks()
+        bodies = self._watch.mocap.bodies()
+        findings = [f for check in checks for f in check.findings(self._lab, bodies)]
+        if not bodies:
+            graph = self._watch.get_topic_names_and_types()
+            findings += other_presets(graph, self._lab.mocap.preset)
+        if self._watch.runs_experiment():
+            findings.insert(0, _EXPERIMENT)
+        return COLUMNS, [check.row() for check in checks], findings
+
+    def nudge(self) -> list[Finding]:
+        """Nudge the robots one after the other; returns what that proves."""
+        self._process.spin_until(lambda: False, 0.2)  # what came while the user was asked
+        findings = list(Nudger(self._process, self._watch).findings())
+        if self._proofs and not self._watch.is_emulated():
+            self._keep(self._proofs, findings)
+        return findings
+
+    def _keep(self, proofs: Proofs, findings: list[Finding]) -> None:
+        """Keep who is proved: their nudge and their turn were both as they should be."""
+        wrong = {finding.what for finding in findings if finding.level != OK}
+        nudged = {finding.what for finding in findings}
+        for robot in self._watch.robots:
+            parts = {f'{part} of {robot_name(robot)}' for part in ('nudge', 'turn')}
+            if parts <= nudged and not parts & wrong:
+                proofs.add([robot])
+            else:
+                proofs.drop(robot)
+
+    def _checks(self) -> list[RobotCheck]:
+        # Questions to robots take time: what was measured before is not to suffer from it.
+        self._watch.take_guards()
+        statistics = {number: self._watch.statistics(number) for number in self._watch.robots}
+        poses = self._watch.poses()
+        return [
+            RobotCheck(
+                watch.robot,
+                statistics[number],
+                poses.get(number),
+                self._watch.fault(number),
+                [one.kind for one in self._watch.listeners(watch.robot)],
+                self._watch.rival(watch.robot, experiment=True),
+                self._watch.robot_guards[number].heard_report,
+                watch.battery,
+                round_trip(self._process, self._watch, watch.robot),
+            )
+            for number, watch in self._watch.robots.items()
+        ]

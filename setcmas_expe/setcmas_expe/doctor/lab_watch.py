@@ -1,0 +1,191 @@
+"""Watch over a lab for a few seconds: motion capture, batteries, who listens and who answers."""
+
+from __future__ import annotations
+
+import math
+import statistics
+import time
+from dataclasses import dataclass, field
+from functools import partial
+
+from nav_msgs.msg import Odometry
+from rcl_interfaces.srv import GetParameters
+from rclpy.qos import QoSProfile, ReliabilityPolicy
+from sensor_msgs.msg import BatteryState
+
+from setcmas_expe.doctor.lab_checks import ArrivalStatistics, arrival_statistics
+from setcmas_expe.guard.guard_watch import GuardWatch
+from setcmas_expe.lab.lab import Battery, Lab, LabRobot
+from setcmas_expe.mocap.receiver import MocapReceiver
+from setcmas_expe.mocap.sample import Pose, Sample, fault_of
+from setcmas_simu.cmd_vel import cmd_vel_graph
+from setcmas_simu.cmd_vel.cmd_vel_graph import Endpoint
+from setcmas_simu.fleet import topics
+from setcmas_simu.ros.process import FleetNode, RosProcess
+
+# turtlebot3_node answers for its parameters, as every node of rclcpp does.
+_SERVICE = 'turtlebot3_node/get_parameters'
+_QUESTIONS = 10
+_TIMEOUT_S = 1.0
+
+
+def round_trip(process: RosProcess, node: FleetNode, robot: LabRobot) -> float | None:
+    """Return the median time of a service call to a robot in s; None if it does not answer."""
+    client = node.create_client(GetParameters, robot.topic(_SERVICE))
+    try:
+        if not process.spin_until(client.service_is_ready, _TIMEOUT_S):
+            return None
+        times = []
+        for _ in range(_QUESTIONS):
+            begin = time.monotonic()
+            answer = client.call_async(GetParameters.Request(names=['use_sim_time']))
+            if not process.spin_until(answer.done, _TIMEOUT_S):
+                return None
+            times.append(time.monotonic() - begin)
+        return statistics.median(times)
+    finally:
+        node.destroy_client(client)
+
+
+_BURST = QoSProfile(depth=50, reliability=ReliabilityPolicy.BEST_EFFORT)
+
+
+@dataclass
+class RobotWatch:
+    """What has been heard of one robot since the watch began.
+
+    Attributes:
+        robot: Which one it is.
+        arrivals: When its poses arrived, in s on the system's clock.
+        stamps: Their stamps, in s.
+        heard: When the newest arrived, in s on a steady clock; -inf before the first.
+        sample: The newest of them; None before the first.
+        fault: What was wrong with the last bad one; None if all were good.
+        battery: Charge in percent; None if nothing was heard.
+        scale: That of its battery.
+        wheel_speed: Forward speed by its own odometry in m/s, and when that arrived in s on a
+            steady clock; None if nothing was heard.
+    """
+
+    robot: LabRobot
+    arrivals: list[float] = field(default_factory=list)
+    stamps: list[float] = field(default_factory=list)
+    heard: float = -math.inf
+    sample: Sample | None = None
+    fault: str | None = None
+    battery: float | None = None
+    scale: Battery = field(default_factory=Battery)
+    wheel_speed: tuple[float, float] | None = None
+
+
+class LabWatch(FleetNode):
+    """Listens to all robots of a lab and to its motion capture system.
+
+    Attributes:
+        lab: The lab.
+        robots: What was heard of each robot, by number.
+        robot_guards: What is heard of their guards, by number.
+        mocap: What is heard of motion capture.
+    """
+
+    def __init__(self, lab: Lab) -> None:
+        """Start to listen."""
+        super().__init__('doctor')
+        self.lab = lab
+        self.robots = {robot.number: RobotWatch(robot) for robot in lab.robots}
+        self.robot_guards = {
+            robot.number: GuardWatch(self, robot.namespace) for robot in lab.robots
+        }
+        self._own = cmd_vel_graph.own_participant(self)
+        self._begin = time.time()
+        takers = {
+            watch.robot.mocap_name: partial(self._on_mocap, watch)
+            for watch in self.robots.values()
+        }
+        self.mocap = MocapReceiver(self, lab.mocap.source, lab.mocap.y_up, takers, _BURST)
+        for watch in self.robots.values():
+            robot = watch.robot
+            for kind, topic, callback in (
+                (Odometry, robot.topic(topics.ODOM), self._on_wheel_odometry),
+                (BatteryState, robot.topic(topics.BATTERY), self._on_battery),
+            ):
+                self.create_subscription(kind, topic, partial(callback, watch), _BURST)
+
+    def restart_statistics(self) -> None:
+        """Begin anew with the statistics of motion capture."""
+        self._begin = time.time()
+        self.take_guards()
+        for watch in self.robots.values():
+            watch.arrivals.clear()
+            watch.stamps.clear()
+            watch.fault = None
+
+    def take_guards(self) -> None:
+        """Take what the guards have said since the last time."""
+        for guard in self.robot_guards.values():
+            guard.take(time.monotonic())
+
+    def statistics(self, robot: int) -> ArrivalStatistics:
+        """Return how regularly a robot's poses have been arriving."""
+        watch = self.robots[robot]
+        return arrival_statistics(watch.arrivals, watch.stamps, self._begin, time.time())
+
+    def is_emulated(self) -> bool:
+        """Return whether the robots are those of an emulated lab."""
+        return self.count_subscribers(topics.EMULATED_FAULT) > 0
+
+    def runs_experiment(self) -> bool:
+        """Return whether somebody else pauses and starts robots here."""
+        return bool(cmd_vel_graph.strangers(self, topics.PAUSED, {self._own}))
+
+    def poses(self) -> dict[int, Pose]:
+        """Return the newest good pose of each robot that has one, by number."""
+        return {
+            number: watch.sample.planar()
+            for number, watch in self.robots.items()
+            if watch.sample is not None and fault_of(watch.sample, self.lab.arena) is None
+        }
+
+    def pose_age(self, robot: int) -> float:
+        """Return how long ago a robot's last pose arrived, in s."""
+        return time.monotonic() - self.robots[robot].heard
+
+    def fault(self, robot: int) -> str | None:
+        """Return what is wrong with a robot's poses; None if nothing."""
+        return self.robots[robot].fault or self.source_conflict(robot) or None
+
+    def source_conflict(self, robot: int) -> str:
+        """Return why none of a robot's poses is to be believed; empty if they may be."""
+        self.mocap.look_around()
+        return self.mocap.trouble(self.robots[robot].robot.mocap_name)
+
+    def listeners(self, robot: LabRobot) -> list[Endpoint]:
+        """Return who listens to a robot's commands, bystanders aside."""
+        return cmd_vel_graph.listeners(self, robot.topic(topics.CMD_VEL))
+
+    def rival(self, robot: LabRobot, experiment: bool = False) -> str:
+        """Return who may move a robot, or moves in its place; empty if nobody but this process.
+
+        Args:
+            robot: The robot.
+            experiment: Whether an experiment may.
+        """
+        topic = robot.topic(topics.CMD_VEL)
+        guard = self.robot_guards[robot.number]
+        allowed = {self._own} | guard.look_around()
+        for name in (topics.FLEET, topics.PAUSED) if experiment else ():
+            allowed |= cmd_vel_graph.participants(self, name)
+        return guard.intruder or cmd_vel_graph.rival(self, topic, allowed)
+
+    def _on_mocap(self, watch: RobotWatch, sample: Sample) -> None:
+        watch.arrivals.append(time.time())
+        watch.heard = time.monotonic()
+        watch.stamps.append(sample.stamp)
+        watch.sample = sample
+        watch.fault = fault_of(sample, self.lab.arena) or watch.fault
+
+    def _on_wheel_odometry(self, watch: RobotWatch, message: Odometry) -> None:
+        watch.wheel_speed = message.twist.twist.linear.x, time.monotonic()
+
+    def _on_battery(self, watch: RobotWatch, message: BatteryState) -> None:
+        watch.battery = watch.scale.percent(message.percentage)

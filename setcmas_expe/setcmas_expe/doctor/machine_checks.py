@@ -1,0 +1,163 @@
+"""Checks of this machine: Python, ROS 2's packages and variables, and multicast."""
+
+from __future__ import annotations
+
+import contextlib
+import importlib.util
+import os
+import platform
+import socket
+import struct
+import sys
+from collections.abc import Mapping
+from importlib import metadata
+
+from setcmas_expe.doctor.findings import NOTE, OK, PROBLEM, Finding
+
+_GROUP = '239.255.0.1'  # that of DDS discovery
+_SIOCGIFADDR = 0x8915
+_WAIT_S = 0.3
+_WHAT = 'multicast'
+_ADVICE = (
+    'robots on other machines are not found by themselves: name them as network.static_peers in '
+    'the lab file, or use a discovery server'
+)
+
+
+def network_addresses() -> dict[str, str]:
+    """Return the IPv4 address of each network interface but the loopback, by name.
+
+    None where the system does not tell, such as Windows.
+    """
+    try:
+        import fcntl
+    except ImportError:
+        return {}
+    addresses = {}
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
+        for _, name in socket.if_nameindex():
+            with contextlib.suppress(OSError):  # it has none
+                request = struct.pack('256s', name.encode()[:15])
+                answer = fcntl.ioctl(probe.fileno(), _SIOCGIFADDR, request)
+                addresses[name] = socket.inet_ntoa(answer[20:24])
+    return {name: ip for name, ip in addresses.items() if not ip.startswith('127.')}
+
+
+def multicast_works(address: str) -> bool:
+    """Return whether a multicast datagram sent through an interface comes back to this host."""
+    with contextlib.suppress(OSError), contextlib.ExitStack() as stack:
+        receiver = stack.enter_context(socket.socket(socket.AF_INET, socket.SOCK_DGRAM))
+        sender = stack.enter_context(socket.socket(socket.AF_INET, socket.SOCK_DGRAM))
+        interface = socket.inet_aton(address)
+        receiver.bind(('', 0))
+        membership = socket.inet_aton(_GROUP) + interface
+        receiver.setsockopt(socket.IPPROTO_IP, socket.IP_ADD_MEMBERSHIP, membership)
+        receiver.settimeout(_WAIT_S)
+        sender.setsockopt(socket.IPPROTO_IP, socket.IP_MULTICAST_IF, interface)
+        sender.setsockopt(socket.IPPROTO_IP, socket.IP_MULTICAST_LOOP, 1)
+        sender.sendto(b'setcmas doctor', (_GROUP, receiver.getsockname()[1]))
+        return receiver.recv(64) == b'setcmas doctor'
+    return False
+
+
+def multicast_finding() -> Finding:
+    """Return through which interfaces multicast works, as far as this machine can tell."""
+    addresses = network_addresses()
+    if not addresses:
+        return Finding(NOTE, _WHAT, 'no network is known but this machine itself')
+    working = [name for name, address in addresses.items() if multicast_works(address)]
+    if not working:
+        return Finding(NOTE, _WHAT, f'blocked on {", ".join(addresses)}', _ADVICE)
+    names = ', '.join(f'{name} ({addresses[name]})' for name in working)
+    return Finding(OK, _WHAT, f'leaves through {names}; many Wi-Fi access points drop it there')
+
+
+_PYTHONS = ((3, 10), (3, 13))
+_PACKAGES = ('rclpy', 'nav_msgs', 'sensor_msgs', 'diagnostic_msgs', 'std_srvs')
+_DEFAULT_RMW = 'rmw_fastrtps_cpp'
+_RANGES = ('SUBNET', 'LOCALHOST', 'OFF', 'SYSTEM_DEFAULT')
+_LARGEST_DOMAIN = 101
+_WHEELS = "pip install 'setcmas[ros]' (Linux x86_64), or source an installed ROS 2 Jazzy"
+
+
+def environment_findings() -> list[Finding]:
+    """Return what was found on this machine."""
+    variables = os.environ
+    findings = [python_finding(sys.version_info[:2]), ros_finding(), rmw_finding(variables)]
+    findings += [domain_finding(variables), discovery_finding(variables)]
+    if sys.platform == 'linux':
+        findings.append(multicast_finding())
+    return findings
+
+
+def ros_is_there() -> bool:
+    """Return whether nodes can run here."""
+    return not _missing_packages()
+
+
+def python_finding(version: tuple[int, int]) -> Finding:
+    """Return whether ROS 2 Jazzy's wheels support a version of Python."""
+    text = '.'.join(map(str, version))
+    if _PYTHONS[0] <= version <= _PYTHONS[1]:
+        return Finding(OK, 'Python', f'{platform.python_version()} on {platform.system()}')
+    return Finding(PROBLEM, 'Python', text, 'use Python 3.10 to 3.13: ROS 2 has wheels for these')
+
+
+def ros_finding() -> Finding:
+    """Return whether the packages of ROS 2 are there."""
+    missing = _missing_packages()
+    if missing:
+        return Finding(PROBLEM, 'ROS 2', f'{", ".join(missing)} not found', _WHEELS)
+    try:
+        found = f'rclpy {metadata.version("ros-jazzy-rclpy")} from PyPI'
+    except metadata.PackageNotFoundError:
+        found = f'{os.environ.get("ROS_DISTRO", "rclpy")}, installed'
+    distribution = os.environ.get('ROS_DISTRO', 'jazzy')
+    if distribution != 'jazzy':
+        return Finding(NOTE, 'ROS 2', found, 'this is made for and tested with ROS 2 Jazzy')
+    return Finding(OK, 'ROS 2', found)
+
+
+def _missing_packages() -> list[str]:
+    return [name for name in _PACKAGES if importlib.util.find_spec(name) is None]
+
+
+def rmw_finding(variables: Mapping[str, str]) -> Finding:
+    """Return which middleware is in use."""
+    name = variables.get('RMW_IMPLEMENTATION') or _DEFAULT_RMW
+    if name == _DEFAULT_RMW:
+        return Finding(OK, 'middleware', name)
+    return Finding(
+        NOTE,
+        'middleware',
+        f'RMW_IMPLEMENTATION={name}',
+        f'all machines should use the same one; this is tested with {_DEFAULT_RMW}',
+    )
+
+
+def domain_finding(variables: Mapping[str, str]) -> Finding:
+    """Return whether the ROS domain is one that works everywhere."""
+    text = variables.get('ROS_DOMAIN_ID') or '0'
+    if not text.isdecimal() or int(text) > _LARGEST_DOMAIN:
+        advice = f'set ROS_DOMAIN_ID to a number from 0 to {_LARGEST_DOMAIN}'
+        return Finding(PROBLEM, 'ROS domain', f"'{text}'", advice)
+    return Finding(OK, 'ROS domain', f'{text}; the robots must have the same one')
+
+
+def discovery_finding(variables: Mapping[str, str]) -> Finding:
+    """Return how machines find each other."""
+    what = 'discovery'
+    if variables.get('ROS_LOCALHOST_ONLY') == '1':
+        advice = 'unset ROS_LOCALHOST_ONLY: it hides the robots, and Jazzy no longer wants it'
+        return Finding(PROBLEM, what, 'ROS_LOCALHOST_ONLY=1', advice)
+    wanted = variables.get('ROS_AUTOMATIC_DISCOVERY_RANGE')
+    if wanted is not None and wanted not in _RANGES:
+        advice = f'set ROS_AUTOMATIC_DISCOVERY_RANGE to one of {", ".join(_RANGES)}'
+        return Finding(PROBLEM, what, f'range {wanted}', advice)
+    found = f'range {wanted}' if wanted else 'this machine in simulation, SUBNET in experiments'
+    for name in ('ROS_STATIC_PEERS', 'ROS_DISCOVERY_SERVER'):
+        if variables.get(name):
+            found += f', {name}={variables[name]}'
+    if wanted == 'OFF':
+        return Finding(PROBLEM, what, found, 'unset ROS_AUTOMATIC_DISCOVERY_RANGE: OFF is off')
+    return Finding(OK, what, found)

@@ -1,0 +1,307 @@
+"""Emulated lab: TurtleBot3s, motion capture and their faults, without hardware.
+
+Run as `ros2 run setcmas_expe emulated_lab --nb-robots 8`.
+"""
+
+from __future__ import annotations
+
+import argparse
+import math
+import os
+import sys
+import time
+from collections.abc import Sequence
+from functools import partial
+from typing import Any
+
+import numpy as np
+from builtin_interfaces.msg import Time
+from geometry_msgs.msg import Point, Quaternion, TransformStamped, Vector3
+from nav_msgs.msg import Odometry
+from rclpy.logging import LoggingSeverity, set_logger_level
+from std_msgs.msg import String
+
+from setcmas_expe.emulation import faults as emulated_faults
+from setcmas_expe.emulation.emulated_fleet import EmulatedFleet
+from setcmas_expe.emulation.emulated_mocap import EmulatedMocap, Sighting
+from setcmas_expe.emulation.emulated_turtlebot3 import EmulatedTurtleBot3, fill_odometry
+from setcmas_expe.emulation.emulation_options import (
+    EmulationOptions,
+    check_emulated_mocap,
+    emulated_start_poses,
+)
+from setcmas_expe.emulation.faults import parse_fault
+from setcmas_expe.guard.guard_node import RATE_HZ, CmdVelGuard, GuardOptions
+from setcmas_expe.lab.lab import Lab, LabRobot
+from setcmas_expe.lab.lab_options import LabOptions
+from setcmas_simu.errors import SetcmasError
+from setcmas_simu.fleet import topics
+from setcmas_simu.reports.reports import Ready
+from setcmas_simu.robots.velocity_limits import ROBOT_MODELS
+from setcmas_simu.ros import qos
+from setcmas_simu.ros.process import FleetNode, RosProcess, node_main
+from setcmas_simu.ros.step_loop import StepLoop
+from setcmas_simu.simulator.robot_locks import RobotLocks
+
+
+class Schedule:
+    """Tells when something that happens at a rate is due."""
+
+    def __init__(self, rate: float) -> None:
+        """Prepare for a rate in Hz."""
+        self._period = 1.0 / rate
+        self._next = 0.0
+
+    def due(self, now: float) -> bool:
+        """Return whether it is due at time now (s), once for each period."""
+        if now < self._next:
+            return False
+        # Half a step early or late keeps the rate; a long gap is not made up for.
+        self._next = max(self._next + self._period, now + 0.5 * self._period)
+        return True
+
+
+class EmulatedMocapDriver(FleetNode):
+    """Publishes sightings, best effort as real drivers do."""
+
+    def __init__(self, lab: Lab) -> None:
+        """Create the node with a publisher for each robot of the lab."""
+        super().__init__(f'{lab.mocap.preset}_driver')
+        self._type = lab.mocap.source.message_class()
+        self._bodies = [
+            self.create_publisher(
+                self._type,
+                lab.mocap.topic_of(robot),
+                qos.SENSOR,
+            )
+            for robot in lab.robots
+        ]
+
+    def publish(self, sighting: Sighting, stamp: float) -> None:
+        """Publish a sighting under the name of its body, with a stamp in s since 1970."""
+        self._bodies[sighting.body].publish(self._message(sighting, stamp))
+
+    def _message(self, sighting: Sighting, stamp: float) -> Any:
+        x, y, z = sighting.position
+        rotation = Quaternion(**dict(zip('xyzw', sighting.quaternion, strict=True)))
+        message = self._type()
+        message.header.stamp = Time(sec=int(stamp), nanosec=int(1e9 * (stamp % 1)))
+        message.header.frame_id = 'mocap'
+        if isinstance(message, TransformStamped):
+            message.transform.translation = Vector3(x=x, y=y, z=z)
+            message.transform.rotation = rotation
+        else:
+            pose = message.pose.pose if isinstance(message, Odometry) else message.pose
+            pose.position, pose.orientation = Point(x=x, y=y, z=z), rotation
+        return message
+
+
+class EmulatedGuards:
+    """The guards of some robots, by index."""
+
+    def __init__(self, robots: Sequence[LabRobot], options: GuardOptions) -> None:
+        """Start them."""
+        self._robots = robots
+        self._options = options
+        self._guards = [self._guard(robot) for robot in robots]
+        self._hang_until = [-math.inf] * len(robots)
+        self._steps = Schedule(RATE_HZ)
+
+    def hang(self, index: int, until: float) -> None:
+        """Let one do nothing until a time (s)."""
+        if self._guards:
+            self._hang_until[index] = until
+
+    def restart(self, index: int) -> None:
+        """Let one begin anew."""
+        if self._guards:
+            self._guards[index].destroy_node()
+            self._guards[index] = self._guard(self._robots[index])
+
+    def step(self, now: float) -> None:
+        """Step those that do not hang; `now` is in s."""
+        due = self._steps.due(now)
+        for guard, until in zip(self._guards, self._hang_until, strict=True):
+            if now >= until and (due or guard.period < 1.0 / RATE_HZ):
+                guard.step(now)
+
+    def _guard(self, robot: LabRobot) -> CmdVelGuard:
+        """Return the guard of a robot, which speaks up only when it stops the robot."""
+        name = f'{robot.namespace}.{topics.CMD_VEL_GUARD_NODE}'.replace('/', '.')
+        set_logger_level(name, LoggingSeverity.WARN)
+        return CmdVelGuard(self._options, robot.namespace, time.monotonic())
+
+
+_STEP_RATE_HZ = 50.0
+_LONGEST_STEP_S = 0.1  # a process that slept longer does not let its robots jump
+_WHEEL_ODOMETRY_HZ = 20.0
+_BATTERY_HZ = 1.0
+
+
+class EmulatedLab(FleetNode):
+    """Steps the robots, lets motion capture see them, and takes orders for faults."""
+
+    def __init__(self, lab: Lab, options: EmulationOptions) -> None:
+        """Create the lab's nodes; nothing moves before `start`.
+
+        Raises:
+            SetcmasError: A start pose is malformed, or another process emulates its robots.
+        """
+        super().__init__('emulated_lab')
+        numbers = [robot.number for robot in lab.robots]
+        self._locks = RobotLocks(numbers, os.environ.get('ROS_DOMAIN_ID', '0'))
+        check_emulated_mocap(lab.mocap)
+        arena = lab.arena
+        self._middle = ((arena.xmin + arena.xmax) / 2, (arena.ymin + arena.ymax) / 2)
+        rng = np.random.default_rng(options.seed)
+        model = 'waffle' if lab.limits == ROBOT_MODELS['waffle'] else 'burger'
+        poses = emulated_start_poses(lab.arena, lab.nb_robots, options)
+        self._fleet = EmulatedFleet(poses, ROBOT_MODELS[model], rng, options.robot_model(numbers))
+        self._mocap = EmulatedMocap(lab.nb_robots, lab.mocap.y_up, rng)
+        self._driver = EmulatedMocapDriver(lab)
+        private = lab.guarded and options.remapped
+        self._robots = [
+            EmulatedTurtleBot3(
+                robot,
+                topics.CMD_VEL_GUARDED if private else topics.CMD_VEL,
+                options.robot_cmd_vel_type,
+                partial(self._fleet.command, index),
+                partial(self._fleet.set_torque, index),
+            )
+            for index, robot in enumerate(lab.robots)
+        ]
+        self._robot_guards = EmulatedGuards(
+            lab.robots if lab.guarded else (), GuardOptions(limits=model, resume=lab.resumes)
+        )
+        self._off_until = [0.0] * lab.nb_robots
+        self._truth = Odometry()
+        self._truth.header.frame_id = topics.WORLD_FRAME
+        self._truth_publishers = [
+            self.create_publisher(
+                Odometry,
+                topics.truth_topic(number),
+                qos.EVENT,
+            )
+            for number in numbers
+        ]
+        self.create_subscription(
+            String,
+            topics.EMULATED_FAULT,
+            self._on_fault,
+            qos.EVENT,
+        )
+        self.period = 1.0 / max(_STEP_RATE_HZ, options.mocap_rate)
+        """Time in s from step to step."""
+        self._frames = Schedule(options.mocap_rate)
+        self._wheel_odometry = Schedule(_WHEEL_ODOMETRY_HZ)
+        self._batteries = Schedule(_BATTERY_HZ)
+        self._stepped = time.monotonic()
+
+    @property
+    def nodes(self) -> list[FleetNode]:
+        """The nodes of the lab that are called back."""
+        return [self, self._driver, *self._robots]
+
+    def greet(self) -> None:
+        """Say what is emulated."""
+        nb = len(self._robots)
+        self.get_logger().info(
+            f'emulating a lab with {nb} TurtleBot3{"s" if nb > 1 else ""}; Ctrl-C stops'
+        )
+
+    def step(self, now: float) -> None:
+        """Move the robots by the commands that have come, and publish; `now` is in s."""
+        for index, robot in enumerate(self._robots):
+            robot.take()
+            if now < self._off_until[index]:
+                self._fleet.command(index, 0.0, 0.0)
+            elif self._off_until[index]:
+                self._off_until[index] = 0.0
+                self._robot_guards.restart(index)
+        # By the clock and not by counting: robots roll on while this process is late.
+        self._fleet.step(min(now - self._stepped, _LONGEST_STEP_S))
+        self._stepped = now
+        self._publish_truth()
+        self._publish_frames(now)
+        self._publish_robots(now)
+        self._robot_guards.step(now)
+
+    def _publish_truth(self) -> None:
+        self._truth.header.stamp = self.get_clock().now().to_msg()
+        poses = map(tuple, self._fleet.poses.T.tolist())
+        speeds = zip(self._fleet.V.tolist(), self._fleet.omega.tolist(), strict=True)
+        for publisher, pose, (V, omega) in zip(self._truth_publishers, poses, speeds, strict=True):
+            fill_odometry(self._truth, pose, V, omega)
+            publisher.publish(self._truth)
+
+    def _publish_frames(self, now: float) -> None:
+        # Stamps are of the system's clock, as those of a driver; latency is steady.
+        offset = time.time() - now
+        if self._frames.due(now):
+            self._mocap.capture(self._fleet.poses, now)
+        for sighting in self._mocap.due(now):
+            self._driver.publish(sighting, sighting.stamp + offset)
+
+    def _publish_robots(self, now: float) -> None:
+        stamp = self.get_clock().now().to_msg()
+        if self._wheel_odometry.due(now):
+            speeds = np.array(self._fleet.wheel_velocities()).T.tolist()
+            poses = map(tuple, self._fleet.odometry.T.tolist())
+            for robot, off, pose, (V, omega) in zip(
+                self._robots, self._off_until, poses, speeds, strict=True
+            ):
+                if not off:
+                    robot.publish_odometry(stamp, pose, V, omega)
+        if self._batteries.due(now):
+            for robot, percent in zip(self._robots, self._fleet.battery.tolist(), strict=True):
+                robot.publish_battery(stamp, percent)
+
+    def _on_fault(self, message: String) -> None:
+        try:
+            fault = parse_fault(message.data)
+            if fault.robot > len(self._robots):
+                raise SetcmasError(
+                    f"fault '{fault}' is for robot {fault.robot}; "
+                    f'the lab has robots 1 to {len(self._robots)}'
+                )
+        except SetcmasError as error:
+            self.get_logger().warning(str(error))
+            return
+        self.get_logger().info(
+            f'robot {fault.robot}, for {fault.duration:g} s: '
+            f'{emulated_faults.PURPOSES[fault.kind]}'
+        )
+        index = fault.robot - 1
+        end = time.monotonic() + fault.duration
+        if fault.kind in (emulated_faults.OFF, emulated_faults.UNGUARDED):
+            self._robot_guards.hang(index, end)
+        if fault.kind == emulated_faults.OFF:
+            self._off_until[index] = end
+        elif fault.kind == emulated_faults.PUSH:
+            self._fleet.push_outwards(index, self._middle, fault.duration)
+        elif fault.kind == emulated_faults.STALLED:
+            self._fleet.stall(index, fault.duration)
+        elif fault.kind in (emulated_faults.BLOCKED, emulated_faults.LIFT):
+            self._fleet.hold(index, fault.duration)
+        if fault.kind in emulated_faults.OF_MOCAP:
+            self._mocap.begin(fault, time.monotonic())
+
+
+def main(argv: list[str] | None = None) -> int:
+    """Emulate a lab until a signal arrives; returns the exit status."""
+    parser = argparse.ArgumentParser(prog='emulated_lab', description=__doc__)
+    LabOptions.add_to(parser)
+    EmulationOptions.add_to(parser)
+    return node_main(parser, _emulate, argv)
+
+
+def _emulate(process: RosProcess, args: argparse.Namespace) -> None:
+    lab = EmulatedLab(LabOptions.of(args).chosen(), EmulationOptions.of(args))
+    process.add(*lab.nodes)
+    lab.greet()
+    process.launcher.tell(Ready())
+    StepLoop(process, lab.period, lab.step).run()
+
+
+if __name__ == '__main__':
+    sys.exit(main())

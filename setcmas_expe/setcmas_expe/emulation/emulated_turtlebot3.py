@@ -1,0 +1,94 @@
+"""ROS interface of an emulated TurtleBot3: topics and node name of the real one."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from builtin_interfaces.msg import Time
+from geometry_msgs.msg import Twist, TwistStamped
+from nav_msgs.msg import Odometry
+from rclpy.qos import QoSProfile
+from sensor_msgs.msg import BatteryState
+from std_srvs.srv import SetBool
+
+from setcmas_expe.lab.lab import LabRobot
+from setcmas_simu.cmd_vel.cmd_vel_type import TYPES, velocities
+from setcmas_simu.fleet import topics
+from setcmas_simu.fleet.planar_pose import quaternion_of_yaw
+from setcmas_simu.messages.polled_topic import PolledTopic
+from setcmas_simu.ros.process import FleetNode
+
+NODE_NAME = 'turtlebot3_node'
+_QOS = QoSProfile(depth=10)  # as turtlebot3_node: reliable, keep last 10
+_NOMINAL_V = 12.0
+_EMPTY_V = 11.0
+
+Pose = tuple[float, float, float]
+
+
+class EmulatedTurtleBot3(FleetNode):
+    """Takes commands as a real robot does; sends wheel odometry and battery; cuts its motors."""
+
+    def __init__(
+        self,
+        robot: LabRobot,
+        cmd_vel: str,
+        cmd_vel_type: str,
+        on_command: Callable[[float, float], None],
+        on_torque: Callable[[bool], None],
+    ) -> None:
+        """Create the node in the robot's namespace.
+
+        Args:
+            robot: Which one it is.
+            cmd_vel: The topic that its base listens to, in its namespace.
+            cmd_vel_type: 'twist_stamped' as on Jazzy, or 'twist' as on Humble.
+            on_command: Called with forward speed (m/s) and turn rate (rad/s).
+            on_torque: Called when the motors are to be switched.
+        """
+        # Parameter services as the real node has: setcmas doctor measures round trips with them.
+        super().__init__(NODE_NAME, namespace=robot.namespace, start_parameter_services=True)
+        self._on_command = on_command
+        self._on_torque = on_torque
+        self._odom = Odometry(child_frame_id='base_footprint')
+        self._odom.header.frame_id = 'odom'
+        self._odom_publisher = self.create_publisher(Odometry, topics.ODOM, _QOS)
+        self._battery = BatteryState(present=True, design_capacity=1.8)
+        self._battery_publisher = self.create_publisher(BatteryState, topics.BATTERY, _QOS)
+        self._commands = PolledTopic(self, TYPES[cmd_vel_type], cmd_vel, self._on_cmd_vel, _QOS)
+        self.create_service(SetBool, topics.MOTOR_POWER, self._on_motor_power)
+
+    def take(self) -> None:
+        """Take the commands that have come."""
+        self._commands.take()
+
+    def publish_odometry(self, stamp: Time, pose: Pose, V: float, omega: float) -> None:
+        """Publish where the wheels say that the robot is (m, rad), and their speeds."""
+        self._odom.header.stamp = stamp
+        fill_odometry(self._odom, pose, V, omega)
+        self._odom_publisher.publish(self._odom)
+
+    def publish_battery(self, stamp: Time, percent: float) -> None:
+        """Publish the charge, from 0 to 100 as the real robot does."""
+        self._battery.header.stamp = stamp
+        self._battery.percentage = percent
+        self._battery.voltage = _EMPTY_V + (_NOMINAL_V - _EMPTY_V) * percent / 100.0
+        self._battery_publisher.publish(self._battery)
+
+    def _on_cmd_vel(self, message: Twist | TwistStamped) -> None:
+        self._on_command(*velocities(message))
+
+    def _on_motor_power(
+        self, request: SetBool.Request, response: SetBool.Response
+    ) -> SetBool.Response:
+        self._on_torque(request.data)
+        response.success = True
+        return response
+
+
+def fill_odometry(message: Odometry, pose: Pose, V: float, omega: float) -> None:
+    """Write a pose (m, rad), forward speed (m/s) and turn rate (rad/s) into a message."""
+    message.pose.pose.position.x, message.pose.pose.position.y = pose[0], pose[1]
+    orientation = message.pose.pose.orientation
+    orientation.z, orientation.w = quaternion_of_yaw(pose[2])
+    message.twist.twist.linear.x, message.twist.twist.angular.z = V, omega

@@ -1,0 +1,116 @@
+"""Options of the emulated lab, for every command that starts one."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from setcmas_expe.lab.lab import Mocap
+from setcmas_expe.mocap.sources import STANDARD
+from setcmas_simu.arrays import Floats
+from setcmas_simu.errors import SetcmasError
+from setcmas_simu.fleet.fleet import start_poses
+from setcmas_simu.fleet.random_poses import RandomPoses
+from setcmas_simu.fleet.topics import CMD_VEL_TYPES
+from setcmas_simu.options.completion import names_and_files
+from setcmas_simu.options.group import flag, option
+from setcmas_simu.options.kinds import RATE, SEEDS, Kind, OneOf
+from setcmas_simu.robots.mixed_fleet import fleet_model
+from setcmas_simu.robots.model import RobotModel
+from setcmas_simu.robots.models import UNICYCLE, is_model_file, model_names, robot_models
+from setcmas_simu.simulator.options import StartPoseOptions
+from setcmas_simu.world.arena import Arena
+
+MOCAP_RATE_HZ = 50.0
+"""Default rate of the emulated motion capture system, in Hz."""
+
+_MARGIN = 0.5  # m, between start poses and the border of the arena
+_HALF_SQUARE = 5.0  # m, of the default start poses
+
+
+@dataclass(frozen=True, kw_only=True)
+class EmulationOptions(StartPoseOptions):
+    """How a lab is emulated."""
+
+    model: str | None = option(
+        Kind(metavar='FILE'),
+        'how the robots follow commands: a file such as setcmas identify writes',
+        default=None,
+        default_text='at once',
+        complete=names_and_files(tuple, ('yaml',)),
+    )
+    seed: int = option(SEEDS, 'seed of noise and of random start poses', default=0)
+    mocap_rate: float = option(RATE, 'rate of the motion capture system', default=MOCAP_RATE_HZ)
+    robot_cmd_vel_type: str = option(
+        OneOf(tuple(CMD_VEL_TYPES)),
+        'what the robots listen to: Jazzy or Humble',
+        default=CMD_VEL_TYPES[0],
+    )
+    remapped: bool = flag(
+        'robots listen to their guard alone, as in a real lab they should (default: yes)',
+        default=True,
+    )
+
+    def robot_model(self, robots: Sequence[int]) -> RobotModel | None:
+        """Return how robots of these numbers follow commands; None if they do at once.
+
+        Raises:
+            SetcmasError: It is no model file, or has a mistake.
+        """
+        if self.model is None:
+            return None
+        names = model_names(self.model, max(robots))
+        if strangers := [name for name in names if not (name == UNICYCLE or is_model_file(name))]:
+            raise SetcmasError(
+                f"--model '{strangers[0]}' cannot move emulated TurtleBot3s; it must be a file "
+                'such as setcmas identify writes, model.yaml'
+            )
+        return fleet_model(robot_models([names[robot - 1] for robot in robots], robots))
+
+
+def check_emulated_mocap(mocap: Mocap) -> None:
+    """See that a motion capture system can be emulated.
+
+    Raises:
+        SetcmasError: It does not send a topic per body, or messages that are not standard.
+    """
+    source = mocap.source
+    standard = [message_type for message_type, _ in STANDARD.values()]
+    if not source.per_body or source.message_type not in standard:
+        raise SetcmasError(
+            f'motion capture of an emulated lab must send a topic per body, one of '
+            f'{", ".join(STANDARD)}; {mocap.preset} sends {source.message_type} on '
+            f'{source.topic}: add --mocap qualisys'
+        )
+
+
+def emulated_start_poses(
+    arena: Arena, nb_robots: int, given: StartPoseOptions | None = None
+) -> Floats:
+    """Return start poses: those of a simulation, drawn together until they fit into the arena.
+
+    Args:
+        arena: Where robots may be.
+        nb_robots: Size of the fleet.
+        given: Poses to be taken as they are.
+
+    Returns:
+        Rows x, y in m and theta in rad, shape (3, nb_robots).
+
+    Raises:
+        SetcmasError: A given pose is malformed, or for a robot that is not in the fleet, or there
+            is no room for random ones.
+    """
+    defaults = start_poses(nb_robots)
+    middle = np.array([[arena.xmin + arena.xmax], [arena.ymin + arena.ymax]]) / 2
+    halves = np.array([[arena.xmax - arena.xmin], [arena.ymax - arena.ymin]]) / 2
+    inner = np.maximum(halves - _MARGIN, 0.5 * halves)
+    reach = max(_HALF_SQUARE, float(np.abs(defaults[:2]).max()))
+    defaults[:2] = middle + np.minimum(1.0, inner / reach) * defaults[:2]
+
+    def within(places: RandomPoses) -> RandomPoses:
+        return places.within(*((x.item(), y.item()) for x, y in (middle, 2 * inner, 2 * halves)))
+
+    return (given or StartPoseOptions()).start_poses(nb_robots, defaults, within)

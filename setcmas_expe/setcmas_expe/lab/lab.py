@@ -1,0 +1,189 @@
+"""Lab: its robots, its motion capture system, and its safety limits."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from itertools import product
+
+import numpy as np
+
+from setcmas_ctrl.filter.options import FilterOptions
+from setcmas_expe.mocap.sources import MocapSource
+from setcmas_simu.errors import SetcmasError
+from setcmas_simu.fleet.topics import robot_name
+from setcmas_simu.robots.velocity_limits import VelocityLimits
+from setcmas_simu.world.arena import Arena
+from setcmas_simu.world.obstacles import Obstacles
+
+LOW_PERCENT = 15.0
+"""Charge from which people are told."""
+
+
+class Battery:
+    """Reads sensor_msgs/BatteryState.percentage.
+
+    The message says 0 to 1; turtlebot3_node sends 0 to 100. Only what has once been above 1 is
+    in percent, so that 0.04 is told as 4 %.
+    """
+
+    def __init__(self) -> None:
+        """Know nothing yet."""
+        self._in_percent = False
+
+    def percent(self, percentage: float) -> float | None:
+        """Return the charge in percent; None if it is not told."""
+        if not math.isfinite(percentage):
+            return None
+        self._in_percent = self._in_percent or percentage > 1.0
+        return float(percentage if self._in_percent else 100.0 * percentage)
+
+
+FILTER_MARGIN_M = 0.05
+"""By how much the filter keeps robots further apart than where they are stopped, in m."""
+
+
+_PLACES = 40  # along each side of the arena
+
+
+@dataclass(frozen=True)
+class LabRobot:
+    """A real robot.
+
+    Attributes:
+        number: What control laws call it, from 1.
+        mocap_name: Name of its rigid body in the motion capture system.
+        namespace: Namespace of the robot's own nodes, without a slash.
+    """
+
+    number: int
+    mocap_name: str
+    namespace: str
+
+    @classmethod
+    def numbered(cls, number: int) -> LabRobot:
+        """Return the robot that is called tb3_<number> everywhere."""
+        return cls(number, robot_name(number), robot_name(number))
+
+    def topic(self, name: str) -> str:
+        """Return the full name of a topic of the robot's own nodes, such as /tb3_2/cmd_vel."""
+        return f'/{self.namespace}/{name}'
+
+
+@dataclass(frozen=True)
+class Mocap:
+    """A motion capture system.
+
+    Attributes:
+        preset: Name of its source, or 'custom'.
+        source: What its driver sends.
+        y_up: Whether its y axis points upwards.
+    """
+
+    preset: str
+    source: MocapSource
+    y_up: bool
+
+    def topic_of(self, robot: LabRobot) -> str:
+        """Return the topic on which the driver sends a robot's pose."""
+        return self.source.topic_of(robot.mocap_name)
+
+
+@dataclass(frozen=True)
+class Timeouts:
+    """Ages in s from which what a robot depends on is too old."""
+
+    pose_s: float
+    command_s: float
+    pause_s: float
+
+
+@dataclass(frozen=True)
+class Lab:
+    """All that an experiment must know of its lab; `lab_file.load_lab` reads it.
+
+    Attributes:
+        robots: The robots, numbered 1 to N in this order.
+        mocap: The motion capture system.
+        arena: Where robots may be.
+        min_separation: Smallest distance between two robots' centres, in m.
+        obstacles: What robots must not touch.
+        filter: The safety filter between control laws and robots: 'barrier' or 'none'.
+        limits: How fast robots are driven.
+        accel: How fast their forward speed may rise, in m/s^2; inf is no limit.
+        timeouts: When what a robot depends on is too old.
+        checks_motion: Whether motion capture is compared with what robots are commanded.
+        resumes: Whether robots go on by themselves once what stopped them is over.
+        guarded: Whether every robot must have a cmd_vel_guard.
+        cmd_vel_type: 'twist_stamped', 'twist', or 'auto' for what each robot listens to.
+        joystick_button: Index of the button that starts and pauses, from 0.
+        joystick_topic: Where the joystick's messages come from.
+        static_peers: Addresses of the other machines, for networks without multicast.
+        discovery_server: Its address:port; empty if there is none.
+    """
+
+    robots: tuple[LabRobot, ...]
+    mocap: Mocap
+    arena: Arena
+    min_separation: float
+    obstacles: Obstacles
+    filter: str
+    limits: VelocityLimits
+    accel: float
+    timeouts: Timeouts
+    checks_motion: bool
+    resumes: bool
+    guarded: bool
+    cmd_vel_type: str
+    joystick_button: int
+    joystick_topic: str
+    static_peers: tuple[str, ...]
+    discovery_server: str
+
+    @property
+    def nb_robots(self) -> int:
+        """Number of robots."""
+        return len(self.robots)
+
+    def safety(self, others: FilterOptions) -> FilterOptions:
+        """Return the options of the safety filter in this lab, with the others as given.
+
+        Raises:
+            ClashError: They do not go together.
+        """
+        return replace(
+            others,
+            filter=self.filter,
+            min_separation=self.min_separation + FILTER_MARGIN_M,
+            arena=self.arena,
+            obstacles=str(self.obstacles) or None,
+            accel=self.accel if self.accel < math.inf else None,
+        )
+
+    def check_room(self) -> None:
+        """See that obstacles leave robots a place in the arena.
+
+        Raises:
+            SetcmasError: They cover it.
+        """
+        xmin, xmax, ymin, ymax = self.arena
+        share = (np.arange(_PLACES) + 0.5) / _PLACES
+        places = product(xmin + share * (xmax - xmin), ymin + share * (ymax - ymin))
+        if all(self.obstacles.contain(x, y) for x, y in places):
+            raise SetcmasError(
+                f'the obstacles cover the arena, {xmin:g} to {xmax:g} by {ymin:g} to {ymax:g} m; '
+                'they must leave robots a place'
+            )
+
+    def check_rate(self, rate: float) -> None:
+        """See that a rate of control in Hz lets no robot stop between two commands.
+
+        Raises:
+            SetcmasError: It is too low.
+        """
+        longest = self.timeouts.command_s
+        if rate * longest <= 1:
+            raise SetcmasError(
+                f'--rate is {rate:g}; it must be above {1 / longest:g} Hz in this lab, where a '
+                f'robot stops {longest:g} s after its last command (timeouts: command)'
+            )

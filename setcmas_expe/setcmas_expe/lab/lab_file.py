@@ -1,0 +1,248 @@
+"""Lab files: YAML, checked down to the line of each mistake."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Callable
+from dataclasses import replace
+from importlib import resources
+from pathlib import Path
+
+from setcmas_ctrl.filter.options import FILTERS
+from setcmas_expe.lab.lab import Lab, LabRobot, Mocap, Timeouts
+from setcmas_expe.mocap.sources import (
+    CUSTOM,
+    MOCAP_SOURCES,
+    NAME,
+    POSE_STAMPED,
+    STANDARD,
+    MocapSource,
+    check_topic,
+    per_body,
+)
+from setcmas_simu.doors import UnusableError
+from setcmas_simu.errors import SetcmasError
+from setcmas_simu.fleet.topics import AUTO, CMD_VEL_TYPES, robot_name
+from setcmas_simu.robots.velocity_limits import ROBOT_MODELS, VelocityLimits
+from setcmas_simu.world.arena import Arena
+from setcmas_simu.world.obstacles import Obstacles
+from setcmas_simu.yaml_entries import Entry, read_entries
+
+DEFAULT_FILE = Path(str(resources.files('setcmas_expe') / 'config' / 'lab.yaml'))
+"""The lab file with every default, and a comment on each."""
+
+_KEYS = (
+    'robots',
+    'mocap',
+    'arena',
+    'min_separation',
+    'obstacles',
+    'filter',
+    'limits',
+    'accel',
+    'timeouts',
+    'safety',
+    'cmd_vel_type',
+    'joystick',
+    'network',
+)
+_GROUPS = {
+    'mocap': ('preset', 'topic', 'type', 'y_up'),
+    'arena': ('x', 'y'),
+    'timeouts': ('pose', 'command', 'pause'),
+    'safety': ('resume', 'motion_check'),
+    'joystick': ('button', 'topic'),
+    'network': ('static_peers', 'discovery_server'),
+}
+_LIMITS = {'forward': 3.0, 'turn': 20.0, 'wheel': 3.0, 'wheel_separation': 2.0}
+"""What may be said of a robot of one's own, and the most that is plausible indoors."""
+_TIMEOUTS_S = (0.3, 2.0)  # commands come every 0.2 s
+"""From the time between two commands of a controller to what is still safe."""
+_LARGEST_PORT = 65535
+_NAMESPACE = re.compile(r'[A-Za-z][A-Za-z0-9_]*(/[A-Za-z][A-Za-z0-9_]*)*')
+_ADDRESS = re.compile(r'[A-Za-z0-9_.:-]+')
+
+
+def load_lab(path: Path, nb_robots: int | None = None) -> Lab:
+    """Return the lab that a file describes; the default file gives what it leaves out.
+
+    Args:
+        path: The file.
+        nb_robots: How many of its robots take part; all by default. A file without a list of
+            robots has as many as wanted, by default 1.
+
+    Raises:
+        SetcmasError: The file has a mistake; the message names file and line.
+    """
+    given = read_entries(path).fields(_KEYS)
+    defaults = read_entries(DEFAULT_FILE).fields(_KEYS)
+    groups = {name: _group(name, given, defaults) for name in _GROUPS}
+    chosen = defaults | given
+    mocap = _mocap(groups['mocap'])
+    arena = Arena(*_interval(groups['arena']['x']), *_interval(groups['arena']['y']))
+    return Lab(
+        robots=_robots(given.get('robots'), nb_robots, mocap.source),
+        mocap=mocap,
+        arena=arena,
+        min_separation=_separation(chosen['min_separation'], arena),
+        obstacles=Obstacles.listed(chosen['obstacles']),
+        filter=chosen['filter'].choice(FILTERS),
+        limits=_limits(chosen['limits']),
+        accel=given['accel'].number(above=0) if 'accel' in given else math.inf,
+        timeouts=Timeouts(*(_timeout(groups['timeouts'][key]) for key in _GROUPS['timeouts'])),
+        checks_motion=groups['safety']['motion_check'].flag(),
+        resumes=groups['safety']['resume'].choice(('operator', 'automatic')) == 'automatic',
+        guarded=True,
+        cmd_vel_type=chosen['cmd_vel_type'].choice((AUTO, *CMD_VEL_TYPES)),
+        joystick_button=groups['joystick']['button'].whole(0),
+        joystick_topic=_checked(groups['joystick']['topic'], _is_topic, 'a topic, such as /joy'),
+        static_peers=tuple(
+            _checked(peer, _ADDRESS.fullmatch, 'an address, such as 192.168.1.21')
+            for peer in groups['network']['static_peers'].items()
+        ),
+        discovery_server=_checked(
+            groups['network']['discovery_server'],
+            _is_server,
+            "an address with its port, such as 192.168.1.10:11811, or ''",
+        ),
+    )
+
+
+def _group(name: str, given: dict[str, Entry], defaults: dict[str, Entry]) -> dict[str, Entry]:
+    keys = _GROUPS[name]
+    return defaults[name].fields(keys) | (given[name].fields(keys) if name in given else {})
+
+
+def _robots(
+    entry: Entry | None, nb_robots: int | None, source: MocapSource
+) -> tuple[LabRobot, ...]:
+    if entry is None:
+        return tuple(LabRobot.numbered(i) for i in range(1, (nb_robots or 1) + 1))
+    by_number: dict[int, LabRobot] = {}
+    for item in entry.items():
+        robot = _robot(item, source)
+        for other in by_number.values():
+            _refuse_same(item, robot, other)
+        by_number[robot.number] = robot
+    numbers = sorted(by_number)
+    if not numbers or numbers[-1] != len(numbers):
+        raise SetcmasError(
+            f'{entry.file}, line {entry.line}: the robots have the numbers {numbers}; they '
+            'must be 1 to N without a gap, for control laws count their robots so'
+        )
+    if nb_robots and nb_robots > len(numbers):
+        raise SetcmasError(
+            f'{entry.file}, line {entry.line}: the lab has {len(numbers)} robots; '
+            f'--nb-robots {nb_robots} asks for more'
+        )
+    return tuple(by_number[number] for number in numbers[:nb_robots])
+
+
+def _robot(entry: Entry, source: MocapSource) -> LabRobot:
+    fields = entry.fields(('number', 'mocap_name', 'namespace'))
+    if 'number' not in fields:
+        raise entry.mistake('a robot with a number, such as {number: 1, mocap_name: tb3_1}')
+    number = fields['number'].whole(1)
+    names = {'mocap_name': robot_name(number), 'namespace': robot_name(number)}
+    of_letters = f'a name of letters, digits and _, such as {robot_name(number)}'
+    for key, accepts, expected in (
+        ('mocap_name', source.may_name, source.body_must_be),
+        ('namespace', _NAMESPACE.fullmatch, of_letters),
+    ):
+        if key in fields:
+            names[key] = _checked(fields[key], accepts, expected)
+    return LabRobot(number, **names)
+
+
+def _refuse_same(entry: Entry, robot: LabRobot, other: LabRobot) -> None:
+    for key in ('number', 'mocap_name', 'namespace'):
+        value = getattr(robot, key)
+        if value == getattr(other, key):
+            raise SetcmasError(
+                f"{entry.file}, line {entry.line}: two robots have the {key} '{value}'; "
+                'each robot needs one of its own'
+            )
+
+
+def _mocap(fields: dict[str, Entry]) -> Mocap:
+    name = fields['preset'].choice((*MOCAP_SOURCES.offers(), CUSTOM))
+    try:
+        source = _custom(fields) if name == CUSTOM else MOCAP_SOURCES.get(name)
+    except UnusableError as error:
+        raise fields['preset'].error(str(error)) from error
+    if 'topic' in fields:
+        try:
+            topic = check_topic(fields['topic'].text(), source.per_body)
+        except SetcmasError as error:
+            raise fields['topic'].error(f'{fields["topic"].name}: {error}') from None
+        source = replace(source, topic=topic)
+    if 'type' in fields:
+        if not source.per_body:
+            raise fields['type'].mistake(f'left out, for {name} has a type of its own')
+        message_type, read = STANDARD[fields['type'].choice(STANDARD)]
+        source = replace(source, message_type=message_type, read=read)
+    return Mocap(name, source, fields['y_up'].flag())
+
+
+def _custom(fields: dict[str, Entry]) -> MocapSource:
+    """Return a source that the topic and the type of a lab file complete."""
+    missing = [key for key in ('topic', 'type') if key not in fields]
+    if missing:
+        known = ', '.join(MOCAP_SOURCES.offers())
+        raise fields['preset'].mistake(
+            f'a preset ({known}), or custom together with mocap.{missing[0]}'
+        )
+    return per_body(f'/{NAME}', POSE_STAMPED)
+
+
+def _interval(entry: Entry) -> tuple[float, float]:
+    ends = [end.number() for end in entry.items()]
+    if len(ends) != 2 or ends[0] >= ends[1]:
+        raise SetcmasError(
+            f'{entry.file}, line {entry.line}: {entry.name} is {ends}; it must be two numbers '
+            'in m, the smaller one first, such as [-3.0, 3.0]'
+        )
+    return ends[0], ends[1]
+
+
+def _separation(entry: Entry, arena: Arena) -> float:
+    value = entry.number(above=0)
+    across = math.hypot(arena.xmax - arena.xmin, arena.ymax - arena.ymin)
+    if value >= across:
+        raise entry.mistake(f'less than the {across:.2f} m that the arena measures across')
+    return value
+
+
+def _limits(entry: Entry) -> VelocityLimits:
+    if not isinstance(entry.value, dict):
+        return ROBOT_MODELS[entry.choice(ROBOT_MODELS)]
+    fields = entry.fields(_LIMITS)
+    missing = [key for key in _LIMITS if key not in fields]
+    if missing:
+        raise entry.mistake(f'{", ".join(ROBOT_MODELS)}, or all of {", ".join(_LIMITS)}')
+    return VelocityLimits(*(fields[key].number(above=0, most=_LIMITS[key]) for key in _LIMITS))
+
+
+def _timeout(entry: Entry) -> float:
+    value = entry.number(above=0)
+    shortest, longest = _TIMEOUTS_S
+    if not shortest <= value <= longest:
+        raise entry.mistake(f'a time from {shortest:g} to {longest:g} s')
+    return value
+
+
+def _is_server(text: str) -> bool:
+    found = re.fullmatch(r'[A-Za-z0-9_.-]+:([0-9]+)', text)
+    return not text or (found is not None and 0 < int(found[1]) <= _LARGEST_PORT)
+
+
+def _is_topic(text: str) -> bool:
+    return bool(re.fullmatch(r'(/[A-Za-z][A-Za-z0-9_]*)+', text))
+
+
+def _checked(entry: Entry, accepts: Callable[[str], object], expected: str) -> str:
+    text = entry.text()
+    if not accepts(text):
+        raise entry.mistake(expected)
+    return text

@@ -1,0 +1,103 @@
+"""Options that choose the lab of an experiment, for all its processes."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import ClassVar
+
+from setcmas_ctrl.filter.options import FILTERS
+from setcmas_expe.lab.lab import Lab, Mocap
+from setcmas_expe.lab.lab_file import DEFAULT_FILE, load_lab
+from setcmas_expe.mocap.sources import MOCAP_SOURCES
+from setcmas_simu.errors import SetcmasError
+from setcmas_simu.fleet.topics import AUTO, CMD_VEL_TYPES
+from setcmas_simu.options.completion import names_and_files
+from setcmas_simu.options.group import Options, flag, option
+from setcmas_simu.options.kinds import ACCELERATION, LENGTH, NB_ROBOTS, Kind, OneOf, PathTo, Whole
+from setcmas_simu.robots.velocity_limits import ROBOT_MODELS
+from setcmas_simu.world.arena import Arena, Borders
+from setcmas_simu.world.obstacles import Obstacles, ObstaclesKind
+
+
+@dataclass(frozen=True, kw_only=True)
+class LabOptions(Options):
+    """Which lab it is; options override the lab file."""
+
+    TITLE: ClassVar[str] = 'lab'
+
+    lab: Path | None = option(
+        PathTo(), 'lab file', default=None, default_text='the one that comes with this'
+    )
+    nb_robots: int | None = option(
+        NB_ROBOTS, 'size of the fleet', default=None, default_text="the lab file's, or 1"
+    )
+    mocap: str | None = option(
+        Kind(metavar='NAME'),
+        'motion capture driver (see setcmas list)',
+        default=None,
+        complete=names_and_files(MOCAP_SOURCES.offers),
+    )
+    limits: str | None = option(
+        OneOf(tuple(ROBOT_MODELS)), 'how fast robots are driven', default=None
+    )
+    arena: Arena | None = option(Borders(), 'where robots may be (m)', default=None)
+    min_separation: float | None = option(LENGTH, 'between two robots, in m', default=None)
+    filter: str | None = option(
+        OneOf(FILTERS), 'keeps robots apart, in the arena and off obstacles', default=None
+    )
+    obstacles: str | None = option(ObstaclesKind(), 'what robots must not touch', default=None)
+    accel: float | None = option(
+        ACCELERATION, 'how fast the speed of a robot may rise', default=None
+    )
+    cmd_vel_type: str | None = option(
+        OneOf((AUTO, *CMD_VEL_TYPES)), 'what the robots listen to', default=None
+    )
+    joystick_button: int | None = option(
+        Whole(metavar='B'), 'starts and pauses, counted from 0', default=None
+    )
+    resume: bool = flag(
+        'robots go on by themselves once what stopped them is over, without anybody who starts '
+        'them again'
+    )
+    without_guard: bool = flag(
+        'start robots that have no cmd_vel_guard, too: if this machine or the network dies, they '
+        'go on'
+    )
+
+    without_motion_check: bool = flag(
+        'do not compare what motion capture shows with what robots are commanded, nor let them '
+        'prove who they are'
+    )
+
+    def chosen(self) -> Lab:
+        """Return the lab.
+
+        Raises:
+            SetcmasError: The lab file has a mistake, names do not suit its motion capture, or
+                obstacles leave no room.
+        """
+        lab = load_lab(self.lab or DEFAULT_FILE, self.nb_robots)
+        if self.mocap:
+            lab = replace(lab, mocap=_mocap(self.mocap, lab))
+        if self.limits:
+            lab = replace(lab, limits=ROBOT_MODELS[self.limits])
+        lab = replace(lab, resumes=lab.resumes or self.resume, guarded=not self.without_guard)
+        lab = replace(lab, checks_motion=lab.checks_motion and not self.without_motion_check)
+        if self.obstacles:
+            lab = replace(lab, obstacles=Obstacles.of(self.obstacles))
+        names = ('arena', 'min_separation', 'filter', 'accel', 'cmd_vel_type', 'joystick_button')
+        given = {name: getattr(self, name) for name in names}
+        lab = replace(lab, **{name: value for name, value in given.items() if value is not None})
+        lab.check_room()
+        return lab
+
+
+def _mocap(name: str, lab: Lab) -> Mocap:
+    source = MOCAP_SOURCES.get(name)
+    for robot in lab.robots:
+        if not source.may_name(robot.mocap_name):
+            raise SetcmasError(
+                f"--mocap {name}: mocap_name '{robot.mocap_name}' must be {source.body_must_be}"
+            )
+    return replace(lab.mocap, preset=name, source=source)

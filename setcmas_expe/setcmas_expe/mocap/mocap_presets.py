@@ -1,0 +1,90 @@
+"""Presets: the motion capture drivers that a lab file can name."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+from typing import Any
+
+from setcmas_expe.mocap.sample import Sample
+from setcmas_expe.mocap.sources import (
+    HUGE,
+    NOT_A_NUMBER,
+    ODOMETRY,
+    POSE_STAMPED,
+    REPEATED,
+    SILENCE,
+    ZEROS,
+    MocapSource,
+    per_body,
+    sample_of,
+)
+from setcmas_simu.fleet.topics import TF
+
+QUALISYS = replace(
+    per_body('/qualisys/{name}/odom', ODOMETRY, SILENCE),
+    driver='motion_capture_system (KumarRobotics, KTH-SML), for ROS 1',
+)
+VRPN = replace(
+    per_body('/vrpn_mocap/{name}/pose', POSE_STAMPED, SILENCE, REPEATED),
+    driver='vrpn_mocap 1.1.0 and 1.2.0',
+)
+OPTITRACK = replace(
+    per_body('/{name}/pose', POSE_STAMPED, SILENCE, REPEATED),
+    driver='mocap_optitrack 1.1.0, topics by its mocap.yaml',
+)
+NATNET = replace(OPTITRACK, driver='natnet_ros2 (L2S-lab), commit 3e3f8d3')
+NOKOV = replace(per_body('/{name}/pose', POSE_STAMPED, SILENCE, HUGE), driver='not verified')
+VICON = replace(
+    per_body('/vicon/{name}/{name}', POSE_STAMPED, ZEROS),
+    driver='vicon_receiver 0.1.1 (ros2-vicon-receiver)',
+)
+
+
+def read_rigid_bodies(message: Any) -> Iterator[tuple[str, Sample]]:
+    """Read a mocap4r2_msgs/RigidBodies; the header of the whole frame counts."""
+    for body in message.rigidbodies:
+        pose = body.pose
+        yield body.rigid_body_name, sample_of(message.header, pose.position, pose.orientation)
+
+
+MOCAP4R2 = MocapSource(
+    '/rigid_bodies',
+    'mocap4r2_msgs/msg/RigidBodies',
+    read_rigid_bodies,
+    (SILENCE, REPEATED, ZEROS),
+    driver='mocap4ros2_optitrack, _qualisys, _nokov (mocap4r2_msgs)',
+)
+
+
+def read_named_poses(message: Any) -> Iterator[tuple[str, Sample]]:
+    """Read a motion_capture_tracking_interfaces/NamedPoseArray."""
+    for body in message.poses:
+        yield body.name, sample_of(message.header, body.pose.position, body.pose.orientation)
+
+
+MOTION_CAPTURE_TRACKING = MocapSource(
+    '/poses',
+    'motion_capture_tracking_interfaces/msg/NamedPoseArray',
+    read_named_poses,
+    (SILENCE, REPEATED, NOT_A_NUMBER),
+    driver='motion_capture_tracking 1.0.9',
+)
+
+
+def read_transforms(message: Any) -> Iterator[tuple[str, Sample]]:
+    """Read a tf2_msgs/TFMessage; parents are not looked at."""
+    for one in message.transforms:
+        transform = one.transform
+        sample = sample_of(one.header, transform.translation, transform.rotation)
+        yield one.child_frame_id, sample
+
+
+TRANSFORMS = MocapSource(
+    TF,
+    'tf2_msgs/msg/TFMessage',
+    read_transforms,
+    (SILENCE, REPEATED),
+    shared=True,
+    driver='any; tf2_msgs must be installed',
+)

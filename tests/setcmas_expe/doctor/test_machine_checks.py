@@ -1,0 +1,44 @@
+import pytest
+
+from setcmas_expe.doctor.findings import OK, PROBLEM
+from setcmas_expe.doctor.machine_checks import (
+    discovery_finding,
+    domain_finding,
+    multicast_works,
+    python_finding,
+)
+
+
+@pytest.mark.parametrize(
+    ('version', 'level'), [((3, 9), PROBLEM), ((3, 10), OK), ((3, 13), OK), ((3, 14), PROBLEM)]
+)
+def test_pythons(version, level):
+    assert python_finding(version).level == level
+
+
+@pytest.mark.parametrize(
+    ('domain', 'level'), [('', OK), ('101', OK), ('102', PROBLEM), ('-1', PROBLEM), ('a', PROBLEM)]
+)
+def test_domains(domain, level):
+    assert domain_finding({'ROS_DOMAIN_ID': domain}).level == level
+
+
+@pytest.mark.parametrize(
+    ('variables', 'level', 'told'),
+    [
+        ({}, OK, 'SUBNET in experiments'),
+        ({'ROS_STATIC_PEERS': '10.0.0.2'}, OK, '10.0.0.2'),
+        ({'ROS_AUTOMATIC_DISCOVERY_RANGE': 'LOCAL'}, PROBLEM, 'LOCAL'),
+        ({'ROS_AUTOMATIC_DISCOVERY_RANGE': 'OFF'}, PROBLEM, 'OFF'),
+        ({'ROS_LOCALHOST_ONLY': '1'}, PROBLEM, 'ROS_LOCALHOST_ONLY'),
+    ],
+)
+def test_discovery(variables, level, told):
+    finding = discovery_finding(variables)
+
+    assert finding.level == level
+    assert told in finding.found
+
+
+def test_multicast_fails_through_an_address_that_this_machine_does_not_have():
+    assert not multicast_works('203.0.113.1')

@@ -1,0 +1,119 @@
+import math
+
+import numpy as np
+import pytest
+
+from setcmas_expe.emulation import faults
+from setcmas_expe.emulation.emulated_mocap import LATENCY_S, POSITION_NOISE, EmulatedMocap
+from setcmas_expe.emulation.faults import Fault
+from setcmas_simu.fleet.planar_pose import yaw_of_quaternion
+
+POSES = np.array([[1.0, -1.0, 0.5], [2.0, 0.0, 0.5], [0.5, -0.5, 3.0]])
+
+
+def mocap(y_up=False):
+    return EmulatedMocap(3, y_up, np.random.default_rng(0))
+
+
+def frame(system, now=0.0, poses=POSES):
+    """Take a frame and return its sightings by body, however late they are."""
+    system.capture(poses, now)
+    return {sighting.body: sighting for sighting in system.due(math.inf)}
+
+
+def test_poses_are_seen_with_a_little_noise():
+    sightings = frame(mocap())
+
+    for index in range(3):
+        x, y, z = sightings[index].position
+        assert (x, y) == pytest.approx(tuple(POSES[:2, index]), abs=6 * POSITION_NOISE)
+        assert z > 0
+        assert yaw_of_quaternion(*sightings[index].quaternion) == pytest.approx(
+            POSES[2, index], abs=0.02
+        )
+    assert sightings[0].position[0] != POSES[0, 0]
+
+
+def test_a_system_whose_y_axis_points_upwards():
+    sighting = frame(mocap(y_up=True))[0]
+    x, y, z = sighting.position
+    qx, qy, qz, qw = sighting.quaternion
+
+    assert (x, -z) == pytest.approx((1.0, 2.0), abs=6 * POSITION_NOISE)
+    assert y == pytest.approx(0.19)
+    assert yaw_of_quaternion(qx, -qz, qy, qw) == pytest.approx(0.5, abs=0.02)
+
+
+def test_sightings_come_after_the_latency_and_once():
+    system = mocap()
+    system.capture(POSES, 1.0)
+
+    assert system.due(1.0) == []
+    assert {sighting.stamp for sighting in system.due(1.0 + LATENCY_S)} == {1.0}
+    assert system.due(2.0) == []
+
+
+def test_faults_end():
+    system = mocap()
+    system.begin(Fault(faults.DROPOUT, 2, 1.0), 5.0)
+
+    assert set(frame(system, 5.5)) == {0, 2}
+    assert set(frame(system, 6.0)) == {0, 1, 2}
+
+
+@pytest.mark.parametrize(('kind', 'value'), [(faults.ZERO, 0.0), (faults.NAN, math.nan)])
+def test_zeros_and_what_is_not_a_number(kind, value):
+    system = mocap()
+    system.begin(Fault(kind, 1), 0.0)
+    sightings = frame(system)
+
+    np.testing.assert_array_equal(sightings[0].position, [value] * 3)
+    np.testing.assert_array_equal(sightings[0].quaternion, [value] * 4)
+    assert np.isfinite(sightings[1].position).all()
+
+
+def test_a_frozen_pose_is_the_last_one_bit_by_bit_with_a_new_stamp():
+    system = mocap()
+    before = frame(system, 0.0)
+    system.begin(Fault(faults.FROZEN, 3), 0.0)
+    after = frame(system, 0.1, POSES + 0.1)
+
+    assert after[2].position == before[2].position
+    assert after[2].stamp == 0.1
+    assert after[1].position != before[1].position
+
+
+def test_a_jump_stays_in_the_arena():
+    system = mocap()
+    system.begin(Fault(faults.JUMP, 1), 0.0)
+
+    assert frame(system)[0].position[0] == pytest.approx(0.0, abs=0.01)
+
+
+def test_swapped_names():
+    system = mocap()
+    system.begin(Fault(faults.SWAP, 3), 0.0)
+    sightings = frame(system)
+
+    assert sightings[0].position[0] == pytest.approx(0.5, abs=0.01)
+    assert sightings[2].position[0] == pytest.approx(1.0, abs=0.01)
+    assert sightings[1].position[0] == pytest.approx(-1.0, abs=0.01)
+
+
+def test_late_poses_come_a_second_late():
+    system = mocap()
+    system.begin(Fault(faults.LATE, 1), 0.0)
+    system.capture(POSES, 0.0)
+
+    assert {sighting.body for sighting in system.due(0.5)} == {1, 2}
+    assert {sighting.body for sighting in system.due(1.5)} == {0}
+
+
+def test_poses_stay_in_order_when_they_are_no_longer_late():
+    system = mocap()
+    system.begin(Fault(faults.LATE, 1, 0.5), 0.0)
+    system.capture(POSES, 0.4)
+    system.capture(POSES, 0.6)
+
+    assert [s.stamp for s in system.due(1.0) if s.body == 0] == []
+    assert [s.stamp for s in system.due(1.5) if s.body == 0] == [0.4, 0.6]

@@ -1,0 +1,118 @@
+import math
+
+import numpy as np
+import pytest
+
+from setcmas_expe.emulation.emulated_fleet import EmulatedFleet, truncated
+from setcmas_simu.robots.identified.model import IdentifiedRobot, Response
+from setcmas_simu.robots.velocity_limits import ROBOT_MODELS
+
+BURGER = ROBOT_MODELS['burger']
+
+
+def fleet(nb_robots=1, seed=0):
+    return EmulatedFleet(np.zeros((3, nb_robots)), BURGER, np.random.default_rng(seed))
+
+
+@pytest.mark.parametrize(
+    ('sent', 'driven'),
+    [(0.119, 0.11), (-0.119, -0.11), (0.009, 0.0), (0.2, 0.2), (math.nan, 0.0)],
+)
+def test_commands_are_cut_to_hundredths(sent, driven):
+    assert truncated(sent) == pytest.approx(driven)
+
+
+def test_what_is_too_large_becomes_the_largest_integer():
+    assert truncated(math.inf) == pytest.approx(2**31 / 100)
+    assert truncated(-math.inf) == pytest.approx(-(2**31) / 100)
+
+
+def test_the_last_command_lasts():
+    robots = fleet()
+    robots.command(0, 0.1, 0.0)
+
+    for _ in range(1000):
+        robots.step(0.1)
+
+    assert robots.poses[:, 0] == pytest.approx([10.0, 0.0, 0.0])
+
+
+def test_the_firmware_limits_what_is_commanded():
+    robots = fleet()
+    robots.command(0, 1.0, 0.0)
+    robots.step(0.02)
+
+    assert robots.V[0] == pytest.approx(BURGER.V_max)
+
+
+def test_wheel_odometry_starts_at_zero_and_drifts():
+    robots = EmulatedFleet(np.array([[2.0], [1.0], [1.0]]), BURGER, np.random.default_rng(1))
+    robots.command(0, 0.2, 0.0)
+    assert robots.odometry[:, 0].tolist() == [0.0, 0.0, 0.0]
+
+    for _ in range(500):
+        robots.step(0.02)
+
+    travelled = np.hypot(*(robots.poses[:2, 0] - [2.0, 1.0]))
+    measured = np.hypot(*robots.odometry[:2, 0])
+    assert travelled == pytest.approx(2.0)
+    assert measured == pytest.approx(travelled, rel=0.1)
+    assert measured != pytest.approx(travelled, rel=1e-4)
+
+
+def test_without_torque_a_robot_stands_and_afterwards_goes_on():
+    robots = fleet()
+    robots.command(0, 0.1, 0.0)
+    robots.set_torque(0, False)
+    robots.step(0.1)
+    assert robots.poses[0, 0] == 0.0
+
+    robots.set_torque(0, True)
+    robots.step(0.1)
+    assert robots.poses[0, 0] == pytest.approx(0.01)
+
+
+def test_a_push_moves_the_robot_and_not_its_wheels():
+    robots = fleet()
+    robots.push_outwards(0, (0.0, -2.0), 0.15)
+    for _ in range(3):
+        robots.step(0.1)
+
+    assert robots.poses[:, 0] == pytest.approx([0.0, 0.15 * 0.4, 0.0])
+    assert robots.odometry[:, 0].tolist() == [0.0, 0.0, 0.0]
+
+
+def test_a_robot_in_the_middle_is_pushed_somewhere():
+    robots = fleet()
+    robots.push_outwards(0, (0.0, 0.0), 1.0)
+    robots.step(0.1)
+
+    assert np.hypot(*robots.poses[:2, 0]) == pytest.approx(0.04)
+
+
+def test_batteries_run_down():
+    robots = fleet(3)
+    before = robots.battery.copy()
+    robots.step(60.0)
+
+    assert (before <= 100).all()
+    assert (before >= 80).all()
+    assert (robots.battery < before).all()
+
+
+def test_robots_of_a_model_follow_with_its_lag_and_stand_at_once_without_torque():
+    robots = EmulatedFleet(
+        np.zeros((3, 1)),
+        BURGER,
+        np.random.default_rng(0),
+        IdentifiedRobot(Response(lag=0.3, delay=0.1), Response()),
+    )
+    robots.command(0, 0.2, 0.5)
+    for _ in range(20):
+        robots.step(0.02)
+
+    assert robots.V[0] == pytest.approx(0.2 * -math.expm1(-0.3 / 0.3), rel=0.03)
+    assert robots.omega[0] == pytest.approx(0.5)
+    robots.set_torque(0, on=False)
+    robots.step(0.02)
+    assert robots.V[0] == 0.0

@@ -1,0 +1,50 @@
+import numpy as np
+import pytest
+
+from setcmas_expe.emulation.emulation_options import EmulationOptions, emulated_start_poses
+from setcmas_simu.errors import SetcmasError
+from setcmas_simu.fleet.fleet import start_poses
+from setcmas_simu.simulator.options import StartPoseOptions
+from setcmas_simu.world.arena import Arena
+
+
+@pytest.mark.parametrize('nb_robots', [1, 2, 8, 20])
+def test_robots_start_inside_the_arena(nb_robots):
+    arena = Arena(-1.0, 3.0, 2.0, 8.0)
+    x, y, _ = emulated_start_poses(arena, nb_robots)
+
+    assert (x >= arena.xmin + 0.49).all()
+    assert (x <= arena.xmax - 0.49).all()
+    assert (y >= arena.ymin + 0.49).all()
+    assert (y <= arena.ymax - 0.49).all()
+
+
+def test_a_large_arena_has_the_start_poses_of_simulations():
+    poses = emulated_start_poses(Arena(-9.0, 9.0, -9.0, 9.0), 8)
+
+    np.testing.assert_allclose(poses, start_poses(8))
+
+
+def test_given_poses_are_taken_as_they_are():
+    poses = emulated_start_poses(
+        Arena(-3.0, 3.0, -3.0, 3.0), 2, StartPoseOptions(pose=('2:4,4,1',))
+    )
+
+    assert poses[:, 1].tolist() == [4.0, 4.0, 1.0]
+
+
+def test_random_poses_are_inside_the_arena():
+    arena = Arena(-1.0, 3.0, 2.0, 8.0)
+    x, y, _ = emulated_start_poses(arena, 8, StartPoseOptions(random_poses='auto'))
+
+    assert max(arena.distance(*place) for place in zip(x, y, strict=True)) == 0.0
+    with pytest.raises(
+        SetcmasError, match='random poses is 5x6 m; it must fit into the arena, 4x6 m'
+    ):
+        emulated_start_poses(arena, 8, StartPoseOptions(random_poses='box=5x6'))
+
+
+@pytest.mark.parametrize('model', ['burger', '1:my_robot.py'])
+def test_only_a_model_file_moves_emulated_robots(model):
+    with pytest.raises(SetcmasError, match='cannot move emulated TurtleBot3s; it must be a file'):
+        EmulationOptions(model=model).robot_model([1, 2])

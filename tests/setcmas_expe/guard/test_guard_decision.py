@@ -1,0 +1,77 @@
+from dataclasses import replace
+
+import pytest
+
+from setcmas_ctrl.fleet.pause_watch import BY_WISH, NOT_STARTED, SILENT
+from setcmas_expe.guard.guard_decision import Situation, Source, Standing
+from setcmas_expe.guard.guard_watch import State
+
+BRIDGE, PAUSE, ROGUE = b'bridge', b'pause', b'rogue'
+
+
+def test_the_bridge_is_followed_beside_the_pause_node_and_nobody_beside_a_rogue():
+    source = Source()
+    assert source.conflict({BRIDGE, PAUSE}, PAUSE, free=False) == ''
+    assert source.pinned == BRIDGE
+    assert source.conflict({BRIDGE, PAUSE, ROGUE}, PAUSE, free=True) == 'several nodes command it'
+    assert source.conflict({BRIDGE, ROGUE}, None, free=True)
+
+
+def test_nobody_takes_the_place_of_the_bridge_while_the_robot_may_move():
+    source = Source()
+    source.conflict({BRIDGE}, None, free=False)
+    assert source.conflict({ROGUE}, None, free=True)
+    assert source.pinned == BRIDGE
+
+    assert source.conflict({ROGUE}, None, free=False) == ''
+    assert source.pinned == ROGUE
+    source.conflict(set(), None, free=False)
+    assert source.pinned == b''
+
+
+WELL = Situation(
+    emergency=False,
+    intruder='',
+    conflict='',
+    is_heard=True,
+    is_commanded=True,
+    has_ended=False,
+    ending='ended',
+)
+
+
+@pytest.mark.parametrize(
+    ('changes', 'paused', 'state'),
+    [
+        ({}, '', State.FOLLOWING),
+        ({}, BY_WISH, State.PAUSED),
+        ({}, SILENT, State.HELD),
+        ({}, NOT_STARTED, State.HELD),
+        ({'is_commanded': False, 'has_ended': True}, SILENT, State.IDLE),
+        ({'has_ended': True}, '', State.SILENT),
+        ({'is_heard': False}, BY_WISH, State.HELD),
+        ({'conflict': 'two'}, BY_WISH, State.RIVAL),
+        ({'intruder': 'rogue'}, BY_WISH, State.RIVAL),
+        ({'emergency': True, 'intruder': 'rogue'}, '', State.EMERGENCY),
+    ],
+)
+def test_what_a_robot_is_let_do(changes, paused, state):
+    standing = Standing(resumes=False)
+    situation = replace(WELL, **changes)
+    assert standing.decide(situation, paused)[0] is state
+    assert standing.is_free is (state is State.FOLLOWING)
+
+
+def test_the_state_says_what_stopped_the_robot_until_it_is_paused():
+    standing = Standing(resumes=False)
+    standing.decide(WELL, '')
+    assert standing.hold(replace(WELL, has_ended=True)) == 'ended'
+    assert standing.decide(WELL, f'{BY_WISH}: ended') == (State.SILENT, 'ended')
+    standing.decide(WELL, BY_WISH)
+    assert standing.decide(WELL, NOT_STARTED)[0] is State.HELD
+
+
+def test_one_that_resumes_waits_for_no_start_after_a_silence():
+    standing = Standing(resumes=True)
+    standing.decide(WELL, '')
+    assert standing.hold(replace(WELL, has_ended=True)) == ''

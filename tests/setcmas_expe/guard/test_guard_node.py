@@ -1,0 +1,232 @@
+import pytest
+
+pytest.importorskip('rclpy')
+
+import signal
+import socket
+import sys
+import time
+
+from diagnostic_msgs.msg import DiagnosticStatus
+from geometry_msgs.msg import Twist, TwistStamped
+from nav_msgs.msg import Odometry
+from rclpy.node import Node
+from ros_peer import Peer
+from std_msgs.msg import Bool
+from std_srvs.srv import SetBool
+
+from setcmas_expe.guard.guard_decision import State
+from setcmas_expe.guard.guard_node import live
+from setcmas_expe.guard.guard_watch import GuardReport, Power
+from setcmas_simu.cmd_vel.cmd_vel_type import velocities
+from setcmas_simu.ros import qos
+
+pytestmark = pytest.mark.skipif(not hasattr(socket, 'AF_UNIX'), reason='no systemd')
+
+
+def test_systemd_is_told_that_the_guard_lives(tmp_path, monkeypatch):
+    address = str(tmp_path / 'notify')
+    monkeypatch.setenv('NOTIFY_SOCKET', address)
+    with socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM) as systemd:
+        systemd.bind(address)
+        live()
+        assert systemd.recv(100) == b'WATCHDOG=1'
+    live()  # it has ended: no harm
+
+
+GUARD = [sys.executable, '-m', 'setcmas_expe.guard.guard_node']
+NAMESPACE = ['--ros-args', '-r', '__ns:=/tb3_1']
+COMMAND, STOP = (0.1, 0.5), (0.0, 0.0)
+
+
+class Robot:
+    """Base, bridge and pause node of a guarded robot; sends 20 times a second what is set here."""
+
+    def __init__(self, peer, topic='cmd_vel_guarded', kind=TwistStamped):
+        self.peer = peer
+        self.wanted = self.paused = self.stopped = None
+        self.motors = []
+        self.heard = peer.listen(kind, f'/tb3_1/{topic}')
+        self.reports = peer.listen(DiagnosticStatus, '/tb3_1/guard_state')
+        node = peer.node
+        node.create_publisher(Odometry, '/tb3_1/odom', 1)
+        node.create_service(SetBool, '/tb3_1/motor_power', self._switch)
+        self._bool = {name: node.create_publisher(Bool, f'/{name}', profile) for name, profile in
+                      (('paused', qos.STATE), ('emergency_stopped', qos.LATCHED))}  # fmt: skip
+        self._kind = TwistStamped if topic == 'cmd_vel_guarded' else kind
+        self._bridge = node.create_publisher(self._kind, '/tb3_1/cmd_vel', qos.ROBOT_COMMAND)
+        node.create_timer(0.05, self._publish)
+
+    def _publish(self):
+        if self.paused is not None:
+            self._bool['paused'].publish(Bool(data=self.paused))
+        if self.stopped is not None:
+            self._bool['emergency_stopped'].publish(Bool(data=self.stopped))
+        if self.wanted:
+            self._bridge.publish(self.message(self.wanted))
+
+    def message(self, wanted):
+        message = self._kind()
+        twist = message
+        if self._kind is TwistStamped:
+            stamp = time.time()
+            message.header.stamp.sec, message.header.stamp.nanosec = (
+                int(stamp),
+                int(stamp % 1 * 1e9),
+            )
+            twist = message.twist
+        twist.linear.x, twist.angular.z = wanted
+        return message
+
+    def _switch(self, request, response):
+        self.motors.append(request.data)
+        response.success = True
+        return response
+
+    @property
+    def report(self):
+        return GuardReport.of(self.reports[-1]) if self.reports else None
+
+    def wait_for(self, state, command=None):
+        self.peer.wait_for(lambda: self.report and self.report.state is state)
+        if command:
+            self.peer.wait_for(lambda: self.heard and velocities(self.heard[-1]) == command)
+
+    def start(self, command=None):
+        """Pause and let go until the robot follows: what a busy machine holds up stops it, too."""
+        self.wanted = self.wanted or COMMAND
+        self.paused = True
+        self.peer.wait_for(lambda: self._follows(command))
+
+    def _follows(self, command):
+        state = self.report and self.report.state
+        if state is State.FOLLOWING and not self.paused:
+            return command is None or (self.heard and velocities(self.heard[-1]) == command)
+        self.paused = state is not State.PAUSED
+        return False
+
+
+@pytest.fixture
+def other(domain):
+    """Take part as a process of its own, as DDS sees it."""
+    with Peer(domain) as other:
+        yield other
+
+
+@pytest.mark.parametrize('kind', [TwistStamped, pytest.param(Twist, marks=pytest.mark.nightly)])
+def test_a_base_gets_what_the_bridge_commands_after_a_start_and_zero_otherwise(start, peer, kind):
+    robot = Robot(peer, kind=kind)
+    robot.wanted, robot.paused = COMMAND, False
+    process = start(*GUARD, *NAMESPACE)
+    peer.wait_for(lambda: robot.report and robot.report.private)
+    robot.wait_for(State.HELD, STOP)  # as after a guard was restarted while others moved
+
+    robot.start(COMMAND)
+    robot.wanted = None
+    robot.wait_for(State.SILENT, STOP)
+    process.wait_for_output('its commands have ended')
+    robot.wanted = COMMAND
+    peer.wait_for_new(robot.heard, 5)
+    assert velocities(robot.heard[-1]) == STOP  # it waits for a start
+
+    robot.start(COMMAND)
+    process.popen.send_signal(signal.SIGTERM)
+    peer.wait_for(lambda: velocities(robot.heard[-1]) == STOP)
+    assert process.wait() == 0
+
+
+def test_nobody_who_joins_moves_the_robot_whatever_its_name(start, peer, other):
+    robot = Robot(peer)
+    start(*GUARD, *NAMESPACE)
+    robot.start()
+    rogue = Node('cmd_vel_guard', namespace='/tb3_1', context=other.context)
+    command = rogue.create_publisher(TwistStamped, '/tb3_1/cmd_vel', 1)
+    robot.wait_for(State.RIVAL, STOP)
+    command.publish(robot.message((0.2, 0.0)))
+    peer.wait_for_new(robot.heard, 5)
+    assert velocities(robot.heard[-1]) == STOP
+    assert not robot.motors.count(False)
+
+    rogue.destroy_publisher(command)
+    robot.start()
+    rogue.create_subscription(TwistStamped, '/tb3_1/cmd_vel', print, 1)
+    odometry = rogue.create_publisher(Odometry, '/tb3_1/odom', 1)
+    robot.wait_for(State.RIVAL, STOP)
+    assert robot.report.private
+    assert 'sends its wheel odometry too' in robot.report.reason
+    rogue.destroy_publisher(odometry)
+    robot.start()
+    rogue.create_publisher(TwistStamped, '/tb3_1/cmd_vel_guarded', 1)
+    robot.wait_for(State.RIVAL, STOP)
+    peer.wait_for(lambda: robot.motors[-1] is False and robot.report.power is Power.OFF)
+    rogue.destroy_node()
+    robot.start()
+    peer.wait_for(lambda: robot.motors[-1] is True)
+
+
+def test_an_emergency_stop_of_anybody_is_released_by_who_held_it_and_then_still_paused(
+    start, peer, other
+):
+    robot = Robot(peer)
+    start(*GUARD, *NAMESPACE)
+    robot.start()
+    anybody = other.publisher(Bool, '/emergency_stop')  # volatile, as `ros2 topic pub` is
+    anybody.publish(Bool(data=True))
+    robot.wait_for(State.EMERGENCY, STOP)
+    peer.wait_for(lambda: robot.motors[-1:] == [False])
+    anybody.publish(Bool(data=False))
+    robot.stopped = False  # of somebody who has not held it
+    peer.wait_for_new(robot.heard, 5)
+    assert robot.report.state is State.EMERGENCY
+
+    robot.stopped = True
+    peer.wait_for_new(robot.heard, 5)
+    robot.stopped = False
+    robot.wait_for(State.HELD, STOP)
+    peer.wait_for(lambda: robot.motors[-1] is True)
+    robot.start()
+
+
+def test_a_base_that_begins_to_hear_anybody_is_stopped(start, peer):
+    robot = Robot(peer)
+    start(*GUARD, *NAMESPACE)
+    robot.start(COMMAND)
+    peer.cmd_vel(1)
+    robot.wait_for(State.HELD, STOP)
+    assert not robot.report.private
+
+
+def test_a_base_that_hears_anybody_is_stopped_by_zeros_and_by_its_motors(start, peer, other):
+    robot = Robot(peer, 'cmd_vel', Twist)
+    start(*GUARD, *NAMESPACE)
+    robot.start()
+    assert not robot.report.private
+    robot.wanted = None
+    robot.wait_for(State.SILENT, STOP)
+
+    robot.start()
+    other.node.create_publisher(Twist, '/tb3_1/cmd_vel', 1)
+    robot.wait_for(State.RIVAL)
+    peer.wait_for(lambda: robot.motors[-1] is False)
+
+
+def test_who_drives_a_base_past_the_guard_is_answered_sooner_than_the_guard_speaks_otherwise(
+    start, peer, other
+):
+    robot = Robot(peer, 'cmd_vel')
+    robot.stopped = True
+    start(*GUARD, *NAMESPACE)
+    robot.wait_for(State.EMERGENCY)
+    rogue = other.publisher(TwistStamped, '/tb3_1/cmd_vel', listeners=2)
+    at_reports = [(0, 0)]
+
+    def answers():
+        """Return how many zeros came between two reports: there are 5 reports a second."""
+        rogue.publish(robot.message((0.2, 0.0)))
+        if len(robot.reports) > at_reports[-1][0]:
+            zeros = sum(velocities(message) == STOP for message in robot.heard)
+            at_reports.append((len(robot.reports), zeros))
+        (before, old), (now, new) = at_reports[-2:] if at_reports[1:] else ((0, 0), (1, 0))
+        return (new - old) / (now - before)
+
+    peer.wait_for(lambda: answers() > 12)

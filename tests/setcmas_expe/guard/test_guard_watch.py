@@ -1,0 +1,20 @@
+import pytest
+
+pytest.importorskip('rclpy')
+
+from diagnostic_msgs.msg import DiagnosticStatus
+
+from setcmas_expe.guard.guard_decision import State
+from setcmas_expe.guard.guard_watch import GuardReport, Power
+
+
+def test_a_message_says_all_that_a_report_does():
+    report = GuardReport(State.RIVAL, 'rogue commands it too', True, Power.OFF, '01ab')
+
+    message = report.message('tb3_1', '/tb3_1/cmd_vel')
+    assert message.level == DiagnosticStatus.WARN
+    assert GuardReport.of(message) == report
+
+
+def test_a_message_that_is_not_understood_is_one_of_a_robot_that_is_held():
+    assert GuardReport.of(DiagnosticStatus()).stops

@@ -1,0 +1,168 @@
+import re
+
+import pytest
+
+from setcmas_expe.lab.lab import LabRobot
+from setcmas_expe.lab.lab_file import DEFAULT_FILE, load_lab
+from setcmas_simu.errors import SetcmasError
+from setcmas_simu.robots.velocity_limits import ROBOT_MODELS, VelocityLimits
+
+
+@pytest.fixture
+def lab_file(tmp_path):
+    def write(text):
+        path = tmp_path / 'lab.yaml'
+        path.write_text(text)
+        return path
+
+    return write
+
+
+def test_the_default_lab_has_robots_that_are_called_the_same_everywhere():
+    lab = load_lab(DEFAULT_FILE, 2)
+
+    assert lab.robots == (LabRobot(1, 'tb3_1', 'tb3_1'), LabRobot(2, 'tb3_2', 'tb3_2'))
+    assert lab.mocap.topic_of(lab.robots[1]) == '/qualisys/tb3_2/odom'
+    assert lab.robots[1].topic('cmd_vel') == '/tb3_2/cmd_vel'
+    assert lab.limits == ROBOT_MODELS['burger']
+    assert lab.timeouts.pose_s == lab.timeouts.command_s == lab.timeouts.pause_s == 0.5
+    assert lab.joystick_button == 7
+    assert not lab.resumes
+
+
+def test_an_empty_file_is_the_default_lab(lab_file):
+    assert load_lab(lab_file('# nothing\n'), 3) == load_lab(DEFAULT_FILE, 3)
+
+
+def test_every_line_of_the_default_file_that_is_commented_out_is_accepted(lab_file):
+    text = re.sub(r'(?m)^( *)# (robots:|  - |    mocap_name|    namespace)', r'\1\2',
+                  DEFAULT_FILE.read_text())  # fmt: skip
+    text = re.sub(r'(?m)^  # (topic|type):', r'  \1:', text)
+    text = re.sub(r'(?m)^# (limits: \{|accel:|obstacles:|  - disc:|  - polygon:)', r'\1', text)
+    text = text.replace('\nlimits: burger', '').replace('\nobstacles: []', '')
+    lab = load_lab(lab_file(text.replace('preset: qualisys', 'preset: custom')))
+
+    assert lab.nb_robots == 2
+    assert lab.mocap.source.topic == '/my_mocap/{name}/pose'
+    assert lab.limits == VelocityLimits(0.15, 1.5, 0.2, 0.16)
+    assert lab.accel == 0.5
+    assert str(lab.obstacles) == 'disc 1 2 0.5; polygon 0 0 1 0 1 1'
+
+
+def test_what_a_file_says_goes_before_the_defaults(lab_file):
+    lab = load_lab(
+        lab_file(
+            'robots:\n  - {number: 2, namespace: lab/b}\n  - {number: 1, mocap_name: Red}\n'
+            'mocap: {preset: vicon, y_up: true}\n'
+            'arena: {x: [-1, 2.5]}\nmin_separation: 0.5\nlimits: waffle\n'
+            'timeouts: {command: 0.3}\nsafety: {resume: automatic}\n'
+            'cmd_vel_type: twist\njoystick: {button: 9}\n'
+            'network: {static_peers: [10.0.0.2, robot3], discovery_server: "10.0.0.1:11811"}\n'
+        )
+    )
+
+    assert lab.resumes
+    assert [robot.number for robot in lab.robots] == [1, 2]
+    assert lab.mocap.topic_of(lab.robots[0]) == '/vicon/Red/Red'
+    assert lab.mocap.source.message_type == 'geometry_msgs/msg/PoseStamped'
+    assert lab.mocap.y_up
+    assert lab.robots[1].topic('odom') == '/lab/b/odom'
+    assert (lab.arena.xmin, lab.arena.xmax, lab.arena.ymin) == (-1.0, 2.5, -3.0)
+    assert lab.limits == ROBOT_MODELS['waffle']
+    assert (lab.timeouts.command_s, lab.timeouts.pose_s) == (0.3, 0.5)
+    assert lab.static_peers == ('10.0.0.2', 'robot3')
+    assert lab.discovery_server == '10.0.0.1:11811'
+
+
+def test_bodies_without_topics_of_their_own_may_have_any_name(lab_file):
+    lab = load_lab(
+        lab_file(
+            'robots:\n  - {number: 1, mocap_name: "3"}\n  - {number: 2, mocap_name: Red.Red}\n'
+            'mocap: {preset: mocap4r2, topic: /lab/rigid_bodies}\n'
+        )
+    )
+
+    assert [lab.mocap.topic_of(robot) for robot in lab.robots] == 2 * ['/lab/rigid_bodies']
+
+
+def test_fewer_robots_than_the_lab_has_may_take_part(lab_file):
+    path = lab_file('robots: [{number: 1}, {number: 2}, {number: 3}]\n')
+
+    assert load_lab(path, 2).nb_robots == 2
+    assert load_lab(path).nb_robots == 3
+    with pytest.raises(SetcmasError, match='the lab has 3 robots; --nb-robots 4'):
+        load_lab(path, 4)
+
+
+@pytest.mark.parametrize(
+    ('text', 'line', 'message'),
+    [
+        ('a: [', 1, 'not YAML'),
+        ('arena:\n  x: [-1, 1]\n y: 3\n', 3, 'not YAML'),
+        ('\nrobot: 1\n', 2, "there is no key 'robot'.*did you mean robots"),
+        ('mocap:\n  presett: vicon\n', 2, "no key 'mocap.presett'.*did you mean preset"),
+        ('mocap:\n  preset: vikon\n', 2, "mocap.preset is 'vikon'.*did you mean vicon"),
+        ('mocap: {preset: custom}\n', 1, 'custom together with mocap.topic'),
+        ('mocap: {topic: pose}\n', 1, "topic 'pose' must be the full name"),
+        ('mocap: {topic: /a/pose}\n', 1, 'with {name}'),
+        ('mocap: {preset: mocap4r2, topic: "/{name}/pose"}\n', 1, 'that tells of all bodies'),
+        ('mocap: {preset: mocap4r2, type: Odometry}\n', 1, 'left out, for mocap4r2 has a type'),
+        ('mocap: {y_up: maybe}\n', 1, "y_up is 'maybe'; it must be true or false"),
+        ('mocap: vicon\n', 1, 'a mapping with the keys preset'),
+        ('arena: {x: [1, -1]}\n', 1, r'arena.x is \[1.0, -1.0\].*smaller one first'),
+        ('arena: {x: [0, 1, 2]}\n', 1, 'two numbers'),
+        ('arena:\n  x:\n  - 0\n  - wide\n', 4, r"arena.x\[1\] is 'wide'; it must be a number"),
+        ('arena: {x: [.nan, 1]}\n', 1, 'is nan; it must be a number'),
+        ('min_separation: 0\n', 1, 'min_separation is 0; it must be a number above 0'),
+        ('min_separation: -1\n', 1, 'above 0'),
+        ('arena: {x: [0, 3], y: [0, 4]}\nmin_separation: 5\n', 2, 'less than the 5.00 m'),
+        (
+            'limits: {forward: 1.0e+9, turn: 1, wheel: 1, wheel_separation: 1}\n',
+            1,
+            'limits.forward is 1000000000.0; it must be a number above 0 up to 3',
+        ),
+        ('min_separation: true\n', 1, 'is True; it must be a number'),
+        ('min_separation:\n', 1, 'min_separation is empty'),
+        ('limits: segway\n', 1, "is 'segway'; it must be one of burger, waffle"),
+        ('limits: {forward: 1}\n', 1, 'all of forward, turn, wheel, wheel_separation'),
+        ('timeouts: {pose: 60}\n', 1, 'timeouts.pose is 60; it must be a time from 0.3 to 2 s'),
+        ('timeouts: {pause: 0.05}\n', 1, 'from 0.3 to 2 s'),
+        ('joystick: {button: 1.5}\n', 1, 'button is 1.5; it must be a whole number from 0'),
+        ('joystick: {topic: joy}\n', 1, 'a topic, such as /joy'),
+        ('network: {static_peers: 10.0.0.1}\n', 1, "static_peers is '10.0.0.1'.*a list"),
+        ('network: {static_peers: [a;b]}\n', 1, 'an address'),
+        ('network: {discovery_server: 10.0.0.1}\n', 1, 'with its port'),
+        ('network: {discovery_server: "10.0.0.1:118110"}\n', 1, 'with its port'),
+        ('min_separation: 1\nmin_separation: 2\n', 2, 'there twice'),
+        ('robots: []\n', 1, 'without a gap'),
+        ('robots: [{number: 2}]\n', 1, 'without a gap'),
+        ('robots:\n- {number: 1}\n- {number: 1}\n', 3, "two robots have the number '1'"),
+        ('robots:\n- {number: 1}\n- {number: 2, mocap_name: tb3_1}\n', 3, 'mocap_name'),
+        ('robots:\n- {number: 1, namespace: "a b"}\n', 2, 'letters, digits'),
+        ('robots:\n- {number: 1, mocap_name: "3"}\n', 2, 'letters, digits'),
+        ('robots:\n- {mocap_name: Red}\n', 2, 'a robot with a number'),
+        ('robots: [1]\n', 1, 'a mapping with the keys number'),
+    ],
+)
+def test_a_mistake_is_told_with_its_line(lab_file, text, line, message):
+    path = lab_file(text)
+
+    with pytest.raises(SetcmasError, match=message) as caught:
+        load_lab(path)
+    assert str(caught.value).startswith(f'{path}, line {line}: ')
+    assert '\n' not in str(caught.value)
+
+
+def test_a_file_that_cannot_be_read_is_told(tmp_path):
+    with pytest.raises(SetcmasError, match='cannot be read'):
+        load_lab(tmp_path / 'none.yaml')
+    (tmp_path / 'loop.yaml').write_text('robots: &a [*a]\n')
+    with pytest.raises(SetcmasError):
+        load_lab(tmp_path / 'loop.yaml')
+
+
+def test_numbers_with_an_exponent_are_numbers(tmp_path):
+    path = tmp_path / 'lab.yaml'
+    path.write_text('min_separation: 3e-1\n')
+
+    assert load_lab(path).min_separation == 0.3

@@ -1,0 +1,75 @@
+import argparse
+import math
+
+import pytest
+
+from setcmas_expe.lab.lab_options import LabOptions
+from setcmas_simu.errors import SetcmasError
+from setcmas_simu.robots.velocity_limits import ROBOT_MODELS
+from setcmas_simu.world.arena import Arena
+
+
+def parsed(*arguments):
+    parser = argparse.ArgumentParser()
+    LabOptions.add_to(parser)
+    return LabOptions.of(parser.parse_args(arguments))
+
+
+def test_what_options_say_goes_before_the_lab_file():
+    lab = parsed(
+        '--nb-robots=3',
+        '--mocap=vicon',
+        '--limits=waffle',
+        '--arena=-2,2.5,-1,1',
+        '--min-separation=0.3',
+        '--cmd-vel-type=twist',
+        '--joystick-button=2',
+    ).chosen()
+
+    assert lab.nb_robots == 3
+    assert lab.mocap.preset == 'vicon'
+    assert lab.limits == ROBOT_MODELS['waffle']
+    assert lab.arena == Arena(-2, 2.5, -1, 1)
+    assert (lab.min_separation, lab.cmd_vel_type, lab.joystick_button) == (0.3, 'twist', 2)
+
+
+def test_without_options_it_is_the_lab_file():
+    assert not parsed().changed()
+    assert parsed().chosen() == LabOptions().chosen()
+
+
+def test_a_process_gets_the_same_lab():
+    options = parsed('--arena=-2.25,2,-0.1,1', '--nb-robots', '2')
+
+    assert parsed(*options.arguments()) == options
+
+
+@pytest.mark.parametrize(
+    'arena', ['', '1,2,3', '0,1,0,x', '1,0,0,1', '0,1,0,0', '0,inf,0,1', '0,1,0,1,2']
+)
+def test_an_arena_without_a_size_is_a_mistake(arena, capsys):
+    with pytest.raises(SystemExit):
+        parsed(f'--arena={arena}')
+
+    assert f"--arena is '{arena}'; it must be XMIN,XMAX,YMIN,YMAX" in capsys.readouterr().err
+
+
+def test_obstacles_must_leave_robots_a_place():
+    most = 'polygon -3 -3 3 -3 3 3'
+    assert LabOptions(obstacles=most).chosen().obstacles.contain(1, 0)
+
+    with pytest.raises(SetcmasError, match='the obstacles cover the arena, -3 to 3 by -3 to 3 m;'):
+        LabOptions(obstacles='polygon -3 -3 3 -3 3 3 -3 3').chosen()
+
+
+def test_an_arena_of_nan_is_a_mistake_in_python():
+    with pytest.raises(SetcmasError, match=r'^arena is Arena\(xmin=nan'):
+        LabOptions(arena=Arena(math.nan, 1, 0, 1))
+
+
+def test_a_rate_at_which_robots_would_stop_between_commands_is_refused():
+    lab = parsed().chosen()
+
+    lab.check_rate(2.1)
+    with pytest.raises(SetcmasError, match='--rate is 2; it must be above 2 Hz in this lab'):
+        lab.check_rate(2.0)
