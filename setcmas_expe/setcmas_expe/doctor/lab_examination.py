@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from setcmas_expe.doctor.findings import NOTE, OK, Finding
+from setcmas_expe.doctor.findings import NOTE, Finding
 from setcmas_expe.doctor.lab_checks import COLUMNS, RobotCheck, other_presets
 from setcmas_expe.doctor.lab_watch import LabWatch, round_trip
 from setcmas_expe.doctor.nudge import Nudger
 from setcmas_expe.lab.lab import Lab
 from setcmas_expe.safety.body_proofs import Proofs
-from setcmas_simu.fleet.topics import robot_name
 from setcmas_simu.ros.process import RosProcess
 
 _DISCOVERY_S = 3.0
@@ -55,23 +54,10 @@ class LabExamination:
         return COLUMNS, [check.row() for check in checks], findings
 
     def nudge(self) -> list[Finding]:
-        """Nudge the robots one after the other; returns what that proves."""
-        self._process.spin_until(lambda: False, 0.2)  # what came while the user was asked
-        findings = list(Nudger(self._process, self._watch).findings())
-        if self._proofs and not self._watch.is_emulated():
-            self._keep(self._proofs, findings)
-        return findings
-
-    def _keep(self, proofs: Proofs, findings: list[Finding]) -> None:
-        """Keep who is proved: their nudge and their turn were both as they should be."""
-        wrong = {finding.what for finding in findings if finding.level != OK}
-        nudged = {finding.what for finding in findings}
-        for robot in self._watch.robots:
-            parts = {f'{part} of {robot_name(robot)}' for part in ('nudge', 'turn')}
-            if parts <= nudged and not parts & wrong:
-                proofs.add([robot])
-            else:
-                proofs.drop(robot)
+        """Nudge the robots one after the other, and return the results."""
+        self._process.spin_until(lambda: False, 0.2)  # messages that came during the question
+        proofs = None if self._watch.is_emulated() else self._proofs
+        return list(Nudger(self._process, self._watch, proofs).findings())
 
     def _checks(self) -> list[RobotCheck]:
         # Questions to robots take time: what was measured before is not to suffer from it.

@@ -1,8 +1,7 @@
-"""Watch over a lab for a few seconds: motion capture, batteries, who listens and who answers."""
+"""Watch over a lab: poses, batteries, who receives commands, and how soon robots answer."""
 
 from __future__ import annotations
 
-import math
 import statistics
 import time
 from dataclasses import dataclass, field
@@ -16,6 +15,7 @@ from sensor_msgs.msg import BatteryState
 from setcmas_expe.doctor.lab_checks import ArrivalStatistics, arrival_statistics
 from setcmas_expe.guard.guard_watch import GuardWatch
 from setcmas_expe.lab.lab import Battery, Lab, LabRobot
+from setcmas_expe.mocap.pose_track import PoseTrack
 from setcmas_expe.mocap.receiver import MocapReceiver
 from setcmas_expe.mocap.sample import Pose, Sample, fault_of
 from setcmas_simu.cmd_vel import cmd_vel_graph
@@ -52,30 +52,28 @@ _BURST = QoSProfile(depth=50, reliability=ReliabilityPolicy.BEST_EFFORT)
 
 @dataclass
 class RobotWatch:
-    """What has been heard of one robot since the watch began.
+    """Messages of one robot since the watch began.
 
     Attributes:
-        robot: Which one it is.
+        robot: The robot.
+        track: Its poses, and which of them to believe.
         arrivals: When its poses arrived, in s on the system's clock.
         stamps: Their stamps, in s.
-        heard: When the newest arrived, in s on a steady clock; -inf before the first.
-        sample: The newest of them; None before the first.
-        fault: What was wrong with the last bad one; None if all were good.
-        battery: Charge in percent; None if nothing was heard.
-        scale: That of its battery.
-        wheel_speed: Forward speed by its own odometry in m/s, and when that arrived in s on a
-            steady clock; None if nothing was heard.
+        fault: What was wrong with the last bad pose; None if all were good.
+        battery: Charge in percent; None if unknown.
+        scale: Scale of its battery's messages.
+        wheels: Forward speed by its own odometry in m/s, and when that arrived in s on a steady
+            clock; None before.
     """
 
     robot: LabRobot
+    track: PoseTrack
     arrivals: list[float] = field(default_factory=list)
     stamps: list[float] = field(default_factory=list)
-    heard: float = -math.inf
-    sample: Sample | None = None
     fault: str | None = None
     battery: float | None = None
     scale: Battery = field(default_factory=Battery)
-    wheel_speed: tuple[float, float] | None = None
+    wheels: tuple[float, float] | None = None
 
 
 class LabWatch(FleetNode):
@@ -83,16 +81,19 @@ class LabWatch(FleetNode):
 
     Attributes:
         lab: The lab.
-        robots: What was heard of each robot, by number.
-        robot_guards: What is heard of their guards, by number.
-        mocap: What is heard of motion capture.
+        robots: Messages of each robot, by number.
+        robot_guards: The watch over each robot's guard, by number.
+        mocap: Receiver of motion capture.
     """
 
     def __init__(self, lab: Lab) -> None:
         """Start to listen."""
         super().__init__('doctor')
         self.lab = lab
-        self.robots = {robot.number: RobotWatch(robot) for robot in lab.robots}
+        self.robots = {
+            robot.number: RobotWatch(robot, PoseTrack(lab.arena, lab.limits))
+            for robot in lab.robots
+        }
         self.robot_guards = {
             robot.number: GuardWatch(self, robot.namespace) for robot in lab.robots
         }
@@ -112,7 +113,7 @@ class LabWatch(FleetNode):
                 self.create_subscription(kind, topic, partial(callback, watch), _BURST)
 
     def restart_statistics(self) -> None:
-        """Begin anew with the statistics of motion capture."""
+        """Restart the statistics of motion capture."""
         self._begin = time.time()
         self.take_guards()
         for watch in self.robots.values():
@@ -121,7 +122,7 @@ class LabWatch(FleetNode):
             watch.fault = None
 
     def take_guards(self) -> None:
-        """Take what the guards have said since the last time."""
+        """Take the new reports of all guards."""
         for guard in self.robot_guards.values():
             guard.take(time.monotonic())
 
@@ -135,40 +136,40 @@ class LabWatch(FleetNode):
         return self.count_subscribers(topics.EMULATED_FAULT) > 0
 
     def runs_experiment(self) -> bool:
-        """Return whether somebody else pauses and starts robots here."""
+        """Return whether another process pauses and starts robots here."""
         return bool(cmd_vel_graph.strangers(self, topics.PAUSED, {self._own}))
 
     def poses(self) -> dict[int, Pose]:
-        """Return the newest good pose of each robot that has one, by number."""
+        """Return the last good pose of each robot that has one, by number."""
         return {
-            number: watch.sample.planar()
+            number: watch.track.pose
             for number, watch in self.robots.items()
-            if watch.sample is not None and fault_of(watch.sample, self.lab.arena) is None
+            if watch.track.pose and not watch.track.fault
         }
 
     def pose_age(self, robot: int) -> float:
-        """Return how long ago a robot's last pose arrived, in s."""
-        return time.monotonic() - self.robots[robot].heard
+        """Return the age of a robot's last good pose in s."""
+        return self.robots[robot].track.age(time.monotonic())
 
     def fault(self, robot: int) -> str | None:
         """Return what is wrong with a robot's poses; None if nothing."""
         return self.robots[robot].fault or self.source_conflict(robot) or None
 
     def source_conflict(self, robot: int) -> str:
-        """Return why none of a robot's poses is to be believed; empty if they may be."""
+        """Return why none of a robot's poses can be trusted; empty if they can."""
         self.mocap.look_around()
         return self.mocap.trouble(self.robots[robot].robot.mocap_name)
 
     def listeners(self, robot: LabRobot) -> list[Endpoint]:
-        """Return who listens to a robot's commands, bystanders aside."""
+        """Return who receives a robot's commands, bystanders aside."""
         return cmd_vel_graph.listeners(self, robot.topic(topics.CMD_VEL))
 
     def rival(self, robot: LabRobot, experiment: bool = False) -> str:
-        """Return who may move a robot, or moves in its place; empty if nobody but this process.
+        """Return which other process may move a robot, or moves in its place; empty if none.
 
         Args:
             robot: The robot.
-            experiment: Whether an experiment may.
+            experiment: Whether an experiment is allowed to.
         """
         topic = robot.topic(topics.CMD_VEL)
         guard = self.robot_guards[robot.number]
@@ -179,13 +180,12 @@ class LabWatch(FleetNode):
 
     def _on_mocap(self, watch: RobotWatch, sample: Sample) -> None:
         watch.arrivals.append(time.time())
-        watch.heard = time.monotonic()
         watch.stamps.append(sample.stamp)
-        watch.sample = sample
+        watch.track.take(sample, time.monotonic())
         watch.fault = fault_of(sample, self.lab.arena) or watch.fault
 
     def _on_wheel_odometry(self, watch: RobotWatch, message: Odometry) -> None:
-        watch.wheel_speed = message.twist.twist.linear.x, time.monotonic()
+        watch.wheels = message.twist.twist.linear.x, time.monotonic()
 
     def _on_battery(self, watch: RobotWatch, message: BatteryState) -> None:
         watch.battery = watch.scale.percent(message.percentage)

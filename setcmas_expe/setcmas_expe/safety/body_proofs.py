@@ -1,4 +1,4 @@
-"""Proofs of which body is which robot, by a crawl under motion capture; kept for 12 hours."""
+"""Proofs of which body is which robot: a crawl under motion capture, kept for 12 hours."""
 
 from __future__ import annotations
 
@@ -16,54 +16,54 @@ from setcmas_expe.lab.lab import Lab, LabRobot
 from setcmas_simu.options.group import Options, flag
 
 CRAWL_M_S = 0.05
-"""Forward speed of a robot that is not proved yet, in m/s."""
+"""Forward speed of a robot that is not proved, in m/s."""
 
 CRAWL_RAD_S = 1.0
 """Its turn rate, in rad/s."""
 
 PROOF_M = 0.10
-"""Distance in m that it must be seen to go as it is told, without any deviation."""
+"""Distance in m that proves a robot, if it goes all of it as commanded."""
 
-_SHORTEST_TURN_S = 0.7  # a robot that moves out of its turn is noticed within that
-_SPARE = 1.1  # it gathers speed, and is seen late
+_SHORTEST_TURN_S = 0.7  # time to notice a robot that moves out of its turn
+_SPARE = 1.1  # for acceleration and delay
 
 
 class Proving:
-    """Lets unproved robots crawl, no two of them at all the same times.
+    """Lets unproved robots crawl in turns, so that their motions differ.
 
-    Two unicycles that go ahead show alike, whichever is which. So time is cut into turns, two for
-    each binary digit of a robot's number: it may move in one of them and stands in the other. Any
-    two robots differ in a digit, hence one must stand while the other moves.
+    Time is cut into turns, two for each binary digit of a robot's number: it may move in one of
+    them and stands in the other. Any two robots differ in a digit, so that one stands while the
+    other moves.
 
     Attributes:
         left: Distance in m that each unproved robot must still go, by number.
     """
 
     def __init__(self, robots: Iterable[int], proved: Iterable[int] = ()) -> None:
-        """Begin with all robots of a lab, and those among them that are proved."""
+        """Start with all robots of a lab, and those among them that are proved."""
         robots = list(robots)
         self._digits = (len(robots) - 1).bit_length()
         self._turn_s = max(_SHORTEST_TURN_S, _SPARE * PROOF_M / CRAWL_M_S / max(1, self._digits))
         self._time = 0.0
-        self._doubted: dict[int, bool] = {}  # whether it wants to go
+        self._doubted: dict[int, bool] = {}  # whether the robot wants to go
         self.left = {robot: PROOF_M for robot in robots if robot not in set(proved)}
 
     def go_on(self, seconds: float) -> None:
-        """Let the time of turns go on, while robots are not paused."""
+        """Advance the time of turns, while robots are not paused."""
         self._time += seconds
 
     def doubt(self, robot: int) -> None:
-        """Let a robot prove itself again, before others move: standing shows nothing."""
+        """Have a robot prove itself again while the others wait."""
         self.left[robot] = PROOF_M
         self._doubted[robot] = True
 
     @property
     def others_wait(self) -> bool:
-        """Whether robots stand because one that is doubted wants to prove itself."""
+        """Whether robots wait while a doubted one proves itself."""
         return any(self._doubted.values())
 
     def allowed(self, robot: int, V: float, omega: float) -> tuple[float, float]:
-        """Return the speeds (m/s, rad/s) that a robot may have of those that it wants."""
+        """Return the part of the wanted speeds (m/s, rad/s) that a robot may drive."""
         if robot in self._doubted:
             self._doubted[robot] = V != 0.0
         elif self.others_wait:
@@ -76,11 +76,7 @@ class Proving:
         return V / excess, omega / excess
 
     def went(self, robot: int, metres: float) -> bool:
-        """Note that a robot was seen to go some way as it was told, or back where below 0.
-
-        Returns:
-            Whether that proves it now.
-        """
+        """Note how far a robot went as commanded (negative: back); return whether it is proved."""
         if robot not in self.left:
             return False
         self.left[robot] -= metres
@@ -108,10 +104,10 @@ def proofs_file() -> Path:
 
 
 class Proofs:
-    """What has been proved of the robots of a lab: the source, body and axes of each."""
+    """Proofs of a lab's robots: the source, body and axes of each."""
 
     def __init__(self, lab: Lab, file: Path | None = None) -> None:
-        """Take the lab, and the file if it is not the user's."""
+        """Use the user's file, or another one."""
         self._lab = lab
         self._file = file or proofs_file()
 
@@ -126,28 +122,29 @@ class Proofs:
         )
 
     def add(self, robots: Iterable[int]) -> None:
-        """Keep that robots have been proved just now.
+        """Keep the proof of robots, as of now.
 
         Raises:
             OSError: The file cannot be written.
         """
         self._write(self._read() | {self._key(self._robot(r)): time.time() for r in robots})
 
-    def drop(self, robot: int) -> None:
-        """Forget the proof of a robot.
+    def drop(self, *robots: int) -> None:
+        """Forget the proofs of robots.
 
         Raises:
             OSError: The file cannot be written.
         """
         known = self._read()
-        if known.pop(self._key(self._robot(robot)), None) is not None:
-            self._write(known)
+        dropped = {self._key(self._robot(robot)) for robot in robots}
+        if dropped & known.keys():
+            self._write({key: at for key, at in known.items() if key not in dropped})
 
     def _robot(self, number: int) -> LabRobot:
         return next(robot for robot in self._lab.robots if robot.number == number)
 
     def _key(self, robot: LabRobot) -> str:
-        """Return all that a proof is about: it does not count once any of that has changed."""
+        """Return the facts that a proof depends on: it ends when one of them changes."""
         mocap = self._lab.mocap
         axes = 'y up' if mocap.y_up else 'z up'
         body = f'{mocap.source.message_type} {mocap.topic_of(robot)} {robot.mocap_name} {axes}'
@@ -157,7 +154,7 @@ class Proofs:
         try:
             known: Any = yaml.safe_load(self._file.read_text())
         except (OSError, ValueError, yaml.YAMLError):
-            return {}  # nothing is proved by a file that cannot be read
+            return {}
         if not isinstance(known, dict):
             return {}
         return {str(key): at for key, at in known.items() if isinstance(at, float)}
@@ -172,10 +169,10 @@ class Proofs:
 
 @dataclass(frozen=True, kw_only=True)
 class ProofOptions(Options):
-    """Whether proofs count."""
+    """Whether proofs are used and kept."""
 
-    emulated: bool = flag('the lab is emulated: no proof from before counts, and none is kept')
+    emulated: bool = flag('the lab is emulated: use no earlier proofs, and keep none')
 
     def proofs(self, lab: Lab) -> Proofs | None:
-        """Return what was proved of a lab; None if nothing counts."""
+        """Return the proofs of a lab; None in an emulated one."""
         return None if self.emulated else Proofs(lab)

@@ -1,4 +1,4 @@
-"""Check of a robot's measured motion against what it was commanded: plausible, wrong poses."""
+"""Check of a robot's measured motion against its commands: finds plausible but wrong poses."""
 
 from __future__ import annotations
 
@@ -11,26 +11,26 @@ from dataclasses import dataclass
 from setcmas_expe.mocap.sample import Pose
 from setcmas_simu.fleet.planar_pose import wrap_angle
 
-_STANDS = 0.4  # share of what was commanded below which nothing has moved
-_BESIDE_RAD = math.radians(25)
+_STILL_SHARE = 0.4  # of the commanded motion, below which a robot has not moved
+_OFF_HEADING_RAD = math.radians(25)
 _STILL_M = 0.02
 _STILL_RAD = 0.1
-_ZERO_M_S = 0.005  # what people are told as 0.00 m/s
+_ZERO_M_S = 0.005  # shown as 0.00 m/s
 _ZERO_RAD_S = 0.05
 
 
 @dataclass(frozen=True)
 class Deviation:
-    """What motion capture showed over some time, and what was commanded.
+    """Measured and commanded motion over some time.
 
     Attributes:
-        seconds: How long.
+        seconds: Duration in s.
         moved: Measured displacement in m: ahead, and to the left as imaginary part.
-        commanded: The displacement that was commanded, likewise.
+        commanded: Commanded displacement, likewise.
         turned: Measured turn in rad.
-        commanded_turn: The turn that was commanded in rad.
+        commanded_turn: Commanded turn in rad.
         in_heading: Whether the turn deviates more than the displacement.
-        rolled: Distance by the wheels' odometry in m; None if it is not known.
+        rolled: Distance by wheel odometry in m; None if unknown.
     """
 
     seconds: float
@@ -43,93 +43,89 @@ class Deviation:
 
     @property
     def is_none(self) -> bool:
-        """Whether the robot stands and was told to: something was odd before, not now."""
+        """Whether the robot stands as commanded: the deviation is over."""
         speed = max(abs(self.moved), abs(self.commanded)) / self.seconds
         rate = max(abs(self.turned), abs(self.commanded_turn)) / self.seconds
         return speed < _ZERO_M_S and rate < _ZERO_RAD_S
 
-    def told(self, proved: bool) -> str:
-        """Return what is wrong, and where to look; a robot that is proved has the right axes."""
-        if self._stands():
+    def text(self, proved: bool) -> str:
+        """Return what happened, a colon and what to check; a proved robot has the right axes."""
+        if self._is_still():
             return self._standstill()
         if self.in_heading:
             return self._heading()
         wanted, got = abs(self.commanded), abs(self.moved)
         if not proved and wanted > _STILL_M and 0.5 * wanted < got < 2.0 * wanted:
             off = math.degrees(cmath.phase(self.moved / self.commanded))
-            if abs(off) > math.degrees(_BESIDE_RAD):
+            if abs(off) > math.degrees(_OFF_HEADING_RAD):
                 return (
-                    f'it moves {round(off):+d} deg beside its heading: are the axes of its body, '
-                    'or y_up, wrong, or is it another robot?'
+                    f'moves {round(off):+d} deg off its heading: are the axes of its body or y_up '
+                    'wrong, or is it another robot?'
                 )
         return self._glides()
 
-    def _stands(self) -> bool:
+    def _is_still(self) -> bool:
         way, turn = abs(self.commanded), abs(self.commanded_turn)
-        still = abs(self.moved) <= max(_STILL_M, _STANDS * way)
-        still &= abs(self.turned) <= max(_STILL_RAD, _STANDS * turn)
+        still = abs(self.moved) <= max(_STILL_M, _STILL_SHARE * way)
+        still &= abs(self.turned) <= max(_STILL_RAD, _STILL_SHARE * turn)
         return still and (way > _STILL_M or turn > _STILL_RAD)
 
     def _standstill(self) -> str:
         if self.rolled is None:
-            where = 'has its body fallen off, or is it lifted, blocked or switched off?'
-        elif self.rolled > max(_STILL_M, _STANDS * abs(self.commanded)):
-            where = 'its wheels turn: has its body fallen off, or is it lifted or blocked?'
+            wheels, check = '', 'has its body fallen off, or is it lifted, blocked or off?'
+        elif self.rolled > max(_STILL_M, _STILL_SHARE * abs(self.commanded)):
+            wheels = ', but its wheels turn'
+            check = 'has its body fallen off, or is it lifted or blocked?'
         else:
-            where = 'its wheels stand too: is it blocked, or its motors off?'
-        return f'it stands although it is told to move; {where}'
+            wheels, check = ', nor do its wheels', 'is it blocked, or are its motors off?'
+        return f'does not move as commanded{wheels}: {check}'
 
     def _heading(self) -> str:
-        rates = (self.turned / self.seconds, self.commanded_turn / self.seconds)
+        rate, commanded = self.turned / self.seconds, self.commanded_turn / self.seconds
+        check = 'is its body symmetric or loose, or did somebody turn it?'
         if self.turned * self.commanded_turn < 0 and abs(self.turned) > _STILL_RAD:
-            return (
-                f'it turns at {rates[0]:+.1f} rad/s, told {rates[1]:+.1f}: are axes mirrored '
-                '(y_up in the lab file), or is it another robot?'
-            )
-        return (
-            f'it turns at {rates[0]:+.1f} rad/s, told {rates[1]:+.1f}: is its body symmetric or '
-            'loose, or is it turned by hand?'
-        )
+            check = 'are the axes mirrored (y_up in the lab file), or is it another robot?'
+        return f'turns at {rate:+.1f} rad/s, commanded {commanded:+.1f}: {check}'
 
     def _glides(self) -> str:
-        speed, told = abs(self.moved) / self.seconds, abs(self.commanded) / self.seconds
-        wheels = '' if self.rolled is None else f', its wheels {self.rolled / self.seconds:.2f}'
+        speed, commanded = abs(self.moved) / self.seconds, abs(self.commanded) / self.seconds
+        wheels = '' if self.rolled is None else f', wheels {self.rolled / self.seconds:.2f}'
         return (
-            f'it moves at {speed:.2f} m/s, told {told:.2f}{wheels}: does motion capture drift, or '
-            'is it pushed?'
+            f'moves at {speed:.2f} m/s, commanded {commanded:.2f}{wheels}: does motion capture '
+            'drift, or did somebody push it?'
         )
 
 
 DELAYS_S = (0.0, 0.1, 0.2, 0.3)
-"""Times from a command to what motion capture shows of it, of which any may be true, in s."""
+"""Possible delays from a command to its effect in motion capture, in s."""
 
 WINDOWS_S = (0.5, 2.0)
-"""Times over which motion is compared, in s: what is fast, and what is slow."""
+"""Times over which motion is compared, in s: one for fast deviations, one for slow ones."""
 
 _MARGIN_M = 0.03
 _CRAWL_MARGIN_M = 0.02
 _MARGIN_RAD = 0.3
-_SHARE = 0.2  # of the way that was commanded: slip, wheels' radii, whole hundredths
+_SHARE = 0.2  # of the commanded way: slip, wheels' radii, whole hundredths
 _OFF_AXLE_M = 0.06  # per rad turned, up to 1: the body's middle is not above the axle
 _IN_A_ROW = 2
-_SAME_M = 0.008  # a robot that moves as another one is told differs less from it
-_LIKELY = 1  # of the delays
+_SAME_M = 0.008  # largest difference from another robot's commanded motion to be that robot
+_LIKELY = 1  # index of the likely delay
 _LONGEST_STEP_S = 0.2
-_WHEELS_S = 0.2  # age from which wheel odometry tells nothing of the wheels
+_WHEELS_S = 0.2  # largest age of wheel odometry
 
 
 @dataclass(frozen=True)
 class _Row:
-    """What had been measured and commanded by a time.
+    """Sums of measured and commanded motion up to a time.
 
     Attributes:
         time: When the pose was seen, in s.
         place: x + iy in m.
         heading: Heading in rad, not wrapped.
         ways: For each delay, the sum of the commanded displacements along the measured heading.
-        turns: For each delay, the angle that was commanded, in rad.
-        driven: For each delay, the distance that was commanded, in m.
-        wheels: The distance by the wheels' odometry, in m.
+        turns: For each delay, the commanded angle in rad.
+        driven: For each delay, the commanded distance in m.
+        wheels: The distance by wheel odometry in m.
     """
 
     time: float
@@ -144,15 +140,15 @@ class _Row:
 class MotionCheck:
     """Compares over half a second and over two; all times in s on one steady clock.
 
-    Since nobody knows the delay from a command to its measurement, motion is wrong only if no
-    delay explains it. The prediction is the unicycle's along the measured heading.
+    The delay from a command to its measurement is unknown, so motion is wrong only if no delay
+    explains it. The prediction is the unicycle's along the measured heading.
 
     Attributes:
-        advanced: How far the robot has moved the way that it was told, by the last step, in m.
+        advanced: How far the last step took the robot in the commanded direction, in m.
     """
 
     def __init__(self) -> None:
-        """Begin without a past."""
+        """Start without a past."""
         self._rows: deque[_Row] = deque()
         self._commands: deque[tuple[float, float, float]] = deque()
         self._wheels: tuple[float, float] | None = None
@@ -162,7 +158,7 @@ class MotionCheck:
         self.forget()
 
     def forget(self) -> None:
-        """Forget what was: the robot is paused, and may be carried."""
+        """Forget the past: the robot is paused, and may be carried."""
         self._rows.clear()
         self._commands.clear()
         zeros = (0.0,) * len(DELAYS_S)
@@ -173,13 +169,13 @@ class MotionCheck:
         self.advanced = 0.0
 
     def command(self, V: float, omega: float, now: float) -> None:
-        """Note what the robot is commanded (m/s, rad/s) from now on."""
+        """Note the robot's command (m/s, rad/s) from now on."""
         self._commands.append((now, V, omega))
         while self._commands[0][0] < now - WINDOWS_S[-1] - DELAYS_S[-1]:
             self._commands.popleft()
 
     def note_wheels(self, V: float, now: float) -> None:
-        """Note the forward speed (m/s) that the robot's own odometry tells."""
+        """Note the forward speed (m/s) by the robot's own odometry."""
         self._wheels_turned = self._wheels_turned or V != 0.0
         self._wheels = V, now
 
@@ -189,11 +185,11 @@ class MotionCheck:
         Args:
             pose: The newest good pose (m, rad).
             seen: When it was measured, in s.
-            crawls: Whether the robot is to prove who it is: it is judged more strictly then.
+            crawls: Whether the robot is still to be proved: the check is stricter then.
             now: Time in s.
 
         Returns:
-            What is wrong with the motion; None if nothing, or if nothing new was seen.
+            The deviation; None if there is none, or no new pose.
         """
         self._heading += float(wrap_angle(pose[2] - self._heading))
         self._add_up(min(max(0.0, now - self._stepped), _LONGEST_STEP_S), now)
@@ -217,7 +213,7 @@ class MotionCheck:
         return found if self._in_a_row >= _IN_A_ROW else None
 
     def explains(self, other: MotionCheck) -> bool:
-        """Return whether another robot moves as this one is commanded."""
+        """Return whether this robot's commands explain another robot's motion."""
         rows = list(other._rows)
         if len(rows) < 2:
             return False
@@ -237,17 +233,17 @@ class MotionCheck:
             self._rolled += step * abs(self._wheels[0])
 
     def _commanded(self, time: float) -> tuple[float, float]:
-        """Return the speeds that were commanded at a time; zero before the first command."""
+        """Return the commanded speeds at a time; zero before the first command."""
         for since, V, omega in reversed(self._commands):
             if since <= time:
                 return V, omega
         return 0.0, 0.0
 
     def _deviation(self, newest: _Row, margin: float) -> Deviation | None:
-        """Return how the measured motion differs from all that may have been commanded."""
+        """Return how the measured motion differs from the commands at any delay."""
         for window in WINDOWS_S:
             if self._excess(self._row(newest.time - window), newest, margin) > 1.0:
-                # What is told is of the second half: the motion may have been right before.
+                # Describe the second half: the motion may have been right before.
                 deviation = self._between(self._row(newest.time - 0.5 * window), newest)
                 if not deviation.is_none:
                     return deviation
@@ -257,7 +253,7 @@ class MotionCheck:
         return next(row for row in self._rows if row.time >= since)
 
     def _excess(self, old: _Row, new: _Row, margin: float) -> float:
-        """Return how many times the difference is what may be, for the delay that fits best."""
+        """Return the difference as a multiple of its tolerance, for the delay that fits best."""
         moved, turned = new.place - old.place, new.heading - old.heading
         places = margin + _OFF_AXLE_M * min(1.0, abs(turned))
         return min(
@@ -291,7 +287,7 @@ class MotionCheck:
         )
 
     def _fits(self, rows: list[_Row], delay: float) -> bool:
-        """Return whether rows of another robot fit what this one is commanded."""
+        """Return whether rows of another robot fit this one's commands."""
         way, turn, driven = 0j, 0.0, 0.0
         for before, after in itertools.pairwise(rows):
             V, omega = self._commanded(after.time - delay)

@@ -1,4 +1,4 @@
-"""Watch over the motion of a fleet: who deviates from what it was commanded, who is proved."""
+"""Watch over a fleet: robots that deviate from their commands, and robots proved by motion."""
 
 from __future__ import annotations
 
@@ -14,16 +14,16 @@ _LASTS_S = 2.0
 
 
 class MotionWatch:
-    """Has a check for each robot; all times in s on one steady clock."""
+    """Checks the motion of each robot; all times in s on one steady clock."""
 
     def __init__(
         self, robots: Collection[int], proofs: Proofs | None, warn: Callable[[str], None]
     ) -> None:
-        """Begin with robots that stand.
+        """Start with robots at rest.
 
         Args:
             robots: Their numbers, 1 to N.
-            proofs: What was proved before; None where nothing counts, as in an emulated lab.
+            proofs: Earlier proofs; None to use and keep none, as in an emulated lab.
             warn: Shows a message to the user.
         """
         self._checks = {robot: MotionCheck() for robot in robots}
@@ -31,7 +31,7 @@ class MotionWatch:
         self._proving = Proving(robots, proofs.proved() if proofs else ())
         self._warn = warn
         self._troubles: dict[int, tuple[str, float]] = {}
-        self._told: set[int] = set()
+        self._announced: set[int] = set()
         self._stepped: float | None = None
 
     def see(
@@ -44,7 +44,7 @@ class MotionWatch:
 
         Args:
             tracks: The track of each robot.
-            wheels: Forward speed by its own odometry in m/s and when that came; None before.
+            wheels: Forward speed by its odometry in m/s and the time of arrival; None before.
             now: Time in s.
         """
         proved = []
@@ -54,7 +54,7 @@ class MotionWatch:
                 check.note_wheels(*rolls)
             if track.pose is None:
                 continue
-            # What is not believed, or judged by the track, is not judged here.
+            # The track judges poses that are rejected or repeated.
             seen = -math.inf if track.fault or track.repeats else track.received
             crawls = robot in self._proving.left
             deviation = check.step(track.pose, seen, crawls, now)
@@ -71,19 +71,23 @@ class MotionWatch:
         }
 
     def keep_nothing(self) -> None:
-        """Let proofs be forgotten: the robots are emulated, and their bodies only named alike."""
+        """Keep no proofs: the robots are emulated, and only their names are those of real ones."""
         self._proofs = None
 
+    def is_proved(self, robot: int) -> bool:
+        """Return whether motion has proved which body is this robot."""
+        return robot not in self._proving.left
+
     def trouble(self, robot: int) -> str:
-        """Return why a robot's poses are not believed; empty if they are."""
+        """Return how a robot's motion deviates, and what to check; empty if it does not."""
         return self._troubles.get(robot, ('', 0.0))[0]
 
     def allowed(self, robot: int, V: float, omega: float) -> tuple[float, float]:
-        """Return the speeds (m/s, rad/s) that a robot may have of those that it wants."""
+        """Return the part of the wanted speeds (m/s, rad/s) that a robot may drive."""
         return self._proving.allowed(robot, V, omega)
 
     def commanded(self, commands: Mapping[int, tuple[float, float]], now: float) -> None:
-        """Take what all robots are commanded (m/s, rad/s) from now on; nothing while paused."""
+        """Note the commands of all robots (m/s, rad/s) from now on; none while paused."""
         step = 0.0 if self._stepped is None else now - self._stepped
         self._stepped = now if commands else None
         self._proving.go_on(step)
@@ -91,38 +95,37 @@ class MotionWatch:
             self._troubles.clear()
             for check in self._checks.values():
                 check.forget()
-        self._tell_crawling([robot for robot, (V, _) in commands.items() if V])
+        self._announce_crawl([robot for robot, (V, _) in commands.items() if V])
         for robot, check in self._checks.items():
             check.command(*commands.get(robot, (0.0, 0.0)), now)
 
     def _doubt(self, robot: int, deviation: Deviation, now: float) -> None:
-        proved = robot not in self._proving.left
+        proved = self.is_proved(robot)
         why = '' if proved else self._mistaken(robot)
-        why = why or deviation.told(proved)
-        self._troubles[robot] = why, now
+        self._troubles[robot] = why or deviation.text(proved), now
         self._checks[robot].forget()
         self._proving.doubt(robot)
-        self._told.discard(robot)
+        self._announced.discard(robot)
         if self._proofs:
             self._stored(lambda proofs: proofs.drop(robot))
 
     def _mistaken(self, robot: int) -> str:
-        """Return for whom a robot is taken, which moves as another one is told; empty if none."""
+        """Return which other robot's commands explain the motion; empty if none."""
         for other, check in self._checks.items():
             if other != robot and check.explains(self._checks[robot]):
-                return f'it moves as robot {other} is told: are their names exchanged?'
+                return f'moves as robot {other} should: are their names exchanged?'
         return ''
 
-    def _tell_crawling(self, moving: Collection[int]) -> None:
-        new = self._proving.left.keys() - self._told - self._troubles.keys()
+    def _announce_crawl(self, moving: Collection[int]) -> None:
+        new = self._proving.left.keys() - self._announced - self._troubles.keys()
         if not new or not self._proving.left.keys() & set(moving):
             return
-        self._told |= new
+        self._announced |= new
         turns = ', in turns' if len(self._checks) > 1 else ''
         self._warn(
             f'{robots_in_words(sorted(new))} crawl'
             f'{"s" if len(new) == 1 else ""} at {CRAWL_M_S:g} m/s for {100 * PROOF_M:.0f} cm'
-            f'{turns}: that proves which body is which robot, and its heading'
+            f'{turns}, to prove which body is which robot'
             f'{"; others wait" if self._proving.others_wait else ""}'
         )
 
@@ -136,4 +139,4 @@ class MotionWatch:
         try:
             change(self._proofs)
         except OSError as error:
-            self._warn(f'what was proved cannot be kept for the next run: {error}')
+            self._warn(f'cannot keep the proofs for the next run: {error}')

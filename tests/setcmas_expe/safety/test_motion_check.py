@@ -51,12 +51,12 @@ ACROSS, BACKWARDS = turned(90), turned(180)
 FROM_THE_START = (ACROSS, BACKWARDS, mirrored)
 FAULTS = [
     (straight, fallen, 'its wheels turn: has its body fallen off'),
-    (circle, fallen, 'it stands although it is told to move'),
+    (circle, fallen, 'does not move as commanded'),
     (straight, held, 'lifted or blocked'),
-    (straight, stalled, 'its wheels stand too'),
+    (straight, stalled, 'nor do its wheels'),
     (circle, drifting(0.3), 'does motion capture drift'),
     (straight, drifting(2.0), 'does motion capture drift'),
-    (straight, ACROSS, 'deg beside its heading: are the axes of its body'),
+    (straight, ACROSS, 'deg off its heading: are the axes of its body'),
     (circle, BACKWARDS, 'are the axes of its body'),
     (circle, mirrored, 'axes mirrored'),
 ]
@@ -72,12 +72,12 @@ def test_poses_that_are_plausible_and_wrong_are_found_within_the_bounds(law, fau
         fault(robot)
     begin, before = robot.now, robot.path
     assert robot.run(2.0, law)
-    told = robot.found.told(proved='drift' in line)
+    text = robot.found.text(proved='drift' in line)
     seconds = robot.now - begin
 
     robot.found, robot.check = None, DrivenRobot().check
     robot.run(0.6, lambda _: (0.0, 0.0))
-    assert line in told
+    assert line in text
     assert seconds <= SOON_S
     assert robot.path - before < NEAR_M
 
@@ -89,9 +89,7 @@ def test_without_wheel_odometry_a_standstill_is_found_too():
     fallen(robot)
     assert robot.run(0.6, straight)
 
-    assert 'blocked or switched off, or has its body' in robot.found.told(proved=True) or (
-        'has its body fallen off, or is it lifted, blocked' in robot.found.told(proved=True)
-    )
+    assert 'is it lifted, blocked or off?' in robot.found.text(proved=True)
 
 
 def test_a_robot_that_stands_and_glides_away_is_found():
@@ -100,7 +98,7 @@ def test_a_robot_that_stands_and_glides_away_is_found():
     drifting(0.3)(robot)
 
     assert robot.run(0.5)
-    assert 'told 0.00' in robot.found.told(proved=True)
+    assert 'commanded 0.00' in robot.found.text(proved=True)
 
 
 LAWS = {'points': to_points, 'signs': lambda: back_and_forth, 'turns': lambda: turns}
@@ -108,7 +106,7 @@ LAWS = {'points': to_points, 'signs': lambda: back_and_forth, 'turns': lambda: t
 
 def alarms(law, rate, seconds, seeds):
     return [
-        (law, rate, seed, robot.found.told(proved=False))
+        (law, rate, seed, robot.found.text(proved=False))
         for seed in seeds
         for robot in [DrivenRobot(seed, rate)]
         if robot.run(seconds, LAWS[law]())

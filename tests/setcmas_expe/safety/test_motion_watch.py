@@ -79,9 +79,7 @@ def test_exchanged_names_are_told_before_anything_has_gone_far(file):
     fleet.drive(5.0)
 
     troubles = {fleet.watch.trouble(robot) for robot in (1, 2)} - {''}
-    assert troubles <= {
-        f'it moves as robot {i} is told: are their names exchanged?' for i in (1, 2)
-    }
+    assert troubles <= {f'moves as robot {i} should: are their names exchanged?' for i in (1, 2)}
     assert troubles
     assert max(fleet.x.values()) < -1.0 + 0.04
 
@@ -96,7 +94,7 @@ def test_a_robot_that_deviates_is_proved_no_more(file):
         fleet.drive(STEP_S)
         assert fleet.now < begin + 0.7
 
-    assert 'it stands although it is told to move' in fleet.watch.trouble(1)
+    assert 'does not move as commanded' in fleet.watch.trouble(1)
     assert fleet.proofs.proved() == [2]
     fleet.watch.commanded({}, fleet.now)  # somebody has paused
     assert fleet.watch.trouble(1) == ''
