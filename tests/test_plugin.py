@@ -149,7 +149,7 @@ def test_motion_capture_is_used_by_name(setcmas, domain):
         ),
         (
             ('offline', '--algo', 'spiral', '--model', 'hovercraf'),
-            "there is no robot model 'hovercraf'.*did you mean hovercraft",
+            "unknown robot model 'hovercraf'.*did you mean hovercraft",
         ),
     ],
 )
@@ -174,7 +174,7 @@ def test_a_name_that_ships_is_not_taken_over_and_that_is_told(setcmas, tmp_path)
     result = setcmas('new', 'mine', '--from', 'consensus', cwd=tmp_path)
 
     assert (tmp_path / 'mine.py').read_text() == ALGORITHMS.file('consensus').read_text()
-    told = "package example-lab offers control law 'consensus' too; that of setcmas is used"
+    told = "package example-lab also offers control law 'consensus'; using that of setcmas"
     assert told in result.stderr
 
 

@@ -1,7 +1,7 @@
-"""Doors for plugins: what installed packages offer by name, through their entry points.
+"""Doors for plugins: objects that installed packages offer by name, through entry points.
 
-What ships is declared in the same way, in the setup.cfg of each package. Nothing is looked up
-before somebody asks for it, and nothing is imported but what is asked for.
+The objects that ship with setcmas are declared in the same way, in the setup.cfg of each package.
+Nothing is imported before it is needed.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 T = TypeVar('T')
 
 _SHIPPED = ('setcmas', 'setcmas_simu', 'setcmas_ctrl', 'setcmas_expe', 'setcmas_tools')
-"""Packages of ours: the one that pip installs, and those that colcon builds."""
+"""Our packages: the one that pip installs, and those that colcon builds."""
 
 
 class UnusableError(SetcmasError):
@@ -35,7 +35,7 @@ class UnusableError(SetcmasError):
     """
 
     def __init__(self, kind: str, offer: Offer, reason: str) -> None:
-        """Say whose it is, and why it cannot be used."""
+        """Name the plugin, its package and the reason."""
         self.reason = ' '.join(reason.split())
         super().__init__(
             f"{kind} '{offer.name}' of package {offer.package} {offer.version} "
@@ -44,25 +44,25 @@ class UnusableError(SetcmasError):
 
 
 class MisfitError(Exception):
-    """What a plugin offers is not what its door is for; the message says why."""
+    """The plugin's object does not suit its door; the message says why."""
 
 
 @dataclass(frozen=True)
 class Offer:
-    """A thing that a package offers by name.
+    """An object that a package offers by name.
 
     Attributes:
-        name: What users call it.
-        package: Name of the package that offers it.
+        name: The name that users type.
+        package: Name of the package.
         version: Version of that package.
-        entry: Where it is found.
-        hidden: Packages that offer another thing by this name; theirs is not reached.
+        entry: Its entry point.
+        hidden: Packages that offer another object under this name; setcmas ignores these.
     """
 
     name: str
     package: str
     version: str
-    # importlib_metadata, where something imports it, makes others that cannot be compared with it.
+    # importlib_metadata, once imported, makes entry points that cannot be compared with these.
     entry: EntryPoint = field(compare=False)
     hidden: tuple[str, ...] = ()
 
@@ -78,24 +78,24 @@ class _Names:
 
     Attributes:
         group: Group of entry points, such as 'setcmas.metrics'.
-        kind: What one of the things is called in messages, such as 'metric'.
+        kind: Noun for one object in messages, such as 'metric'.
     """
 
     group: str
     kind: str
 
     def offers(self) -> dict[str, Offer]:
-        """Return what there is, by name: what ships first, then plugins by name."""
+        """Return all offers by name: first those of setcmas, then plugins by name."""
         return _offers(self.group)
 
     def __contains__(self, name: str) -> bool:
         return self._spelled(name) in self.offers()
 
     def offer(self, name: str) -> Offer:
-        """Return what is offered by a name; warns once if a plugin's is hidden by it.
+        """Return the offer with this name; warn once if it hides that of another package.
 
         Raises:
-            SetcmasError: There is none; the message has those that exist.
+            SetcmasError: The name is unknown; the message lists all names.
         """
         offers = self.offers()
         if not offers:
@@ -104,13 +104,13 @@ class _Names:
             near = difflib.get_close_matches(name, offers, n=1)
             hint = f'; did you mean {near[0]}?' if near else ''
             known = ', '.join(offers)
-            raise SetcmasError(f"there is no {self.kind} '{name}'; must be one of {known}{hint}")
+            raise SetcmasError(f"unknown {self.kind} '{name}'; must be one of {known}{hint}")
         offer = offers[self._spelled(name)]
         _warn_of_hidden(self.kind, offer)
         return offer
 
     def _spelled(self, name: str) -> str:
-        """Return a name as it is offered, for - and _ mean the same to users."""
+        """Return a name as its package spells it: users may type - for _."""
         return name if name in self.offers() else name.replace('-', '_')
 
 
@@ -119,28 +119,28 @@ class Door(_Names, Generic[T]):
     """Objects of one kind, found by name.
 
     Attributes:
-        check: Returns an object as what it must be, or raises MisfitError.
+        check: Returns an object of the right type, or raises MisfitError.
     """
 
     check: Callable[[object], T]
 
     def get(self, name: str) -> T:
-        """Return the object of a name, imported now if it is not yet.
+        """Return the object with this name; import it first if necessary.
 
         Raises:
-            SetcmasError: There is none.
-            UnusableError: It raises while it is imported, or it does not fit.
+            SetcmasError: The name is unknown.
+            UnusableError: Its import fails, or it does not suit this door.
         """
         offer = self.offer(name)
         try:
             return self.check(offer.entry.load())
         except KeyboardInterrupt:
             raise
-        except BaseException as error:  # a plugin may even call sys.exit while it is imported
+        except BaseException as error:  # a plugin may even call sys.exit during its import
             raise UnusableError(self.kind, offer, _reason(error)) from error
 
     def usable(self, warn: Callable[[str], None]) -> dict[str, T]:
-        """Return all objects by name; what cannot be used is left out and told to `warn`."""
+        """Return all usable objects by name, and warn of the others."""
         found = {}
         for name in self.offers():
             try:
@@ -152,23 +152,23 @@ class Door(_Names, Generic[T]):
 
 @dataclass(frozen=True)
 class ScriptDoor(_Names):
-    """Scripts, found by name as files: each robot runs them in a fresh module."""
+    """Scripts, found by name as files: each robot runs its script in a fresh module."""
 
     def file(self, name: str) -> Path:
-        """Return the file of the script of a name; the script is not run.
+        """Return the file of the script with this name, without running it.
 
         Raises:
-            SetcmasError: There is none.
-            UnusableError: Its package has no such file, or it is in no package.
+            SetcmasError: The name is unknown.
+            UnusableError: The package has no such file, or the module belongs to no package.
         """
         offer = self.offer(name)
         module = offer.entry.module
-        if '.' not in module:  # else all that is installed would be modules beside the script
+        if '.' not in module:  # else site-packages would be the script's folder
             hint = f'its module {module} must be in a package, such as my_{module}.{module}'
             raise UnusableError(self.kind, offer, hint)
         try:
             spec = importlib.util.find_spec(module)
-        except Exception as error:  # of the package around it, which is imported
+        except Exception as error:  # raised by the parent package, which is imported
             raise UnusableError(self.kind, offer, _reason(error)) from error
         if spec is None or not spec.origin or not Path(spec.origin).is_file():
             raise UnusableError(self.kind, offer, f'its module {module} was not found')
@@ -176,7 +176,7 @@ class ScriptDoor(_Names):
 
 
 def instance_of(kind: type[T]) -> Callable[[object], T]:
-    """Return the check of a door whose objects are instances of a class."""
+    """Return a check that objects are instances of a class."""
 
     def check(thing: object) -> T:
         if not isinstance(thing, kind):
@@ -188,9 +188,9 @@ def instance_of(kind: type[T]) -> Callable[[object], T]:
 
 @functools.cache
 def _entries() -> SelectableGroups:
-    """Return all entry points: reading those of every package takes about 10 ms.
+    """Return all entry points; reading those of every package takes about 10 ms.
 
-    The type is that of Python 3.10; later ones have another with the same method.
+    The type is that of Python 3.10; later versions have another type with the same method.
     """
     from importlib.metadata import entry_points
 
@@ -219,14 +219,14 @@ def _offer(entry: EntryPoint) -> Offer | None:
 def _warn_of_hidden(kind: str, offer: Offer) -> None:
     for package in offer.hidden:
         print(
-            f"warning: package {package} offers {kind} '{offer.name}' too; that of "
-            f'{offer.package} is used',
+            f"warning: package {package} also offers {kind} '{offer.name}'; using that of "
+            f'{offer.package}',
             file=sys.stderr,
         )
 
 
 def _reason(error: BaseException) -> str:
-    """Return what went wrong, and where in the plugin's code it did."""
+    """Return the error and its place in the plugin's code."""
     if isinstance(error, MisfitError):
         return str(error)
     frames = [

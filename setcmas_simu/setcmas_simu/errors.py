@@ -1,8 +1,8 @@
-"""Base of every error that a user can mend."""
+"""Base class of errors that users can correct."""
 
 
 class SetcmasError(Exception):
-    """A mistake in what the user gave: the message says what, the value, and what it must be.
+    """Wrong user input: the message has the value, what it must be, and what to do next.
 
     Commands print the message on one line and exit with status 2.
     """

@@ -123,7 +123,7 @@ class ControlStepper:
             f'controlling {robots_in_words(list(self.robots))} with {law} '
             f'at {self._commander.gains.rate:g} Hz; Ctrl-C stops'
         )
-        process.launcher.tell(Started(self.robots, law))
+        process.launcher.report(Started(self.robots, law))
         self._take_signals = process.take_signals
         if not lockstep:
             fall_in_step(process, self._odometry, self.take, self.robots[0], self.clock)

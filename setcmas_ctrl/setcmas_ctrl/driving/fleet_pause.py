@@ -47,7 +47,7 @@ class FleetPause:
             return
         if any(follower.paused != paused for follower in self._followers):
             print(f'{"paused" if paused else "started"} by {by}', flush=True)
-            self._launcher.tell(Paused(paused))
+            self._launcher.report(Paused(paused))
         for follower in self._followers:
             follower.pause(paused)
 

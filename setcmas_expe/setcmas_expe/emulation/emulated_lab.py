@@ -299,7 +299,7 @@ def _emulate(process: RosProcess, args: argparse.Namespace) -> None:
     lab = EmulatedLab(LabOptions.of(args).chosen(), EmulationOptions.of(args))
     process.add(*lab.nodes)
     lab.greet()
-    process.launcher.tell(Ready())
+    process.launcher.report(Ready())
     StepLoop(process, lab.period, lab.step).run()
 
 

@@ -221,7 +221,7 @@ class Pause(FleetNode):
         if robots:
             self._shown = self.paused, self.why
             status = Status(self.paused, bool(self._emergency.why), self.why, robots)
-            self._launcher.tell(status)
+            self._launcher.report(status)
 
     def _obey(self, wish: Wish) -> None:
         if wish.word is Word.PAUSE:

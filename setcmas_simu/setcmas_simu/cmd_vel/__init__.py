@@ -1,1 +1,1 @@
-"""Velocity commands: who sends and hears them in the ROS graph, and their publisher."""
+"""Velocity commands: their senders and listeners in the ROS graph, and their publisher."""

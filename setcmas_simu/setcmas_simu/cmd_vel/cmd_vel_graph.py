@@ -1,4 +1,4 @@
-"""Commanders and listeners of a robot, as the ROS graph tells."""
+"""Commanders and listeners of a robot in the ROS graph."""
 
 from __future__ import annotations
 
@@ -14,9 +14,9 @@ from std_msgs.msg import Empty
 from setcmas_simu.cmd_vel.cmd_vel_type import ROS_NAMES, TYPES
 from setcmas_simu.fleet import topics
 
-_GUID_PREFIX = 12  # bytes of an endpoint's GUID that are those of its participant (DDSI-RTPS 9.3)
+_GUID_PREFIX = 12  # bytes of an endpoint's GUID that identify its participant (DDSI-RTPS 9.3)
 
-_NO_NAME = ('_UNKNOWN_', '_BARE_DDS_APP_')  # what rmw says in place of one
+_NO_NAME = ('_UNKNOWN_', '_BARE_DDS_APP_')  # what rmw reports for a node without a name
 
 
 @dataclass(frozen=True)
@@ -26,7 +26,7 @@ class Endpoint:
     Attributes:
         node: Base name of its node.
         full_name: The node's name with its namespace.
-        kind: Its message type, by the name in options if it is one of these.
+        kind: Its message type: 'twist', 'twist_stamped', or the full ROS name.
         gid: Identifies it in the whole network.
     """
 
@@ -37,27 +37,27 @@ class Endpoint:
 
     @property
     def participant(self) -> bytes:
-        """What identifies its process."""
+        """Identifier of its process."""
         return self.gid[:_GUID_PREFIX]
 
     @property
     def is_known(self) -> bool:
-        """Whether the name of its node has arrived already; DDS without ROS has none."""
+        """Whether the name of its node is known yet; DDS applications without ROS have none."""
         return not any(mark in self.full_name for mark in _NO_NAME)
 
 
 def publishers(node: Node, topic: str) -> list[Endpoint]:
-    """Return who publishes a topic (full name)."""
+    """Return the publishers of a topic (full name)."""
     return [_endpoint(info) for info in node.get_publishers_info_by_topic(topic)]
 
 
 def participants(node: Node, topic: str) -> set[bytes]:
     """Return the processes that publish a topic (full name)."""
-    return {one.participant for one in publishers(node, topic)}
+    return {endpoint.participant for endpoint in publishers(node, topic)}
 
 
 def own_participant(node: Node) -> bytes:
-    """Return what identifies the process of a node, by a topic that nobody else can know of."""
+    """Return the identifier of a node's process, by publishing a topic with a unique name."""
     publisher = node.create_publisher(Empty, f'own_{uuid.uuid4().hex}', 1)
     (own,) = participants(node, publisher.topic_name)
     node.destroy_publisher(publisher)
@@ -65,61 +65,68 @@ def own_participant(node: Node) -> bytes:
 
 
 def listeners(node: Node, topic: str) -> list[Endpoint]:
-    """Return who listens to commands, recorders aside."""
+    """Return the subscriptions to a command topic, except those of recorders."""
     found = map(_endpoint, node.get_subscriptions_info_by_topic(topic))
-    return [one for one in found if one.node not in topics.RECORDER_NODES]
+    return [endpoint for endpoint in found if endpoint.node not in topics.RECORDER_NODES]
 
 
 def types_of_robot(node: Node, found: list[Endpoint], odometry_topic: str) -> set[str]:
-    """Return the types that a robot takes: where listeners differ, who sends odometry is it."""
-    wanted = {one.kind for one in found if one.kind in TYPES}
+    """Return the message types that a robot accepts.
+
+    If listeners differ, the process that sends the robot's odometry decides.
+    """
+    wanted = {endpoint.kind for endpoint in found if endpoint.kind in TYPES}
     if len(wanted) <= 1:
         return wanted
     robot = participants(node, odometry_topic)
-    kinds = {one.kind for one in found if one.participant in robot and one.kind in TYPES}
+    kinds = {
+        endpoint.kind
+        for endpoint in found
+        if endpoint.participant in robot and endpoint.kind in TYPES
+    }
     return kinds or wanted
 
 
 def twins(node: Node, topic: str) -> bool:
-    """Return whether several robots listen that were set up as the same one.
+    """Return whether several robots with the same number listen to a command topic.
 
-    Their nodes have one name, in the namespace of the robot; whoever looks on has it seldom.
+    Their nodes share one full name in the robot's namespace; other listeners rarely do.
     """
     namespace = topic.removesuffix(topics.CMD_VEL)
-    found = {(one.full_name, one.participant) for one in listeners(node, topic)}
+    found = {(endpoint.full_name, endpoint.participant) for endpoint in listeners(node, topic)}
     names = Counter(name for name, _ in found if name.startswith(namespace))
     return max(names.values(), default=0) > 1
 
 
 def commanders(node: Node, topic: str) -> list[str]:
-    """Return the full names of the nodes that may command a simulated robot to move."""
+    """Return the full names of the nodes that may command a simulated robot."""
     return [
-        one.full_name
-        for one in publishers(node, topic)
-        if one.is_known and one.node != topics.STAND_IN_NODE
+        endpoint.full_name
+        for endpoint in publishers(node, topic)
+        if endpoint.is_known and endpoint.node != topics.STAND_IN_NODE
     ]
 
 
 def rival(node: Node, topic: str, allowed: Collection[bytes]) -> str:
-    """Return who else may move a robot, or move in its place; empty if nobody.
+    """Return another process that commands the robot, or a second robot; '' if there is none.
 
     Args:
-        node: The node through which the graph is seen.
+        node: Node through which to look at the ROS graph.
         topic: Full name of the robot's cmd_vel.
-        allowed: The processes that may command it. Their nodes' names would prove nothing.
+        allowed: Identifiers of the processes that may command it; node names can be forged.
     """
     rivals = strangers(node, topic, allowed)
     if rivals:
-        return f'{rivals[0]} commands it too'
+        return f'{rivals[0]} also commands it'
     return f'several robots listen to {topic}' if twins(node, topic) else ''
 
 
 def strangers(node: Node, topic: str, allowed: Collection[bytes]) -> list[str]:
-    """Return what people call the publishers of a topic that are not of some processes."""
+    """Return the names of a topic's publishers outside some processes."""
     return [
-        one.full_name if one.is_known else 'a node without a name'
-        for one in publishers(node, topic)
-        if one.participant not in allowed
+        endpoint.full_name if endpoint.is_known else 'a node without a name'
+        for endpoint in publishers(node, topic)
+        if endpoint.participant not in allowed
     ]
 
 

@@ -1,4 +1,4 @@
-"""Publisher of velocities with the message type that the listener wants."""
+"""Publisher of velocity commands with the message type that the robot listens to."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from setcmas_simu.fleet.topics import AUTO, CMD_VEL_TYPES
 from setcmas_simu.ros import qos
 
 _PREFERRED_TYPE = CMD_VEL_TYPES[0]
-_LAST_WORDS_S = 0.3
+_LAST_COMMAND_S = 0.3
 
 
 class CmdVelPublisher:
@@ -22,7 +22,7 @@ class CmdVelPublisher:
 
     Attributes:
         topic: Full name of its topic.
-        mixed: Which listeners want another type than the one that is published; None if none.
+        mixed: Which listener wants another type than the published one; None if none does.
     """
 
     def __init__(
@@ -34,13 +34,13 @@ class CmdVelPublisher:
         cmd_vel_type: str = AUTO,
         profile: QoSProfile = qos.COMMAND,
     ) -> None:
-        """Publish through a node.
+        """Create the publisher on a node.
 
         Args:
             node: The node.
             robot: Number of the robot.
             topic: Full name of the topic.
-            odometry_topic: Topic that the robot itself publishes, which tells it from others.
+            odometry_topic: Topic that the robot itself publishes, to find its own listener.
             cmd_vel_type: 'twist', 'twist_stamped', or 'auto' for what the robot listens to.
             profile: Quality of service.
         """
@@ -56,25 +56,25 @@ class CmdVelPublisher:
         self._publisher = self._create_publisher()
 
     def publish(self, V: float, omega: float, left: float = 0.0) -> None:
-        """Publish a forward speed (m/s), a turn rate (rad/s), and a speed to the left (m/s)."""
+        """Publish forward speed (m/s), turn rate (rad/s) and speed to the left (m/s)."""
         self._publisher.publish(command(self._type, V, omega, left, self._frame))
 
     def wait_until_sent(self) -> None:
-        """Wait, but not for long, until the last command has arrived."""
-        self._publisher.wait_for_all_acked(Duration(seconds=_LAST_WORDS_S))
+        """Wait briefly until the last command has arrived."""
+        self._publisher.wait_for_all_acked(Duration(seconds=_LAST_COMMAND_S))
 
     def follow_listeners(self) -> bool:
-        """Match the type to what the robot listens to; False if nothing listens."""
+        """Match the type to what the robot listens to; return False if nothing listens."""
         found = cmd_vel_graph.listeners(self._node, self.topic)
         wanted = cmd_vel_graph.types_of_robot(self._node, found, self._odometry_topic)
         if self._auto and wanted:
             self._use_type(wanted)
-        others = [f'{one.node} wants {one.kind}' for one in found if one.kind != self._type]
+        others = [f'{node.node} wants {node.kind}' for node in found if node.kind != self._type]
         self.mixed = f'{self._name} gets {self._type}, but {others[0]}' if others else None
-        return any(one.kind == self._type for one in found)
+        return any(endpoint.kind == self._type for endpoint in found)
 
     def other_commanders(self) -> list[str]:
-        """Return the full names of other nodes that command the robot to move."""
+        """Return the full names of other nodes that command the robot."""
         names = cmd_vel_graph.commanders(self._node, self.topic)
         own = self._node.get_fully_qualified_name()
         if own in names:
@@ -83,10 +83,10 @@ class CmdVelPublisher:
 
     def _use_type(self, wanted: set[str]) -> None:
         if self._type not in wanted:
-            # Whoever listens to the former type would keep the last command for ever.
+            # A listener of the former type would keep its last command for ever.
             self.publish(0.0, 0.0)
             self._type = _PREFERRED_TYPE if _PREFERRED_TYPE in wanted else wanted.pop()
-            # One type at a time: DDS knows only one type of a topic within a process.
+            # One type at a time: within a process DDS knows only one type per topic.
             self._node.destroy_publisher(self._publisher)
             self._publisher = self._create_publisher()
 

@@ -7,13 +7,13 @@ from geometry_msgs.msg import Twist, TwistStamped
 from setcmas_simu.ros import ros_time
 
 TYPES = {'twist_stamped': TwistStamped, 'twist': Twist}
-"""Message classes by the name that options give them."""
+"""Message classes by their name in options."""
 
 ROS_NAMES = {
     'geometry_msgs/msg/TwistStamped': 'twist_stamped',
     'geometry_msgs/msg/Twist': 'twist',
 }
-"""Names in options by the type's name on the ROS graph."""
+"""Names in options by ROS type name."""
 
 
 def velocities(message: Twist | TwistStamped) -> tuple[float, float]:
@@ -23,7 +23,7 @@ def velocities(message: Twist | TwistStamped) -> tuple[float, float]:
 
 
 def command(kind: str, V: float, omega: float, left: float, frame: str) -> Twist | TwistStamped:
-    """Return a command of forward speed (m/s), turn rate (rad/s), and speed to the left (m/s)."""
+    """Return a command: forward speed (m/s), turn rate (rad/s), speed to the left (m/s)."""
     message = TYPES[kind]()
     twist = message
     if isinstance(message, TwistStamped):

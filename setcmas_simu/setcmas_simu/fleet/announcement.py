@@ -1,4 +1,4 @@
-"""Announcement of a fleet: which robots a simulator or a lab has, as it tells on /fleet."""
+"""Announcement of a fleet on /fleet: the robots of a simulator or a lab."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ import msgspec
 
 
 class Kind(enum.Enum):
-    """What has the robots."""
+    """The kind of process that has the robots."""
 
     SIMULATOR = 'simulator'
     LAB = 'lab'
@@ -25,16 +25,16 @@ class Source(msgspec.Struct, frozen=True):
     process: int
 
     def __str__(self) -> str:
-        """Return the source in words."""
+        """Return the source as text."""
         return f'{self.kind.value} (process {self.process} on {self.host})'
 
 
 class Lockstep(msgspec.Struct, frozen=True, tag=True):
-    """Time that goes on when all that follow have answered, from 0 on.
+    """Simulated time from 0 that advances once every follower has answered.
 
     Attributes:
         robot_rate: Rate of the robots' states in Hz.
-        nb_steps: After how many steps it stands still; None is never.
+        nb_steps: Number of steps after which time stops; None is never.
     """
 
     robot_rate: float
@@ -42,11 +42,11 @@ class Lockstep(msgspec.Struct, frozen=True, tag=True):
 
 
 class Scaled(msgspec.Struct, frozen=True, tag=True):
-    """Time that goes faster or slower than the system's, from 0 on.
+    """Simulated time from 0 that runs faster or slower than the system clock.
 
     Attributes:
-        rtf: Real time factor: how many seconds of it pass in a second.
-        begin: The time of the system's clock at its 0, in s.
+        rtf: Real time factor: simulated seconds per real second.
+        begin: The system clock at simulated time 0, in s.
     """
 
     rtf: float
@@ -60,11 +60,11 @@ class Announcement(msgspec.Struct, frozen=True):
     """The robots of one process.
 
     Attributes:
-        nb_robots: Size of the fleet, of which this may be a part.
+        nb_robots: Size of the fleet; these robots may be a part of it.
         robots: Numbers of the robots, sorted.
         source: The process.
-        models: The name of each one's model, or of its script; none where all are unicycles.
-        time: The time that they follow; None is the system's.
+        models: Name of each robot's model or of its script; empty if all are unicycles.
+        time: Their simulated time; None is the system clock.
     """
 
     nb_robots: int
@@ -75,17 +75,17 @@ class Announcement(msgspec.Struct, frozen=True):
 
 
 def own_source(kind: Kind, process: int | None = None) -> Source:
-    """Return the source that a process of this machine is; by default this process."""
+    """Return a process of this machine as a source; by default this process."""
     return Source(kind, socket.gethostname(), os.getpid() if process is None else process)
 
 
 def encode(announcement: Announcement) -> str:
-    """Return the text of an announcement."""
+    """Return an announcement as text."""
     return msgspec.json.encode(announcement).decode()
 
 
 def decode(text: str) -> Announcement | None:
-    """Return the announcement that a text is; None if it is none."""
+    """Return the announcement in a text; None if there is none."""
     try:
         return msgspec.json.decode(text, type=Announcement)
     except msgspec.DecodeError:
@@ -93,14 +93,14 @@ def decode(text: str) -> Announcement | None:
 
 
 def models_of(announcements: Iterable[Announcement]) -> dict[int, str]:
-    """Return the models of the robots whose model is announced."""
+    """Return the announced models by robot."""
     return {
         robot: model
-        for one in announcements
-        for robot, model in zip(one.robots, one.models, strict=False)
+        for announcement in announcements
+        for robot, model in zip(announcement.robots, announcement.models, strict=False)
     }
 
 
 def robots_of(announcements: Iterable[Announcement]) -> list[int]:
     """Return the numbers of all announced robots, sorted."""
-    return sorted({robot for one in announcements for robot in one.robots})
+    return sorted({robot for announcement in announcements for robot in announcement.robots})

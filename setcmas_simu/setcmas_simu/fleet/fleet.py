@@ -73,17 +73,17 @@ def colour(robot: int) -> Colour:
 
 
 def plot_colour(robot: int) -> Colour:
-    """Return the colour of a robot on white paper: as `colour`, the white robot in light grey."""
+    """Return the colour of a robot on white paper: as `colour`, but the white robot light grey."""
     return _LIGHT_GREY if robot == _WHITE_ROBOT else colour(robot)
 
 
 def plot_hex(robot: int) -> str:
-    """Return the colour of a robot on white paper as text, such as '#ff0000'."""
+    """Return the colour of a robot on white paper as hexadecimal text, such as '#ff0000'."""
     return '#' + ''.join(f'{round(255 * part):02x}' for part in plot_colour(robot))
 
 
 def parse_robots(text: str) -> list[int]:
-    """Return the robot numbers that a text such as '1-4' or '2,5-7' names, sorted.
+    """Return the sorted robot numbers in a text such as '1-4' or '2,5-7'.
 
     Raises:
         SetcmasError: The text has another form, or a number below 1.
@@ -93,7 +93,7 @@ def parse_robots(text: str) -> list[int]:
         found = re.fullmatch(r'\s*([1-9][0-9]{0,3})\s*(?:-\s*([1-9][0-9]{0,3}))?\s*', part)
         if not found or int(found[2] or found[1]) < int(found[1]):
             raise SetcmasError(
-                f"robots '{text}' are not understood; they must be numbers from 1 and ranges, "
+                f"invalid robots '{text}'; must be numbers from 1 and ranges, "
                 "such as '1-4' or '2,5-7'"
             )
         robots.update(range(int(found[1]), int(found[2] or found[1]) + 1))
@@ -101,7 +101,7 @@ def parse_robots(text: str) -> list[int]:
 
 
 def robots_in_words(robots: list[int], verb: str = '') -> str:
-    """Return 'robot 2' or 'robots 1-3', of sorted numbers; 'are' or 'have' may follow as verb."""
+    """Return 'robot 2' or 'robots 1-3' for sorted numbers, and a verb: 'are' or 'have'."""
     if len(robots) == 1:
         verb = {'are': 'is', 'have': 'has'}.get(verb, verb)
     plural = 's' if len(robots) != 1 else ''

@@ -1,4 +1,4 @@
-"""Values that differ between robots, in one text: '1:leader.py,2-8:follower.py'."""
+"""Values per robot in one text: '1:leader.py,2-8:follower.py'."""
 
 from __future__ import annotations
 
@@ -14,22 +14,22 @@ _ENTRY = re.compile(rf'{_ROBOTS}(.*?)(?:,(?={_ROBOTS})|$)', re.DOTALL)
 
 
 def is_per_robot(text: str) -> bool:
-    """Return whether a text begins with robots and a colon, so that it gives each its value.
+    """Return whether a text gives values per robot: it begins with robots and a colon.
 
-    A file whose own name begins so is meant by './1:name.py'.
+    For a file whose own name begins like this, users type './1:name.py'.
     """
     return re.match(_ROBOTS, text) is not None
 
 
 def parse_per_robot(text: str, option: str) -> dict[int, str]:
-    """Return the value of each robot that a text such as '1:a,2-4:b' or '1,3:a,2:b' names.
+    """Return the value of each robot in a text such as '1:a,2-4:b' or '1,3:a,2:b'.
 
-    Between two values stands a comma that robots and a colon follow; any other comma or colon
+    A comma separates two values only if robots and a colon follow it; any other comma or colon
     is part of a value.
 
     Args:
         text: The text.
-        option: What the text is given to, for messages.
+        option: Option that has this text, for messages.
 
     Raises:
         SetcmasError: The text has another form, or names a robot twice.
@@ -39,8 +39,8 @@ def parse_per_robot(text: str, option: str) -> dict[int, str]:
         robots, value = entry[1], entry[2]
         if not value.strip():
             raise SetcmasError(
-                f"{option} '{text}': there is nothing behind '{robots}:'; it must be "
-                "ROBOTS:VALUE, such as '1:a,2-4:b'"
+                f"{option} '{text}': '{robots}:' has no value; it must be ROBOTS:VALUE, "
+                "such as '1:a,2-4:b'"
             )
         for robot in parse_robots(robots):
             if robot in values:
@@ -58,7 +58,7 @@ def format_per_robot(values: Mapping[int, str]) -> str:
 
 
 def mapped(text: str, change: Callable[[str], str], option: str) -> str:
-    """Return a text with each of its values, or the one value that it is, changed."""
+    """Return a text with each value changed, whether it has values per robot or just one."""
     if not is_per_robot(text):
         return change(text)
     values = parse_per_robot(text, option)
@@ -66,10 +66,10 @@ def mapped(text: str, change: Callable[[str], str], option: str) -> str:
 
 
 def check_in_fleet(robots: Iterable[int], nb_robots: int, option: str) -> None:
-    """See that an option names robots of the fleet only.
+    """Check that an option names only robots of the fleet.
 
     Raises:
-        SetcmasError: It does not.
+        SetcmasError: It names another robot.
     """
     if strangers := sorted(robot for robot in robots if not 1 <= robot <= nb_robots):
         raise SetcmasError(

@@ -1,4 +1,4 @@
-"""Headings of planar poses: wrapping, and conversion from and to quaternions."""
+"""Headings of planar poses: wrapping, and conversion to and from quaternions."""
 
 from __future__ import annotations
 
@@ -28,32 +28,32 @@ def wrap_angle(angle: ArrayLike) -> Floats:
 def quaternion_of_yaw(yaw: Numbers) -> tuple[Numbers, Numbers]:
     """Return (z, w) of the unit quaternion that turns by `yaw` rad about z; x and y are 0.
 
-    Takes a heading, or an array of them.
+    Takes a heading or an array of headings.
     """
     half = 0.5 * yaw
     return np.sin(half), np.cos(half)
 
 
 def yaw_of_quaternion(x: float | Numbers, y: float | Numbers, z: Numbers, w: Numbers) -> Numbers:
-    """Return the heading in rad, in (-pi, pi], of a quaternion, or those of arrays of them.
+    """Return the heading in rad, in (-pi, pi], of a quaternion or of arrays of quaternions.
 
     The z angle of the z-y-x Euler sequence (Siciliano et al., Robotics, 2009, section 2.4.2).
     The quaternion need not have unit norm.
     """
-    # numpy's for a single one, too: the last bit of math.atan2 may be another.
+    # numpy for single values too: math.atan2 may differ in the last bit.
     yaw: Numbers = np.arctan2(2.0 * (w * z + x * y), w * w + x * x - y * y - z * z)
     return yaw
 
 
 def as_heard(poses: Floats) -> Floats:
-    """Return poses as messages hand them over, with headings that went through a quaternion.
+    """Return poses as messages carry them: the heading passes through a quaternion.
 
     Args:
         poses: Rows x, y in m and theta in rad, shape (3, ...).
 
     Returns:
-        The poses with theta in (-pi, pi], in an array of their own.
+        A copy with theta in (-pi, pi].
     """
-    heard: Floats = poses.copy()
-    heard[2] = yaw_of_quaternion(0.0, 0.0, *quaternion_of_yaw(poses[2]))
-    return heard
+    received: Floats = poses.copy()
+    received[2] = yaw_of_quaternion(0.0, 0.0, *quaternion_of_yaw(poses[2]))
+    return received

@@ -1,4 +1,4 @@
-"""Start poses as users give them: `--poses FILE.yaml` and `--pose 3:1.0,2.0,1.57`."""
+"""Start poses from options: `--poses FILE.yaml` and `--pose 3:1.0,2.0,1.57`."""
 
 from __future__ import annotations
 
@@ -10,11 +10,11 @@ from setcmas_simu.errors import SetcmasError
 from setcmas_simu.yaml_entries import Entry, read_entries
 
 Pose = tuple[float, float, float]
-_FORM = 'x, y in m and theta in rad, such as [1.0, 2.0, 1.57]; theta may be left out'
+_FORM = 'x, y in m and theta in rad, such as [1.0, 2.0, 1.57]; theta is optional'
 
 
 def parse_pose_option(text: str) -> tuple[int, Pose]:
-    """Return the robot and the pose of a text such as '3:1.0,2.0,1.57'.
+    """Return the robot and its pose in a text such as '3:1.0,2.0,1.57'.
 
     Raises:
         SetcmasError: The text has another form, or a value is not finite.
@@ -26,14 +26,14 @@ def parse_pose_option(text: str) -> tuple[int, Pose]:
 
 
 def load_poses(path: Path, nb_robots: int = 1) -> dict[int, Pose]:
-    """Return the start poses in a YAML file, by robot.
+    """Read start poses by robot from a YAML file.
 
     The file is a list with a pose for each robot from 1, or a mapping from robots (`3` or
     `tb3_3`) to poses. A pose is a list of x, y (m) and theta (rad).
 
     Args:
         path: The file.
-        nb_robots: Size of the fleet: a list must have a pose for each of its robots.
+        nb_robots: Size of the fleet: a list must have a pose for each robot.
 
     Raises:
         SetcmasError: The file cannot be read, has another form, or has too few poses.
@@ -42,17 +42,17 @@ def load_poses(path: Path, nb_robots: int = 1) -> dict[int, Pose]:
 
 
 def poses_of_entry(content: Entry, nb_robots: int = 1) -> dict[int, Pose]:
-    """Return the start poses in an entry of a YAML file, by robot; forms as of `load_poses`.
+    """Return the start poses by robot in an entry of a YAML file; forms as in `load_poses`.
 
     Raises:
-        SetcmasError: It has another form, or too few poses.
+        SetcmasError: The entry has another form, or too few poses.
     """
     if isinstance(content.value, list):
         if 0 < len(content.value) < nb_robots:
             raise content.error(
-                f'there are {len(content.value)} poses; the fleet has {nb_robots} '
-                'robots (to place only some of them, write robots before the poses, such as '
-                "'3: [1, 2, 0]')"
+                f'{len(content.value)} poses for {nb_robots} robots; add poses, or '
+                'place only some robots with a mapping such as '
+                "'3: [1, 2, 0]'"
             )
         poses = dict(enumerate(content.value, start=1))
     elif isinstance(content.value, dict):
@@ -71,7 +71,7 @@ def _by_number(entries: dict[str, Entry]) -> dict[int, Entry]:
         if not number.isdecimal() or int(number) < 1:
             raise entry.error(f"robot '{key}' must be a number from 1, or tb3_1, tb3_2, ...")
         if int(number) in poses:
-            raise entry.error(f'robot {int(number)} is there twice; leave one out')
+            raise entry.error(f'robot {int(number)} has two poses; remove one')
         poses[int(number)] = entry
     return poses
 
@@ -87,7 +87,7 @@ def _pose_of_entry(entry: Entry) -> Pose:
 def given_poses(
     nb_robots: int, poses_file: Path | None = None, pose_options: Iterable[str] = ()
 ) -> dict[int, Pose]:
-    """Return the start poses that are given to a fleet: the file's, then single ones.
+    """Return start poses by robot: those of the file, replaced by single ones.
 
     Args:
         nb_robots: Size of the fleet.
@@ -95,10 +95,10 @@ def given_poses(
         pose_options: Texts as `parse_pose_option` reads them.
 
     Raises:
-        SetcmasError: A pose is malformed, or for a robot that is not in the fleet.
+        SetcmasError: A pose is malformed, or its robot is not in the fleet.
     """
     given = load_poses(poses_file, nb_robots) if poses_file else {}
-    # A file may serve fleets of several sizes; a pose typed for a missing robot is a mistake.
+    # A file may serve fleets of several sizes; a single pose for a missing robot is a mistake.
     given = {robot: pose for robot, pose in given.items() if robot <= nb_robots}
     named: set[int] = set()
     for text in pose_options:
@@ -108,7 +108,7 @@ def given_poses(
                 f"--pose '{text}' is for robot {robot}; the fleet has robots 1 to {nb_robots}"
             )
         if robot in named:
-            raise SetcmasError(f"--pose '{text}': robot {robot} has a pose already; leave one out")
+            raise SetcmasError(f"--pose '{text}': robot {robot} already has a pose; remove one")
         named.add(robot)
         given[robot] = pose
     return given

@@ -1,4 +1,4 @@
-"""Random start poses: uniform in a box, with a least distance between robots."""
+"""Random start poses: uniform in a box, with a minimum distance between robots."""
 
 from __future__ import annotations
 
@@ -14,15 +14,15 @@ from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet.pose_options import Pose
 
 AUTO = 'auto'
-"""The text that leaves box and distance to the fleet."""
+"""Text for a box and a distance that suit the fleet."""
 
 FORM = f"{AUTO}, or box=WIDTHxHEIGHT and distance=D in m, such as 'box=4x3,distance=0.5'"
-"""The texts that describe random start poses."""
+"""Accepted texts for random start poses."""
 
 _SIDE = 10.0  # m, as the square of the default start poses
 _DISTANCE = 1.0  # m
-_SPACE = 4.0  # squared distances per robot in a box: a third of the robots that would fit
-_TRIES = 10_000  # for each robot: a place is missed only if it is smaller than 0.1 % of the box
+_SPACE = 4.0  # box area per robot in squared distances: a third of the densest packing
+_TRIES = 10_000  # for each robot: misses only gaps smaller than 0.1 % of the box
 
 _NUMBER = r'0*[1-9]\d*(?:\.\d*)?|\d*\.\d*[1-9]\d*'
 _TEXT = re.compile(
@@ -32,11 +32,11 @@ _TEXT = re.compile(
 
 @dataclass(frozen=True)
 class RandomPoses:
-    """Where robots may start.
+    """Rule for random start poses.
 
     Attributes:
-        size: Width and height of the box in m; None is a square of 10 m, or more for many robots.
-        distance: Least distance between robots in m; None is 1 m, or less in a full box.
+        size: Width and height of the box in m; None is a square of 10 m, larger for many robots.
+        distance: Minimum distance between robots in m; None is 1 m, less in a full box.
         centre: Centre of the box, x and y in m.
     """
 
@@ -46,14 +46,14 @@ class RandomPoses:
 
     @classmethod
     def of(cls, text: str) -> RandomPoses:
-        """Return what a text such as 'auto' or 'box=4x3,distance=0.5' describes.
+        """Read a text such as 'auto' or 'box=4x3,distance=0.5'.
 
         Raises:
             SetcmasError: The text has another form.
         """
         found = _TEXT.fullmatch(text) if text else None
         if text != AUTO and not found:
-            raise SetcmasError(f'random poses {text!r} must be {FORM}')
+            raise SetcmasError(f'invalid random poses {text!r}; must be {FORM}')
         box = found and found['width']
         size = (float(found['width']), float(found['height'])) if found and box else None
         return cls(size, float(found['d']) if found and found['d'] else None)
@@ -61,15 +61,15 @@ class RandomPoses:
     def within(
         self, centre: tuple[float, float], size: tuple[float, float], most: tuple[float, float]
     ) -> RandomPoses:
-        """Return the same in a room, in a box of that centre and size unless one is given.
+        """Return the same rule inside a room; `size` replaces a box that was not given.
 
         Args:
             centre: Centre of the room, x and y in m.
             size: Width and height of the box in m.
-            most: Those of the room.
+            most: Width and height of the room in m.
 
         Raises:
-            SetcmasError: The box that is given is larger than the room.
+            SetcmasError: The given box is larger than the room.
         """
         chosen = self.size or size
         if chosen[0] > most[0] or chosen[1] > most[1]:
@@ -80,21 +80,21 @@ class RandomPoses:
         return replace(self, size=chosen, centre=centre)
 
     def draw(self, nb_robots: int, seed: int, given: Mapping[int, Pose] | None = None) -> Floats:
-        """Draw start poses, robot by robot, until each is far enough from those before.
+        """Draw start poses, robot by robot, until each is far enough from the earlier ones.
 
         Dart throwing (Cook, ACM Transactions on Graphics 5(1), 1986). Headings are uniform in
         (-pi, pi].
 
         Args:
             nb_robots: Size of the fleet.
-            seed: Chooses the poses; nothing else does.
-            given: Poses of robots that are not drawn; the others keep the distance from them.
+            seed: Seed of the generator; it alone decides the poses.
+            given: Fixed poses of some robots; the others keep their distance from them.
 
         Returns:
             Rows x, y in m and theta in rad, shape (3, nb_robots).
 
         Raises:
-            SetcmasError: So many robots do not fit into the box.
+            SetcmasError: The robots do not fit into the box.
         """
         side = max(_SIDE, math.sqrt(_SPACE * nb_robots) * _DISTANCE)
         size = np.array(self.size or (side, side))
@@ -107,13 +107,14 @@ class RandomPoses:
         for row in np.flatnonzero(np.isnan(placed[:, 0])).tolist():
             for _ in range(_TRIES):
                 place = self.centre + size * (generator.random(2) - 0.5)
-                # Comparisons with NaN are false: robots without a place are nowhere near.
+                # Comparisons with NaN are false: robots without a pose yet are ignored.
                 if not (np.hypot(*(placed[:, :2] - place).T) < distance).any():
                     break
             else:
                 raise SetcmasError(
-                    f'{nb_robots} robots that keep {distance:g} m do not fit into a box of '
-                    f'{_shown(size)} m; take a larger box, or distance={_floored(roomy)}'
+                    f'{nb_robots} robots do not fit into a box of '
+                    f'{_shown(size)} m at least {distance:g} m apart; use a larger box or '
+                    f'distance={_floored(roomy)}'
                 )
             placed[row] = *place, math.pi * (1.0 - 2.0 * generator.random())
         poses: Floats = placed.T.copy()
@@ -125,6 +126,6 @@ def _shown(size: tuple[float, float] | Floats) -> str:
 
 
 def _floored(distance: float) -> str:
-    """Return a distance in m that is not longer, with two figures."""
+    """Return a distance in m as text, rounded down to two digits."""
     digits = 1 - math.floor(math.log10(distance))
     return f'{math.floor(distance * 10**digits) / 10**digits:g}'

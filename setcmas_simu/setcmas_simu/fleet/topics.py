@@ -1,4 +1,4 @@
-"""Names of robots, nodes and topics: the one place that spells them."""
+"""Names of robots, nodes and topics, all spelled here."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ OF_ROBOT = (
     RESET,
     PAUSE,
 )
-"""Those on which a drawing would be mistaken for something else."""
+"""Topics of a robot that no drawing may use."""
 
 # Of the whole fleet.
 FLEET = '/fleet'
@@ -57,9 +57,9 @@ LOCKSTEP = '/lockstep'
 TF_STATIC = '/tf_static'
 
 CMD_VEL_TYPES = ('twist_stamped', 'twist')
-"""Message types of cmd_vel, the usual one first."""
+"""Message types of cmd_vel, the default first."""
 AUTO = 'auto'
-"""Stands for the type of cmd_vel that a robot listens to."""
+"""The type of cmd_vel that the robot listens to."""
 
 VIRTUAL_ROBOT_NODE = 'virtual_robot'
 PLAYER_NODE = 'player'
@@ -75,13 +75,13 @@ ROBOT_PATTERN = re.compile(r'/tb3_([1-9][0-9]*)/')
 """Finds the robot's number in a topic's full name."""
 
 CONTROLLERS = 'controllers'
-"""The node that speaks for a process of controllers."""
+"""Node with the parameters of a process of controllers."""
 LAW = 'algo'
-"""Its parameter that tells the control law, as `--algo` took it."""
+"""Its parameter with the control law, as given to `--algo`."""
 
 
 def robot_name(robot: int) -> str:
-    """Return the name of a robot, which is also its namespace, from its number."""
+    """Return the name of a robot, which is also its namespace."""
     return f'tb3_{robot}'
 
 
@@ -101,25 +101,25 @@ def odometry_topic(robot: int) -> str:
 
 
 def mocap_topic(robot: int) -> str:
-    """Return the topic of a real robot's checked pose, such as `/mocap/tb3_2/odom`."""
+    """Return the topic of a real robot's verified pose, such as `/mocap/tb3_2/odom`."""
     return f'/mocap/{robot_name(robot)}/{ODOM}'
 
 
 def truth_topic(robot: int) -> str:
-    """Return the topic of where an emulated robot really is, such as `/emulated_lab/truth/tb3_2`.
+    """Return the topic of an emulated robot's true pose, such as `/emulated_lab/truth/tb3_2`.
 
-    Its twist is what the wheels do. Real labs have no such thing.
+    Its twist is that of the wheels. Real labs have no such topic.
     """
     return f'/emulated_lab/truth/{robot_name(robot)}'
 
 
 def is_odometry(topic: str) -> bool:
-    """Return whether a full topic name is that of a robot's poses, as a law sees them."""
+    """Return whether a full topic name is that of a robot's poses as control laws see them."""
     robot = robot_of(topic)
     return robot is not None and topic in (odometry_topic(robot), mocap_topic(robot))
 
 
 def robot_of(topic: str) -> int | None:
-    """Return the number of the robot that a full topic name belongs to; None if to none."""
+    """Return the robot that a full topic name belongs to; None if it belongs to none."""
     found = ROBOT_PATTERN.search(topic)
     return int(found.group(1)) if found else None

@@ -1,4 +1,4 @@
-"""Answers of the followers of a simulation in lockstep, as sent on /lockstep."""
+"""Answers of followers to a simulation in lockstep, sent on /lockstep."""
 
 from __future__ import annotations
 
@@ -8,30 +8,30 @@ import socket
 import msgspec
 
 NONE = -1
-"""Stands for no time."""
+"""No time."""
 
 
 class Follower(msgspec.Struct, frozen=True):
-    """A process that follows: a controller of robots, or a recorder, which has none."""
+    """A process that follows simulated time: a controller of robots, or a recorder (no robots)."""
 
     host: str
     process: int
     robots: tuple[int, ...] = ()
 
     def __str__(self) -> str:
-        """Return the process in words."""
+        """Return the process as text."""
         kind = 'controller' if self.robots else 'recorder'
         return f'{kind} (process {self.process} on {self.host})'
 
 
 class Answer(msgspec.Struct, frozen=True):
-    """What a process has done.
+    """Progress of a follower.
 
     Attributes:
         follower: The process.
-        stamp: The time of the states that it is done with, in ns.
-        commanded: The stamp of the commands that it has sent last, in ns; NONE if there are none.
-        leaves: Whether nothing more is to be expected of it.
+        stamp: Stamp in ns of the newest states that it has finished with.
+        commanded: Stamp in ns of the last commands that it sent; NONE if it sent none.
+        leaves: Whether it stops following.
     """
 
     follower: Follower
@@ -41,17 +41,17 @@ class Answer(msgspec.Struct, frozen=True):
 
 
 def this_process(robots: tuple[int, ...] = ()) -> Follower:
-    """Return this process as one that follows."""
+    """Return this process as a follower."""
     return Follower(socket.gethostname(), os.getpid(), robots)
 
 
 def encode(answer: Answer) -> str:
-    """Return the text of an answer."""
+    """Return an answer as text."""
     return msgspec.json.encode(answer).decode()
 
 
 def decode(text: str) -> Answer | None:
-    """Return the answer that a text is; None if it is none."""
+    """Return the answer in a text; None if there is none."""
     try:
         return msgspec.json.decode(text, type=Answer)
     except msgspec.DecodeError:

@@ -16,29 +16,29 @@ class Answerer:
     """Answers for this process."""
 
     def __init__(self, node: Node, robots: tuple[int, ...] = ()) -> None:
-        """Prepare to answer, for a controller of robots or, without any, for a recorder."""
+        """Prepare to answer for controllers of these robots; without robots, for a recorder."""
         self._follower = this_process(robots)
         self._publisher = node.create_publisher(String, topics.LOCKSTEP, qos.LATCHED)
 
     def answer(self, stamp: int, commanded: int = NONE) -> None:
-        """Tell that this process is done with the states of a time, in ns.
+        """Report that this process has finished with the states of a time, in ns.
 
         Args:
             stamp: The time.
-            commanded: The stamp of the last commands.
+            commanded: Stamp of the last commands.
         """
-        self._tell(Answer(self._follower, stamp, commanded))
+        self._send(Answer(self._follower, stamp, commanded))
 
     def leave(self) -> None:
-        """Tell that nothing more is to be expected."""
-        self._tell(Answer(self._follower, NONE, leaves=True))
+        """Report that this process stops following."""
+        self._send(Answer(self._follower, NONE, leaves=True))
 
-    def _tell(self, answer: Answer) -> None:
+    def _send(self, answer: Answer) -> None:
         self._publisher.publish(String(data=encode(answer)))
 
 
 class AnswerTopic(PolledTopic):
-    """Hands answers to a roll."""
+    """Passes answers to a roll."""
 
     def __init__(self, node: Node, roll: Roll) -> None:
         """Listen through a node."""

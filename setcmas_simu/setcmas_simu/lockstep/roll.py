@@ -1,4 +1,4 @@
-"""Roll of the followers of a simulation in lockstep, and of their answers."""
+"""Roll of the followers of a simulation in lockstep, with their answers."""
 
 from __future__ import annotations
 
@@ -9,19 +9,19 @@ from setcmas_simu.lockstep.answer import NONE, Answer, Follower
 
 
 class Roll:
-    """Says when a simulation may go on, and whom it waits for otherwise.
+    """Decides when simulated time may advance, and whom it waits for.
 
-    At first every robot must have a controller, and a recorder must be there if one is to come.
-    Later those that are there are waited for, and one controller is enough.
+    At the start every robot needs a controller, and a recorder must be there if one is expected.
+    Later time waits for the followers that are left; one controller is enough.
     """
 
     def __init__(self, robots: Sequence[int], recorded: bool, window_ns: int) -> None:
-        """Begin with nobody.
+        """Start without followers.
 
         Args:
             robots: Numbers of the robots.
-            recorded: Whether a recorder is sure to come.
-            window_ns: By how much a recorder may be behind, in ns.
+            recorded: Whether a recorder will follow.
+            window_ns: How far a recorder may lag behind, in ns.
         """
         self._robots = set(robots)
         self._recorded = recorded
@@ -30,7 +30,7 @@ class Roll:
         self._begun = False
 
     def __len__(self) -> int:
-        """Return how many follow."""
+        """Return the number of followers."""
         return len(self._answers)
 
     @property
@@ -39,19 +39,19 @@ class Roll:
         return {robot for follower in self._answers for robot in follower.robots}
 
     def take(self, answer: Answer) -> None:
-        """Note an answer."""
+        """Store an answer."""
         if answer.leaves:
             self._answers.pop(answer.follower, None)
         else:
             self._answers[answer.follower] = answer
 
     def drop(self, late: Sequence[Answer]) -> None:
-        """Wait no more for some, which are gone without a word."""
+        """Remove followers that died without leaving."""
         for answer in late:
             self._answers.pop(answer.follower, None)
 
     def commanded(self) -> dict[int, int]:
-        """Return the stamp in ns of the newest command of each robot that was sent one."""
+        """Return the stamp in ns of the newest command sent to each robot."""
         return {
             robot: answer.commanded
             for answer in self._answers.values()
@@ -60,22 +60,22 @@ class Roll:
         }
 
     def late(self, stamp: int, exactly: bool = False) -> list[Answer]:
-        """Return the last answers of those that are waited for at a time in ns.
+        """Return the last answers of followers that have not finished with a time in ns.
 
         Args:
             stamp: The time of the newest states.
-            exactly: Whether a recorder, too, is to have all of them.
+            exactly: Whether recorders, too, must have finished.
         """
         window = 0 if exactly else self._window_ns
         return [
             answer
             for answer in self._answers.values()
-            # What is ahead was meant for an earlier simulator.
+            # A stamp ahead of this time belongs to an earlier simulator.
             if not 0 <= stamp - answer.stamp <= (0 if answer.follower.robots else window)
         ]
 
     def missing(self, stamp: int) -> str:
-        """Return who must come before time goes on, in words; empty if nobody."""
+        """Return the followers that are missing, as text; '' if time may advance."""
         without = sorted(self._robots - self.controlled)
         if not self._begun and without:
             return f'a controller of {robots_in_words(without)}'

@@ -4,20 +4,20 @@ from __future__ import annotations
 
 from setcmas_simu.ros import ros_time
 
-_FIRST_NS = 10**9  # of t = 0: to ROS, and to readers of bags, 0 is no time
+_FIRST_NS = 10**9  # stamp of t = 0: ROS and readers of bags take 0 for "no time"
 
 
 class Ticks:
-    """A clock that goes from tick to tick when it is told to; messages of this process bear it.
+    """Clock that moves from tick to tick on command; messages of this process carry its time.
 
     Attributes:
         rate: Rate of the ticks in Hz.
-        count: Number of the tick that is now, from 0.
-        time: The time in s; between two ticks it may be set forth.
+        count: Number of the current tick, from 0.
+        time: The time in s; it may be set forward between two ticks.
     """
 
     def __init__(self, rate: float) -> None:
-        """Begin at tick 0."""
+        """Start at tick 0."""
         self.rate = rate
         self.count = 0
         self.time = 0.0
@@ -33,14 +33,14 @@ class Ticks:
         self.time = count / self.rate
 
     def stamp(self, count: int | None = None) -> int:
-        """Return the stamp in ns of a tick; of the one that is now by default."""
+        """Return the stamp in ns of a tick; by default of the current one."""
         return stamp_at((self.count if count is None else count) / self.rate)
 
     def count_of(self, stamp: int) -> int:
-        """Return the number of the tick that has a stamp in ns."""
+        """Return the number of the tick with this stamp in ns."""
         return round((stamp - _FIRST_NS) * self.rate / 1e9)
 
 
 def stamp_at(t: float) -> int:
-    """Return the stamp in ns of what happens at t s."""
+    """Return the stamp in ns of time t in s."""
     return _FIRST_NS + round(t * 1e9)

@@ -1,1 +1,1 @@
-"""Messages: polled instead of called back, read from their bytes, found by their type."""
+"""Messages: polling of topics, fields in encoded bytes, classes by type name."""

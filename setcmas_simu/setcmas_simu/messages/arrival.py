@@ -10,17 +10,17 @@ from rclpy.subscription import Subscription
 
 
 def wait_for_any(node: Node, subscriptions: Sequence[Subscription], timeout_s: float) -> list[int]:
-    """Return which of some subscriptions have messages, as soon as one has.
+    """Wait until a subscription has a message; return the indices of all that have one.
 
-    An executor would look at all that its nodes hold.
+    An executor would check every entity of its nodes instead.
 
     Args:
-        node: One of the nodes that hold them.
-        subscriptions: The subscriptions; they stay as they are.
-        timeout_s: Longest time in s.
+        node: A node that holds one of them.
+        subscriptions: The subscriptions; their messages are not taken.
+        timeout_s: Longest wait in s.
 
     Returns:
-        Indices; none if the time is over.
+        Indices; none after a time-out.
     """
     waiting = rclpy_implementation.WaitSet(len(subscriptions), 0, 0, 0, 0, 0, node.context.handle)
     waiting.clear_entities()

@@ -1,7 +1,7 @@
 """Encoded messages (CDR): numbers read and written in place, not field by field.
 
-rclpy converts every field of a message between Python and C, the covariances of an odometry too:
-ten times what it costs to send or to take the bytes.
+rclpy converts every field of a message between Python and C, including the covariances of
+odometry; that takes ten times as long as sending or taking the bytes.
 """
 
 from __future__ import annotations
@@ -35,10 +35,10 @@ _MARKS = {'d': 1.2345678901234567e89, 'i': 0x5A3C_96E1}
 
 
 class PreparedMessage:
-    """A message that is encoded once; what changes is written into its bytes."""
+    """A message encoded once; only its numbers are rewritten, in place."""
 
     def __init__(self, message: Any) -> None:
-        """Encode a message; its texts and lists are never to change."""
+        """Encode a message; its strings and lists must not change later."""
         self._message = message
         self._data = bytearray(serialize_message(message))
 
@@ -47,14 +47,14 @@ class PreparedMessage:
 
         Args:
             field: Name of the first number, such as 'pose.position.x'.
-            form: Format of the numbers, as `struct` has it.
+            form: Format of the numbers, as in module `struct`.
         """
         layout = struct.Struct(form)
         offset = self._offset(field, form.lstrip('=0123456789')[0])
         return lambda *numbers: layout.pack_into(self._data, offset, *numbers)
 
     def encoded(self) -> bytes:
-        """Return what a publisher takes."""
+        """Return the encoded message for a publisher."""
         return bytes(self._data)
 
     def _offset(self, field: str, kind: str) -> int:
@@ -68,7 +68,7 @@ class PreparedMessage:
 
 
 class EncodedOdometry(NamedTuple):
-    """What is read of an odometry: position (m), quaternion, forward speed (m/s), turn (rad/s)."""
+    """Fields of an odometry: position (m), quaternion, forward speed (m/s), turn rate (rad/s)."""
 
     position: tuple[float, float]
     quaternion: tuple[float, float, float, float]
@@ -77,14 +77,14 @@ class EncodedOdometry(NamedTuple):
 
 
 def read_stamp(data: bytes) -> int:
-    """Return the time in ns at the beginning of an encoded message, such as that of a header."""
+    """Return the time in ns at the start of an encoded message, such as its header's."""
     is_little = data[1] & 1
     seconds, nanoseconds = struct.unpack_from('<iI' if is_little else '>iI', data, _ORIGIN)
     return int(seconds) * 10**9 + int(nanoseconds)
 
 
 def read_odometry(data: bytes) -> EncodedOdometry:
-    """Return the pose and the speeds of an encoded nav_msgs/Odometry."""
+    """Return the pose and speeds of an encoded nav_msgs/Odometry."""
     data = _in_our_encoding(data, Odometry)
     at = _after_texts(data, 2)
     x, y, _, *quaternion = _POSE.unpack_from(data, at)
@@ -110,7 +110,7 @@ def _in_our_encoding(data: bytes, kind: type) -> bytes:
 
 
 def _after_texts(data: bytes, nb_texts: int) -> int:
-    """Return where numbers of 8 bytes begin, behind a stamp and texts."""
+    """Return where 8-byte numbers begin after a stamp and some strings."""
     at = _ORIGIN + _STAMP_SIZE
     for _ in range(nb_texts):
         at += -at % 4

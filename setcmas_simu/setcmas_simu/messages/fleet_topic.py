@@ -1,4 +1,4 @@
-"""The latched topic /fleet, on which simulators and labs announce their robots."""
+"""Latched topic /fleet, on which simulators and labs announce their robots."""
 
 from __future__ import annotations
 
@@ -26,11 +26,11 @@ from setcmas_simu.ros import qos
 class FleetAnnouncer:
     """Announces the robots of this process.
 
-    To be created before the robots' nodes: who discovers their topics then knows of this one.
+    Create it before the robots' nodes, so that whoever discovers their topics has found this one.
     """
 
     def __init__(self, node: Node, kind: Kind) -> None:
-        """Prepare; nothing is announced yet."""
+        """Create the publisher without announcing anything yet."""
         self._source = own_source(kind)
         self._publisher = node.create_publisher(String, topics.FLEET, qos.LATCHED)
 
@@ -41,20 +41,20 @@ class FleetAnnouncer:
         models: Sequence[str] = (),
         time: SimulatedTime | None = None,
     ) -> None:
-        """Tell which robots there are, now and to everybody who comes later.
+        """Announce the robots, to present and future subscribers.
 
         Args:
             robots: Numbers of the robots, sorted.
             nb_robots: Size of the fleet.
-            models: The name of each one's model; none where all are unicycles.
-            time: The time that they follow; None is the system's.
+            models: Name of each robot's model; empty if all are unicycles.
+            time: Their simulated time; None is the system clock.
         """
         announcement = Announcement(nb_robots, tuple(robots), self._source, tuple(models), time)
         self._publisher.publish(String(data=encode(announcement)))
 
 
 class FleetListener:
-    """Keeps what is announced.
+    """Keeps the announcements of all processes.
 
     Attributes:
         by_source: The newest announcement of each process.
@@ -62,7 +62,7 @@ class FleetListener:
     """
 
     def __init__(self, node: Node) -> None:
-        """Listen through a node; `take` takes what has come."""
+        """Subscribe through a node; `take` takes new announcements."""
         self._node = node
         self.by_source: dict[Source, Announcement] = {}
         self._was_there = False
@@ -71,7 +71,7 @@ class FleetListener:
 
     @property
     def robots(self) -> list[int]:
-        """The robots that are announced, sorted."""
+        """Announced robots, sorted."""
         return robots_of(self.by_source.values())
 
     @property
@@ -81,22 +81,22 @@ class FleetListener:
 
     @property
     def models(self) -> dict[int, str]:
-        """The models of the robots whose model is announced."""
+        """Announced models by robot."""
         return models_of(self.by_source.values())
 
     @property
     def time(self) -> SimulatedTime | None:
-        """The time that the robots follow; None is the system's."""
+        """Simulated time of the robots; None is the system clock."""
         return next((one.time for one in self.by_source.values() if one.time), None)
 
     @property
     def announced_by_all(self) -> bool:
-        """Whether every process that is to announce robots has done so; true if there is none."""
+        """Whether all publishers of the topic have announced their robots; true if none exists."""
         announcers: int = self._node.count_publishers(topics.FLEET)
         return announcers <= len(self.by_source)
 
     def take(self) -> Mapping[Source, Announcement]:
-        """Take what has come, and return it all; what nobody announces now is forgotten."""
+        """Take new announcements and return all; forget those of processes that are gone."""
         self._topic.take()
         is_there = self._node.count_publishers(topics.FLEET) > 0
         if self._was_there and not is_there:

@@ -7,14 +7,14 @@ from typing import Any
 
 
 class NoPythonTypeError(Exception):
-    """A message type that this machine has no Python package for."""
+    """The Python package of a message type is not installed."""
 
 
 def message_class(msgtype: str) -> Any:
     """Return the class of a type such as `nav_msgs/msg/Odometry`.
 
     Raises:
-        NoPythonTypeError: The type's Python package is missing.
+        NoPythonTypeError: Its Python package is missing.
     """
     package, kind, name = msgtype.split('/')
     try:

@@ -1,4 +1,4 @@
-"""Service polled for its requests, without an executor."""
+"""Service whose requests are polled, without an executor."""
 
 from __future__ import annotations
 
@@ -8,13 +8,14 @@ from typing import Any
 from rclpy.node import Node
 
 MOST_WITH_SERVICES = 50
-"""Robots in a process up to which each of them has services of its own."""
+"""Largest number of robots in a process for which each robot has its own services."""
 
 
 class PolledService:
-    """Answers requests when it is asked to.
+    """Answers requests when `take` is called.
 
-    It costs each process on the network 0.1 MB, and an executor a place in its wait set.
+    Each service costs every process on the network 0.1 MB, and an executor a place in its wait
+    set.
     """
 
     def __init__(
@@ -23,9 +24,9 @@ class PolledService:
         """Offer the service.
 
         Args:
-            node: Holds the service; no executor is to serve it.
+            node: Holds the service; no executor serves it.
             kind: Class of the service.
-            name: Its name; `~/` stands for that of the node.
+            name: Its name; `~/` is the node's namespace and name.
             answer: Takes a request and an empty response; returns the response.
         """
         self._kind = kind
@@ -33,7 +34,7 @@ class PolledService:
         self._service = node.create_service(kind, name, answer)
 
     def take(self) -> None:
-        """Answer the requests that have come."""
+        """Answer pending requests."""
         handle = self._service.handle
         while True:
             with handle:

@@ -1,4 +1,4 @@
-"""Subscription polled for its messages, without an executor."""
+"""Subscription whose messages are polled, without an executor."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 
 
 class _NeverCalledBack(CallbackGroup):
-    """Group of subscriptions that an executor passes over, although it serves their node."""
+    """Callback group that an executor skips although it serves the node."""
 
     def add_entity(self, _: object) -> None:
         pass
@@ -24,12 +24,12 @@ _POLLED = _NeverCalledBack()
 
 
 class PolledTopic:
-    """Hands the messages of a topic to a function when it is asked to.
+    """Passes the messages of a topic to a function when `take` is called.
 
-    An executor would wake up for each message and rebuild its wait set over all topics.
+    An executor would wake up for each message and rebuild its wait set every time.
 
     Attributes:
-        subscription: That of the topic.
+        subscription: The subscription.
     """
 
     def __init__(
@@ -48,8 +48,8 @@ class PolledTopic:
             kind: Class of the messages.
             name: Full name of the topic.
             on_message: Takes a message.
-            profile: Quality of service; its depth bounds what waits to be taken.
-            encoded: Whether messages are handed over as bytes (module `cdr`).
+            profile: Quality of service; its depth bounds the queue.
+            encoded: Whether messages are passed on as bytes (see module `cdr`).
         """
         self._node = node
         self._on_message = on_message
@@ -60,7 +60,7 @@ class PolledTopic:
         )
 
     def take(self) -> None:
-        """Hand over what has come."""
+        """Pass on pending messages."""
         for message in self._messages():
             self._on_message(message)
 
@@ -79,7 +79,7 @@ class PolledTopic:
 
 
 def suited_to(node: Node, name: str, depth: int) -> QoSProfile:
-    """Return the best quality of service that every publisher of a topic offers."""
+    """Return the best quality of service that all publishers of a topic offer."""
     offered = [info.qos_profile for info in node.get_publishers_info_by_topic(name)]
     reliable = all(profile.reliability == ReliabilityPolicy.RELIABLE for profile in offered)
     latched = all(profile.durability == DurabilityPolicy.TRANSIENT_LOCAL for profile in offered)

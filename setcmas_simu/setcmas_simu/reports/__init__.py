@@ -1,1 +1,1 @@
-"""Reports of node processes to the launcher that started them."""
+"""Reports of node processes to their launcher."""

@@ -1,7 +1,7 @@
-"""Memory that tells the launcher which call of a script a process is in, or died in.
+"""Shared memory that shows the launcher which script call a process is in, or died in.
 
-It outlives the process, however it ends, and the script's closing of all descriptors. To note a
-call costs about a microsecond.
+It survives the process, however that ends, and a script that closes all descriptors. Recording a
+call takes about a microsecond.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ _FUNCTIONS = tuple(Function)
 
 
 def shared_file() -> int:
-    """Return the descriptor of a file, in memory where that can be, for `CurrentCall`."""
+    """Return a descriptor for `CurrentCall`: a file in memory where the system has them."""
     if sys.platform == 'linux':
         descriptor = os.memfd_create('setcmas_current_call')
     else:
@@ -32,16 +32,16 @@ def shared_file() -> int:
 
 
 class CurrentCall:
-    """The call that a process is in, as the process itself notes it and the launcher reads it."""
+    """The script call that a process is in: the process writes it, the launcher reads it."""
 
     def __init__(self, descriptor: int = -1) -> None:
-        """Share a file's memory; without a file it is the process's own."""
+        """Map the file's memory; without a file, use memory of this process."""
         self._memory = mmap.mmap(descriptor, _SIZE)
         self._path: Path | None = None
         self._name = b''
 
     def begin(self, robot: int, path: Path, function: Function, now: float) -> None:
-        """Note that a call begins at a time in s on the steady clock."""
+        """Record the start of a call at a time in s on the steady clock."""
         if path is not self._path:
             self._path = path
             self._name = os.fsencode(path.name)[: _SIZE - _HEAD.size]
@@ -50,7 +50,7 @@ class CurrentCall:
         _HEAD.pack_into(self._memory, 0, now, robot, function_index, 1, len(self._name))
 
     def end(self) -> None:
-        """Note that the call has returned."""
+        """Record the return of the call."""
         self._memory[_RUNNING] = 0
 
     def last(self) -> ScriptCall | None:
@@ -62,22 +62,22 @@ class CurrentCall:
         return ScriptCall(robot, name, _FUNCTIONS[function])
 
     def running(self) -> ScriptCall | None:
-        """Return the call that has not returned; None between calls."""
+        """Return the call in progress; None between calls."""
         return self.last() if self._memory[_RUNNING] else None
 
     @property
     def since(self) -> float:
-        """When the last call began, in s on the steady clock."""
+        """Start of the last call in s on the steady clock."""
         since: float = _HEAD.unpack_from(self._memory)[0]
         return since
 
     def running_s(self, now: float) -> float:
-        """Return for how long a call has been running at a time in s; 0 between calls."""
+        """Return how long the current call has been running at a time in s; 0 between calls."""
         return now - self.since if self._memory[_RUNNING] else 0.0
 
     def close(self) -> None:
-        """Give the memory back."""
+        """Release the memory."""
         self._memory.close()
 
 
-_RUNNING = struct.calcsize('=dIB')  # where the flag is
+_RUNNING = struct.calcsize('=dIB')  # offset of the flag

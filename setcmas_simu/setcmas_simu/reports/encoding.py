@@ -9,30 +9,30 @@ import msgspec
 
 
 class Message(msgspec.Struct, frozen=True, tag=True):
-    """A message between processes; a class with fields for each kind."""
+    """Base class of messages between processes; each kind is a subclass with its fields."""
 
 
 AnyMessage = TypeVar('AnyMessage', bound=Message)
 
 
 def encode(message: Message) -> bytes:
-    """Return a message as a line, which `LineDecoder` understands."""
-    # A line of its own even where the one before was cut off.
+    """Return a message as one line for `LineDecoder`."""
+    # Starts with a line break, in case the previous line was cut off.
     return b'\n' + msgspec.json.encode(message) + b'\n'
 
 
 class LineDecoder(Generic[AnyMessage]):
-    """Takes the bytes of a pipe as they come, and hands out messages."""
+    """Turns the bytes of a pipe into messages."""
 
     def __init__(self, kinds: Any) -> None:
-        """Understand messages of one class, or of a union of classes."""
+        """Decode messages of one class, or of a union of classes."""
         self._decoder: msgspec.json.Decoder[AnyMessage] = msgspec.json.Decoder(kinds)
         self._rest = b''
 
     def feed(self, data: bytes) -> Iterator[AnyMessage]:
-        """Yield the messages that are complete with these bytes.
+        """Yield the messages that these bytes complete.
 
-        What is no message is left out: a script can find the pipe and write to it.
+        Skips lines that are no messages: a script can find the pipe and write to it.
         """
         *lines, self._rest = (self._rest + data).split(b'\n')
         for line in lines:

@@ -1,4 +1,4 @@
-"""A node process's end of the pipe to its launcher."""
+"""Pipe from a node process to its launcher."""
 
 from __future__ import annotations
 
@@ -10,36 +10,36 @@ from setcmas_simu.reports.current_call import CurrentCall
 from setcmas_simu.reports.encoding import Message, encode
 
 VARIABLE = 'SETCMAS_LAUNCHER'
-"""Environment variable: descriptors of the pipe and of the memory of the current call, and
-words that stand before a mistake."""
+"""Environment variable: descriptors of the pipe and of the memory of the current call, and the
+prefix of error messages."""
 
 
 class Launcher:
-    """The launcher, if there is one: `ros2 run` and `python -m` start processes without."""
+    """The launcher of this process, if any: `ros2 run` and `python -m` start processes without."""
 
     def __init__(
         self, pipe: int | None, current_call: CurrentCall, mistake: str = 'error'
     ) -> None:
-        """Talk through a pipe's descriptor; None is nobody.
+        """Report through a pipe.
 
         Args:
-            pipe: The descriptor.
+            pipe: Descriptor of the pipe; None without a launcher.
             current_call: The memory of the current call.
-            mistake: What stands before a mistake of the user, such as 'setcmas ctrl'.
+            mistake: Prefix of messages about invalid input, such as 'setcmas ctrl'.
         """
         self.mistake = mistake
         self._pipe = pipe
         self.current_call = current_call
 
-    def tell(self, message: Message) -> None:
-        """Send a message; never waits, and never fails."""
+    def report(self, message: Message) -> None:
+        """Send a message; never block, never fail."""
         if self._pipe is not None:
-            with suppress(OSError):  # the launcher hangs or is gone, or a script closed the pipe
+            with suppress(OSError):  # launcher stuck or gone, or a script closed the pipe
                 os.write(self._pipe, encode(message))
 
 
 def connected_launcher(environment: MutableMapping[str, str] = os.environ) -> Launcher:
-    """Return the launcher of this process; what the process starts itself does not inherit it."""
+    """Return the launcher of this process; hide it from the children of this process."""
     words = environment.pop(VARIABLE, '').split(maxsplit=2)
     if not words:
         return Launcher(None, CurrentCall())

@@ -1,4 +1,4 @@
-"""Kinds of reports: what a node process tells the launcher."""
+"""Reports that a node process sends to its launcher."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from setcmas_simu.reports.encoding import Message
 
 
 class Function(enum.Enum):
-    """What of a script is called."""
+    """A function of a script."""
 
     CONTROL = 'control'
     CONDITION = 'ctc'
@@ -25,7 +25,7 @@ class ScriptCall(msgspec.Struct, frozen=True):
     Attributes:
         robot: Number of the robot.
         script: File name of the script.
-        function: What is called.
+        function: The function that is called.
     """
 
     robot: int
@@ -33,21 +33,21 @@ class ScriptCall(msgspec.Struct, frozen=True):
     function: Function
 
     def __str__(self) -> str:
-        """Return the call in words, such as `control of law.py for tb3_2`."""
+        """Return the call as text, such as `control of law.py for tb3_2`."""
         return f'{self.function.value} of {self.script} for {robot_name(self.robot)}'
 
 
 class ScriptFailure(msgspec.Struct, frozen=True, omit_defaults=True):
-    """A time in which the calls of a script for a robot failed, each for the same reason.
+    """A period in which all calls of a script for a robot failed for the same reason.
 
     Attributes:
-        t: When the first one failed, in s: the t of the control laws, which a pause stops.
+        t: Time of the first failed call in s, as control laws see it: a pause stops it.
         robot: Number of the robot.
-        function: What was called.
-        script: Name of the file that failed: the script, or a module that it imports.
-        line: The line there, if there is one.
-        text: What the user was told.
-        until: When it was over, or the reason was another one, in s; None for the end of the run.
+        function: The function that failed.
+        script: Name of the file with the error: the script, or a module that it imports.
+        line: Line of the error in that file, if known.
+        text: The message shown to the user.
+        until: End of the period in s, also when the reason changed; None for the end of the run.
     """
 
     t: float
@@ -60,42 +60,42 @@ class ScriptFailure(msgspec.Struct, frozen=True, omit_defaults=True):
 
 
 class Ready(Message, frozen=True):
-    """The process does its work, and ends in its own order when it is asked to."""
+    """The process is working, and ends cleanly on request."""
 
 
 class Mistake(Message, frozen=True):
-    """The process ends with status 2: the user gave something that cannot be, and was told."""
+    """The process ends with status 2: the user's input was invalid (already reported)."""
 
     text: str
 
 
 class Started(Message, frozen=True):
-    """Control laws are called from now on."""
+    """The controllers start to call the control laws."""
 
     robots: tuple[int, ...]
     law: str
 
 
 class Failed(Message, frozen=True):
-    """A call has failed for the first time with this text; the robot stands meanwhile."""
+    """A call failed for the first time with this message; the robot stops meanwhile."""
 
     call: ScriptCall
     text: str
 
 
 class Stuck(Message, frozen=True):
-    """A call does not return; `where` is file and line."""
+    """A call does not return; `where` is its file and line."""
 
     call: ScriptCall
     where: str
 
 
 class Ended(Message, frozen=True):
-    """The controllers end in order.
+    """The controllers end cleanly.
 
     Attributes:
-        failed: Calls that failed, or hung, at some time.
-        failures: When which calls failed, of scripts as they were loaded first.
+        failed: Calls that failed or hung at some time.
+        failures: Periods of failed calls, of the scripts as first loaded.
     """
 
     failed: tuple[ScriptCall, ...]
@@ -103,17 +103,17 @@ class Ended(Message, frozen=True):
 
 
 WRITES_S = 60.0
-"""Time in s that a recorder gets to end: a busy machine writes the index of a large bag slowly."""
+"""Seconds that a recorder gets to end: a busy machine takes long to index a large bag."""
 
 
 class Recording(Message, frozen=True):
-    """The recorder has found the topics that are there."""
+    """The recorder has found the topics."""
 
     nb_topics: int
 
 
 class Paused(Message, frozen=True):
-    """The robots of a simulation are paused by a wish, or go on."""
+    """The robots of a simulation were paused or resumed on request."""
 
     paused: bool
 
@@ -129,10 +129,10 @@ class Reached(Message, frozen=True):
 
 
 class Reloaded(Message, frozen=True):
-    """The control scripts were saved and are loaded again.
+    """The control scripts were saved and reloaded.
 
     Attributes:
-        works: Whether they could be loaded.
+        works: Whether they loaded without errors.
     """
 
     works: bool

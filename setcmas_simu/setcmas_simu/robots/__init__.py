@@ -1,1 +1,1 @@
-"""Robot models: how commands move a robot."""
+"""Robot models: how robots follow commands."""

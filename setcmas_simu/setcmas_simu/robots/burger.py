@@ -7,4 +7,4 @@ from setcmas_simu.robots.unicycle import BURGER_SHAPE
 from setcmas_simu.robots.velocity_limits import ROBOT_MODELS
 
 BURGER = TurtleBot3(ROBOT_MODELS['burger'], BURGER_SHAPE)
-"""Limits of its firmware (OpenCR), 138 x 178 x 192 mm (ROBOTIS' manual)."""
+"""Limits of its OpenCR firmware; 138 x 178 x 192 mm (ROBOTIS' manual)."""

@@ -1,4 +1,4 @@
-"""The car: it cannot turn on the spot, nor on a circle smaller than its steering allows."""
+"""The car: it cannot turn on the spot or on a circle smaller than its steering allows."""
 
 from __future__ import annotations
 
@@ -12,13 +12,13 @@ from setcmas_simu.robots.model import Motion, RobotModel
 from setcmas_simu.robots.shape import Prism, Shape, Wheel, mirrored, rectangle
 
 WHEELBASE = 0.33
-"""Distance between the axles in m: a car on a scale of 1:10 (F1TENTH)."""
+"""Distance between the axles in m, for a car on a scale of 1:10 (F1TENTH)."""
 
 STEERING_MAX = 0.4189
-"""Largest steering angle in rad, that of F1TENTH's simulator (s_max)."""
+"""Largest steering angle in rad, as in F1TENTH's simulator (s_max)."""
 
 SMALLEST_RADIUS = WHEELBASE / math.tan(STEERING_MAX)
-"""Radius in m of the smallest circle of the rear axle: 0.74."""
+"""Radius in m of the smallest circle that the rear axle can follow: 0.74."""
 
 _FRONT, _REAR = WHEELBASE + 0.1, -0.1
 _HALF = 0.12
@@ -27,7 +27,7 @@ _BODY = mirrored(((_FRONT, 0.07), (_FRONT - 0.05, _HALF), (_REAR, _HALF)))
 
 
 def _with_wheels() -> tuple[tuple[float, float], ...]:
-    """Return the left half of the body's outline, with its wheels sticking out."""
+    """Return the left half of the body's outline, including its wheels."""
     half = [(_FRONT, 0.07), (_FRONT - 0.045, _HALF)]
     for wheel in reversed(_WHEELS[1::2]):
         outer = wheel.y + 0.5 * wheel.width
@@ -38,9 +38,9 @@ def _with_wheels() -> tuple[tuple[float, float], ...]:
 
 
 class Car(RobotModel):
-    """Car: a kinematic bicycle, seen from its rear axle, with a smallest turning radius.
+    """Car: a kinematic bicycle, seen from its rear axle, with a minimum turning radius.
 
-    Its turn rate is V tan(delta) / L with the steering angle delta and the wheelbase L, so
+    Its turn rate is V tan(delta) / L with steering angle delta and wheelbase L, so that
     |omega| <= |V| / R (Siciliano et al., Robotics, 2009, section 11.2.2).
     """
 
@@ -56,13 +56,13 @@ class Car(RobotModel):
     )
 
     def command(self, velocities: Floats, poses: Floats, komega: float) -> Floats:
-        """Return the unicycle's commands, with turn rates that the steering allows."""
+        """Return the unicycle's commands, with turn rates limited by the steering."""
         commands = super().command(velocities, poses, komega)
         commands[2] = _steered(commands[0], commands[2])
         return commands
 
     def step(self, states: Floats, commands: Floats, Ts: float) -> Floats:
-        """Return the states a period later."""
+        """Return the states one period later."""
         V, omega = commands[0], commands[2]
         return unicycle.driven(states, V, _steered(V, omega), Ts)
 
@@ -74,4 +74,4 @@ def _steered(V: Floats, omega: Floats) -> Floats:
 
 
 CAR = Car()
-"""A car on a scale of 1:10; without a limit of its speed."""
+"""A car on a scale of 1:10, without a speed limit."""

@@ -1,4 +1,4 @@
-"""A fleet whose robots are of several models, as one model."""
+"""A fleet of robots of several models, as one model."""
 
 from __future__ import annotations
 
@@ -11,13 +11,13 @@ from setcmas_simu.robots.model import RobotModel
 
 
 def fleet_model(models: Sequence[RobotModel]) -> RobotModel:
-    """Return what moves a fleet whose robots have these models, one for each robot."""
+    """Return one model for a fleet, from the model of each robot."""
     first = models[0]
     return first if all(model is first for model in models) else MixedFleet(models)
 
 
 class MixedFleet(RobotModel):
-    """Robots of several models; those of one model are moved together."""
+    """Robots of several models; robots of the same model move together."""
 
     def __init__(self, models: Sequence[RobotModel]) -> None:
         """Take the model of each robot."""
@@ -31,7 +31,7 @@ class MixedFleet(RobotModel):
         self._sizes: list[int] = []
 
     def start(self, poses: Floats) -> Floats:
-        """Return the states of robots that stand at poses (3, N)."""
+        """Return the states of robots at rest at poses (3, N)."""
         parts = [model.start(poses[:, columns]) for model, columns in self._groups]
         self._sizes = [len(part) for part in parts]
         states = np.zeros((max(self._sizes), poses.shape[1]))
@@ -40,14 +40,14 @@ class MixedFleet(RobotModel):
         return states
 
     def command(self, velocities: Floats, poses: Floats, komega: float) -> Floats:
-        """Return the commands (3, N) that make robots go at velocities (2, N)."""
+        """Return the commands (3, N) that give robots their velocities (2, N)."""
         commands = np.empty(poses.shape)
         for model, columns in self._groups:
             commands[:, columns] = model.command(velocities[:, columns], poses[:, columns], komega)
         return commands
 
     def step(self, states: Floats, commands: Floats, Ts: float) -> Floats:
-        """Return the states a period later."""
+        """Return the states one period later."""
         later = np.zeros_like(states)
         for (model, columns), size in zip(self._groups, self._sizes, strict=True):
             own = states[:size, columns]

@@ -14,12 +14,12 @@ from setcmas_simu.robots.si_to_uni import si_to_uni
 from setcmas_simu.robots.velocity_limits import IDEAL, VelocityLimits
 
 POSE, TWIST = slice(0, 3), slice(3, 6)
-"""Rows of a state: x, y (m), theta (rad); and velocities along the robot's axes over the last
-step: forward, to the left (m/s), turn rate (rad/s)."""
+"""Rows of a state: x, y (m), theta (rad); and the velocities of the last step along the robot's
+axes: forward, to the left (m/s), turn rate (rad/s)."""
 
 
 class Motion(enum.Enum):
-    """How robots can be made to go at a velocity."""
+    """What can follow a velocity in any direction: a point of the robot, the robot, or nothing."""
 
     UNICYCLE = 'a point ahead of the axle goes in every direction'
     FREE = 'the robot itself does'
@@ -28,17 +28,17 @@ class Motion(enum.Enum):
 
 @runtime_checkable
 class RobotModel(Protocol):
-    """How N robots of one kind move, all at once; an object that keeps nothing between calls.
+    """How N robots of one kind move, all at once; models keep nothing between calls.
 
-    States have the rows of POSE and TWIST, and may have further ones of the model's own. Commands
-    have the rows of TWIST: they are what cmd_vel carries.
+    States have the rows of POSE and TWIST, and any further rows that the model needs. Commands
+    have the rows of TWIST, as on cmd_vel.
 
     Attributes:
-        shape: What a robot looks like.
-        V_max: The largest speed that it reaches in any direction in m/s.
-        motion: How it can be made to go at a velocity.
-        limits: Those of its speeds, if it has wheels.
-        failed: Whether moving it has failed at some time, which only users' scripts do.
+        shape: Shape of a robot.
+        V_max: Largest speed in any direction in m/s.
+        motion: What can follow a velocity in any direction.
+        limits: Speed limits, for robots with wheels.
+        failed: Whether a step has failed; only users' scripts can fail.
     """
 
     shape: Shape
@@ -48,13 +48,13 @@ class RobotModel(Protocol):
     failed: bool = False
 
     def start(self, poses: Floats) -> Floats:
-        """Return the states of robots that stand at poses (x, y in m, theta in rad; (3, N))."""
+        """Return the states of robots at rest at poses (x, y in m, theta in rad; (3, N))."""
         return np.concatenate([poses, np.zeros((3, poses.shape[1]))])
 
     def command(self, velocities: Floats, poses: Floats, komega: float) -> Floats:
-        """Return the commands that make robots go at velocities, as far as they can.
+        """Return the commands that give robots their velocities as far as possible.
 
-        Without a definition of its own a model is driven as a unicycle is, by `si_to_uni`.
+        By default robots are driven as unicycles, by `si_to_uni`.
 
         Args:
             velocities: Rows vx, vy in m/s in the world frame, shape (2, N).
@@ -69,20 +69,20 @@ class RobotModel(Protocol):
         return commands
 
     def step(self, states: Floats, commands: Floats, Ts: float) -> Floats:
-        """Return the states a period later.
+        """Return the states one period later.
 
         Args:
-            states: The states, shape (S, N), S as `start` gives it.
-            commands: The commands that the robots follow, finite, shape (3, N).
+            states: The states, shape (S, N), with S rows as from `start`.
+            commands: Finite commands of the robots, shape (3, N).
             Ts: Period in s.
 
         Returns:
-            The states, shape (S, N), in an array of their own.
+            The new states, shape (S, N), in a new array.
         """
         ...
 
     def steps(self, states: Floats, commands: Floats, Ts: float, count: int) -> Floats:
-        """Return the states after each of some periods, as `step` gives them, (count, S, N)."""
+        """Return the states after each of `count` periods, as from `step`, shape (count, S, N)."""
         later = np.empty((count, *states.shape))
         for row in later:
             row[:] = states = self.step(states, commands, Ts)

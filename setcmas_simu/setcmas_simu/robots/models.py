@@ -19,17 +19,17 @@ from setcmas_simu.robots.unicycle import Unicycle
 from setcmas_simu.robots.velocity_limits import limits_named
 
 UNICYCLE = 'unicycle'
-"""The model of robots for which none is named."""
+"""Default model."""
 
 NO_LIMITS = 'ideal'
 
 LoadScript = Callable[[Path, int, Callable[[str], None]], RobotModel]
-"""Loads a robot script for a robot; the last argument shows messages about its failures."""
+"""Loads a robot script for a robot; the last argument shows messages when the script fails."""
 
 
 def _checked(thing: Any) -> RobotModel:
     if isinstance(thing, type):
-        raise MisfitError(f'it is a class; it must be an object of it, such as {thing.__name__}()')
+        raise MisfitError(f'it is a class; it must be an instance, such as {thing.__name__}()')
     if not isinstance(thing, RobotModel):
         raise MisfitError(f'it is a {type(thing).__name__}; it must be a RobotModel')
     return thing
@@ -44,21 +44,21 @@ def _callable(thing: Any) -> LoadScript:
 
 MODELS = Door('setcmas.robot_models', 'robot model', _checked)
 SCRIPT_LOADERS = Door('setcmas.robot_scripts', 'loader of robot scripts', _callable)
-"""What runs a robot script. It comes with the control scripts, whose loader it uses."""
+"""Loaders of robot scripts. They ship with the control scripts, whose loader they use."""
 
 
 def is_script(name: str) -> bool:
-    """Return whether a name of a model means a script."""
+    """Return whether a model name is a script."""
     return name.endswith('.py')
 
 
 def is_file(name: str) -> bool:
-    """Return whether a name means a script or a model file, not a shipped model or a plugin."""
+    """Return whether a model name is a script or a model file, not a built-in model or plugin."""
     return is_script(name) or is_model_file(name)
 
 
 def is_model_file(name: str) -> bool:
-    """Return whether a name means a model file."""
+    """Return whether a model name is a model file."""
     return name.endswith(ENDINGS)
 
 
@@ -66,12 +66,12 @@ def model_names(text: str | None, nb_robots: int) -> list[str]:
     """Return the name of each robot's model.
 
     Args:
-        text: A name, a script or a model file for all robots, or for some:
-            '1:burger,2-4:my_robot.py'; the others are unicycles, as all are without a text.
+        text: A name, a script or a model file, for all robots or for some:
+            '1:burger,2-4:my_robot.py'. The other robots are unicycles; without a text, all are.
         nb_robots: Size of the fleet.
 
     Raises:
-        SetcmasError: The text is malformed, or names robots that are not in the fleet.
+        SetcmasError: The text is malformed, or names a robot outside the fleet.
     """
     if text is None or not is_per_robot(text):
         return [text or UNICYCLE] * nb_robots
@@ -81,7 +81,7 @@ def model_names(text: str | None, nb_robots: int) -> list[str]:
 
 
 def shape_of(name: str) -> Shape:
-    """Return what robots of a model look like; those of scripts and unknown ones as unicycles."""
+    """Return the shape of robots of a model; unicycles stand for scripts and unknown names."""
     with contextlib.suppress(SetcmasError):
         if not is_file(name):
             return MODELS.get(name).shape
@@ -89,12 +89,12 @@ def shape_of(name: str) -> Shape:
 
 
 def fastest(text: str | None, nb_robots: int, limits: str) -> float | None:
-    """Return the largest speed in m/s that a fleet can reach; None where that is not known.
+    """Return the top speed of a fleet in m/s; None if unknown.
 
     Args:
-        text: What `--model` says.
+        text: Value of `--model`.
         nb_robots: Size of the fleet.
-        limits: Those of unicycles.
+        limits: Limits of unicycles.
     """
     with contextlib.suppress(SetcmasError):
         unicycle = limits_named(limits).V_max
@@ -114,15 +114,15 @@ def fastest(text: str | None, nb_robots: int, limits: str) -> float | None:
 
 
 def check_models(names: Sequence[str], limits: str, robots: Sequence[int] | None = None) -> None:
-    """See that models exist, without loading scripts, and that limits are for unicycles only.
+    """Check that models exist, without loading scripts, and that limits are for unicycles only.
 
     Args:
-        names: The name of each robot's model.
-        limits: Those of unicycles, 'ideal' for none.
-        robots: The robots' numbers, as many; from 1 unless told.
+        names: Name of each robot's model.
+        limits: Limits of unicycles; 'ideal' for none.
+        robots: Numbers of the robots, in the same order; from 1 by default.
 
     Raises:
-        SetcmasError: There is no such model, or robots of another model would have limits.
+        SetcmasError: A model is unknown, or limits would apply to a robot of another model.
     """
     numbers, files = robots or range(1, len(names) + 1), _files(names)
     for robot, name in zip(numbers, names, strict=True):
@@ -136,19 +136,19 @@ def check_models(names: Sequence[str], limits: str, robots: Sequence[int] | None
     if others and limits != NO_LIMITS:
         whom = f'robot{"s" * (len(others) > 1)} {format_robots(list(others))}'
         raise SetcmasError(
-            f"--limits '{limits}' is for unicycles; --model makes {whom} "
-            f'{", ".join(dict.fromkeys(others.values()))}, with limits of '
-            'their own: leave one of the two out'
+            f"--limits '{limits}' is for unicycles, but --model makes {whom} "
+            f'{", ".join(dict.fromkeys(others.values()))}, which have limits of '
+            'their own; remove one of the two options'
         )
 
 
 def _check_file(path: Path) -> None:
     if not path.is_file():
-        raise SetcmasError(f"robot script '{path}' was not found; write one: setcmas new --robot")
+        raise SetcmasError(f"robot script '{path}' not found; write one with setcmas new --robot")
 
 
 def absolute(names: Sequence[str]) -> list[str]:
-    """Return names of models, files with absolute paths: a script may change folders."""
+    """Return model names with absolute paths of files, since a script may change the folder."""
     return [str(Path(name).absolute()) if is_file(name) else name for name in names]
 
 
@@ -158,16 +158,16 @@ def robot_models(
     limits: str = NO_LIMITS,
     warn: Callable[[str], None] = print,
 ) -> list[RobotModel]:
-    """Return the model of each robot; a script is loaded for each of its robots.
+    """Return the model of each robot; load a script once for each of its robots.
 
     Args:
-        names: The name of each robot's model.
-        robots: The robots' numbers, as many.
-        limits: Those of unicycles, 'ideal' for none.
-        warn: Shows messages about robot scripts that fail.
+        names: Name of each robot's model.
+        robots: Numbers of the robots, in the same order.
+        limits: Limits of unicycles; 'ideal' for none.
+        warn: Shows messages about failing robot scripts.
 
     Raises:
-        SetcmasError: There is no such model, or a script cannot be loaded.
+        SetcmasError: A model is unknown, or a script does not load.
     """
     unicycle, files = Unicycle(limits_named(limits)), _files(names)
     models: list[RobotModel] = []
@@ -184,5 +184,5 @@ def robot_models(
 
 
 def _files(names: Sequence[str]) -> dict[str, ModelFile]:
-    """Return the model files among names, each read once: their robots may share a model."""
+    """Read each model file among names once, so that robots can share its models."""
     return {name: read_model_file(Path(name)) for name in {*names} if is_model_file(name)}

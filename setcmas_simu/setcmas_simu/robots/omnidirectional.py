@@ -1,4 +1,4 @@
-"""The omnidirectional robot: goes in every direction at once, whatever its heading."""
+"""The omnidirectional robot: moves in any direction at once, whatever its heading."""
 
 from __future__ import annotations
 
@@ -11,15 +11,15 @@ from setcmas_simu.robots.shape import Prism, Shape, Wheel, disc, rectangle
 _RADIUS = 0.12
 _BODY = disc(_RADIUS)
 _NOSE = ((0.1, -0.05), (0.16, 0.0), (0.1, 0.05))
-# From above: the disc, with the nose in place of its foremost corners.
+# From above: the disc, with a nose instead of its front corners.
 _OUTLINE = ((0.16, 0.0), *(corner for corner in _BODY if corner[0] < 0.105))
 
 
 class Omnidirectional(RobotModel):
-    """Omnidirectional: goes in every direction at once, on Swedish or mecanum wheels.
+    """Omnidirectional: moves in any direction at once, on Swedish or mecanum wheels.
 
     A single integrator with a heading (Siciliano et al., Robotics, 2009, section 11.2), which
-    stays as it is unless a command turns it.
+    only turns on command.
     """
 
     motion = Motion.FREE
@@ -35,8 +35,8 @@ class Omnidirectional(RobotModel):
     )
 
     def command(self, velocities: Floats, poses: Floats, komega: float) -> Floats:
-        """Return velocities (2, N) turned into the robots' frames; one not finite becomes 0."""
-        del komega  # the heading is left alone
+        """Return velocities (2, N) in the robots' frames; those that are not finite become 0."""
+        del komega  # the heading needs no control
         known = np.isfinite(velocities).all(axis=0) & np.isfinite(poses[2])
         vx, vy = np.where(known, velocities, 0.0)
         theta = np.where(known, poses[2], 0.0)
@@ -45,7 +45,7 @@ class Omnidirectional(RobotModel):
         return commands
 
     def step(self, states: Floats, commands: Floats, Ts: float) -> Floats:
-        """Return the states a period later: the heading first, as the unicycle's `step`."""
+        """Return the states one period later, the heading first, as for the unicycle."""
         forward, left, omega = commands
         later: Floats = states.copy()
         later[2] += Ts * omega
@@ -57,4 +57,4 @@ class Omnidirectional(RobotModel):
 
 
 OMNIDIRECTIONAL = Omnidirectional()
-"""Without limits, as the unicycle."""
+"""Without limits, like the unicycle."""

@@ -1,4 +1,4 @@
-"""The shape of a robot, as plots, films and the view draw it; along the x axis at heading 0."""
+"""Shape of a robot for plots, films and the page; it points along the x axis at heading 0."""
 
 from __future__ import annotations
 
@@ -17,9 +17,9 @@ class Prism:
 
     Attributes:
         outline: Its corners from above, convex, counter-clockwise.
-        bottom: Height in m at which it begins.
-        top: Height in m at which it ends.
-        dark: Whether it is dark instead of in the robot's colour.
+        bottom: Height of its bottom in m.
+        top: Height of its top in m.
+        dark: Whether it is dark; otherwise it has the robot's colour.
     """
 
     outline: Points
@@ -30,7 +30,7 @@ class Prism:
 
 @dataclass(frozen=True)
 class Wheel:
-    """A wheel on the ground that rolls along the x axis; its middle, radius and width in m."""
+    """A wheel that rolls along the x axis: its centre, radius and width in m."""
 
     x: float
     y: float
@@ -40,11 +40,11 @@ class Wheel:
 
 @dataclass(frozen=True)
 class Shape:
-    """What a robot looks like.
+    """Outline and parts of a robot.
 
     Attributes:
-        outline: Its corners from above, for plots and films; it need not be convex.
-        prisms: Its parts, for the view and RViz.
+        outline: Its corners from above, for plots and films; may be concave.
+        prisms: Its parts, for the page and RViz.
         wheels: Its wheels.
     """
 
@@ -59,16 +59,16 @@ class Shape:
 
 
 def rectangle(x: tuple[float, float], y: tuple[float, float]) -> Points:
-    """Return the corners of a rectangle between two coordinates in each direction, in m."""
+    """Return the corners of a rectangle, from its range in x and in y, in m."""
     return ((x[0], y[0]), (x[1], y[0]), (x[1], y[1]), (x[0], y[1]))
 
 
 def disc(radius: float, x: float = 0.0) -> Points:
-    """Return the corners of a disc with its middle on the x axis, all in m."""
+    """Return the corners of a disc centred on the x axis, all in m."""
     angles = [math.tau * i / _DISC_CORNERS for i in range(_DISC_CORNERS)]
     return tuple((x + radius * math.cos(angle), radius * math.sin(angle)) for angle in angles)
 
 
 def mirrored(points: Points) -> Points:
-    """Return a counter-clockwise outline made of its half at y >= 0, front first."""
+    """Return a counter-clockwise outline from its half with y >= 0, front first."""
     return (*points, *((x, -y) for x, y in reversed(points) if y > 0))

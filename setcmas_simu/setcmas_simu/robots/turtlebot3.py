@@ -1,4 +1,4 @@
-"""TurtleBot3s: unicycles with limits, wheels that take time to speed up, and lag of the motors."""
+"""TurtleBot3s: unicycles with velocity limits, limited wheel acceleration, and motor lag."""
 
 from __future__ import annotations
 
@@ -17,16 +17,16 @@ WHEEL_ACCELERATION = 1.0
 models (turtlebot3_simulations). The motors' own limit is off (profile_acceleration 0)."""
 
 LAG_S = 0.1
-"""Time constant in s with which a wheel follows. Assumed: no measurement has been published that
-we know of. Yours is where 63 % of a step of cmd_vel is reached."""
+"""Time constant in s of a wheel's speed. Assumed: we know of no published measurement. To measure
+yours, find where the speed reaches 63 % of a step of cmd_vel."""
 
 
 class TurtleBot3(RobotModel):
-    """TurtleBot3: limits of its firmware, wheels that take time to follow their command.
+    """TurtleBot3: velocity limits of its firmware, wheels with limited acceleration and lag.
 
-    Each wheel's speed w approaches the commanded one u with the time constant T, by no more than
-    the acceleration a allows: w+ = w + clip((1 - exp(-Ts/T)) (u - w), -a Ts, a Ts), where u is
-    what the firmware lets through (VelocityLimits) and held over the period.
+    Each wheel's speed w approaches its command u with time constant T and acceleration at most a:
+    w+ = w + clip((1 - exp(-Ts/T)) (u - w), -a Ts, a Ts), where u is the command within the
+    firmware's limits (VelocityLimits), held over the period.
     """
 
     def __init__(
@@ -39,8 +39,8 @@ class TurtleBot3(RobotModel):
         """Describe the robot.
 
         Args:
-            limits: Those of its firmware.
-            shape: What it looks like.
+            limits: Velocity limits of its firmware.
+            shape: Shape of the robot.
             acceleration: Largest acceleration of a wheel's rim in m/s^2.
             lag: Time constant of a wheel's speed in s.
         """
@@ -51,7 +51,7 @@ class TurtleBot3(RobotModel):
         self._lag = lag
 
     def step(self, states: Floats, commands: Floats, Ts: float) -> Floats:
-        """Return the states a period later."""
+        """Return the states one period later."""
         half = 0.5 * self.limits.wheel_separation
         V, omega = self.limits.saturate(commands[0], commands[2])
         wanted = np.stack([V - half * omega, V + half * omega])

@@ -1,4 +1,4 @@
-"""The unicycle: goes along its heading, turns on the spot."""
+"""The unicycle: drives along its heading and turns on the spot."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ RATE_HZ = 10.0
 """Default rate at which robots are integrated, in Hz."""
 
 DART = ((0.07, 0.0), (-0.056, 0.049), (-0.028, 0.0), (-0.056, -0.049))
-"""Outline in m that points to where a robot heads, about as long as a TurtleBot3 Burger."""
+"""Outline in m, pointing along the heading; about as long as a TurtleBot3 Burger."""
 
 _PLATE = mirrored(((0.069, 0.035), (0.035, 0.069), (-0.05, 0.069), (-0.075, 0.045)))
 _NOSE = ((0.069, -0.05), (0.15, 0.0), (0.069, 0.05))
@@ -30,31 +30,31 @@ BURGER_SHAPE = Shape(
     ),
     tuple(Wheel(0.0, side * 0.08, 0.033, 0.018) for side in (-1, 1)),
 )
-"""A TurtleBot3 Burger, with a nose that shows its heading."""
+"""A TurtleBot3 Burger with a nose that shows its heading."""
 
 
 class Unicycle(RobotModel):
-    """Unicycle, the robot of the ROS 1 stack: follows its command at once, up to its limits."""
+    """Unicycle, the robot of the ROS 1 stack: follows its command at once, within its limits."""
 
     shape = BURGER_SHAPE
 
     def __init__(self, limits: VelocityLimits = IDEAL) -> None:
-        """Take how fast the robots can go; without limits unless told."""
+        """Set the velocity limits; none by default."""
         self.limits = limits
         self.V_max = limits.V_max
 
     def step(self, states: Floats, commands: Floats, Ts: float) -> Floats:
-        """Return the states a period later, as `step` of this module moves them."""
+        """Return the states one period later, as `step` of this module computes them."""
         V, omega = self.limits.saturate(commands[0], commands[2])
         return driven(states, V, omega, Ts)
 
     def steps(self, states: Floats, commands: Floats, Ts: float, count: int) -> Floats:
-        """Return the states after each of some periods, (count, S, N), in a few array calls."""
+        """Return the states after each of `count` periods, (count, S, N), in a few array calls."""
         V, omega = self.limits.saturate(commands[0], commands[2])
         rows = np.empty((count + 1, *states.shape))
         rows[:], later, travel = states, rows[1:], Ts * V
         later[:, 2], later[:, 3], later[:, 5] = Ts * omega, V, omega
-        headings = np.add.accumulate(rows[:, 2])[1:]  # adds up one by one, as `step` does
+        headings = np.add.accumulate(rows[:, 2])[1:]  # adds term by term, as `step` does
         later[:, 0], later[:, 1] = travel * np.cos(headings), travel * np.sin(headings)
         np.add.accumulate(rows[:, :2], out=rows[:, :2])
         later[:, 2] = headings
@@ -62,21 +62,21 @@ class Unicycle(RobotModel):
 
 
 def driven(states: Floats, V: Floats, omega: Floats, Ts: float) -> Floats:
-    """Return the states after a period of Ts s at forward speeds V (m/s), turn rates omega."""
+    """Return the states after Ts s at forward speeds V (m/s) and turn rates omega (rad/s)."""
     later = step(states, V, omega, Ts)
     later[3], later[5] = V, omega
     return later
 
 
 def step(poses: ArrayLike, V: ArrayLike, omega: ArrayLike, Ts: float) -> Floats:
-    """Integrate the unicycle over one period, the heading first.
+    """Integrate the unicycle over one period, heading first.
 
     theta+ = theta + Ts omega, then x+ = x + Ts V cos(theta+) and y+ = y + Ts V sin(theta+): the
     semi-implicit Euler scheme of the kinematic unicycle (Siciliano et al., Robotics, 2009,
     section 11.2.1), in the order of the ROS 1 stack. The heading is not wrapped.
 
     Args:
-        poses: Rows x, y in m and theta in rad, and any others that stay, shape (3 or more, N).
+        poses: Rows x, y in m and theta in rad, and any rows that stay constant, shape (3+, N).
         V: Forward speeds in m/s, shape (N,).
         omega: Turn rates in rad/s, shape (N,).
         Ts: Period in s.
@@ -93,10 +93,10 @@ def step(poses: ArrayLike, V: ArrayLike, omega: ArrayLike, Ts: float) -> Floats:
 
 
 def velocities_between(before: ArrayLike, after: ArrayLike, Ts: float) -> tuple[Floats, Floats]:
-    """Return the velocities that lead from poses to later ones: backward differences.
+    """Return the velocities between two sets of poses, by backward differences.
 
-    The forward speed is the displacement along the later heading, as `step` would have made it;
-    any sideways displacement is left out.
+    The forward speed is the displacement along the later heading, as in `step`; sideways
+    displacement is ignored.
 
     Args:
         before: Rows x, y in m and theta in rad, shape (3,) or (3, N).

@@ -1,4 +1,4 @@
-"""Velocity limits of a robot: saturation of its forward speed and turn rate."""
+"""Velocity limits of a robot: saturation of forward speed and turn rate."""
 
 from __future__ import annotations
 
@@ -16,12 +16,12 @@ Velocities = tuple[Floats, Floats]
 
 @dataclass(frozen=True)
 class VelocityLimits:
-    """The limits of one model of differential-drive robot.
+    """Velocity limits of a differential-drive robot.
 
     Attributes:
         V_max: Largest forward or backward speed, in m/s.
         omega_max: Largest turn rate, in rad/s.
-        wheel_speed_max: Largest speed of a wheel's rim, in m/s.
+        wheel_speed_max: Largest rim speed of a wheel, in m/s.
         wheel_separation: Distance between the wheels, in m.
     """
 
@@ -31,14 +31,14 @@ class VelocityLimits:
     wheel_separation: float
 
     def saturate(self, V: ArrayLike, omega: ArrayLike) -> Velocities:
-        """Clamp forward speed and turn rate apart, then each wheel, as OpenCR firmware does.
+        """Clamp forward speed and turn rate separately, then each wheel, as OpenCR firmware does.
 
         Args:
             V: Forward speeds in m/s, shape (N,).
             omega: Turn rates in rad/s, shape (N,).
 
         Returns:
-            Forward speeds (m/s) and turn rates (rad/s) that the robot reaches, shapes (N,).
+            Reachable forward speeds (m/s) and turn rates (rad/s), shapes (N,).
         """
         forward, turn = np.asarray(V, dtype=float), np.asarray(omega, dtype=float)
         if self is IDEAL:
@@ -51,15 +51,15 @@ class VelocityLimits:
         return 0.5 * (left + right), (right - left) / self.wheel_separation
 
     def scaled_down(self, V: float, omega: float) -> tuple[float, float]:
-        """Scale forward speed and turn rate by one factor, so that the path keeps its curvature.
+        """Scale forward speed and turn rate by one factor, which keeps the curvature of the path.
 
         Args:
             V: Forward speed in m/s.
             omega: Turn rate in rad/s.
 
         Returns:
-            The fastest speeds (m/s, rad/s) of this ratio, up to those given, that keep forward
-            speed, turn rate and both wheels within their limits.
+            The largest speeds (m/s, rad/s), up to those given, of the same ratio that keep
+            forward speed, turn rate and both wheels within their limits.
         """
         wheel = self.faster_wheel(V, omega)
         excess = max(
@@ -68,29 +68,29 @@ class VelocityLimits:
         return V / excess, omega / excess
 
     def faster_wheel(self, V: float, omega: float) -> float:
-        """Return the speed of the faster wheel's rim in m/s, forward or backward."""
+        """Return the rim speed of the faster wheel in m/s, forward or backward."""
         return abs(V) + 0.5 * self.wheel_separation * abs(omega)
 
 
 IDEAL = VelocityLimits(math.inf, math.inf, math.inf, 0.160)
-"""No limits at all, as in ROS 1."""
+"""No limits, as in ROS 1."""
 
 ROBOT_MODELS = {
     'burger': VelocityLimits(0.2108, 2.635, 0.2667, 0.160),
     'waffle': VelocityLimits(0.2661, 1.854, 0.2667, 0.287),
 }
-"""Limits of real robots by name: those in the firmware of the TurtleBot3 models."""
+"""Limits of real robots by name, from the firmware of the TurtleBot3 models."""
 
 MODELS = {'ideal': IDEAL, **ROBOT_MODELS}
 """Limits of simulated robots by name."""
 
 
 def limits_named(name: str) -> VelocityLimits:
-    """Return the limits of a model.
+    """Return the limits with this name.
 
     Raises:
-        SetcmasError: There is no model of that name.
+        SetcmasError: The name is unknown.
     """
     if name not in MODELS:
-        raise SetcmasError(f"limits '{name}' are unknown; they must be one of {', '.join(MODELS)}")
+        raise SetcmasError(f"unknown limits '{name}'; must be one of {', '.join(MODELS)}")
     return MODELS[name]

@@ -6,7 +6,7 @@ from setcmas_simu.robots.shape import Prism, Shape, Wheel, disc, mirrored, recta
 from setcmas_simu.robots.turtlebot3 import TurtleBot3
 from setcmas_simu.robots.velocity_limits import ROBOT_MODELS
 
-# 281 x 306 x 141 mm (ROBOTIS' manual); the wheels' axle is in front of the middle.
+# 281 x 306 x 141 mm (ROBOTIS' manual); the axle is ahead of the centre.
 _PLATE = mirrored(((0.077, 0.08), (0.03, 0.131), (-0.16, 0.131), (-0.204, 0.08)))
 _NOSE = ((0.077, -0.06), (0.2, 0.0), (0.077, 0.06))
 
@@ -32,4 +32,4 @@ WAFFLE = TurtleBot3(
         tuple(Wheel(0.0, side * 0.1435, 0.033, 0.018) for side in (-1, 1)),
     ),
 )
-"""Limits of its firmware (OpenCR)."""
+"""Limits of its OpenCR firmware."""

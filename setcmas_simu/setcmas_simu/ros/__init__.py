@@ -1,1 +1,1 @@
-"""Ground of a process on ROS: start, end, parameters, clocks, quality of service."""
+"""Basis of a ROS process: start, end, parameters, clocks, quality of service."""

@@ -1,4 +1,4 @@
-"""Setup of Fast DDS: processes find each other soon, and talk over UDP alone."""
+"""Setup of Fast DDS: fast discovery, and UDP as the only transport."""
 
 from __future__ import annotations
 
@@ -22,14 +22,14 @@ _LOOPBACK = str(_CONFIG / 'fastdds_loopback.xml')
 
 @contextlib.contextmanager
 def dds_setup() -> Iterator[None]:
-    """Set Fast DDS up for what is initialised inside, unless the user has done so.
+    """Configure Fast DDS for participants created inside, unless the user has configured it.
 
-    Fast DDS 2.14 prefers shared memory on one machine. There a process that hangs while it holds
-    the lock of its queue holds up whoever sends to it (SharedMemGlobal::Port::try_push), and so
-    those who are to stop its robots; one that is starved for a second may never get anything
-    again; and each one that is killed leaves files behind. Over UDP nobody waits for a receiver.
-    In the range LOCALHOST rmw_fastrtps insists on shared memory, so that a profile of ours with
-    the loopback interface alone takes the place of that range.
+    On one machine Fast DDS 2.14 prefers shared memory. There a process that hangs while it holds
+    the lock of its queue blocks everyone who sends to it (SharedMemGlobal::Port::try_push),
+    including those who must stop its robots; a process that is starved for a second may never
+    receive anything again; and a killed process leaves files behind. UDP senders never wait for a
+    receiver. In the range LOCALHOST rmw_fastrtps insists on shared memory, so a profile with only
+    the loopback interface replaces that range.
     """
     given = {os.environ[name] for name in _PROFILE_VARIABLES if name in os.environ}
     fast_dds = rclpy.get_rmw_implementation_identifier().startswith('rmw_fastrtps')
@@ -37,7 +37,7 @@ def dds_setup() -> Iterator[None]:
         yield
         return
     if os.environ.get(_TRANSPORTS, _UDP) != _UDP:
-        os.environ.pop(_PROFILE_VARIABLES[0], None)  # ours, of the process that started this one
+        os.environ.pop(_PROFILE_VARIABLES[0], None)  # set by the parent process
         yield
         return
     loopback = is_loopback_enough(os.environ)
@@ -45,7 +45,7 @@ def dds_setup() -> Iterator[None]:
     if not loopback:
         yield
         return
-    os.environ[_RANGE] = 'SYSTEM_DEFAULT'  # what the profile says
+    os.environ[_RANGE] = 'SYSTEM_DEFAULT'  # leaves the range to the profile
     try:
         yield
     finally:
@@ -53,6 +53,6 @@ def dds_setup() -> Iterator[None]:
 
 
 def is_loopback_enough(environment: Mapping[str, str]) -> bool:
-    """Return whether topics are to stay on this machine."""
+    """Return whether topics stay on this machine."""
     on_this_machine = environment.get(_RANGE) == 'LOCALHOST'
     return on_this_machine and not any(environment.get(name) for name in _WAYS_OUT)

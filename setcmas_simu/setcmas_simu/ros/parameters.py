@@ -1,4 +1,4 @@
-"""Options of a process as ROS parameters of its node, to be set while it runs."""
+"""Options of a process as ROS parameters of its node, changeable at run time."""
 
 from __future__ import annotations
 
@@ -26,21 +26,21 @@ class ProcessParameters(Generic[Group]):
     """Keeps a group of options equal to the parameters of a node.
 
     Attributes:
-        options: The options with the values of the parameters.
-        check: Takes options that somebody wants; raises SetcmasError if they cannot be now.
-        on_change: Takes options that are in force from now on.
+        options: The options with the current values of the parameters.
+        check: Checks requested options; raises SetcmasError to refuse them.
+        on_change: Called with the new options after a change.
     """
 
     def __init__(self, node: Node, options: Group, names: Mapping[str, str]) -> None:
-        """Declare the parameters; what `--ros-args` gives takes the place of the options.
+        """Declare the parameters; `--ros-args` overrides the options.
 
         Args:
-            node: Holds the parameters; its services are to be served.
-            options: The values by default.
-            names: The option that each parameter is.
+            node: Holds the parameters; an executor must serve its services.
+            options: Default values.
+            names: The option of each parameter.
 
         Raises:
-            SetcmasError: A value makes no sense.
+            SetcmasError: A value is invalid.
         """
         self.check: Callable[[Group], object] = lambda _: None
         self.on_change: Callable[[Group], object] = lambda _: None
@@ -55,14 +55,14 @@ class ProcessParameters(Generic[Group]):
         given = [node.get_parameter(parameter) for parameter in names]
         self.options = self._with(given)
         node.set_parameters(self._converted(given))
-        for parameter, one in self._options.items():  # now that mistakes are told in our words
+        for parameter, one in self._options.items():  # from now on, mistakes get our own messages
             node.set_descriptor(parameter, _described(one))
         node.add_pre_set_parameters_callback(self._converted)
         node.add_on_set_parameters_callback(self._judged)
         node.add_post_set_parameters_callback(self._take_over)
 
     def warn_of_unknown(self, *others: Node) -> None:
-        """Tell of parameters that `--ros-args` gives and that neither node nor others have."""
+        """Warn of parameters in `--ros-args` that neither this node nor others have."""
         known = {
             name for node in (self._node, *others) for name in node.get_parameters_by_prefix('')
         }
@@ -70,10 +70,10 @@ class ProcessParameters(Generic[Group]):
             if not given.startswith('qos_overrides.'):
                 near = difflib.get_close_matches(given, known, n=1)
                 hint = f'did you mean {near[0]}?' if near else 'it is ignored'
-                self._node.get_logger().warning(f"there is no parameter '{given}'; {hint}")
+                self._node.get_logger().warning(f"unknown parameter '{given}'; {hint}")
 
     def _converted(self, parameters: Iterable[Parameter]) -> list[Parameter]:
-        """Return parameters with whole numbers as real ones where these are wanted."""
+        """Return parameters with whole numbers converted where real numbers are expected."""
         return [
             Parameter(one.name, value=float(one.value))
             if type(one.value) is int and self._is_number(one.name)
@@ -85,10 +85,10 @@ class ProcessParameters(Generic[Group]):
         return parameter in self._options and isinstance(self._options[parameter].kind, Number)
 
     def _with(self, parameters: Iterable[Parameter]) -> Group:
-        """Return the options with the values of parameters.
+        """Return the options with new values of parameters.
 
         Raises:
-            SetcmasError: One makes no sense.
+            SetcmasError: A value is invalid.
         """
         values = {}
         for one in self._converted(parameters):
@@ -116,23 +116,23 @@ class ProcessParameters(Generic[Group]):
 
 
 def declare_fixed(node: Node, name: str, text: str, description: str) -> None:
-    """Declare a parameter that tells something and cannot be set."""
+    """Declare a read-only parameter with information."""
     node.declare_parameter(
         name, text, ParameterDescriptor(description=description, read_only=True)
     )
 
 
 def fixed_in_lockstep(_: object) -> None:
-    """Refuse every change: a run in lockstep is that of its options, to the last bit.
+    """Refuse every change: a run in lockstep must equal an offline run to the last bit.
 
     Raises:
         SetcmasError: Always.
     """
-    raise SetcmasError('nothing changes during a run in lockstep: set it at the start')
+    raise SetcmasError('parameters are fixed during a run in lockstep; set them at the start')
 
 
 def _described(option: Option) -> ParameterDescriptor:
-    # Dynamic typing: `-p vnom:=1` is a whole number to ROS, and must do.
+    # Dynamic typing: to ROS `-p vnom:=1` is an integer, which must be accepted.
     described = ParameterDescriptor(
         description=option.help, additional_constraints=option.kind.must_be, dynamic_typing=True
     )

@@ -1,4 +1,4 @@
-"""Process that holds nodes: its start, its spinning, and an orderly end on any signal."""
+"""Process with ROS nodes: start, spin, and a clean end on any signal."""
 
 from __future__ import annotations
 
@@ -33,11 +33,11 @@ _AT_TIMES_S = 0.02
 
 
 class FleetNode(Node):
-    """A node of a fleet: without the services that cost a process with many nodes its start."""
+    """Node of a fleet, without the services that slow the start of a process with many nodes."""
 
     @classmethod
     def of_process(cls, node_name: str) -> FleetNode:
-        """Return the node that speaks for its process: with parameter services, and /rosout."""
+        """Return the main node of its process, with parameter services and /rosout."""
         return cls(node_name, enable_rosout=True, start_parameter_services=True)
 
     def __init__(self, node_name: str, **kwargs: Any) -> None:
@@ -51,91 +51,91 @@ class FleetNode(Node):
         super().__init__(node_name, parameter_overrides=overrides, **options)
 
     def create_publisher(self, msg_type: Any, *args: Any, **kwargs: Any) -> Publisher:
-        """Create a publisher without the event callbacks that the executor would wait for."""
+        """Create a publisher without event callbacks, which would burden the executor."""
         if msg_type is ParameterEvent and not self._tells_parameters:
             return cast(Publisher, _NoParameterEvents())
         kwargs.setdefault('event_callbacks', PublisherEventCallbacks(use_default_callbacks=False))
         return super().create_publisher(msg_type, *args, **kwargs)
 
     def create_subscription(self, *args: Any, **kwargs: Any) -> Subscription:
-        """Create a subscription without the event callbacks that the executor would wait for."""
+        """Create a subscription without event callbacks, which would burden the executor."""
         silent = SubscriptionEventCallbacks(use_default_callbacks=False)
         kwargs.setdefault('event_callbacks', silent)
         return super().create_subscription(*args, **kwargs)
 
 
 class _NoParameterEvents:
-    """Takes the events of parameters that nobody can set: an endpoint less for each node."""
+    """Discards events of parameters that cannot change, which saves an endpoint per node."""
 
     def publish(self, event: ParameterEvent) -> None:
         pass
 
 
 class RosProcess:
-    """Spins the nodes of this process until a signal or `stop` asks it to end.
+    """Spins the nodes of this process until a signal or `stop`.
 
-    rclpy's own signal handlers invalidate the context at once, so nothing could be published any
-    more; here the handlers only note the wish, and robots get their zero velocity first.
+    rclpy's own signal handlers invalidate the context at once, after which publishing fails.
+    Here the handlers only set a flag, so that robots get zero velocity first.
 
     Attributes:
-        launcher: Is told what happens.
+        launcher: Receives reports.
     """
 
     def __init__(self, launcher: Launcher) -> None:
-        """Create an executor; `ros_process` has initialised rclpy."""
+        """Create an executor; `ros_process` initialises rclpy before."""
         self.launcher = launcher
         self.executor = SingleThreadedExecutor()
         self.stopping = False
         self.longest_end_s = 10
-        """After that the kernel ends a process that hangs in its clean-up."""
+        """Seconds for the clean-up; after that the kernel kills the process."""
         self.has_deadline = False
         self._served = 0.0
         self.on_stop_signal: Callable[[], None] | None = None
-        """Called in the signal handler, for what cannot wait until the callback returns."""
+        """Called in the signal handler, for what cannot wait for the current callback."""
 
     def add(self, *nodes: Node) -> None:
-        """Let the executor serve nodes."""
+        """Add nodes to the executor."""
         for node in nodes:
             self.executor.add_node(node)
 
     def stop(self) -> None:
-        """Let `spin` return after the callback that runs now."""
+        """Make `spin` return after the current callback."""
         self.stopping = True
 
     @property
     def can_talk(self) -> bool:
-        """Whether messages can be sent: a script may have shut ROS down in this process."""
+        """Whether messages can be sent: a script may have shut down ROS in this process."""
         return bool(rclpy.ok())
 
     def serve(self, timeout_s: float) -> None:
-        """Serve a callback if one is due within a time, which may be over; end with ROS."""
+        """Serve one callback if one is due within a time, possibly 0; stop if ROS shuts down."""
         try:
-            # A signal does not wake a wait: its longest bounds the time to notice one.
+            # A signal does not interrupt a wait, so waits are short.
             self.executor.spin_once(timeout_sec=min(max(0.0, timeout_s), _LONGEST_WAIT_S))
         except ExternalShutdownException:
             self.stop()
 
     def serve_at_times(self) -> None:
-        """Serve a callback that is due, but look at most every 0.02 s: it takes long."""
+        """Serve one due callback, but check at most every 0.02 s because checks are slow."""
         now = time.monotonic()
         if now - self._served >= _AT_TIMES_S:
             self._served = now
             self.serve(0.0)
 
     def spin(self) -> None:
-        """Serve callbacks until something asks to stop."""
+        """Serve callbacks until a stop is requested."""
         while not self.stopping:
             self.serve(_LONGEST_WAIT_S)
 
     def spin_until(
         self, condition: Callable[[], bool], timeout_s: float, every_s: float = 0.02
     ) -> bool:
-        """Serve callbacks until a condition holds; False if it did not within the timeout.
+        """Serve callbacks until a condition holds; return False after a time-out.
 
         Args:
-            condition: Is looked at again and again.
-            timeout_s: Longest time in s.
-            every_s: Time in s from look to look, if nothing happens meanwhile.
+            condition: Checked repeatedly.
+            timeout_s: Longest wait in s.
+            every_s: Time in s between checks if no callback is due.
         """
         deadline = time.monotonic() + timeout_s
         while not self.stopping and not condition() and time.monotonic() < deadline:
@@ -143,22 +143,22 @@ class RosProcess:
         return condition()
 
     def take_signals(self) -> None:
-        """Let the signals that ask to stop do so, and none that a script has ordered for later."""
+        """Handle stop signals here; undo handlers and alarms of scripts."""
         for signum in STOP_SIGNALS:
             signal.signal(signum, self.handle_signal)
-        # Once it stops, the alarm is that of its own end.
+        # After a stop request, the alarm is the deadline of the clean-up.
         if not self.stopping and signal.getsignal(signal.SIGALRM) == signal.SIG_DFL:
             signal.signal(signal.SIGALRM, signal.SIG_IGN)
 
     def handle_signal(self, _signum: int, _frame: FrameType | None) -> None:
-        """Note the wish to stop, and set the deadline for the clean-up."""
+        """Set the stop flag, and the deadline for the clean-up."""
         self.stopping = True
         self.end_within(self.longest_end_s)
         if self.on_stop_signal:
             self.on_stop_signal()
 
     def end_within(self, seconds: int) -> None:
-        """Let this process be killed by then: what DDS waits for may never come."""
+        """Have the kernel kill this process after this time, in case DDS never returns."""
         self.has_deadline = True
         signal.signal(signal.SIGALRM, signal.SIG_DFL)
         signal.alarm(seconds)
@@ -168,23 +168,23 @@ class RosProcess:
 def ros_process(
     ros_arguments: Sequence[str] = (), launcher: Launcher | None = None
 ) -> Iterator[RosProcess]:
-    """Initialise rclpy, hand out the process, and shut everything down at the end.
+    """Initialise rclpy, yield the process, and shut everything down at the end.
 
     Args:
-        ros_arguments: What follows and includes `--ros-args`.
-        launcher: Is told what happens; by default the one that started this process.
+        ros_arguments: The arguments from `--ros-args` on.
+        launcher: Receives reports; by default the launcher that started this process.
 
     Raises:
-        SetcmasError: rclpy does not understand the arguments.
+        SetcmasError: rclpy rejects the arguments.
     """
-    # No log files: students' home folders would fill, and what matters is on the screen.
+    # No log files: they would fill students' home folders, and the screen has what matters.
     arguments = [*ros_arguments, '--ros-args', '--disable-external-lib-logs']
     try:
         with dds_setup():
             rclpy.init(args=arguments, signal_handler_options=SignalHandlerOptions.NO)
-    except Exception as error:  # of several classes, some of them private to rclpy
+    except Exception as error:  # of several classes, some private to rclpy
         reason = str(error).partition('\n')[0]
-        raise SetcmasError(f'what follows --ros-args is not understood: {reason}') from error
+        raise SetcmasError(f'invalid arguments after --ros-args: {reason}') from error
     process = RosProcess(launcher or connected_launcher())
     process.take_signals()
     os.register_at_fork(after_in_child=_leave_signals)
@@ -207,13 +207,13 @@ def node_main(
     serve: Callable[[RosProcess, argparse.Namespace], int | None],
     argv: Sequence[str] | None = None,
 ) -> int:
-    """Run a process of nodes; returns its exit status.
+    """Run a process of nodes and return its exit status.
 
     Args:
-        parser: Takes the process's own options; what follows `--ros-args` is for ROS.
-        serve: Works until the process is asked to stop; returns the exit status, None is 0. A
-            SetcmasError that it raises is told: status 2.
-        argv: The command line; this process's by default.
+        parser: Parses the process's own options; ROS gets those from `--ros-args` on.
+        serve: Works until the process must stop; returns the exit status (None is 0). A
+            SetcmasError is printed and gives status 2.
+        argv: The command line; by default that of this process.
     """
     own_arguments, ros_arguments = split_ros_arguments(sys.argv[1:] if argv is None else argv)
     args = parser.parse_args(own_arguments)
@@ -222,19 +222,19 @@ def node_main(
         with ros_process(ros_arguments, launcher) as process:
             return serve(process, args) or 0
     except SetcmasError as error:
-        launcher.tell(Mistake(str(error)))
+        launcher.report(Mistake(str(error)))
         print(f'{launcher.mistake}: {error}', file=sys.stderr, flush=True)
         return 2
 
 
 def _leave_signals() -> None:
-    """Let the signals that ask to stop end a process that a script has forked, without a word."""
+    """Restore the default stop signals in processes that a script forks."""
     for signum in STOP_SIGNALS:
         signal.signal(signum, signal.SIG_DFL)
 
 
 def split_ros_arguments(argv: Sequence[str]) -> tuple[list[str], list[str]]:
-    """Return the arguments before `--ros-args`, and from it on."""
+    """Return the arguments before `--ros-args`, and those from it on."""
     arguments = list(argv)
     cut = arguments.index('--ros-args') if '--ros-args' in arguments else len(arguments)
     return arguments[:cut], arguments[cut:]

@@ -6,33 +6,33 @@ from rclpy.duration import Duration
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 
 STATE = QoSProfile(depth=1)
-"""Robots' states: reliable, only the newest matters."""
+"""States of robots: reliable; only the newest matters."""
 
 SENSOR = QoSProfile(depth=5, reliability=ReliabilityPolicy.BEST_EFFORT)
-"""Measurements of drivers: matches publishers of any reliability."""
+"""Measurements of drivers: compatible with publishers of any reliability."""
 
 COMMAND = QoSProfile(depth=1, reliability=ReliabilityPolicy.RELIABLE)
-"""Velocities: reliable because a TurtleBot3 asks for it; an older command is never of use."""
+"""Velocities: reliable, as a TurtleBot3 requires; only the newest matters."""
 
 ROBOT_COMMAND = QoSProfile(
     depth=1, reliability=ReliabilityPolicy.RELIABLE, lifespan=Duration(seconds=0.2)
 )
-"""Velocities over a radio link: one that was held up is dropped, not followed late."""
+"""Velocities over a radio link: late commands are dropped, not followed."""
 
 LOCKSTEP_STATE = QoSProfile(depth=100, durability=DurabilityPolicy.TRANSIENT_LOCAL)
-"""Robots' states in lockstep: who subscribes gets those of now, and a recorder all of them."""
+"""States of robots in lockstep: late subscribers get the newest, recorders all of them."""
 
 LOCKSTEP_COMMAND = QoSProfile(depth=100)
-"""What laws send in lockstep: a recorder gets all of it."""
+"""Output of control laws in lockstep: recorders get all of it."""
 
 EVENT = QoSProfile(depth=10)
-"""Wishes of people, such as reset and pause: none of them may be lost."""
+"""Requests of operators, such as reset and pause: none may be lost."""
 
 CLOCK = QoSProfile(depth=1, reliability=ReliabilityPolicy.BEST_EFFORT)
-"""As ROS's own nodes listen to /clock."""
+"""As ROS's own nodes subscribe to /clock."""
 
 LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
-"""Kept for those who subscribe late."""
+"""Kept for late subscribers."""
 
 LATCHED_BY_MANY = QoSProfile(depth=100, durability=DurabilityPolicy.TRANSIENT_LOCAL)
-"""For who listens to a topic on which several processes keep something: the last of each."""
+"""For subscribers of a topic on which several processes each keep a last message."""

@@ -1,4 +1,4 @@
-"""Time of message stamps: the system's, or that of a simulation."""
+"""Time of message stamps: the system clock or simulated time."""
 
 from __future__ import annotations
 
@@ -8,10 +8,10 @@ from collections.abc import Callable
 from builtin_interfaces.msg import Time
 
 now_ns: Callable[[], int] = time.time_ns
-"""Returns the time in ns; a process that follows a simulation sets another one."""
+"""Returns the time in ns; a process that follows a simulation replaces it."""
 
 
 def stamp() -> Time:
-    """Return the time now."""
+    """Return the current time."""
     seconds, nanoseconds = divmod(now_ns(), 10**9)
     return Time(sec=seconds, nanosec=nanoseconds)

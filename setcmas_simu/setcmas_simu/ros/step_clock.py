@@ -1,4 +1,4 @@
-"""Clocks for steps: the wall's time, and a scaled one."""
+"""Clocks for steps: real time and scaled time."""
 
 from __future__ import annotations
 
@@ -10,27 +10,27 @@ from setcmas_simu.ros.process import RosProcess
 
 
 class Clock(Protocol):
-    """A time in s, from any beginning, that never goes back."""
+    """A time in s, from any origin, that never goes back."""
 
     def now(self) -> float:
         """Return the time."""
 
 
 class StepClock(Clock, Protocol):
-    """A time that can be waited for.
+    """A clock to wait on.
 
     Attributes:
-        rtf: How many seconds of it pass in a second of the wall's.
+        rtf: Real time factor: its seconds per second of real time.
     """
 
     rtf: float
 
     def wait_until(self, t: float, process: RosProcess) -> None:
-        """Serve a process until a time has come, or it is to stop; at least once."""
+        """Serve a process until a time or a stop request; at least one callback."""
 
 
 class SteadyClock:
-    """The wall's time: setting the system's clock does not freeze who follows it."""
+    """Real time, independent of changes of the system clock."""
 
     rtf = 1.0
 
@@ -39,30 +39,30 @@ class SteadyClock:
         return time.monotonic()
 
     def wait_until(self, t: float, process: RosProcess) -> None:
-        """Serve a process until a time has come, or it is to stop; at least once."""
+        """Serve a process until a time or a stop request; at least one callback."""
         process.serve(t - self.now())
         while not process.stopping and (left := t - self.now()) > 0.0:
             process.serve(left)
 
 
 class ScaledClock:
-    """A time that goes faster or slower than the wall's; messages bear it.
+    """Time that runs faster or slower than real time, also in message stamps.
 
     Attributes:
-        begin: The time of the system's clock at its 0, in s.
-        rtf: How many seconds of it pass in a second of the wall's.
+        begin: The system clock at its time 0, in s.
+        rtf: Real time factor: its seconds per second of real time.
     """
 
     def __init__(self, rtf: float, begin: float | None = None) -> None:
         """Start the clock.
 
         Args:
-            rtf: How many seconds of it pass in a second.
-            begin: The time of the system's clock at its 0, in s; now by default.
+            rtf: Real time factor: its seconds per second of real time.
+            begin: The system clock at its time 0, in s; now by default.
         """
         self.begin = time.time() if begin is None else begin
         self.rtf = rtf
-        # Asked once: setting the system's clock changes nothing later.
+        # Read once: later changes of the system clock have no effect.
         self._offset = time.monotonic() - (time.time() - self.begin)
         ros_time.now_ns = lambda: round(self.now() * 1e9)
 
@@ -71,7 +71,7 @@ class ScaledClock:
         return (time.monotonic() - self._offset) * self.rtf
 
     def wait_until(self, t: float, process: RosProcess) -> None:
-        """Serve a process until a time has come, or it is to stop; at least once."""
+        """Serve a process until a time or a stop request; at least one callback."""
         process.serve((t - self.now()) / self.rtf)
         while not process.stopping and (left := t - self.now()) > 0.0:
             process.serve(left / self.rtf)

@@ -1,4 +1,4 @@
-"""Loop of steps at a fixed rate."""
+"""Loop that calls a step at a fixed rate."""
 
 from __future__ import annotations
 
@@ -13,14 +13,14 @@ _SAME_TIME = 1e-6
 
 
 class StepLoop:
-    """Calls a step at a fixed rate; in between its process serves what is rare.
+    """Calls a step at a fixed rate; in between, its process serves rare callbacks.
 
-    What is frequent is polled by the step: a callback for each message would wake an executor
-    that rebuilds its wait set every time.
+    The step itself polls frequent messages: a callback for each would wake an executor that
+    rebuilds its wait set every time.
 
     Attributes:
-        period: Time in s from step to step; a change counts from the next step on.
-        poll: Called between steps too, for what cannot wait until the next one.
+        period: Time in s between steps; a change takes effect at the next step.
+        poll: Also called between steps, for what cannot wait for the next one.
     """
 
     def __init__(
@@ -33,10 +33,10 @@ class StepLoop:
         """Prepare.
 
         Args:
-            process: Is served between steps, and says when to stop.
-            period: Time in s from step to step.
-            step: Is given the time of the clock in s.
-            clock: The time to follow; the wall's by default.
+            process: Served between steps; ends the loop when it stops.
+            period: Time in s between steps.
+            step: Called with the clock's time in s.
+            clock: The clock to follow; real time by default.
         """
         self.period = period
         self.poll: Callable[[], None] | None = None
@@ -46,14 +46,13 @@ class StepLoop:
 
     @property
     def wall_period(self) -> float:
-        """Time in s of the wall's clock from step to step."""
+        """Real time in s between steps."""
         return self.period / self._clock.rtf
 
     def run(self) -> None:
-        """Step at once and then at every period, until the process is to stop.
+        """Step at once and then every period, until the process must stop.
 
-        A step that is late moves none of the others; those that would lie in the past are left
-        out.
+        A late step does not shift the next ones; steps whose time has passed are skipped.
         """
         due = self._clock.now()
         while not self._process.stopping:
@@ -67,7 +66,7 @@ class StepLoop:
 
     def _wait(self, due: float) -> None:
         if self.poll:
-            # Counted back from the step, so that the last one is right before it.
+            # Count back from the step, so that the last poll comes just before it.
             nb_polls = math.ceil((due - self._clock.now()) / _POLL_EVERY_S - _SAME_TIME) - 1
             for left in range(nb_polls, 0, -1):
                 self._clock.wait_until(due - left * _POLL_EVERY_S, self._process)

@@ -11,12 +11,12 @@ from setcmas_simu.ros import qos
 
 
 class ClockTopic:
-    """Tells the time of a simulation."""
+    """Publishes the time of a simulation."""
 
     def __init__(self, node: Node) -> None:
-        """Publish through a node."""
+        """Create the publisher on a node."""
         self._publisher = node.create_publisher(Clock, topics.CLOCK, qos.LOCKSTEP_STATE)
 
-    def tell(self, stamp: Time) -> None:
+    def publish(self, stamp: Time) -> None:
         """Publish a time."""
         self._publisher.publish(Clock(clock=stamp))

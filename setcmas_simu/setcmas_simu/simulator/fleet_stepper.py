@@ -1,4 +1,4 @@
-"""Stepper of a simulator process: one step that moves and publishes all its robots."""
+"""Stepper of a simulator process: moves and publishes all its robots in one step."""
 
 from __future__ import annotations
 
@@ -39,23 +39,23 @@ class FleetStepper:
     """
 
     def __init__(self, node: Node, robots: list[VirtualRobot], rtf: float = 1.0) -> None:
-        """Connect the robots' commands to a simulated fleet; nothing moves before the first step.
+        """Connect the robots' commands to a simulated fleet, which moves from the first step on.
 
         Args:
-            node: The node that owns what concerns the whole fleet.
+            node: The node for publishers of the whole fleet.
             robots: The robots; rate, limits and cmd_timeout are the first one's parameters.
-            rtf: How much faster than the wall clock its time goes by.
+            rtf: Real time factor of the simulation.
 
         Raises:
-            SetcmasError: A parameter of a robot makes no sense, or its model cannot be loaded.
+            SetcmasError: A parameter of a robot is invalid, or its model cannot be loaded.
         """
         self._node = node
         self._rtf = rtf
         self._robots = robots
         self.on_failure: Callable[[Failed], object] = lambda _: None
-        """Called when the script of a robot has failed for the first time."""
-        self._last_words = ''
-        far = 1e6  # m, rad: excludes what is not finite
+        """Called when the script of a robot first fails."""
+        self._last_warning = ''
+        far = 1e6  # m, rad: rejects values that are not finite
         start = ('x0', 'y0', 'theta0')
         poses = np.array([[robot.number(name, -far, far) for name in start] for robot in robots]).T
         self._names = names = [str(robot.value('model')) for robot in robots]
@@ -84,28 +84,28 @@ class FleetStepper:
         self._now = 0.0
         self._last_step: float | None = None
         self._next_housekeeping = -math.inf
-        self.tell_time: Callable[[Time], object] = lambda _: None
-        """Called with the stamp of each step, before its states are published."""
+        self.publish_time: Callable[[Time], object] = lambda _: None
+        """Called with the stamp of each step before its states are published."""
         self.housekeeping: Callable[[], None] = lambda: None
-        """Called every other second."""
+        """Called every two seconds."""
 
     @property
     def period(self) -> float:
-        """Time in s from step to step."""
+        """Time in s between steps."""
         return 1.0 / self.rate
 
     def check(self, options: SimulationOptions) -> None:
-        """See that what somebody wants now can be.
+        """Check options that were requested at run time.
 
         Raises:
-            SetcmasError: Limits are for unicycles only; who follows the time knows its factor.
+            SetcmasError: Limits would apply to robots other than unicycles, or rtf would change.
         """
         check_models(self._names, options.limits, [robot.robot for robot in self._robots])
         if options.rtf != self._rtf:
-            raise SetcmasError('rtf cannot change during a simulation: set it at the start')
+            raise SetcmasError('rtf is fixed during a simulation; set it at the start')
 
     def follow(self, options: SimulationOptions) -> None:
-        """Step from now on at the rate, and with the limits and the time-out, of other options."""
+        """Use other options from now on: rate, limits and command time-out."""
         self.rate = options.robot_rate
         self._last_step = None
         model = self._fleet.model
@@ -116,24 +116,24 @@ class FleetStepper:
         self._fleet.use(model, options.cmd_timeout)
 
     def greet(self) -> None:
-        """Say which robots are simulated."""
+        """Log which robots are simulated."""
         robots = robots_in_words([robot.robot for robot in self._robots])
         self._node.get_logger().info(f'simulating {robots} at {self.rate:g} Hz; Ctrl-C stops')
 
     def step(self, now: float) -> None:
-        """Follow what has come, move the robots by a period, and publish; `now` is in s.
+        """Take commands, move the robots by one period, and publish their states; `now` is in s.
 
-        In the first step they stand at their start poses.
+        The first step publishes the start poses.
         """
         self._take(now)
         if self._last_step is not None:
             self._fleet.step(self.period, now)
-        self._tell_failures()
+        self._report_failures()
         stamp = ros_time.stamp()
-        self.tell_time(stamp)
+        self.publish_time(stamp)
         poses = list(map(tuple, self._fleet.poses.T.tolist()))
         twists = map(tuple, self._fleet.twists.T.tolist())
-        # All odometries first and in one burst: what controls the robots wakes up less often.
+        # All odometry in one burst first: controllers then wake up less often.
         for robot, pose, twist in zip(self._robots, poses, twists, strict=True):
             robot.publish_odometry(stamp, pose, twist)
         for robot, pose in zip(self._robots, poses, strict=True):
@@ -156,14 +156,14 @@ class FleetStepper:
 
     def _warn(self, text: str) -> None:
         self._node.get_logger().warning(text)
-        self._last_words = text
+        self._last_warning = text
 
-    def _tell_failures(self) -> None:
+    def _report_failures(self) -> None:
         for robot, (script, model) in list(self._scripts.items()):
             if model.failed:
                 del self._scripts[robot]
                 call = ScriptCall(robot, script, Function.STEP)
-                self.on_failure(Failed(call, self._last_words))
+                self.on_failure(Failed(call, self._last_warning))
 
     def _count_missed_steps(self, now: float) -> None:
         if self._last_step is not None:

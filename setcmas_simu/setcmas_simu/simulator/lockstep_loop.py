@@ -1,4 +1,4 @@
-"""Loop of a simulator in lockstep: a step whenever all followers have answered."""
+"""Loop of a simulator in lockstep: steps as soon as all followers have answered."""
 
 from __future__ import annotations
 
@@ -24,13 +24,13 @@ from setcmas_simu.simulator.virtual_robot import VirtualRobot
 
 _WAIT_S = 0.02
 _LOOK_EVERY_S = 0.5
-_TELL_AFTER_S = 1.5
-_TELL_EVERY_S = 0.1
-_WINDOW = 20  # steps that a recorder may be behind
+_REPORT_WAIT_AFTER_S = 1.5
+_REPORT_TIME_EVERY_S = 0.1
+_WINDOW = 20  # steps that a recorder may lag behind
 
 
 class LockstepLoop:
-    """Lets time stand until controllers and recorders have answered, and then goes on at once."""
+    """Advances time as soon as controllers and recorders have answered."""
 
     def __init__(
         self,
@@ -40,14 +40,14 @@ class LockstepLoop:
         robots: Sequence[VirtualRobot],
         options: SimulatorOptions,
     ) -> None:
-        """Listen for answers; time stands at 0.
+        """Subscribe to answers; time is 0.
 
         Args:
-            process: Is served now and then, and says when to stop.
+            process: Served now and then; ends the loop when it stops.
             node: Holds the subscriptions.
             stepper: Moves the robots.
             robots: All robots of the fleet.
-            options: How it begins and ends.
+            options: Conditions for the start and the end.
         """
         self._process = process
         self._node = node
@@ -60,55 +60,55 @@ class LockstepLoop:
         )
         self._answers = AnswerTopic(node, self._roll)
         self._paused = False
-        self._told = 0.0
+        self._reported_at = 0.0
         node.create_subscription(Bool, topics.FLEET_PAUSE, self._on_pause, qos.EVENT)
 
     def run(self) -> None:
-        """Step until the process is to stop."""
+        """Step until the process must stop."""
         self._node.get_logger().info(
-            'in lockstep: time stands at t = 0 until every robot has a controller'
+            'in lockstep: time waits at t = 0 until every robot has a controller'
         )
         while not self._process.stopping:
             self._stepper.step(self._ticks.time)
             self._wait(exactly=self._ticks.count == self._nb_steps)
-            self._tell_reached()
+            self._report_time()
             if self._ticks.count == self._nb_steps:
                 self._process.spin()
             self._ticks.go_to(self._ticks.count + 1)
 
     def _wait(self, exactly: bool) -> None:
-        """Wait until all have answered and their commands are there.
+        """Wait until all followers have answered and their commands have arrived.
 
         Args:
-            exactly: Whether a recorder is to have everything, too.
+            exactly: Whether recorders, too, must have finished.
         """
-        stood = looked = time.monotonic()
-        told = ''
+        since = looked = time.monotonic()
+        reported = ''
         while not self._process.stopping:
             self._answers.take()
-            reason, on = self._held_by(exactly)
+            reason, on = self._awaited(exactly)
             if not reason and not self._paused:
-                if told:
-                    self._node.get_logger().info(f'time goes on from t = {self._ticks.time:g} s')
+                if reported:
+                    self._node.get_logger().info(f'time advances from t = {self._ticks.time:g} s')
                 return
             wait_for_any(self._node, [on], _WAIT_S)
             now = time.monotonic()
             self._process.serve_at_times()
-            stood = now if self._paused else stood
+            since = now if self._paused else since
             if now - looked >= _LOOK_EVERY_S:
                 looked = now
                 if (missing := self._drop_the_dead(exactly)) is not None:
-                    told = missing
+                    reported = missing
                     continue
                 begun = self._ticks.count > 0 or self._roll.controlled
-                if now - stood > _TELL_AFTER_S and reason != told and begun:
-                    told = reason
+                if now - since > _REPORT_WAIT_AFTER_S and reason != reported and begun:
+                    reported = reason
                     self._node.get_logger().warning(
-                        f'time stands at t = {self._ticks.time:g} s: waiting for {reason}'
+                        f'time waits at t = {self._ticks.time:g} s for {reason}'
                     )
 
-    def _held_by(self, exactly: bool) -> tuple[str, Subscription]:
-        """Return who is waited for, in words, and the subscription that is to bring the answer."""
+    def _awaited(self, exactly: bool) -> tuple[str, Subscription]:
+        """Return what is missing, as text, and the subscription that will bring it."""
         stamp = self._ticks.stamp()
         if missing := self._roll.missing(stamp):
             return missing, self._answers.subscription
@@ -126,35 +126,35 @@ class LockstepLoop:
         return '', self._answers.subscription
 
     def _drop_the_dead(self, exactly: bool) -> str | None:
-        """Wait no more for processes that have died: they vanish from the graph.
+        """Stop waiting for processes that have died, which vanish from the graph.
 
         Returns:
-            Who must come now, in words, empty if nobody; None if all are there.
+            Who must replace them, as text, '' if nobody; None if all are alive.
         """
         late = self._roll.late(self._ticks.stamp(), exactly)
         if not late or self._node.count_publishers(topics.LOCKSTEP) >= len(self._roll):
             return None
         self._roll.drop(late)
         missing = self._roll.missing(self._ticks.stamp())
-        stands = f'time stands at t = {self._ticks.time:g} s: waiting for {missing}'
+        waits = f'time waits at t = {self._ticks.time:g} s for {missing}'
         are, it = ('are', 'them') if len(late) > 1 else ('is', 'it')
         self._node.get_logger().warning(
-            f'{_described(late)} {are} gone; {stands if missing else f"time goes on without {it}"}'
+            f'{_described(late)} {are} gone; {waits if missing else f"time advances without {it}"}'
         )
         return missing
 
-    def _tell_reached(self) -> None:
+    def _report_time(self) -> None:
         now = time.monotonic()
         self._process.serve_at_times()
-        if now - self._told >= _TELL_EVERY_S or self._ticks.count == self._nb_steps:
-            self._told = now
-            self._process.launcher.tell(Reached(self._ticks.time))
+        if now - self._reported_at >= _REPORT_TIME_EVERY_S or self._ticks.count == self._nb_steps:
+            self._reported_at = now
+            self._process.launcher.report(Reached(self._ticks.time))
 
     def _on_pause(self, message: Bool) -> None:
         if message.data != self._paused:
             self._paused = message.data
             print('paused by /pause' if message.data else 'started by /pause', flush=True)
-            self._process.launcher.tell(Paused(message.data))
+            self._process.launcher.report(Paused(message.data))
 
 
 def _described(late: Sequence[Answer]) -> str:

@@ -1,6 +1,6 @@
 """The simulator process: a fleet of virtual robots.
 
-Run as `ros2 run setcmas_simu virtual_robot --robots 1-4`, or for one robot with parameters:
+Start it with `ros2 run setcmas_simu virtual_robot --robots 1-4`, or for one robot by parameters:
 `--ros-args -p robot_no:=3 -p x0:=1.0 -p limits:=burger`.
 """
 
@@ -35,11 +35,11 @@ PARAMETERS = {
     'cmd_timeout': 'cmd_timeout',
     'rtf': 'rtf',
 }
-"""The options that are parameters of the process's node, by the parameter's name."""
+"""The options that are parameters of the process's node, by parameter name."""
 
 
 def robot_of_parameters() -> int:
-    """Return the robot number that `--ros-args -p robot_no:=N` gives; 1 without it."""
+    """Return the robot in `--ros-args -p robot_no:=N`; 1 without it."""
     probe = FleetNode('virtual_robot', automatically_declare_parameters_from_overrides=True)
     robot = probe.get_parameter('robot_no').value if probe.has_parameter('robot_no') else 1
     probe.destroy_node()
@@ -49,7 +49,7 @@ def robot_of_parameters() -> int:
 
 
 def main(argv: list[str] | None = None) -> int:
-    """Simulate robots until a signal arrives; returns the exit status."""
+    """Simulate robots until a signal arrives; return the exit status."""
     parser = argparse.ArgumentParser(prog='virtual_robot', description=__doc__)
     SimulationOptions.add_to(parser)
     SimulatorOptions.add_to(parser)
@@ -70,7 +70,7 @@ def _simulate(process: RosProcess, args: argparse.Namespace) -> None:
     nodes = _virtual_robots(simulated, options, profile)
     parameters.warn_of_unknown(*nodes)
     stepper = FleetStepper(node, nodes, options.rtf)
-    stepper.on_failure = process.launcher.tell
+    stepper.on_failure = process.launcher.report
     guard.refuse_second_simulator()
     process.add(node)
     stepper.housekeeping = guard.warn_of_latecomers
@@ -79,9 +79,9 @@ def _simulate(process: RosProcess, args: argparse.Namespace) -> None:
     loop: LockstepLoop | StepLoop
     time: SimulatedTime | None = None
     if options.lockstep:
-        told = SimulatorOptions.of(args)
-        loop = LockstepLoop(process, node, stepper, nodes, told)
-        time = Lockstep(stepper.rate, told.nb_steps)
+        ending = SimulatorOptions.of(args)
+        loop = LockstepLoop(process, node, stepper, nodes, ending)
+        time = Lockstep(stepper.rate, ending.nb_steps)
     elif options.rtf != 1.0:
         clock = ScaledClock(options.rtf)
         loop = StepLoop(process, stepper.period, stepper.step, clock)
@@ -89,9 +89,9 @@ def _simulate(process: RosProcess, args: argparse.Namespace) -> None:
     else:
         loop = StepLoop(process, stepper.period, stepper.step)
     if time:
-        stepper.tell_time = ClockTopic(node).tell
+        stepper.publish_time = ClockTopic(node).publish
     announcer.announce(simulated.robots, options.fleet_size, models, time)
-    process.launcher.tell(Ready())
+    process.launcher.report(Ready())
     parameters.check = fixed_in_lockstep if options.lockstep else stepper.check
 
     def follow(options: SimulationOptions) -> None:

@@ -1,4 +1,4 @@
-"""Locks on the robots that a process of this host simulates; they vanish with it."""
+"""Locks on the robots that a process of this host simulates; they end with the process."""
 
 from __future__ import annotations
 
@@ -16,20 +16,20 @@ _ENTRY_SIZE = 16  # bytes
 class RobotLocks:
     """Holds the locks of some robots in one ROS domain until the process ends.
 
-    A lock is on a robot's entry in one file for the domain, which tells who holds it: any number
-    of robots takes one descriptor.
+    A lock covers the robot's entry in one file per domain, which names its holder; any number of
+    robots needs only one descriptor.
     """
 
     def __init__(self, robots: list[int], domain: str) -> None:
-        """Take the locks of robots (their numbers, sorted) in a ROS domain.
+        """Lock robots (sorted numbers) in a ROS domain.
 
         Raises:
             SetcmasError: Another process holds one of them.
         """
         self._file: int | None = None
-        # Another user's file cannot be opened: what is on the ROS graph decides.
+        # A file of another user cannot be opened; then the ROS graph must do.
         with contextlib.suppress(PermissionError):
-            if hasattr(os, 'O_NOFOLLOW'):  # there are no such locks on Windows
+            if hasattr(os, 'O_NOFOLLOW'):  # Windows has no such locks
                 flags = os.O_RDWR | os.O_CREAT | os.O_NOFOLLOW
                 self._file = os.open(_path(domain), flags, 0o666)
         taken = {robot: holder for robot in robots if (holder := self._take(robot))}
@@ -42,29 +42,29 @@ class RobotLocks:
             )
 
     def release(self) -> None:
-        """Give the locks back."""
+        """Release the locks."""
         if self._file is not None:
             os.close(self._file)
             self._file = None
 
     def _take(self, robot: int) -> str | None:
-        """Return who holds the lock of a robot; None if it is ours now."""
+        """Lock a robot; return the holder if another process has the lock, else None."""
         if self._file is None:
             return None
-        import fcntl  # POSIX has it
+        import fcntl  # POSIX only
 
         place = robot * _ENTRY_SIZE
         try:
             fcntl.lockf(self._file, fcntl.LOCK_EX | fcntl.LOCK_NB, _ENTRY_SIZE, place)
         except OSError:
             holder = os.pread(self._file, _ENTRY_SIZE, place).decode(errors='replace').strip()
-            return holder or 'of somebody else'
+            return holder or 'of another user'
         os.pwrite(self._file, f'{os.getpid():<{_ENTRY_SIZE}}'.encode(), place)
         return None
 
 
 def _path(domain: str) -> Path:
-    # Hosts made of network namespaces share a disk, not their robots.
+    # Hosts made of network namespaces share a disk, but not their robots.
     network = 0
     with contextlib.suppress(OSError):
         network = Path('/proc/self/ns/net').stat().st_ino

@@ -1,4 +1,4 @@
-"""The picture of a robot for RViz, in its colour: cubes for a unicycle, its parts for others."""
+"""Marker of a robot for RViz, in its colour: cubes for a unicycle, the parts of other robots."""
 
 from __future__ import annotations
 
@@ -20,12 +20,12 @@ _Corner = tuple[float, float, float]
 
 
 def robot_marker(robot: int, frame_id: str = WORLD_FRAME, shape: Shape = BURGER_SHAPE) -> Marker:
-    """Return the marker of a robot; its stamp and pose are to be filled in."""
+    """Return the marker of a robot, still without stamp and pose."""
     red, green, blue = colour(robot)
     marker = Marker(ns=robot_name(robot), id=robot, action=Marker.ADD)
     marker.header.frame_id = frame_id
     marker.color.r, marker.color.g, marker.color.b, marker.color.a = red, green, blue, 1.0
-    if shape is BURGER_SHAPE:  # five cubes cost less than its triangles, ten times a second
+    if shape is BURGER_SHAPE:  # five cubes cost less than triangles, ten times a second
         marker.type, corners, size = Marker.CUBE_LIST, [*_BODY, _NOSE], _EDGE
     else:
         marker.type, corners, size = Marker.TRIANGLE_LIST, list(_triangles(shape)), 1.0
@@ -35,7 +35,7 @@ def robot_marker(robot: int, frame_id: str = WORLD_FRAME, shape: Shape = BURGER_
 
 
 def _triangles(shape: Shape) -> Iterator[_Corner]:
-    """Yield the corners in m of the triangles of a robot's parts, three by three."""
+    """Yield the corners in m of the triangles of a robot's parts, three per triangle."""
     for part in shape.prisms:
         yield from _sides(part)
     for wheel in shape.wheels:
@@ -45,7 +45,7 @@ def _triangles(shape: Shape) -> Iterator[_Corner]:
 
 
 def _sides(prism: Prism) -> Iterator[_Corner]:
-    """Yield the triangles of the top and of the walls; nobody looks from below."""
+    """Yield the triangles of the top and the walls; the bottom is never seen."""
     high = [(x, y, prism.top) for x, y in prism.outline]
     low = [(x, y, prism.bottom) for x, y in prism.outline]
     for i in range(1, len(high) - 1):

@@ -11,7 +11,7 @@ from setcmas_simu.fleet.fleet import colour
 
 WP_REF = 'wp_ref'
 TRAJ_REF = 'traj_ref'
-"""Topics, below a robot's namespace, of what the built-in control laws draw."""
+"""Topics of the built-in control laws' drawings, in a robot's namespace."""
 
 _TRAIL_LENGTH = 500
 _TRAIL_STEP_M = 0.1
@@ -23,8 +23,8 @@ def rviz_config(robots: list[int], experiment: bool = False) -> str:
 
     Args:
         robots: Numbers of the robots.
-        experiment: Whether they are real ones: then their poses are those of motion capture, and
-            the arena is shown.
+        experiment: Whether the robots are real: then motion capture provides the poses, and the
+            arena is shown.
     """
     displays = [_grid(), _axes(), _marker_array('obstacles', topics.OBSTACLES, depth=1)]
     if experiment:
@@ -90,7 +90,7 @@ def _odometry(name: str, topic: str, robot: int, keep: int) -> dict[str, Any]:
 
 
 def _arrow(robot: int, length: float) -> dict[str, Any]:
-    """Return the look of an arrow of a length (m) in the robot's colour."""
+    """Return the settings of an arrow of a length (m) in the robot's colour."""
     red, green, blue = (round(255 * channel) for channel in colour(robot))
     return {
         'Alpha': 1,
@@ -109,7 +109,7 @@ def _marker(name: str, topic: str, latched: bool = False) -> dict[str, Any]:
 
 def _marker_array(name: str, topic: str, depth: int) -> dict[str, Any]:
     described = _topic(topic, depth, latched=True)
-    del described['Filter size']  # MarkerArray has none
+    del described['Filter size']  # not a property of MarkerArray
     return _display(f'{_PLUGINS}/MarkerArray', name) | {'Namespaces': {}, 'Topic': described}
 
 

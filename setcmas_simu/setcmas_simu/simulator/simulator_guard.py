@@ -15,18 +15,18 @@ from setcmas_simu.simulator.robot_locks import RobotLocks
 
 _DISCOVERY_S = {'LOCALHOST': 0.4}
 _NETWORK_DISCOVERY_S = 1.0
-_LOOKS = 50  # at robots in a call
-_FORGOTTEN_AFTER_S = 6.0  # a second more than the lease in config/fastdds_network.xml
+_LOOKS = 50  # robots checked per call
+_FORGOTTEN_AFTER_S = 6.0  # one second more than the lease in config/fastdds_network.xml
 
 
 class SimulatorGuard:
-    """Watches the graph for others that publish the odometry of this process's robots."""
+    """Watches the graph for other publishers of these robots' odometry."""
 
     def __init__(self, node: Node, robots: list[int]) -> None:
-        """Lock the robots on this host, and start to listen for others elsewhere.
+        """Lock the robots on this host, and start to look for other simulators elsewhere.
 
         Args:
-            node: The node through which the graph is seen; discovery starts with it.
+            node: Node through which to look at the graph; discovery starts with it.
             robots: Numbers of the robots that this process simulates.
 
         Raises:
@@ -42,7 +42,7 @@ class SimulatorGuard:
         self._warned: set[int] = set()
 
     def others(self, robot: int) -> list[str]:
-        """Return the full names of the nodes of others that publish a robot's odometry."""
+        """Return the full names of other nodes that publish a robot's odometry."""
         found = self._node.get_publishers_info_by_topic(topics.robot_topic(robot, topics.ODOM))
         names = [f'{info.node_namespace.rstrip("/")}/{info.node_name}' for info in found]
         own = f'/{topics.robot_name(robot)}/{topics.VIRTUAL_ROBOT_NODE}'
@@ -54,18 +54,18 @@ class SimulatorGuard:
         return {robot: names for robot in robots if (names := self.others(robot))}
 
     def refuse_second_simulator(self) -> None:
-        """Wait until others have had time to show up.
+        """Give other simulators time to appear, then check.
 
         Raises:
-            SetcmasError: Others publish the odometry of one of the robots.
+            SetcmasError: Another simulator publishes the odometry of one of the robots.
         """
         discovery_range = os.environ.get('ROS_AUTOMATIC_DISCOVERY_RANGE', 'SUBNET')
         wait = _DISCOVERY_S.get(discovery_range, _NETWORK_DISCOVERY_S)
         time.sleep(max(0.0, self._started + wait - time.monotonic()))
         seen = self._seen(self._robots)
         if seen:
-            # Whoever was killed stays on the graph for a while.
-            self._node.get_logger().info('others publish odometry; waiting whether they stay')
+            # A killed process stays on the graph for a while.
+            self._node.get_logger().info('others publish odometry; waiting to see if they stay')
             deadline = time.monotonic() + _FORGOTTEN_AFTER_S
             while seen and time.monotonic() < deadline:
                 time.sleep(0.1)
@@ -73,25 +73,25 @@ class SimulatorGuard:
         if seen:
             example = next(iter(seen.values()))[0]
             raise SetcmasError(
-                f'{robots_in_words(list(seen), "are")} already there in ROS domain '
+                f'{robots_in_words(list(seen), "are")} already simulated in ROS domain '
                 f'{self._domain} (node {example} publishes odometry): '
                 'stop the other simulator, or set another ROS_DOMAIN_ID'
             )
 
     def warn_of_latecomers(self) -> None:
-        """Say once for each robot when another publisher of its odometry has come and stayed.
+        """Warn once per robot when another publisher of its odometry has appeared and stayed.
 
-        A call looks at some robots, the next one at those after them.
+        Each call checks some robots, and the next call continues with the next ones.
         """
         some, self._turn = self._turn[:_LOOKS], self._turn[_LOOKS:] or self._robots
         seen = self._seen(some)
-        # A second simulator is visible for a moment while it finds out that it must not start.
+        # A second simulator is visible briefly before it refuses to start.
         staying = self._suspects & set(seen)
         self._suspects = (self._suspects - set(some)) | set(seen)
         for robot, names in seen.items():
             if robot in staying - self._warned:
                 self._warned.add(robot)
                 self._node.get_logger().warning(
-                    f'{names[0]} publishes the odometry of {topics.robot_name(robot)} too: '
-                    'two simulators fight over it; stop one of them'
+                    f'{names[0]} also publishes the odometry of {topics.robot_name(robot)}: '
+                    'two simulators move it; stop one of them'
                 )

@@ -1,4 +1,4 @@
-"""The transforms world -> tb3_i, where ROS's transform messages are installed."""
+"""Transforms world -> tb3_i, if ROS's transform messages are installed."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from setcmas_simu.ros import qos
 
 try:
     from tf2_msgs.msg import TFMessage
-except ImportError:  # there is no wheel of it
+except ImportError:  # no wheel exists
     TFMessage = None
 
 
@@ -21,7 +21,7 @@ class FleetTransforms:
     """Publishes the transforms of all robots of a process in one message."""
 
     def __init__(self, node: Node, frames: list[tuple[str, str]]) -> None:
-        """Prepare the message; say once in the log where /tf cannot be published.
+        """Prepare the message; log once if /tf cannot be published.
 
         Args:
             node: The node that publishes.

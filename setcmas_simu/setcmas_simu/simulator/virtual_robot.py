@@ -1,4 +1,4 @@
-"""The ROS interface of one virtual robot: cmd_vel in; odometry, pose and marker out."""
+"""ROS interface of one virtual robot: cmd_vel in; odometry, pose and marker out."""
 
 from __future__ import annotations
 
@@ -33,12 +33,12 @@ OnCommand = Callable[[Command], None]
 
 
 class VirtualRobot(FleetNode):
-    """The ROS interface of one simulated robot; a FleetStepper moves it.
+    """ROS interface of one simulated robot; a FleetStepper moves it.
 
     Attributes:
         robot: Its number.
-        commands: The topic of its commands.
-        commanded: The stamp of its newest command in ns; NONE if it has none.
+        commands: Topic of its commands.
+        commanded: Stamp of its newest command in ns; NONE without one.
 
     Parameters: robot_no, x0, y0 (m), theta0 (rad), rate (Hz), world_frame, robot_frame, model,
     limits, cmd_timeout (s), cmd_vel_type.
@@ -51,7 +51,7 @@ class VirtualRobot(FleetNode):
 
         Args:
             robot: Number of the robot.
-            defaults: Values of the parameters that `--ros-args` does not give.
+            defaults: Parameter values that `--ros-args` overrides.
             profile: Quality of service of its states.
         """
         self.robot = robot
@@ -60,7 +60,7 @@ class VirtualRobot(FleetNode):
         self.on_reset: Callable[[], None] = lambda: None
 
         super().__init__(topics.VIRTUAL_ROBOT_NODE, namespace=topics.robot_name(robot))
-        # Dynamic typing: `-p x0:=2` is an integer to ROS, and must do.
+        # Dynamic typing: to ROS `-p x0:=2` is an integer, which must be accepted.
         dynamic = ParameterDescriptor(dynamic_typing=True)
         names = {'world_frame': topics.WORLD_FRAME, 'robot_frame': topics.robot_frame(robot)}
         for name, value in (names | defaults | {'robot_no': robot}).items():
@@ -86,7 +86,7 @@ class VirtualRobot(FleetNode):
         self._pose, self._marker = _Located(pose, 'pose'), _Located(marker, 'pose')
 
     def offer_services(self) -> None:
-        """Offer `~/reset`, which does what the topic does, and says so."""
+        """Offer the service `~/reset`, the same as the topic but with a response."""
         self._offered.append(PolledService(self, Trigger, '~/reset', self._answer_reset))
 
     def value(self, name: str) -> Any:
@@ -108,10 +108,10 @@ class VirtualRobot(FleetNode):
         return float(value)
 
     def choice(self, name: str, accepted: Iterable[str]) -> str:
-        """Return the value of a parameter that is one of some words.
+        """Return the value of a parameter with a fixed set of values.
 
         Raises:
-            SetcmasError: It is none of them.
+            SetcmasError: The value is not in the set.
         """
         value = self.value(name)
         if value not in accepted:
@@ -121,7 +121,7 @@ class VirtualRobot(FleetNode):
         return str(value)
 
     def take(self) -> None:
-        """Take the newest command, and resets, which count for more."""
+        """Take the newest command, then resets, which override it."""
         self.commands.take()
         self._resets.take()
         for service in self._offered:
@@ -130,13 +130,13 @@ class VirtualRobot(FleetNode):
     def publish_odometry(
         self, stamp: Time, pose: tuple[float, float, float], twist: Command
     ) -> None:
-        """Publish where the robot is (m, rad) and how fast it goes (m/s, rad/s)."""
+        """Publish pose (m, rad) and velocities (m/s, rad/s) of the robot."""
         V, left, omega = twist
         self._write_twist(V, left, 0.0, 0.0, 0.0, omega)
         self._odom_publisher.publish(self._odom.at(stamp, pose))
 
     def publish_picture(self, stamp: Time, pose: tuple[float, float, float]) -> None:
-        """Publish the pose (m, rad) for displays, and the robot's marker at it."""
+        """Publish the robot's pose (m, rad) for displays, and its marker."""
         self._pose_publisher.publish(self._pose.at(stamp, pose))
         self._marker_publisher.publish(self._marker.at(stamp, pose))
 
@@ -153,10 +153,10 @@ class VirtualRobot(FleetNode):
 
 
 class _Located(PreparedMessage):
-    """A message that tells where the robot is."""
+    """An encoded message with the robot's pose."""
 
     def __init__(self, message: Any, pose: str) -> None:
-        """Encode a message with a header; `pose` names the pose in it."""
+        """Encode a message with a header; `pose` names its pose field."""
         super().__init__(message)
         self._write_stamp = self.place('header.stamp.sec', STAMP)
         self._write_pose = self.place(f'{pose}.position.x', POSE)

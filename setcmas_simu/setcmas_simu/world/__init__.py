@@ -1,1 +1,1 @@
-"""What stands around robots: the border of an arena, obstacles."""
+"""Surroundings of the robots: arena and obstacles."""

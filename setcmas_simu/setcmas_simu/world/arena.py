@@ -38,17 +38,17 @@ class Arena(NamedTuple):
 
 @dataclass(frozen=True)
 class Borders(Kind):
-    """Borders of an arena."""
+    """Borders of an arena as an option."""
 
     metavar: str | None = field(default='XMIN,XMAX,YMIN,YMAX', kw_only=True)
 
     @property
     def must_be(self) -> str:
-        """The form, and an example."""
-        return 'XMIN,XMAX,YMIN,YMAX in m, the smaller ones first, such as --arena=-2,2,-1.5,1.5'
+        """The form, with an example."""
+        return 'XMIN,XMAX,YMIN,YMAX in m, minimum first, such as --arena=-2,2,-1.5,1.5'
 
     def parse(self, text: str) -> Arena | str:
-        """Return the arena that a text tells."""
+        """Return the arena in a text; malformed text as it is."""
         try:
             arena = Arena(*map(float, text.split(',')))
         except (TypeError, ValueError):
@@ -56,7 +56,7 @@ class Borders(Kind):
         return arena if self.accepts(arena) else text
 
     def accepts(self, value: Any) -> bool:
-        """Return whether a value is the four borders of a box that has a size."""
+        """Return whether a value has the four borders of a box of positive size."""
         if not isinstance(value, Sequence) or len(value) != 4:
             return False
         if not all(isinstance(end, Real) and math.isfinite(end) for end in value):
@@ -65,5 +65,5 @@ class Borders(Kind):
         return bool(xmin < xmax and ymin < ymax)
 
     def text(self, value: Any) -> str:
-        """Return the borders."""
+        """Return the borders as text."""
         return ','.join(map(repr, value))

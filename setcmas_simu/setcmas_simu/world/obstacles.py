@@ -50,27 +50,27 @@ class Polygon:
 
 @dataclass(frozen=True)
 class Obstacles:
-    """What robots must not touch."""
+    """Discs and polygons that robots must not touch."""
 
     discs: tuple[Disc, ...] = ()
     polygons: tuple[Polygon, ...] = ()
 
     @classmethod
     def of(cls, text: str) -> Obstacles:
-        """Return the obstacles of a text; there are none in an empty one.
+        """Read obstacles from a text; an empty text has none.
 
         Raises:
-            SetcmasError: It is malformed.
+            SetcmasError: The text is malformed.
         """
         shapes = [_shape_of(part) for part in text.split(';') if part.strip()]
         return cls._sorted(shapes)
 
     @classmethod
     def listed(cls, entry: Entry) -> Obstacles:
-        """Return the obstacles of a YAML list, such as `- disc: [x, y, radius]`.
+        """Read obstacles from a YAML list, such as `- disc: [x, y, radius]`.
 
         Raises:
-            SetcmasError: One is malformed; the message names file and line.
+            SetcmasError: An item is malformed; the message names file and line.
         """
         return cls._sorted([_shape_listed(item) for item in entry.items()])
 
@@ -82,20 +82,20 @@ class Obstacles:
         )
 
     def contain(self, x: float, y: float) -> bool:
-        """Return whether a point (m) is inside one of them."""
+        """Return whether a point (m) is inside an obstacle."""
         in_disc = (math.hypot(x - disc.x, y - disc.y) < disc.radius for disc in self.discs)
         return any(in_disc) or any(polygon.contains(x, y) for polygon in self.polygons)
 
     def __str__(self) -> str:
-        """Return the text that `of` reads."""
+        """Return the obstacles as text that `of` reads."""
         texts = [f'disc {_written(disc)}' for disc in self.discs]
-        texts += [f'polygon {_written(_flat(one.corners))}' for one in self.polygons]
+        texts += [f'polygon {_written(_flat(polygon.corners))}' for polygon in self.polygons]
         return '; '.join(texts)
 
 
 @dataclass(frozen=True)
 class ObstaclesKind(Kind):
-    """Obstacles as a text; that of a file is read at once, so that runs keep what it said."""
+    """Obstacles as text; files are read at once, so that runs keep their content."""
 
     metavar: str | None = field(default='SHAPES|FILE.yaml', kw_only=True)
 
@@ -105,22 +105,22 @@ class ObstaclesKind(Kind):
         return FORM
 
     def parse(self, text: str) -> str:
-        """Return the obstacles of a text or a file as a text, or what is no such text as it is."""
+        """Return the obstacles in a text or file as text; malformed text as it is."""
         if text.endswith(_OF_FILES):
             return str(Obstacles.listed(read_entries(Path(text))))
         return text
 
     def accepts(self, value: Any) -> bool:
-        """Return whether a value tells obstacles."""
+        """Return whether a value is valid obstacle text."""
         try:
             return isinstance(value, str) and bool(Obstacles.of(value))
         except SetcmasError:
             return False
 
     def check(self, name: str, value: Any) -> None:
-        """See that a value tells obstacles."""
+        """Check that a value is valid obstacle text."""
         if isinstance(value, str):
-            Obstacles.of(value)  # which says more
+            Obstacles.of(value)  # has the more precise message
         super().check(name, value)
 
 
@@ -158,10 +158,10 @@ def _shape(kind: str, numbers: Sequence[float], name: str) -> Disc | Polygon:
         _check_sides(Polygon(corners), name)
         return Polygon(corners)
     if kind == 'disc' and len(numbers) == 2:
-        raise SetcmasError(f'{name} has no radius; it must be such as disc 1 2 0.5')
+        raise SetcmasError(f'{name} has no radius; write disc X Y RADIUS, such as disc 1 2 0.5')
     raise SetcmasError(
-        f'{name} is no obstacle; it must be a disc (x, y and a radius above 0) or a polygon '
-        '(x and y of 3 corners or more), such as disc 1 2 0.5'
+        f'invalid {name}; must be a disc (x, y, radius above 0) or a polygon (x and y of at '
+        'least 3 corners), such as disc 1 2 0.5'
     )
 
 
@@ -169,15 +169,15 @@ def _check_sides(polygon: Polygon, name: str) -> None:
     for first, second in combinations(polygon.sides, 2):
         if _meet(first, second) and not {*first} & {*second}:
             raise SetcmasError(
-                f'{name}: the sides {_side(first)} and {_side(second)} cross; corners must be in '
+                f'{name}: the sides {_side(first)} and {_side(second)} cross; list the corners in '
                 'order around the polygon'
             )
     if len({*polygon.corners}) < len(polygon.corners):
-        raise SetcmasError(f'{name}: a corner is there twice; leave one out')
+        raise SetcmasError(f'{name} has the same corner twice; remove one')
 
 
 def _meet(first: tuple[Point, Point], second: tuple[Point, Point]) -> bool:
-    """Return whether two segments have a point in common, but for parallel ones."""
+    """Return whether two segments, unless parallel, have a point in common."""
     (a, b), (c, d) = first, second
     return _turn(a, b, c) * _turn(a, b, d) <= 0 and _turn(c, d, a) * _turn(c, d, b) <= 0
 

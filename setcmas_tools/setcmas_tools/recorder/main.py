@@ -69,7 +69,7 @@ def _record(process: RosProcess, recorder: GraphRecorder, writer: BagWriter) -> 
                 told = True
                 topics_text = 'topic' if nb_topics == 1 else 'topics'
                 print(f'recording {nb_topics} {topics_text} to {writer.path}', flush=True)
-                process.launcher.tell(Recording(nb_topics))
+                process.launcher.report(Recording(nb_topics))
             nb_topics = len(recorder.recorded)
         recorder.drain()
         if now >= next_flush:

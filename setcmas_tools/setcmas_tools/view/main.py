@@ -53,7 +53,7 @@ class BrowserView:
         """Draw until a signal asks to stop."""
         next_look = 0.0
         opener = Opener(self._page.url)
-        self._process.launcher.tell(Ready())
+        self._process.launcher.report(Ready())
         while not self._process.stopping:
             now = time.monotonic()
             if now >= next_look:
@@ -87,7 +87,7 @@ class BrowserView:
     def _start(self, browser: int | None) -> None:
         # Over a topic, anybody could.
         made = time_since_boot() if self._browsers.is_prompt(browser) else UNKNOWN
-        self._process.launcher.tell(Wish(Word.START, made=made))
+        self._process.launcher.report(Wish(Word.START, made=made))
 
     def _reset(self) -> None:
         assert self._commands

@@ -37,7 +37,7 @@ def write_class(folder, **scripts):
     [
         (['-R', 'consensus'], 'FOLDER is missing; it must be the folder of the submissions'),
         (['no', '-R', 'consensus'], "'no' cannot be read: No such file or directory"),
-        (['no', '-R', 'consensus', '--format', 'canvs'], "there is no grade format 'canvs'"),
+        (['no', '-R', 'consensus', '--format', 'canvs'], "unknown grade format 'canvs'"),
         (['no', '-R', 'no.yaml'], 'no.yaml'),
         (['.', '-R', 'consensus'], "'grades' would be in the folder of the submissions, '.'"),
     ],

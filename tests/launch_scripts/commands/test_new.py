@@ -54,7 +54,7 @@ def test_the_triggering_condition_is_told_with_its_own_command(tmp_path):
         (('class',), "'class' cannot be the name of a script"),
         (('../law',), 'cannot be the name of a script'),
         (('law', '--from', 'consensu'), 'did you mean consensus'),
-        (('law', '--exercise'), "there is no exercise 'law'; must be one of consensus, ctc"),
+        (('law', '--exercise'), "unknown exercise 'law'; must be one of consensus, ctc"),
     ],
 )
 def test_mistakes_are_told_in_one_line_and_nothing_is_written(tmp_path, arguments, message):

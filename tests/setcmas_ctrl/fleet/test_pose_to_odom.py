@@ -45,4 +45,4 @@ def test_malformed_robots_are_refused(start):
     process = start(*NODE, '--robots', 'x')
 
     assert process.wait() == 2
-    assert "robots 'x' are not understood" in process.output()
+    assert "invalid robots 'x'" in process.output()

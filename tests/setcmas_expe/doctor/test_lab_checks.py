@@ -110,7 +110,7 @@ def test_a_robot_that_is_well():
         ({'pose': (3.5, 0.0, 0.0)}, PROBLEM, 'outside the arena'),
         ({'kinds': []}, PROBLEM, 'nothing listens to /tb3_1/cmd_vel'),
         ({'kinds': ['std_msgs/msg/String']}, PROBLEM, 'std_msgs/msg/String'),
-        ({'rival': '/joy commands it too'}, PROBLEM, '/joy commands it too'),
+        ({'rival': '/joy also commands it'}, PROBLEM, '/joy also commands it'),
         ({'guard': None}, PROBLEM, 'cmd_vel_guard'),
         ({'guard': replace(GUARDED, private=False)}, NOTE, 'cmd_vel_guarded'),
         ({'guard': replace(GUARDED, state=State.EMERGENCY)}, NOTE, 'R twice'),

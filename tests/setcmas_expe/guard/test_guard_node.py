@@ -153,7 +153,7 @@ def test_nobody_who_joins_moves_the_robot_whatever_its_name(start, peer, other):
     odometry = rogue.create_publisher(Odometry, '/tb3_1/odom', 1)
     robot.wait_for(State.RIVAL, STOP)
     assert robot.report.private
-    assert 'sends its wheel odometry too' in robot.report.reason
+    assert 'also publishes its wheel odometry' in robot.report.reason
     rogue.destroy_publisher(odometry)
     robot.start()
     rogue.create_publisher(TwistStamped, '/tb3_1/cmd_vel_guarded', 1)

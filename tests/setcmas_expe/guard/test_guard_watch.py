@@ -9,7 +9,7 @@ from setcmas_expe.guard.guard_watch import GuardReport, Power
 
 
 def test_a_message_says_all_that_a_report_does():
-    report = GuardReport(State.RIVAL, 'rogue commands it too', True, Power.OFF, '01ab')
+    report = GuardReport(State.RIVAL, 'rogue also commands it', True, Power.OFF, '01ab')
 
     message = report.message('tb3_1', '/tb3_1/cmd_vel')
     assert message.level == DiagnosticStatus.WARN

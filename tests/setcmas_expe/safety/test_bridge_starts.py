@@ -104,11 +104,11 @@ def test_a_robot_stands_while_somebody_else_commands_it(lab, domain):
     with Peer(domain) as other:  # a process of its own, as DDS sees it
         rogue = Node('cmd_vel_guard', namespace='tb3_1', context=other.context)
         rogue.create_publisher(TwistStamped, '/tb3_1/cmd_vel', 1)
-        see_it_stand(lab, 'paused: robot 1: /tb3_1/cmd_vel_guard commands it too')
+        see_it_stand(lab, 'paused: robot 1: /tb3_1/cmd_vel_guard also commands it')
         rogue.destroy_node()
     lab.peer.wait_for(lambda: lab.peer.node.count_publishers('/tb3_1/cmd_vel') == 1)
     lab.peer.spin(1.0)
-    see_it_stand(lab, 'paused: robot 1: /tb3_1/cmd_vel_guard commands it too')
+    see_it_stand(lab, 'paused: robot 1: /tb3_1/cmd_vel_guard also commands it')
 
     lab.let_go({1: GO})
 
@@ -148,7 +148,7 @@ def test_who_plays_the_guard_of_a_robot_that_needs_none_is_noticed(lab, start):
     lab.let_go({1: GO})
     start(sys.executable, '-m', 'setcmas_expe.guard.guard_node', *GUARDED)
 
-    see_it_stand(lab, '/tb3_1/cmd_vel_guard commands it too')
+    see_it_stand(lab, '/tb3_1/cmd_vel_guard also commands it')
 
 
 def test_a_robot_stands_while_somebody_else_tells_its_law_where_it_is(lab):

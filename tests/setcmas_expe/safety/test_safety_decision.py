@@ -57,7 +57,7 @@ def test_a_robot_that_nothing_speaks_against_gets_its_command():
         ({'paused': 'paused', 'pose': None}, State.PAUSED, 'paused; not seen yet', True),
         ({'paused': 'paused', 'command_age': math.inf}, State.PAUSED, 'paused; no command', False),
         ({'unseen': (2, 3)}, State.STOPPED, 'robots 2-3 have not been seen yet', False),
-        ({'rival': '/joy commands it too'}, State.STOPPED, '/joy commands it too', False),
+        ({'rival': '/joy also commands it'}, State.STOPPED, '/joy also commands it', False),
         ({'fault': 'its wheels stand'}, State.STOPPED, 'its wheels stand', False),
         ({'pose': None, 'unseen': (1,)}, State.STOPPED, 'not seen yet', True),
         ({'pose': None}, State.STOPPED, 'not seen yet', True),

@@ -58,7 +58,7 @@ def test_parse_robots(text, robots):
 
 @pytest.mark.parametrize('text', ['', '0', '4-1', 'a', '1-', '1,,2', '-3', '1.5', '99999'])
 def test_malformed_robots_are_refused(text):
-    with pytest.raises(SetcmasError, match='not understood'):
+    with pytest.raises(SetcmasError, match='invalid robots'):
         parse_robots(text)
 
 

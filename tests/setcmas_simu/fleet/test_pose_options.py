@@ -69,11 +69,11 @@ def test_a_list_that_is_shorter_than_the_fleet_is_refused(tmp_path):
     path = tmp_path / 'poses.yaml'
     path.write_text('[[1, 1, 1], [2, 2, 2]]')
 
-    with pytest.raises(SetcmasError, match=r'there are 2 poses; the fleet has 3 robots'):
+    with pytest.raises(SetcmasError, match=r'2 poses for 3 robots'):
         given_poses(3, path)
     assert list(given_poses(1, path)) == [1]
 
 
 def test_a_pose_that_is_given_twice_is_refused():
-    with pytest.raises(SetcmasError, match='robot 1 has a pose already'):
+    with pytest.raises(SetcmasError, match='robot 1 already has a pose'):
         given_poses(3, None, ['1:0,0,0', '1:1,1,1'])

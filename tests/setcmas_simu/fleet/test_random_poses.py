@@ -40,7 +40,9 @@ def test_by_default_there_is_room_for_any_fleet(nb_robots):
 
 def test_a_full_box_has_a_shorter_distance_unless_one_is_asked_for():
     assert distances(RandomPoses.of('box=02x2.0').draw(8, 0)).min() >= np.sqrt(4 / 32)
-    with pytest.raises(SetcmasError, match=r'8 robots .* 1 m .* 2x2 m; .* or distance=0\.35$'):
+    with pytest.raises(
+        SetcmasError, match=r'8 robots .* 2x2 m at least 1 m apart; .* or distance=0\.35$'
+    ):
         RandomPoses.of('box=2x2,distance=1').draw(8, 0)
 
 

@@ -19,7 +19,7 @@ class Gains(Options):
     gain: float = option(Number(above=0, most=9, unit='1/s'), 'a gain', default=1.0)
     longest: float = option(Number(least=0, unit='s'), 'a time', default=math.inf)
     mode: str = option(OneOf(('slow', 'fast')), 'a mode', default='slow')
-    other: float = option(Number(), 'no parameter', default=1.0)
+    other: float = option(Number(), 'unknown parameter', default=1.0)
 
 
 @pytest.fixture
@@ -70,7 +70,7 @@ def test_an_unknown_parameter_is_told(node_with, capfd):
     node = node_with('gian:=2', 'use_sim_time:=false')
     ProcessParameters(node, Gains(), {'gain': 'gain'}).warn_of_unknown()
     told = capfd.readouterr().err
-    assert "there is no parameter 'gian'; did you mean gain?" in told
+    assert "unknown parameter 'gian'; did you mean gain?" in told
     assert 'use_sim_time' not in told
 
 

@@ -187,7 +187,7 @@ def test_a_simulator_refuses_robots_whose_odometry_others_publish(start, peer):
     peer.executor.spin_once(timeout_sec=0.1)
 
     assert process.wait() == 2
-    assert 'robot 2 is already there' in process.output()
+    assert 'robot 2 is already simulated' in process.output()
     assert 'node /peer publishes' in process.output()
 
 
@@ -221,7 +221,7 @@ def test_signals_end_the_process_well(start, signum):
         (('--ros-args', '-p', 'x0:=.nan'), 'x0'),
         (('--ros-args', '-p', 'cmd_timeout:=-1'), 'cmd_timeout'),
         (('--ros-args', '-p', 'cmd_vel_type:=pose'), 'must be one of twist_stamped, twist'),
-        (('--ros-args', '-p', 'foo'), 'not understood'),
+        (('--ros-args', '-p', 'foo'), 'invalid arguments after --ros-args'),
     ],
 )
 def test_mistakes_are_told_without_a_traceback(start, arguments, message):
@@ -263,4 +263,4 @@ def test_a_model_that_does_not_exist_is_a_mistake(start):
     process = start(*SIMU, '--model', '1:segway')
 
     assert process.wait() == 2
-    assert "there is no robot model 'segway'" in process.output()
+    assert "unknown robot model 'segway'" in process.output()

@@ -17,11 +17,11 @@ def test_a_file_says_the_same_as_a_text(tmp_path):
     ('text', 'told'),
     [
         ('polygon 0 0 1 1 1 0 0 1', r'the sides \(0, 0\) to \(1, 1\) and \(1, 0\) to \(0, 1\)'),
-        ('polygon 0 0 1 0 1 1 0 0', 'a corner is there twice'),
+        ('polygon 0 0 1 0 1 1 0 0', 'has the same corner twice'),
         ('disc 1 2 3 4', 'must be a disc'),
-        ('disc 1 2 -1', 'a radius above 0'),
+        ('disc 1 2 -1', 'radius above 0'),
         ('disc 1 nan 1', 'finite'),
-        ('circle 1 2 3', 'is no obstacle'),
+        ('circle 1 2 3', 'invalid obstacle'),
         ('disc 0 2', 'has no radius'),
     ],
 )

@@ -72,7 +72,7 @@ def test_modules_that_a_solution_imports_belong_to_its_rubric(read, tmp_path):
     ('old', 'new', 'line', 'words'),
     [
         ('title:', 'titel:', 1, 'did you mean title'),
-        ('mine.py', 'yours.py', 2, "no control law 'yours.py'"),
+        ('mine.py', 'yours.py', 2, "unknown control law 'yours.py'"),
         ('nb_robots: 3', 'nb_robots: none', 5, "nb_robots is 'none'"),
         ('1, 2]', '1]', 7, 'such as [1.0, 2.0, 1.57]'),
         ('2: [', '5: [', 7, 'the fleet has robots 1 to 3'),

@@ -107,7 +107,9 @@ def test_plots_by_name(run):
 
     assert figure.axes[0].get_title(loc='right') == 'law, 3 robots'
     assert figure._repr_png_().startswith(b'\x89PNG')
-    with pytest.raises(SetcmasError, match=r"no plot 'trajectory'.*did you mean trajectories"):
+    with pytest.raises(
+        SetcmasError, match=r"unknown plot 'trajectory'.*did you mean trajectories"
+    ):
         run.plot('trajectory')
     with pytest.raises(SetcmasError, match="plot 'distances' does not suit this run"):
         run_of(circling_fleet(1)).plot('distances')

@@ -17,7 +17,7 @@ def run(tmp_path):
         ('', 'waypoints', 'defines no WPL'),
         ('WPL = [1, 2]', 'waypoints', r'WPL is \[1, 2\]; it must be points'),
         ('R = 2', 'tracking', 'defines no W'),
-        ('', 'dance', "there is no task 'dance'; must be one of"),
+        ('', 'dance', "unknown task 'dance'; must be one of"),
         ('', None, 'mine.py says no task; name it with --task'),
     ],
 )

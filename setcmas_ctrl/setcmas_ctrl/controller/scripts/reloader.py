@@ -115,7 +115,7 @@ class ScriptReloader:
                 f'{self._saved()} was saved and is loaded again for {robots}; '
                 f't {"goes on, as other controllers do" if self._stepper.shares_t else "= 0"}'
             )
-        self._launcher.tell(Reloaded(self._laws != []))
+        self._launcher.report(Reloaded(self._laws != []))
         self._files.watch(self._watched_files())
         self._stepper.use(self._laws)
 

@@ -75,7 +75,7 @@ class ScriptOutcomes:
         failures = sorted(
             (one for reports in self._first for one in reports.failures), key=attrgetter('t')
         )
-        self._launcher.tell(Ended(self.failed, tuple(failures)))
+        self._launcher.report(Ended(self.failed, tuple(failures)))
 
     def _reports_of_laws(self) -> ErrorReports:
         return ErrorReports(self._warn, STANDS, partial(self._note, self._laws, Function.CONTROL))
@@ -90,7 +90,7 @@ class ScriptOutcomes:
     ) -> None:
         call = ScriptCall(robot, scripts[robot].name, function)
         self._failed.append(call)
-        self._launcher.tell(Failed(call, text))
+        self._launcher.report(Failed(call, text))
 
     def _tell_counts(self, reports: ErrorReports) -> None:
         for line in reports.summary():

@@ -130,7 +130,7 @@ class CallWatch:
     def _end_copy(self, call: _Call) -> NoReturn:
         """End this process, which a script has forked: it must not control robots, too."""
         text = f'{call.path.name} called os.fork: the copy of the process is ended'
-        self._launcher.tell(Failed(call.described(), text))
+        self._launcher.report(Failed(call.described(), text))
         print(f'{robot_name(call.robot)}: {text}', file=sys.stderr, flush=True)
         os._exit(1)
 
@@ -159,7 +159,7 @@ class CallWatch:
             if call.function is Function.LOADING
             else f'{call.function.value} has not returned'
         )
-        self._launcher.tell(Stuck(described, place))
+        self._launcher.report(Stuck(described, place))
         self._warn(
             f'{robot_name(call.robot)}: {late} for {self._stuck_s:g} s; '
             f'it is at {place}{quoted_line(file, line)}\n'

@@ -1,1 +1,1 @@
-"""Robots as an experiment shows them: gain, lag and delay, and the file that keeps them."""
+"""Robots identified from an experiment: gain, lag and delay, and their model file."""

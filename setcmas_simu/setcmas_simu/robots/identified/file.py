@@ -1,4 +1,4 @@
-"""Model file: the robots of a lab, each with its gains, lags and delays: `--model model.yaml`."""
+"""Model file: gains, lags and delays of the robots of a lab, for `--model model.yaml`."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from setcmas_simu.yaml_entries import Entry, read_entries
 
 ENDINGS = ('.yaml', '.yml')
 OTHERS = 'others'
-"""Stands for the robots that the file does not name."""
+"""Key for the robots that the file does not name."""
 
 _MOST_GAIN = 10.0
 _ROWS = ('forward', 'turn', 'way')
@@ -25,13 +25,13 @@ _ROWS = ('forward', 'turn', 'way')
 
 @dataclass(frozen=True)
 class ModelFile:
-    """What a model file says.
+    """Content of a model file.
 
     Attributes:
-        robots: The robots by number.
-        others: All others; None if there are none.
-        limits: Name of the limits of what may be commanded.
-        path: The file; None if there is none yet.
+        robots: Models by robot number.
+        others: Model of all other robots; None if there is none.
+        limits: Name of the velocity limits of commands.
+        path: The file; None if it is not written yet.
     """
 
     robots: Mapping[int, IdentifiedRobot]
@@ -43,14 +43,14 @@ class ModelFile:
         """Return the model of a robot.
 
         Raises:
-            SetcmasError: The file does not say how it moves.
+            SetcmasError: The file has no model of this robot.
         """
         found = self.robots.get(number, self.others)
         if found is None:
             names = ', '.join(map(robot_name, self.robots))
             raise SetcmasError(
-                f"'{self.path}' has no model of {robot_name(number)}; it must be one of {names}, "
-                f"or the file must have '{OTHERS}'"
+                f"'{self.path}' has no model of {robot_name(number)}, only of {names}; add it, or "
+                f"add '{OTHERS}' for all other robots"
             )
         return found
 
@@ -59,7 +59,7 @@ def read_model_file(path: Path) -> ModelFile:
     """Read a model file.
 
     Raises:
-        SetcmasError: The file cannot be read, or has a mistake.
+        SetcmasError: The file cannot be read, or is invalid.
     """
     fields = read_entries(path).fields(('limits', 'robots', OTHERS))
     limits = fields['limits'].choice(MODELS) if 'limits' in fields else 'ideal'
@@ -68,16 +68,16 @@ def read_model_file(path: Path) -> ModelFile:
     if not isinstance(named, dict):
         raise fields['robots'].mistake('a mapping with the numbers of robots')
     if not named and others is None:
-        raise SetcmasError(f"'{path}' has no robots; it must have 'robots' or '{OTHERS}'")
+        raise SetcmasError(f"'{path}' has no robots; add 'robots' or '{OTHERS}'")
     robots = {_number(key, entry): _robot(entry, limits) for key, entry in named.items()}
     return ModelFile(robots, others, limits, path)
 
 
 def write_model_file(content: ModelFile, path: Path, remark: str) -> None:
-    """Write a model file that `read_model_file` reads; `remark` becomes its first line.
+    """Write a model file for `read_model_file`; `remark` becomes its first line.
 
     Raises:
-        SetcmasError: It cannot be written.
+        SetcmasError: The file cannot be written.
     """
     entries: dict[str, Any] = {'limits': content.limits}
     entries['robots'] = {number: _entries(one) for number, one in content.robots.items()}
@@ -98,7 +98,7 @@ def _entries(robot: IdentifiedRobot) -> dict[str, Any]:
 
 def _number(key: str, entry: Entry) -> int:
     if not (key.isdecimal() and int(key) >= 1):
-        raise entry.error(f"'{key}' is no robot; it must be a whole number from 1")
+        raise entry.error(f"invalid robot '{key}'; must be a whole number from 1")
     return int(key)
 
 

@@ -73,13 +73,15 @@ def test_a_killed_process_is_named_with_the_signal(supervisor):
         supervisor.run()
 
 
-TELL = 'from setcmas_simu.reports.launcher import connected_launcher as launcher\n'
-TELL += 'from setcmas_simu.reports.reports import *\n'
+SETUP = 'from setcmas_simu.reports.launcher import connected_launcher as launcher\n'
+SETUP += 'from setcmas_simu.reports.reports import *\n'
 
 
 def test_a_mistake_that_a_process_has_told_is_not_told_again(supervisor):
-    code = 'print("error: because of this"); launcher().tell(Mistake("this")); raise SystemExit(2)'
-    supervisor.start('bad', python(TELL + code))
+    code = (
+        'print("error: because of this"); launcher().report(Mistake("this")); raise SystemExit(2)'
+    )
+    supervisor.start('bad', python(SETUP + code))
 
     with pytest.raises(ChildDiedError) as caught:
         supervisor.run()
@@ -89,8 +91,10 @@ def test_a_mistake_that_a_process_has_told_is_not_told_again(supervisor):
 
 
 def test_what_a_process_reports_is_not_what_it_prints(supervisor):
-    code = 'import os; t = launcher(); print("controlling robots"); t.tell(Started((1, 2), "law"))'
-    child = supervisor.start('one', python(TELL + code + '\n' + SLEEPER))
+    code = (
+        'import os; t = launcher(); print("controlling robots"); t.report(Started((1, 2), "law"))'
+    )
+    child = supervisor.start('one', python(SETUP + code + '\n' + SLEEPER))
     supervisor.run(until=lambda: child.heard(Started))
 
     assert child.heard(Started) == Started((1, 2), 'law')
@@ -106,13 +110,13 @@ def test_a_status_of_2_is_told_even_if_a_script_prints_error(supervisor):
 
 
 IN_A_CALL = (
-    TELL
+    SETUP
     + """
 import os, signal, time
 from pathlib import Path
 signal.signal(signal.SIGINT, lambda *_: None)  # as nodes do: it is answered between two calls
 launcher = launcher()
-launcher.tell(Ready())
+launcher.report(Ready())
 launcher.current_call.begin(2, Path('law.py'), Function.CONTROL, time.monotonic() - {ago})
 """
 )
@@ -180,7 +184,7 @@ def test_a_call_that_keeps_its_process_from_speaking_is_told_and_ended(superviso
 
 
 def test_a_process_that_ends_well_has_no_failed_calls(supervisor):
-    code = IN_A_CALL.format(ago=0) + 'launcher.current_call.end()\nlauncher.tell(Ended(()))'
+    code = IN_A_CALL.format(ago=0) + 'launcher.current_call.end()\nlauncher.report(Ended(()))'
     child = supervisor.start('ctrl', python(code))
     with pytest.raises(ChildDiedError):  # nobody had asked it to
         supervisor.run()
@@ -228,7 +232,7 @@ def test_a_recorder_gets_the_time_to_write_what_it_has(supervisor, monkeypatch, 
         'import signal, sys, time\n'
         'signal.signal(signal.SIGINT, lambda *_: (time.sleep(1), sys.exit(0)))\n'
     )
-    code = f'{TELL}{writes}launcher().tell({report})\n{SLEEPER}'
+    code = f'{SETUP}{writes}launcher().report({report})\n{SLEEPER}'
     child = supervisor.start('record', python(code))
     supervisor.run(until=lambda: supervisor.lines)
     supervisor.stop(child)

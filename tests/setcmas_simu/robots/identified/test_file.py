@@ -48,9 +48,7 @@ def test_each_robot_of_a_fleet_has_its_own(path):
     assert third.forward.lag == 0.0
     assert second.limits is first.limits
     assert fastest(f'1,3:{path}', 3, 'ideal') == float('inf')  # robot 2 is a unicycle
-    with pytest.raises(
-        SetcmasError, match='has no model of tb3_2; it must be one of tb3_1, tb3_3'
-    ):
+    with pytest.raises(SetcmasError, match='has no model of tb3_2, only of tb3_1, tb3_3'):
         check_models([str(path)] * 3, 'ideal')
 
 
@@ -61,10 +59,10 @@ def test_each_robot_of_a_fleet_has_its_own(path):
         ('robots: {1: {forward: {gain: 0}}}', 'gain is 0; it must be a number above 0 up to 10'),
         ('robots: {1: {turn: {delay: 3}}}', 'delay is 3; it must be a number from 0 up to 2'),
         ('robots: {1: {speed: {}}}', "there is no key 'robots.1.speed'; it must be one of"),
-        ('robots: {0: {}}', "'0' is no robot; it must be a whole number from 1"),
+        ('robots: {0: {}}', "invalid robot '0'; must be a whole number from 1"),
         ('robots: 3', 'robots is 3; it must be a mapping'),
         ('limits: fast\nothers: {}', "limits is 'fast'; it must be one of ideal, burger"),
-        ('', "has no robots; it must have 'robots' or 'others'"),
+        ('', "has no robots; add 'robots' or 'others'"),
         ('a: [', 'not YAML'),
     ],
 )
