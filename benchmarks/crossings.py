@@ -14,14 +14,14 @@ import numpy as np
 from joblib import Parallel, delayed
 
 from setcmas_ctrl.control.commander import Commander
-from setcmas_ctrl.control.options import GainOptions
-from setcmas_ctrl.filter.options import FilterOptions
-from setcmas_ctrl.filter.verdict import Verdict
+from setcmas_ctrl.control.control_options import GainOptions
+from setcmas_ctrl.filter.barrier import Verdict
+from setcmas_ctrl.filter.filter_options import FilterOptions
 from setcmas_simu.arrays import Floats
-from setcmas_simu.fleet.random_poses import RandomPoses
+from setcmas_simu.fleet.start_poses import RandomPoses
 from setcmas_simu.robots.unicycle import UNICYCLE
 from setcmas_tools import simulate
-from setcmas_tools.metrics.separation import separation
+from setcmas_tools.measures.safety_metrics import separation
 from setcmas_tools.records.fleet_grid import on_grid
 
 SEPARATION_M = 0.35

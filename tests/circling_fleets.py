@@ -5,7 +5,7 @@ from matplotlib.figure import Figure
 from runs import run_of
 
 from setcmas_simu.fleet.fleet import start_poses
-from setcmas_tools.plots.looks.style import finish, plot_style
+from setcmas_tools.plots.style import finish, plot_style
 from setcmas_tools.records.fleet_table import fleet_table
 
 

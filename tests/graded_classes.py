@@ -1,6 +1,6 @@
 """Marks of a class as graders make them, with hostile names, for tests of pages and formats."""
 
-from setcmas_tools.grading.marks import (
+from setcmas_tools.grade.marks import (
     CriterionMark,
     Failure,
     Marks,

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from setcmas_tools.metrics.compute import measure
+from setcmas_tools.measures.metrics import measure
 from setcmas_tools.records.fleet_table import fleet_table, write_csv
 from setcmas_tools.run.info import RunInfo, write_info
 from setcmas_tools.run.run import Run

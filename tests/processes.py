@@ -13,8 +13,8 @@ from unittest import mock
 from launch_scripts.cli import main
 
 SETCMAS = [str(Path(sys.executable).parent / 'setcmas')]
-SIMU = [sys.executable, '-m', 'setcmas_simu.simulator.main']
-CTRL = [sys.executable, '-m', 'setcmas_ctrl.controller.main']
+SIMU = [sys.executable, '-m', 'setcmas_simu.simulator.simulator']
+CTRL = [sys.executable, '-m', 'setcmas_ctrl.controller.controller']
 TIMEOUT_S = 120.0  # a machine may be busy with other things than these tests
 NO_WINDOWS = {'CI': 'true'}
 """Environment of commands that would open a browser on a developer's desktop."""

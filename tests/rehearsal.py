@@ -22,7 +22,7 @@ from setcmas_simu.fleet.topics import truth_topic
 
 LAW = Path(__file__).parent / 'setcmas_expe' / 'scripts' / 'rehearsal_law.py'
 POSES = ('--pose', '1:2.4,0,1.57', '--pose', '2:-0.6,0,1.57')
-CTRL = 'setcmas_ctrl.controller.main'
+CTRL = 'setcmas_ctrl.controller.controller'
 BRIDGES = 'setcmas_expe.safety.bridges'
 PAUSE = 'setcmas_expe.pause.main'
 STANDS_S = 0.4  # zero for this long is a stop

@@ -2,9 +2,9 @@
 
 import numpy as np
 
-from setcmas_tools.films import film
-from setcmas_tools.metrics.compute import measure as measure_run
-from setcmas_tools.plots.looks.look import FilmLook, PlotLook
+from setcmas_tools.measures.metrics import measure as measure_run
+from setcmas_tools.plots import film
+from setcmas_tools.plots.look import FilmLook, PlotLook
 from setcmas_tools.plots.plot import plot as plot_run
 from setcmas_tools.records.tables import RunTables
 from setcmas_tools.run.info import RunInfo

@@ -10,7 +10,7 @@ import pytest
 from launch_scripts.cli import VERBS, build_parser
 from setcmas_ctrl.communication.graph_file import load_graph
 from setcmas_tools import simulate
-from setcmas_tools.grading.rubric import read_rubric
+from setcmas_tools.grade.rubric import read_rubric
 
 ROOT = Path(__file__).parents[1]
 PAGES = [ROOT / 'README.md', ROOT / 'CONTRIBUTING.md', *sorted((ROOT / 'docs').rglob('*.md'))]

@@ -25,7 +25,7 @@ from rosbags.highlevel import AnyReader
 
 from setcmas_simu.fleet.fleet import plot_colour
 from setcmas_simu.fleet.topics import ODOM, robot_topic
-from setcmas_tools.plots.looks.style import plot_style, save
+from setcmas_tools.plots.style import plot_style, save
 
 DOCS = Path(__file__).parents[1]
 ROBOTS = (1, 2, 3)

@@ -15,8 +15,8 @@ from matplotlib.figure import Figure
 
 from setcmas_ctrl.communication.graph import PRESETS, laplacian
 from setcmas_tools import Study, sweep
-from setcmas_tools.plots.looks.style import plot_style, save
-from setcmas_tools.studies.groups import quantiles
+from setcmas_tools.plots.style import plot_style, save
+from setcmas_tools.study.study import quantiles
 
 HERE = Path(__file__).parent
 NB_ROBOTS = 8

@@ -11,8 +11,8 @@ import sys
 from pathlib import Path
 from typing import Any, NoReturn
 
-from launch_scripts.processes.inherited import leave_out_what_breaks
-from launch_scripts.terminal.terminal_state import kept_terminal
+from launch_scripts.processes.environment import leave_out_what_breaks
+from launch_scripts.terminal.keyboard import kept_terminal
 from setcmas_simu import __version__
 from setcmas_simu.errors import SetcmasError
 

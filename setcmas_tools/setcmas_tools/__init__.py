@@ -7,21 +7,21 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from setcmas_tools.evaluation import evaluate
-    from setcmas_tools.grading.check import check
+    from setcmas_tools.grade.check import check
     from setcmas_tools.offline.engine import simulate
     from setcmas_tools.run.run import Run
-    from setcmas_tools.studies.study import Study
-    from setcmas_tools.studies.sweep import sweep
+    from setcmas_tools.study.study import Study
+    from setcmas_tools.study.sweep import sweep
 
 __all__ = ['Run', 'Study', 'check', 'evaluate', 'simulate', 'sweep']
 
 _HOMES = {
     'Run': 'setcmas_tools.run.run',
-    'Study': 'setcmas_tools.studies.study',
-    'check': 'setcmas_tools.grading.check',
+    'Study': 'setcmas_tools.study.study',
+    'check': 'setcmas_tools.grade.check',
     'evaluate': 'setcmas_tools.evaluation',
     'simulate': 'setcmas_tools.offline.engine',
-    'sweep': 'setcmas_tools.studies.sweep',
+    'sweep': 'setcmas_tools.study.sweep',
 }
 
 

@@ -6,9 +6,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
-from setcmas_tools.metrics.compute import Metrics, measure
-from setcmas_tools.metrics.yaml_file import write_yaml
-from setcmas_tools.plots.looks.look import PlotLook
+from setcmas_tools.measures.metrics import Metrics, measure, write_yaml
+from setcmas_tools.plots.look import PlotLook
 from setcmas_tools.run.run import Run
 
 _LOOK = PlotLook()

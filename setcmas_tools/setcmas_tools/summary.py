@@ -7,9 +7,9 @@ import html as markup
 import io
 
 from setcmas_simu.errors import SetcmasError
-from setcmas_tools.metrics.compute import measure
+from setcmas_tools.measures.metrics import measure
 from setcmas_tools.plots.plot import figure
-from setcmas_tools.plots.references import ignore
+from setcmas_tools.plots.trajectories import ignore
 from setcmas_tools.run.run import Run
 
 _DPI = 55

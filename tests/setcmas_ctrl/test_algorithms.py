@@ -7,7 +7,7 @@ from setcmas_ctrl.control.saturation import saturate
 from setcmas_ctrl.scripts.loader import ALGORITHMS, find_script
 from setcmas_simu.fleet.fleet import start_poses
 from setcmas_simu.robots import unicycle
-from setcmas_simu.robots.si_to_uni import si_to_uni
+from setcmas_simu.robots.model import si_to_uni
 
 TS = 0.1
 LAWS = sorted({ALGORITHMS.file(name) for name in ALGORITHMS.offers()})

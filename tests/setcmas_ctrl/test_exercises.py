@@ -4,12 +4,7 @@ import numpy as np
 import pytest
 
 from setcmas_ctrl.control.control_law import ControlLaw
-from setcmas_ctrl.scripts.loader import (
-    ALGORITHMS,
-    EXERCISES,
-    find_script,
-    load_script,
-)
+from setcmas_ctrl.scripts.loader import ALGORITHMS, EXERCISES, find_script, load_script
 from setcmas_simu.errors import SetcmasError
 from setcmas_tools import simulate
 

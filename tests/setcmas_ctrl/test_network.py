@@ -4,8 +4,7 @@ import pytest
 from setcmas_ctrl import network
 from setcmas_ctrl.communication.graph import path, star
 from setcmas_ctrl.control.control_law import ControlLaw
-from setcmas_ctrl.scripts.error_reports import ErrorReports
-from setcmas_ctrl.scripts.failures import ControlError
+from setcmas_ctrl.scripts.script_errors import ControlError, ErrorReports
 
 POSES = np.zeros((3, 4))
 

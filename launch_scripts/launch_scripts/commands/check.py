@@ -18,8 +18,8 @@ import argparse
 import sys
 from pathlib import Path
 
-from launch_scripts.offline.scenario_runner import runs_apart
-from setcmas_ctrl.control.options import SCRIPT_FAILED
+from launch_scripts.processes.rubric_runner import runs_apart
+from setcmas_ctrl.control.control_options import SCRIPT_FAILED
 from setcmas_ctrl.scripts.loader import find_script
 from setcmas_tools.offline.options import OfflineOptions
 
@@ -49,10 +49,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def main(args: argparse.Namespace) -> int:
     """Check the law; returns the exit status."""
-    from setcmas_tools.grading.check import Check, chosen_rubric
-    from setcmas_tools.grading.marking import mark
-    from setcmas_tools.grading.marks import Student
-    from setcmas_tools.grading.picture import check_picture, write_picture
+    from setcmas_tools.grade.check import Check, chosen_rubric
+    from setcmas_tools.grade.mark_pictures import check_picture, write_picture
+    from setcmas_tools.grade.marking import mark
+    from setcmas_tools.grade.marks import Student
 
     script = find_script(args.law)
     rubric = chosen_rubric(script, args.rubric).shown()
@@ -60,7 +60,7 @@ def main(args: argparse.Namespace) -> int:
     picture = args.output or Path(f'{script.stem}_check.png')
     check_picture(picture)
     if args.emulate:
-        from launch_scripts.processes.emulated_scenarios import runners_in_lab
+        from launch_scripts.processes.emulated_runs import runners_in_lab
 
         run = runners_in_lab(rubric, 'check')(script)
     else:

@@ -14,8 +14,8 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from launch_scripts.options.plot_options import FormatOptions
-from launch_scripts.terminal.output_lines import teller
+from launch_scripts.commands.plot_options import FormatOptions
+from launch_scripts.terminal.terminal_output import teller
 from setcmas_simu.errors import SetcmasError
 
 _tell = teller('compare')
@@ -48,8 +48,8 @@ def main(args: argparse.Namespace) -> int:
     from setcmas_tools.comparison.pictures import write_pictures
     from setcmas_tools.comparison.shift import best_shift
     from setcmas_tools.comparison.table import metrics_table
-    from setcmas_tools.metrics.compute import measure
-    from setcmas_tools.plots.looks.look import PlotLook
+    from setcmas_tools.measures.metrics import measure
+    from setcmas_tools.plots.look import PlotLook
     from setcmas_tools.run.run import Run
 
     if len(args.runs) < 2:

@@ -15,8 +15,8 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from launch_scripts.options.plot_options import BEST, FilmOptions, PlotFolderOptions, StyleOptions
-from launch_scripts.terminal.output_lines import teller
+from launch_scripts.commands.plot_options import BEST, FilmOptions, PlotFolderOptions, StyleOptions
+from launch_scripts.terminal.terminal_output import teller
 
 _tell = teller('csv_to_plot')
 
@@ -38,7 +38,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def main(args: argparse.Namespace) -> int:
     """Plot; returns the exit status."""
     from setcmas_tools.evaluation import evaluate
-    from setcmas_tools.plots.looks.look import FilmLook, PlotLook
+    from setcmas_tools.plots.look import FilmLook, PlotLook
     from setcmas_tools.run.run import Run
     from setcmas_tools.run.source import find_run
 
@@ -49,7 +49,7 @@ def main(args: argparse.Namespace) -> int:
     # A film may take its time, or fail: what is there is told before.
     print('\n'.join(map(str, evaluate(run, folder, look, warn=_tell).plots)), flush=True)
     if film.animate:
-        from setcmas_tools.films.film import animate
+        from setcmas_tools.plots.film import animate
 
         kind = None if film.animate == BEST else film.animate
         print(animate(run, folder, kind, FilmLook(palette=style.palette, **film.look())))

@@ -13,8 +13,7 @@ from __future__ import annotations
 
 import argparse
 
-from launch_scripts.options.rviz import shown_robots
-from launch_scripts.options.view_options import NONE, ViewOptions, view_beside
+from launch_scripts.commands.view_options import NONE, ViewOptions, view_beside
 from launch_scripts.processes.environment import require_ros
 from launch_scripts.processes.foreground import run_in_foreground
 from launch_scripts.processes.node_commands import (
@@ -23,11 +22,12 @@ from launch_scripts.processes.node_commands import (
     node_command,
     ros_arguments,
 )
-from launch_scripts.terminal.output_lines import warn
-from setcmas_ctrl.communication.options import CommunicationOptions
-from setcmas_ctrl.communication.settings import check_communication
-from setcmas_ctrl.control.options import FleetOptions, LawOptions
-from setcmas_ctrl.filter.options import FilterOptions
+from launch_scripts.processes.rviz import shown_robots
+from launch_scripts.terminal.terminal_output import warn
+from setcmas_ctrl.communication.communication_options import CommunicationOptions
+from setcmas_ctrl.communication.communication_settings import check_communication
+from setcmas_ctrl.control.control_options import FleetOptions, LawOptions
+from setcmas_ctrl.filter.filter_options import FilterOptions
 from setcmas_simu.robots.models import NO_LIMITS, check_models, model_names
 
 

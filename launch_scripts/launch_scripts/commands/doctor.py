@@ -15,16 +15,15 @@ from __future__ import annotations
 import argparse
 from dataclasses import replace
 
-from launch_scripts.processes.emulated_lab import start_emulated_lab
+from launch_scripts.processes.child_process import Child, ChildDiedError
 from launch_scripts.processes.environment import require_ros
 from launch_scripts.processes.experiment import (
     experiment_environment,
 )
+from launch_scripts.processes.foreground import start_emulated_lab
 from launch_scripts.processes.node_commands import DOCTOR, node_command
-from launch_scripts.processes.run_to_end import run_to_end
-from launch_scripts.processes.supervision.child_process import Child, ChildDiedError
-from launch_scripts.processes.supervision.supervisor import StoppedError, Supervisor
-from launch_scripts.terminal.output_lines import write_line
+from launch_scripts.processes.supervisor import StoppedError, Supervisor, run_to_end
+from launch_scripts.terminal.terminal_output import write_line
 from setcmas_expe.doctor.doctor_process import DoctorOptions
 from setcmas_expe.emulation.emulation_options import check_emulated_mocap
 from setcmas_expe.lab.lab_options import LabOptions

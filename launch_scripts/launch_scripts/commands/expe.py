@@ -15,25 +15,24 @@ import argparse
 import sys
 import time
 
-from launch_scripts.options.rviz import Companion
-from launch_scripts.options.view_options import NONE, ViewOptions, view_beside
+from launch_scripts.commands.view_options import NONE, ViewOptions, view_beside
+from launch_scripts.processes.child_process import ChildDiedError
 from launch_scripts.processes.environment import require_ros
 from launch_scripts.processes.experiment import (
     Experiment,
     experiment_environment,
     joystick_command,
 )
-from launch_scripts.processes.supervision.child_process import ChildDiedError
-from launch_scripts.processes.supervision.supervisor import StoppedError, Supervisor
-from launch_scripts.terminal.keyboard import ESC, Keyboard, single_keys
-from launch_scripts.terminal.output_lines import warn
-from launch_scripts.terminal.start_key import StartKey
+from launch_scripts.processes.rviz import Companion
+from launch_scripts.processes.supervisor import StoppedError, Supervisor
+from launch_scripts.terminal.keyboard import ESC, Keyboard, StartKey, single_keys
 from launch_scripts.terminal.status_display import KEYS, StatusDisplay
-from setcmas_ctrl.communication.options import CommunicationOptions
-from setcmas_ctrl.communication.settings import check_communication
-from setcmas_ctrl.control.options import LawOptions
-from setcmas_ctrl.filter.options import OF_LAB, FilterOptions
-from setcmas_ctrl.filter.starts import check_starts
+from launch_scripts.terminal.terminal_output import warn
+from setcmas_ctrl.communication.communication_options import CommunicationOptions
+from setcmas_ctrl.communication.communication_settings import check_communication
+from setcmas_ctrl.control.control_options import LawOptions
+from setcmas_ctrl.filter.clearance import check_starts
+from setcmas_ctrl.filter.filter_options import OF_LAB, FilterOptions
 from setcmas_expe.emulation.emulation_options import (
     EmulationOptions,
     check_emulated_mocap,

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 
 from launch_scripts.processes.environment import local_environment, require_ros
 from launch_scripts.processes.node_commands import INJECT_FAULT, node_command
-from launch_scripts.processes.run_to_end import run_to_end
+from launch_scripts.processes.supervisor import run_to_end
 from setcmas_expe.emulation.faults import DEFAULT_S, PURPOSES
 from setcmas_simu.options.group import Options, option
 from setcmas_simu.options.kinds import DURATION, Whole

@@ -18,13 +18,13 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from launch_scripts.terminal.output_lines import warn
+from launch_scripts.terminal.terminal_output import warn
 from setcmas_simu.errors import SetcmasError
-from setcmas_tools.grade_formats.format import CLASS_FORMATS, GRADE_FORMATS, write_formats
-from setcmas_tools.grading.classes.options import GradeOptions
+from setcmas_tools.grade.grade_options import GradeOptions
+from setcmas_tools.platforms.grade_format import CLASS_FORMATS, GRADE_FORMATS, write_formats
 
 if TYPE_CHECKING:
-    from setcmas_tools.grading.rubric import Rubric
+    from setcmas_tools.grade.rubric import Rubric
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -62,7 +62,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def main(args: argparse.Namespace) -> int:
     """Grade a class, or write the zip of a platform; returns the exit status."""
     # Imported late: help texts and completion do not wait for numpy.
-    from setcmas_tools.grading.check import chosen_rubric
+    from setcmas_tools.grade.check import chosen_rubric
 
     options = GradeOptions.of(args)
     rubric = chosen_rubric(None, args.rubric)
@@ -102,7 +102,7 @@ def _check_place(folder: Path, submissions: Path) -> None:
 
 
 def _make(name: str, rubric: Rubric, options: GradeOptions, file: Path) -> int:
-    from setcmas_tools.grade_formats.bundles.make import make_bundle
+    from setcmas_tools.platforms.grade_format import make_bundle
 
     content = make_bundle(name, rubric, '--trust' if options.trust else '')
     try:
@@ -120,15 +120,14 @@ def _grade(
     folder: Path,
     formats: Sequence[str],
 ) -> int:
-    from setcmas_tools.grading.classes.grading import grade
-    from setcmas_tools.grading.pages.pages import write_pages
-    from setcmas_tools.grading.pages.remarks import marks_table
-    from setcmas_tools.grading.submissions.found import find_submissions
+    from setcmas_tools.grade.class_grading import grade
+    from setcmas_tools.grade.mark_pages import marks_table, write_pages
+    from setcmas_tools.grade.submissions import find_submissions
 
     submissions = find_submissions(args.folder, rubric)
     in_lab = None
     if options.emulate:
-        from launch_scripts.processes.emulated_scenarios import runners_in_lab
+        from launch_scripts.processes.emulated_runs import runners_in_lab
 
         in_lab = runners_in_lab(rubric, 'grade')
     marks = grade(submissions, rubric, folder, options, in_lab)

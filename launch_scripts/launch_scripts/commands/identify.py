@@ -14,11 +14,11 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from launch_scripts.options.plot_options import FormatOptions
-from launch_scripts.terminal.output_lines import teller
+from launch_scripts.commands.plot_options import FormatOptions
+from launch_scripts.terminal.terminal_output import teller
 from setcmas_simu.errors import SetcmasError
-from setcmas_simu.robots.identified.file import ENDINGS
-from setcmas_simu.robots.velocity_limits import MODELS
+from setcmas_simu.robots.identified_robot import ENDINGS
+from setcmas_simu.robots.model import MODELS
 
 _USUAL = 'burger'
 
@@ -49,11 +49,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def main(args: argparse.Namespace) -> int:
     """Identify; returns the exit status, 1 if the run tells of no robot."""
-    from setcmas_simu.robots.identified.file import write_model_file
+    from setcmas_simu.robots.identified_robot import write_model_file
     from setcmas_tools.identification.identify import identify, limits_of, model_of
     from setcmas_tools.identification.picture import write_picture
     from setcmas_tools.identification.table import notes, table
-    from setcmas_tools.plots.looks.look import PlotLook
+    from setcmas_tools.plots.look import PlotLook
     from setcmas_tools.run.run import Run
 
     output: Path = args.output

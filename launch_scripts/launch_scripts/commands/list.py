@@ -17,16 +17,16 @@ from typing import Any
 
 from tabulate import tabulate
 
+from setcmas_ctrl.control.references import TASKS, TaskNames
 from setcmas_ctrl.scripts.loader import ALGORITHMS, EXERCISES, scripts_in
-from setcmas_ctrl.task.names import TASKS, TaskNames
 from setcmas_expe.mocap.sources import MOCAP_SOURCES, MocapSource
 from setcmas_simu.doors import Door, Offer, ScriptDoor, UnusableError
 from setcmas_simu.robots.models import MODELS
-from setcmas_tools.grade_formats.format import GRADE_FORMATS, GradeFormat
-from setcmas_tools.grading.figures import COMPARED
-from setcmas_tools.kinds.metric import METRICS
-from setcmas_tools.kinds.plot import PLOTS
-from setcmas_tools.studies.columns import COLUMNS
+from setcmas_tools.grade.criteria import COMPARED
+from setcmas_tools.measures.metric import METRICS
+from setcmas_tools.platforms.grade_format import GRADE_FORMATS, GradeFormat
+from setcmas_tools.plots.plot import PLOTS
+from setcmas_tools.study.study_columns import COLUMNS
 
 FUNCTIONS = ('control', 'ctc')
 """What a file must define to be listed: a control law, or a triggering condition."""

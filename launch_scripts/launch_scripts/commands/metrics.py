@@ -17,8 +17,8 @@ import argparse
 from dataclasses import dataclass
 from pathlib import Path
 
-from launch_scripts.terminal.output_lines import teller
-from setcmas_ctrl.task.names import TASKS
+from launch_scripts.terminal.terminal_output import teller
+from setcmas_ctrl.control.references import TASKS
 from setcmas_simu.options.group import Options, option
 from setcmas_simu.options.kinds import Kind, Number
 
@@ -64,10 +64,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def main(args: argparse.Namespace) -> int:
     """Measure; returns the exit status."""
     from setcmas_tools.evaluation import evaluate
-    from setcmas_tools.metrics.yaml_file import FILE_NAME
+    from setcmas_tools.measures.metrics import FILE_NAME
+    from setcmas_tools.measures.task import with_task, with_vnom
     from setcmas_tools.run.run import Run
     from setcmas_tools.run.source import find_run
-    from setcmas_tools.tasks.retold import with_task, with_vnom
 
     source = find_run(args.run)
     run = Run.load(args.run, _tell)

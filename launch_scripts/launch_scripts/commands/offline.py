@@ -22,18 +22,17 @@ from typing import TYPE_CHECKING, Any
 
 from tqdm import tqdm
 
-from launch_scripts.options.earlier_run import with_earlier_run
-from launch_scripts.options.run_options import add_run_arguments, output_folder, parameters
-from launch_scripts.terminal.output_lines import warn
-from launch_scripts.terminal.progress_output import progress_output
-from setcmas_ctrl.communication.options import CommunicationOptions
-from setcmas_ctrl.communication.settings import check_communication
+from launch_scripts.commands.earlier_run import with_earlier_run
+from launch_scripts.commands.run_options import add_run_arguments, output_folder, parameters
+from launch_scripts.terminal.terminal_output import progress_output, warn
+from setcmas_ctrl.communication.communication_options import CommunicationOptions
+from setcmas_ctrl.communication.communication_settings import check_communication
+from setcmas_ctrl.control.control_options import SCRIPT_FAILED, LawOptions
 from setcmas_ctrl.control.law_scripts import LawScripts
-from setcmas_ctrl.control.options import SCRIPT_FAILED, LawOptions
-from setcmas_ctrl.filter.options import FilterOptions
-from setcmas_ctrl.filter.starts import check_starts
+from setcmas_ctrl.filter.clearance import check_starts
+from setcmas_ctrl.filter.filter_options import FilterOptions
 from setcmas_simu.reports.reports import ScriptFailure
-from setcmas_simu.simulator.options import SimulationOptions
+from setcmas_simu.simulator.simulator_options import SimulationOptions
 from setcmas_tools.offline.options import OfflineOptions
 from setcmas_tools.run.folder import RunFolder
 from setcmas_tools.run.inputs import run_inputs
@@ -75,7 +74,7 @@ def main(args: argparse.Namespace) -> int:
     # Imported late: help texts and completion do not wait for it.
     from setcmas_tools.comparison.repeat import compared
     from setcmas_tools.evaluation import evaluate
-    from setcmas_tools.plots.looks.look import PlotLook
+    from setcmas_tools.plots.look import PlotLook
     from setcmas_tools.run.run import Run
 
     if not len(run.table.t):
@@ -128,7 +127,7 @@ def _simulate(
     communication: CommunicationOptions,
 ) -> tuple[Run, float]:
     """Return the run, or what is left of it, and its time in s; scripts cannot harm us."""
-    from launch_scripts.offline.run_process import BrokenRun, OfflineProcess
+    from launch_scripts.processes.offline_process import BrokenRun, OfflineProcess
     from setcmas_tools.offline.history import remains
 
     job = {

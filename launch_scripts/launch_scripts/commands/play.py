@@ -15,10 +15,10 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
+from launch_scripts.processes.child_process import Child, ChildDiedError
 from launch_scripts.processes.environment import local_environment, require_ros
 from launch_scripts.processes.node_commands import PLAYER, node_command
-from launch_scripts.processes.supervision.child_process import Child, ChildDiedError
-from launch_scripts.processes.supervision.supervisor import StoppedError, Supervisor
+from launch_scripts.processes.supervisor import StoppedError, Supervisor
 from launch_scripts.terminal.keyboard import Keyboard
 from setcmas_tools.player.options import PlayerOptions
 from setcmas_tools.player.play_clock import PauseToggled

@@ -14,7 +14,7 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from launch_scripts.terminal.output_lines import teller
+from launch_scripts.terminal.terminal_output import teller
 from setcmas_simu.errors import SetcmasError
 
 _tell = teller('report')

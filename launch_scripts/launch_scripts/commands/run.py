@@ -19,23 +19,23 @@ from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 
-from launch_scripts.options.earlier_run import with_earlier_run
-from launch_scripts.options.run_options import add_run_arguments, output_folder, parameters
-from launch_scripts.options.view_options import BROWSER, ViewOptions, view_beside
-from launch_scripts.processes.emulated_run import emulated_lab_options
+from launch_scripts.commands.earlier_run import with_earlier_run
+from launch_scripts.commands.run_options import add_run_arguments, output_folder, parameters
+from launch_scripts.commands.view_options import BROWSER, ViewOptions, view_beside
+from launch_scripts.processes.child_process import Child
+from launch_scripts.processes.emulated_runs import emulated_lab_options
 from launch_scripts.processes.environment import local_environment, require_ros
 from launch_scripts.processes.experiment import experiment_environment
 from launch_scripts.processes.node_commands import PAGE
 from launch_scripts.processes.run_robots import STOPPED, run_robots
-from launch_scripts.processes.supervision.child_process import Child
-from launch_scripts.processes.supervision.supervisor import StoppedError, Supervisor
+from launch_scripts.processes.supervisor import StoppedError, Supervisor
 from launch_scripts.terminal.keyboard import Keyboard
-from launch_scripts.terminal.output_lines import warn
-from setcmas_ctrl.communication.options import CommunicationOptions
-from setcmas_ctrl.communication.settings import check_communication
-from setcmas_ctrl.control.options import LawOptions
-from setcmas_ctrl.filter.options import FilterOptions
-from setcmas_ctrl.filter.starts import check_starts
+from launch_scripts.terminal.terminal_output import warn
+from setcmas_ctrl.communication.communication_options import CommunicationOptions
+from setcmas_ctrl.communication.communication_settings import check_communication
+from setcmas_ctrl.control.control_options import LawOptions
+from setcmas_ctrl.filter.clearance import check_starts
+from setcmas_ctrl.filter.filter_options import FilterOptions
 from setcmas_expe.emulation.emulation_options import EmulationOptions, emulated_start_poses
 from setcmas_expe.lab.lab import Lab
 from setcmas_expe.lab.lab_file import DEFAULT_FILE
@@ -43,7 +43,7 @@ from setcmas_expe.lab.lab_options import LabOptions
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet.fleet import robots_in_words
 from setcmas_simu.options.group import spelled
-from setcmas_simu.simulator.options import SimulationOptions
+from setcmas_simu.simulator.simulator_options import SimulationOptions
 from setcmas_tools.run.folder import RunFolder
 from setcmas_tools.run.info import RunInfo
 from setcmas_tools.run.inputs import run_inputs
@@ -199,7 +199,7 @@ def _evaluate(
     # Imported late: a fresh start of the robots does not wait for matplotlib.
     from setcmas_tools.comparison.repeat import compared
     from setcmas_tools.evaluation import evaluate
-    from setcmas_tools.plots.looks.look import PlotLook
+    from setcmas_tools.plots.look import PlotLook
     from setcmas_tools.run.run import Run
     from setcmas_tools.tables.convert import convert
 

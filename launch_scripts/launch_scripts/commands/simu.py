@@ -12,7 +12,7 @@ from __future__ import annotations
 import argparse
 from dataclasses import replace
 
-from launch_scripts.options.view_options import ViewOptions, view_beside
+from launch_scripts.commands.view_options import ViewOptions, view_beside
 from launch_scripts.processes.environment import require_ros
 from launch_scripts.processes.foreground import run_in_foreground
 from launch_scripts.processes.node_commands import (
@@ -21,7 +21,7 @@ from launch_scripts.processes.node_commands import (
     node_command,
     ros_arguments,
 )
-from setcmas_simu.simulator.options import SimulationOptions
+from setcmas_simu.simulator.simulator_options import SimulationOptions
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

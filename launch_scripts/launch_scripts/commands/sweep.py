@@ -19,15 +19,15 @@ from dataclasses import fields
 from pathlib import Path
 from typing import Any
 
-from launch_scripts.options.plot_options import FormatOptions
-from launch_scripts.options.run_options import add_law_arguments, output_folder
-from launch_scripts.terminal.output_lines import warn
-from setcmas_ctrl.communication.options import CommunicationOptions
-from setcmas_ctrl.control.options import SCRIPT_FAILED, GainOptions, LawOptions
-from setcmas_ctrl.filter.options import FilterOptions
+from launch_scripts.commands.plot_options import FormatOptions
+from launch_scripts.commands.run_options import add_law_arguments, output_folder
+from launch_scripts.terminal.terminal_output import warn
+from setcmas_ctrl.communication.communication_options import CommunicationOptions
+from setcmas_ctrl.control.control_options import SCRIPT_FAILED, GainOptions, LawOptions
+from setcmas_ctrl.filter.filter_options import FilterOptions
 from setcmas_simu.errors import SetcmasError
 from setcmas_tools.run.options import RunOptions
-from setcmas_tools.studies.options import SweepOptions
+from setcmas_tools.study.study_options import SweepOptions
 
 _AS_TYPED = (
     'algo', 'exercise', 'nb_robots', 'duration', 'model', 'limits', 'robot_rate', 'poses', 'pose',
@@ -47,11 +47,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def main(args: argparse.Namespace) -> int:
     """Make a study, and write its table and plots; returns the exit status."""
     # Imported late: help texts and completion do not wait for numpy's and joblib's.
-    from setcmas_tools.studies.cases.checks import check_names
-    from setcmas_tools.studies.cases.plan import make_plan
-    from setcmas_tools.studies.groups import runs_in_words
-    from setcmas_tools.studies.success import check_columns
-    from setcmas_tools.studies.sweep import carry_out
+    from setcmas_tools.study.plan import check_names, make_plan
+    from setcmas_tools.study.study import runs_in_words
+    from setcmas_tools.study.success import check_columns
+    from setcmas_tools.study.sweep import carry_out
 
     law, options = LawOptions.of(args), SweepOptions.of(args)
     CommunicationOptions.of(args)
@@ -86,8 +85,8 @@ def _named(text: str) -> tuple[str, str]:
 
 
 def _plots(study: Any, folder: Path, args: argparse.Namespace) -> list[Path]:
-    from setcmas_tools.plots.looks.look import PlotLook
-    from setcmas_tools.studies.plots import plot
+    from setcmas_tools.plots.look import PlotLook
+    from setcmas_tools.study.study_plots import plot
 
     look = PlotLook(tuple(args.format or ('png',)))
     return plot(study, folder / 'plots', args.metric, look)
@@ -95,7 +94,7 @@ def _plots(study: Any, folder: Path, args: argparse.Namespace) -> list[Path]:
 
 def _failures(study: Any) -> int:
     """Tell how many runs did not go well, and why the first of each kind did not."""
-    from setcmas_tools.studies.groups import runs_in_words
+    from setcmas_tools.study.study import runs_in_words
 
     first: dict[str, tuple[int, int]] = {}
     rows = zip(study['run'], study['state'], study['message'], strict=True)

@@ -19,11 +19,11 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from launch_scripts.options.rviz import RvizFileOptions, shown_robots, write_config
-from launch_scripts.options.view_options import browser_command, has_viser
+from launch_scripts.commands.view_options import browser_command, has_viser
 from launch_scripts.processes.environment import require_ros
 from launch_scripts.processes.foreground import run_in_foreground
-from launch_scripts.terminal.output_lines import warn
+from launch_scripts.processes.rviz import RvizFileOptions, shown_robots, write_config
+from launch_scripts.terminal.terminal_output import warn
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet.fleet import robots_in_words
 from setcmas_simu.options.group import spelled

@@ -5,10 +5,27 @@ from __future__ import annotations
 import importlib.util
 import os
 import socket
+import sys
+import warnings
 from collections.abc import Sequence
 
-from launch_scripts.terminal.output_lines import LOG_FORMAT
+from launch_scripts.terminal.terminal_output import LOG_FORMAT
 from setcmas_simu.errors import SetcmasError
+
+
+def leave_out_what_breaks() -> None:
+    """Take out of the environment what would end this process or one that it starts.
+
+    PYTHONWARNINGS=error makes errors of the remarks of other packages, ROS among them; a notebook
+    sets MPLBACKEND to a backend that exists in its own kernel only.
+    """
+    os.environ.pop('PYTHONWARNINGS', None)
+    if sys.warnoptions:
+        warnings.resetwarnings()
+        warnings.simplefilter('ignore')
+    if os.environ.get('MPLBACKEND', '').startswith('module://'):
+        del os.environ['MPLBACKEND']
+
 
 ROS_WHEELS = "pip install 'ros-jazzy-rclpy[fastrtps]' ros-jazzy-common-interfaces"
 """Installs what the nodes need, on Linux x86_64 with Python 3.10 to 3.13."""

@@ -10,20 +10,20 @@ from pathlib import Path
 
 import msgspec
 
-from launch_scripts.processes.emulated_lab import start_emulated_lab
+from launch_scripts.processes.child_process import Child, ChildReport
 from launch_scripts.processes.environment import closed_environment, lab_environment
-from launch_scripts.processes.law_arguments import law_arguments
+from launch_scripts.processes.foreground import start_emulated_lab
 from launch_scripts.processes.node_commands import (
     BRIDGES,
     CONTROLLER,
     JOYSTICK_READER,
     PAUSE,
+    law_arguments,
     node_command,
 )
-from launch_scripts.processes.supervision.child_process import Child, ChildReport
-from launch_scripts.processes.supervision.supervisor import Supervisor
-from setcmas_ctrl.control.options import ControllerOptions
-from setcmas_ctrl.filter.options import FilterOptions
+from launch_scripts.processes.supervisor import Supervisor
+from setcmas_ctrl.control.control_options import ControllerOptions
+from setcmas_ctrl.filter.filter_options import FilterOptions
 from setcmas_expe.emulation.emulation_options import EmulationOptions
 from setcmas_expe.lab.lab import Lab
 from setcmas_expe.lab.lab_options import LabOptions

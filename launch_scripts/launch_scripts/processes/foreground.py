@@ -5,10 +5,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 from functools import partial
 
+from launch_scripts.processes.child_process import Child, ChildDiedError
 from launch_scripts.processes.environment import local_environment
-from launch_scripts.processes.stand_in import stop_robots_of
-from launch_scripts.processes.supervision.child_process import ChildDiedError
-from launch_scripts.processes.supervision.supervisor import StoppedError, Supervisor
+from launch_scripts.processes.node_commands import EMULATED_LAB, node_command, stop_robots_of
+from launch_scripts.processes.supervisor import StoppedError, Supervisor
+from setcmas_simu.reports.reports import Ready
 
 
 def run_in_foreground(
@@ -41,3 +42,17 @@ def run_in_foreground(
                 supervisor.warn(f'setcmas: {death}')
             return death.exit_status
     return 0
+
+
+def start_emulated_lab(supervisor: Supervisor, arguments: Sequence[str]) -> Child:
+    """Start an emulated lab, and return it once it works.
+
+    A second lab of the same robots refuses to start; nothing is to command them before.
+
+    Raises:
+        ChildDiedError: It has ended.
+        StoppedError: The user asked the command to end.
+    """
+    lab = supervisor.start('lab', node_command(EMULATED_LAB, arguments))
+    supervisor.run(until=lambda: lab.heard(Ready) is not None)
+    return lab

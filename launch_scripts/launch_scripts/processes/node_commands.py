@@ -6,8 +6,16 @@ import argparse
 import sys
 from collections.abc import Sequence
 
-SIMULATOR = 'setcmas_simu.simulator.main'
-CONTROLLER = 'setcmas_ctrl.controller.main'
+from launch_scripts.processes.child_process import Child
+from launch_scripts.processes.supervisor import Supervisor
+from setcmas_ctrl.communication.communication_options import CommunicationOptions
+from setcmas_ctrl.control.control_options import ControllerOptions, LawOptions
+from setcmas_ctrl.filter.filter_options import FilterOptions
+from setcmas_simu.fleet.fleet import format_robots
+from setcmas_simu.reports.reports import Started
+
+SIMULATOR = 'setcmas_simu.simulator.simulator'
+CONTROLLER = 'setcmas_ctrl.controller.controller'
 STAND_IN = 'setcmas_ctrl.driving.stand_in'
 EMULATED_LAB = 'setcmas_expe.emulation.emulated_lab'
 BRIDGES = 'setcmas_expe.safety.bridges'
@@ -51,3 +59,28 @@ def node_command(module: str, arguments: Sequence[str] = ()) -> list[str]:
     # student's folder would hide Python's own. Python 3.10 has no option for it.
     run_module = ['-P', '-m'] if sys.version_info >= (3, 11) else ['-c', _RUN_MODULE]
     return [sys.executable, *run_module, module, *arguments]
+
+
+def stop_robots_of(supervisor: Supervisor, ctrl: Child) -> None:
+    """Command zero to the robots of a controller process, if it has commanded them.
+
+    In experiments the bridge does it, and sooner.
+    """
+    started = ctrl.heard(Started)
+    if started:
+        robots = format_robots(list(started.robots))
+        supervisor.run_aside(node_command(STAND_IN, ['--robots', robots]))
+
+
+def law_arguments(
+    args: argparse.Namespace, options: ControllerOptions, safety: FilterOptions
+) -> list[str]:
+    """Return the command line of a controller process.
+
+    Args:
+        args: Parsed options that choose the control law and the communication.
+        options: What the process is told besides.
+        safety: What keeps robots apart.
+    """
+    chosen = (LawOptions.of(args), CommunicationOptions.of(args), safety, options)
+    return [argument for group in chosen for argument in group.arguments()]

@@ -8,18 +8,18 @@ from collections.abc import Callable, Sequence
 from functools import partial
 from pathlib import Path
 
-from launch_scripts.processes.law_arguments import law_arguments
+from launch_scripts.processes.child_process import ChildReport
 from launch_scripts.processes.node_commands import (
     CONTROLLER,
     RECORDER,
     SIMULATOR,
+    law_arguments,
     node_command,
+    stop_robots_of,
 )
-from launch_scripts.processes.stand_in import stop_robots_of
-from launch_scripts.processes.supervision.child_process import ChildReport
-from launch_scripts.processes.supervision.supervisor import Supervisor
-from setcmas_ctrl.control.options import ControllerOptions
-from setcmas_ctrl.filter.options import FilterOptions
+from launch_scripts.processes.supervisor import Supervisor
+from setcmas_ctrl.control.control_options import ControllerOptions
+from setcmas_ctrl.filter.filter_options import FilterOptions
 from setcmas_simu.reports.reports import (
     Function,
     Paused,
@@ -31,9 +31,9 @@ from setcmas_simu.reports.reports import (
     ScriptFailure,
     Started,
 )
+from setcmas_simu.robots.model import limits_named
 from setcmas_simu.robots.models import NO_LIMITS
-from setcmas_simu.robots.velocity_limits import limits_named
-from setcmas_simu.simulator.options import SimulationOptions, SimulatorOptions
+from setcmas_simu.simulator.simulator_options import SimulationOptions, SimulatorOptions
 from setcmas_tools.recorder.options import RecorderOptions
 from setcmas_tools.run.outcome import Outcome
 

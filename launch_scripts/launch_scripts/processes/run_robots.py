@@ -9,12 +9,12 @@ from dataclasses import replace
 
 from tqdm import tqdm
 
-from launch_scripts.processes.emulated_run import EmulatedRun
+from launch_scripts.processes.child_process import Child, ChildDiedError
+from launch_scripts.processes.emulated_runs import EmulatedRun
 from launch_scripts.processes.node_commands import PAGE
 from launch_scripts.processes.run_processes import SimulatedRun, outcome_of
-from launch_scripts.processes.supervision.child_process import Child, ChildDiedError
-from launch_scripts.processes.supervision.supervisor import StoppedError, Supervisor
-from launch_scripts.terminal.output_lines import Stream, write_line
+from launch_scripts.processes.supervisor import StoppedError, Supervisor
+from launch_scripts.terminal.terminal_output import Stream, write_line
 from setcmas_expe.lab.lab import Lab
 from setcmas_simu.reports.reports import Ready
 from setcmas_tools.run.folder import RunFolder

@@ -1,12 +1,36 @@
-"""Keys of the terminal one by one, without Enter."""
+"""Keys of the terminal one by one, without Enter, and the start key."""
 
 from __future__ import annotations
 
+import math
 import os
 import re
 import sys
-from contextlib import suppress
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
 from typing import Any
+
+try:
+    import termios
+except ImportError:  # Windows
+    termios = None  # type: ignore[assignment]
+
+
+@contextmanager
+def kept_terminal() -> Iterator[None]:
+    """Give the terminal back as it was before: a script may have called `stty`."""
+    stream = sys.__stdin__
+    if termios is None or stream is None or stream.closed or not stream.isatty():
+        yield
+        return
+    before = termios.tcgetattr(stream)
+    try:
+        yield
+    finally:
+        with suppress(termios.error):  # it has been closed
+            if termios.tcgetattr(stream) != before:
+                termios.tcsetattr(stream, termios.TCSADRAIN, before)
+
 
 ESC = '\x1b'
 
@@ -70,3 +94,32 @@ class Keyboard:
 def single_keys(keys: str) -> str:
     """Return keys without those that send several characters, such as arrows."""
     return _SEQUENCES.sub('', keys)
+
+
+ALONE_S = 0.3
+"""Time in s before and after the key in which no other may be pressed."""
+
+
+class StartKey:
+    """Judges the keys of a terminal; all times in s on a steady clock."""
+
+    def __init__(self, held: bool) -> None:
+        """Begin with nothing pressed.
+
+        Args:
+            held: Whether the key counts only while it is held down. It is told at once then: a
+                second press is needed anyway, and its release must not be late.
+        """
+        self._held = held
+        self._other, self._waiting_since = -math.inf, math.inf
+
+    def pressed(self, keys: str, now: float) -> bool:
+        """Take the keys since the last call, as they came; returns whether they start robots."""
+        if keys and not (set(keys) <= {'s', 'S'} and (self._held or len(keys) == 1)):
+            self._other, self._waiting_since = now, math.inf
+        elif keys and now - self._other > ALONE_S:
+            self._waiting_since = min(self._waiting_since, now)
+        starts = now - self._waiting_since >= (0.0 if self._held else ALONE_S)
+        if starts:
+            self._waiting_since = math.inf
+        return starts

@@ -11,7 +11,7 @@ from rich.live import Live
 from rich.table import Table
 from rich.text import Text
 
-from launch_scripts.terminal.output_queue import QueuedStream
+from launch_scripts.terminal.terminal_output import QueuedStream
 from setcmas_expe.pause.console_protocol import RobotStatus, Status
 from setcmas_expe.safety.safety_decision import State
 

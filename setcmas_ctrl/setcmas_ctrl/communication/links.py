@@ -11,8 +11,7 @@ from numpy.typing import NDArray
 
 from setcmas_ctrl.communication import draws
 from setcmas_ctrl.communication.channel import Channel
-from setcmas_ctrl.communication.link_counts import LinkCounts
-from setcmas_ctrl.communication.routes import Choice, Indices, Routes
+from setcmas_ctrl.communication.routes import Choice, Indices, LinkCounts, Routes
 from setcmas_simu.arrays import Floats
 
 _SAME_TIME_S = 1e-9

@@ -1,4 +1,4 @@
-"""Links as columns: what is known of links that are up, ready for whole arrays of messages."""
+"""Links as arrays: those that are up, and counts of their messages."""
 
 from __future__ import annotations
 
@@ -11,6 +11,41 @@ from setcmas_ctrl.communication import draws
 from setcmas_ctrl.communication.channel import Channel
 from setcmas_ctrl.communication.draws import Words
 from setcmas_simu.arrays import Floats
+
+
+@dataclass
+class LinkCounts:
+    """What went over links; rows are receivers, columns are senders.
+
+    Attributes:
+        sent: Messages that were sent while the receiver heard the sender.
+        received: Those that have arrived.
+        lost: Those that never will.
+        first: Time at which the first one arrived in s, NaN if none has.
+        last: Time at which the last one arrived in s, NaN if none has.
+    """
+
+    sent: NDArray[np.int64]
+    received: NDArray[np.int64]
+    lost: NDArray[np.int64]
+    first: Floats
+    last: Floats
+
+    @classmethod
+    def zero(cls, nb_receivers: int, nb_senders: int) -> LinkCounts:
+        """Return counts before the first message."""
+        shape = (nb_receivers, nb_senders)
+        sent, received, lost = np.zeros((3, *shape), dtype=np.int64)
+        first, last = np.full((2, *shape), np.nan)
+        return cls(sent, received, lost, first, last)
+
+    @property
+    def mean_interval(self) -> Floats:
+        """Mean time between arrivals in s; NaN for fewer than two."""
+        intervals = np.where(self.received > 1, self.received - 1, np.nan)
+        result: Floats = (self.last - self.first) / intervals
+        return result
+
 
 Indices = NDArray[np.intp]
 Choice = slice | Indices | NDArray[np.bool_]

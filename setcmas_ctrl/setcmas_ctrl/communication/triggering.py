@@ -20,11 +20,15 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from setcmas_ctrl.scripts.error_reports import ErrorReports
-from setcmas_ctrl.scripts.failures import ControlError, failure_of
 from setcmas_ctrl.scripts.loader import load_script
-from setcmas_ctrl.scripts.messages import safe_text
-from setcmas_ctrl.scripts.stop_call import AbandonCall, StopCall
+from setcmas_ctrl.scripts.script_errors import (
+    AbandonCall,
+    ControlError,
+    ErrorReports,
+    StopCall,
+    failure_of,
+    safe_text,
+)
 from setcmas_simu.arrays import Floats
 from setcmas_simu.errors import SetcmasError
 

@@ -8,17 +8,15 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from setcmas_ctrl.control.acceleration import limited_rise
-from setcmas_ctrl.control.options import GainOptions
-from setcmas_ctrl.control.saturation import saturate
+from setcmas_ctrl.control.control_options import GainOptions
+from setcmas_ctrl.control.saturation import limited_rise, saturate
 from setcmas_ctrl.filter.deadlock import Now
-from setcmas_ctrl.filter.options import FilterOptions
+from setcmas_ctrl.filter.filter_options import FilterOptions
 from setcmas_simu.arrays import Floats
 from setcmas_simu.errors import SetcmasError
-from setcmas_simu.robots.mixed_fleet import fleet_model
-from setcmas_simu.robots.model import RobotModel
+from setcmas_simu.robots.model import IDEAL, RobotModel, VelocityLimits
+from setcmas_simu.robots.models import fleet_model
 from setcmas_simu.robots.unicycle import Unicycle
-from setcmas_simu.robots.velocity_limits import IDEAL, VelocityLimits
 
 
 @dataclass(frozen=True)

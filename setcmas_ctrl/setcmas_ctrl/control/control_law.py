@@ -13,17 +13,20 @@ import numpy as np
 
 from setcmas_ctrl import network
 from setcmas_ctrl.communication.graph import complete
-from setcmas_ctrl.scripts.failures import ControlError, failure_of
 from setcmas_ctrl.scripts.function import checked_control
 from setcmas_ctrl.scripts.imports import helper_files
 from setcmas_ctrl.scripts.loader import load_script
-from setcmas_ctrl.scripts.messages import (
+from setcmas_ctrl.scripts.script_errors import (
+    AbandonCall,
+    ControlError,
+    StopCall,
+    failure_of,
     quoted_line,
     safe_text,
+    scripts_own,
     unheard_robots,
 )
-from setcmas_ctrl.scripts.settings import Settings
-from setcmas_ctrl.scripts.stop_call import AbandonCall, StopCall, scripts_own
+from setcmas_ctrl.scripts.script_settings import Settings
 from setcmas_simu.arrays import Floats
 
 Velocity = tuple[float, float]

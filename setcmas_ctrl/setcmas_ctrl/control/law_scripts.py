@@ -8,7 +8,7 @@ from pathlib import Path
 from setcmas_ctrl.control.control_law import ControlLaw
 from setcmas_ctrl.scripts.exercise import unfilled_note
 from setcmas_ctrl.scripts.loader import ALGORITHMS, compile_script, find_script, names_to_set
-from setcmas_ctrl.scripts.settings import Settings
+from setcmas_ctrl.scripts.script_settings import Settings
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet.fleet import format_robots
 from setcmas_simu.fleet.per_robot import (

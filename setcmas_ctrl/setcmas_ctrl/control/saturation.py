@@ -1,4 +1,4 @@
-"""Bounds on the velocity that a control law asks for."""
+"""Bounds on the velocity that a control law returns, and on its acceleration."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from setcmas_simu.arrays import Floats
-from setcmas_simu.robots.si_to_uni import SLOW
+from setcmas_simu.robots.model import SLOW
 
 VNOM = 0.5
 """Default largest speed of a robot, in m/s."""
@@ -35,3 +35,24 @@ def saturate(velocities: ArrayLike, vnom: float = VNOM) -> Floats:
 def dead_band(vx: float, vy: float, slow: float = SLOW) -> tuple[float, float]:
     """Return the velocity (m/s), or (0, 0) where its norm is below `slow` m/s."""
     return (0.0, 0.0) if vx * vx + vy * vy < slow * slow else (vx, vy)
+
+
+def limited_rise(commands: Floats, before: Floats, most: float) -> Floats:
+    """Return commands whose speeds are not much above those before; slowing down is never limited.
+
+    Args:
+        commands: Speeds forward and to the left (m/s) and turn rates (rad/s), shape (3, N).
+        before: The commands before them.
+        most: By how much the speed in the direction of a command may rise, in m/s.
+
+    Returns:
+        The commands, with the same turn rates.
+    """
+    if most == math.inf:
+        return commands
+    speeds = np.hypot(commands[0], commands[1])
+    directions = commands[:2] / np.maximum(speeds, 1e-12)
+    reached = np.maximum(0.0, (directions * before[:2]).sum(axis=0)) + most
+    limited: Floats = commands.copy()
+    limited[:2] = directions * np.minimum(speeds, reached)
+    return limited

@@ -6,30 +6,25 @@ from pathlib import Path
 
 from setcmas_ctrl.communication.triggering import CTC
 from setcmas_ctrl.control.commander import Commander
-from setcmas_ctrl.controller.communication import FleetCommunication
 from setcmas_ctrl.controller.event_triggered_comm import EventTriggeredComm, broadcasters
 from setcmas_ctrl.controller.graph_watch import GraphWatch
-from setcmas_ctrl.controller.lockstep_loop import LockstepLoop
-from setcmas_ctrl.controller.obstacle_markers import publish_obstacles
+from setcmas_ctrl.controller.lockstep_controller import LockstepLoop
+from setcmas_ctrl.controller.markers import publish_obstacles
+from setcmas_ctrl.controller.network_links import FleetCommunication
 from setcmas_ctrl.controller.preparation import Prepared
-from setcmas_ctrl.controller.scripts.reloader import ScriptReloader
-from setcmas_ctrl.controller.scripts.script_outcomes import ScriptOutcomes
+from setcmas_ctrl.controller.script_outcomes import ScriptOutcomes
+from setcmas_ctrl.controller.script_reload import ScriptReloader
 from setcmas_ctrl.controller.stepper import ControlStepper
-from setcmas_ctrl.driving.controller import Controller
-from setcmas_ctrl.driving.driven_models import DrivenModels
-from setcmas_ctrl.driving.fleet_pause import FleetPause
-from setcmas_ctrl.driving.si_to_uni import SiToUni
-from setcmas_ctrl.fleet.odometry import FleetOdometry
-from setcmas_ctrl.fleet.pause_watch import PauseWatch
+from setcmas_ctrl.driving.driven_robot import Controller, DrivenModels, SiToUni
+from setcmas_ctrl.driving.fleet_pause import FleetPause, PauseWatch
+from setcmas_ctrl.driving.odometry import FleetOdometry
 from setcmas_simu.fleet import topics
-from setcmas_simu.fleet.announcement import Lockstep, Scaled
-from setcmas_simu.messages.polled_service import MOST_WITH_SERVICES
+from setcmas_simu.fleet.fleet import Lockstep, Scaled
+from setcmas_simu.robots.arena import Arena, Obstacles
 from setcmas_simu.robots.models import model_names
 from setcmas_simu.ros import qos
-from setcmas_simu.ros.step_clock import ScaledClock, SteadyClock, StepClock
-from setcmas_simu.ros.step_loop import StepLoop
-from setcmas_simu.world.arena import Arena
-from setcmas_simu.world.obstacles import Obstacles
+from setcmas_simu.ros.polling import MOST_WITH_SERVICES
+from setcmas_simu.ros.step_loop import ScaledClock, SteadyClock, StepClock, StepLoop
 
 
 def build(known: Prepared) -> tuple[ControlStepper, StepLoop | LockstepLoop]:

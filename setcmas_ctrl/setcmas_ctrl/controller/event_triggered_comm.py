@@ -15,25 +15,24 @@ from pathlib import Path
 from nav_msgs.msg import Odometry
 from std_msgs.msg import UInt16
 
-from setcmas_ctrl.communication.options import CommunicationOptions
-from setcmas_ctrl.communication.settings import Communication, chosen_communication
+from setcmas_ctrl.communication.communication_options import CommunicationOptions
+from setcmas_ctrl.communication.communication_settings import Communication, chosen_communication
 from setcmas_ctrl.communication.triggering import CONSEQUENCE, CTC, Broadcast
-from setcmas_ctrl.control.options import SCRIPT_FAILED
-from setcmas_ctrl.controller.scripts.stuck_scripts import end_process, end_stuck_script
-from setcmas_ctrl.fleet.odometry import FleetOdometry, Pose, State
-from setcmas_ctrl.scripts.error_reports import ErrorReports
+from setcmas_ctrl.control.control_options import SCRIPT_FAILED
+from setcmas_ctrl.controller.script_outcomes import end_process, end_stuck_script
+from setcmas_ctrl.driving.odometry import FleetOdometry, Pose, State
+from setcmas_ctrl.scripts.call_watch import CallWatch
 from setcmas_ctrl.scripts.output import named_output
-from setcmas_ctrl.scripts.stop_call import AbandonCall, StopCall
-from setcmas_ctrl.scripts.watch.call_watch import CallWatch
+from setcmas_ctrl.scripts.script_errors import AbandonCall, ErrorReports, StopCall
 from setcmas_simu.fleet import topics
 from setcmas_simu.fleet.fleet import parse_robots, robots_in_words
-from setcmas_simu.lockstep.answer import NONE
-from setcmas_simu.messages.cdr import read_stamp
 from setcmas_simu.reports.reports import Function
 from setcmas_simu.robots.unicycle import RATE_HZ as ROBOT_RATE_HZ
 from setcmas_simu.ros import qos
+from setcmas_simu.ros.messages import read_stamp
 from setcmas_simu.ros.process import FleetNode, RosProcess, node_main
 from setcmas_simu.ros.step_loop import StepLoop
+from setcmas_simu.simulator.lockstep import NONE
 
 _LOOK_EVERY_S = 0.01
 

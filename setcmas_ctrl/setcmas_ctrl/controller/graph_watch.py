@@ -9,12 +9,12 @@ from rclpy.node import Node
 from rclpy.publisher import Publisher
 from rclpy.qos import DurabilityPolicy
 
-from setcmas_ctrl.driving.si_to_uni import SiToUni
-from setcmas_ctrl.fleet.discovery import robots_with_odometry
-from setcmas_ctrl.fleet.odometry import FleetOdometry
+from setcmas_ctrl.driving.driven_robot import SiToUni
+from setcmas_ctrl.driving.fleet_discovery import robots_with_odometry
+from setcmas_ctrl.driving.odometry import FleetOdometry
 from setcmas_simu.fleet.fleet import robots_in_words
 from setcmas_simu.fleet.topics import RECORDER_NODES
-from setcmas_simu.messages.fleet_topic import FleetListener
+from setcmas_simu.ros.fleet_topic import FleetListener
 
 _ROUND_EVERY_S = 2.0
 _LOOKS = 8  # at robots in a step

@@ -7,23 +7,26 @@ import math
 from dataclasses import dataclass
 
 from setcmas_ctrl import drawing
-from setcmas_ctrl.communication.options import CommunicationOptions
-from setcmas_ctrl.communication.settings import Communication, chosen_communication
+from setcmas_ctrl.communication.communication_options import CommunicationOptions
+from setcmas_ctrl.communication.communication_settings import Communication, chosen_communication
 from setcmas_ctrl.control.control_law import ControlLaw
+from setcmas_ctrl.control.control_options import ControllerOptions, LawOptions
 from setcmas_ctrl.control.law_scripts import LawScripts
-from setcmas_ctrl.control.options import ControllerOptions, LawOptions
-from setcmas_ctrl.controller.canvas import MarkerCanvas
-from setcmas_ctrl.controller.scripts.law_loader import LawLoader
-from setcmas_ctrl.controller.scripts.stuck_scripts import end_stuck_script
-from setcmas_ctrl.filter.options import FilterOptions
-from setcmas_ctrl.fleet.discovery import wait_for_announcement, wait_for_fleet, wait_for_source
-from setcmas_ctrl.scripts.stop_call import StopCall
-from setcmas_ctrl.scripts.watch.call_watch import CallWatch
-from setcmas_ctrl.task.task_topic import TaskTopic
+from setcmas_ctrl.controller.markers import MarkerCanvas, TaskTopic
+from setcmas_ctrl.controller.script_outcomes import end_stuck_script
+from setcmas_ctrl.controller.script_reload import LawLoader
+from setcmas_ctrl.driving.fleet_discovery import (
+    wait_for_announcement,
+    wait_for_fleet,
+    wait_for_source,
+)
+from setcmas_ctrl.filter.filter_options import FilterOptions
+from setcmas_ctrl.scripts.call_watch import CallWatch
+from setcmas_ctrl.scripts.script_errors import StopCall
 from setcmas_simu.errors import SetcmasError
-from setcmas_simu.fleet.announcement import Lockstep, SimulatedTime
-from setcmas_simu.messages.fleet_topic import FleetListener
+from setcmas_simu.fleet.fleet import Lockstep, SimulatedTime
 from setcmas_simu.ros import qos
+from setcmas_simu.ros.fleet_topic import FleetListener
 from setcmas_simu.ros.process import FleetNode, RosProcess
 
 

@@ -5,14 +5,14 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
-from setcmas_ctrl.fleet.odometry import FleetOdometry
+from setcmas_ctrl.driving.odometry import FleetOdometry
 from setcmas_simu.fleet.fleet import robots_in_words
 from setcmas_simu.fleet.topics import TRIG_ODOM, robot_topic
 from setcmas_simu.ros.process import RosProcess
-from setcmas_simu.ros.step_clock import Clock
+from setcmas_simu.ros.step_loop import Clock
 
 if TYPE_CHECKING:
-    from setcmas_ctrl.controller.communication import FleetCommunication
+    from setcmas_ctrl.controller.network_links import FleetCommunication
 
 _REMIND_EVERY_S = 2.0
 _LOOK_EVERY_S = 0.002

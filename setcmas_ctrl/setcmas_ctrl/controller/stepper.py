@@ -11,29 +11,26 @@ from rclpy.node import Node
 
 from setcmas_ctrl.control.commander import Commanded, Commander
 from setcmas_ctrl.control.control_law import ControlLaw
-from setcmas_ctrl.control.options import GainOptions
-from setcmas_ctrl.controller.communication import FleetCommunication
+from setcmas_ctrl.control.control_options import GainOptions
 from setcmas_ctrl.controller.graph_watch import GraphWatch
-from setcmas_ctrl.controller.scripts.script_outcomes import ScriptOutcomes
+from setcmas_ctrl.controller.network_links import FleetCommunication
+from setcmas_ctrl.controller.script_outcomes import ScriptOutcomes
 from setcmas_ctrl.controller.start import (
     fall_in_step,
     wait_for_poses,
     wait_for_states,
 )
-from setcmas_ctrl.driving.controller import Controller
-from setcmas_ctrl.driving.si_to_uni import SiToUni
-from setcmas_ctrl.fleet.fleet_time import FleetTime
-from setcmas_ctrl.fleet.fleet_time_topic import FleetTimeTopic
-from setcmas_ctrl.fleet.lost_robots import LostRobots
-from setcmas_ctrl.fleet.odometry import POSE_TIMEOUT_S, FleetOdometry
-from setcmas_ctrl.fleet.pause_watch import PauseWatch
-from setcmas_ctrl.scripts.failures import ControlError
-from setcmas_ctrl.scripts.stop_call import AbandonCall, StopCall
+from setcmas_ctrl.driving.driven_robot import Controller, SiToUni
+from setcmas_ctrl.driving.fleet_discovery import LostRobots
+from setcmas_ctrl.driving.fleet_pause import PauseWatch
+from setcmas_ctrl.driving.fleet_time import FleetTime, FleetTimeTopic
+from setcmas_ctrl.driving.odometry import POSE_TIMEOUT_S, FleetOdometry
+from setcmas_ctrl.scripts.script_errors import AbandonCall, ControlError, StopCall
 from setcmas_simu.arrays import Floats
 from setcmas_simu.fleet.fleet import robots_in_words
 from setcmas_simu.reports.reports import Started
 from setcmas_simu.ros.process import RosProcess
-from setcmas_simu.ros.step_clock import Clock, SteadyClock
+from setcmas_simu.ros.step_loop import Clock, SteadyClock
 
 _NOTHING = (math.nan, 0.0, math.nan)
 _LISTENERS_WAIT_S = 2.0

@@ -8,9 +8,9 @@ from __future__ import annotations
 import argparse
 import sys
 
-from setcmas_simu.cmd_vel.cmd_vel_publisher import CmdVelPublisher
 from setcmas_simu.fleet import topics
 from setcmas_simu.fleet.fleet import parse_robots
+from setcmas_simu.ros.cmd_vel_topics import CmdVelPublisher
 from setcmas_simu.ros.process import FleetNode, RosProcess, node_main
 
 _LISTENERS_WAIT_S = 2.0

@@ -2,25 +2,33 @@
 
 from __future__ import annotations
 
+import enum
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from setcmas_ctrl.filter.clearance import Clearance
+from setcmas_ctrl.filter.clearance import Clearance, Indices, Rows
 from setcmas_ctrl.filter.deadlock import Block, DeadlockWatch, Detour, Now
+from setcmas_ctrl.filter.filter_options import SEPARATION_M, TURN, FilterOptions
 from setcmas_ctrl.filter.movers import Movers, check_motions
-from setcmas_ctrl.filter.options import SEPARATION_M, TURN, FilterOptions
 from setcmas_ctrl.filter.projection import Projection
-from setcmas_ctrl.filter.rows import Indices, Rows
-from setcmas_ctrl.filter.verdict import Verdict
 from setcmas_simu.arrays import Floats
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet.fleet import robots_in_words
+from setcmas_simu.robots.arena import Arena, Obstacles
 from setcmas_simu.robots.model import RobotModel
-from setcmas_simu.world.arena import Arena
-from setcmas_simu.world.obstacles import Obstacles
+
+
+class Verdict(enum.IntEnum):
+    """What became of the velocity that a law wants."""
+
+    KEPT = 0
+    CHANGED = 1
+    BLOCKED = 2
+    NO_SOLUTION = 3
+
 
 _TOLERATED = 0.05
 """More in m/s than points go, for what the solver and the watch of deadlocks tolerate."""

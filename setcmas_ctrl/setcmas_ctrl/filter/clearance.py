@@ -1,24 +1,89 @@
-"""Barrier certificates: constraints that keep points apart, inside the arena and off obstacles.
-
-Each keeps a distance h >= 0 to what is not allowed, by dh/dt >= -gamma h (Wang, Ames, Egerstedt,
-"Safety barrier certificates for collisions-free multirobot systems", T-RO 2017, arXiv 1609.00651,
-there with the squared distance). A velocity that is held for a time s leaves
-h(s) >= (1 - gamma s) h, since distances to convex sets are convex in s: so h stays above 0 with
-sampled control, too, as long as gamma times the period is at most 1.
-"""
+"""Barrier certificates: constraints that keep points apart, inside the arena and off obstacles."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
-from setcmas_ctrl.filter.rows import NOBODY, Indices, Rows
+from setcmas_ctrl.filter.filter_options import SEPARATION_M, FilterOptions
 from setcmas_simu.arrays import Floats
-from setcmas_simu.world.arena import Arena
-from setcmas_simu.world.obstacles import Obstacles
+from setcmas_simu.errors import SetcmasError
+from setcmas_simu.robots.arena import Arena, Obstacles
+
+NOBODY = -1
+"""Stands for the second point of a constraint that has none."""
+
+Indices = NDArray[np.intp]
+
+
+@dataclass(frozen=True)
+class Rows:
+    """Constraints a (u_i - u_j) <= b on velocities u in m/s; u_j is left out where j is NOBODY.
+
+    Attributes:
+        i: First points, shape (R,).
+        j: Second points, shape (R,).
+        a: Normals, shape (2, R).
+        b: Bounds in m/s, shape (R,).
+    """
+
+    i: Indices
+    j: Indices
+    a: Floats
+    b: Floats
+
+    @classmethod
+    def of_one(cls, i: Indices, a: Floats, b: Floats) -> Rows:
+        """Return constraints of single points."""
+        return cls(i, np.full(len(i), NOBODY), a, b)
+
+    @classmethod
+    def joined(cls, parts: Sequence[Rows]) -> Rows:
+        """Return the constraints of all parts."""
+        return cls(
+            np.concatenate([part.i for part in parts]),
+            np.concatenate([part.j for part in parts]),
+            np.hstack([part.a for part in parts]),
+            np.concatenate([part.b for part in parts]),
+        )
+
+    def excess(self, velocities: Floats) -> Floats:
+        """Return by how much velocities (2, N) break each constraint, in m/s, shape (R,)."""
+        known = np.hstack([velocities, np.zeros((2, 1))])  # NOBODY's is the last
+        relative = known[:, self.i] - known[:, self.j]
+        excess: Floats = self.a[0] * relative[0] + self.a[1] * relative[1] - self.b
+        return excess
+
+    def chosen(self, which: NDArray[np.bool_]) -> Rows:
+        """Return some of them, chosen by a mask, shape (R,)."""
+        return Rows(self.i[which], self.j[which], self.a[:, which], self.b[which])
+
+    def has(self, nb_points: int) -> NDArray[np.bool_]:
+        """Return which of the N points they are of, shape (N,)."""
+        has = np.zeros(nb_points + 1, dtype=bool)  # NOBODY's is the last
+        has[self.i] = has[self.j] = True
+        return has[:-1]
+
+    def matrix(self, places: Indices, nb_points: int) -> Floats:
+        """Return them as a matrix on vx, vy of some points in turn, shape (R, 2 nb_points).
+
+        Args:
+            places: The place of each point among these, shape (N,).
+            nb_points: Number of these.
+        """
+        matrix = np.zeros((len(self.i), 2 * nb_points))
+        rows = np.arange(len(self.i))
+        paired = self.j != NOBODY
+        for axis in (0, 1):
+            matrix[rows, 2 * places[self.i] + axis] = self.a[axis]
+            second = 2 * places[self.j[paired]] + axis
+            matrix[rows[paired], second] = -self.a[axis, paired]
+        return matrix
+
 
 _RECOVERY = 0.1
 """Speed in m/s at which points that are nearer than allowed must go apart, at most."""
@@ -151,3 +216,39 @@ def nearest_points(points: Floats, start: Floats, end: Floats) -> Floats:
     share = along @ (points - start[:, None]) / (along @ along)
     nearest: Floats = start[:, None] + along[:, None] * np.clip(share, 0.0, 1.0)
     return nearest
+
+
+_ROUNDING_M = 1e-6
+
+
+def check_starts(options: FilterOptions, poses: Floats) -> None:
+    """See that the filter, if it is on, finds robots where they may be.
+
+    Args:
+        options: Those of the filter.
+        poses: Start poses of the fleet, shape (3, N).
+
+    Raises:
+        SetcmasError: A robot starts outside the arena, inside an obstacle or too near another.
+    """
+    if not options.is_on:
+        return
+    obstacles = Obstacles.of(options.obstacles or '')
+    for robot, (x, y) in enumerate(poses[:2].T.tolist(), start=1):
+        at = f'robot {robot} starts at ({x:g}, {y:g}) m,'
+        if options.arena and Arena(*options.arena).distance(x, y):
+            raise SetcmasError(f'{at} outside the arena; give it another pose, or a larger arena')
+        if obstacles.contain(x, y):
+            raise SetcmasError(f'{at} inside an obstacle; give it another pose')
+    _check_distances(poses, options.min_separation or SEPARATION_M)
+
+
+def _check_distances(poses: Floats, separation: float) -> None:
+    i, j = np.triu_indices(poses.shape[1], 1)
+    distances = np.hypot(*(poses[:2, j] - poses[:2, i]))
+    for pair in np.flatnonzero(distances < separation - _ROUNDING_M)[:1]:
+        raise SetcmasError(
+            f'robots {i[pair] + 1} and {j[pair] + 1} start {distances[pair]:.3g} m apart; with '
+            f'the safety filter it must be at least {separation:g} m: give them other poses, or '
+            'a smaller min_separation'
+        )

@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from setcmas_ctrl.filter.rows import NOBODY, Indices, Rows
+from setcmas_ctrl.filter.clearance import NOBODY, Indices, Rows
 from setcmas_simu.arrays import Floats
 
 BLOCKED_S = 1.0

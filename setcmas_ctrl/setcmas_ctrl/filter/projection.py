@@ -6,7 +6,7 @@ import daqp
 import numpy as np
 from numpy.typing import NDArray
 
-from setcmas_ctrl.filter.rows import Indices, Rows
+from setcmas_ctrl.filter.clearance import Indices, Rows
 from setcmas_simu.arrays import Floats
 
 _SOLVED = 1

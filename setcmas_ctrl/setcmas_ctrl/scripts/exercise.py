@@ -6,7 +6,7 @@ import ast
 from pathlib import Path
 
 from setcmas_ctrl.scripts.loader import EXERCISES
-from setcmas_ctrl.scripts.plain_values import plain_values
+from setcmas_ctrl.scripts.output import plain_values
 from setcmas_simu.errors import SetcmasError
 
 _FILLED_IN = ('control', 'ctc')

@@ -1,4 +1,4 @@
-"""Loader of control scripts, with a fresh module for every robot."""
+"""Loader of control scripts: a fresh module for every robot, with a seed of its own."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ import ast
 import contextlib
 import difflib
 import linecache
+import random
 import stat
 import sys
 import tokenize
@@ -16,14 +17,31 @@ from importlib.machinery import FileFinder
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from setcmas_ctrl.scripts.function import CONTROL, check_defines
 from setcmas_ctrl.scripts.imports import ScriptImports
-from setcmas_ctrl.scripts.messages import describe_failure
-from setcmas_ctrl.scripts.settings import CALL, Settings, apply_settings, converted, plain_names
-from setcmas_ctrl.scripts.stop_call import AbandonCall, StopCall, scripts_own
+from setcmas_ctrl.scripts.script_errors import AbandonCall, StopCall, describe_failure, scripts_own
+from setcmas_ctrl.scripts.script_settings import (
+    CALL,
+    Settings,
+    apply_settings,
+    converted,
+    plain_names,
+)
 from setcmas_simu.doors import ScriptDoor
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet.topics import robot_name
+
+SEED = 0
+"""Default seed: equal runs draw equal numbers."""
+
+
+def seed_scripts(value: int) -> None:
+    """Seed the generators that scripts use: those of `random` and `numpy.random`."""
+    random.seed(value)
+    np.random.seed(value)
+
 
 ALGORITHMS = ScriptDoor('setcmas.algorithms', 'control law')
 EXERCISES = ScriptDoor('setcmas.exercises', 'exercise')

@@ -43,7 +43,7 @@ _QUESTION = 'Nudge each robot 5 cm forward and back? People and obstacles clear?
 def look_around(ros_arguments: list[str]) -> list[Finding]:
     """Return what other fleets are in sight."""
     from setcmas_expe.doctor.fleets_in_sight import fleets_finding
-    from setcmas_simu.messages.fleet_topic import FleetListener
+    from setcmas_simu.ros.fleet_topic import FleetListener
     from setcmas_simu.ros.process import FleetNode, ros_process
 
     with ros_process(ros_arguments) as process:

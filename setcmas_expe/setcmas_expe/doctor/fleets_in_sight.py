@@ -9,7 +9,7 @@ from rclpy.node import Node
 from setcmas_expe.doctor.findings import NOTE, OK, Finding
 from setcmas_simu.fleet import topics
 from setcmas_simu.fleet.fleet import robots_in_words
-from setcmas_simu.messages.fleet_topic import FleetListener
+from setcmas_simu.ros.fleet_topic import FleetListener
 
 _WHAT = 'other fleets'
 

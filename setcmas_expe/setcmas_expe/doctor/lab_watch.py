@@ -18,9 +18,9 @@ from setcmas_expe.lab.lab import Battery, Lab, LabRobot
 from setcmas_expe.mocap.pose_track import PoseTrack
 from setcmas_expe.mocap.receiver import MocapReceiver
 from setcmas_expe.mocap.sample import Pose, Sample, fault_of
-from setcmas_simu.cmd_vel import cmd_vel_graph
-from setcmas_simu.cmd_vel.cmd_vel_graph import Endpoint
 from setcmas_simu.fleet import topics
+from setcmas_simu.ros import cmd_vel_topics
+from setcmas_simu.ros.cmd_vel_topics import Endpoint
 from setcmas_simu.ros.process import FleetNode, RosProcess
 
 # turtlebot3_node answers for its parameters, as every node of rclcpp does.
@@ -97,7 +97,7 @@ class LabWatch(FleetNode):
         self.robot_guards = {
             robot.number: GuardWatch(self, robot.namespace) for robot in lab.robots
         }
-        self._own = cmd_vel_graph.own_participant(self)
+        self._own = cmd_vel_topics.own_participant(self)
         self._begin = time.time()
         takers = {
             watch.robot.mocap_name: partial(self._on_mocap, watch)
@@ -137,7 +137,7 @@ class LabWatch(FleetNode):
 
     def runs_experiment(self) -> bool:
         """Return whether another process pauses and starts robots here."""
-        return bool(cmd_vel_graph.strangers(self, topics.PAUSED, {self._own}))
+        return bool(cmd_vel_topics.strangers(self, topics.PAUSED, {self._own}))
 
     def poses(self) -> dict[int, Pose]:
         """Return the last good pose of each robot that has one, by number."""
@@ -162,7 +162,7 @@ class LabWatch(FleetNode):
 
     def listeners(self, robot: LabRobot) -> list[Endpoint]:
         """Return who receives a robot's commands, bystanders aside."""
-        return cmd_vel_graph.listeners(self, robot.topic(topics.CMD_VEL))
+        return cmd_vel_topics.listeners(self, robot.topic(topics.CMD_VEL))
 
     def rival(self, robot: LabRobot, experiment: bool = False) -> str:
         """Return which other process may move a robot, or moves in its place; empty if none.
@@ -175,8 +175,8 @@ class LabWatch(FleetNode):
         guard = self.robot_guards[robot.number]
         allowed = {self._own} | guard.look_around()
         for name in (topics.FLEET, topics.PAUSED) if experiment else ():
-            allowed |= cmd_vel_graph.participants(self, name)
-        return guard.intruder or cmd_vel_graph.rival(self, topic, allowed)
+            allowed |= cmd_vel_topics.participants(self, name)
+        return guard.intruder or cmd_vel_topics.rival(self, topic, allowed)
 
     def _on_mocap(self, watch: RobotWatch, sample: Sample) -> None:
         watch.arrivals.append(time.time())

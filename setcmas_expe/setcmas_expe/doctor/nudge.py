@@ -22,11 +22,11 @@ from setcmas_expe.lab.lab import Lab, LabRobot
 from setcmas_expe.mocap.sample import Pose
 from setcmas_expe.safety.body_proofs import CRAWL_M_S, PROOF_M, Proofs
 from setcmas_expe.safety.motion_watch import MotionWatch
-from setcmas_simu.cmd_vel.cmd_vel_publisher import CmdVelPublisher
 from setcmas_simu.fleet import topics
 from setcmas_simu.fleet.planar_pose import wrap_angle
 from setcmas_simu.fleet.topics import robot_name
 from setcmas_simu.ros import qos
+from setcmas_simu.ros.cmd_vel_topics import CmdVelPublisher
 from setcmas_simu.ros.process import RosProcess
 
 TURN_RATE = 0.5

@@ -8,9 +8,8 @@ import numpy as np
 
 from setcmas_simu.arrays import Floats
 from setcmas_simu.robots import unicycle
-from setcmas_simu.robots.model import TWIST, RobotModel
+from setcmas_simu.robots.model import TWIST, RobotModel, VelocityLimits
 from setcmas_simu.robots.unicycle import Unicycle
-from setcmas_simu.robots.velocity_limits import VelocityLimits
 
 _RESOLUTION = 100  # 1/(m/s), 1/(rad/s): the robot's computer sends whole hundredths to OpenCR
 _INT32_MAX = 2**31 - 1

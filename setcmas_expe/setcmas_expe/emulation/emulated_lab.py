@@ -37,11 +37,11 @@ from setcmas_expe.lab.lab_options import LabOptions
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet import topics
 from setcmas_simu.reports.reports import Ready
-from setcmas_simu.robots.velocity_limits import ROBOT_MODELS
+from setcmas_simu.robots.model import ROBOT_MODELS
 from setcmas_simu.ros import qos
 from setcmas_simu.ros.process import FleetNode, RosProcess, node_main
 from setcmas_simu.ros.step_loop import StepLoop
-from setcmas_simu.simulator.robot_locks import RobotLocks
+from setcmas_simu.simulator.simulator_guard import RobotLocks
 
 
 class Schedule:

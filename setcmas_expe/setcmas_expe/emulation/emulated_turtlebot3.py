@@ -12,10 +12,10 @@ from sensor_msgs.msg import BatteryState
 from std_srvs.srv import SetBool
 
 from setcmas_expe.lab.lab import LabRobot
-from setcmas_simu.cmd_vel.cmd_vel_type import TYPES, velocities
 from setcmas_simu.fleet import topics
 from setcmas_simu.fleet.planar_pose import quaternion_of_yaw
-from setcmas_simu.messages.polled_topic import PolledTopic
+from setcmas_simu.ros.cmd_vel_topics import TYPES, velocities
+from setcmas_simu.ros.polling import PolledTopic
 from setcmas_simu.ros.process import FleetNode
 
 NODE_NAME = 'turtlebot3_node'

@@ -12,16 +12,21 @@ from setcmas_expe.mocap.sources import STANDARD
 from setcmas_simu.arrays import Floats
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet.fleet import start_poses
-from setcmas_simu.fleet.random_poses import RandomPoses
+from setcmas_simu.fleet.start_poses import RandomPoses
 from setcmas_simu.fleet.topics import CMD_VEL_TYPES
 from setcmas_simu.options.completion import names_and_files
 from setcmas_simu.options.group import flag, option
 from setcmas_simu.options.kinds import RATE, SEEDS, Kind, OneOf
-from setcmas_simu.robots.mixed_fleet import fleet_model
+from setcmas_simu.robots.arena import Arena
 from setcmas_simu.robots.model import RobotModel
-from setcmas_simu.robots.models import UNICYCLE, is_model_file, model_names, robot_models
-from setcmas_simu.simulator.options import StartPoseOptions
-from setcmas_simu.world.arena import Arena
+from setcmas_simu.robots.models import (
+    UNICYCLE,
+    fleet_model,
+    is_model_file,
+    model_names,
+    robot_models,
+)
+from setcmas_simu.simulator.simulator_options import StartPoseOptions
 
 MOCAP_RATE_HZ = 50.0
 """Default rate of the emulated motion capture system, in Hz."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from setcmas_expe.mocap.pose_track import StampClock
-from setcmas_simu.robots.velocity_limits import VelocityLimits
+from setcmas_simu.robots.model import VelocityLimits
 
 SILENCE_S = 0.3
 """Silence in s, after a command to move, from which the guard stops the robot."""

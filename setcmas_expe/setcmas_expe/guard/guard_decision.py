@@ -6,7 +6,7 @@ import enum
 from collections.abc import Set as AbstractSet
 from dataclasses import dataclass
 
-from setcmas_ctrl.fleet.pause_watch import BY_WISH
+from setcmas_ctrl.driving.fleet_pause import BY_WISH
 
 
 class Source:

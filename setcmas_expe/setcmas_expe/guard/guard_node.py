@@ -23,21 +23,20 @@ from geometry_msgs.msg import Twist, TwistStamped
 from rclpy.duration import Duration
 from rclpy.publisher import Publisher
 
-from setcmas_ctrl.fleet.emergency_watch import EmergencyWatch
-from setcmas_ctrl.fleet.pause_watch import PauseWatch
+from setcmas_ctrl.driving.fleet_pause import EmergencyWatch, PauseWatch
 from setcmas_expe.guard.guard_commands import SILENCE_S, Commands, StopOnSilence, ramped
 from setcmas_expe.guard.guard_decision import Situation, Source, Standing, State
 from setcmas_expe.guard.guard_watch import GuardReport, Power
 from setcmas_expe.guard.motor_power import MotorPower
 from setcmas_expe.guard.surroundings import Base, Surroundings
-from setcmas_simu.cmd_vel.cmd_vel_type import TYPES, command, velocities
 from setcmas_simu.fleet import topics
 from setcmas_simu.fleet.topics import AUTO, CMD_VEL_TYPES
-from setcmas_simu.messages.polled_topic import PolledTopic
 from setcmas_simu.options.group import Options, flag, option
 from setcmas_simu.options.kinds import DURATION, Number, OneOf
-from setcmas_simu.robots.velocity_limits import MODELS, limits_named
+from setcmas_simu.robots.model import MODELS, limits_named
 from setcmas_simu.ros import qos
+from setcmas_simu.ros.cmd_vel_topics import TYPES, command, velocities
+from setcmas_simu.ros.polling import PolledTopic
 from setcmas_simu.ros.process import FleetNode, RosProcess, node_main
 from setcmas_simu.ros.step_loop import StepLoop
 

@@ -10,10 +10,9 @@ from diagnostic_msgs.msg import DiagnosticStatus, KeyValue
 from rclpy.node import Node
 
 from setcmas_expe.guard.guard_decision import State
-from setcmas_simu.cmd_vel import cmd_vel_graph
 from setcmas_simu.fleet import topics
-from setcmas_simu.messages.polled_topic import PolledTopic
-from setcmas_simu.ros import qos
+from setcmas_simu.ros import cmd_vel_topics, qos
+from setcmas_simu.ros.polling import PolledTopic
 
 
 class Power(enum.Enum):
@@ -124,10 +123,10 @@ class GuardWatch:
     def look_around(self) -> set[bytes]:
         """See who speaks as the guard; returns the processes that may command zero as such."""
         node = self._node
-        found = cmd_vel_graph.publishers(node, self._topic)
+        found = cmd_vel_topics.publishers(node, self._topic)
         self._nb_senders = len(found)
-        hear = {one.participant for one in cmd_vel_graph.listeners(node, self._heard_by)}
-        guards = cmd_vel_graph.participants(node, self._guarded) & hear
+        hear = {one.participant for one in cmd_vel_topics.listeners(node, self._heard_by)}
+        guards = cmd_vel_topics.participants(node, self._guarded) & hear
         speakers = {one.participant for one in found}
         self.doubt = ''
         if len(found) > 1:
@@ -135,7 +134,7 @@ class GuardWatch:
         elif speakers - guards:
             self.doubt = f'{found[0].full_name} speaks as its guard, and is none'
         known = speakers if speakers and not self.doubt else guards
-        past = cmd_vel_graph.strangers(node, self._guarded, known)
+        past = cmd_vel_topics.strangers(node, self._guarded, known)
         self.intruder = f'{past[0]} commands it past its guard' if past else ''
         return speakers if self.is_open and not self.doubt else set()
 

@@ -7,11 +7,10 @@ from dataclasses import dataclass
 
 from rclpy.node import Node
 
-from setcmas_simu.cmd_vel import cmd_vel_graph
-from setcmas_simu.cmd_vel.cmd_vel_graph import Endpoint
-from setcmas_simu.cmd_vel.only_sender import OnlySender
 from setcmas_simu.fleet import topics
 from setcmas_simu.fleet.topics import CMD_VEL_TYPES
+from setcmas_simu.ros import cmd_vel_topics
+from setcmas_simu.ros.cmd_vel_topics import Endpoint, OnlySender
 
 
 @dataclass(frozen=True)
@@ -62,26 +61,26 @@ class Surroundings:
         self.guarded = node.resolve_topic_name(topics.CMD_VEL_GUARDED)
         self.impostor = ''
         self._odometry = OnlySender(node, node.resolve_topic_name(topics.ODOM))
-        self._own = cmd_vel_graph.own_participant(node)
+        self._own = cmd_vel_topics.own_participant(node)
         self._own_name = node.get_fully_qualified_name()
 
     def commanders(self) -> set[bytes]:
         """Return the other processes that publish commands."""
-        return cmd_vel_graph.participants(self._node, self.cmd_vel) - {self._own}
+        return cmd_vel_topics.participants(self._node, self.cmd_vel) - {self._own}
 
     def intruder(self) -> str:
         """Return who else publishes what only the guard may; empty if nobody."""
-        found = cmd_vel_graph.strangers(self._node, self.guarded, {self._own})
+        found = cmd_vel_topics.strangers(self._node, self.guarded, {self._own})
         return f'{found[0]} commands it past its guard' if found else ''
 
     def stranger(self, known: Collection[bytes]) -> str:
         """Return who commands the robot and is none of these processes; empty if nobody."""
-        found = cmd_vel_graph.strangers(self._node, self.cmd_vel, {self._own, *known})
+        found = cmd_vel_topics.strangers(self._node, self.cmd_vel, {self._own, *known})
         return f'{found[0]} commands it' if found else ''
 
     def operator(self) -> bytes | None:
         """Return the process of the pause node; None if there is none, or several."""
-        found = cmd_vel_graph.participants(self._node, topics.PAUSED)
+        found = cmd_vel_topics.participants(self._node, topics.PAUSED)
         return found.pop() if len(found) == 1 else None
 
     def base(self) -> Base:
@@ -89,8 +88,8 @@ class Surroundings:
         self.impostor = self._odometry.impostor()
         to_anybody = [
             one
-            for one in cmd_vel_graph.listeners(self._node, self.cmd_vel)
+            for one in cmd_vel_topics.listeners(self._node, self.cmd_vel)
             if (one.participant, one.full_name) != (self._own, self._own_name)
         ]
-        to_guard = cmd_vel_graph.listeners(self._node, self.guarded)
+        to_guard = cmd_vel_topics.listeners(self._node, self.guarded)
         return base_of(to_anybody, to_guard, self._odometry.process)

@@ -8,13 +8,12 @@ from itertools import product
 
 import numpy as np
 
-from setcmas_ctrl.filter.options import FilterOptions
+from setcmas_ctrl.filter.filter_options import FilterOptions
 from setcmas_expe.mocap.sources import MocapSource
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet.topics import robot_name
-from setcmas_simu.robots.velocity_limits import VelocityLimits
-from setcmas_simu.world.arena import Arena
-from setcmas_simu.world.obstacles import Obstacles
+from setcmas_simu.robots.arena import Arena, Obstacles
+from setcmas_simu.robots.model import VelocityLimits
 
 LOW_PERCENT = 15.0
 """Charge from which people are told."""

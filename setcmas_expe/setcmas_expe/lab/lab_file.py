@@ -9,7 +9,7 @@ from dataclasses import replace
 from importlib import resources
 from pathlib import Path
 
-from setcmas_ctrl.filter.options import FILTERS
+from setcmas_ctrl.filter.filter_options import FILTERS
 from setcmas_expe.lab.lab import Lab, LabRobot, Mocap, Timeouts
 from setcmas_expe.mocap.sources import (
     CUSTOM,
@@ -24,9 +24,8 @@ from setcmas_expe.mocap.sources import (
 from setcmas_simu.doors import UnusableError
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet.topics import AUTO, CMD_VEL_TYPES, robot_name
-from setcmas_simu.robots.velocity_limits import ROBOT_MODELS, VelocityLimits
-from setcmas_simu.world.arena import Arena
-from setcmas_simu.world.obstacles import Obstacles
+from setcmas_simu.robots.arena import Arena, Obstacles
+from setcmas_simu.robots.model import ROBOT_MODELS, VelocityLimits
 from setcmas_simu.yaml_entries import Entry, read_entries
 
 DEFAULT_FILE = Path(str(resources.files('setcmas_expe') / 'config' / 'lab.yaml'))

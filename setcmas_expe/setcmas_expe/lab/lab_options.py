@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import ClassVar
 
-from setcmas_ctrl.filter.options import FILTERS
+from setcmas_ctrl.filter.filter_options import FILTERS
 from setcmas_expe.lab.lab import Lab, Mocap
 from setcmas_expe.lab.lab_file import DEFAULT_FILE, load_lab
 from setcmas_expe.mocap.sources import MOCAP_SOURCES
@@ -15,9 +15,8 @@ from setcmas_simu.fleet.topics import AUTO, CMD_VEL_TYPES
 from setcmas_simu.options.completion import names_and_files
 from setcmas_simu.options.group import Options, flag, option
 from setcmas_simu.options.kinds import ACCELERATION, LENGTH, NB_ROBOTS, Kind, OneOf, PathTo, Whole
-from setcmas_simu.robots.velocity_limits import ROBOT_MODELS
-from setcmas_simu.world.arena import Arena, Borders
-from setcmas_simu.world.obstacles import Obstacles, ObstaclesKind
+from setcmas_simu.robots.arena import Arena, Borders, Obstacles, ObstaclesKind
+from setcmas_simu.robots.model import ROBOT_MODELS
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -9,8 +9,8 @@ from collections import Counter, deque
 
 from setcmas_expe.mocap.sample import Pose, Sample, fault_of
 from setcmas_simu.fleet.planar_pose import wrap_angle
-from setcmas_simu.robots.velocity_limits import VelocityLimits
-from setcmas_simu.world.arena import Arena
+from setcmas_simu.robots.arena import Arena
+from setcmas_simu.robots.model import VelocityLimits
 
 _DRIFT = 1e-3
 """By how much two clocks may drift apart, in s per s."""

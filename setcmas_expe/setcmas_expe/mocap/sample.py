@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass, replace
 
 from setcmas_simu.fleet.planar_pose import yaw_of_quaternion
-from setcmas_simu.world.arena import Arena
+from setcmas_simu.robots.arena import Arena
 
 Pose = tuple[float, float, float]
 

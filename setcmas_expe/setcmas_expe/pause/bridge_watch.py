@@ -7,14 +7,13 @@ import time
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from rclpy.node import Node
 
-from setcmas_ctrl.fleet.pause_watch import BY_WISH
+from setcmas_ctrl.driving.fleet_pause import BY_WISH
 from setcmas_expe.lab.lab import Lab
 from setcmas_expe.pause.console_protocol import RobotStatus
 from setcmas_expe.safety.safety_decision import State
-from setcmas_simu.cmd_vel import cmd_vel_graph
-from setcmas_simu.cmd_vel.cmd_vel_publisher import CmdVelPublisher
 from setcmas_simu.fleet import topics
-from setcmas_simu.ros import qos
+from setcmas_simu.ros import cmd_vel_topics, qos
+from setcmas_simu.ros.cmd_vel_topics import CmdVelPublisher
 
 _SILENT_AFTER_S = 0.5  # the bridge sends five a second
 _FOLLOW_EVERY_S = 2.0
@@ -76,7 +75,7 @@ class BridgeWatch:
 
     def _conflict(self, paused: bool) -> str:
         """Return why nobody knows whether the bridge says what is heard; empty if it does."""
-        senders = cmd_vel_graph.participants(self._node, topics.BRIDGE_STATE)
+        senders = cmd_vel_topics.participants(self._node, topics.BRIDGE_STATE)
         if len(senders) > 1:
             return (
                 f'{len(senders)} processes send {topics.BRIDGE_STATE}; is another experiment, or '

@@ -8,7 +8,7 @@ import msgspec
 
 from setcmas_expe.safety.safety_decision import State
 from setcmas_expe.safety.stalls import time_since_boot
-from setcmas_simu.reports.encoding import Message
+from setcmas_simu.reports.reports import Message
 
 SILENT_AFTER_S = 0.5
 """Silence in s from which the terminal counts as stuck, which pauses."""

@@ -11,7 +11,7 @@ from collections.abc import Callable, Iterator
 
 from setcmas_expe.pause.console_protocol import OLD_AFTER_S, SILENT_AFTER_S, Wish, Word
 from setcmas_expe.safety.stalls import time_since_boot
-from setcmas_simu.reports.encoding import LineDecoder
+from setcmas_simu.reports.reports import LineDecoder
 
 _CATCHES_UP_S = 0.2
 _NEVER_LATE = (Word.START, Word.RELEASE)

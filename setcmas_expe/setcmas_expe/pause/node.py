@@ -7,7 +7,7 @@ import time
 from rclpy.clock import Clock, ClockType
 from std_msgs.msg import Bool
 
-from setcmas_ctrl.fleet.emergency_watch import STOPPED
+from setcmas_ctrl.driving.fleet_pause import STOPPED
 from setcmas_expe.lab.lab import Lab
 from setcmas_expe.pause.bridge_watch import BridgeWatch
 from setcmas_expe.pause.console_protocol import Status, Wish, Word
@@ -17,10 +17,9 @@ from setcmas_expe.pause.operator_joystick import OperatorJoystick
 from setcmas_expe.pause.public_stops import PublicStops, Stops
 from setcmas_expe.pause.start_requests import REACTION_S, HeldStart, StartRequests
 from setcmas_expe.safety.stalls import StallDetector, time_since_boot
-from setcmas_simu.cmd_vel import cmd_vel_graph
 from setcmas_simu.fleet import topics
 from setcmas_simu.reports.launcher import Launcher
-from setcmas_simu.ros import qos
+from setcmas_simu.ros import cmd_vel_topics, qos
 from setcmas_simu.ros.process import FleetNode
 
 RATE_HZ = 10.0
@@ -157,8 +156,8 @@ class Pause(FleetNode):
             )
 
     def _other_holders(self) -> list[str]:
-        own = {cmd_vel_graph.own_participant(self)}
-        return cmd_vel_graph.strangers(self, topics.EMERGENCY_STOPPED, own)
+        own = {cmd_vel_topics.own_participant(self)}
+        return cmd_vel_topics.strangers(self, topics.EMERGENCY_STOPPED, own)
 
     def _once(self, warning: str) -> None:
         """Say something that a key that is held down, or a publisher, brings up all the time."""

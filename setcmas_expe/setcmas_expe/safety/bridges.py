@@ -15,8 +15,7 @@ from geometry_msgs.msg import Point
 from rclpy.node import Node
 from visualization_msgs.msg import Marker, MarkerArray
 
-from setcmas_ctrl.fleet.emergency_watch import STOPPED, EmergencyWatch
-from setcmas_ctrl.fleet.pause_watch import BY_WISH, SILENT, PauseWatch
+from setcmas_ctrl.driving.fleet_pause import BY_WISH, SILENT, STOPPED, EmergencyWatch, PauseWatch
 from setcmas_expe.lab.lab import Lab
 from setcmas_expe.lab.lab_options import LabOptions
 from setcmas_expe.mocap.pose_track import mark_swapped
@@ -29,10 +28,9 @@ from setcmas_expe.safety.robot_bridges import CmdVelBridge, MocapBridge
 from setcmas_expe.safety.safety_decision import RATE_HZ, Decision, Situation, State, decide
 from setcmas_expe.safety.stalls import StallDetector, time_since_boot
 from setcmas_simu.fleet import topics
-from setcmas_simu.fleet.announcement import Kind
-from setcmas_simu.fleet.fleet import robots_in_words
-from setcmas_simu.messages.fleet_topic import FleetAnnouncer
+from setcmas_simu.fleet.fleet import Kind, robots_in_words
 from setcmas_simu.ros import qos
+from setcmas_simu.ros.fleet_topic import FleetAnnouncer
 from setcmas_simu.ros.process import FleetNode, RosProcess, node_main
 from setcmas_simu.ros.step_loop import StepLoop
 

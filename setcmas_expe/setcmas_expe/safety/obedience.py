@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from setcmas_simu.robots.velocity_limits import VelocityLimits
+from setcmas_simu.robots.model import VelocityLimits
 
 DISOBEYS_AFTER_S = 0.7
 """Time in s that a robot may take to follow."""

@@ -17,15 +17,11 @@ from setcmas_expe.mocap.sample import Sample
 from setcmas_expe.mocap.velocity_filter import VelocityFilter
 from setcmas_expe.safety.obedience import Obedience
 from setcmas_expe.safety.safety_decision import Decision
-from setcmas_simu.cmd_vel import cmd_vel_graph
-from setcmas_simu.cmd_vel.cmd_vel_publisher import CmdVelPublisher
-from setcmas_simu.cmd_vel.cmd_vel_type import velocities
-from setcmas_simu.cmd_vel.only_sender import OnlySender
 from setcmas_simu.fleet import topics
 from setcmas_simu.fleet.planar_pose import quaternion_of_yaw
-from setcmas_simu.messages import cdr
-from setcmas_simu.messages.polled_topic import PolledTopic
-from setcmas_simu.ros import qos
+from setcmas_simu.ros import cmd_vel_topics, messages, qos
+from setcmas_simu.ros.cmd_vel_topics import CmdVelPublisher, OnlySender, velocities
+from setcmas_simu.ros.polling import PolledTopic
 from setcmas_simu.ros.process import FleetNode
 
 
@@ -108,7 +104,7 @@ class CmdVelBridge(FleetNode):
         self._received = self._comes_from = -math.inf
         self._obedience = Obedience(lab.limits)
         self._sent = self._rolls = (0.0, 0.0)
-        self._own = cmd_vel_graph.own_participant(self)
+        self._own = cmd_vel_topics.own_participant(self)
         self._odometry = OnlySender(self, robot.topic(topics.ODOM))
         self._impostor = ''
         self._demands_guard = lab.guarded
@@ -175,16 +171,16 @@ class CmdVelBridge(FleetNode):
         """See who else commands the robot, or is taken for it."""
         self.is_heard = self.cmd_vel.follow_listeners()
         # The pause node may command zero; several of them pause all robots.
-        operator = cmd_vel_graph.participants(self, topics.PAUSED)
+        operator = cmd_vel_topics.participants(self, topics.PAUSED)
         guards = self.guard.look_around()
         # Where none is demanded anybody could play the guard of a robot that has none.
         allowed = {self._own} | operator | (guards if self._demands_guard else set())
         controllers = self.count_publishers(self._wanted)
         several = f'{controllers} controllers want to move it' if controllers > 1 else ''
-        seen_by = cmd_vel_graph.strangers(self, topics.mocap_topic(self.robot), {self._own})
+        seen_by = cmd_vel_topics.strangers(self, topics.mocap_topic(self.robot), {self._own})
         posed = f'{seen_by[0]} sends poses of it to its law' if seen_by else ''
         self._impostor = self._odometry.impostor()
-        rival = self.guard.intruder or cmd_vel_graph.rival(self, self.topic, allowed)
+        rival = self.guard.intruder or cmd_vel_topics.rival(self, self.topic, allowed)
         self.rival = rival or self._impostor or several or posed
 
     def send(self, decision: Decision) -> None:
@@ -197,7 +193,7 @@ class CmdVelBridge(FleetNode):
         self._received = self._comes_from
 
     def _on_wheels(self, message: bytes) -> None:
-        told = cdr.read_odometry(message)
+        told = messages.read_odometry(message)
         self.wheels, self._rolls = (told.V, self._now), (told.V, told.omega)
         self._obedience.hear(*self._rolls, self._now)
 

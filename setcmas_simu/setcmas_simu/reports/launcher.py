@@ -7,7 +7,7 @@ from collections.abc import MutableMapping
 from contextlib import suppress
 
 from setcmas_simu.reports.current_call import CurrentCall
-from setcmas_simu.reports.encoding import Message, encode
+from setcmas_simu.reports.reports import Message, encode
 
 VARIABLE = 'SETCMAS_LAUNCHER'
 """Environment variable: descriptors of the pipe and of the memory of the current call, and the

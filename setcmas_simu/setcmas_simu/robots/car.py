@@ -8,8 +8,7 @@ import numpy as np
 
 from setcmas_simu.arrays import Floats
 from setcmas_simu.robots import unicycle
-from setcmas_simu.robots.model import Motion, RobotModel
-from setcmas_simu.robots.shape import Prism, Shape, Wheel, mirrored, rectangle
+from setcmas_simu.robots.model import Motion, Prism, RobotModel, Shape, Wheel, mirrored, rectangle
 
 WHEELBASE = 0.33
 """Distance between the axles in m, for a car on a scale of 1:10 (F1TENTH)."""

@@ -1,17 +1,209 @@
-"""Robot model: how robots of one kind turn velocities into motion."""
+"""Robot model: how robots of one kind turn velocities into motion; limits and shape."""
 
 from __future__ import annotations
 
 import enum
 import math
+from dataclasses import dataclass
 from typing import Protocol, runtime_checkable
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from setcmas_simu.arrays import Floats
-from setcmas_simu.robots.shape import Shape
-from setcmas_simu.robots.si_to_uni import si_to_uni
-from setcmas_simu.robots.velocity_limits import IDEAL, VelocityLimits
+from setcmas_simu.errors import SetcmasError
+from setcmas_simu.fleet.planar_pose import wrap_angle
+
+Velocities = tuple[Floats, Floats]
+
+
+@dataclass(frozen=True)
+class VelocityLimits:
+    """Velocity limits of a differential-drive robot.
+
+    Attributes:
+        V_max: Largest forward or backward speed, in m/s.
+        omega_max: Largest turn rate, in rad/s.
+        wheel_speed_max: Largest rim speed of a wheel, in m/s.
+        wheel_separation: Distance between the wheels, in m.
+    """
+
+    V_max: float
+    omega_max: float
+    wheel_speed_max: float
+    wheel_separation: float
+
+    def saturate(self, V: ArrayLike, omega: ArrayLike) -> Velocities:
+        """Clamp forward speed and turn rate separately, then each wheel, as OpenCR firmware does.
+
+        Args:
+            V: Forward speeds in m/s, shape (N,).
+            omega: Turn rates in rad/s, shape (N,).
+
+        Returns:
+            Reachable forward speeds (m/s) and turn rates (rad/s), shapes (N,).
+        """
+        forward, turn = np.asarray(V, dtype=float), np.asarray(omega, dtype=float)
+        if self is IDEAL:
+            return forward, turn
+        forward = np.clip(forward, -self.V_max, self.V_max)
+        turn = np.clip(turn, -self.omega_max, self.omega_max)
+        half = 0.5 * self.wheel_separation * turn
+        left = np.clip(forward - half, -self.wheel_speed_max, self.wheel_speed_max)
+        right = np.clip(forward + half, -self.wheel_speed_max, self.wheel_speed_max)
+        return 0.5 * (left + right), (right - left) / self.wheel_separation
+
+    def scaled_down(self, V: float, omega: float) -> tuple[float, float]:
+        """Scale forward speed and turn rate by one factor, which keeps the curvature of the path.
+
+        Args:
+            V: Forward speed in m/s.
+            omega: Turn rate in rad/s.
+
+        Returns:
+            The largest speeds (m/s, rad/s), up to those given, of the same ratio that keep
+            forward speed, turn rate and both wheels within their limits.
+        """
+        wheel = self.faster_wheel(V, omega)
+        excess = max(
+            1.0, abs(V) / self.V_max, abs(omega) / self.omega_max, wheel / self.wheel_speed_max
+        )
+        return V / excess, omega / excess
+
+    def faster_wheel(self, V: float, omega: float) -> float:
+        """Return the rim speed of the faster wheel in m/s, forward or backward."""
+        return abs(V) + 0.5 * self.wheel_separation * abs(omega)
+
+
+IDEAL = VelocityLimits(math.inf, math.inf, math.inf, 0.160)
+"""No limits, as in ROS 1."""
+
+ROBOT_MODELS = {
+    'burger': VelocityLimits(0.2108, 2.635, 0.2667, 0.160),
+    'waffle': VelocityLimits(0.2661, 1.854, 0.2667, 0.287),
+}
+"""Limits of real robots by name, from the firmware of the TurtleBot3 models."""
+
+MODELS = {'ideal': IDEAL, **ROBOT_MODELS}
+"""Limits of simulated robots by name."""
+
+
+def limits_named(name: str) -> VelocityLimits:
+    """Return the limits with this name.
+
+    Raises:
+        SetcmasError: The name is unknown.
+    """
+    if name not in MODELS:
+        raise SetcmasError(f"unknown limits '{name}'; must be one of {', '.join(MODELS)}")
+    return MODELS[name]
+
+
+Points = tuple[tuple[float, float], ...]
+
+_DISC_CORNERS = 32
+"""Corners (x, y) in m."""
+
+
+@dataclass(frozen=True)
+class Prism:
+    """An upright part of a robot.
+
+    Attributes:
+        outline: Its corners from above, convex, counter-clockwise.
+        bottom: Height of its bottom in m.
+        top: Height of its top in m.
+        dark: Whether it is dark; otherwise it has the robot's colour.
+    """
+
+    outline: Points
+    bottom: float
+    top: float
+    dark: bool = False
+
+
+@dataclass(frozen=True)
+class Wheel:
+    """A wheel that rolls along the x axis: its centre, radius and width in m."""
+
+    x: float
+    y: float
+    radius: float
+    width: float
+
+
+@dataclass(frozen=True)
+class Shape:
+    """Outline and parts of a robot.
+
+    Attributes:
+        outline: Its corners from above, for plots and films; may be concave.
+        prisms: Its parts, for the page and RViz.
+        wheels: Its wheels.
+    """
+
+    outline: Points
+    prisms: tuple[Prism, ...]
+    wheels: tuple[Wheel, ...] = ()
+
+    @property
+    def height(self) -> float:
+        """Height in m of its highest part."""
+        return max(prism.top for prism in self.prisms)
+
+
+def rectangle(x: tuple[float, float], y: tuple[float, float]) -> Points:
+    """Return the corners of a rectangle, from its range in x and in y, in m."""
+    return ((x[0], y[0]), (x[1], y[0]), (x[1], y[1]), (x[0], y[1]))
+
+
+def disc(radius: float, x: float = 0.0) -> Points:
+    """Return the corners of a disc centred on the x axis, all in m."""
+    angles = [math.tau * i / _DISC_CORNERS for i in range(_DISC_CORNERS)]
+    return tuple((x + radius * math.cos(angle), radius * math.sin(angle)) for angle in angles)
+
+
+def mirrored(points: Points) -> Points:
+    """Return a counter-clockwise outline from its half with y >= 0, front first."""
+    return (*points, *((x, -y) for x, y in reversed(points) if y > 0))
+
+
+SLOW = 0.01
+"""Speed in m/s below which a robot counts as stopped; a TurtleBot3 cannot go slower."""
+
+KOMEGA = 1.5
+"""Default gain on the heading error, in 1/s."""
+
+_SLOW_TURN = 0.01  # rad/s: a TurtleBot3 cannot turn slower
+
+
+def si_to_uni(
+    velocities: ArrayLike, theta: ArrayLike, komega: float = KOMEGA
+) -> tuple[Floats, Floats]:
+    """Turn robots towards their desired velocities and drive at their speed.
+
+    V = |v| and omega = komega wrap(atan2(vy, vx) - theta): the proportional heading control of
+    the ROS 1 stack (Bertrand, ECC 2024), with the error wrapped so that robots turn the short
+    way. A robot slower than 0.01 m/s does not turn, and turn rates below 0.01 rad/s become 0.
+    A robot whose velocity or heading is not finite stops.
+
+    Args:
+        velocities: Rows vx, vy in m/s in the world frame, shape (2, N).
+        theta: Headings in rad, shape (N,).
+        komega: Gain on the heading error in 1/s.
+
+    Returns:
+        Forward speeds in m/s and turn rates in rad/s, shapes (N,).
+    """
+    vx, vy = np.asarray(velocities, dtype=float)
+    V = np.hypot(vx, vy)
+    omega = komega * wrap_angle(np.arctan2(vy, vx) - np.asarray(theta, dtype=float))
+    turn = np.abs(omega)
+    # Comparisons with NaN are false, so robots with a NaN stop.
+    goes = np.maximum(V, turn) < np.inf
+    turns = goes & (V >= SLOW) & (turn >= _SLOW_TURN)
+    return np.where(goes, V, 0.0), np.where(turns, omega, 0.0)
+
 
 POSE, TWIST = slice(0, 3), slice(3, 6)
 """Rows of a state: x, y (m), theta (rad); and the velocities of the last step along the robot's

@@ -5,8 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from setcmas_simu.arrays import Floats
-from setcmas_simu.robots.model import Motion, RobotModel
-from setcmas_simu.robots.shape import Prism, Shape, Wheel, disc, rectangle
+from setcmas_simu.robots.model import Motion, Prism, RobotModel, Shape, Wheel, disc, rectangle
 
 _RADIUS = 0.12
 _BODY = disc(_RADIUS)

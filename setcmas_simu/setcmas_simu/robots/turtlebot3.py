@@ -1,4 +1,4 @@
-"""TurtleBot3s: unicycles with velocity limits, limited wheel acceleration, and motor lag."""
+"""TurtleBot3 Burger and Waffle: unicycles with limits, and wheels that take time to speed up."""
 
 from __future__ import annotations
 
@@ -8,9 +8,18 @@ import numpy as np
 
 from setcmas_simu.arrays import Floats
 from setcmas_simu.robots import unicycle
-from setcmas_simu.robots.model import RobotModel
-from setcmas_simu.robots.shape import Shape
-from setcmas_simu.robots.velocity_limits import VelocityLimits
+from setcmas_simu.robots.model import (
+    ROBOT_MODELS,
+    Prism,
+    RobotModel,
+    Shape,
+    VelocityLimits,
+    Wheel,
+    disc,
+    mirrored,
+    rectangle,
+)
+from setcmas_simu.robots.unicycle import BURGER_SHAPE
 
 WHEEL_ACCELERATION = 1.0
 """Largest acceleration of a wheel's rim in m/s^2: max_linear_acceleration of ROBOTIS' own Gazebo
@@ -60,3 +69,36 @@ class TurtleBot3(RobotModel):
         change = (1.0 - math.exp(-Ts / self._lag)) * (wanted - speeds)
         left, right = speeds + np.clip(change, -most, most)
         return unicycle.driven(states, 0.5 * (left + right), (right - left) / (2.0 * half), Ts)
+
+
+BURGER = TurtleBot3(ROBOT_MODELS['burger'], BURGER_SHAPE)
+"""Limits of its OpenCR firmware; 138 x 178 x 192 mm (ROBOTIS' manual)."""
+
+
+# 281 x 306 x 141 mm (ROBOTIS' manual); the axle is ahead of the centre.
+_PLATE = mirrored(((0.077, 0.08), (0.03, 0.131), (-0.16, 0.131), (-0.204, 0.08)))
+_NOSE = ((0.077, -0.06), (0.2, 0.0), (0.077, 0.06))
+
+WAFFLE = TurtleBot3(
+    ROBOT_MODELS['waffle'],
+    Shape(
+        mirrored(
+            (
+                (0.2, 0.0),
+                (0.077, 0.06),
+                (0.05, 0.12),
+                (0.02, 0.153),
+                (-0.16, 0.153),
+                (-0.204, 0.08),
+            )
+        ),
+        (
+            *(Prism(_PLATE, bottom, bottom + 0.03) for bottom in (0.02, 0.07)),
+            Prism(_NOSE, 0.02, 0.1),
+            Prism(rectangle((-0.16, 0.05), (-0.1, 0.1)), 0.03, 0.08, dark=True),
+            Prism(disc(0.036, x=-0.064), 0.1, 0.141, dark=True),  # the laser scanner
+        ),
+        tuple(Wheel(0.0, side * 0.1435, 0.033, 0.018) for side in (-1, 1)),
+    ),
+)
+"""Limits of its OpenCR firmware."""

@@ -7,9 +7,17 @@ from numpy.typing import ArrayLike
 
 from setcmas_simu.arrays import Floats
 from setcmas_simu.fleet.planar_pose import wrap_angle
-from setcmas_simu.robots.model import RobotModel
-from setcmas_simu.robots.shape import Prism, Shape, Wheel, disc, mirrored, rectangle
-from setcmas_simu.robots.velocity_limits import IDEAL, VelocityLimits
+from setcmas_simu.robots.model import (
+    IDEAL,
+    Prism,
+    RobotModel,
+    Shape,
+    VelocityLimits,
+    Wheel,
+    disc,
+    mirrored,
+    rectangle,
+)
 
 RATE_HZ = 10.0
 """Default rate at which robots are integrated, in Hz."""

@@ -16,17 +16,14 @@ from std_srvs.srv import Trigger
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet import topics
 from setcmas_simu.fleet.fleet import robots_in_words
-from setcmas_simu.messages.polled_service import MOST_WITH_SERVICES
-from setcmas_simu.messages.polled_topic import PolledTopic
 from setcmas_simu.options.kinds import MAX_RATE_HZ
 from setcmas_simu.reports.reports import Failed, Function, ScriptCall
-from setcmas_simu.robots.mixed_fleet import fleet_model
-from setcmas_simu.robots.models import check_models, is_script, robot_models
+from setcmas_simu.robots.models import check_models, fleet_model, is_script, robot_models
 from setcmas_simu.robots.virtual_fleet import Command, VirtualFleet
-from setcmas_simu.ros import qos, ros_time
-from setcmas_simu.simulator.options import SimulationOptions
-from setcmas_simu.simulator.transforms import FleetTransforms
-from setcmas_simu.simulator.virtual_robot import VirtualRobot
+from setcmas_simu.ros import messages, qos
+from setcmas_simu.ros.polling import MOST_WITH_SERVICES, PolledTopic
+from setcmas_simu.simulator.simulator_options import SimulationOptions
+from setcmas_simu.simulator.virtual_robot import FleetTransforms, VirtualRobot
 
 _HOUSEKEEPING_S = 2.0
 
@@ -129,7 +126,7 @@ class FleetStepper:
         if self._last_step is not None:
             self._fleet.step(self.period, now)
         self._report_failures()
-        stamp = ros_time.stamp()
+        stamp = messages.stamp()
         self.publish_time(stamp)
         poses = list(map(tuple, self._fleet.poses.T.tolist()))
         twists = map(tuple, self._fleet.twists.T.tolist())

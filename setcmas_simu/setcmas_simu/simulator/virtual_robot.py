@@ -1,33 +1,122 @@
-"""ROS interface of one virtual robot: cmd_vel in; odometry, pose and marker out."""
+"""The ROS interface of a simulated robot: cmd_vel in; odometry, pose, marker and transform out."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator
 from typing import Any
 
 from builtin_interfaces.msg import Time
-from geometry_msgs.msg import PoseStamped, TwistStamped
+from geometry_msgs.msg import Point, PoseStamped, TransformStamped, TwistStamped
 from nav_msgs.msg import Odometry
 from rcl_interfaces.msg import ParameterDescriptor
+from rclpy.node import Node
 from rclpy.qos import QoSProfile
 from std_msgs.msg import Empty
 from std_srvs.srv import Trigger
 from visualization_msgs.msg import Marker
 
-from setcmas_simu.cmd_vel.cmd_vel_type import TYPES
+from setcmas_simu.arrays import Floats
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet import topics
+from setcmas_simu.fleet.fleet import colour
 from setcmas_simu.fleet.planar_pose import quaternion_of_yaw
-from setcmas_simu.lockstep.answer import NONE
-from setcmas_simu.messages.cdr import POSE, STAMP, TWIST, PreparedMessage, read_stamp, read_twist
-from setcmas_simu.messages.polled_service import PolledService
-from setcmas_simu.messages.polled_topic import PolledTopic
+from setcmas_simu.fleet.topics import TF, WORLD_FRAME, robot_name
+from setcmas_simu.robots.model import Prism, Shape, rectangle
 from setcmas_simu.robots.models import shape_of
+from setcmas_simu.robots.unicycle import BURGER_SHAPE
 from setcmas_simu.robots.virtual_fleet import Command
 from setcmas_simu.ros import qos
+from setcmas_simu.ros.cmd_vel_topics import TYPES
+from setcmas_simu.ros.messages import POSE, STAMP, TWIST, PreparedMessage, read_stamp, read_twist
+from setcmas_simu.ros.polling import PolledService, PolledTopic
 from setcmas_simu.ros.process import FleetNode
-from setcmas_simu.simulator.robot_marker import robot_marker
+from setcmas_simu.simulator.lockstep import NONE
+
+_EDGE = 0.09  # m: two by two cubes are about as wide and high as a Burger
+_BODY = [(0.0, side * _EDGE / 2, _EDGE * level) for side in (-1, 1) for level in (0.5, 1.5)]
+_NOSE = (0.07, 0.0, 0.5 * _EDGE)  # shows the heading
+
+_Corner = tuple[float, float, float]
+
+
+def robot_marker(robot: int, frame_id: str = WORLD_FRAME, shape: Shape = BURGER_SHAPE) -> Marker:
+    """Return the marker of a robot, still without stamp and pose."""
+    red, green, blue = colour(robot)
+    marker = Marker(ns=robot_name(robot), id=robot, action=Marker.ADD)
+    marker.header.frame_id = frame_id
+    marker.color.r, marker.color.g, marker.color.b, marker.color.a = red, green, blue, 1.0
+    if shape is BURGER_SHAPE:  # five cubes cost less than triangles, ten times a second
+        marker.type, corners, size = Marker.CUBE_LIST, [*_BODY, _NOSE], _EDGE
+    else:
+        marker.type, corners, size = Marker.TRIANGLE_LIST, list(_triangles(shape)), 1.0
+    marker.scale.x = marker.scale.y = marker.scale.z = size
+    marker.points = [Point(x=x, y=y, z=z) for x, y, z in corners]
+    return marker
+
+
+def _triangles(shape: Shape) -> Iterator[_Corner]:
+    """Yield the corners in m of the triangles of a robot's parts, three per triangle."""
+    for part in shape.prisms:
+        yield from _sides(part)
+    for wheel in shape.wheels:
+        x, y = wheel.radius, 0.5 * wheel.width
+        sides = rectangle((wheel.x - x, wheel.x + x), (wheel.y - y, wheel.y + y))
+        yield from _sides(Prism(sides, 0.0, 2.0 * wheel.radius))
+
+
+def _sides(prism: Prism) -> Iterator[_Corner]:
+    """Yield the triangles of the top and the walls; the bottom is never seen."""
+    high = [(x, y, prism.top) for x, y in prism.outline]
+    low = [(x, y, prism.bottom) for x, y in prism.outline]
+    for i in range(1, len(high) - 1):
+        yield from (high[0], high[i], high[i + 1])
+    for i, corner in enumerate(high):
+        before = i - 1
+        yield from (low[before], low[i], corner)
+        yield from (low[before], corner, high[before])
+
+
+try:
+    from tf2_msgs.msg import TFMessage
+except ImportError:  # no wheel exists
+    TFMessage = None
+
+
+class FleetTransforms:
+    """Publishes the transforms of all robots of a process in one message."""
+
+    def __init__(self, node: Node, frames: list[tuple[str, str]]) -> None:
+        """Prepare the message; log once if /tf cannot be published.
+
+        Args:
+            node: The node that publishes.
+            frames: Parent and child frame of each robot.
+        """
+        self._publisher = None
+        if TFMessage is None:
+            node.get_logger().info('no /tf (tf2_msgs is not installed; nothing here needs it)')
+            return
+        self._message = TFMessage()
+        for parent, child in frames:
+            transform = TransformStamped(child_frame_id=child)
+            transform.header.frame_id = parent
+            self._message.transforms.append(transform)
+        self._publisher = node.create_publisher(TFMessage, TF, qos.EVENT)
+
+    def publish(self, stamp: Time, poses: Floats) -> None:
+        """Publish the poses, shape (3, N), of the robots in the order of the frames."""
+        if self._publisher is None:
+            return
+        for transform, (x, y, theta) in zip(
+            self._message.transforms, poses.T.tolist(), strict=True
+        ):
+            transform.header.stamp = stamp
+            transform.transform.translation.x, transform.transform.translation.y = x, y
+            rotation = transform.transform.rotation
+            rotation.z, rotation.w = quaternion_of_yaw(theta)
+        self._publisher.publish(self._message)
+
 
 OnCommand = Callable[[Command], None]
 

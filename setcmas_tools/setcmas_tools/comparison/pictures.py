@@ -12,9 +12,8 @@ from matplotlib.lines import Line2D
 
 from setcmas_simu.errors import SetcmasError
 from setcmas_tools.comparison.shift import Shifted
-from setcmas_tools.plots.lines import finite_rows, shared_dashes, with_gaps
-from setcmas_tools.plots.looks.look import PlotLook
-from setcmas_tools.plots.looks.style import (
+from setcmas_tools.plots.look import PlotLook
+from setcmas_tools.plots.style import (
     finish,
     legend,
     line_look,
@@ -23,8 +22,13 @@ from setcmas_tools.plots.looks.style import (
     save_in,
     time_axis,
 )
-from setcmas_tools.plots.references import draw_world
-from setcmas_tools.plots.trajectories import fit_plane
+from setcmas_tools.plots.trajectories import (
+    draw_world,
+    finite_rows,
+    fit_plane,
+    shared_dashes,
+    with_gaps,
+)
 from setcmas_tools.run.arena import arena_of, obstacles_of
 from setcmas_tools.run.run import Run
 

@@ -12,8 +12,7 @@ import numpy as np
 
 from setcmas_simu.arrays import Floats
 from setcmas_simu.fleet.topics import robot_name
-from setcmas_tools.metrics.compute import Metrics, measure
-from setcmas_tools.metrics.yaml_file import as_dict
+from setcmas_tools.measures.metrics import Metrics, as_dict, measure
 from setcmas_tools.run.run import Run
 
 _LEAST_CHANGE = 0.01

@@ -9,8 +9,7 @@ import numpy as np
 from tabulate import tabulate
 
 from setcmas_tools.comparison.repeat import flat
-from setcmas_tools.metrics.compute import Metrics
-from setcmas_tools.metrics.yaml_file import as_dict
+from setcmas_tools.measures.metrics import Metrics, as_dict
 
 
 def metrics_table(names: Sequence[str], metrics: Sequence[Metrics], form: str = 'simple') -> str:

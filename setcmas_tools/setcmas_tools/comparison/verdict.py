@@ -12,7 +12,7 @@ from setcmas_tools.comparison.delay import RATE_HZ, delay_of
 from setcmas_tools.comparison.shift import Shifted, best_shift
 from setcmas_tools.identification.drive import Drive
 from setcmas_tools.identification.steps import steps_of
-from setcmas_tools.metrics.safety import held
+from setcmas_tools.measures.safety_metrics import held
 from setcmas_tools.records.fleet_grid import FleetGrid
 from setcmas_tools.run.run import Run
 

@@ -13,9 +13,8 @@ import numpy as np
 from setcmas_simu.arrays import Floats
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet import topics
-from setcmas_simu.robots.model import RobotModel
+from setcmas_simu.robots.model import KOMEGA, RobotModel
 from setcmas_simu.robots.models import NO_LIMITS, model_names, robot_models
-from setcmas_simu.robots.si_to_uni import KOMEGA
 from setcmas_tools.bags.reader import open_bag
 from setcmas_tools.bags.types import UndecodableError
 from setcmas_tools.records.commands import FILE_NAME, Commands

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from setcmas_simu.arrays import Floats
-from setcmas_simu.robots.identified.model import LONGEST_DELAY_S, Response
+from setcmas_simu.robots.identified_robot import LONGEST_DELAY_S, Response
 from setcmas_tools.identification.lag import HeldCommand
 
 LEAST_FIT = 30.0

@@ -9,10 +9,14 @@ from pathlib import Path
 import numpy as np
 
 from setcmas_simu.arrays import Floats
-from setcmas_simu.robots.identified.file import ModelFile, read_model_file
-from setcmas_simu.robots.identified.model import IdentifiedRobot, Response
+from setcmas_simu.robots.identified_robot import (
+    IdentifiedRobot,
+    ModelFile,
+    Response,
+    read_model_file,
+)
+from setcmas_simu.robots.model import MODELS, limits_named
 from setcmas_simu.robots.models import is_model_file
-from setcmas_simu.robots.velocity_limits import MODELS, limits_named
 from setcmas_tools.identification.drive import Drive, drives
 from setcmas_tools.identification.fit import Fit, Measured, fitted
 from setcmas_tools.identification.lag import HeldCommand

@@ -15,15 +15,8 @@ from matplotlib.lines import Line2D
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet.topics import robot_name
 from setcmas_tools.identification.identify import FORWARD, TURN, Channel, Identified
-from setcmas_tools.plots.looks.look import PlotLook
-from setcmas_tools.plots.looks.style import (
-    finish,
-    legend,
-    line_look,
-    plot_style,
-    save,
-    time_axis,
-)
+from setcmas_tools.plots.look import PlotLook
+from setcmas_tools.plots.style import finish, legend, line_look, plot_style, save, time_axis
 
 _SHOWN_S = 15.0
 _UNITS = {FORWARD: 'm/s', TURN: 'rad/s'}

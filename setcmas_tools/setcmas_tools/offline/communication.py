@@ -7,10 +7,10 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
-from setcmas_ctrl.communication.graph_changes import GraphChanges
-from setcmas_ctrl.communication.settings import Communication
+from setcmas_ctrl.communication.communication_settings import Communication
+from setcmas_ctrl.communication.graph import GraphChanges
 from setcmas_ctrl.communication.triggering import CONSEQUENCE, have_gone_far
-from setcmas_ctrl.scripts.error_reports import ErrorReports
+from setcmas_ctrl.scripts.script_errors import ErrorReports
 from setcmas_simu.arrays import Floats
 from setcmas_simu.reports.reports import Function
 from setcmas_tools.offline import board

@@ -8,22 +8,21 @@ from collections.abc import Callable, Sequence
 import numpy as np
 from numpy.typing import ArrayLike
 
+from setcmas_ctrl.communication.communication_options import Condition, Graph
 from setcmas_ctrl.communication.graph import COMPLETE
-from setcmas_ctrl.communication.options import Condition, Graph
 from setcmas_ctrl.communication.triggering import THRESHOLD_M
 from setcmas_ctrl.control.commander import Commander
-from setcmas_ctrl.control.options import RATE_HZ as CONTROL_RATE_HZ
+from setcmas_ctrl.control.control_options import RATE_HZ as CONTROL_RATE_HZ
 from setcmas_ctrl.control.saturation import VNOM
-from setcmas_ctrl.filter.options import GAMMA, LOOKAHEAD_M, NONE
+from setcmas_ctrl.filter.filter_options import GAMMA, LOOKAHEAD_M, NONE
+from setcmas_ctrl.scripts.loader import SEED, seed_scripts
 from setcmas_ctrl.scripts.output import named_output
-from setcmas_ctrl.scripts.random_seed import SEED, seed_scripts
-from setcmas_ctrl.scripts.settings import Settings
+from setcmas_ctrl.scripts.script_settings import Settings
 from setcmas_simu.arrays import Floats
 from setcmas_simu.fleet.planar_pose import as_heard
 from setcmas_simu.reports.reports import Function
-from setcmas_simu.robots.mixed_fleet import fleet_model
-from setcmas_simu.robots.models import NO_LIMITS
-from setcmas_simu.robots.si_to_uni import KOMEGA
+from setcmas_simu.robots.model import KOMEGA
+from setcmas_simu.robots.models import NO_LIMITS, fleet_model
 from setcmas_simu.robots.unicycle import RATE_HZ as ROBOT_RATE_HZ
 from setcmas_simu.robots.virtual_fleet import VirtualFleet
 from setcmas_tools.offline import board, history

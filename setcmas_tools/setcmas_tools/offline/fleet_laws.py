@@ -13,9 +13,8 @@ import numpy as np
 from setcmas_ctrl.control.commander import Commanded, Commander
 from setcmas_ctrl.control.control_law import ControlLaw
 from setcmas_ctrl.control.law_scripts import LawScripts
-from setcmas_ctrl.scripts.error_reports import ErrorReports
-from setcmas_ctrl.scripts.failures import ControlError
-from setcmas_ctrl.scripts.settings import Settings
+from setcmas_ctrl.scripts.script_errors import ControlError, ErrorReports
+from setcmas_ctrl.scripts.script_settings import Settings
 from setcmas_simu.arrays import Floats
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet.per_robot import check_in_fleet, format_per_robot

@@ -8,8 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from setcmas_ctrl.communication.options import Condition, Graph
-from setcmas_ctrl.communication.settings import graph_file
+from setcmas_ctrl.communication.communication_options import Condition, Graph
+from setcmas_ctrl.communication.communication_settings import graph_file
 from setcmas_ctrl.control.control_law import ControlLaw
 from setcmas_simu.arrays import Floats
 from setcmas_simu.fleet.per_robot import format_per_robot

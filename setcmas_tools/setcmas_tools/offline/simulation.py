@@ -10,21 +10,21 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from setcmas_ctrl.communication.options import CommunicationOptions
-from setcmas_ctrl.communication.settings import chosen_communication
+from setcmas_ctrl.communication.communication_options import CommunicationOptions
+from setcmas_ctrl.communication.communication_settings import chosen_communication
 from setcmas_ctrl.control.control_law import ControlLaw
-from setcmas_ctrl.control.options import GainOptions
-from setcmas_ctrl.filter.options import FilterOptions
-from setcmas_ctrl.filter.starts import check_starts
-from setcmas_ctrl.scripts.error_reports import ErrorReports
-from setcmas_ctrl.task.references import References, told_references
+from setcmas_ctrl.control.control_options import GainOptions
+from setcmas_ctrl.control.references import References, told_references
+from setcmas_ctrl.filter.clearance import check_starts
+from setcmas_ctrl.filter.filter_options import FilterOptions
+from setcmas_ctrl.scripts.script_errors import ErrorReports
 from setcmas_simu.arrays import Floats
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.options.group import ClashError
+from setcmas_simu.robots.arena import ObstaclesKind
 from setcmas_simu.robots.model import RobotModel
 from setcmas_simu.robots.models import absolute, check_models, model_names, robot_models
-from setcmas_simu.simulator.options import SimulationOptions
-from setcmas_simu.world.obstacles import ObstaclesKind
+from setcmas_simu.simulator.simulator_options import SimulationOptions
 from setcmas_tools.offline.fleet_laws import load_laws
 from setcmas_tools.offline.given import (
     condition_name,

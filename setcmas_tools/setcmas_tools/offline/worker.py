@@ -16,9 +16,9 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any, NoReturn
 
-from setcmas_ctrl import robot_script
-from setcmas_ctrl.scripts.messages import summarise
+from setcmas_ctrl.scripts import robot_script
 from setcmas_ctrl.scripts.output import named_output
+from setcmas_ctrl.scripts.script_errors import summarise
 from setcmas_simu.errors import SetcmasError
 from setcmas_tools.offline import board
 from setcmas_tools.offline.engine import simulate

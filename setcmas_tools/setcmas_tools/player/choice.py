@@ -8,7 +8,7 @@ from typing import Any
 
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet.topics import CLOCK
-from setcmas_simu.messages.message_class import NoPythonTypeError, message_class
+from setcmas_simu.ros.messages import NoPythonTypeError, message_class
 from setcmas_tools.bags.reader import Bag, BagTopic
 from setcmas_tools.player.commands import is_command
 

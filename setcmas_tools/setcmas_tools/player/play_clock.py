@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from setcmas_simu.reports.encoding import Message
+from setcmas_simu.reports.reports import Message
 
 
 class PauseToggled(Message, frozen=True):

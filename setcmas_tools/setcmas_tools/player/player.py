@@ -10,7 +10,7 @@ from collections.abc import Callable, Iterable, Mapping
 
 from rclpy.publisher import Publisher
 
-from setcmas_simu.reports.encoding import LineDecoder
+from setcmas_simu.reports.reports import LineDecoder
 from setcmas_simu.ros.process import RosProcess
 from setcmas_tools.bags.reader import BagTopic
 from setcmas_tools.player.bag_cursor import BagCursor, Played

@@ -6,10 +6,10 @@ from collections.abc import Collection, Iterable
 
 from rclpy.node import Node
 
-from setcmas_simu.cmd_vel import cmd_vel_graph
 from setcmas_simu.fleet import topics
 from setcmas_simu.fleet.fleet import robots_in_words
-from setcmas_simu.messages.fleet_topic import FleetListener
+from setcmas_simu.ros import cmd_vel_topics
+from setcmas_simu.ros.fleet_topic import FleetListener
 
 
 class RobotsThere:
@@ -46,7 +46,7 @@ class RobotsThere:
     def _listener(self) -> str:
         for robot in self._robots:
             topic = topics.robot_topic(robot, topics.CMD_VEL)
-            if found := cmd_vel_graph.listeners(self._node, topic):
+            if found := cmd_vel_topics.listeners(self._node, topic):
                 name = topics.robot_name(robot)
                 return f'{name} is there already: {found[0].full_name} listens to {topic}'
         return ''

@@ -10,12 +10,43 @@ from typing import Any
 from matplotlib.figure import Figure
 from tqdm import tqdm
 
+from setcmas_simu.doors import Door, MisfitError
 from setcmas_simu.errors import SetcmasError
-from setcmas_tools.kinds.plot import PLOTS, Plot, suits
-from setcmas_tools.plots.looks.formats import PALETTES
-from setcmas_tools.plots.looks.look import PlotLook, check_style
-from setcmas_tools.plots.looks.style import finish, plot_style, save_in
+from setcmas_tools.plots.look import PALETTES, PlotLook, check_style
+from setcmas_tools.plots.style import finish, plot_style, save_in
 from setcmas_tools.run.run import Run
+
+Plot = Callable[['Figure', 'Run'], None]
+"""Draws a run into an empty figure, with the plot's name as the title of its first axes."""
+
+Applies = Callable[['Run'], bool]
+
+
+def applies_to(condition: Applies) -> Callable[[Plot], Plot]:
+    """Return a decorator of plots that suit only the runs that fulfil a condition."""
+
+    def decorate(plot: Plot) -> Plot:
+        plot.applies = condition  # type: ignore[attr-defined]
+        return plot
+
+    return decorate
+
+
+def suits(plot: Plot, run: Run) -> bool:
+    """Return whether a plot suits a run."""
+    condition: Any = getattr(plot, 'applies', None)
+    return condition is None or bool(condition(run))
+
+
+def _plot(thing: object) -> Plot:
+    if not callable(thing):
+        raise MisfitError(f'it is a {type(thing).__name__}; it must be draw(figure, run)')
+    return thing
+
+
+PLOTS = Door('setcmas.plots', 'plot', _plot)
+"""The plots that are installed."""
+
 
 _FIRST = (
     'trajectories', 'positions', 'heading', 'velocities', 'distances', 'communication_instants',

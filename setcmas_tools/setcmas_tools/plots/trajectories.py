@@ -1,34 +1,240 @@
-"""The trajectories of a fleet in the plane."""
+"""The trajectories of a fleet in the plane, with references and drawings."""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
 from matplotlib import rcParams
+from matplotlib.artist import Artist
 from matplotlib.axes import Axes
+from matplotlib.collections import PolyCollection
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.markers import MarkerStyle
+from matplotlib.patches import Circle, Patch, Polygon
+from matplotlib.path import Path as Outline
 from matplotlib.transforms import Affine2D
 
+from setcmas_ctrl.drawing import Sphere
 from setcmas_simu.arrays import Floats
 from setcmas_simu.fleet.fleet import Colour
-from setcmas_simu.robots.models import UNICYCLE
-from setcmas_tools.plots.drawings import DrawnPlane
-from setcmas_tools.plots.lines import finite_rows, with_gaps
-from setcmas_tools.plots.looks.style import (
-    edge_effects,
-    legend,
-    line_look,
-    robot_colour,
-    robot_handles,
-)
-from setcmas_tools.plots.references import draw_references, draw_world
-from setcmas_tools.plots.robot_symbols import closed, symbol, symbols
+from setcmas_simu.robots.models import UNICYCLE, shape_of
+from setcmas_tools.measures.task import task_of
+from setcmas_tools.plots.style import edge_effects, legend, line_look, robot_colour, robot_handles
+from setcmas_tools.records.drawings import Drawing, DrawnOverTime
 from setcmas_tools.records.fleet_table import FleetTable
+from setcmas_tools.records.gaps import gaps
+from setcmas_tools.run.arena import arena_of, models_of, obstacles_of
 from setcmas_tools.run.run import Run
+
+_NEAR = 0.005  # of what all curves span
+_DASH = 4.0  # in widths of the line
+
+
+def with_gaps(track: FleetTable, *columns: Floats) -> list[Floats]:
+    """Return columns beside the rows of one robot with a NaN in each gap, where lines break."""
+    breaks = np.flatnonzero(gaps(track)) + 1
+    return [np.insert(column, breaks, np.nan) for column in columns]
+
+
+def finite_rows(table: FleetTable, *names: str) -> FleetTable:
+    """Return the rows in which the named columns are all finite."""
+    columns = np.array([getattr(table, name) for name in names])
+    return table.rows(np.isfinite(columns).all(axis=0))
+
+
+def draw_robot_lines(
+    axes: Axes, table: FleetTable, name: str, change: Callable[[Floats], Floats] | None = None
+) -> None:
+    """Draw one column of a table over time, a line for each robot.
+
+    Args:
+        axes: Where to draw.
+        table: The fleet's motion.
+        name: Name of the column.
+        change: Applied to each robot's values before they are drawn.
+    """
+    curves = {}
+    for robot in table.robots:
+        rows = finite_rows(table.of(robot), name)
+        values = getattr(rows, name)
+        curves[robot] = with_gaps(rows, rows.t, change(values) if change else values)
+    shared = shared_dashes([(t, values) for t, values in curves.values()])
+    for (robot, (t, values)), dashes in zip(curves.items(), shared, strict=True):
+        axes.plot(t, values, **line_look(robot, len(curves)) | dashes)
+
+
+def shared_dashes(curves: Sequence[tuple[Floats, Floats]]) -> list[dict[str, Any]]:
+    """Return the line styles of curves: those that lie on each other show in turn, in dashes.
+
+    Args:
+        curves: Times and values of each, with NaN where there is a gap.
+
+    Returns:
+        Keywords for each curve, none for one that lies alone.
+    """
+    known = np.concatenate([values for _, values in curves])
+    near = _NEAR * float(np.ptp(known[np.isfinite(known)])) if np.isfinite(known).any() else 0.0
+    groups: list[list[int]] = []
+    for number, curve in enumerate(curves):
+        same = [group for group in groups if _coincide(curves[group[0]], curve, near)]
+        if same:
+            same[0].append(number)
+        else:
+            groups.append([number])
+    looks: list[dict[str, Any]] = [{} for _ in curves]
+    for group in groups:
+        for place, number in enumerate(group if len(group) > 1 else []):
+            off = _DASH * (len(group) - 1)
+            looks[number] = {'linestyle': (off + _DASH - _DASH * place, (_DASH, off))}
+    return looks
+
+
+def _coincide(one: tuple[Floats, Floats], other: tuple[Floats, Floats], near: float) -> bool:
+    """Return whether two curves are nowhere farther apart than that."""
+    (t, values), (u, others) = one, other
+    if len(t) < 2 or len(u) < 2:
+        return False
+    return float(np.nan_to_num(np.abs(np.interp(t, u, others) - values)).max()) <= near
+
+
+_ANGLES = np.linspace(0.0, 2 * np.pi, 32, endpoint=False)
+_CIRCLE = 0.5 * np.column_stack([np.cos(_ANGLES), np.sin(_ANGLES)])
+
+
+class DrawnPlane:
+    """What the scripts of a run drew, as discs in a plane.
+
+    Attributes:
+        handles: What to put in the legend.
+        markers: The artist of what takes the place of what was drawn before.
+        trails: The artist of what stays.
+    """
+
+    def __init__(self, axes: Axes, run: Run) -> None:
+        """Let the plane show all that was drawn at some time; nothing is seen before `show`."""
+        self._drawn = DrawnOverTime(run.drawings)
+        self.trails = PolyCollection([], linewidths=0, zorder=1.8)
+        self.markers = PolyCollection([], linewidths=0, zorder=2.5)
+        for artist in (self.trails, self.markers):
+            axes.add_collection(artist, autolim=False)
+        self.handles = [_handle(self._drawn.shown[-1].sphere)] if self._drawn.shown else []
+        if self._drawn.shown:
+            axes.update_datalim([(d.sphere.x, d.sphere.y) for d in self._drawn.shown])
+
+    def show(self, t: float, since: float = -np.inf) -> None:
+        """Show the markers of a time in s, and the trails that have grown since another one."""
+        _fill(self.markers, self._drawn.markers(t))
+        _fill(self.trails, self._drawn.trails(t, since))
+
+
+def _fill(artist: PolyCollection, drawings: Sequence[Drawing]) -> None:
+    spheres = [drawing.sphere for drawing in drawings]
+    artist.set_verts([(s.x, s.y) + s.diameter * _CIRCLE for s in spheres])
+    artist.set_facecolor([_shown(*s.colour, s.alpha) for s in spheres])
+
+
+def _handle(sphere: Sphere) -> Line2D:
+    look: dict[str, Any] = {'linestyle': '', 'marker': 'o', 'markeredgewidth': 0}
+    return Line2D([], [], label='drawn by the script', color=_shown(*sphere.colour, 1.0), **look)
+
+
+def _shown(*colour: float) -> tuple[float, float, float, float]:
+    """Return a colour that a script gave, with each part from 0 to 1."""
+    red, green, blue, alpha = np.clip(colour, 0.0, 1.0).tolist()
+    return red, green, blue, alpha
+
+
+DOTTED: dict[str, Any] = {'color': '0.15', 'linestyle': (0, (1, 2)), 'zorder': 2.6}
+"""The look of a reference's line."""
+
+
+def draw_references(plot: str, axes: Axes, run: Run) -> list[Line2D]:
+    """Draw what the robots of a run were to reach, as their task draws it.
+
+    Args:
+        plot: What is drawn, as for `Task.draw`.
+        axes: Where it is drawn.
+        run: The run.
+
+    Returns:
+        What to put in the legend.
+    """
+    if not (known := task_of(run, ignore)):
+        return []
+    task, references = known
+    return task.draw(plot, axes, run, references)
+
+
+def ignore(_: str) -> None:
+    """Take a message that is told elsewhere."""
+
+
+def draw_world(axes: Axes, run: Run) -> list[Artist]:
+    """Draw the arena's border and the obstacles of a run; returns what to put in the legend."""
+    return [*_draw_arena(axes, run), *_draw_obstacles(axes, run)]
+
+
+def _draw_obstacles(axes: Axes, run: Run) -> list[Artist]:
+    obstacles = obstacles_of(run)
+    shapes: list[Patch] = [Circle((x, y), radius) for x, y, radius in obstacles.discs]
+    shapes += [Polygon(one.corners) for one in obstacles.polygons]
+    for shape in shapes:
+        shape.set(facecolor='0.8', edgecolor='0.55', linewidth=line_width(), zorder=1.4)
+        axes.add_patch(shape)
+    return [Patch(label='obstacle', facecolor='0.8', edgecolor='0.55')] if shapes else []
+
+
+def _draw_arena(axes: Axes, run: Run) -> list[Line2D]:
+    arena = arena_of(run)
+    if arena is None:
+        return []
+    x = [arena.xmin, arena.xmax, arena.xmax, arena.xmin, arena.xmin]
+    y = [arena.ymin, arena.ymin, arena.ymax, arena.ymax, arena.ymin]
+    return axes.plot(x, y, label='arena', color='0.55', linewidth=line_width(), zorder=1.5)
+
+
+def line_width() -> float:
+    """Return the width of a reference's line in points."""
+    return 0.7 * float(rcParams['lines.linewidth'])
+
+
+def mark(marker: str, size: float) -> dict[str, Any]:
+    """Return the look of a hollow mark, its size in those of usual marks."""
+    return {
+        'marker': marker,
+        'markersize': size * rcParams['lines.markersize'],
+        'markerfacecolor': 'none',
+        'markeredgecolor': '0.15',
+        'markeredgewidth': line_width(),
+        'linestyle': '',
+        'zorder': 2.7,
+    }
+
+
+_SIDE = 1.587
+"""Side of the square that is as large as the rectangle around a symbol."""
+
+
+def symbols(run: Run) -> dict[int, Floats]:
+    """Return the outline of each robot, heading along the x axis, shape (K, 2)."""
+    return {robot: symbol(model) for robot, model in models_of(run).items()}
+
+
+def symbol(model: str) -> Floats:
+    """Return the outline of a model, as `symbols` does."""
+    corners = np.array(shape_of(model).outline)
+    scaled: Floats = corners * (_SIDE / np.sqrt(np.prod(np.ptp(corners, axis=0))))
+    return scaled
+
+
+def closed(corners: Floats) -> Outline:
+    """Return an outline as a path."""
+    return Outline(np.vstack([corners, corners[:1]]), closed=True)
+
 
 _SMALLEST_SPAN_M = 1.0
 

@@ -8,8 +8,8 @@ from collections.abc import Callable, Iterator
 from typing import Protocol
 
 from setcmas_simu.fleet import topics
-from setcmas_simu.fleet.announcement import Lockstep, Scaled, SimulatedTime
-from setcmas_simu.messages.cdr import read_stamp
+from setcmas_simu.fleet.fleet import Lockstep, Scaled, SimulatedTime
+from setcmas_simu.ros.messages import read_stamp
 from setcmas_tools.recorder.receive_clock import ReceiveClock
 from setcmas_tools.recorder.recorded_topic import Received
 

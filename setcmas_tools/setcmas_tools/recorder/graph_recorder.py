@@ -8,9 +8,9 @@ import time
 from rclpy.node import Node
 
 from setcmas_simu.fleet import topics
-from setcmas_simu.fleet.announcement import Lockstep
-from setcmas_simu.messages.fleet_topic import FleetListener
-from setcmas_simu.messages.message_class import NoPythonTypeError
+from setcmas_simu.fleet.fleet import Lockstep
+from setcmas_simu.ros.fleet_topic import FleetListener
+from setcmas_simu.ros.messages import NoPythonTypeError
 from setcmas_tools.recorder.bag_times import BagTimes, bag_times
 from setcmas_tools.recorder.lockstep_answers import LockstepAnswers
 from setcmas_tools.recorder.message_definitions import MessageDefinitions, UnknownDefinitionError

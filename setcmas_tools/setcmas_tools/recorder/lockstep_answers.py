@@ -7,9 +7,9 @@ from collections.abc import Sequence
 from rclpy.node import Node
 
 from setcmas_simu.fleet import topics
-from setcmas_simu.lockstep.answer import NONE
-from setcmas_simu.lockstep.answer_topic import Answerer
-from setcmas_simu.messages.cdr import read_stamp
+from setcmas_simu.ros.messages import read_stamp
+from setcmas_simu.simulator.lockstep import NONE
+from setcmas_simu.simulator.lockstep_topics import Answerer
 from setcmas_tools.recorder.recorded_topic import Received
 
 

@@ -10,7 +10,7 @@ from rclpy.qos import QoSProfile
 from rosbags.interfaces import Connection
 
 from setcmas_simu.fleet.topics import is_odometry
-from setcmas_simu.messages.message_class import message_class
+from setcmas_simu.ros.messages import message_class
 from setcmas_tools.recorder.offered_qos import (
     DEPTH,
     are_reliable,

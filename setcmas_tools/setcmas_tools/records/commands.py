@@ -29,7 +29,7 @@ class Filtered:
     Attributes:
         vx: Velocities along x in m/s: what was wanted, or what took its place.
         vy: The same along y.
-        verdict: What became of what was wanted, as `setcmas_ctrl.filter.verdict.Verdict` has it.
+        verdict: What became of what was wanted, as `setcmas_ctrl.filter.barrier.Verdict` has it.
     """
 
     vx: Floats

@@ -6,8 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from setcmas_ctrl.communication.graph import complete, with_known_rows
-from setcmas_ctrl.communication.graph_changes import GraphChanges
+from setcmas_ctrl.communication.graph import GraphChanges, complete, with_known_rows
 from setcmas_simu.arrays import Floats
 from setcmas_simu.fleet import topics
 from setcmas_tools.records.communication import CommunicationRecord, Counts, record_of

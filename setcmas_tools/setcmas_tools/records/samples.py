@@ -9,8 +9,8 @@ from typing import Any
 
 import numpy as np
 
+from setcmas_ctrl.control.references import References
 from setcmas_ctrl.drawing import Sphere
-from setcmas_ctrl.task.references import References
 from setcmas_simu.fleet import topics
 from setcmas_tools.records.commands import commands, with_allowed
 from setcmas_tools.records.communication_samples import CommunicationSamples

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from setcmas_ctrl.task.references import References
+from setcmas_ctrl.control.references import References
 from setcmas_simu.errors import SetcmasError
 from setcmas_tools.records import commands, communication, drawings, fleet_table, safety
 from setcmas_tools.records.commands import Commands

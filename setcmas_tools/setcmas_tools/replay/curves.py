@@ -9,10 +9,10 @@ import numpy as np
 
 from setcmas_simu.arrays import Floats
 from setcmas_tools.comparison.repeat import distances_between
-from setcmas_tools.kinds.task import task_of
-from setcmas_tools.metrics.consensus import disagreement, is_agreement
-from setcmas_tools.metrics.separation import distances_of_pairs
-from setcmas_tools.plots.references import ignore
+from setcmas_tools.measures.consensus_metrics import disagreement, is_agreement
+from setcmas_tools.measures.safety_metrics import distances_of_pairs
+from setcmas_tools.measures.task import task_of
+from setcmas_tools.plots.trajectories import ignore
 from setcmas_tools.records.track import SAME_TIME_S, Track
 from setcmas_tools.run.run import Run
 

@@ -7,12 +7,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from setcmas_ctrl.filter.verdict import Verdict
+from setcmas_ctrl.filter.barrier import Verdict
 from setcmas_simu.arrays import Floats
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet.planar_pose import wrap_angle
 from setcmas_simu.reports.reports import Function, ScriptFailure
-from setcmas_tools.metrics.motion import SATURATION_TOLERANCE, largest_speed
+from setcmas_tools.measures.motion_metrics import SATURATION_TOLERANCE, largest_speed
 from setcmas_tools.records.safety import MOVING
 from setcmas_tools.records.track import SAME_TIME_S
 from setcmas_tools.replay.history import RunHistory

@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 
 from setcmas_ctrl.communication.channel import Channel
+from setcmas_ctrl.communication.communication_options import CommunicationOptions
+from setcmas_ctrl.communication.communication_settings import chosen_communication
 from setcmas_ctrl.communication.links import Links
-from setcmas_ctrl.communication.options import CommunicationOptions
-from setcmas_ctrl.communication.settings import chosen_communication
 from setcmas_simu.arrays import Floats
 from setcmas_simu.errors import SetcmasError
 from setcmas_tools.records.communication import CommunicationRecord

@@ -10,8 +10,8 @@ from matplotlib.colors import to_hex
 from setcmas_simu.arrays import Floats
 from setcmas_simu.fleet.fleet import plot_colour
 from setcmas_simu.fleet.topics import robot_name
-from setcmas_tools.plots.looks.style import edge_effects
-from setcmas_tools.plots.robot_symbols import symbols
+from setcmas_tools.plots.style import edge_effects
+from setcmas_tools.plots.trajectories import symbols
 from setcmas_tools.records.track import SAME_TIME_S
 from setcmas_tools.replay.history import RunHistory
 from setcmas_tools.report.packing import packed

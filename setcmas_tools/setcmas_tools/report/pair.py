@@ -15,8 +15,7 @@ from setcmas_tools.comparison.experiment import ExperimentVerdict, experiment_ve
 from setcmas_tools.comparison.pictures import drawn_pictures
 from setcmas_tools.comparison.shift import Shifted, best_shift
 from setcmas_tools.comparison.table import metrics_table
-from setcmas_tools.metrics.compute import measure
-from setcmas_tools.metrics.table import fleet_lines, robots_table
+from setcmas_tools.measures.metrics import fleet_lines, measure, robots_table
 from setcmas_tools.plots.plot import drawn_plots
 from setcmas_tools.run.run import Run
 

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from matplotlib.figure import Figure
 from PIL import Image
 
-from setcmas_tools.plots.looks.style import plot_style
+from setcmas_tools.plots.style import plot_style
 from setcmas_tools.report.pair import Pair
 
 _DPI = 110

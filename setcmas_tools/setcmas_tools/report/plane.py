@@ -12,8 +12,8 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from setcmas_simu.arrays import Floats
-from setcmas_tools.plots.looks.style import plot_style
-from setcmas_tools.plots.references import draw_references
+from setcmas_tools.plots.style import plot_style
+from setcmas_tools.plots.trajectories import draw_references
 from setcmas_tools.records.drawings import MARKER, Drawing, DrawnOverTime
 from setcmas_tools.replay.history import RunHistory
 from setcmas_tools.report.packing import changes, packed

@@ -5,9 +5,8 @@ from __future__ import annotations
 from contextlib import suppress
 
 from setcmas_simu.errors import SetcmasError
+from setcmas_simu.robots.arena import Arena, Obstacles
 from setcmas_simu.robots.models import UNICYCLE, model_names
-from setcmas_simu.world.arena import Arena
-from setcmas_simu.world.obstacles import Obstacles
 from setcmas_tools.run.run import Run
 
 

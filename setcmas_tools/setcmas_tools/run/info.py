@@ -8,7 +8,7 @@ from typing import Any
 
 import msgspec
 
-from setcmas_ctrl.task.references import References
+from setcmas_ctrl.control.references import References
 from setcmas_simu.reports.reports import ScriptFailure
 from setcmas_tools.run.origin import Origin, this_origin
 from setcmas_tools.run.outcome import Outcome, State

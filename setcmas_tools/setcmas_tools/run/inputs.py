@@ -6,10 +6,10 @@ import argparse
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 
-from setcmas_ctrl.communication.options import CommunicationOptions
-from setcmas_ctrl.communication.settings import graph_file
+from setcmas_ctrl.communication.communication_options import CommunicationOptions
+from setcmas_ctrl.communication.communication_settings import graph_file
 from setcmas_ctrl.control.law_scripts import LawScripts
-from setcmas_ctrl.scripts.helper_modules import with_helpers
+from setcmas_ctrl.scripts.imports import with_helpers
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet.fleet import format_robots
 from setcmas_simu.fleet.per_robot import is_per_robot, parse_per_robot

@@ -11,9 +11,9 @@ from typing import Any
 
 from setcmas_simu.errors import SetcmasError
 
-MEASURE = 'setcmas_tools.metrics.compute:measure'
+MEASURE = 'setcmas_tools.measures.metrics:measure'
 FIGURE = 'setcmas_tools.plots.plot:figure'
-FILM = 'setcmas_tools.films.film:film'
+FILM = 'setcmas_tools.plots.film:film'
 HTML = 'setcmas_tools.summary:html'
 
 

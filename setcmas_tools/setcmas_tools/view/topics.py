@@ -20,9 +20,9 @@ from setcmas_ctrl.communication.graph import with_known_rows
 from setcmas_simu.arrays import Floats
 from setcmas_simu.fleet import topics
 from setcmas_simu.fleet.planar_pose import yaw_of_quaternion
-from setcmas_simu.messages.fleet_topic import FleetListener
-from setcmas_simu.messages.polled_topic import PolledTopic, suited_to
 from setcmas_simu.ros import qos
+from setcmas_simu.ros.fleet_topic import FleetListener
+from setcmas_simu.ros.polling import PolledTopic, suited_to
 from setcmas_tools.view.model import communication
 from setcmas_tools.view.model.departures import Departures
 from setcmas_tools.view.model.fleet_state import NO_PAIRS, FleetState

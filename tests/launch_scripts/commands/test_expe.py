@@ -13,7 +13,7 @@ import yaml
 from processes import SETCMAS, TIMEOUT_S, run_here
 from terminals import Terminal
 
-from launch_scripts.terminal.start_key import ALONE_S
+from launch_scripts.terminal.keyboard import ALONE_S
 from setcmas_expe.pause.start_requests import REACTION_S
 from setcmas_tools.records.fleet_table import read_csv
 

@@ -8,8 +8,8 @@ from processes import SETCMAS, TIMEOUT_S, Process, run_setcmas
 
 from launch_scripts.cli import main
 from setcmas_ctrl.scripts.loader import ALGORITHMS
-from setcmas_tools.grading.sandbox.confinement import obstacle
-from setcmas_tools.grading.submissions.handed_in import KEPT
+from setcmas_tools.grade.sandbox.confinement import obstacle
+from setcmas_tools.grade.submissions import KEPT
 
 needs_sandbox = pytest.mark.skipif(bool(obstacle()), reason=obstacle())
 LAW = ALGORITHMS.file('consensus').read_text()
@@ -55,7 +55,7 @@ def test_mistakes_are_told_in_a_line(tmp_path, monkeypatch, capsys, arguments, t
 def test_without_a_sandbox_nothing_is_run_unless_it_is_trusted(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     write_class(tmp_path / 'class', ada='open("touched", "w")\n' + LAW)
-    monkeypatch.setattr('setcmas_tools.grading.classes.grading.obstacle', lambda: 'no Landlock')
+    monkeypatch.setattr('setcmas_tools.grade.class_grading.obstacle', lambda: 'no Landlock')
 
     assert main(['grade', 'class', '-R', 'consensus']) == 2
 

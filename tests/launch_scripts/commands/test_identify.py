@@ -6,7 +6,7 @@ import pytest
 from processes import run_here
 
 from launch_scripts.cli import main
-from setcmas_simu.robots.identified.file import read_model_file
+from setcmas_simu.robots.identified_robot import read_model_file
 from setcmas_tools import simulate
 from setcmas_tools.comparison.shift import best_shift
 from setcmas_tools.run.run import Run

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from setcmas_tools.kinds.metric import Value
+from setcmas_tools.measures.metric import Value
 
 
 def excursion(run):

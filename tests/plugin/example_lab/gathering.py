@@ -2,9 +2,9 @@
 
 import numpy as np
 
-from setcmas_ctrl.task.references import points
-from setcmas_tools.kinds.metric import Value
-from setcmas_tools.kinds.task import Task
+from setcmas_ctrl.control.references import points
+from setcmas_tools.measures.metric import Value
+from setcmas_tools.measures.task import Task
 
 
 class Gathering(Task):

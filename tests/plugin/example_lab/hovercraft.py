@@ -2,8 +2,7 @@
 
 import numpy as np
 
-from setcmas_simu.robots.model import RobotModel
-from setcmas_simu.robots.shape import Prism, Shape, disc
+from setcmas_simu.robots.model import Prism, RobotModel, Shape, disc
 
 LAG = 0.5  # s
 GRIP = 1.0  # 1/s, at which sliding sideways ends

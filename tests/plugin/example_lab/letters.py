@@ -1,6 +1,6 @@
 """The grade format `letters`: a letter for each student."""
 
-from setcmas_tools.grade_formats.format import GradeFormat
+from setcmas_tools.platforms.grade_format import GradeFormat
 
 LETTERS = 'FFFFFEDCBA'  # by tenths of the points
 

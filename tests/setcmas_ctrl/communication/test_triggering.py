@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from setcmas_ctrl.communication.triggering import CONSEQUENCE, Broadcast, further_than
-from setcmas_ctrl.scripts.error_reports import ErrorReports
+from setcmas_ctrl.scripts.script_errors import ErrorReports
 from setcmas_simu.errors import SetcmasError
 
 

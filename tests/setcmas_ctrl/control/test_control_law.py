@@ -2,8 +2,7 @@ import numpy as np
 import pytest
 
 from setcmas_ctrl.control.control_law import ControlLaw, checked_velocity
-from setcmas_ctrl.scripts.error_reports import ErrorReports
-from setcmas_ctrl.scripts.failures import ControlError
+from setcmas_ctrl.scripts.script_errors import ControlError, ErrorReports
 
 POSES = np.zeros((3, 2))
 

@@ -6,11 +6,7 @@ import textwrap
 import pytest
 from control_functions import load_control
 
-from setcmas_ctrl.scripts.loader import (
-    ALGORITHMS,
-    compile_script,
-    find_script,
-)
+from setcmas_ctrl.scripts.loader import ALGORITHMS, compile_script, find_script
 from setcmas_simu.errors import SetcmasError
 
 

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from setcmas_expe.emulation.emulated_fleet import EmulatedFleet, truncated
-from setcmas_simu.robots.identified.model import IdentifiedRobot, Response
-from setcmas_simu.robots.velocity_limits import ROBOT_MODELS
+from setcmas_simu.robots.identified_robot import IdentifiedRobot, Response
+from setcmas_simu.robots.model import ROBOT_MODELS
 
 BURGER = ROBOT_MODELS['burger']
 

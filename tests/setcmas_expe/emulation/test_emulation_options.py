@@ -4,8 +4,8 @@ import pytest
 from setcmas_expe.emulation.emulation_options import EmulationOptions, emulated_start_poses
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet.fleet import start_poses
-from setcmas_simu.simulator.options import StartPoseOptions
-from setcmas_simu.world.arena import Arena
+from setcmas_simu.robots.arena import Arena
+from setcmas_simu.simulator.simulator_options import StartPoseOptions
 
 
 @pytest.mark.parametrize('nb_robots', [1, 2, 8, 20])

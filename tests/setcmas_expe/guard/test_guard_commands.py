@@ -11,7 +11,7 @@ from setcmas_expe.guard.guard_commands import (
     StopOnSilence,
     ramped,
 )
-from setcmas_simu.robots.velocity_limits import ROBOT_MODELS
+from setcmas_simu.robots.model import ROBOT_MODELS
 
 FORWARD = (0.1, 0.0)
 BEHIND = 1000.0  # the clock of the sender

@@ -2,7 +2,7 @@ from dataclasses import replace
 
 import pytest
 
-from setcmas_ctrl.fleet.pause_watch import BY_WISH, NOT_STARTED, SILENT
+from setcmas_ctrl.driving.fleet_pause import BY_WISH, NOT_STARTED, SILENT
 from setcmas_expe.guard.guard_decision import Situation, Source, Standing
 from setcmas_expe.guard.guard_watch import State
 

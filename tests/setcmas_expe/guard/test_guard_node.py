@@ -18,8 +18,8 @@ from std_srvs.srv import SetBool
 from setcmas_expe.guard.guard_decision import State
 from setcmas_expe.guard.guard_node import live
 from setcmas_expe.guard.guard_watch import GuardReport, Power
-from setcmas_simu.cmd_vel.cmd_vel_type import velocities
 from setcmas_simu.ros import qos
+from setcmas_simu.ros.cmd_vel_topics import velocities
 
 pytestmark = pytest.mark.skipif(not hasattr(socket, 'AF_UNIX'), reason='no systemd')
 

@@ -3,7 +3,7 @@ import pytest
 pytest.importorskip('rclpy')
 
 from setcmas_expe.guard.surroundings import Base, base_of
-from setcmas_simu.cmd_vel.cmd_vel_graph import Endpoint
+from setcmas_simu.ros.cmd_vel_topics import Endpoint
 
 BASE = Endpoint('turtlebot3_node', '/tb3_1/turtlebot3_node', 'twist', b'robot' + bytes(11))
 ONLOOKER = Endpoint('ros2cli', '/ros2cli', 'twist_stamped', b'laptop' + bytes(10))

@@ -5,7 +5,7 @@ import pytest
 from setcmas_expe.lab.lab import LabRobot
 from setcmas_expe.lab.lab_file import DEFAULT_FILE, load_lab
 from setcmas_simu.errors import SetcmasError
-from setcmas_simu.robots.velocity_limits import ROBOT_MODELS, VelocityLimits
+from setcmas_simu.robots.model import ROBOT_MODELS, VelocityLimits
 
 
 @pytest.fixture

@@ -5,8 +5,8 @@ import pytest
 
 from setcmas_expe.lab.lab_options import LabOptions
 from setcmas_simu.errors import SetcmasError
-from setcmas_simu.robots.velocity_limits import ROBOT_MODELS
-from setcmas_simu.world.arena import Arena
+from setcmas_simu.robots.arena import Arena
+from setcmas_simu.robots.model import ROBOT_MODELS
 
 
 def parsed(*arguments):

@@ -6,8 +6,8 @@ import pytest
 from setcmas_expe.mocap.pose_track import FROZEN, JUMPED, SLOW, Arrivals, PoseTrack, mark_swapped
 from setcmas_expe.mocap.sample import NOT_FINITE, Sample
 from setcmas_simu.fleet.planar_pose import quaternion_of_yaw
-from setcmas_simu.robots.velocity_limits import ROBOT_MODELS
-from setcmas_simu.world.arena import Arena
+from setcmas_simu.robots.arena import Arena
+from setcmas_simu.robots.model import ROBOT_MODELS
 
 
 def came(*gaps):

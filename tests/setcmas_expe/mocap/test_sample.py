@@ -15,7 +15,7 @@ from setcmas_expe.mocap.sample import (
     fault_of,
 )
 from setcmas_simu.fleet.planar_pose import quaternion_of_yaw
-from setcmas_simu.world.arena import Arena
+from setcmas_simu.robots.arena import Arena
 
 ARENA = Arena(-2.0, 2.0, -1.0, 1.0)
 

@@ -13,11 +13,11 @@ from sensor_msgs.msg import Joy
 from std_msgs.msg import Bool
 from std_srvs.srv import SetBool, Trigger
 
-from launch_scripts.processes.supervision.supervisor import Supervisor
+from launch_scripts.processes.supervisor import Supervisor
 from setcmas_expe.pause.console_protocol import OLD_AFTER_S, UNKNOWN, Status, Wish, Word
 from setcmas_expe.pause.start_requests import REACTION_S
 from setcmas_expe.safety.stalls import time_since_boot
-from setcmas_simu.reports.encoding import LineDecoder
+from setcmas_simu.reports.reports import LineDecoder
 from setcmas_simu.ros import qos
 
 PAUSE = [sys.executable, '-m', 'setcmas_expe.pause.main']

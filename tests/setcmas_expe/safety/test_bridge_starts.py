@@ -15,7 +15,7 @@ from rclpy.node import Node
 from ros_peer import Peer
 from std_msgs.msg import Bool
 
-from setcmas_ctrl.fleet.pause_watch import SURE_AFTER_S
+from setcmas_ctrl.driving.fleet_pause import SURE_AFTER_S
 
 GUARDED = ['--ros-args', '-r', '__ns:=/tb3_1']
 STOP = (0.0, 0.0)

@@ -1,7 +1,7 @@
 import pytest
 
 from setcmas_expe.safety.obedience import RUNS_AWAY_AFTER_S, Obedience, Runaways
-from setcmas_simu.robots.velocity_limits import IDEAL
+from setcmas_simu.robots.model import IDEAL
 
 
 def judged(commanded, wheels, seconds=1.0, silent_from=9.9):

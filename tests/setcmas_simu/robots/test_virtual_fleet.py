@@ -3,8 +3,8 @@ import math
 import numpy as np
 import pytest
 
+from setcmas_simu.robots.model import limits_named
 from setcmas_simu.robots.unicycle import Unicycle
-from setcmas_simu.robots.velocity_limits import limits_named
 from setcmas_simu.robots.virtual_fleet import VirtualFleet
 
 

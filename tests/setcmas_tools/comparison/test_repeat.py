@@ -3,7 +3,7 @@ from metrics_runs import T, table
 from runs import run_of
 
 from setcmas_tools.comparison.repeat import changes, largest_distance
-from setcmas_tools.metrics.compute import measure
+from setcmas_tools.measures.metrics import measure
 
 
 def test_the_largest_distance_with_robot_and_time():

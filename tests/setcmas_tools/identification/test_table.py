@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from setcmas_simu.robots.identified.model import Response
+from setcmas_simu.robots.identified_robot import Response
 from setcmas_tools.identification.fit import Fit, Measured
 from setcmas_tools.identification.identify import FORWARD, TURN, Channel, Identified
 from setcmas_tools.identification.lag import HeldCommand

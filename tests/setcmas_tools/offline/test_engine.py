@@ -8,12 +8,12 @@ import pytest
 from ros1_recordings import WP_NAV
 from runs import distance
 
-from setcmas_ctrl.communication.options import CommunicationOptions
-from setcmas_ctrl.control.options import GainOptions
+from setcmas_ctrl.communication.communication_options import CommunicationOptions
+from setcmas_ctrl.control.control_options import GainOptions
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet.fleet import start_poses
-from setcmas_simu.fleet.random_poses import RandomPoses
-from setcmas_simu.simulator.options import SimulationOptions
+from setcmas_simu.fleet.start_poses import RandomPoses
+from setcmas_simu.simulator.simulator_options import SimulationOptions
 from setcmas_tools import simulate
 from setcmas_tools.records.fleet_table import read_csv
 from setcmas_tools.run.options import RunOptions

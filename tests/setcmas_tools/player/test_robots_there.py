@@ -6,7 +6,7 @@ from geometry_msgs.msg import TwistStamped
 from nav_msgs.msg import Odometry
 from std_msgs.msg import String
 
-from setcmas_simu.fleet.announcement import Announcement, Kind, encode, own_source
+from setcmas_simu.fleet.fleet import Announcement, Kind, encode, own_source
 from setcmas_simu.ros import qos
 from setcmas_tools.player.robots_there import RobotsThere
 

@@ -10,8 +10,8 @@ from matplotlib.figure import Figure
 from runs import plot, run_of
 
 from setcmas_simu.errors import SetcmasError
-from setcmas_tools.plots.looks.style import plot_style
-from setcmas_tools.plots.time_series import draw_heading, draw_positions
+from setcmas_tools.plots.style import plot_style
+from setcmas_tools.plots.time_plots import draw_heading, draw_positions
 from setcmas_tools.plots.trajectories import draw_trajectories
 from setcmas_tools.records.fleet_table import fleet_table, write_csv
 

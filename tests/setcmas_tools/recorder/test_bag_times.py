@@ -4,7 +4,7 @@ import pytest
 
 pytest.importorskip('rclpy')
 
-from setcmas_simu.fleet.announcement import Lockstep, Scaled
+from setcmas_simu.fleet.fleet import Lockstep, Scaled
 from setcmas_tools.recorder.bag_times import StampTimes, bag_times
 from setcmas_tools.recorder.recorded_topic import Received
 

@@ -2,8 +2,8 @@ import numpy as np
 from runs import run_of
 
 from setcmas_tools import simulate
-from setcmas_tools.metrics.consensus import fleet_consensus
-from setcmas_tools.metrics.separation import fleet_separation
+from setcmas_tools.measures.consensus_metrics import fleet_consensus
+from setcmas_tools.measures.safety_metrics import fleet_separation
 from setcmas_tools.records.fleet_table import fleet_table
 from setcmas_tools.replay.curves import FLEET, curves, difference
 

@@ -2,7 +2,7 @@ import math
 
 import numpy as np
 
-from setcmas_ctrl.filter.verdict import Verdict
+from setcmas_ctrl.filter.barrier import Verdict
 from setcmas_tools import Run, simulate
 from setcmas_tools.replay.history import RunHistory
 from setcmas_tools.replay.instant import Instants

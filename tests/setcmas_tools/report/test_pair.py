@@ -1,5 +1,5 @@
 from setcmas_tools.offline.engine import simulate
-from setcmas_tools.plots.looks.style import plot_style
+from setcmas_tools.plots.style import plot_style
 from setcmas_tools.report.pair import Pair
 
 

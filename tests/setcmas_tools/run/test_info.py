@@ -1,6 +1,6 @@
 import pytest
 
-from setcmas_ctrl.task.references import References
+from setcmas_ctrl.control.references import References
 from setcmas_simu.errors import SetcmasError
 from setcmas_tools.run.info import Reload, RunInfo, read_info, write_info
 from setcmas_tools.run.origin import this_origin

@@ -10,7 +10,7 @@ from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
 
 from setcmas_simu.arrays import Floats
-from setcmas_tools.plots.references import draw_references
+from setcmas_tools.plots.trajectories import draw_references
 from setcmas_tools.records.drawings import MARKER, Drawing
 from setcmas_tools.replay.history import RunHistory
 from setcmas_tools.run.arena import arena_of, obstacles_of

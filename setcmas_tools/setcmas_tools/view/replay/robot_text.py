@@ -7,7 +7,7 @@ import math
 
 import numpy as np
 
-from setcmas_ctrl.filter.verdict import Verdict
+from setcmas_ctrl.filter.barrier import Verdict
 from setcmas_simu.arrays import Floats
 from setcmas_simu.fleet.topics import robot_name
 from setcmas_tools.replay.instant import RobotInstant, Velocity

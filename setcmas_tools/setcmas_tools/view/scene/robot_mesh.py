@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from setcmas_simu.robots.shape import Shape
+from setcmas_simu.robots.model import Shape
 from setcmas_tools.view.scene.meshes import (
     Mesh,
     cylinder,

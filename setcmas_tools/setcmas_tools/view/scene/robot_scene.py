@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 
 from setcmas_simu.arrays import Floats
 from setcmas_simu.fleet import fleet
+from setcmas_simu.robots.model import Shape
 from setcmas_simu.robots.models import UNICYCLE, shape_of
-from setcmas_simu.robots.shape import Shape
 from setcmas_tools.view.scene.batch import Batch
 from setcmas_tools.view.scene.robot_mesh import coloured_body, dark_body, unit_ring
 

@@ -8,7 +8,7 @@ from std_msgs.msg import ColorRGBA
 from visualization_msgs.msg import Marker
 
 from setcmas_simu.robots.models import shape_of
-from setcmas_simu.simulator.robot_marker import robot_marker
+from setcmas_simu.simulator.virtual_robot import robot_marker
 from setcmas_tools.view.model import marker_shapes
 from setcmas_tools.view.model.marker_shapes import LABEL, LINES, shape
 from setcmas_tools.view.model.marker_store import MOST_MARKERS, MarkerStore

@@ -1,1 +1,0 @@
-"""The process of an offline run."""

@@ -1,0 +1,305 @@
+"""A process that a command has started: its calls of scripts, its end and its cause."""
+
+from __future__ import annotations
+
+import ctypes
+import os
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Sequence
+from contextlib import suppress
+from pathlib import Path
+from typing import TypeVar, cast
+
+from setcmas_expe.pause.console_protocol import Status, Wish
+from setcmas_simu.reports.current_call import CurrentCall, shared_file
+from setcmas_simu.reports.launcher import VARIABLE as LAUNCHER_VARIABLE
+from setcmas_simu.reports.reports import (
+    Ended,
+    Failed,
+    Function,
+    Message,
+    Mistake,
+    Report,
+    ScriptCall,
+    ScriptFailure,
+    Stuck,
+    encode,
+)
+
+_PR_SET_CHILD_SUBREAPER = 36
+
+
+def adopt_orphans() -> None:
+    """Become the parent of whatever is left by processes that this one has started (Linux)."""
+    if sys.platform == 'linux':
+        ctypes.CDLL(None).prctl(_PR_SET_CHILD_SUBREAPER, 1)
+
+
+def children() -> set[int]:
+    """Return the process numbers of this process's children; none where that cannot be told."""
+    found: set[int] = set()
+    for tasks in Path('/proc/self/task').glob('*/children'):
+        with suppress(OSError):
+            found |= {int(word) for word in tasks.read_text().split()}
+    return found
+
+
+def end_orphans(known: set[int]) -> None:
+    """End the children of this process but for known ones, and the children that those leave."""
+    while strangers := children() - known:
+        for pid in strangers:
+            with suppress(ProcessLookupError, PermissionError):
+                os.kill(pid, signal.SIGKILL)
+            with suppress(ChildProcessError):
+                os.waitpid(pid, 0)
+
+
+SILENT_S = 3.0
+"""Duration in s from which a call hangs that the process itself says nothing of.
+
+A loop in C and a process that was stopped keep it from speaking.
+"""
+
+
+class ScriptCalls:
+    """Follows the calls of one process by its reports and by the memory that both share.
+
+    Attributes:
+        failures: When which calls failed, as the process tells at its end.
+    """
+
+    def __init__(self, memory: int) -> None:
+        """Share a file's memory with the process."""
+        self._current = CurrentCall(memory)
+        self._failed: dict[ScriptCall, None] = {}
+        self._told_since = 0.0
+        self.failures: tuple[ScriptFailure, ...] = ()
+
+    @property
+    def failed(self) -> tuple[ScriptCall, ...]:
+        """The calls that failed, hung, or were running when the process was killed or died."""
+        return tuple(self._failed)
+
+    def hear(self, report: Message) -> None:
+        """Take a report of the process."""
+        if isinstance(report, Failed):
+            self._failed[report.call] = None
+        elif isinstance(report, Ended):
+            self._failed |= dict.fromkeys(report.failed)
+            self.failures = report.failures
+        elif isinstance(report, Stuck):
+            self._told_since = self._current.since
+            self.note(report.call)
+
+    def silently_hanging(self) -> ScriptCall | None:
+        """Return a call that hangs without a word of the process; once for each."""
+        if self.running_s <= SILENT_S or self._current.since == self._told_since:
+            return None
+        self._told_since = self._current.since
+        return self.running()
+
+    def running(self) -> ScriptCall | None:
+        """Return the call that has not returned, and count it as failed; None between calls."""
+        call = self._current.running()
+        if call:
+            self.note(call)
+        return call
+
+    def described(self) -> str:
+        """Return in which call a process has ended, or after which; empty if there was none."""
+        if call := self.running():
+            return f' in {call}'
+        return f' after {self.last()}' if self.last() else ''
+
+    @property
+    def missing(self) -> str:
+        """Why control laws are not called yet."""
+        call = self.running()
+        return f'{call} has not returned' if call else 'the controllers have not called their laws'
+
+    @property
+    def running_s(self) -> float:
+        """For how long a call has been running, in s; 0 between calls."""
+        return self._current.running_s(time.monotonic())
+
+    def last(self) -> ScriptCall | None:
+        """Return the last call that began; None if there was none."""
+        return self._current.last()
+
+    def note(self, call: ScriptCall) -> None:
+        """Count a call as failed; a script that is not loaded has not failed yet."""
+        if call.function is not Function.LOADING:
+            self._failed[call] = None
+
+
+ChildReport = Report | Status | Wish
+"""What a process may report."""
+
+AnyReport = TypeVar('AnyReport', bound=Message)
+
+
+def known_signals(*names: str) -> tuple[signal.Signals, ...]:
+    """Return the signals of these names that this system has: Windows lacks some."""
+    return tuple(signal.Signals[name] for name in names if name in signal.Signals.__members__)
+
+
+KILL = known_signals('SIGKILL', 'SIGTERM')[0]
+"""The signal that no process survives."""
+
+_PR_SET_PDEATHSIG = 1
+_ENDS_WITHIN_S = 1.0  # after it has closed the pipe of its reports
+
+
+class ChildDiedError(Exception):
+    """A process ended that nobody had asked to end.
+
+    Attributes:
+        exit_status: What the command should exit with.
+        child: The process.
+    """
+
+    def __init__(self, message: str, exit_status: int, child: Child) -> None:
+        """Store the message, the exit status and the process."""
+        super().__init__(message)
+        self.exit_status = exit_status
+        self.child = child
+
+
+class Child:
+    """A running process in a process group of its own.
+
+    Attributes:
+        spoke: Whether it has written anything; before, it may not know our signals yet.
+        shown: Whether what it writes is shown.
+        needed: Whether the others cannot go on without it.
+        reports: The pipe of its reports.
+        calls: The calls of scripts in it.
+        on_hang: Called when a call of a script does not return.
+        killed: Whether it had to be killed because it did not end.
+        on_report: Takes what it reports.
+    """
+
+    def __init__(
+        self,
+        name: str,
+        command: Sequence[str],
+        environment: dict[str, str],
+        needed: bool,
+        listens: bool,
+        mistake: str,
+    ) -> None:
+        """Start the process; what it writes before a mistake, the rest as `Supervisor.start`."""
+        self.name = name
+        self.needed = needed
+        self.spoke = False
+        self.shown = True
+        self.on_report: Callable[[ChildReport], None] = lambda _: None
+        self._heard: dict[type[Message], Message] = {}
+        reports, pipe = os.pipe()
+        self.reports = os.fdopen(reports, 'rb', buffering=0)
+        memory = shared_file()
+        self.calls = ScriptCalls(memory)
+        self.on_hang: Callable[[], None] = lambda: None
+        self.killed = False
+        self._disconnected: float | None = None
+        self._disconnected_in: ScriptCall | None = None
+        self.process = subprocess.Popen(
+            command,
+            stdin=subprocess.PIPE if listens else subprocess.DEVNULL,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            env=environment | {LAUNCHER_VARIABLE: f'{pipe} {memory} {mistake}'},
+            pass_fds=(pipe, memory),
+            preexec_fn=prepare_child(),
+        )
+        os.close(pipe)
+        os.close(memory)
+
+    def running(self) -> bool:
+        """Return whether the process has not ended yet."""
+        return self.process.poll() is None
+
+    def tell(self, message: Message) -> None:
+        """Send a message to the standard input of a process that listens; never waits."""
+        assert self.process.stdin is not None
+        os.set_blocking(self.process.stdin.fileno(), False)
+        with suppress(BlockingIOError, BrokenPipeError):  # it hangs, or has ended
+            os.write(self.process.stdin.fileno(), encode(message))
+
+    def hear(self, report: ChildReport) -> None:
+        """Take a report of the process."""
+        self.spoke = True
+        self._heard[type(report)] = report
+        self.calls.hear(report)
+        self.on_report(report)
+        if isinstance(report, Stuck):
+            self.on_hang()
+
+    def note_end_of_reports(self) -> None:
+        """Note that the pipe of its reports is closed: it ends, or a script has closed it."""
+        self._disconnected = time.monotonic()
+        self._disconnected_in = self.calls.last()
+
+    @property
+    def disconnected(self) -> bool:
+        """Whether it goes on, though it has closed the pipe of its reports some time ago."""
+        since = self._disconnected
+        return since is not None and self.running() and time.monotonic() - since > _ENDS_WITHIN_S
+
+    @property
+    def exit_status(self) -> int:
+        """Exit status of a process that was asked to stop: 0 only if nothing went wrong."""
+        status = self.process.returncode
+        if self.killed or (status <= 0 and self.calls.failed):
+            return 1
+        return status if status >= 0 else 128 - status  # as shells tell it
+
+    def heard(self, kind: type[AnyReport]) -> AnyReport | None:
+        """Return the newest report of a kind; None if there was none."""
+        return cast('AnyReport | None', self._heard.get(kind))
+
+    def signal_group(self, signum: int) -> None:
+        """Send a signal to the process and whatever it started."""
+        with suppress(ProcessLookupError, PermissionError):
+            os.killpg(self.process.pid, signum)
+
+    def obituary(self) -> ChildDiedError:
+        """Return why the process ended, as an exception."""
+        status = self.process.returncode
+        if status == 2 and self.heard(Mistake):
+            return ChildDiedError('', 2, self)
+        if status < 0:
+            reason = f'was killed by {signal.Signals(-status).name}'
+            reason += ' (out of memory?)' if -status == KILL else ''
+            status = 128 - status  # as shells tell it
+        else:
+            reason = f'ended by itself with exit status {status}'
+        message = f'{self.name} (process {self.process.pid}) {reason}{self.calls.described()}'
+        return ChildDiedError(message, 1 if self.calls.running() else status or 1, self)
+
+    def disconnection(self) -> ChildDiedError:
+        """Return why a process is of no more use that has closed its descriptors."""
+        call = self._disconnected_in
+        if call:
+            self.calls.note(call)
+        by = f'closed in {call}' if call else 'it has closed them'
+        message = f'{self.name} (process {self.process.pid}) has no descriptors any more: {by}'
+        return ChildDiedError(message, 1, self)
+
+
+def prepare_child() -> Callable[[], None]:
+    """Return what a child does first: its own process group, and an end with its parent."""
+    parent = os.getpid()
+    libc = ctypes.CDLL(None) if sys.platform == 'linux' else None
+
+    def prepare() -> None:
+        os.setpgid(0, 0)
+        if libc is not None:
+            libc.prctl(_PR_SET_PDEATHSIG, signal.SIGTERM)
+            if os.getppid() != parent:
+                os._exit(1)
+
+    return prepare

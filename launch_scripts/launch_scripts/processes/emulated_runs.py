@@ -1,0 +1,223 @@
+"""Runs in the emulated lab: those of `setcmas run --emulate`, and those of a rubric."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import subprocess
+import time
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any
+
+from launch_scripts.processes.child_process import Child
+from launch_scripts.processes.environment import require_ros
+from launch_scripts.processes.experiment import Experiment
+from launch_scripts.processes.node_commands import node_command
+from launch_scripts.processes.run_processes import RecordedRun
+from launch_scripts.processes.supervisor import Supervisor
+from launch_scripts.terminal.terminal_output import teller
+from setcmas_expe.lab.lab import Lab
+from setcmas_expe.lab.lab_options import LabOptions
+from setcmas_expe.pause.console_protocol import Status, Word
+from setcmas_simu.errors import SetcmasError
+from setcmas_simu.options.group import spelled
+from setcmas_simu.robots.model import ROBOT_MODELS
+from setcmas_tools.grade.marks import Failure, LawRunner, ScenarioRun
+from setcmas_tools.grade.rubric import Rubric
+from setcmas_tools.grade.rubric_scenarios import CONTROL, Scenario
+from setcmas_tools.offline.given import pose_options
+from setcmas_tools.run.outcome import State
+from setcmas_tools.run.run import Run
+from setcmas_tools.study.variation import OPTIONS
+
+_COMES_TO_REST_S = 2.0
+
+
+def emulated_lab_options(args: argparse.Namespace) -> LabOptions:
+    """Return the lab of an emulated run: its file, and the options that override it."""
+    limits = args.limits if args.limits in ROBOT_MODELS else None  # by default there are none
+    return LabOptions.of(argparse.Namespace(**{**vars(args), 'limits': limits}))
+
+
+class EmulatedRun(RecordedRun):
+    """Recorder, emulated lab, bridge, pause node and controllers; it presses start itself.
+
+    Attributes:
+        started: Whether the robots are under control and not paused.
+        paused: Whether they are paused now.
+    """
+
+    def __init__(
+        self,
+        supervisor: Supervisor,
+        args: argparse.Namespace,
+        bag: Path,
+        lab: Lab,
+        pages: Sequence[Child] = (),
+    ) -> None:
+        """Start the processes; robots that somebody has paused can be started on the pages."""
+        self.started = False
+        self.paused = True
+        self._paused = ''
+        self._changed = 0.0
+        self._pages = pages
+        self._unready = ''
+        super().__init__(supervisor, bag)
+        told = emulated_lab_options(args)
+        self._experiment = Experiment(supervisor, lab, args, told, recorded=True)
+        self._experiment.on_status = self._start_when_ready
+        self._experiment.on_script = self.reloads.take
+        for page in pages:
+            self._experiment.follow_page(page)
+
+    def _start_when_ready(self, status: Status) -> None:
+        ready = all(robot.ready for robot in status.robots)
+        if status.paused and self._experiment.controlled and ready and not self.started:
+            self._experiment.wish(Word.GO, 'by command')
+        self.started = self.started or not status.paused
+        if status.paused != self.paused:
+            self.paused, self._changed = status.paused, time.monotonic()
+        self._unready = '; '.join(
+            f'{robot.name} is {robot.reason}' for robot in status.robots if not robot.ready
+        )
+        if self.started and status.paused and (status.emergency or not self._paused):
+            self._paused = f'the robots were paused: {status.why}'
+
+    @property
+    def missing(self) -> str:
+        """What a run that has not started waits for."""
+        if not self._experiment.controlled:
+            return self._experiment.missing
+        return self._unready or 'nothing is heard of the bridge process'
+
+    @property
+    def trouble(self) -> str:
+        """Why the robots were paused meanwhile, or which did not stop; empty if all went well."""
+        if runaways := ', '.join(sorted(self._experiment.runaways)):
+            return f'{runaways} did not stop when commanded zero'
+        return self._paused + '; nobody is here to start them again' * self.is_stuck
+
+    @property
+    def is_stuck(self) -> bool:
+        """Whether robots stay paused, at rest by now: no page is there to start them."""
+        at_rest = time.monotonic() - self._changed > _COMES_TO_REST_S
+        waits = any(page.running() for page in self._pages)
+        return self.started and self.paused and at_rest and not waits
+
+    def tick(self) -> None:
+        """Show the pause process that somebody is there; ten times a second."""
+        self._experiment.wish(Word.ALIVE)
+
+    def finish(self) -> None:
+        """Stop the robots and all that commands them."""
+        self.status = self._experiment.stop()
+        self.failed = self._experiment.failed
+        self.failures = self._experiment.failures
+
+    def stop(self) -> None:
+        """Stop all; the last command, zero, is to be in the bag."""
+        self._experiment.stop()
+        self._supervisor.stop(self.recorder)
+        self._experiment.stop_lab()
+
+
+_RUN = ('run', '--emulate', '--no-plots')
+_MISTAKEN = 2
+_TO_THE_END = (State.COMPLETE, State.FAILED)
+
+
+def runners_in_lab(rubric: Rubric, verb: str) -> Callable[[Path], LawRunner]:
+    """Return what returns the runner of a script in the emulated lab; the solution is run at once.
+
+    Args:
+        rubric: Whose scenarios are run.
+        verb: The command that tells what is run now, for it takes its time.
+
+    Raises:
+        SetcmasError: There is no ROS, or the solution does not come to its end.
+    """
+    require_ros('without --emulate no ROS is needed; ')
+    tell = teller(verb)
+    _run_solution(rubric, tell)
+    return lambda script: _runs_emulated(script, rubric, tell)
+
+
+def _runs_emulated(script: Path | None, rubric: Rubric, tell: Callable[[str], None]) -> LawRunner:
+    """Return what runs scenarios with a script as `setcmas run --emulate` does, in no sandbox.
+
+    No script is the condition by default.
+    """
+
+    def run(scenario: Scenario) -> ScenarioRun:
+        name = script.name if script else 'the solution'
+        tell(f'{name}, {scenario.name}: {scenario.seconds:g} s in the emulated lab')
+        job = scenario.job(str(script) if script else None, rubric.function)
+        done = _in_lab(job, script)
+        if done.failure and done.run and done.run.outcome.state is State.COMPLETE:
+            # Something else than the script has stopped the robots, such as a machine too busy.
+            tell(f'{done.failure.message}; once more')
+            done = _in_lab(job, script)
+        return done
+
+    return run
+
+
+def _in_lab(job: Mapping[str, Any], script: Path | None) -> ScenarioRun:
+    with TemporaryDirectory(prefix='setcmas_') as folder:
+        place = Path(folder, 'run')
+        options = [*command_line(job), '--output', str(place)]
+        command = node_command('launch_scripts.cli', [*_RUN, *options])
+        done = subprocess.run(command, capture_output=True, text=True, errors='replace')
+        if done.returncode == _MISTAKEN or not (place / 'csv').is_dir():
+            return _not_run(done.stderr, script)
+        made = Run.load(place, lambda _: None)
+    is_whole = made.outcome.state in _TO_THE_END
+    is_well = made.outcome.state is State.COMPLETE and not made.outcome.detail
+    return ScenarioRun(made, None if is_well else Failure(str(made.outcome)), is_whole)
+
+
+def _run_solution(rubric: Rubric, tell: Callable[[str], None]) -> None:
+    """Run the model solution of a rubric in the emulated lab; its paths are the wanted ones."""
+    if rubric.solution is None and rubric.function == CONTROL:
+        return
+    run = _runs_emulated(rubric.solution, rubric, tell)
+    for scenario in rubric.scenarios:
+        made = run(scenario)
+        if not made.run or made.failure:
+            reason = made.failure.message if made.failure else 'it did not start'
+            raise SetcmasError(
+                f"the solution fails in scenario '{scenario.name}' of {rubric.file}: {reason}"
+            )
+        rubric.keep_solution(scenario, made.run)
+
+
+def command_line(job: Mapping[str, Any]) -> Iterator[str]:
+    """Yield the options of `setcmas run` that are some arguments of `simulate`.
+
+    Raises:
+        SetcmasError: An argument has no option, as a matrix has none.
+    """
+    for name, value in job.items():
+        if name == 'poses':
+            yield from (f'--pose={text}' for text in pose_options(value))
+        elif name == 'settings':
+            yield from (f'--set={name}={json.dumps(one)}' for name, one in value.items())
+        elif name == 'graph' and not isinstance(value, str):
+            raise SetcmasError('graph is a matrix; in the emulated lab it must be a file')
+        elif value is not None:
+            yield from OPTIONS[name].typed(spelled(name), value)
+
+
+def _not_run(messages: str, script: Path | None) -> ScenarioRun:
+    """Return that there was no run, if it is the script that has a mistake.
+
+    Raises:
+        SetcmasError: It is not.
+    """
+    told = [line for line in messages.splitlines() if line.strip()] or ['it did not start']
+    message = told[-1].removeprefix('setcmas run: ')
+    if script is None or script.name not in messages:
+        raise SetcmasError(f'the emulated lab: {message}')
+    return ScenarioRun(None, Failure(message), is_complete=False)

@@ -1,0 +1,92 @@
+"""RViz 2 beside the robots, and its configuration."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import sys
+import tempfile
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import ClassVar
+
+from launch_scripts.terminal.terminal_output import warn
+from setcmas_simu.errors import SetcmasError
+from setcmas_simu.options.group import Options, flag, option
+from setcmas_simu.options.kinds import PathTo, Robots
+from setcmas_simu.simulator.rviz_config import rviz_config
+from setcmas_tools.view.page.desktop import has_display
+
+_RVIZ = 'rviz2'
+_ROBOTS_IF_UNKNOWN = 8
+
+Companion = tuple[str, list[str]]
+"""Name and command line of a process that the robots can do without."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class RvizFileOptions(Options):
+    """What a configuration of RViz 2 that is written to a file is for."""
+
+    TITLE: ClassVar[str] = 'RViz 2'
+
+    write_rviz: Path | None = option(
+        PathTo(), 'show nothing, but write what sets RViz 2 up for a fleet', default=None
+    )
+    robots: tuple[int, ...] | None = option(
+        Robots(), 'its robots', default=None, default_text=f'1-{_ROBOTS_IF_UNKNOWN}'
+    )
+    experiment: bool = flag('they are real: poses of motion capture, arena')
+
+
+def shown_robots(robots: Sequence[int] | None, nb_robots: int | None = None) -> list[int]:
+    """Return the robots that --robots or --nb-robots name; the first 8 if neither does."""
+    return list(robots or range(1, (nb_robots or _ROBOTS_IF_UNKNOWN) + 1))
+
+
+@contextmanager
+def rviz_beside(
+    wanted: bool, robots: list[int], experiment: bool = False
+) -> Iterator[list[Companion]]:
+    """Hand out RViz 2 as a companion of the robots' process, if it is wanted and can be had.
+
+    Where it cannot, that is told, with what can be used instead.
+
+    Args:
+        wanted: What --rviz says.
+        robots: Numbers of the robots.
+        experiment: Whether they are real.
+    """
+    missing = why_no_rviz() if wanted else ''
+    if missing:
+        warn(f'--rviz: {missing}; see the robots in a browser with: setcmas view')
+    if not wanted or missing:
+        yield []
+        return
+    with tempfile.TemporaryDirectory(prefix='setcmas_') as folder:
+        path = Path(folder) / 'fleet.rviz'
+        write_config(path, robots, experiment)
+        yield [('rviz', [_RVIZ, '-d', str(path)])]
+
+
+def why_no_rviz() -> str:
+    """Return why RViz 2 cannot be started here; an empty text if it can."""
+    if shutil.which(_RVIZ) is None:
+        return 'rviz2 is not installed, or its setup.bash is not sourced'
+    if not has_display(os.environ, sys.platform):
+        return 'rviz2 has no screen to open its window on'
+    return ''
+
+
+def write_config(path: Path, robots: list[int], experiment: bool = False) -> None:
+    """Write the configuration of RViz 2 for a fleet.
+
+    Raises:
+        SetcmasError: The file cannot be written.
+    """
+    try:
+        path.write_text(rviz_config(robots, experiment), encoding='utf-8')
+    except OSError as error:
+        raise SetcmasError(f"'{path}' cannot be written: {error.strerror}") from error

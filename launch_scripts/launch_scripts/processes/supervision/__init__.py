@@ -1,1 +1,0 @@
-"""Supervision of processes: started, read, blamed, and ended with all their children."""

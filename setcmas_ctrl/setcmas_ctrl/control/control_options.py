@@ -1,0 +1,178 @@
+"""Options of a controller, the same for `setcmas ctrl` and for the node's own command line."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import astuple, dataclass
+from typing import Any, ClassVar
+
+from setcmas_ctrl.control.law_scripts import LawScripts
+from setcmas_ctrl.control.saturation import VNOM
+from setcmas_ctrl.scripts.loader import ALGORITHMS, SEED
+from setcmas_ctrl.scripts.script_settings import parse_settings
+from setcmas_simu.errors import SetcmasError
+from setcmas_simu.fleet.fleet import format_robots
+from setcmas_simu.fleet.topics import AUTO, CMD_VEL_TYPES
+from setcmas_simu.options.completion import names_and_files
+from setcmas_simu.options.group import Options, flag, option
+from setcmas_simu.options.kinds import NB_ROBOTS, RATE, SEEDS, Kind, Number, OneOf, Robots, Whole
+from setcmas_simu.options.option import Form
+from setcmas_simu.robots.model import KOMEGA, VelocityLimits
+
+RATE_HZ = 5.0
+"""Default rate of control, in Hz."""
+
+PAUSE_TIMEOUT_S = 0.5
+"""Age in s from which the last word of the pause node is too old."""
+
+SCRIPT_FAILED = 1
+"""Exit status after a control script has failed for some robot."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class GainOptions(Options):
+    """How fast robots follow a control law, how often it is called, and with which chance."""
+
+    TITLE: ClassVar[str] = 'control law'
+
+    vnom: float = option(Number(above=0, unit='m/s'), 'largest speed of a robot', default=VNOM)
+    komega: float = option(
+        Number(above=0, unit='1/s', finite=True, metavar='GAIN'),
+        'gain on the heading error',
+        default=KOMEGA,
+    )
+    rate: float = option(RATE, 'rate of control', default=RATE_HZ)
+    seed: int = option(
+        SEEDS, 'seed of the random numbers of scripts, links and start poses', default=SEED
+    )
+
+
+@dataclass(frozen=True, kw_only=True)
+class LawOptions(GainOptions):
+    """Which control law runs, and how."""
+
+    algo: str = option(
+        Kind(metavar='NAME'),
+        'control script: a path, NAME.py in this folder, or a built-in (see setcmas list); or '
+        "one for each robot: '1:leader.py,2-8:follower.py'",
+        complete=names_and_files(ALGORITHMS.offers, ('py',)),
+    )
+    exercise: bool = flag(
+        'let --algo NAME mean the exercise of that name, with its maths left to fill in'
+    )
+    set: tuple[str, ...] = option(
+        Kind(metavar='NAME=VALUE'),
+        'value of a module-level name of the script, such as kp=1.2; what the script '
+        'derives from it follows; may be repeated',
+        form=Form.REPEATED,
+        default=(),
+    )
+    watch: bool = flag(
+        'load the script again whenever it is saved: fresh state, t = 0, robots where they '
+        'are (in experiments only while paused)'
+    )
+
+    @property
+    def settings(self) -> Mapping[str, Any]:
+        """What --set says, by name.
+
+        Raises:
+            SetcmasError: It is malformed.
+        """
+        return parse_settings(self.set)
+
+    def scripts(self) -> LawScripts:
+        """Return the control scripts, which can be compiled.
+
+        Raises:
+            SetcmasError: One is missing or has a mistake, or no script has a name of --set.
+        """
+        return LawScripts(self.algo, self.exercise, self.settings)
+
+
+@dataclass(frozen=True, kw_only=True)
+class FleetOptions(Options):
+    """Which robots are controlled, and how they listen."""
+
+    TITLE: ClassVar[str] = 'fleet'
+
+    nb_robots: int | None = option(
+        NB_ROBOTS, 'size of the fleet', default=None, default_text='announced on /fleet'
+    )
+    robots: tuple[int, ...] | None = option(
+        Robots(), "control only these robots of it, such as '1-4'", default=None
+    )
+    model: str | None = option(
+        Kind(metavar='MODEL'),
+        'how the robots are driven, as for setcmas simu',
+        default=None,
+        default_text='as the simulator announces',
+    )
+    cmd_vel_type: str = option(
+        OneOf((AUTO, *CMD_VEL_TYPES)),
+        'message type of cmd_vel',
+        default=AUTO,
+        default_text=f'{AUTO}, what each robot listens to',
+    )
+
+    def controlled(self, nb_robots: int) -> list[int]:
+        """Return the robots that a process controls, of a fleet of nb_robots.
+
+        Raises:
+            SetcmasError: --robots names a robot that is not in the fleet.
+        """
+        robots = list(self.robots or range(1, nb_robots + 1))
+        if robots[-1] > nb_robots:
+            raise SetcmasError(
+                f"--robots '{format_robots(robots)}' names robot {robots[-1]}; "
+                f'the fleet has robots 1 to {nb_robots}'
+            )
+        return robots
+
+
+@dataclass(frozen=True)
+class _Limits(Kind):
+    """Limits of a robot as numbers."""
+
+    @property
+    def must_be(self) -> str:
+        """The form."""
+        return 'four numbers: forward, turn and wheel speed, and distance of the wheels'
+
+    def parse(self, text: str) -> VelocityLimits | str:
+        """Return the limits that a text tells."""
+        try:
+            return VelocityLimits(*map(float, text.split(',')))
+        except (TypeError, ValueError):
+            return text
+
+    def accepts(self, value: Any) -> bool:
+        """Return whether a value is limits."""
+        return isinstance(value, VelocityLimits)
+
+    def text(self, value: Any) -> str:
+        """Return the numbers."""
+        return ','.join(map(repr, astuple(value)))
+
+
+@dataclass(frozen=True, kw_only=True)
+class ControllerOptions(FleetOptions):
+    """What else a controller process is told by the command that starts it."""
+
+    experiment: bool = flag(
+        'control real robots: poses from motion capture, commands to the cmd_vel bridge'
+    )
+    pause_timeout: float = option(
+        Number(above=0, unit='s', finite=True),
+        'age from which the last word of its pause node is too old',
+        default=PAUSE_TIMEOUT_S,
+    )
+    limits: VelocityLimits | None = option(
+        _Limits(metavar='V,OMEGA,WHEEL,SEPARATION'), 'how fast unicycles can go', default=None
+    )
+    recorded: bool = flag('wait for a recorder, which is to get the very first command')
+    simulator: int | None = option(
+        Whole(1, metavar='PID'),
+        'wait until the simulator that is this process has announced its robots',
+        default=None,
+    )

@@ -1,0 +1,191 @@
+"""References of a task: waypoints, a reference point, places in a formation."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import msgspec
+import numpy as np
+
+from setcmas_ctrl.scripts.script_errors import AbandonCall, StopCall, describe_failure, safe_text
+from setcmas_simu.doors import Door, instance_of
+from setcmas_simu.errors import SetcmasError
+
+Kind = Callable[[Any], Any]
+"""Returns a reference as numbers and lists; raises ValueError, saying what it must be."""
+
+
+@dataclass(frozen=True)
+class TaskNames:
+    """The references that a task takes from a control law.
+
+    Attributes:
+        names: The kind of each reference by its name.
+        defaults: Values of those that a law may leave out; None leaves out the reference.
+    """
+
+    names: Mapping[str, Kind] = field(default_factory=dict)
+    defaults: Mapping[str, Any] = field(default_factory=dict)
+
+
+TASKS = Door('setcmas.tasks', 'task', instance_of(TaskNames))
+"""The tasks that are installed; each is imported when a law says its name."""
+
+
+@dataclass(frozen=True)
+class References:
+    """What the robots were to reach.
+
+    Attributes:
+        task: Name of the task.
+        values: Numbers and lists of numbers by the names that the task gives them.
+    """
+
+    task: str
+    values: dict[str, Any] = field(default_factory=dict)
+
+    def encoded(self) -> str:
+        """Return a line of JSON."""
+        return msgspec.json.encode(self).decode('utf-8')
+
+    @classmethod
+    def decoded(cls, text: str) -> References:
+        """Return the references of a line of JSON.
+
+        Raises:
+            ValueError: It is none.
+        """
+        return msgspec.json.decode(text, type=cls)
+
+
+def references_of(names: Mapping[str, Any], script: Path, nb_robots: int) -> References | None:
+    """Return what a loaded control script tells of its task; None if it tells of none.
+
+    Args:
+        names: The names of its top level.
+        script: The script.
+        nb_robots: Size of the fleet.
+
+    Raises:
+        SetcmasError: There is no such task, or a reference is missing or is not what it must be.
+    """
+    task = names.get('task')
+    if task is None:
+        return None
+    if not isinstance(task, str):
+        raise SetcmasError(f'{script.name}: task is {_short(task)}; it must be the name of a task')
+    own = _own_references(names.get('references'), nb_robots, script)
+    return checked_references(task, {**names, **own}, script.name)
+
+
+def told_references(
+    scripts: Iterable[tuple[Mapping[str, Any], Path]], nb_robots: int, warn: Callable[[str], None]
+) -> References | None:
+    """Return what the first script that tells of a task tells; a mistake is a warning.
+
+    Scripts of the ROS 1 stack may have a `task` of another meaning, and run all the same.
+
+    Args:
+        scripts: The names of the top level of each loaded script, and its file.
+        nb_robots: Size of the fleet.
+        warn: Shows a message to the user.
+    """
+    for names, script in scripts:
+        try:
+            if told := references_of(names, script, nb_robots):
+                return told
+        except SetcmasError as error:
+            warn(f'{error}; the run goes on without a task')
+            return None
+    return None
+
+
+def checked_references(task: str, given: Mapping[str, Any], script: str) -> References:
+    """Return the references that a task takes from names and their values.
+
+    Args:
+        task: Name of the task.
+        given: Values by name; those that the task does not need are ignored.
+        script: What the script is called in messages.
+
+    Raises:
+        SetcmasError: There is no such task, or a reference is missing or is not what it must be.
+    """
+    try:
+        wanted = TASKS.get(task)
+    except SetcmasError as error:
+        raise SetcmasError(f'{script}: {error}') from error
+    values = {}
+    for name, kind in wanted.names.items():
+        if name not in given and name not in wanted.defaults:
+            raise SetcmasError(f"{script} defines no {name}, which task '{task}' needs")
+        value = given.get(name, wanted.defaults.get(name))
+        if value is not None:
+            values[name] = _checked(kind, name, value, script)
+    return References(task, values)
+
+
+def _own_references(told: Any, nb_robots: int, path: Path) -> Mapping[str, Any]:
+    if callable(told):
+        try:
+            told = told(nb_robots)
+        except (KeyboardInterrupt, StopCall, AbandonCall):
+            raise
+        except BaseException as error:  # of any kind, in a user's function
+            raise SetcmasError(describe_failure(error, path)) from error
+    if told is not None and not isinstance(told, Mapping):
+        raise SetcmasError(
+            f'{path.name}: references are a {type(told).__name__}; they must be a dictionary '
+            'of names and values'
+        )
+    return told or {}
+
+
+def _checked(kind: Callable[[Any], Any], name: str, value: Any, script: str) -> Any:
+    try:
+        return kind(value)
+    except (TypeError, ValueError) as error:
+        raise SetcmasError(f'{script}: {name} is {_short(value)}; {error}') from error
+
+
+def _short(value: Any) -> str:
+    text = ' '.join(safe_text(repr, value).split())
+    return text if len(text) <= 60 else f'{text[:57]}...'
+
+
+def number(value: Any) -> float:
+    """Return a reference that is a finite number.
+
+    Raises:
+        ValueError: It is not one; the message says what it must be.
+    """
+    try:
+        result = float(value)
+    except (TypeError, ValueError):
+        result = np.nan
+    if not np.isfinite(result):
+        raise ValueError('it must be a number')
+    return result
+
+
+def points(value: Any) -> list[list[float]]:
+    """Return a reference that is a list of points in the plane, at least one.
+
+    Raises:
+        ValueError: It is not one; the message says what it must be.
+    """
+    try:
+        result = np.array(value, dtype=float)
+    except (TypeError, ValueError):
+        result = np.empty(0)
+    if (
+        result.ndim != 2
+        or result.shape[1] != 2
+        or not len(result)
+        or not np.isfinite(result).all()
+    ):
+        raise ValueError('it must be points [[x, y], ...]')
+    return [[float(x), float(y)] for x, y in result]

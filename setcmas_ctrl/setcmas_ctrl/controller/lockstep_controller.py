@@ -1,0 +1,131 @@
+"""Loop of a controller in lockstep: an answer to each state of the robots."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+from rclpy.node import Node
+
+from setcmas_ctrl.controller.event_triggered_comm import EventTriggeredComm
+from setcmas_ctrl.controller.graph_watch import GraphWatch
+from setcmas_ctrl.controller.stepper import ControlStepper
+from setcmas_ctrl.driving.odometry import FleetOdometry
+from setcmas_simu.fleet import topics
+from setcmas_simu.fleet.fleet import Lockstep
+from setcmas_simu.ros.polling import wait_for_any
+from setcmas_simu.ros.process import RosProcess
+from setcmas_simu.simulator.lockstep import NONE, Ticks, stamp_at
+from setcmas_simu.simulator.lockstep_topics import Answerer
+
+_WAIT_S = 0.02
+_SAME_TIME_S = 1e-9
+_RECORDER_WAIT_S = 5.0
+
+
+class LockstepLoop:
+    """Calls the control laws when they are due in the time of a simulator, as offline runs do."""
+
+    def __init__(
+        self,
+        process: RosProcess,
+        node: Node,
+        odometry: FleetOdometry,
+        stepper: ControlStepper,
+        broadcasters: Sequence[EventTriggeredComm],
+        graph: GraphWatch,
+        rate: float,
+        told: Lockstep,
+    ) -> None:
+        """Give the stepper the time of the simulator.
+
+        Args:
+            process: Is served now and then, and says when to stop.
+            node: Holds the subscriptions.
+            odometry: The states of the fleet.
+            stepper: Calls the laws.
+            broadcasters: Send the states of this process's robots, if not all are heard.
+            graph: Knows who listens.
+            rate: Rate of control in Hz.
+            told: What the simulator has announced of its time.
+        """
+        self._process = process
+        self._node = node
+        self._odometry = odometry
+        self._stepper = stepper
+        self._broadcasters = broadcasters
+        self._nb_steps = told.nb_steps
+        self._ticks = stepper.clock = Ticks(told.robot_rate)
+        self._rate = rate
+        self._answerer = Answerer(node, stepper.robots)
+        if stepper.communication:
+            stepper.communication.jitter_s = 0.0
+        self._graph = graph
+        self._nodes = [node, *stepper.nodes, *broadcasters]
+        self._recorded: set[str] = set()
+        self._calls = 0
+        self._commanded = NONE
+
+    def run(self) -> None:
+        """Answer until the process is to stop."""
+        self._synchronise()
+        self._stepper.follow_clock()
+        while not self._process.stopping:
+            self._await_recorder()
+            self._await_sent_states()
+            if self._nb_steps is None or self._ticks.count < self._nb_steps:
+                self._call_laws()
+                self._await_recorder()
+            self._answerer.answer(self._ticks.stamp(), self._commanded)
+            self._next_tick()
+
+    def leave(self) -> None:
+        """Tell the simulator not to wait any more."""
+        self._answerer.leave()
+
+    def _synchronise(self) -> None:
+        """Go to the tick of the states that are known, and to the first call that is due then."""
+        self._ticks.go_to(self._ticks.count_of(int(self._odometry.stamps.max())))
+        self._calls = math.ceil(self._ticks.time * self._rate - _SAME_TIME_S)
+
+    def _call_laws(self) -> None:
+        end = self._ticks.time + 1 / self._ticks.rate - _SAME_TIME_S
+        while (due := self._calls / self._rate) < end:
+            self._ticks.time = due
+            self._stepper.step(due)
+            self._commanded = stamp_at(due)
+            self._calls += 1
+
+    def _next_tick(self) -> None:
+        """Wait for the next state of every robot, and take it."""
+        waiting = [topic.subscription for topic in self._odometry.topics]
+        while waiting and not self._process.stopping:
+            # The last one comes last: often the others are there by then.
+            if wait_for_any(self._node, waiting[-1:], _WAIT_S):
+                ready = wait_for_any(self._node, waiting, 0.0)
+                waiting = [one for i, one in enumerate(waiting) if i not in ready]
+            self._process.serve_at_times()
+        if not self._process.stopping:
+            self._ticks.go_to(self._ticks.count + 1)
+            self._stepper.take()
+            if self._odometry.stamps.max() != self._ticks.stamp():
+                self._synchronise()  # with a simulator that was started again
+
+    def _await_recorder(self) -> None:
+        """Wait until a recorder, if there is one, listens to new topics of this process."""
+        # Later ones are drawings, which come one by one.
+        nodes = [self._node] if self._recorded else self._nodes
+        published = {one.topic_name: one for node in nodes for one in node.publishers}
+        if new := published.keys() - {topics.LOCKSTEP} - self._recorded:
+            wanted = [published[name] for name in new]
+            self._process.spin_until(lambda: self._graph.are_recorded(wanted), _RECORDER_WAIT_S)
+            self._recorded |= new
+
+    def _await_sent_states(self) -> None:
+        """Wait until the states that robots of this process have sent are heard by themselves."""
+        communication = self._stepper.communication
+        while communication and not self._process.stopping:
+            stamps = communication.stamps
+            if all(stamps[one.robot - 1] >= one.sent for one in self._broadcasters):
+                return
+            communication.take()

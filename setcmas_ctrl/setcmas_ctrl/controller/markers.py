@@ -1,0 +1,143 @@
+"""Markers and topics that show a run: drawings of scripts, obstacles, the arena, the task."""
+
+from __future__ import annotations
+
+import itertools
+from collections import defaultdict
+from collections.abc import Sequence
+
+from builtin_interfaces.msg import Duration
+from geometry_msgs.msg import Point
+from rclpy.node import Node
+from rclpy.publisher import Publisher
+from rclpy.qos import DurabilityPolicy, QoSProfile
+from std_msgs.msg import String
+from visualization_msgs.msg import Marker, MarkerArray
+
+from setcmas_ctrl.control.control_law import ControlLaw
+from setcmas_ctrl.control.references import told_references
+from setcmas_ctrl.drawing import Sphere
+from setcmas_simu.fleet import topics
+from setcmas_simu.robots.arena import Arena, Obstacles
+from setcmas_simu.ros import messages, qos
+
+
+class TaskTopic:
+    """Publishes the task and its references as JSON, latched."""
+
+    def __init__(self, node: Node, nb_robots: int) -> None:
+        """Publish through a node, for a fleet of nb_robots."""
+        self._nb_robots = nb_robots
+        self._warn = node.get_logger().warning
+        self._publisher = node.create_publisher(String, topics.TASK, qos.LATCHED)
+
+    def tell(self, laws: Sequence[ControlLaw]) -> None:
+        """Publish what the first law tells that tells of a task; a mistake is a warning."""
+        scripts = [(law.names, law.path) for law in laws]
+        if references := told_references(scripts, self._nb_robots, self._warn):
+            self._publisher.publish(String(data=references.encoded()))
+
+
+TRAIL_LENGTH = 500
+"""Number of spheres that a trail keeps."""
+
+_TRAIL = QoSProfile(depth=TRAIL_LENGTH, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+
+
+class MarkerCanvas:
+    """Publishes each drawing on /tb3_i/<name>, so that displays that come late see it too.
+
+    Attributes:
+        profile: Quality of service of markers.
+    """
+
+    def __init__(self, node: Node) -> None:
+        """Draw through a node."""
+        self.profile = qos.LATCHED
+        self._node = node
+        self._publishers: dict[tuple[int, str, type], Publisher] = {}
+        # A trail is many messages of one sphere each, which do not grow; ids go round, so that
+        # in RViz a new sphere takes the place of the oldest.
+        self._ids: defaultdict[tuple[int, str], itertools.cycle[int]] = defaultdict(
+            lambda: itertools.cycle(range(TRAIL_LENGTH))
+        )
+
+    def show(self, robot: int, name: str, sphere: Sphere) -> None:
+        """Show a sphere in place of the last one of this robot and name."""
+        self._publisher(robot, name, Marker).publish(self._marker(robot, name, sphere, 0))
+
+    def extend_trail(self, robot: int, name: str, sphere: Sphere) -> None:
+        """Add a sphere to the trail of this robot and name."""
+        marker = self._marker(robot, name, sphere, next(self._ids[robot, name]))
+        self._publisher(robot, name, MarkerArray).publish(MarkerArray(markers=[marker]))
+
+    def _publisher(self, robot: int, name: str, kind: type) -> Publisher:
+        key = (robot, name, kind)
+        if key not in self._publishers:
+            other = Marker if kind is MarkerArray else MarkerArray
+            # A topic has one type; scripts may use one name for a marker and for a trail.
+            suffix = (
+                f'_{kind.__name__.lower()}' if (robot, name, other) in self._publishers else ''
+            )
+            self._publishers[key] = self._node.create_publisher(
+                kind,
+                topics.robot_topic(robot, name + suffix),
+                _TRAIL if kind is MarkerArray else self.profile,
+            )
+        return self._publishers[key]
+
+    def _marker(self, robot: int, name: str, sphere: Sphere, number: int) -> Marker:
+        marker = Marker(ns=f'{topics.robot_name(robot)}/{name}', id=number)
+        marker.header.frame_id = topics.WORLD_FRAME
+        marker.header.stamp = messages.stamp()
+        marker.type, marker.action = Marker.SPHERE, Marker.ADD
+        marker.lifetime = Duration()  # for ever
+        position = marker.pose.position
+        position.x, position.y, position.z = map(float, (sphere.x, sphere.y, sphere.z))
+        marker.scale.x = marker.scale.y = marker.scale.z = float(sphere.diameter)
+        marker.color.r, marker.color.g, marker.color.b = map(float, sphere.colour[:3])
+        marker.color.a = float(sphere.alpha)
+        return marker
+
+
+_LINE_M = 0.04
+_HEIGHT_M = 0.2
+
+
+def publish_obstacles(node: Node, obstacles: Obstacles, arena: Arena | None) -> None:
+    """Publish what robots are kept off, if there is anything, kept for late displays."""
+    markers = [_disc(*disc) for disc in obstacles.discs]
+    markers += [_outline(polygon.corners) for polygon in obstacles.polygons]
+    if arena:
+        xmin, xmax, ymin, ymax = arena
+        markers.append(_outline([(xmin, ymin), (xmax, ymin), (xmax, ymax), (xmin, ymax)]))
+    for number, marker in enumerate(markers):
+        marker.id = number
+    if markers:
+        publisher = node.create_publisher(MarkerArray, topics.OBSTACLES, qos.LATCHED)
+        publisher.publish(MarkerArray(markers=markers))
+
+
+def _disc(x: float, y: float, radius: float) -> Marker:
+    marker = _marker(Marker.CYLINDER)
+    marker.pose.position.x, marker.pose.position.y = x, y
+    marker.pose.position.z = 0.5 * _HEIGHT_M
+    marker.scale.x = marker.scale.y = 2.0 * radius
+    marker.scale.z = _HEIGHT_M
+    return marker
+
+
+def _outline(corners: Sequence[tuple[float, float]]) -> Marker:
+    marker = _marker(Marker.LINE_STRIP)
+    marker.scale.x = _LINE_M
+    marker.points = [Point(x=x, y=y, z=0.5 * _LINE_M) for x, y in (*corners, corners[0])]
+    return marker
+
+
+def _marker(kind: int) -> Marker:
+    marker = Marker(ns='obstacles', type=kind, action=Marker.ADD)
+    marker.header.frame_id = topics.WORLD_FRAME
+    marker.pose.orientation.w = 1.0
+    marker.color.r = marker.color.g = marker.color.b = 0.5
+    marker.color.a = 1.0
+    return marker

@@ -1,0 +1,170 @@
+"""Communication of a controller process: what its robots hear over graphs and imperfect links."""
+
+from __future__ import annotations
+
+from functools import partial
+
+import numpy as np
+from nav_msgs.msg import Odometry
+from rclpy.duration import Duration
+from rclpy.node import Node
+from rclpy.qos import QoSProfile
+from std_msgs.msg import Float32MultiArray, Float64MultiArray, MultiArrayDimension
+
+from setcmas_ctrl.communication.communication_settings import Communication
+from setcmas_ctrl.communication.graph import GraphChanges
+from setcmas_ctrl.driving.odometry import FleetOdometry, State, told_state
+from setcmas_simu.arrays import Floats
+from setcmas_simu.fleet import topics
+from setcmas_simu.ros import qos
+from setcmas_simu.ros.messages import read_stamp
+from setcmas_simu.ros.polling import PolledTopic
+from setcmas_simu.simulator.lockstep import NONE
+
+_COUNTS_EVERY_S = 1.0
+_GRAPH_EVERY_S = 0.2
+_LAST_WORDS_S = 0.3
+_TIMER_JITTER_S = 0.02
+
+
+class FleetCommunication:
+    """Takes the states that robots send, and hands out what each receiver knows."""
+
+    def __init__(
+        self,
+        node: Node,
+        odometry: FleetOdometry,
+        communication: Communication,
+        robots: list[int],
+        profile: QoSProfile = qos.LATCHED,
+    ) -> None:
+        """Subscribe to what the robots of the fleet send.
+
+        Args:
+            node: Holds subscriptions and publishers.
+            odometry: The robots' states; those of all robots if communication is periodic.
+            communication: How the fleet communicates.
+            robots: The receivers: the robots that this process controls.
+            profile: Quality of service of the graph that is told.
+        """
+        self._odometry = odometry
+        self._communication = communication
+        self._robots = robots
+        self._own = np.array(robots) - 1
+        self._links = communication.links(robots)
+        self._nb_robots = odometry.poses.shape[1]
+        self._graph = GraphChanges(self._nb_robots)
+        self._segment = ''
+        self._warn = node.get_logger().info
+        self.jitter_s = _TIMER_JITTER_S
+        """A step that comes so much too early counts as in time."""
+        self._begun = False
+        self._next_graph = self._next_counts = 0.0
+        self._graph_publisher = None
+        if not communication.reaches_all:
+            self._graph_publisher = node.create_publisher(
+                Float32MultiArray, topics.COMMUNICATION_GRAPH, profile
+            )
+        self._counts_publishers = [
+            node.create_publisher(
+                Float64MultiArray, topics.robot_topic(robot, topics.LINKS), qos.LATCHED
+            )
+            for robot in robots
+        ]
+        self.stamps = np.full(self._nb_robots, NONE)
+        """Times of the states that robots have sent when triggered, in ns, shape (N,)."""
+        self._states: list[PolledTopic] = []
+        self._listen(node)
+
+    def _listen(self, node: Node) -> None:
+        for robot in range(1, self._nb_robots + 1):
+            if self._communication.event_triggered:
+                topic = topics.robot_topic(robot, topics.TRIG_ODOM)
+                on_state = partial(self._on_state, robot)
+                self._states.append(
+                    PolledTopic(node, Odometry, topic, on_state, qos.LATCHED, encoded=True)
+                )
+            else:
+                self._odometry.listen(robot, partial(self._send, robot))
+
+    def take(self) -> None:
+        """Take the states that robots have sent; odometry has been taken before."""
+        for topic in self._states:
+            topic.take()
+
+    def _on_state(self, robot: int, data: bytes) -> None:
+        if state := told_state(data):
+            self.stamps[robot - 1] = read_stamp(data)
+            self._send(robot, state)
+
+    def _send(self, robot: int, state: State) -> None:
+        self._links.send([robot - 1], np.array(state.pose)[:, None], self._odometry.now)
+
+    def missing(self) -> list[int]:
+        """Return the robots that have not sent a state yet."""
+        return [int(i) + 1 for i in np.flatnonzero(np.isnan(self._links.last_sent[0]))]
+
+    def heard(self, t: float) -> tuple[Floats, Floats]:
+        """Return what each receiver knows at time t (s) of the run, and the adjacency matrix.
+
+        Returns:
+            Poses by receiver, shape (R, 3, N), NaN for robots that are not heard; and (N, N).
+        """
+        now = self._odometry.now
+        # A step of t = 9.9998 s is the one that offline is of t = 10 s, when a graph may switch.
+        t += self.jitter_s
+        self._tell_segment(t)
+        poses = self._odometry.poses
+        adjacency = self._communication.graph.adjacency(t, poses[:2])
+        if not self._begun:
+            self._begun = True
+            self._links.begin(adjacency)
+        else:
+            self._links.connect(adjacency, now)
+        if now >= self._next_graph and self._graph.note(t, adjacency):
+            self._next_graph = now + _GRAPH_EVERY_S - 0.01
+            self._graph.rows.clear()  # the recorder keeps them
+            self._publish_graph(adjacency)
+        if now >= self._next_counts:
+            self._next_counts = now + _COUNTS_EVERY_S
+            self._publish_counts()
+        return self._links.heard(poses[:, self._own], now), adjacency
+
+    def _tell_segment(self, t: float) -> None:
+        segment = self._communication.graph.segment(t).name
+        if segment != self._segment and self._graph_publisher:
+            self._segment = segment
+            self._warn(f'graph at t = {t:.1f} s: {segment}')
+
+    def stop(self) -> None:
+        """Publish the final counts, and wait, but not for long, until they have arrived."""
+        self._publish_counts()
+        for publisher in self._counts_publishers:
+            publisher.wait_for_all_acked(Duration(seconds=_LAST_WORDS_S))
+
+    def _publish_graph(self, adjacency: Floats) -> None:
+        if self._graph_publisher:
+            # Another process knows what its robots hear, at a time t of its own.
+            weights = np.full_like(adjacency, np.nan)
+            weights[self._own] = adjacency[self._own]
+            message = Float32MultiArray(data=weights.ravel().tolist())
+            message.layout.dim = _dimensions(weights, 'receiver', 'sender')
+            self._graph_publisher.publish(message)
+
+    def _publish_counts(self) -> None:
+        counts = self._links.counts
+        columns = np.stack(
+            [counts.sent, counts.received, counts.lost, counts.mean_interval], axis=-1
+        )
+        for publisher, table in zip(self._counts_publishers, columns, strict=True):
+            message = Float64MultiArray(data=table.ravel().tolist())
+            message.layout.dim = _dimensions(table, 'sender', 'sent received lost mean_interval')
+            publisher.publish(message)
+
+
+def _dimensions(matrix: Floats, *labels: str) -> list[MultiArrayDimension]:
+    rows, columns = matrix.shape
+    return [
+        MultiArrayDimension(label=labels[0], size=rows, stride=rows * columns),
+        MultiArrayDimension(label=labels[1], size=columns, stride=columns),
+    ]

@@ -1,0 +1,133 @@
+"""Outcome of a process's scripts: those that failed, and those that hung."""
+
+from __future__ import annotations
+
+import os
+import sys
+from collections.abc import Callable, Mapping
+from functools import partial
+from operator import attrgetter
+from pathlib import Path
+from typing import NoReturn
+
+from setcmas_ctrl.communication.triggering import CONSEQUENCE
+from setcmas_ctrl.scripts.call_watch import CallWatch
+from setcmas_ctrl.scripts.script_errors import STANDS, ErrorReports, StopCall
+from setcmas_simu.reports.launcher import Launcher
+from setcmas_simu.reports.reports import Ended, Failed, Function, ScriptCall
+from setcmas_simu.ros.process import RosProcess
+
+
+def end_stuck_script(
+    process: RosProcess, watch: CallWatch, stop: Callable[[], None] = lambda: None
+) -> None:
+    """Let a stop signal end a call of a script, even one that swallows exceptions.
+
+    Args:
+        process: Handles the signals.
+        watch: Knows whether a call is running.
+        stop: Called before the process is ended by force.
+    """
+    signals = 0
+
+    def on_stop_signal() -> None:
+        nonlocal signals
+        signals += 1
+        if watch.running_s == 0:
+            return
+        if signals > 1:
+            stop()
+            os._exit(1)
+        raise StopCall
+
+    process.on_stop_signal = on_stop_signal
+
+
+def end_process(status: int) -> NoReturn:
+    """End this process with an exit status, whatever threads scripts may have started."""
+    sys.stdout.flush()
+    sys.stderr.flush()
+    os._exit(status)
+
+
+class ScriptOutcomes:
+    """Keeps which calls have failed or hung, over all versions of a script.
+
+    Attributes:
+        watch: Knows which calls have hung.
+        laws: Takes the errors of control laws.
+        conditions: Takes the errors of triggering conditions.
+    """
+
+    def __init__(
+        self,
+        warn: Callable[[str], None],
+        watch: CallWatch,
+        launcher: Launcher,
+        laws: Mapping[int, Path],
+        condition: Path,
+    ) -> None:
+        """Prepare.
+
+        Args:
+            warn: Shows a message to the user.
+            watch: Knows which calls have hung.
+            launcher: Is told of each error that is new, and of all at the end.
+            laws: The script of each robot's control law.
+            condition: The script of the triggering condition.
+        """
+        self._warn = warn
+        self.watch = watch
+        self._launcher = launcher
+        self._laws = laws
+        self._failed: list[ScriptCall] = []
+        self._unloaded: list[ScriptCall] = []  # of the newest version
+        self.laws = self._reports_of_laws()
+        conditions = dict.fromkeys(laws, condition)
+        self.conditions = ErrorReports(
+            warn,
+            CONSEQUENCE,
+            partial(self._note, conditions, Function.CONDITION),
+            Function.CONDITION,
+        )
+        self._first = self.laws, self.conditions  # those of later versions count t from 0 again
+
+    @property
+    def failed(self) -> tuple[ScriptCall, ...]:
+        """The calls that have failed, or hung, at some time, and what could not be loaded."""
+        failed = [*self._failed, *self.watch.have_been_stuck, *self._unloaded]
+        return tuple(dict.fromkeys(failed))
+
+    def begin_anew(self, loaded: bool) -> None:
+        """Count the errors of a new version of the scripts from zero; it may not be loaded."""
+        self._unloaded = [] if loaded else self._loadings()
+        self._tell_counts(self.laws)
+        self.laws = self._reports_of_laws()
+
+    def end(self) -> None:
+        """Say what was counted, and tell the launcher how it was."""
+        self._tell_counts(self.laws)
+        self._tell_counts(self.conditions)
+        failures = sorted(
+            (one for reports in self._first for one in reports.failures), key=attrgetter('t')
+        )
+        self._launcher.report(Ended(self.failed, tuple(failures)))
+
+    def _reports_of_laws(self) -> ErrorReports:
+        return ErrorReports(self._warn, STANDS, partial(self._note, self._laws, Function.CONTROL))
+
+    def _loadings(self) -> list[ScriptCall]:
+        return [
+            ScriptCall(robot, path.name, Function.LOADING) for robot, path in self._laws.items()
+        ]
+
+    def _note(
+        self, scripts: Mapping[int, Path], function: Function, robot: int, text: str
+    ) -> None:
+        call = ScriptCall(robot, scripts[robot].name, function)
+        self._failed.append(call)
+        self._launcher.report(Failed(call, text))
+
+    def _tell_counts(self, reports: ErrorReports) -> None:
+        for line in reports.summary():
+            self._warn(line)

@@ -1,0 +1,212 @@
+"""Loading of control laws, and loading again on every save (`--watch`)."""
+
+from __future__ import annotations
+
+import math
+import signal
+import threading
+import time
+from collections.abc import Sequence
+from pathlib import Path
+
+import rclpy
+from rclpy.clock import Clock, ClockType
+from rclpy.node import Node
+from std_msgs.msg import Bool
+
+from setcmas_ctrl.control.control_law import ControlLaw
+from setcmas_ctrl.control.law_scripts import LawScripts
+from setcmas_ctrl.controller.markers import TaskTopic
+from setcmas_ctrl.controller.stepper import ControlStepper
+from setcmas_ctrl.scripts.call_watch import CallWatch
+from setcmas_ctrl.scripts.file_watch import FileWatch
+from setcmas_ctrl.scripts.loader import seed_scripts
+from setcmas_ctrl.scripts.script_errors import AbandonCall
+from setcmas_simu.errors import SetcmasError
+from setcmas_simu.fleet import topics
+from setcmas_simu.fleet.fleet import robots_in_words
+from setcmas_simu.reports.launcher import Launcher
+from setcmas_simu.reports.reports import Reloaded
+
+
+class LawLoader:
+    """Loads the laws of the robots of this process, each time with fresh state.
+
+    Attributes:
+        watch: Knows whether a script is stuck while it is loaded.
+    """
+
+    def __init__(
+        self,
+        scripts: LawScripts,
+        seed: int,
+        robots: Sequence[int],
+        nb_robots: int,
+        watch: CallWatch,
+        task: TaskTopic,
+    ) -> None:
+        """Prepare.
+
+        Args:
+            scripts: The control scripts.
+            seed: Chooses their random numbers.
+            robots: The robots of this process.
+            nb_robots: Size of the fleet.
+            watch: Watches the scripts.
+            task: Is told the task of the laws.
+        """
+        self.watch = watch
+        self._scripts = scripts
+        self._seed = (seed + robots[0] - 1) % 2**32  # in another process, other numbers
+        self._robots = robots
+        self._nb_robots = nb_robots
+        self._task = task
+
+    def load(self) -> list[ControlLaw]:
+        """Return a new law of each robot, and tell their task.
+
+        Raises:
+            SetcmasError: A script cannot be loaded, or has shut ROS down.
+        """
+        seed_scripts(self._seed)
+        laws = [self._law(robot) for robot in self._robots]
+        with self.watch.loading(laws[0].robot, laws[0].path):
+            self._task.tell(laws)
+        return laws
+
+    def _law(self, robot: int) -> ControlLaw:
+        script = self._scripts.script(robot)
+        with self.watch.loading(robot, script):
+            law = self._scripts.law(robot, self._nb_robots)
+        if not rclpy.ok():
+            raise SetcmasError(
+                f'{script.name} has shut ROS down while loading: leave out rclpy.shutdown'
+            )
+        return law
+
+
+_POLL_EVERY_S = 0.1
+_ATTEMPTS = 8  # to end a stuck call, several a second
+
+
+class ScriptReloader:
+    """Exchanges the control laws of a process for those of the script's newest version.
+
+    The new laws start as in a new run: fresh state, t = 0 unless other processes have a t, the
+    same random numbers; robots keep their poses. A version that cannot be loaded leaves the
+    robots at zero until the next one. While an experiment is not paused (topic /paused), a new
+    version has to wait.
+    """
+
+    def __init__(
+        self,
+        node: Node,
+        stepper: ControlStepper,
+        laws: list[ControlLaw],
+        loader: LawLoader,
+        pause_timeout_s: float,
+        launcher: Launcher,
+    ) -> None:
+        """Watch the script and the helper modules that it has imported.
+
+        Args:
+            node: The node that owns the timer and the messages to the user.
+            stepper: Calls the laws.
+            laws: The laws that it calls now.
+            loader: Loads new ones, and knows whether a call is stuck.
+            pause_timeout_s: Age in s from which the last word of the pause node is too old.
+            launcher: Is told of each version.
+        """
+        self._node = node
+        self._stepper = stepper
+        self._laws = laws
+        self._loader = loader
+        self._pause_timeout_s = pause_timeout_s
+        self._launcher = launcher
+        self._scripts = list(dict.fromkeys(law.path for law in laws))
+        self._files = FileWatch(self._scripts)
+        self._is_new = self._told_to_wait = False
+        self._attempts = 0
+        self._last_moving = -math.inf
+        clock = Clock(clock_type=ClockType.STEADY_TIME)
+        node.create_timer(_POLL_EVERY_S, self._poll, clock=clock)
+        node.create_subscription(Bool, topics.PAUSED, self._on_paused, 1)
+        self._thread = threading.get_ident()
+        signal.signal(signal.SIGUSR1, self._abandon_stuck_call)
+        loader.watch.while_stuck = self._poll_while_stuck
+
+    def _poll(self) -> None:
+        # Without laws: a module that was missing may appear.
+        self._files.watch(self._watched_files(), new_are_saved=not self._laws)
+        self._is_new = self._files.poll(time.monotonic()) or self._is_new
+        if not self._is_new:
+            return
+        if self._is_moving():
+            self._ask_to_pause()
+            return
+        self._is_new = self._told_to_wait = False
+        self._attempts = 0
+        self._reload()
+
+    def _watched_files(self) -> set[Path]:
+        if self._laws:
+            return {file for law in self._laws for file in law.files}
+        # What a version that cannot be loaded would have imported is not known.
+        beside = {file for script in self._scripts for file in script.parent.glob('*.py')}
+        return {*self._scripts, *beside}
+
+    def _saved(self) -> str:
+        """Return the names of the scripts that were saved; of all, if it was a helper module."""
+        saved = [script for script in self._scripts if script in self._files.saved]
+        return ', '.join(script.name for script in saved or self._scripts)
+
+    def _reload(self) -> None:
+        try:
+            self._laws = self._loader.load()
+        except AbandonCall:  # it never finished, and there is a newer version already
+            self._laws = []
+        except SetcmasError as error:
+            self._laws = []
+            self._node.get_logger().warning(
+                f'{self._saved()} was saved with a mistake; its robots are commanded zero '
+                f'until it is saved without:\n    {error}'
+            )
+        else:
+            robots = robots_in_words([law.robot for law in self._laws])
+            self._node.get_logger().info(
+                f'{self._saved()} was saved and is loaded again for {robots}; '
+                f't {"goes on, as other controllers do" if self._stepper.shares_t else "= 0"}'
+            )
+        self._launcher.report(Reloaded(self._laws != []))
+        self._files.watch(self._watched_files())
+        self._stepper.use(self._laws)
+
+    def _poll_while_stuck(self) -> None:
+        # On the thread of the watch: the thread that polls otherwise is the one that is stuck.
+        self._is_new = self._files.poll(time.monotonic()) or self._is_new
+        if self._is_new:
+            self._attempts += 1
+            signal.pthread_kill(self._thread, signal.SIGUSR1)
+        if self._attempts == _ATTEMPTS:
+            self._node.get_logger().warning(
+                f'{self._saved()} was saved, but its earlier version cannot be ended: does it '
+                'have a bare except? Press Ctrl-C and start again'
+            )
+
+    def _abandon_stuck_call(self, *_: object) -> None:
+        if self._loader.watch.is_stuck():
+            raise AbandonCall
+
+    def _is_moving(self) -> bool:
+        return time.monotonic() - self._last_moving < self._pause_timeout_s
+
+    def _ask_to_pause(self) -> None:
+        if not self._told_to_wait:
+            self._told_to_wait = True
+            self._node.get_logger().warning(
+                f'{self._saved()} was saved, but the experiment is not paused: the robots go '
+                'on with the earlier version; the new one is loaded when you pause'
+            )
+
+    def _on_paused(self, message: Bool) -> None:
+        self._last_moving = -math.inf if message.data else time.monotonic()

@@ -1,1 +1,0 @@
-"""Scripts of a running controller: loaded, blamed, ended, and loaded again."""

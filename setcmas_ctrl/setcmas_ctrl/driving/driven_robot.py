@@ -1,0 +1,182 @@
+"""Nodes that drive a robot: the velocity that its law wants, and its commands (si_to_uni)."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+
+from geometry_msgs.msg import Point32
+from rclpy.publisher import Publisher
+from rclpy.qos import QoSProfile
+from std_msgs.msg import Bool
+from std_srvs.srv import SetBool
+
+from setcmas_ctrl.control.control_law import ControlLaw
+from setcmas_simu.errors import SetcmasError
+from setcmas_simu.fleet import topics
+from setcmas_simu.fleet.fleet import robots_in_words
+from setcmas_simu.fleet.topics import AUTO
+from setcmas_simu.robots.model import RobotModel
+from setcmas_simu.robots.models import is_script, robot_models
+from setcmas_simu.robots.unicycle import UNICYCLE
+from setcmas_simu.ros import qos
+from setcmas_simu.ros.cmd_vel_topics import CmdVelPublisher
+from setcmas_simu.ros.fleet_topic import FleetListener
+from setcmas_simu.ros.polling import PolledService, PolledTopic
+from setcmas_simu.ros.process import FleetNode
+
+
+class Controller(FleetNode):
+    """Publishes the velocity that one robot's control law wants."""
+
+    def __init__(self, law: ControlLaw, profile: QoSProfile = qos.COMMAND) -> None:
+        """Create the node in the robot's namespace."""
+        super().__init__('controller', namespace=topics.robot_name(law.robot))
+        self.law = law
+        self.robot = law.robot
+        self._publisher = self.create_publisher(Point32, topics.CMD_CART_VEL, profile)
+        self._allowed: Publisher | None = None
+        self._message = Point32()
+
+    def tell_allowed(self, profile: QoSProfile) -> None:
+        """Have a topic for what the safety filter lets through."""
+        topic = topics.CMD_CART_VEL_ALLOWED
+        self._allowed = self.create_publisher(Point32, topic, profile)
+
+    def publish_allowed(self, vx: float, vy: float, verdict: float) -> None:
+        """Publish what the safety filter lets through, in m/s, and its verdict."""
+        if self._allowed:
+            self._allowed.publish(Point32(x=vx, y=vy, z=verdict))
+
+    def publish(self, vx: float, vy: float) -> None:
+        """Publish a velocity (m/s) in the world frame."""
+        self._message.x, self._message.y = vx, vy
+        self._publisher.publish(self._message)
+
+
+NODE_NAME = 'si_to_uni'
+
+
+class SiToUni(FleetNode):
+    """Commands one robot; zero while it is paused, and when the process ends.
+
+    Attributes:
+        robot: Number of the robot.
+        paused: Whether it is held at zero.
+        stopped: Whether it stays so: an emergency stop.
+        model: How it turns velocities into commands.
+    """
+
+    def __init__(
+        self,
+        robot: int,
+        cmd_vel_type: str = AUTO,
+        topic: str = topics.CMD_VEL,
+        profile: QoSProfile = qos.COMMAND,
+    ) -> None:
+        """Create the node in the robot's namespace.
+
+        Args:
+            robot: Number of the robot.
+            cmd_vel_type: 'twist', 'twist_stamped', or 'auto' for what the robot listens to.
+            topic: Name of the robot's topic that takes the commands.
+            profile: Quality of service of the commands.
+        """
+        super().__init__(NODE_NAME, namespace=topics.robot_name(robot))
+        self.robot = robot
+        self.paused = self.stopped = False
+        self.model: RobotModel = UNICYCLE
+        self.cmd_vel = CmdVelPublisher(
+            self,
+            robot,
+            topics.robot_topic(robot, topic),
+            topics.odometry_topic(robot),
+            cmd_vel_type,
+            profile,
+        )
+        self._pauses = PolledTopic(
+            self, Bool, topics.PAUSE, lambda message: self.pause(message.data), qos.EVENT
+        )
+        self._offered: list[PolledService] = []
+
+    def offer_services(self) -> None:
+        """Offer `~/pause`, which does what the topic does, and says so."""
+        self._offered.append(PolledService(self, SetBool, '~/pause', self._answer_pause))
+
+    def take(self) -> None:
+        """Take the wishes to pause the robot that have come."""
+        self._pauses.take()
+        for service in self._offered:
+            service.take()
+
+    def pause(self, paused: bool) -> None:
+        """Hold the robot at zero velocity, or let it go on."""
+        self.paused = paused or self.stopped
+        if self.paused:
+            self.cmd_vel.publish(0.0, 0.0)
+
+    def _answer_pause(
+        self, request: SetBool.Request, response: SetBool.Response
+    ) -> SetBool.Response:
+        self.pause(request.data)
+        name = topics.robot_name(self.robot)
+        response.success = True
+        response.message = f'{name} is paused' if request.data else f'{name} is not paused itself'
+        return response
+
+    def stop(self) -> None:
+        """Command zero."""
+        self.cmd_vel.publish(0.0, 0.0)
+
+    def command(self, V: float, left: float, omega: float) -> None:
+        """Command speeds forward and to the left (m/s) and a turn rate (rad/s), unless paused."""
+        if self.paused:
+            self.stop()
+        else:
+            self.cmd_vel.publish(V, omega, left)
+
+
+class DrivenModels:
+    """Gives the nodes that command robots the robots' models."""
+
+    def __init__(self, followers: Sequence[SiToUni], warn: Callable[[str], None]) -> None:
+        """Take the nodes, which drive unicycles so far; `warn` shows a message to the user."""
+        self._followers = {follower.robot: follower for follower in followers}
+        self._warn = warn
+        self._told: set[str] = set()
+
+    def use(self, names: Sequence[str]) -> None:
+        """Drive the robots by models, one name for each robot of the fleet.
+
+        Raises:
+            SetcmasError: There is no such model, or a script cannot be loaded.
+        """
+        robots = list(self._followers)
+        models = robot_models([names[robot - 1] for robot in robots], robots, warn=self._warn)
+        for robot, model in zip(robots, models, strict=True):
+            self._followers[robot].model = model
+
+    def follow(self, announced: FleetListener) -> None:
+        """Drive the robots by the models that are announced, now and later."""
+        announced.on_change = lambda: self._take(announced.models)
+        self._take(announced.models)
+
+    def _take(self, models: Mapping[int, str]) -> None:
+        for name in dict.fromkeys(models.values()):
+            robots = [robot for robot in self._followers if models.get(robot) == name]
+            try:
+                if is_script(name):
+                    raise SetcmasError(f'if {name} has a command of its own, add --model {name}')
+                for robot, model in zip(
+                    robots, robot_models([name] * len(robots), robots), strict=True
+                ):
+                    self._followers[robot].model = model
+            except SetcmasError as error:
+                self._tell(name, robots, error)
+
+    def _tell(self, name: str, robots: list[int], error: SetcmasError) -> None:
+        if robots and name not in self._told:
+            self._told.add(name)
+            self._warn(
+                f'{robots_in_words(sorted(robots))}: the simulator '
+                f"says '{name}'; driven as unicycles: {error}"
+            )

@@ -1,0 +1,128 @@
+"""Newest pose of each robot of a fleet, by one subscription each."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterable
+from functools import partial
+from typing import NamedTuple
+
+import numpy as np
+from nav_msgs.msg import Odometry
+from rclpy.node import Node
+from rclpy.qos import QoSProfile
+
+from setcmas_simu.arrays import Floats
+from setcmas_simu.fleet import topics
+from setcmas_simu.fleet.planar_pose import yaw_of_quaternion
+from setcmas_simu.ros import qos
+from setcmas_simu.ros.messages import read_odometry, read_stamp
+from setcmas_simu.ros.polling import PolledTopic
+from setcmas_simu.simulator.lockstep import NONE
+
+Pose = tuple[float, float, float]
+"""x, y in m and theta in rad."""
+
+
+class State(NamedTuple):
+    """What an odometry tells of a robot.
+
+    Attributes:
+        pose: x, y in m and theta in rad.
+        V: Forward speed in m/s.
+        odometry: The message that tells it, encoded.
+    """
+
+    pose: Pose
+    V: float
+    odometry: bytes
+
+
+Listener = Callable[[State], None]
+
+POSE_TIMEOUT_S = 1.0
+"""Age in s from which a robot's own pose is too old to command it."""
+
+
+class FleetOdometry:
+    """The newest poses of robots 1 to N.
+
+    Attributes:
+        poses: Rows x, y in m and theta in rad, shape (3, N); NaN for robots not seen yet.
+        stamps: Times of the newest odometry in ns, shape (N,); NONE for robots not seen yet.
+        now: Time in s at which `take` was called last.
+    """
+
+    def __init__(
+        self,
+        node: Node,
+        nb_robots: int,
+        topic_of: Callable[[int], str] = topics.odometry_topic,
+        robots: Iterable[int] | None = None,
+        profile: QoSProfile = qos.STATE,
+    ) -> None:
+        """Subscribe to the odometry of robots; `take` takes what has come.
+
+        Args:
+            node: The node that subscribes.
+            nb_robots: Number of robots in the fleet.
+            topic_of: Gives the topic of each robot's poses.
+            robots: The robots to follow; None is the whole fleet.
+            profile: Quality of service.
+        """
+        self.topic_of = topic_of
+        self.poses: Floats = np.full((3, nb_robots), np.nan)
+        self.now = 0.0
+        self.stamps = np.full(nb_robots, NONE)
+        self._received = np.full(nb_robots, -np.inf)
+        self._followed = list(robots or range(1, nb_robots + 1))
+        self._complete = False
+        self._listeners: list[list[Listener]] = [[] for _ in range(nb_robots)]
+        self.topics = [
+            PolledTopic(
+                node,
+                Odometry,
+                topic_of(robot),
+                partial(self._on_odometry, robot - 1),
+                profile,
+                encoded=True,
+            )
+            for robot in self._followed
+        ]
+
+    def take(self, now: float) -> None:
+        """Take the newest pose of each robot; `now` is the time of a steady clock in s."""
+        self.now = now
+        for topic in self.topics:
+            topic.take()
+
+    def listen(self, robot: int, listener: Listener) -> None:
+        """Call a function with each state of a robot that is taken."""
+        self._listeners[robot - 1].append(listener)
+
+    def missing(self) -> list[int]:
+        """Return the robots that are followed and have not been seen yet."""
+        if self._complete:
+            return []
+        missing = [robot for robot in self._followed if np.isinf(self._received[robot - 1])]
+        self._complete = not missing
+        return missing
+
+    def age(self, robot: int) -> float:
+        """Return how long before the last `take` a robot was last seen, in s."""
+        return self.now - float(self._received[robot - 1])
+
+    def _on_odometry(self, index: int, data: bytes) -> None:
+        self.stamps[index] = read_stamp(data)
+        if state := told_state(data):
+            self.poses[:, index] = state.pose
+            self._received[index] = self.now
+            for listener in self._listeners[index]:
+                listener(state)
+
+
+def told_state(data: bytes) -> State | None:
+    """Return what an encoded odometry tells; None if its pose is not finite."""
+    (x, y), quaternion, V, _ = read_odometry(data)
+    pose = (x, y, yaw_of_quaternion(*quaternion))
+    return State(pose, V, data) if all(map(math.isfinite, pose)) else None

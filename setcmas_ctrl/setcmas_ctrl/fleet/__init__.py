@@ -1,1 +1,0 @@
-"""The fleet as a controller process hears it: its robots, their poses, its pause."""

@@ -1,0 +1,217 @@
+"""Watch over calls of scripts: slow ones, and those that never return."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import sys
+import threading
+import time
+import traceback
+from collections import Counter, defaultdict
+from collections.abc import Callable, Iterator, Mapping
+from pathlib import Path
+from typing import NamedTuple, NoReturn
+
+from setcmas_ctrl.scripts.script_errors import described_place, places_in, quoted_line
+from setcmas_simu.fleet.topics import robot_name
+from setcmas_simu.reports.launcher import Launcher
+from setcmas_simu.reports.reports import Failed, Function, ScriptCall, Stuck
+
+_REPORT_EVERY_S = 5.0
+
+
+class SlowCalls:
+    """Adds up, script by script, how long the calls of a control period take.
+
+    Attributes:
+        period: Control period in s.
+    """
+
+    def __init__(self, period: float, warn: Callable[[str], None]) -> None:
+        """Report through a function that shows a message to the user.
+
+        Args:
+            period: Control period in s.
+            warn: Shows a message to the user.
+        """
+        self.period = period
+        self._warn = warn
+        self._spent: defaultdict[Path, defaultdict[int, float]] = defaultdict(
+            lambda: defaultdict(float)
+        )
+        self._times: Counter[Path] = Counter()
+        self._next_report: dict[Path, float] = {}
+
+    def add(self, path: Path, robot: int, duration: float) -> None:
+        """Note that a call of a script for a robot has taken a duration (s)."""
+        self._spent[path][robot] += duration
+
+    def end_period(self, now: float) -> None:
+        """End a control period at a time (s), and tell of scripts that were slow in it."""
+        for path, spent in self._spent.items():
+            if sum(spent.values()) > self.period:
+                self._times[path] += 1
+                if now >= self._next_report.get(path, now):
+                    self._next_report[path] = now + _REPORT_EVERY_S
+                    self._tell(path, spent)
+        self._spent.clear()
+
+    def _tell(self, path: Path, spent: Mapping[int, float]) -> None:
+        longest, robot = max((duration, robot) for robot, duration in spent.items())
+        count = f'{self._times[path]} time' + ('s' if self._times[path] > 1 else '')
+        robots = f'{len(spent)} robot{"s" * (len(spent) > 1)}'
+        self._warn(
+            f'{path.name} took {sum(spent.values()):.2f} s for {robots} '
+            f'({longest:.2f} s for {robot_name(robot)}), longer than the control period of '
+            f'{self.period:.2f} s ({count} so far)'
+        )
+
+
+STUCK_S = 2.0
+"""Duration in s from which a call counts as stuck."""
+
+
+class _Call(NamedTuple):
+    robot: int
+    path: Path
+    function: Function
+    started: float
+
+    def described(self) -> ScriptCall:
+        return ScriptCall(self.robot, self.path.name, self.function)
+
+
+class CallWatch:
+    """Times each call on the thread that makes it, from a thread of its own.
+
+    Attributes:
+        slow: Tells of calls that take too long together.
+    """
+
+    def __init__(
+        self,
+        period: float,
+        warn: Callable[[str], None],
+        launcher: Launcher,
+        stuck_s: float = STUCK_S,
+    ) -> None:
+        """Start to watch.
+
+        Args:
+            period: Control period in s, which the calls for all robots are to fit into.
+            warn: Shows a message to the user; called from either thread.
+            launcher: Is told which call is running, and which is stuck.
+            stuck_s: Duration in s from which a call is stuck.
+        """
+        self._warn = warn
+        self._stuck_s = stuck_s
+        self.while_stuck: Callable[[], None] | None = None
+        """Called now and then, from the watching thread, while a call is stuck."""
+        self.have_been_stuck: list[ScriptCall] = []
+        """Calls of functions of a script that have been stuck at some time."""
+        self._launcher = launcher
+        self._is_copy = False
+        if hasattr(os, 'register_at_fork'):
+            os.register_at_fork(after_in_child=self._note_copy)
+        self._call: _Call | None = None
+        self._stuck: _Call | None = None
+        self.slow = SlowCalls(period, warn)
+        self._counting = False
+        self._caller = threading.get_ident()
+        self._closed = threading.Event()
+        self._thread = threading.Thread(target=self._watch, name='call watch', daemon=True)
+        self._thread.start()
+
+    @contextlib.contextmanager
+    def call(
+        self, robot: int, path: Path, function: Function = Function.CONTROL
+    ) -> Iterator[None]:
+        """Watch what runs inside as a call for a robot.
+
+        Args:
+            robot: Number of the robot.
+            path: The script.
+            function: The function of the script that is called.
+        """
+        call = self._call = _Call(robot, path, function, time.monotonic())
+        self._launcher.current_call.begin(*call)
+        try:
+            yield
+        finally:
+            if self._is_copy:
+                self._end_copy(call)
+            self._call = None
+            self._launcher.current_call.end()
+            if function is not Function.LOADING and self._counting:
+                self.slow.add(call.path, robot, time.monotonic() - call.started)
+
+    def loading(self, robot: int, path: Path) -> contextlib.AbstractContextManager[None]:
+        """Watch what runs inside as the loading of a script for a robot."""
+        return self.call(robot, path, Function.LOADING)
+
+    @contextlib.contextmanager
+    def step(self) -> Iterator[None]:
+        """Watch what runs inside as the control step that ends a control period."""
+        self._counting = True
+        try:
+            yield
+        finally:
+            self.slow.end_period(time.monotonic())
+
+    @property
+    def running_s(self) -> float:
+        """For how long the present call has been running, in s; 0 between calls."""
+        call = self._call
+        return time.monotonic() - call.started if call else 0.0
+
+    def close(self) -> None:
+        """Stop to watch."""
+        self._closed.set()
+        self._thread.join()
+
+    def is_stuck(self) -> bool:
+        """Return whether the present call is stuck."""
+        return self.running_s > self._stuck_s
+
+    def _note_copy(self) -> None:
+        self._is_copy = True
+
+    def _end_copy(self, call: _Call) -> NoReturn:
+        """End this process, which a script has forked: it must not control robots, too."""
+        text = f'{call.path.name} called os.fork: the copy of the process is ended'
+        self._launcher.report(Failed(call.described(), text))
+        print(f'{robot_name(call.robot)}: {text}', file=sys.stderr, flush=True)
+        os._exit(1)
+
+    def _watch(self) -> None:
+        while not self._closed.wait(min(0.25, self._stuck_s / 4)):
+            call = self._call
+            if not call or not self.is_stuck():
+                continue
+            if call != self._stuck:
+                self._stuck = call
+                self._tell(call)
+            if self.while_stuck:
+                self.while_stuck()
+
+    def _tell(self, call: _Call) -> None:
+        described = call.described()
+        if call.function is not Function.LOADING:
+            self.have_been_stuck.append(described)
+        frame = sys._current_frames().get(self._caller)
+        # The innermost frame comes first.
+        places = places_in(traceback.walk_stack(frame), call.path) if frame else []
+        file, line = places[0] if places else (call.path, None)
+        place = described_place(file, line, call.path)
+        late = (
+            f'{call.path.name} has been loading'
+            if call.function is Function.LOADING
+            else f'{call.function.value} has not returned'
+        )
+        self._launcher.report(Stuck(described, place))
+        self._warn(
+            f'{robot_name(call.robot)}: {late} for {self._stuck_s:g} s; '
+            f'it is at {place}{quoted_line(file, line)}\n'
+            '    no robot of this process is commanded until it returns; Ctrl-C stops'
+        )

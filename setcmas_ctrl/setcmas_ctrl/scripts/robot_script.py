@@ -1,0 +1,170 @@
+"""A robot that a user's script moves: `--model my_robot.py`.
+
+The script has a function `step`, and may have two others:
+
+    def step(state, command, Ts): return x, y, theta, ...
+    def start(x, y, theta): return x, y, theta, ...
+    def command(velocity, pose): return V, omega
+
+state: what step or start returned last, the pose x, y (m), theta (rad) first; without start it is
+the pose. command: speeds forward and to the left (m/s) and turn rate (rad/s), as cmd_vel carries
+them. velocity: vx, vy (m/s) in the world frame. Without command the robot is driven as a unicycle
+is; command may return the speed to the left as well: forward, left, omega.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from setcmas_ctrl.scripts.function import checked_function
+from setcmas_ctrl.scripts.loader import load_script
+from setcmas_ctrl.scripts.script_errors import (
+    AbandonCall,
+    ControlError,
+    ErrorReports,
+    StopCall,
+    describe_failure,
+    failure_of,
+    safe_text,
+)
+from setcmas_simu.arrays import Floats
+from setcmas_simu.errors import SetcmasError
+from setcmas_simu.robots.model import POSE, TWIST, Motion, RobotModel
+from setcmas_simu.robots.unicycle import BURGER_SHAPE, velocities_between
+
+STEP = 'step(state, command, Ts)'
+"""The function that a robot script has."""
+
+_OPTIONAL = {'start': 'start(x, y, theta)', 'command': 'command(velocity, pose)'}
+_STANDS = 'stands; this stops no other robot'
+
+
+on_call: Callable[[int], object] = int
+"""Is told for which robot a function of a script is called next; it does nothing by default."""
+
+
+class ScriptRobot(RobotModel):
+    """One robot, moved by a script that is loaded for it alone; drawn as a unicycle is.
+
+    Its state has the rows of POSE and TWIST, then what the script's own has beyond the pose.
+    """
+
+    shape = BURGER_SHAPE
+
+    def __init__(self, path: Path, robot: int, warn: Callable[[str], None]) -> None:
+        """Load the script.
+
+        Args:
+            path: The script.
+            robot: Number of the robot.
+            warn: Shows messages about failures.
+
+        Raises:
+            SetcmasError: The script cannot be loaded, or has no such functions.
+        """
+        self._path = path.resolve()
+        self._robot = robot
+        functions = vars(load_script(self._path, robot, STEP))
+        self._step = checked_function(functions.get('step'), STEP, 'x, y, theta', self._path)
+        self._own = {
+            name: checked_function(functions[name], expected, 'numbers', self._path)
+            for name, expected in _OPTIONAL.items()
+            if name in functions
+        }
+        if 'command' in self._own:
+            self.motion = Motion.FREE  # as far as the script says
+        self.failed = False
+        self._reports = ErrorReports(warn, _STANDS)
+        self._t = 0.0
+
+    def start(self, poses: Floats) -> Floats:
+        """Return the state (3 + 3 or more, 1) of the robot that stands at a pose (3, 1).
+
+        Raises:
+            SetcmasError: The `start` of the script fails.
+        """
+        state = super().start(poses)
+        if 'start' not in self._own:
+            return state
+        try:
+            own = _numbers(self._own['start'](*poses[:, 0].tolist()), range(3, 1000), 'start')
+        except _ResultError as error:
+            raise SetcmasError(f'{self._path.name}: {error}') from error
+        except (StopCall, AbandonCall, KeyboardInterrupt):
+            raise
+        except BaseException as error:
+            raise SetcmasError(describe_failure(error, self._path)) from error
+        return np.concatenate([state, own[3:, None]])
+
+    def command(self, velocities: Floats, poses: Floats, komega: float) -> Floats:
+        """Return the command (3, 1) for a velocity (2, 1); zero if the script fails."""
+        if 'command' not in self._own:
+            return super().command(velocities, poses, komega)
+        commands = np.zeros((3, 1))
+        result = self._called(self._own['command'], (velocities[:, 0], poses[:, 0]), (2, 3))
+        if result is not None:
+            commands[[0, 2] if len(result) == 2 else [0, 1, 2], 0] = result
+        return commands
+
+    def step(self, states: Floats, commands: Floats, Ts: float) -> Floats:
+        """Return the state a period later; the robot stands if the script fails."""
+        later: Floats = states.copy()
+        later[TWIST] = 0.0
+        own = np.concatenate([states[POSE, 0], states[TWIST.stop :, 0]])
+        result = self._called(self._step, (own, commands[:, 0].copy(), Ts), (len(own),))
+        self._t += Ts
+        if result is not None:
+            later[POSE, 0], later[TWIST.stop :, 0] = result[:3], result[3:]
+            later[TWIST] = _twist(states[POSE], later[POSE], Ts)
+        return later
+
+    def _called(
+        self, function: Callable[..., Any], arguments: tuple[Any, ...], sizes: tuple[int, ...]
+    ) -> Floats | None:
+        """Return the numbers that a function of the script returns; None if it fails."""
+        on_call(self._robot)
+        try:
+            result = _numbers(function(*arguments), sizes, function.__name__)
+        except (StopCall, AbandonCall, KeyboardInterrupt):
+            raise
+        except _ResultError as error:
+            key = ('result', function.__name__, '')
+            self._fail(ControlError(f'{self._path.name}: {error}', key))
+            return None
+        except BaseException as error:  # whatever a script raises, the other robots go on
+            self._fail(failure_of(error, self._path))
+            return None
+        self._reports.succeeded(self._robot, self._t)
+        return result
+
+    def _fail(self, error: ControlError) -> None:
+        self.failed = True
+        self._reports.failed(self._robot, self._t, error)
+
+
+class _ResultError(Exception):
+    """What a function returned is of no use."""
+
+
+def _numbers(result: Any, sizes: range | tuple[int, ...], function: str) -> Floats:
+    try:
+        numbers = np.asarray(result, dtype=float).ravel()
+    except (TypeError, ValueError):
+        numbers = np.empty(0)
+    if numbers.size not in sizes or not np.isfinite(numbers).all():
+        shown = ' '.join(safe_text(repr, result).split())[:60]
+        count = ' or '.join(map(str, sizes)) if isinstance(sizes, tuple) else '3 or more'
+        raise _ResultError(f'{function} returned {shown}; it must be {count} finite numbers')
+    return numbers
+
+
+def _twist(before: Floats, after: Floats, Ts: float) -> Floats:
+    """Return the speeds forward and to the left and the turn rate between two poses (3, 1)."""
+    V, omega = velocities_between(before, after, Ts)
+    dx, dy = (after - before)[:2]
+    left = (np.cos(after[2]) * dy - np.sin(after[2]) * dx) / Ts
+    return np.stack([V, left, omega])

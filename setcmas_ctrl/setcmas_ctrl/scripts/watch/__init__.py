@@ -1,1 +1,0 @@
-"""Watch over scripts: slow calls, stuck calls, and saved files."""

@@ -1,1 +1,0 @@
-"""The task that a control law tells of."""

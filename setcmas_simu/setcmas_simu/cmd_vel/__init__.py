@@ -1,1 +1,0 @@
-"""Velocity commands: their senders and listeners in the ROS graph, and their publisher."""

@@ -1,1 +1,0 @@
-"""Lockstep: simulated time that waits for its followers."""

@@ -1,1 +1,0 @@
-"""Messages: polling of topics, fields in encoded bytes, classes by type name."""

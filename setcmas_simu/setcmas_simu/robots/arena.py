@@ -1,0 +1,259 @@
+"""The arena and its obstacles: 'disc 1 2 0.5; polygon 0 0 1 0 1 1'."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field
+from itertools import combinations
+from numbers import Real
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from setcmas_simu.errors import SetcmasError
+from setcmas_simu.options.kinds import Kind
+from setcmas_simu.yaml_entries import Entry, read_entries
+
+
+class Arena(NamedTuple):
+    """The box in which robots may move, in m."""
+
+    xmin: float
+    xmax: float
+    ymin: float
+    ymax: float
+
+    def distance(self, x: float, y: float) -> float:
+        """Return how far a point (m) is from the box, in m; 0 inside."""
+        return math.hypot(
+            max(self.xmin - x, 0.0, x - self.xmax), max(self.ymin - y, 0.0, y - self.ymax)
+        )
+
+    def outward_normals(self, x: float, y: float) -> list[tuple[float, float]]:
+        """Return the outward unit normal of each side that a point (m) is beyond."""
+        sides = (
+            (x > self.xmax, (1.0, 0.0)),
+            (x < self.xmin, (-1.0, 0.0)),
+            (y > self.ymax, (0.0, 1.0)),
+            (y < self.ymin, (0.0, -1.0)),
+        )
+        return [normal for beyond, normal in sides if beyond]
+
+
+@dataclass(frozen=True)
+class Borders(Kind):
+    """Borders of an arena as an option."""
+
+    metavar: str | None = field(default='XMIN,XMAX,YMIN,YMAX', kw_only=True)
+
+    @property
+    def must_be(self) -> str:
+        """The form, with an example."""
+        return 'XMIN,XMAX,YMIN,YMAX in m, minimum first, such as --arena=-2,2,-1.5,1.5'
+
+    def parse(self, text: str) -> Arena | str:
+        """Return the arena in a text; malformed text as it is."""
+        try:
+            arena = Arena(*map(float, text.split(',')))
+        except (TypeError, ValueError):
+            return text
+        return arena if self.accepts(arena) else text
+
+    def accepts(self, value: Any) -> bool:
+        """Return whether a value has the four borders of a box of positive size."""
+        if not isinstance(value, Sequence) or len(value) != 4:
+            return False
+        if not all(isinstance(end, Real) and math.isfinite(end) for end in value):
+            return False
+        xmin, xmax, ymin, ymax = value
+        return bool(xmin < xmax and ymin < ymax)
+
+    def text(self, value: Any) -> str:
+        """Return the borders as text."""
+        return ','.join(map(repr, value))
+
+
+Point = tuple[float, float]
+
+FORM = "'disc X Y RADIUS; polygon X1 Y1 X2 Y2 X3 Y3 ...' in m, or a YAML file"
+_OF_FILES = ('.yaml', '.yml')
+
+
+class Disc(NamedTuple):
+    """A disc, in m."""
+
+    x: float
+    y: float
+    radius: float
+
+
+@dataclass(frozen=True)
+class Polygon:
+    """A polygon, in m: its corners in order, whose sides do not cross."""
+
+    corners: tuple[Point, ...]
+
+    @property
+    def sides(self) -> list[tuple[Point, Point]]:
+        """The sides, from corner to corner."""
+        return list(zip(self.corners, (*self.corners[1:], self.corners[0]), strict=True))
+
+    def contains(self, x: float, y: float) -> bool:
+        """Return whether a point (m) is inside: a ray from it crosses an odd number of sides."""
+        crossed = [
+            x < x1 + (y - y1) * (x2 - x1) / (y2 - y1)
+            for (x1, y1), (x2, y2) in self.sides
+            if (y1 > y) != (y2 > y)
+        ]
+        return sum(crossed) % 2 == 1
+
+
+@dataclass(frozen=True)
+class Obstacles:
+    """Discs and polygons that robots must not touch."""
+
+    discs: tuple[Disc, ...] = ()
+    polygons: tuple[Polygon, ...] = ()
+
+    @classmethod
+    def of(cls, text: str) -> Obstacles:
+        """Read obstacles from a text; an empty text has none.
+
+        Raises:
+            SetcmasError: The text is malformed.
+        """
+        shapes = [_shape_of(part) for part in text.split(';') if part.strip()]
+        return cls._sorted(shapes)
+
+    @classmethod
+    def listed(cls, entry: Entry) -> Obstacles:
+        """Read obstacles from a YAML list, such as `- disc: [x, y, radius]`.
+
+        Raises:
+            SetcmasError: An item is malformed; the message names file and line.
+        """
+        return cls._sorted([_shape_listed(item) for item in entry.items()])
+
+    @classmethod
+    def _sorted(cls, shapes: Sequence[Disc | Polygon]) -> Obstacles:
+        return cls(
+            tuple(shape for shape in shapes if isinstance(shape, Disc)),
+            tuple(shape for shape in shapes if isinstance(shape, Polygon)),
+        )
+
+    def contain(self, x: float, y: float) -> bool:
+        """Return whether a point (m) is inside an obstacle."""
+        in_disc = (math.hypot(x - disc.x, y - disc.y) < disc.radius for disc in self.discs)
+        return any(in_disc) or any(polygon.contains(x, y) for polygon in self.polygons)
+
+    def __str__(self) -> str:
+        """Return the obstacles as text that `of` reads."""
+        texts = [f'disc {_written(disc)}' for disc in self.discs]
+        texts += [f'polygon {_written(_flat(polygon.corners))}' for polygon in self.polygons]
+        return '; '.join(texts)
+
+
+@dataclass(frozen=True)
+class ObstaclesKind(Kind):
+    """Obstacles as text; files are read at once, so that runs keep their content."""
+
+    metavar: str | None = field(default='SHAPES|FILE.yaml', kw_only=True)
+
+    @property
+    def must_be(self) -> str:
+        """The form."""
+        return FORM
+
+    def parse(self, text: str) -> str:
+        """Return the obstacles in a text or file as text; malformed text as it is."""
+        if text.endswith(_OF_FILES):
+            return str(Obstacles.listed(read_entries(Path(text))))
+        return text
+
+    def accepts(self, value: Any) -> bool:
+        """Return whether a value is valid obstacle text."""
+        try:
+            return isinstance(value, str) and bool(Obstacles.of(value))
+        except SetcmasError:
+            return False
+
+    def check(self, name: str, value: Any) -> None:
+        """Check that a value is valid obstacle text."""
+        if isinstance(value, str):
+            Obstacles.of(value)  # has the more precise message
+        super().check(name, value)
+
+
+def _shape_of(text: str) -> Disc | Polygon:
+    kind, *words = text.split()
+    try:
+        numbers = [float(word) for word in words]
+    except ValueError:
+        numbers = []
+    return _shape(kind, numbers, f"obstacle '{text.strip()}'")
+
+
+def _shape_listed(entry: Entry) -> Disc | Polygon:
+    fields = entry.fields(('disc', 'polygon'))
+    if len(fields) != 1:
+        raise entry.mistake('one disc: [x, y, radius] or one polygon: [[x, y], ...]')
+    ((kind, shape),) = fields.items()
+    numbers = [number for item in shape.items() for number in _numbers(item)]
+    return _shape(kind, numbers, f'{shape.file}, line {shape.line}: {shape.name}')
+
+
+def _numbers(entry: Entry) -> list[float]:
+    if isinstance(entry.value, list):
+        return [item.number() for item in entry.items()]
+    return [entry.number()]
+
+
+def _shape(kind: str, numbers: Sequence[float], name: str) -> Disc | Polygon:
+    if not all(map(math.isfinite, numbers)):
+        raise SetcmasError(f'{name}: coordinates must be finite')
+    if kind == 'disc' and len(numbers) == 3 and numbers[2] > 0:
+        return Disc(*numbers)
+    if kind == 'polygon' and len(numbers) >= 6 and len(numbers) % 2 == 0:
+        corners = tuple(zip(numbers[::2], numbers[1::2], strict=True))
+        _check_sides(Polygon(corners), name)
+        return Polygon(corners)
+    if kind == 'disc' and len(numbers) == 2:
+        raise SetcmasError(f'{name} has no radius; write disc X Y RADIUS, such as disc 1 2 0.5')
+    raise SetcmasError(
+        f'invalid {name}; must be a disc (x, y, radius above 0) or a polygon (x and y of at '
+        'least 3 corners), such as disc 1 2 0.5'
+    )
+
+
+def _check_sides(polygon: Polygon, name: str) -> None:
+    for first, second in combinations(polygon.sides, 2):
+        if _meet(first, second) and not {*first} & {*second}:
+            raise SetcmasError(
+                f'{name}: the sides {_side(first)} and {_side(second)} cross; list the corners in '
+                'order around the polygon'
+            )
+    if len({*polygon.corners}) < len(polygon.corners):
+        raise SetcmasError(f'{name} has the same corner twice; remove one')
+
+
+def _meet(first: tuple[Point, Point], second: tuple[Point, Point]) -> bool:
+    """Return whether two segments, unless parallel, have a point in common."""
+    (a, b), (c, d) = first, second
+    return _turn(a, b, c) * _turn(a, b, d) <= 0 and _turn(c, d, a) * _turn(c, d, b) <= 0
+
+
+def _turn(a: Point, b: Point, c: Point) -> float:
+    """Return twice the signed area of a triangle."""
+    return (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
+
+
+def _side(side: tuple[Point, Point]) -> str:
+    return ' to '.join(f'({x:g}, {y:g})' for x, y in side)
+
+
+def _flat(corners: Sequence[Point]) -> Iterator[float]:
+    return (number for corner in corners for number in corner)
+
+
+def _written(numbers: Iterator[float] | Sequence[float]) -> str:
+    return ' '.join(repr(number).removesuffix('.0') for number in numbers)

@@ -1,0 +1,281 @@
+"""Velocity commands: their message types, publishers and subscribers in the ROS graph."""
+
+from __future__ import annotations
+
+import uuid
+from collections import Counter
+from collections.abc import Collection
+from dataclasses import dataclass
+
+from geometry_msgs.msg import Twist, TwistStamped
+from rclpy.duration import Duration
+from rclpy.node import Node
+from rclpy.publisher import Publisher
+from rclpy.qos import QoSProfile
+from rclpy.topic_endpoint_info import TopicEndpointInfo
+from std_msgs.msg import Empty
+
+from setcmas_simu.fleet import topics
+from setcmas_simu.fleet.topics import AUTO, CMD_VEL_TYPES
+from setcmas_simu.ros import messages, qos
+
+TYPES = {'twist_stamped': TwistStamped, 'twist': Twist}
+"""Message classes by their name in options."""
+
+ROS_NAMES = {
+    'geometry_msgs/msg/TwistStamped': 'twist_stamped',
+    'geometry_msgs/msg/Twist': 'twist',
+}
+"""Names in options by ROS type name."""
+
+
+def velocities(message: Twist | TwistStamped) -> tuple[float, float]:
+    """Return forward speed (m/s) and turn rate (rad/s) of a command of either type."""
+    twist = message.twist if isinstance(message, TwistStamped) else message
+    return twist.linear.x, twist.angular.z
+
+
+def command(kind: str, V: float, omega: float, left: float, frame: str) -> Twist | TwistStamped:
+    """Return a command: forward speed (m/s), turn rate (rad/s), speed to the left (m/s)."""
+    message = TYPES[kind]()
+    twist = message
+    if isinstance(message, TwistStamped):
+        message.header.stamp = messages.stamp()
+        message.header.frame_id = frame
+        twist = message.twist
+    twist.linear.x, twist.linear.y, twist.angular.z = V, left, omega
+    return message
+
+
+_GUID_PREFIX = 12  # bytes of an endpoint's GUID that identify its participant (DDSI-RTPS 9.3)
+
+_NO_NAME = ('_UNKNOWN_', '_BARE_DDS_APP_')  # what rmw reports for a node without a name
+
+
+@dataclass(frozen=True)
+class Endpoint:
+    """A publisher or a subscription of a topic.
+
+    Attributes:
+        node: Base name of its node.
+        full_name: The node's name with its namespace.
+        kind: Its message type: 'twist', 'twist_stamped', or the full ROS name.
+        gid: Identifies it in the whole network.
+    """
+
+    node: str
+    full_name: str
+    kind: str
+    gid: bytes
+
+    @property
+    def participant(self) -> bytes:
+        """Identifier of its process."""
+        return self.gid[:_GUID_PREFIX]
+
+    @property
+    def is_known(self) -> bool:
+        """Whether the name of its node is known yet; DDS applications without ROS have none."""
+        return not any(mark in self.full_name for mark in _NO_NAME)
+
+
+def publishers(node: Node, topic: str) -> list[Endpoint]:
+    """Return the publishers of a topic (full name)."""
+    return [_endpoint(info) for info in node.get_publishers_info_by_topic(topic)]
+
+
+def participants(node: Node, topic: str) -> set[bytes]:
+    """Return the processes that publish a topic (full name)."""
+    return {endpoint.participant for endpoint in publishers(node, topic)}
+
+
+def own_participant(node: Node) -> bytes:
+    """Return the identifier of a node's process, by publishing a topic with a unique name."""
+    publisher = node.create_publisher(Empty, f'own_{uuid.uuid4().hex}', 1)
+    (own,) = participants(node, publisher.topic_name)
+    node.destroy_publisher(publisher)
+    return own
+
+
+def listeners(node: Node, topic: str) -> list[Endpoint]:
+    """Return the subscriptions to a command topic, except those of recorders."""
+    found = map(_endpoint, node.get_subscriptions_info_by_topic(topic))
+    return [endpoint for endpoint in found if endpoint.node not in topics.RECORDER_NODES]
+
+
+def types_of_robot(node: Node, found: list[Endpoint], odometry_topic: str) -> set[str]:
+    """Return the message types that a robot accepts.
+
+    If listeners differ, the process that sends the robot's odometry decides.
+    """
+    wanted = {endpoint.kind for endpoint in found if endpoint.kind in TYPES}
+    if len(wanted) <= 1:
+        return wanted
+    robot = participants(node, odometry_topic)
+    kinds = {
+        endpoint.kind
+        for endpoint in found
+        if endpoint.participant in robot and endpoint.kind in TYPES
+    }
+    return kinds or wanted
+
+
+def twins(node: Node, topic: str) -> bool:
+    """Return whether several robots with the same number listen to a command topic.
+
+    Their nodes share one full name in the robot's namespace; other listeners rarely do.
+    """
+    namespace = topic.removesuffix(topics.CMD_VEL)
+    found = {(endpoint.full_name, endpoint.participant) for endpoint in listeners(node, topic)}
+    names = Counter(name for name, _ in found if name.startswith(namespace))
+    return max(names.values(), default=0) > 1
+
+
+def commanders(node: Node, topic: str) -> list[str]:
+    """Return the full names of the nodes that may command a simulated robot."""
+    return [
+        endpoint.full_name
+        for endpoint in publishers(node, topic)
+        if endpoint.is_known and endpoint.node != topics.STAND_IN_NODE
+    ]
+
+
+def rival(node: Node, topic: str, allowed: Collection[bytes]) -> str:
+    """Return another process that commands the robot, or a second robot; '' if there is none.
+
+    Args:
+        node: Node through which to look at the ROS graph.
+        topic: Full name of the robot's cmd_vel.
+        allowed: Identifiers of the processes that may command it; node names can be forged.
+    """
+    rivals = strangers(node, topic, allowed)
+    if rivals:
+        return f'{rivals[0]} also commands it'
+    return f'several robots listen to {topic}' if twins(node, topic) else ''
+
+
+def strangers(node: Node, topic: str, allowed: Collection[bytes]) -> list[str]:
+    """Return the names of a topic's publishers outside some processes."""
+    return [
+        endpoint.full_name if endpoint.is_known else 'a node without a name'
+        for endpoint in publishers(node, topic)
+        if endpoint.participant not in allowed
+    ]
+
+
+def _endpoint(info: TopicEndpointInfo) -> Endpoint:
+    return Endpoint(
+        info.node_name,
+        f'{info.node_namespace.rstrip("/")}/{info.node_name}',
+        ROS_NAMES.get(info.topic_type, info.topic_type),
+        bytes(info.endpoint_gid),
+    )
+
+
+class OnlySender:
+    """Remembers the process that publishes a topic, to detect a second one.
+
+    Attributes:
+        process: The last process that was alone on the topic; empty before the first.
+    """
+
+    def __init__(self, node: Node, topic: str) -> None:
+        """Watch a topic (full name) through a node."""
+        self.process: set[bytes] = set()
+        self._node = node
+        self._topic = topic
+
+    def impostor(self) -> str:
+        """Return a message about a second publisher; '' if there is none."""
+        found = participants(self._node, self._topic)
+        if len(found) == 1:
+            self.process = found
+        others = strangers(self._node, self._topic, self.process)
+        return (
+            f'{others[0]} also publishes its wheel odometry' if len(found) > 1 and others else ''
+        )
+
+
+_PREFERRED_TYPE = CMD_VEL_TYPES[0]
+_LAST_COMMAND_S = 0.3
+
+
+class CmdVelPublisher:
+    """Commands one robot.
+
+    Attributes:
+        topic: Full name of its topic.
+        mixed: Which listener wants another type than the published one; None if none does.
+    """
+
+    def __init__(
+        self,
+        node: Node,
+        robot: int,
+        topic: str,
+        odometry_topic: str,
+        cmd_vel_type: str = AUTO,
+        profile: QoSProfile = qos.COMMAND,
+    ) -> None:
+        """Create the publisher on a node.
+
+        Args:
+            node: The node.
+            robot: Number of the robot.
+            topic: Full name of the topic.
+            odometry_topic: Topic that the robot itself publishes, to find its own listener.
+            cmd_vel_type: 'twist', 'twist_stamped', or 'auto' for what the robot listens to.
+            profile: Quality of service.
+        """
+        self.mixed: str | None = None
+        self._node = node
+        self._name = topics.robot_name(robot)
+        self._frame = topics.robot_frame(robot)
+        self.topic = topic
+        self._odometry_topic = odometry_topic
+        self._auto = cmd_vel_type == AUTO
+        self._type = _PREFERRED_TYPE if self._auto else cmd_vel_type
+        self._profile = profile
+        self._publisher = self._create_publisher()
+
+    def publish(self, V: float, omega: float, left: float = 0.0) -> None:
+        """Publish forward speed (m/s), turn rate (rad/s) and speed to the left (m/s)."""
+        self._publisher.publish(command(self._type, V, omega, left, self._frame))
+
+    def wait_until_sent(self) -> None:
+        """Wait briefly until the last command has arrived."""
+        self._publisher.wait_for_all_acked(Duration(seconds=_LAST_COMMAND_S))
+
+    def follow_listeners(self) -> bool:
+        """Match the type to what the robot listens to; return False if nothing listens."""
+        found = listeners(self._node, self.topic)
+        wanted = types_of_robot(self._node, found, self._odometry_topic)
+        if self._auto and wanted:
+            self._use_type(wanted)
+        others = [f'{node.node} wants {node.kind}' for node in found if node.kind != self._type]
+        self.mixed = f'{self._name} gets {self._type}, but {others[0]}' if others else None
+        return any(endpoint.kind == self._type for endpoint in found)
+
+    def other_commanders(self) -> list[str]:
+        """Return the full names of other nodes that command the robot."""
+        names = commanders(self._node, self.topic)
+        own = self._node.get_fully_qualified_name()
+        if own in names:
+            names.remove(own)
+        return names
+
+    def _use_type(self, wanted: set[str]) -> None:
+        if self._type not in wanted:
+            # A listener of the former type would keep its last command for ever.
+            self.publish(0.0, 0.0)
+            self._type = _PREFERRED_TYPE if _PREFERRED_TYPE in wanted else wanted.pop()
+            # One type at a time: within a process DDS knows only one type per topic.
+            self._node.destroy_publisher(self._publisher)
+            self._publisher = self._create_publisher()
+
+    def _create_publisher(self) -> Publisher:
+        return self._node.create_publisher(
+            TYPES[self._type],
+            self.topic,
+            self._profile,
+        )

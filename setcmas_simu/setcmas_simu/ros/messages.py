@@ -1,0 +1,144 @@
+"""Messages: encoded numbers (CDR) read and written in place, stamps, classes by type name."""
+
+from __future__ import annotations
+
+import struct
+import time
+from collections.abc import Callable
+from importlib import import_module
+from operator import attrgetter
+from typing import Any, NamedTuple
+
+from builtin_interfaces.msg import Time
+from geometry_msgs.msg import Twist, TwistStamped
+from nav_msgs.msg import Odometry
+from rclpy.serialization import deserialize_message, serialize_message
+
+STAMP = '=iI'
+"""Format of builtin_interfaces/Time: s and ns."""
+
+POSE = '=7d'
+"""Format of geometry_msgs/Pose: position in m, quaternion."""
+
+TWIST = '=6d'
+"""Format of geometry_msgs/Twist: velocities in m/s, turn rates in rad/s."""
+
+_OURS = serialize_message(Twist())[:2]  # the encoding of this machine
+_ORIGIN = 4  # bytes of the header of the encoding, from which on fields are aligned
+_STAMP_SIZE = 8
+_LENGTH = struct.Struct('=I')
+_POSE = struct.Struct(POSE)
+_TWIST = struct.Struct(TWIST)
+_COVARIANCE_SIZE = 36 * 8
+_MARKS = {'d': 1.2345678901234567e89, 'i': 0x5A3C_96E1}
+
+
+class PreparedMessage:
+    """A message encoded once; only its numbers are rewritten, in place."""
+
+    def __init__(self, message: Any) -> None:
+        """Encode a message; its strings and lists must not change later."""
+        self._message = message
+        self._data = bytearray(serialize_message(message))
+
+    def place(self, field: str, form: str) -> Callable[..., None]:
+        """Return a function that writes numbers into the message.
+
+        Args:
+            field: Name of the first number, such as 'pose.position.x'.
+            form: Format of the numbers, as in module `struct`.
+        """
+        layout = struct.Struct(form)
+        offset = self._offset(field, form.lstrip('=0123456789')[0])
+        return lambda *numbers: layout.pack_into(self._data, offset, *numbers)
+
+    def encoded(self) -> bytes:
+        """Return the encoded message for a publisher."""
+        return bytes(self._data)
+
+    def _offset(self, field: str, kind: str) -> int:
+        owner, _, name = field.rpartition('.')
+        holder = attrgetter(owner)(self._message)
+        value = getattr(holder, name)
+        setattr(holder, name, _MARKS[kind])
+        offset = serialize_message(self._message).index(struct.pack(f'={kind}', _MARKS[kind]))
+        setattr(holder, name, value)
+        return offset
+
+
+class EncodedOdometry(NamedTuple):
+    """Fields of an odometry: position (m), quaternion, forward speed (m/s), turn rate (rad/s)."""
+
+    position: tuple[float, float]
+    quaternion: tuple[float, float, float, float]
+    V: float
+    omega: float
+
+
+def read_stamp(data: bytes) -> int:
+    """Return the time in ns at the start of an encoded message, such as its header's."""
+    is_little = data[1] & 1
+    seconds, nanoseconds = struct.unpack_from('<iI' if is_little else '>iI', data, _ORIGIN)
+    return int(seconds) * 10**9 + int(nanoseconds)
+
+
+def read_odometry(data: bytes) -> EncodedOdometry:
+    """Return the pose and speeds of an encoded nav_msgs/Odometry."""
+    data = _in_our_encoding(data, Odometry)
+    at = _after_texts(data, 2)
+    x, y, _, *quaternion = _POSE.unpack_from(data, at)
+    twist = _TWIST.unpack_from(data, at + _POSE.size + _COVARIANCE_SIZE)
+    return EncodedOdometry((x, y), tuple(quaternion), twist[0], twist[5])
+
+
+def read_twist(data: bytes, kind: type) -> tuple[float, float, float]:
+    """Return speeds forward and to the left (m/s) and turn rate (rad/s) of an encoded command.
+
+    Args:
+        data: The message.
+        kind: Its class, Twist or TwistStamped.
+    """
+    data = _in_our_encoding(data, kind)
+    at = _after_texts(data, 1) if kind is TwistStamped else _ORIGIN
+    twist = _TWIST.unpack_from(data, at)
+    return twist[0], twist[1], twist[5]
+
+
+def _in_our_encoding(data: bytes, kind: type) -> bytes:
+    return data if data[:2] == _OURS else serialize_message(deserialize_message(data, kind))
+
+
+def _after_texts(data: bytes, nb_texts: int) -> int:
+    """Return where 8-byte numbers begin after a stamp and some strings."""
+    at = _ORIGIN + _STAMP_SIZE
+    for _ in range(nb_texts):
+        at += -at % 4
+        at += _LENGTH.size + _LENGTH.unpack_from(data, at)[0]
+    return at + (_ORIGIN - at) % 8
+
+
+class NoPythonTypeError(Exception):
+    """The Python package of a message type is not installed."""
+
+
+def message_class(msgtype: str) -> Any:
+    """Return the class of a type such as `nav_msgs/msg/Odometry`.
+
+    Raises:
+        NoPythonTypeError: Its Python package is missing.
+    """
+    package, kind, name = msgtype.split('/')
+    try:
+        return getattr(import_module(f'{package}.{kind}'), name)
+    except (ImportError, AttributeError) as error:
+        raise NoPythonTypeError(f'no Python package {package} with it is installed') from error
+
+
+now_ns: Callable[[], int] = time.time_ns
+"""Returns the time in ns; a process that follows a simulation replaces it."""
+
+
+def stamp() -> Time:
+    """Return the current time."""
+    seconds, nanoseconds = divmod(now_ns(), 10**9)
+    return Time(sec=seconds, nanosec=nanoseconds)

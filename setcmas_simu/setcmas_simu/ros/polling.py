@@ -1,0 +1,151 @@
+"""Topics and services polled at each step, without an executor."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from typing import Any
+
+from rclpy.callback_groups import CallbackGroup
+from rclpy.impl.implementation_singleton import rclpy_implementation
+from rclpy.node import Node
+from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
+from rclpy.subscription import Subscription
+
+
+class _NeverCalledBack(CallbackGroup):
+    """Callback group that an executor skips although it serves the node."""
+
+    def add_entity(self, _: object) -> None:
+        pass
+
+    def can_execute(self, _: object) -> bool:
+        return False
+
+
+_POLLED = _NeverCalledBack()
+
+
+class PolledTopic:
+    """Passes the messages of a topic to a function when `take` is called.
+
+    An executor would wake up for each message and rebuild its wait set every time.
+
+    Attributes:
+        subscription: The subscription.
+    """
+
+    def __init__(
+        self,
+        node: Node,
+        kind: type,
+        name: str,
+        on_message: Callable[[Any], None],
+        profile: QoSProfile,
+        encoded: bool = False,
+    ) -> None:
+        """Subscribe.
+
+        Args:
+            node: Holds the subscription.
+            kind: Class of the messages.
+            name: Full name of the topic.
+            on_message: Takes a message.
+            profile: Quality of service; its depth bounds the queue.
+            encoded: Whether messages are passed on as bytes (see module `cdr`).
+        """
+        self._node = node
+        self._on_message = on_message
+        self._depth = profile.depth
+        self._encoded = encoded
+        self.subscription = node.create_subscription(
+            kind, name, on_message, profile, callback_group=_POLLED
+        )
+
+    def take(self) -> None:
+        """Pass on pending messages."""
+        for message in self._messages():
+            self._on_message(message)
+
+    def close(self) -> None:
+        """Unsubscribe."""
+        self._node.destroy_subscription(self.subscription)
+
+    def _messages(self) -> Iterator[Any]:
+        handle = self.subscription.handle
+        with handle:
+            for _ in range(self._depth):
+                taken = handle.take_message(self.subscription.msg_type, self._encoded)
+                if taken is None:
+                    return
+                yield taken[0]
+
+
+def suited_to(node: Node, name: str, depth: int) -> QoSProfile:
+    """Return the best quality of service that all publishers of a topic offer."""
+    offered = [info.qos_profile for info in node.get_publishers_info_by_topic(name)]
+    reliable = all(profile.reliability == ReliabilityPolicy.RELIABLE for profile in offered)
+    latched = all(profile.durability == DurabilityPolicy.TRANSIENT_LOCAL for profile in offered)
+    return QoSProfile(
+        depth=depth,
+        reliability=ReliabilityPolicy.RELIABLE if reliable else ReliabilityPolicy.BEST_EFFORT,
+        durability=DurabilityPolicy.TRANSIENT_LOCAL if latched else DurabilityPolicy.VOLATILE,
+    )
+
+
+MOST_WITH_SERVICES = 50
+"""Largest number of robots in a process for which each robot has its own services."""
+
+
+class PolledService:
+    """Answers requests when `take` is called.
+
+    Each service costs every process on the network 0.1 MB, and an executor a place in its wait
+    set.
+    """
+
+    def __init__(
+        self, node: Node, kind: Any, name: str, answer: Callable[[Any, Any], Any]
+    ) -> None:
+        """Offer the service.
+
+        Args:
+            node: Holds the service; no executor serves it.
+            kind: Class of the service.
+            name: Its name; `~/` is the node's namespace and name.
+            answer: Takes a request and an empty response; returns the response.
+        """
+        self._kind = kind
+        self._answer = answer
+        self._service = node.create_service(kind, name, answer)
+
+    def take(self) -> None:
+        """Answer pending requests."""
+        handle = self._service.handle
+        while True:
+            with handle:
+                request, header = handle.service_take_request(self._kind.Request)
+            if header is None:
+                return
+            self._service.send_response(self._answer(request, self._kind.Response()), header)
+
+
+def wait_for_any(node: Node, subscriptions: Sequence[Subscription], timeout_s: float) -> list[int]:
+    """Wait until a subscription has a message; return the indices of all that have one.
+
+    An executor would check every entity of its nodes instead.
+
+    Args:
+        node: A node that holds one of them.
+        subscriptions: The subscriptions; their messages are not taken.
+        timeout_s: Longest wait in s.
+
+    Returns:
+        Indices; none after a time-out.
+    """
+    waiting = rclpy_implementation.WaitSet(len(subscriptions), 0, 0, 0, 0, 0, node.context.handle)
+    waiting.clear_entities()
+    for subscription in subscriptions:
+        waiting.add_subscription(subscription.handle)
+    waiting.wait(round(timeout_s * 1e9))
+    ready = set(waiting.get_ready_entities('subscription'))
+    return [i for i, one in enumerate(subscriptions) if one.handle.pointer in ready]

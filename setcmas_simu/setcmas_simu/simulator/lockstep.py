@@ -1,0 +1,183 @@
+"""Lockstep: simulated time that advances when all followers have answered."""
+
+from __future__ import annotations
+
+import os
+import socket
+from collections.abc import Sequence
+
+import msgspec
+
+from setcmas_simu.fleet.fleet import robots_in_words
+from setcmas_simu.ros import messages
+
+_FIRST_NS = 10**9  # stamp of t = 0: ROS and readers of bags take 0 for "no time"
+
+
+class Ticks:
+    """Clock that moves from tick to tick on command; messages of this process carry its time.
+
+    Attributes:
+        rate: Rate of the ticks in Hz.
+        count: Number of the current tick, from 0.
+        time: The time in s; it may be set forward between two ticks.
+    """
+
+    def __init__(self, rate: float) -> None:
+        """Start at tick 0."""
+        self.rate = rate
+        self.count = 0
+        self.time = 0.0
+        messages.now_ns = lambda: stamp_at(self.time)
+
+    def now(self) -> float:
+        """Return the time in s."""
+        return self.time
+
+    def go_to(self, count: int) -> None:
+        """Go to a tick by its number."""
+        self.count = count
+        self.time = count / self.rate
+
+    def stamp(self, count: int | None = None) -> int:
+        """Return the stamp in ns of a tick; by default of the current one."""
+        return stamp_at((self.count if count is None else count) / self.rate)
+
+    def count_of(self, stamp: int) -> int:
+        """Return the number of the tick with this stamp in ns."""
+        return round((stamp - _FIRST_NS) * self.rate / 1e9)
+
+
+def stamp_at(t: float) -> int:
+    """Return the stamp in ns of time t in s."""
+    return _FIRST_NS + round(t * 1e9)
+
+
+NONE = -1
+"""No time."""
+
+
+class Follower(msgspec.Struct, frozen=True):
+    """A process that follows simulated time: a controller of robots, or a recorder (no robots)."""
+
+    host: str
+    process: int
+    robots: tuple[int, ...] = ()
+
+    def __str__(self) -> str:
+        """Return the process as text."""
+        kind = 'controller' if self.robots else 'recorder'
+        return f'{kind} (process {self.process} on {self.host})'
+
+
+class Answer(msgspec.Struct, frozen=True):
+    """Progress of a follower.
+
+    Attributes:
+        follower: The process.
+        stamp: Stamp in ns of the newest states that it has finished with.
+        commanded: Stamp in ns of the last commands that it sent; NONE if it sent none.
+        leaves: Whether it stops following.
+    """
+
+    follower: Follower
+    stamp: int
+    commanded: int = NONE
+    leaves: bool = False
+
+
+def this_process(robots: tuple[int, ...] = ()) -> Follower:
+    """Return this process as a follower."""
+    return Follower(socket.gethostname(), os.getpid(), robots)
+
+
+def encode(answer: Answer) -> str:
+    """Return an answer as text."""
+    return msgspec.json.encode(answer).decode()
+
+
+def decode(text: str) -> Answer | None:
+    """Return the answer in a text; None if there is none."""
+    try:
+        return msgspec.json.decode(text, type=Answer)
+    except msgspec.DecodeError:
+        return None
+
+
+class Roll:
+    """Decides when simulated time may advance, and whom it waits for.
+
+    At the start every robot needs a controller, and a recorder must be there if one is expected.
+    Later time waits for the followers that are left; one controller is enough.
+    """
+
+    def __init__(self, robots: Sequence[int], recorded: bool, window_ns: int) -> None:
+        """Start without followers.
+
+        Args:
+            robots: Numbers of the robots.
+            recorded: Whether a recorder will follow.
+            window_ns: How far a recorder may lag behind, in ns.
+        """
+        self._robots = set(robots)
+        self._recorded = recorded
+        self._window_ns = window_ns
+        self._answers: dict[Follower, Answer] = {}
+        self._begun = False
+
+    def __len__(self) -> int:
+        """Return the number of followers."""
+        return len(self._answers)
+
+    @property
+    def controlled(self) -> set[int]:
+        """The robots that have a controller."""
+        return {robot for follower in self._answers for robot in follower.robots}
+
+    def take(self, answer: Answer) -> None:
+        """Store an answer."""
+        if answer.leaves:
+            self._answers.pop(answer.follower, None)
+        else:
+            self._answers[answer.follower] = answer
+
+    def drop(self, late: Sequence[Answer]) -> None:
+        """Remove followers that died without leaving."""
+        for answer in late:
+            self._answers.pop(answer.follower, None)
+
+    def commanded(self) -> dict[int, int]:
+        """Return the stamp in ns of the newest command sent to each robot."""
+        return {
+            robot: answer.commanded
+            for answer in self._answers.values()
+            if answer.commanded != NONE
+            for robot in answer.follower.robots
+        }
+
+    def late(self, stamp: int, exactly: bool = False) -> list[Answer]:
+        """Return the last answers of followers that have not finished with a time in ns.
+
+        Args:
+            stamp: The time of the newest states.
+            exactly: Whether recorders, too, must have finished.
+        """
+        window = 0 if exactly else self._window_ns
+        return [
+            answer
+            for answer in self._answers.values()
+            # A stamp ahead of this time belongs to an earlier simulator.
+            if not 0 <= stamp - answer.stamp <= (0 if answer.follower.robots else window)
+        ]
+
+    def missing(self, stamp: int) -> str:
+        """Return the followers that are missing, as text; '' if time may advance."""
+        without = sorted(self._robots - self.controlled)
+        if not self._begun and without:
+            return f'a controller of {robots_in_words(without)}'
+        if without == sorted(self._robots):
+            return 'a controller'
+        if self._recorded and all(follower.robots for follower in self._answers):
+            return 'the recorder'
+        self._begun = self._begun or not self.late(stamp)
+        return ''

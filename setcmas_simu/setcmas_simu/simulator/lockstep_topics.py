@@ -1,0 +1,63 @@
+"""Topics of a simulation in lockstep: /lockstep and /clock."""
+
+from __future__ import annotations
+
+from builtin_interfaces.msg import Time
+from rclpy.node import Node
+from rosgraph_msgs.msg import Clock
+from std_msgs.msg import String
+
+from setcmas_simu.fleet import topics
+from setcmas_simu.ros import qos
+from setcmas_simu.ros.polling import PolledTopic
+from setcmas_simu.simulator.lockstep import NONE, Answer, Roll, decode, encode, this_process
+
+
+class Answerer:
+    """Answers for this process."""
+
+    def __init__(self, node: Node, robots: tuple[int, ...] = ()) -> None:
+        """Prepare to answer for controllers of these robots; without robots, for a recorder."""
+        self._follower = this_process(robots)
+        self._publisher = node.create_publisher(String, topics.LOCKSTEP, qos.LATCHED)
+
+    def answer(self, stamp: int, commanded: int = NONE) -> None:
+        """Report that this process has finished with the states of a time, in ns.
+
+        Args:
+            stamp: The time.
+            commanded: Stamp of the last commands.
+        """
+        self._send(Answer(self._follower, stamp, commanded))
+
+    def leave(self) -> None:
+        """Report that this process stops following."""
+        self._send(Answer(self._follower, NONE, leaves=True))
+
+    def _send(self, answer: Answer) -> None:
+        self._publisher.publish(String(data=encode(answer)))
+
+
+class AnswerTopic(PolledTopic):
+    """Passes answers to a roll."""
+
+    def __init__(self, node: Node, roll: Roll) -> None:
+        """Listen through a node."""
+        self._roll = roll
+        super().__init__(node, String, topics.LOCKSTEP, self._on_text, qos.LATCHED_BY_MANY)
+
+    def _on_text(self, message: String) -> None:
+        if answer := decode(message.data):
+            self._roll.take(answer)
+
+
+class ClockTopic:
+    """Publishes the time of a simulation."""
+
+    def __init__(self, node: Node) -> None:
+        """Create the publisher on a node."""
+        self._publisher = node.create_publisher(Clock, topics.CLOCK, qos.LOCKSTEP_STATE)
+
+    def publish(self, stamp: Time) -> None:
+        """Publish a time."""
+        self._publisher.publish(Clock(clock=stamp))

@@ -1,0 +1,225 @@
+"""Options of a simulation, the same for `setcmas simu` and for the node's own command line."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, ClassVar
+
+from setcmas_simu.arrays import Floats
+from setcmas_simu.errors import SetcmasError
+from setcmas_simu.fleet.fleet import format_robots, start_poses
+from setcmas_simu.fleet.start_poses import AUTO, FORM, RandomPoses, given_poses
+from setcmas_simu.fleet.topics import CMD_VEL_TYPES
+from setcmas_simu.options.completion import names_and_files
+from setcmas_simu.options.group import ClashError, Options, flag, option
+from setcmas_simu.options.kinds import (
+    NB_ROBOTS,
+    RATE,
+    SEEDS,
+    Kind,
+    Number,
+    OneOf,
+    PathTo,
+    Robots,
+    Whole,
+)
+from setcmas_simu.options.option import Form
+from setcmas_simu.robots.model import MODELS
+from setcmas_simu.robots.models import MODELS as ROBOT_MODELS
+from setcmas_simu.robots.models import NO_LIMITS, UNICYCLE, check_models, model_names
+from setcmas_simu.robots.unicycle import RATE_HZ
+
+
+@dataclass(frozen=True)
+class SimulatedRobots:
+    """The robots that one process simulates.
+
+    Attributes:
+        robots: Their numbers, sorted.
+        start_poses: Rows x, y in m and theta in rad, a column for each of `robots`.
+        models: The name of each one's model.
+    """
+
+    robots: list[int]
+    start_poses: Floats
+    models: list[str]
+
+
+@dataclass(frozen=True)
+class _RandomPosesKind(Kind):
+    """Descriptions of random start poses."""
+
+    @property
+    def must_be(self) -> str:
+        """The form."""
+        return FORM
+
+    def accepts(self, value: Any) -> bool:
+        """Return whether a value describes random poses."""
+        try:
+            return isinstance(value, str) and bool(RandomPoses.of(value))
+        except SetcmasError:
+            return False
+
+
+@dataclass(frozen=True, kw_only=True)
+class StartPoseOptions(Options):
+    """Where robots start that are not real."""
+
+    TITLE: ClassVar[str] = 'emulated lab'
+
+    poses: Path | None = option(
+        PathTo(), 'start poses in a YAML file: a list [x, y, theta]', default=None
+    )
+    pose: tuple[str, ...] = option(
+        Kind(metavar='I:X,Y[,THETA]'),
+        'start pose of robot I in m and rad, such as 3:1.0,2.0,1.57 (THETA is 0 if left out); may '
+        'be repeated',
+        form=Form.REPEATED,
+        default=(),
+    )
+    random_poses: str | None = option(
+        _RandomPosesKind(metavar='box=WxH,distance=D'),
+        'start the robots that have no pose at random in a box, at a least distance in m from '
+        'each other; alone: 10x10 and 1 where that fits',
+        default=None,
+        alone=AUTO,
+    )
+    seed: int = option(SEEDS, 'seed of random start poses', default=0)
+
+    def start_poses(
+        self,
+        nb_robots: int,
+        defaults: Floats | None = None,
+        within: Callable[[RandomPoses], RandomPoses] | None = None,
+    ) -> Floats:
+        """Return where a fleet starts: single poses go before the file, the file before others.
+
+        Args:
+            nb_robots: Size of the fleet.
+            defaults: Poses of robots for which nothing is given, shape (3, nb_robots);
+                `fleet.start_poses` unless told.
+            within: Fits random poses into a room.
+
+        Returns:
+            Rows x, y in m and theta in rad, shape (3, nb_robots).
+
+        Raises:
+            SetcmasError: A pose is malformed or for a robot that is not in the fleet, or there is
+                no room for random ones.
+        """
+        given = given_poses(nb_robots, self.poses, self.pose)
+        if self.random_poses:
+            places = RandomPoses.of(self.random_poses)
+            return (within(places) if within else places).draw(nb_robots, self.seed, given)
+        poses = start_poses(nb_robots) if defaults is None else defaults.copy()
+        for robot, pose in given.items():
+            poses[:, robot - 1] = pose
+        return poses
+
+
+@dataclass(frozen=True, kw_only=True)
+class SimulationOptions(StartPoseOptions):
+    """Which robots are simulated, and how."""
+
+    TITLE: ClassVar[str] = 'simulated robots'
+
+    nb_robots: int | None = option(NB_ROBOTS, 'size of the fleet', default=None, default_text='1')
+    robots: tuple[int, ...] | None = option(
+        Robots(), "simulate only these robots of it, such as '1-4'", default=None
+    )
+    model: str | None = option(
+        Kind(metavar='MODEL'),
+        'how the robots move: a model (see setcmas list), a script such as my_robot.py, a file '
+        "of setcmas identify, or for some of them '1:burger,2-4:my_robot.py'",
+        default=None,
+        default_text=UNICYCLE,
+        complete=names_and_files(ROBOT_MODELS.offers, ('py', 'yaml')),
+    )
+    limits: str = option(
+        OneOf(tuple(MODELS)),
+        'saturation of unicycles: none, or as that TurtleBot3',
+        default=NO_LIMITS,
+    )
+    cmd_timeout: float = option(
+        Number(above=0, unit='s'),
+        'stop a robot whose last command is older than this, in s',
+        default=math.inf,
+        default_text='never',
+    )
+    robot_rate: float = option(RATE, 'rate of integration and odometry', default=RATE_HZ)
+    cmd_vel_type: str = option(
+        OneOf(tuple(CMD_VEL_TYPES)),
+        'message type that the robots listen to on cmd_vel',
+        default=CMD_VEL_TYPES[0],
+    )
+    lockstep: bool = flag(
+        'let time go on when all controllers have answered: as fast as they can, and to the last '
+        'bit as setcmas offline'
+    )
+    rtf: float = option(
+        Number(above=0, most=100, metavar='FACTOR'),
+        'real time factor: how much faster than the wall clock time goes by',
+        default=1.0,
+    )
+
+    def check(self) -> None:
+        """See that the values go together.
+
+        Raises:
+            ClashError: They do not.
+        """
+        if self.lockstep and self.rtf != 1.0:
+            raise ClashError('{} goes as fast as it can: leave out {}', 'lockstep', 'rtf')
+        if self.lockstep and self.cmd_vel_type != CMD_VEL_TYPES[0]:
+            raise ClashError(
+                f'{{}} needs commands with a stamp: {{}} must be {CMD_VEL_TYPES[0]}',
+                'lockstep',
+                'cmd_vel_type',
+            )
+        if self.lockstep and self.robots and len(self.robots) < self.fleet_size:
+            raise ClashError(
+                '{} needs the whole fleet in one simulator: leave out {}', 'lockstep', 'robots'
+            )
+
+    def nb_steps(self, duration: float) -> int:
+        """Return how many steps the robots do in a run of `duration` s."""
+        return max(1, round(duration * self.robot_rate))
+
+    @property
+    def fleet_size(self) -> int:
+        """Number of robots in the fleet."""
+        return self.nb_robots or (self.robots[-1] if self.robots else 1)
+
+    def simulated(self) -> SimulatedRobots:
+        """Return the robots that these options ask for.
+
+        Raises:
+            SetcmasError: A robot is not in the fleet, poses are malformed, or there is no such
+                model.
+        """
+        fleet = range(1, self.fleet_size + 1)
+        robots = list(self.robots or fleet)
+        if robots[-1] not in fleet:
+            raise SetcmasError(
+                f"--robots '{format_robots(robots)}' names robot {robots[-1]}; "
+                f'the fleet has robots 1 to {fleet[-1]} (--nb-robots)'
+            )
+        poses = self.start_poses(len(fleet))
+        models = model_names(self.model, len(fleet))
+        check_models(models, self.limits)
+        columns = [robot - 1 for robot in robots]
+        return SimulatedRobots(robots, poses[:, columns], [models[i] for i in columns])
+
+
+@dataclass(frozen=True, kw_only=True)
+class SimulatorOptions(Options):
+    """What else a simulator process is told, of a run in lockstep, by the command behind it."""
+
+    recorded: bool = flag('wait for a recorder, which is to get the very first states')
+    nb_steps: int | None = option(
+        Whole(1, metavar='N'), 'stand still after this many steps', default=None
+    )

@@ -1,1 +1,0 @@
-"""Surroundings of the robots: arena and obstacles."""

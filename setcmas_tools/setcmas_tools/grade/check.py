@@ -1,0 +1,193 @@
+"""Check of a student's own law: what is right, and what is missing."""
+
+from __future__ import annotations
+
+import base64
+import difflib
+import html
+import io
+import textwrap
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+from setcmas_ctrl.scripts.exercise import exercise_of
+from setcmas_ctrl.scripts.loader import EXERCISES, find_script
+from setcmas_simu.errors import SetcmasError
+from setcmas_tools.grade.marking import mark
+from setcmas_tools.grade.marks import (
+    CriterionMark,
+    Failure,
+    LawRunner,
+    Marks,
+    ScenarioMark,
+    ScenarioRun,
+    Student,
+)
+from setcmas_tools.grade.rubric import Rubric, read_rubric, rubric_of_exercise
+from setcmas_tools.grade.rubric_scenarios import CONTROL, Scenario
+from setcmas_tools.offline.engine import simulate
+
+_DIGITS = 4  # of points, as in marks
+
+
+def student_view(marks: Marks) -> Marks:
+    """Return marks of which students may see everything; scores stay what they are.
+
+    Hidden criteria of a scenario become one without a figure, hidden scenarios become one with
+    one criterion.
+    """
+    shown = [_without_hidden(one) for one in marks.scenarios if not one.hidden]
+    hidden = [mark for one in marks.scenarios if one.hidden for mark in one.criteria]
+    if hidden:
+        together = (_together(hidden, 'all hidden scenarios'),)
+        shown.append(ScenarioMark('Hidden scenarios', together, hidden=True))
+    return replace(marks, scenarios=tuple(shown), similar=(), digest='')
+
+
+def _without_hidden(scenario: ScenarioMark) -> ScenarioMark:
+    shown = [mark for mark in scenario.criteria if not mark.hidden]
+    hidden = [mark for mark in scenario.criteria if mark.hidden]
+    if hidden:
+        shown.append(_together(hidden, 'hidden criteria'))
+    return replace(scenario, criteria=tuple(shown))
+
+
+def _together(criteria: Sequence[CriterionMark], name: str) -> CriterionMark:
+    points = round(sum(mark.points for mark in criteria), _DIGITS)
+    most = round(sum(mark.max_points for mark in criteria), _DIGITS)
+    return CriterionMark(name, points, most, '', '', None, hidden=True)
+
+
+_TICK, _CROSS = '✓', '✗'
+_WIDTH = 90
+_DPI = 55
+
+
+@dataclass(frozen=True)
+class Check:
+    """Marks of one's own law, as a text, as a picture, and for a notebook.
+
+    Attributes:
+        marks: The marks.
+    """
+
+    marks: Marks
+
+    def __str__(self) -> str:
+        """Return a line for each criterion, and hints below those that are missed."""
+        return '\n'.join(_lines(self.marks))
+
+    def picture(self) -> Any:
+        """Return a figure of the paths over those of the solution."""
+        from setcmas_tools.grade.mark_pictures import draw_marks
+        from setcmas_tools.plots.plot import Picture
+        from setcmas_tools.plots.style import plot_style
+
+        with plot_style():
+            figure = Picture()
+            draw_marks(figure, self.marks)
+        return figure
+
+    def _repr_html_(self) -> str:
+        from setcmas_tools.plots.style import plot_style
+
+        content = io.BytesIO()
+        with plot_style():
+            self.picture().savefig(content, format='png', dpi=_DPI)
+        picture = base64.b64encode(content.getvalue()).decode('ascii')
+        return (
+            f'<div><pre style="line-height:1.3">{html.escape(str(self))}</pre>'
+            f'<img src="data:image/png;base64,{picture}" '
+            'alt="your paths over those of the solution"></div>'
+        )
+
+
+def check(law: str | Path | Callable[..., Any], rubric: str | Path | None = None) -> Check:
+    """Mark a law of one's own by the shown part of its rubric.
+
+        from setcmas_tools import check
+
+        check('my_law.py')                # the exercise that it is a copy of
+        check(control, 'consensus')       # a function of the notebook
+
+    Args:
+        law: A script, or a function `control` or `ctc`. It runs in this process.
+        rubric: An exercise, or a file; by default the exercise that the script says it is.
+
+    Raises:
+        SetcmasError: There is no such law or rubric, or the law cannot be loaded.
+    """
+    script = None if callable(law) else find_script(str(law))
+    chosen = chosen_rubric(script, rubric).shown()
+    chosen.check_place(in_lab=False)
+    run = runs_here(law if callable(law) else str(script), chosen.function)
+    name = script.name if script else getattr(law, '__name__', chosen.function)
+    return Check(mark(chosen, run, name, Student(name), script))
+
+
+def runs_here(submission: Any, function: str = CONTROL) -> LawRunner:
+    """Return what runs scenarios with a trusted submission, in this process, as `simulate` does.
+
+    Args:
+        submission: What `Scenario.job` takes.
+        function: Which function it is.
+    """
+
+    def run(scenario: Scenario) -> ScenarioRun:
+        messages: list[str] = []
+        try:
+            made = simulate(**scenario.job(submission, function), warn=messages.append)
+        except SetcmasError as error:
+            return ScenarioRun(None, Failure(str(error)), is_complete=False)
+        return ScenarioRun(made, Failure(messages[0]) if messages else None)
+
+    return run
+
+
+def chosen_rubric(script: Path | None, rubric: str | Path | None) -> Rubric:
+    """Return the rubric that a name or a file means, or that of the exercise of a script.
+
+    Raises:
+        SetcmasError: There is none.
+    """
+    if rubric is not None and str(rubric) in EXERCISES:
+        return rubric_of_exercise(str(rubric))
+    if rubric is not None:
+        near = difflib.get_close_matches(str(rubric), EXERCISES.offers(), n=1)
+        if near and not Path(rubric).exists():
+            raise SetcmasError(f"there is no rubric '{rubric}'; did you mean {near[0]}?")
+        return read_rubric(Path(rubric))
+    if script and (exercise := exercise_of(script)):
+        return rubric_of_exercise(exercise)
+    known = ', '.join(EXERCISES.offers())
+    what = f'{script.name} does not say' if script else 'a function does not say'
+    raise SetcmasError(
+        f'{what} which exercise it is; name a rubric, or one of {known} (in a script, a line such '
+        "as exercise = 'consensus' says it)"
+    )
+
+
+def _lines(marks: Marks) -> Iterator[str]:
+    yield f'{marks.title}: {marks.submission}'
+    if marks.unfilled:
+        yield f'{_CROSS} not filled in yet: replace what is marked TODO'
+        return
+    for scenario in marks.scenarios:
+        yield ''
+        yield f'{scenario.name}: {scenario.points:g} of {scenario.max_points:g} points'
+        yield from _scenario_lines(scenario)
+    yield ''
+    yield f'{marks.score:g} of {marks.max_score:g} points'
+
+
+def _scenario_lines(scenario: ScenarioMark) -> Iterator[str]:
+    if scenario.failure:
+        yield from (f'  {line}' for line in scenario.failure.message.splitlines())
+    for one in scenario.criteria:
+        sign = _TICK if one.is_full else _CROSS
+        figures = f'{one.metric} {one.reached_text} (wanted: {one.wanted})'
+        yield f'  {sign} {one.points:g}/{one.max_points:g}  {one.name}: {figures}'
+        if one.hint:
+            yield textwrap.indent(textwrap.fill(one.hint, _WIDTH), 6 * ' ')

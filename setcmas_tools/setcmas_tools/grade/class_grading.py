@@ -1,0 +1,301 @@
+"""Grading of a class: workers, marks that are kept, and their order."""
+
+from __future__ import annotations
+
+import hashlib
+import multiprocessing
+import os
+import signal
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from concurrent.futures import Future, ProcessPoolExecutor, as_completed
+from concurrent.futures.process import BrokenProcessPool
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+import msgspec
+from tqdm import tqdm
+
+from setcmas_ctrl.scripts.loader import ALGORITHMS, EXERCISES
+from setcmas_ctrl.scripts.script_errors import summarise
+from setcmas_simu import __version__
+from setcmas_simu.errors import SetcmasError
+from setcmas_tools.grade.grade_options import GradeOptions
+from setcmas_tools.grade.likeness import Print, fingerprint, likenesses
+from setcmas_tools.grade.marking import mark, unmarked
+from setcmas_tools.grade.marks import Failure, LawRunner, Marks
+from setcmas_tools.grade.rubric import Rubric
+from setcmas_tools.grade.sandbox.box import Box
+from setcmas_tools.grade.sandbox.confinement import obstacle
+from setcmas_tools.grade.sandbox.held import Times
+from setcmas_tools.grade.sandbox.runner import BoxRunner
+from setcmas_tools.grade.submissions import KEPT, Submission
+from setcmas_tools.offline.parent import end_with_parent
+
+Runners = Callable[[Path], LawRunner]
+"""Returns what runs scenarios with a script."""
+
+
+@dataclass(frozen=True)
+class Grader:
+    """What grades submissions.
+
+    Attributes:
+        rubric: What they are marked by.
+        times: How long a run may take.
+        confined: Whether they are kept in by the kernel.
+        folder: Where processes have folders of their own.
+    """
+
+    rubric: Rubric
+    times: Times
+    confined: bool
+    folder: Path
+
+    def marks(self, submission: Submission, runs: Runners) -> Marks:
+        """Return the marks of a submission.
+
+        Args:
+            submission: The submission.
+            runs: Returns what runs scenarios with its script.
+
+        Raises:
+            SetcmasError: The rubric's solution fails, or a file of the rubric cannot be used.
+        """
+        rubric, name, student = self.rubric, submission.name, submission.student
+        if submission.problem:
+            return unmarked(rubric, name, student, Failure(submission.problem))
+        with TemporaryDirectory(dir=self.folder) as folder:
+            script = Path(folder, submission.script)
+            for path, content in submission.files.items():
+                Path(folder, path).parent.mkdir(parents=True, exist_ok=True)
+                Path(folder, path).write_bytes(content)
+            return mark(rubric, runs(script), name, student, script)
+
+
+_own: tuple[Grader, Box]
+
+
+def begin(grader: Grader) -> None:
+    """Prepare this process to grade; it ends with the one that started it."""
+    global _own
+    end_with_parent()
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the one that started it
+    _own = grader, Box(grader.folder, grader.confined)
+
+
+def graded(submission: Submission) -> Marks:
+    """Return the marks of a submission, in a process that has begun.
+
+    Raises:
+        SetcmasError: The rubric's solution fails, or a file of the rubric cannot be used.
+    """
+    grader, box = _own
+    times, function = grader.times, grader.rubric.function
+    run = BoxRunner(box, submission.script, submission.files, times, function)
+    try:
+        return grader.marks(submission, lambda _: run)
+    except (OSError, ValueError) as error:  # such as files whose names do not go together
+        failure = Failure(f'it cannot be graded: {summarise(error)}')
+        return unmarked(grader.rubric, submission.name, submission.student, failure)
+
+
+_SANDBOX = 2
+"""Which one marks are made with; 1 could be left, so that its marks may be forged."""
+
+
+class KeptMarks:
+    """A folder with a file for each submission that is graded."""
+
+    def __init__(self, folder: Path, grader: Grader, in_lab: bool = False) -> None:
+        """Open the folder, which is made if it is not there.
+
+        Args:
+            folder: The folder of all grades.
+            grader: What they are made with; other marks do not count.
+            in_lab: Whether they are made in the emulated lab.
+        """
+        self._folder = folder / KEPT
+        self._folder.mkdir(parents=True, exist_ok=True)
+        self._grader = _digest(
+            repr((__version__, _SANDBOX, grader.times, grader.confined, in_lab)).encode(),
+            *(part for file in grader.rubric.files for part in (file.name.encode(), _read(file))),
+        )
+
+    def digest(self, submission: Submission) -> str:
+        """Return what is the same for submissions that get the same marks."""
+        parts = [self._grader.encode(), repr((submission.name, submission.script)).encode()]
+        parts += [submission.problem.encode()]
+        for name, content in sorted(submission.files.items()):
+            parts += [name.encode(errors='surrogateescape'), content]
+        return _digest(*parts)
+
+    def found(self, submission: Submission) -> Marks | None:
+        """Return the marks of a submission that was graded before, None if it was not."""
+        digest = self.digest(submission)
+        try:
+            marks = msgspec.json.decode((self._folder / f'{digest}.json').read_bytes(), type=Marks)
+        except (OSError, msgspec.MsgspecError):
+            return None
+        return marks if marks.digest == digest else None
+
+    def keep(self, submission: Submission, marks: Marks) -> Marks:
+        """Write the marks of a submission, whole or not at all; returns them with their digest."""
+        digest = self.digest(submission)
+        told = replace(marks, digest=digest)
+        part = self._folder / f'{digest}.part'
+        part.write_bytes(msgspec.json.encode(told))
+        part.replace(part.with_suffix('.json'))
+        return told
+
+    def drop_others(self, submissions: Iterable[Submission]) -> None:
+        """Remove what is of no submission of these."""
+        wanted = {self.digest(one) for one in submissions}
+        for file in self._folder.iterdir():
+            if file.stem not in wanted and file.suffix in ('.json', '.part'):
+                file.unlink()
+
+
+def _read(file: Path) -> bytes:
+    return file.read_bytes() if file.is_file() else b''
+
+
+def _digest(*parts: bytes) -> str:
+    whole = hashlib.sha256()
+    for part in parts:
+        whole.update(b'%d:' % len(part) + part)
+    return whole.hexdigest()
+
+
+_BROKEN = Failure('the process that graded it ended; is there enough memory?')
+
+
+def grade(
+    submissions: Sequence[Submission],
+    rubric: Rubric,
+    folder: Path,
+    options: GradeOptions,
+    in_lab: Runners | None = None,
+) -> list[Marks]:
+    """Grade submissions, but for those that are graded already; returns the marks of all.
+
+    Args:
+        submissions: The submissions.
+        rubric: What they are marked by.
+        folder: Keeps the marks of each.
+        options: How they are graded.
+        in_lab: Runs them one after the other in the emulated lab; None is offline, in a sandbox.
+
+    Raises:
+        SetcmasError: There is no sandbox, or the rubric's solution fails.
+        OSError: The marks cannot be written.
+    """
+    if not hasattr(os, 'fork'):
+        raise SetcmasError('submissions are graded on Linux and macOS; on Windows, use WSL 2')
+    reason = '' if options.trust else obstacle()
+    if reason:
+        raise SetcmasError(
+            f'there is no sandbox here: {reason}; --trust grades without, which lets submissions '
+            'do whatever you can'
+        )
+    for scenario in rubric.scenarios:
+        rubric.solution_run(scenario)  # what is wrong with it is told before all else
+    with TemporaryDirectory(prefix='setcmas_', ignore_cleanup_errors=True) as place:
+        times = Times(options.call_timeout, options.timeout)
+        grader = Grader(rubric, times, not options.trust, Path(place))
+        kept = KeptMarks(folder, grader, in_lab is not None)
+        earlier = () if options.overwrite else submissions
+        marks = {one.name: found for one in earlier if (found := kept.found(one))}
+        left = [one for one in submissions if one.name not in marks]
+        bar = tqdm(desc='grading', total=len(submissions), initial=len(marks), disable=None)
+        with bar:
+            some = _made_in_lab(left, grader, in_lab) if in_lab else None
+            for submission, made in some or _made(left, grader, options.jobs):
+                marks[submission.name] = kept.keep(submission, made)
+                bar.update()
+    kept.drop_others(submissions)
+    like = likenesses(*_prints(submissions, rubric))
+    return [replace(marks[one.name], similar=tuple(like[one.name])) for one in submissions]
+
+
+def _made_in_lab(
+    submissions: Sequence[Submission], grader: Grader, in_lab: Runners
+) -> Iterator[tuple[Submission, Marks]]:
+    for one in submissions:
+        yield one, grader.marks(one, in_lab)
+
+
+def _made(
+    submissions: Sequence[Submission], grader: Grader, jobs: int
+) -> Iterator[tuple[Submission, Marks]]:
+    """Yield the marks of submissions as they come.
+
+    If a process that grades dies, submissions are graded once more, one at a time; the first of
+    those is then the one that it died of.
+    """
+    left = list(submissions)
+    while left:
+        done = []
+        try:
+            with _pool(grader, min(jobs, len(left))) as pool:
+                waiting = {pool.submit(graded, one): one for one in left}
+                for future in as_completed(waiting):
+                    one = waiting[future]
+                    made = _result(future, grader.rubric, one)
+                    done.append(one)
+                    yield one, made
+        except BrokenProcessPool:
+            left = [one for one in left if one not in done]
+            if jobs == 1:
+                first = left.pop(0)
+                yield first, unmarked(grader.rubric, first.name, first.student, _BROKEN)
+            jobs = 1
+        else:
+            return
+
+
+def _result(future: Future[Marks], rubric: Rubric, submission: Submission) -> Marks:
+    """Return marks; a mistake of ours about one submission does not stop the others."""
+    try:
+        return future.result()
+    except (SetcmasError, OSError, BrokenProcessPool):
+        raise
+    except Exception as error:
+        failure = Failure(f'setcmas cannot grade it, which is its own mistake: {error!r}')
+        return unmarked(rubric, submission.name, submission.student, failure)
+
+
+@contextmanager
+def _pool(grader: Grader, jobs: int) -> Iterator[ProcessPoolExecutor]:
+    """Give processes that grade; none of them is left if the grading is stopped."""
+    context = multiprocessing.get_context('spawn')
+    pool = ProcessPoolExecutor(jobs, context, begin, (grader,))
+    try:
+        yield pool
+    except BaseException:
+        for process in multiprocessing.active_children():
+            process.kill()
+        raise
+    finally:
+        pool.shutdown(cancel_futures=True)
+
+
+def _prints(
+    submissions: Sequence[Submission], rubric: Rubric
+) -> tuple[dict[str, Print], dict[str, Print]]:
+    """Return what submissions and shipped laws are compared by."""
+    given: Print = frozenset()
+    if rubric.exercise:
+        given = fingerprint([EXERCISES.file(rubric.exercise).read_bytes()])
+    own = {one.name: fingerprint(_sources(one), given) for one in submissions}
+    shipped = (name for name, offer in ALGORITHMS.offers().items() if offer.shipped)
+    laws = {ALGORITHMS.file(name): f'the shipped law {name}' for name in shipped}
+    if rubric.solution:
+        laws = {rubric.solution: 'the solution', **laws}
+    known = {name: fingerprint([file.read_bytes()], given) for file, name in laws.items()}
+    return own, known
+
+
+def _sources(submission: Submission) -> list[bytes]:
+    return [content for name, content in submission.files.items() if name.endswith('.py')]

@@ -1,0 +1,250 @@
+"""Pages of marks: one for each student, and one for the class."""
+
+from __future__ import annotations
+
+import functools
+import re
+import statistics
+import unicodedata
+from collections import defaultdict
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from jinja2 import Environment
+from tabulate import tabulate
+
+from setcmas_tools.grade.check import student_view
+from setcmas_tools.grade.mark_pictures import path_picture
+from setcmas_tools.grade.marks import CriterionMark, Failure, Marks
+from setcmas_tools.pages.page import rendered, templates, write_page
+
+_LONGEST = 80
+
+
+def file_names(marks: Sequence[Marks]) -> list[str]:
+    """Return a name for each submission, without an ending."""
+    names: list[str] = []
+    taken: set[str] = set()
+    for one in marks:
+        stem = _safe(f'{one.student.name} {one.student.id}')
+        name, number = stem, 2
+        while name.lower() in taken:
+            name, number = f'{stem}_{number}', number + 1
+        taken.add(name.lower())
+        names.append(name)
+    return names
+
+
+def _safe(name: str) -> str:
+    plain = unicodedata.normalize('NFKD', name).encode('ascii', 'ignore').decode()
+    text = re.sub(r'[^A-Za-z0-9]+', '_', plain)
+    return text.strip('_')[:_LONGEST] or 'student'
+
+
+_BINS = 10
+
+
+@dataclass(frozen=True)
+class CriterionFigures:
+    """How a class did in one criterion.
+
+    Attributes:
+        scenario: Name of the scenario.
+        name: Name of the criterion.
+        share: Mean share of its points, from 0 to 1.
+        full: How many submissions have all of them.
+        hidden: Whether students see nothing of it but its points.
+    """
+
+    scenario: str
+    name: str
+    share: float
+    full: int
+    hidden: bool
+
+
+@dataclass(frozen=True)
+class Likeness:
+    """Submissions that are like each other, or like a shipped law.
+
+    Attributes:
+        one: A submission.
+        other: Another one, or 'the shipped law NAME'.
+        share: How much is the same, from 0 to 1.
+    """
+
+    one: str
+    other: str
+    share: float
+
+
+def has_failed(marks: Marks) -> bool:
+    """Return whether a script failed in some scenario, or could not be run."""
+    return bool(marks.failure or any(one.failure for one in marks.scenarios))
+
+
+def share(points: float, most: float) -> float:
+    """Return a share of points; all of none is 1."""
+    return points / most if most else 1.0
+
+
+def bins(marks: Sequence[Marks]) -> list[int]:
+    """Return numbers of submissions by share of the points, in steps of 10 %."""
+    counts = [0] * _BINS
+    for one in marks:
+        counts[min(int(share(one.score, one.max_score) * _BINS), _BINS - 1)] += 1
+    return counts
+
+
+def hardest_first(marks: Sequence[Marks]) -> list[CriterionFigures]:
+    """Return criteria, from the one with the smallest share of points on."""
+    found: dict[tuple[str, str], list[CriterionMark]] = defaultdict(list)
+    hidden: dict[tuple[str, str], bool] = {}
+    for one in marks:
+        for scenario in one.scenarios:
+            for mark in scenario.criteria:
+                found[scenario.name, mark.name].append(mark)
+                hidden[scenario.name, mark.name] = scenario.hidden or mark.hidden
+    figures = [
+        CriterionFigures(
+            *key,
+            statistics.fmean(share(mark.points, mark.max_points) for mark in of_key),
+            sum(mark.is_full for mark in of_key),
+            hidden[key],
+        )
+        for key, of_key in found.items()
+    ]
+    return sorted(figures, key=lambda one: one.share)
+
+
+def likeness_pairs(marks: Sequence[Marks]) -> list[Likeness]:
+    """Return what is like something else, from the strongest likeness on, each pair once."""
+    ours = {one.submission for one in marks}
+    pairs: dict[tuple[str, str], float] = {}
+    for one in marks:
+        for similar in one.similar:
+            key = (one.submission, similar.submission)
+            if similar.submission in ours:  # each tells of the other
+                key = (min(key), max(key))
+            pairs[key] = max(pairs.get(key, 0.0), similar.share)
+    ordered = sorted(pairs.items(), key=lambda pair: (-pair[1], pair[0]))
+    return [Likeness(*key, value) for key, value in ordered]
+
+
+_MOST_LIKE = 3
+_LONGEST_REMARK = 60
+
+
+def points_text(points: float) -> str:
+    """Return points with two decimals at most."""
+    return f'{round(points, 2):g}'
+
+
+def names_of(marks: Sequence[Marks]) -> dict[str, str]:
+    """Return whose each submission of a class is."""
+    return {one.submission: one.student.name for one in marks}
+
+
+def remark(marks: Marks, names: Mapping[str, str]) -> str:
+    """Return what went wrong, or what else is to be known of a submission; may be empty.
+
+    Args:
+        marks: Those of the submission.
+        names: Whose the submissions of its class are.
+    """
+    told = ['not filled in yet'] if marks.unfilled else []
+    failures = [marks.failure, *(one.failure for one in marks.scenarios)]
+    told += [failure_line(one) for one in failures if one][:1]
+    like = sorted(marks.similar, key=lambda one: -one.share)[:_MOST_LIKE]
+    told += [f'{one.share:.0%} like {names.get(one.submission, one.submission)}' for one in like]
+    return '; '.join(told)
+
+
+def failure_line(failure: Failure) -> str:
+    """Return what went wrong, and in which line of the script."""
+    first = failure.message.strip().partition('\n')[0]
+    if not failure.line or f'line {failure.line}' in first:
+        return first
+    return f'{first} ({failure.script}, line {failure.line})'
+
+
+def marks_table(marks: Sequence[Marks]) -> str:
+    """Return a table of student, points and remarks, in their order."""
+    names = names_of(marks)
+    rows = [
+        (_short(one.student.name), points_text(one.score), _short(remark(one, names)))
+        for one in marks
+    ]
+    headers = ('student', f'points of {points_text(marks[0].max_score)}', 'remarks')
+    align = ('left', 'decimal', 'left')
+    return tabulate(rows, headers, tablefmt='simple', colalign=align, disable_numparse=True)
+
+
+def _short(text: str) -> str:
+    """Return a text in a line; control characters would reach the terminal."""
+    plain = ''.join(each if each.isprintable() else ' ' for each in text)
+    return plain if len(plain) <= _LONGEST_REMARK else f'{plain[: _LONGEST_REMARK - 1]}…'
+
+
+CLASS_PAGE = 'index.html'
+STUDENTS = 'students'
+
+
+def write_pages(marks: Sequence[Marks], folder: Path) -> Path:
+    """Write the pages of a class into a folder that is there; returns the page of the class.
+
+    Args:
+        marks: Those of all submissions, at least one.
+        folder: Gets `index.html`, and `students` with a page for each submission and no others.
+
+    Raises:
+        OSError: They cannot be written.
+    """
+    names = file_names(marks)
+    students = folder / STUDENTS
+    students.mkdir(exist_ok=True)
+    for old in students.glob('*.html'):
+        if old.stem not in names:
+            old.unlink()
+    for one, name in zip(marks, names, strict=True):
+        write_page(students / f'{name}.html', student_page(one))
+    page = folder / CLASS_PAGE
+    write_page(page, class_page(marks, [f'{STUDENTS}/{name}.html' for name in names]))
+    return page
+
+
+def student_page(marks: Marks) -> str:
+    """Return the page of a submission, with nothing on it that its student may not see."""
+    return _page('student.html', marks=student_view(marks))
+
+
+def class_page(marks: Sequence[Marks], links: Sequence[str]) -> str:
+    """Return the page of a class, for teachers only.
+
+    Args:
+        marks: Those of all submissions, at least one.
+        links: The page of each, as a relative address.
+    """
+    names = names_of(marks)
+    rows = list(zip(marks, links, strict=True))
+    scores = [one.score for one in marks]
+    return _page(
+        'class.html', marks=marks, rows=rows, names=names, mean=statistics.fmean(scores),
+        median=statistics.median(scores), full=sum(one.is_full for one in marks),
+        failed=sum(map(has_failed, marks)), bins=bins(marks), criteria=hardest_first(marks),
+        likenesses=likeness_pairs(marks),
+    )  # fmt: skip
+
+
+def _page(template: str, **known: Any) -> str:
+    return rendered(_templates(), template, **known)
+
+
+@functools.cache
+def _templates() -> Environment:
+    found = templates(__package__)
+    found.filters |= {'points': points_text, 'picture': path_picture, 'remark': remark}
+    found.globals['share'] = share
+    return found

@@ -1,0 +1,145 @@
+"""Marking: from the runs of a submission to its marks."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from setcmas_ctrl.scripts.exercise import is_unfilled
+from setcmas_simu.arrays import Floats
+from setcmas_tools.grade.criteria import Criterion, figures_of
+from setcmas_tools.grade.marks import (
+    CriterionMark,
+    Failure,
+    LawRunner,
+    Marks,
+    RobotPath,
+    ScenarioMark,
+    ScenarioRun,
+    Student,
+)
+from setcmas_tools.grade.rubric import Rubric
+from setcmas_tools.grade.rubric_scenarios import CTC, Scenario
+from setcmas_tools.run.run import Run
+from setcmas_tools.study.study_columns import COLUMNS
+
+_POINTS = 150  # of a path in a picture, at most
+_DECIMALS = 3  # mm
+_STILL_M = 1e-3
+_NOTHING = ScenarioRun(None)
+
+
+def mark(
+    rubric: Rubric, run: LawRunner, submission: str, student: Student, script: Path | None = None
+) -> Marks:
+    """Return the marks of a submission.
+
+    Args:
+        rubric: What it is marked by.
+        run: Runs a scenario with the submission.
+        submission: What it is called.
+        student: Whose it is.
+        script: Its file, if it is one: an exercise that is not filled in is not run.
+
+    Raises:
+        SetcmasError: The rubric's solution or a file of it cannot be used.
+    """
+    if script and is_unfilled(script, rubric.exercise):
+        return replace(unmarked(rubric, submission, student), unfilled=True)
+    scenarios = tuple(_marked(rubric, scenario, run(scenario)) for scenario in rubric.scenarios)
+    return Marks(submission, student, rubric.title, scenarios)
+
+
+def unmarked(
+    rubric: Rubric, submission: str, student: Student, failure: Failure | None = None
+) -> Marks:
+    """Return marks without points, of a submission that cannot be run at all.
+
+    Args:
+        rubric: What it would be marked by.
+        submission: What it is called.
+        student: Whose it is.
+        failure: Why not.
+    """
+    scenarios = tuple(_marked(rubric, scenario, _NOTHING) for scenario in rubric.scenarios)
+    return Marks(submission, student, rubric.title, scenarios, failure)
+
+
+def _marked(rubric: Rubric, scenario: Scenario, done: ScenarioRun) -> ScenarioMark:
+    solution = rubric.solution_run(scenario)
+    figures: Mapping[str, float | None] = {}
+    # In place of a condition that fails the engine sends: what that reaches is not the student's.
+    is_own = rubric.function != CTC or not done.failure
+    if done.run and done.is_complete and is_own:
+        figures = figures_of(_with_references_of(done.run, solution), solution)
+    return ScenarioMark(
+        scenario.name,
+        _criteria(scenario.criteria, figures, done),
+        done.failure,
+        () if scenario.hidden else _paths(done.run, solution),
+        scenario.hidden,
+    )
+
+
+def _with_references_of(run: Run, solution: Run | None) -> Run:
+    """Return a run measured by what the solution was to reach, whatever its own script says."""
+    if solution is None:
+        return run
+    return replace(run, tables=replace(run.tables, references=solution.references))
+
+
+def _criteria(
+    criteria: Sequence[Criterion], figures: Mapping[str, float | None], done: ScenarioRun
+) -> tuple[CriterionMark, ...]:
+    """Return the marks; a script that fails gets no hints, which would lead away from that."""
+    marks: dict[str, CriterionMark] = {}
+    is_well = done.run is not None and not done.failure
+    for one in criteria:
+        reached = figures.get(one.metric)
+        points = one.points_for(reached)
+        hint = one.hint if points < one.points and is_well else ''
+        if points and one.needs and not marks[one.needs].points:
+            points, needed = 0.0, marks[one.needs]
+            hint = '' if needed.hidden else f"This counts only with points for '{needed.name}'."
+        marks[one.name] = CriterionMark(
+            one.name, points, one.points, one.metric, one.wanted, reached, one.unit,
+            hint, one.hidden, '' if reached is not None else _why_none(one.metric, figures, done),
+        )  # fmt: skip
+    return tuple(marks.values())
+
+
+def _why_none(metric: str, figures: Mapping[str, float | None], done: ScenarioRun) -> str:
+    """Return why a run has no value of a metric; empty if that is not known."""
+    if done.failure:
+        where = f' in line {done.failure.line}' if done.failure.line else ''
+        return f'the script failed{where}'
+    if done.run is None:
+        return 'it was not run'
+    if (figures.get('path_length') or 0.0) < _STILL_M:
+        return 'no robot moved'
+    return 'it never got there' if metric in COLUMNS and COLUMNS[metric].endless else ''
+
+
+def _paths(run: Run | None, solution: Run | None) -> tuple[RobotPath, ...]:
+    own, wanted = (_thinned(one) if one else {} for one in (run, solution))
+    robots = sorted({*own, *wanted})
+    return tuple(RobotPath(i, own.get(i, ()), wanted.get(i, ())) for i in robots)
+
+
+def _thinned(run: Run) -> dict[int, tuple[tuple[float, float], ...]]:
+    """Return points of the path of each robot: its first, its last, and some between."""
+    if not len(run.table.t):
+        return {}
+    return {robot: _points(run.table.of(robot).x, run.table.of(robot).y) for robot in run.robots}
+
+
+def _points(x: Floats, y: Floats) -> tuple[tuple[float, float], ...]:
+    known = np.flatnonzero(np.isfinite(x) & np.isfinite(y))
+    if not len(known):
+        return ()
+    chosen = known[np.linspace(0, len(known) - 1, min(len(known), _POINTS)).round().astype(int)]
+    points = np.round(np.column_stack([x, y])[chosen], _DECIMALS) + 0.0
+    return tuple((px, py) for px, py in points.tolist())

@@ -1,0 +1,191 @@
+"""Rubric: the scenarios that a submission is run in, and what it is worth to do them well."""
+
+from __future__ import annotations
+
+import ast
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+
+from setcmas_ctrl.scripts.imports import with_helpers
+from setcmas_ctrl.scripts.loader import ALGORITHMS, EXERCISES
+from setcmas_simu.errors import SetcmasError
+from setcmas_simu.yaml_entries import Entry, read_entries
+from setcmas_tools.grade.criteria import COMPARED, FIGURES, SAFETY, figures_of
+from setcmas_tools.grade.rubric_scenarios import (
+    CONTROL,
+    CTC,
+    Scenario,
+    read_scenarios,
+    read_solution,
+)
+from setcmas_tools.offline.engine import simulate
+from setcmas_tools.run.run import Run
+
+_KEYS = ('title', 'exercise', 'function', 'solution', 'scenarios')
+
+
+@dataclass(frozen=True)
+class Rubric:
+    """What submissions are marked by.
+
+    Attributes:
+        file: The file that it was read from.
+        title: What it is called.
+        scenarios: Its scenarios.
+        function: Which function submissions define: CONTROL or CTC of `scenarios`.
+        exercise: Name of the exercise that it is for; empty if it is for none.
+        solution: The script that paths are compared with; None is the condition by default (CTC),
+            or no solution.
+    """
+
+    file: Path
+    title: str
+    scenarios: tuple[Scenario, ...]
+    function: str = CONTROL
+    exercise: str = ''
+    solution: Path | None = None
+    _runs: dict[str, Run] = field(default_factory=dict, compare=False, repr=False)
+
+    @property
+    def max_score(self) -> float:
+        """All points that there are."""
+        return sum(one.points for scenario in self.scenarios for one in scenario.criteria)
+
+    @property
+    def files(self) -> tuple[Path, ...]:
+        """All files that it consists of: itself, the solution, and what scenarios name.
+
+        After each script come the modules beside it that it imports.
+        """
+        named = [file for scenario in self.scenarios for file in scenario.files]
+        solution = [self.solution] if self.solution else []
+        found = (one for file in [self.file, *solution, *named] for one in with_helpers(file))
+        return tuple(dict.fromkeys(found))
+
+    def check_place(self, in_lab: bool) -> None:
+        """See that what is marked can be measured where submissions run.
+
+        Args:
+            in_lab: Whether they run in the emulated lab.
+
+        Raises:
+            SetcmasError: It cannot.
+        """
+        for scenario in self.scenarios:
+            for one in scenario.criteria:
+                if one.metric in SAFETY and not in_lab:
+                    raise SetcmasError(
+                        f"{one.metric}, in scenario '{scenario.name}' of {self.file}, is measured "
+                        'in the emulated lab only; add --emulate'
+                    )
+
+    def keep_solution(self, scenario: Scenario, run: Run) -> None:
+        """Let a run be that of the model solution.
+
+        Raises:
+            SetcmasError: It has nothing of what a criterion measures.
+        """
+        others = [one.metric for one in scenario.criteria if one.metric not in FIGURES]
+        known = figures_of(run, run) if others else {}
+        for metric in others:
+            if metric not in known:
+                raise SetcmasError(
+                    f"{metric}, in scenario '{scenario.name}' of {self.file}, is measured of no "
+                    f'run there; it must be one of setcmas list, or of plugins: '
+                    f'{", ".join(sorted(known.keys() - FIGURES.keys())) or "none"}'
+                )
+        self._runs[scenario.name] = run
+
+    def shown(self) -> Rubric:
+        """Return the same without what is hidden."""
+        scenarios = [one.shown() for one in self.scenarios if not one.hidden]
+        return replace(self, scenarios=tuple(one for one in scenarios if one.criteria))
+
+    def solution_run(self, scenario: Scenario) -> Run | None:
+        """Return the run of the model solution, made once; None if there is no solution.
+
+        Raises:
+            SetcmasError: The solution cannot be loaded, or it fails.
+        """
+        if self.function == CONTROL and self.solution is None:
+            return None
+        if scenario.name not in self._runs:
+            messages: list[str] = []
+            job = scenario.job(self.solution, self.function)
+            run = simulate(**job, warn=messages.append)
+            if run.failed_robots:
+                raise SetcmasError(
+                    f"the solution fails in scenario '{scenario.name}' of {self.file}: "
+                    f'{messages[0]}'
+                )
+            self.keep_solution(scenario, run)
+        return self._runs[scenario.name]
+
+
+def rubric_of_exercise(name: str) -> Rubric:
+    """Return the rubric that ships with an exercise: NAME.yaml beside its script.
+
+    Raises:
+        SetcmasError: There is no such exercise, it has no rubric, or that has a mistake.
+    """
+    file = EXERCISES.file(name).with_suffix('.yaml')
+    if not file.is_file():
+        raise SetcmasError(f"exercise '{name}' has no rubric; name one with --rubric R.yaml")
+    return read_rubric(file)
+
+
+def read_rubric(path: Path) -> Rubric:
+    """Return the rubric in a file.
+
+    Raises:
+        SetcmasError: The file has a mistake; the message names file and line.
+    """
+    content = read_entries(path)
+    if not content.value:
+        raise SetcmasError(f"rubric '{path}' is empty; it must have scenarios, a list")
+    fields = content.fields(_KEYS)
+    exercise = fields['exercise'].choice(EXERCISES.offers()) if 'exercise' in fields else ''
+    function = CONTROL
+    if 'function' in fields:
+        function = fields['function'].choice((CONTROL, CTC))
+    elif exercise:
+        function = _function_of(EXERCISES.file(exercise))
+    if 'scenarios' not in fields:
+        raise content.mistake('a rubric with scenarios, a list')
+    solution = None
+    if 'solution' in fields:
+        solution = read_solution(fields['solution'])
+    elif function == CONTROL and exercise in ALGORITHMS:
+        solution = ALGORITHMS.file(exercise)
+    return Rubric(
+        file=path.resolve(),
+        title=fields['title'].text() if 'title' in fields else path.stem,
+        scenarios=_scenarios(fields['scenarios'], function, solution),
+        function=function,
+        exercise=exercise,
+        solution=solution,
+    )
+
+
+def _scenarios(entry: Entry, function: str, solution: Path | None) -> tuple[Scenario, ...]:
+    scenarios: list[Scenario] = []
+    told = ((item, one) for item in entry.items() for one in read_scenarios(item, function))
+    for item, scenario in told:
+        if scenario.name in (one.name for one in scenarios):
+            raise item.error(f"there are two scenarios '{scenario.name}'; give one another name")
+        needing = [one.metric for one in scenario.criteria if one.metric in COMPARED]
+        filtered = [one.metric for one in scenario.criteria if one.metric.startswith('filter_')]
+        if filtered and scenario.arguments.get('filter', 'none') == 'none':
+            raise item.error(f'{filtered[0]} is measured with a filter only; add filter: barrier')
+        if needing and function == CONTROL and solution is None:
+            raise item.error(f'{needing[0]} needs a solution to compare with; add solution: FILE')
+        scenarios.append(scenario)
+    if not scenarios:
+        raise entry.mistake('a list with a scenario at least')
+    return tuple(scenarios)
+
+
+def _function_of(exercise: Path) -> str:
+    tree = ast.parse(exercise.read_bytes())
+    defined = {node.name for node in tree.body if isinstance(node, ast.FunctionDef)}
+    return CONTROL if CONTROL in defined else CTC

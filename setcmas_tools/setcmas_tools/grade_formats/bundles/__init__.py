@@ -1,1 +1,0 @@
-"""Bundles with which platforms grade by themselves."""

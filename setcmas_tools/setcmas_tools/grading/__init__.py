@@ -1,1 +1,0 @@
-"""Grading: rubrics, and the marks that control scripts get by them."""

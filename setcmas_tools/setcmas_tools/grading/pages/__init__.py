@@ -1,1 +1,0 @@
-"""HTML pages of a graded class, and its table on the screen."""

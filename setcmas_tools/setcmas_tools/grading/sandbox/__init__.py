@@ -1,1 +1,0 @@
-"""The sandbox: processes that hold submissions, and may do nothing but answer."""

@@ -1,1 +1,0 @@
-"""Submissions: found in what learning platforms download, and compared with each other."""

@@ -1,1 +1,0 @@
-"""Kinds of things that packages may add: metrics, plots and tasks."""

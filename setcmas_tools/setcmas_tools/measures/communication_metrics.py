@@ -1,0 +1,87 @@
+"""Metrics of communication: triggers, and messages sent, received and lost."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from setcmas_tools.measures.metric import Columns, Measured
+from setcmas_tools.records.communication import CommunicationRecord
+from setcmas_tools.run.run import Run
+
+
+@dataclass(frozen=True)
+class CommunicationMetrics(Measured):
+    """Messages of a run; those of a robot are the ones that it sent.
+
+    Attributes:
+        evaluations: Of triggering conditions; None if communication was periodic.
+        triggered_share: Part of the evaluations that triggered; None if it was periodic.
+        sent: States that robots broadcast.
+        received: Messages that arrived, over all links; None if nobody counted, as in ROS 1.
+        lost: Messages that were lost, over all links; None likewise.
+        loss_ratio: lost / (received + lost); None if there was no message.
+        received_by_others: Messages of each robot that arrived; empty if nobody counted.
+        lost_on_the_way: Messages of each robot that were lost; empty likewise.
+        mean_interval_s: Mean time between broadcasts of each robot; None for fewer than two.
+    """
+
+    evaluations: int | None
+    triggered_share: float | None
+    sent: int
+    received: int | None
+    lost: int | None
+    loss_ratio: float | None
+    received_by_others: dict[int, int]
+    lost_on_the_way: dict[int, int]
+    mean_interval_s: dict[int, float | None]
+
+    def columns(self) -> Columns:
+        """Return the messages of each robot."""
+        return {
+            'every\n(s)': ('.2f', self.mean_interval_s),
+            'arrived': ('.0f', self.received_by_others),
+            'lost': ('.0f', self.lost_on_the_way),
+        }
+
+    def lines(self, task: str | None) -> list[str]:
+        """Return the messages of the fleet."""
+        del task
+        sent = f'{self.sent:,} states sent'
+        if self.evaluations and self.triggered_share is not None:
+            share = f'{100 * self.triggered_share:.1f} % of {self.evaluations:,} evaluations'
+            sent += f' ({share} triggered)'
+        if self.received is None:
+            return [f'communication: {sent}']
+        loss = '' if self.loss_ratio is None else f' ({100 * self.loss_ratio:.1f} %)'
+        return [
+            f'communication: {sent}, {self.received:,} messages received, {self.lost:,} lost{loss}'
+        ]
+
+
+def fleet_communication(run: Run) -> CommunicationMetrics | None:
+    """Return how much the robots of a run told each other; None if no record tells of it."""
+    return communication_metrics(run.record) if run.record else None
+
+
+def communication_metrics(record: CommunicationRecord) -> CommunicationMetrics:
+    """Return the sums over a record."""
+    robots = record.robots
+    sent = sum(counts.sent for counts in robots.values())
+    received = sum(counts.received for counts in robots.values())
+    lost = sum(counts.lost for counts in robots.values())
+    evaluations = len(record.triggers) or None
+    return CommunicationMetrics(
+        evaluations=evaluations,
+        triggered_share=sent / evaluations if evaluations else None,
+        sent=sent,
+        received=received if record.links else None,
+        lost=lost if record.links else None,
+        loss_ratio=lost / (received + lost) if received + lost else None,
+        received_by_others={i: counts.received for i, counts in robots.items() if record.links},
+        lost_on_the_way={i: counts.lost for i, counts in robots.items() if record.links},
+        mean_interval_s={
+            robot: counts.mean_interval if math.isfinite(counts.mean_interval) else None
+            for robot, counts in robots.items()
+        },
+    )

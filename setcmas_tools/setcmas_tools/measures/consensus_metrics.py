@@ -1,0 +1,137 @@
+"""Metrics of consensus: disagreement on the position, and settling times."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from setcmas_simu.arrays import Floats
+from setcmas_tools.measures.metric import Measured
+from setcmas_tools.records.fleet_grid import FleetGrid
+from setcmas_tools.run.run import Run
+
+
+@dataclass(frozen=True)
+class ConsensusMetrics(Measured):
+    """Agreement on the position, from the first to the last time at which all robots are known.
+
+    Settling times are None if the disagreement is not below its bound at the end, the rate if the
+    disagreement is never seen to fall from 20 % to 2 %.
+    """
+
+    start_time_s: float
+    end_time_s: float
+    disagreement_at_start_m: float
+    disagreement_at_end_m: float
+    settling_time_2_percent_s: float | None
+    settling_time_5_percent_s: float | None
+    convergence_rate_1_s: float | None
+    final_centre_x_m: float
+    final_centre_y_m: float
+
+    def lines(self, task: str | None) -> list[str]:
+        """Return the agreement at the start and at the end, and the settling times."""
+        if not _is_to_agree(task):
+            return []
+        return [
+            f'disagreement: {self.disagreement_at_start_m:.3f} m at the start, '
+            f'{self.disagreement_at_end_m:.3f} m at the end',
+            f'disagreement below 5 % {_when(self.settling_time_5_percent_s)}, '
+            f'below 2 % {_when(self.settling_time_2_percent_s)}',
+            f'centre at the end: ({self.final_centre_x_m:.2f}, {self.final_centre_y_m:.2f}) m',
+        ]
+
+
+def _when(time: float | None) -> str:
+    return 'not reached' if time is None else f'from {time:.1f} s on'
+
+
+def is_agreement(run: Run) -> bool:
+    """Return whether a run is about agreement, as far as that is known."""
+    return _is_to_agree(run.references.task if run.references else None)
+
+
+def _is_to_agree(task: str | None) -> bool:
+    return task in (None, 'consensus')  # robots with another task need not meet
+
+
+def fleet_consensus(run: Run) -> ConsensusMetrics | None:
+    """Return how well the fleet of a run agrees on the position; None for one robot."""
+    return consensus(run.counted_grid)
+
+
+def disagreement(x: Floats, y: Floats) -> Floats:
+    """Return the root mean square distance of N robots to their centre, in m, shape (K,).
+
+    It is |delta| / sqrt(N), with the disagreement vector delta = p - (1 1^T / N) p of
+    Olfati-Saber and Murray, IEEE Transactions on Automatic Control 49(9), 2004, whose norm is
+    the field's measure: in m, and decaying with the rate that theory tells. The square root
+    makes fleets of different sizes comparable. Their Lyapunov function is N / 2 times its square.
+
+    Args:
+        x: Positions in m, shape (N, K).
+        y: Positions in m, shape (N, K).
+    """
+    squares = (x - x.mean(axis=0)) ** 2 + (y - y.mean(axis=0)) ** 2
+    result: Floats = np.sqrt(squares.mean(axis=0))
+    return result
+
+
+def settling_time(t: Floats, values: Floats, share: float) -> float | None:
+    """Return the first time from which values stay at or below a share of the first one.
+
+    Source of the definition: Ogata, Modern Control Engineering, chapter 5 (2 % and 5 %).
+
+    Args:
+        t: Times in s, shape (K,), K at least 1.
+        values: What settles to zero, not negative, shape (K,).
+        share: Such as 0.02.
+
+    Returns:
+        A time out of `t`; None if the last value is above.
+    """
+    outside = np.flatnonzero(values > share * values[0])
+    settled = int(outside[-1]) + 1 if len(outside) else 0
+    return float(t[settled]) if settled < len(t) else None
+
+
+def convergence_rate(t: Floats, values: Floats) -> float | None:
+    """Return the rate in 1/s at which values decay, r in exp(-r t).
+
+    The least-squares slope of their logarithm from the first value below 20 % of that at the start
+    to the first one below 2 %, where the slowest mode of a linear consensus is left: its rate is
+    K lambda_2 (Olfati-Saber and Murray, IEEE Transactions on Automatic Control 49(9), 2004).
+
+    Args:
+        t: Times in s, shape (K,), K at least 1.
+        values: What decays, not negative, shape (K,).
+
+    Returns:
+        None if there are fewer than three values between these bounds.
+    """
+    first, last = (int(np.argmax(values < share * values[0])) for share in (0.2, 0.02))
+    chosen = slice(first, last or len(values))
+    if not first or len(t[chosen]) < 3 or values[chosen].min() <= 0:
+        return None
+    return -float(np.polyfit(t[chosen], np.log(values[chosen]), 1)[0])
+
+
+def consensus(grid: FleetGrid) -> ConsensusMetrics | None:
+    """Return how well a fleet agrees; None for one robot, or if all are never known at once."""
+    known = np.isfinite(grid.x).all(axis=0)
+    if len(grid.robots) < 2 or not known.any():
+        return None
+    t, x, y = grid.t[known], grid.x[:, known], grid.y[:, known]
+    values = disagreement(x, y)
+    return ConsensusMetrics(
+        start_time_s=float(t[0]),
+        end_time_s=float(t[-1]),
+        disagreement_at_start_m=float(values[0]),
+        disagreement_at_end_m=float(values[-1]),
+        settling_time_2_percent_s=settling_time(t, values, 0.02),
+        settling_time_5_percent_s=settling_time(t, values, 0.05),
+        convergence_rate_1_s=convergence_rate(t, values),
+        final_centre_x_m=float(x[:, -1].mean()),
+        final_centre_y_m=float(y[:, -1].mean()),
+    )

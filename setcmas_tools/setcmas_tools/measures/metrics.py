@@ -1,0 +1,215 @@
+"""Metrics of a run: computed, as a table for the terminal, and as metrics.yaml."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import yaml
+from tabulate import tabulate
+
+from setcmas_simu.errors import SetcmasError
+from setcmas_simu.fleet.topics import robot_name
+from setcmas_tools.measures.metric import METRICS, Columns, Measured
+from setcmas_tools.measures.motion_metrics import largest_speed
+from setcmas_tools.measures.task import task_of
+from setcmas_tools.run.run import Run
+
+MOST_ROBOTS_IN_ROWS = 50
+"""Of larger fleets the table shows the least, the mean and the largest values."""
+
+
+def table_lines(parts: Mapping[str, Measured], task: str | None) -> list[str]:
+    """Return metrics as lines of text: a row for each robot, then what concerns the fleet."""
+    return [*robots_table(parts).splitlines(), *fleet_lines(parts, task)]
+
+
+def fleet_lines(parts: Mapping[str, Measured], task: str | None) -> list[str]:
+    """Return what concerns the fleet, in lines of text."""
+    return [line for part in parts.values() for line in part.lines(task)]
+
+
+def robots_table(parts: Mapping[str, Measured], form: str = 'simple') -> str:
+    """Return a table with a row for each robot; empty if there is nothing of robots.
+
+    Args:
+        parts: What was measured.
+        form: A format of tabulate, 'simple' or 'html', which is escaped.
+    """
+    columns = {name: c for part in parts.values() for name, c in part.columns().items()}
+    return _robots_table(columns, form) if columns else ''
+
+
+def _robots_table(columns: Columns, form: str) -> str:
+    robots = sorted({robot for _, values in columns.values() for robot in values})
+    if len(robots) <= MOST_ROBOTS_IN_ROWS:
+        rows = [
+            [
+                robot_name(robot),
+                *(_text(values.get(robot), form) for form, values in columns.values()),
+            ]
+            for robot in robots
+        ]
+    else:
+        summaries: dict[str, Callable[[list[float]], float]] = {
+            'least': min,
+            'mean': lambda values: float(np.mean(values)),
+            'largest': max,
+        }
+        rows = [
+            [name, *(_text(_summary(values, of), form) for form, values in columns.values())]
+            for name, of in summaries.items()
+        ]
+    headers = [f'{len(robots)}\nrobots' if len(rows) != len(robots) else 'robot']
+    return tabulate(
+        rows,
+        [*headers, *columns],
+        tablefmt=form,
+        disable_numparse=True,
+        colalign=('left', *['right'] * len(columns)),
+    )
+
+
+def _summary(
+    values: Mapping[int, float | None], of: Callable[[list[float]], float]
+) -> float | None:
+    known = [value for value in values.values() if value is not None]
+    return of(known) if known else None
+
+
+def _text(value: float | None, form: str = '.2f') -> str:
+    text = '-' if value is None else format(value, form)
+    return text.lstrip('-') if text.startswith('-0') and not float(text) else text
+
+
+_FIRST = ('robots', 'separation', 'consensus', 'messages')
+"""What the table begins with; then comes the task, then all others."""
+
+
+@dataclass(frozen=True)
+class Metrics(Mapping[str, Any]):
+    """The metrics of a run that apply to it, by name.
+
+    Attributes:
+        task: What the robots were to do, if that is known.
+        duration_s: From the first to the last row at t >= 0.
+        vnom_m_s: Largest speed that was asked of robots.
+        communication: 'periodic' (each odometry is sent) or 'event-triggered'.
+        parts: What was measured, by name.
+    """
+
+    task: str | None
+    duration_s: float
+    vnom_m_s: float
+    communication: str
+    parts: Mapping[str, Measured]
+
+    def __getitem__(self, name: str) -> Any:
+        """Return what was measured under a name."""
+        return self.parts[name]
+
+    def __iter__(self) -> Iterator[str]:
+        """Return the names."""
+        return iter(self.parts)
+
+    def __len__(self) -> int:
+        """Return the number of metrics that apply."""
+        return len(self.parts)
+
+    def __str__(self) -> str:
+        """Return the table."""
+        return '\n'.join(table_lines(self.parts, self.task))
+
+
+def measure(run: Run, warn: Callable[[str], None] = print) -> Metrics:
+    """Return the metrics of a run.
+
+    Args:
+        run: The run; its rows at t >= 0 count.
+        warn: Shows a metric that fails; the others go on.
+
+    Raises:
+        SetcmasError: There is no row at t >= 0, or vnom is no speed.
+    """
+    if not len(run.counted.t):
+        raise SetcmasError('there is no row at t >= 0: no robot was commanded')
+    triggered = bool(run.record and run.record.is_event_triggered)
+    task = task_of(run, warn)
+    found = _found(run, warn)
+    parts = {name: found.pop(name) for name in _FIRST if name in found}
+    if task:
+        own, references = task
+        parts |= own.metrics(run, references)
+    return Metrics(
+        run.references.task if task and run.references else None,
+        float(run.counted.t[-1] - run.counted.t[0]),
+        largest_speed(run),
+        'event-triggered' if triggered else 'periodic',
+        {name: part for name, part in (parts | found).items() if part is not None},
+    )
+
+
+def _found(run: Run, warn: Callable[[str], None]) -> dict[str, Measured | None]:
+    found = {}
+    for name, metric in METRICS.usable(warn).items():
+        try:
+            found[name] = metric(run)
+        except SetcmasError:
+            raise
+        except Exception as error:  # a plugin may raise anything
+            reason = ' '.join(f'{type(error).__name__}: {error}'.split())
+            warn(f"metric '{name}' is left out: {reason}")
+    return found
+
+
+FILE_NAME = 'metrics.yaml'
+
+_DIGITS = 6
+
+
+class _Dumper(yaml.SafeDumper):
+    """Writes lists in one line."""
+
+    def represent_list(self, data: Any) -> yaml.SequenceNode:
+        return self.represent_sequence('tag:yaml.org,2002:seq', data, flow_style=True)
+
+
+_Dumper.add_representer(list, _Dumper.represent_list)
+
+
+def as_dict(metrics: Metrics) -> dict[str, Any]:
+    """Return metrics as plain values in a fixed order, rounded."""
+    head = {
+        'task': metrics.task,
+        'duration_s': metrics.duration_s,
+        'vnom_m_s': metrics.vnom_m_s,
+        'communication': metrics.communication,
+    }
+    parts = {name: part.as_dict() for name, part in metrics.items() if part.in_file}
+    return {name: _rounded(value) for name, value in (head | parts).items() if value is not None}
+
+
+def write_yaml(metrics: Metrics, path: Path) -> None:
+    """Write metrics with 6 significant digits.
+
+    Raises:
+        SetcmasError: The file cannot be written.
+    """
+    text = yaml.dump(as_dict(metrics), Dumper=_Dumper, sort_keys=False, width=98)
+    try:
+        path.write_text(text, encoding='utf-8', newline='\n')
+    except OSError as error:
+        raise SetcmasError(f"'{path}' cannot be written: {error.strerror}") from error
+
+
+def _rounded(value: Any) -> Any:
+    if isinstance(value, dict):
+        return {key: _rounded(item) for key, item in value.items()}
+    if isinstance(value, (list, tuple)):
+        return [_rounded(item) for item in value]
+    if isinstance(value, float):
+        return float(f'{value:.{_DIGITS}g}') + 0.0  # + 0.0: no minus before zero
+    return value

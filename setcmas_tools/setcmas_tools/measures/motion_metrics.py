@@ -1,0 +1,158 @@
+"""The motion of each robot: path, speed, saturation; and the duration of calls."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass
+from typing import Any, ClassVar, TypeGuard
+
+import numpy as np
+
+from setcmas_ctrl.control.saturation import VNOM
+from setcmas_simu.errors import SetcmasError
+from setcmas_simu.robots.models import fastest
+from setcmas_tools.measures.metric import Columns, Measured
+from setcmas_tools.records.fleet_table import FleetTable
+from setcmas_tools.records.gaps import LONGEST_GAP_S, resets
+from setcmas_tools.run.run import Run
+
+SATURATION_TOLERANCE = 1e-3
+"""A robot is in saturation from (1 - this) vnom on."""
+
+
+@dataclass(frozen=True)
+class RobotMotion:
+    """The motion of one robot from t = 0 on; None for what its rows do not tell."""
+
+    path_length_m: float
+    mean_speed_m_s: float | None
+    largest_speed_m_s: float | None
+    time_in_saturation_s: float
+    end_x_m: float | None
+    end_y_m: float | None
+    communications: int
+
+
+@dataclass(frozen=True)
+class FleetMotion(Measured):
+    """The motion of each robot, by its number."""
+
+    robots: dict[int, RobotMotion]
+
+    def __getitem__(self, robot: int) -> RobotMotion:
+        """Return the motion of one robot."""
+        return self.robots[robot]
+
+    def columns(self) -> Columns:
+        """Return the motion of each robot."""
+
+        def values(name: str) -> dict[int, float | None]:
+            return {robot: getattr(motion, name) for robot, motion in self.robots.items()}
+
+        return {
+            'path\n(m)': ('.2f', values('path_length_m')),
+            'mean v\n(m/s)': ('.3f', values('mean_speed_m_s')),
+            'max v\n(m/s)': ('.3f', values('largest_speed_m_s')),
+            'at max\n(s)': ('.1f', values('time_in_saturation_s')),
+            'sent': ('.0f', values('communications')),
+            'end x\n(m)': ('.2f', values('end_x_m')),
+            'end y\n(m)': ('.2f', values('end_y_m')),
+        }
+
+    def as_dict(self) -> dict[Any, Any]:
+        """Return the motion of each robot by its number."""
+        return {robot: asdict(motion) for robot, motion in self.robots.items()}
+
+
+def fleet_motion(run: Run) -> FleetMotion:
+    """Return the motion of each robot of a run.
+
+    Without a record of the communication each odometry counts as a state that was sent.
+    """
+    robots = run.counted.robots
+    sent = {robot: len(run.counted.of(robot).t) for robot in robots}
+    if run.record:
+        sent |= {robot: counts.sent for robot, counts in run.record.robots.items()}
+    vnom = largest_speed(run)
+    return FleetMotion(
+        {robot: robot_motion(run.table.of(robot), vnom, sent.get(robot, 0)) for robot in robots}
+    )
+
+
+def largest_speed(run: Run) -> float:
+    """Return the speed (m/s) that the robots of a run could reach: that asked for, or their own.
+
+    Raises:
+        SetcmasError: The parameters of the run tell no speed.
+    """
+    vnom = run.parameters.get('vnom', VNOM)
+    limits = run.parameters.get('limits')
+    if isinstance(limits, Mapping):  # those of a lab
+        own = limits.get('V_max')
+    else:
+        own = fastest(run.parameters.get('model'), max(run.robots), str(limits))
+    speed = min(vnom, own) if _is_number(own) and _is_number(vnom) else vnom
+    if not _is_number(speed) or not speed > 0:
+        raise SetcmasError(f"vnom is '{speed}'; it must be a speed above 0 in m/s")
+    return float(speed)
+
+
+def _is_number(value: object) -> TypeGuard[float]:
+    return isinstance(value, (int, float)) and not isinstance(value, bool)
+
+
+def robot_motion(track: FleetTable, vnom: float, communications: int) -> RobotMotion:
+    """Return the motion of a robot.
+
+    The path length is the sum of the steps between poses (a polygon, so slightly short on bends)
+    but for resets, the mean speed that length over the time from the first to the last pose. The
+    largest speed and the saturation are those of the odometry's speed |v|; each row tells it for
+    the time since the row before, which counts if it is not longer than LONGEST_GAP_S.
+
+    Args:
+        track: The rows of one robot, at least one of them at t >= 0.
+        vnom: Largest speed that was asked of robots in m/s.
+        communications: How often the robot sent its state.
+    """
+    counted = track.rows((track.t >= 0) & np.isfinite(track.x + track.y))
+    driven = ~resets(counted)
+    length = float(np.hypot(np.diff(counted.x), np.diff(counted.y))[driven].sum())
+    duration = float(counted.t[-1] - counted.t[0]) if len(counted.t) else 0.0
+    speeds = np.abs(track.v[(track.t >= 0) & np.isfinite(track.v)])
+    return RobotMotion(
+        path_length_m=length,
+        mean_speed_m_s=length / duration if duration > 0 else None,
+        largest_speed_m_s=float(speeds.max()) if len(speeds) else None,
+        time_in_saturation_s=_time_in_saturation(track, vnom),
+        end_x_m=float(counted.x[-1]) if len(counted.t) else None,
+        end_y_m=float(counted.y[-1]) if len(counted.t) else None,
+        communications=communications,
+    )
+
+
+def _time_in_saturation(track: FleetTable, vnom: float) -> float:
+    durations = np.diff(np.maximum(track.t, 0.0))
+    saturated = np.abs(track.v[1:]) >= vnom * (1 - SATURATION_TOLERANCE)
+    known = np.diff(track.t) <= LONGEST_GAP_S
+    return float(durations[saturated & known].sum())
+
+
+@dataclass(frozen=True)
+class CallTime(Measured):
+    """Mean time per call of each robot's control law, which differs between equal runs."""
+
+    in_file: ClassVar[bool] = False
+
+    mean_call_time_s: dict[int, float]
+
+    def columns(self) -> Columns:
+        """Return the time of each robot."""
+        milliseconds = {robot: time * 1e3 for robot, time in self.mean_call_time_s.items()}
+        return {'call\n(ms)': ('.3f', milliseconds)}
+
+
+def call_time(run: Run) -> CallTime | None:
+    """Return how long the laws of a run took; None if nobody measured it."""
+    if run.call_time is None:
+        return None
+    return CallTime(dict(enumerate(run.call_time.tolist(), start=1)))

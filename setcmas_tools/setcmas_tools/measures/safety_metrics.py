@@ -1,0 +1,247 @@
+"""Metrics of safety: separation, stops, and interventions of the filter."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from setcmas_ctrl.filter.barrier import Verdict
+from setcmas_simu.arrays import Floats
+from setcmas_simu.robots.arena import Arena
+from setcmas_tools.measures.metric import Columns, Measured
+from setcmas_tools.records.commands import Commands
+from setcmas_tools.records.fleet_grid import FleetGrid
+from setcmas_tools.records.safety import MOVING, SafetyRecord
+from setcmas_tools.run.arena import arena_of
+from setcmas_tools.run.run import Run
+
+
+@dataclass(frozen=True)
+class Separation(Measured):
+    """How near and how far robots of a fleet are; None for what was never seen."""
+
+    least_separation_m: float
+    least_separation_time_s: float
+    least_separation_robots: tuple[int, int]
+    largest_distance_at_end_m: float | None
+
+    def lines(self, task: str | None) -> list[str]:
+        """Return the least and the largest distance."""
+        del task
+        first, second = self.least_separation_robots
+        largest = self.largest_distance_at_end_m
+        return [
+            f'least separation: {self.least_separation_m:.2f} m at '
+            f'{self.least_separation_time_s:.1f} s between robots {first} and {second}',
+            'largest distance between two robots at the end: '
+            f'{"-" if largest is None else format(largest, ".2f")} m',
+        ]
+
+
+def fleet_separation(run: Run) -> Separation | None:
+    """Return how near and how far apart the robots of a run were; None for one robot."""
+    return separation(run.counted_grid)
+
+
+def separation(grid: FleetGrid) -> Separation | None:
+    """Return the least distance of two robots, when it was, and the largest one at the end.
+
+    Between two samples of the grid motion counts as straight, at constant speed. The end
+    is the last sample at which all robots are known.
+
+    Returns:
+        None if no two robots are known at the same time.
+    """
+    steps = np.hypot(np.diff(grid.x), np.diff(grid.y))
+    reach = 2 * np.nan_to_num(steps).max(axis=0, initial=0.0)
+    least, when, pair = np.inf, np.nan, (0, 0)
+    for i in range(len(grid.robots) - 1):  # a robot at a time: all pairs at once take gigabytes
+        offsets = np.array([grid.x[i + 1 :] - grid.x[i], grid.y[i + 1 :] - grid.y[i]])
+        distance, time, j = _least_distance(grid.t, offsets, reach)
+        if distance < least:
+            least, when, pair = distance, time, (grid.robots[i], grid.robots[i + 1 + j])
+    if not np.isfinite(least):
+        return None
+    return Separation(least, when, pair, _largest_distance_at_end(grid))
+
+
+def distances_of_pairs(grid: FleetGrid) -> tuple[Floats, Floats, Floats]:
+    """Return the smallest, mean and largest distance of all pairs of robots in m over time.
+
+    NaN where a robot is missing.
+    """
+    # A robot at a time: all pairs at once would take gigabytes for a long run of 50 robots.
+    smallest = np.full(len(grid.t), np.nan)
+    largest = smallest.copy()
+    total, count = np.zeros(len(grid.t)), np.zeros(len(grid.t))
+    for i in range(len(grid.robots) - 1):
+        d = np.hypot(grid.x[i + 1 :] - grid.x[i], grid.y[i + 1 :] - grid.y[i])
+        smallest = np.fmin(smallest, np.fmin.reduce(d))
+        largest = np.fmax(largest, np.fmax.reduce(d))
+        total += np.nansum(d, axis=0)
+        count += np.isfinite(d).sum(axis=0)
+    mean = np.divide(total, count, out=np.full(len(grid.t), np.nan), where=count > 0)
+    for values in (smallest, mean, largest):
+        values[~grid.complete] = np.nan
+    return smallest, mean, largest
+
+
+def _least_distance(t: Floats, offsets: Floats, reach: Floats) -> tuple[float, float, int]:
+    """Return the least norm of moving points, its time, and which of the points has it.
+
+    Args:
+        t: Times, shape (K,).
+        offsets: Rows x, y of M points at these times, shape (2, M, K); NaN where unknown.
+        reach: How far points move at most from each time to the next, shape (K - 1,).
+    """
+    distances = np.sqrt(offsets[0] ** 2 + offsets[1] ** 2)
+    distances[np.isnan(distances)] = np.inf
+    point, sample = np.unravel_index(np.argmin(distances), distances.shape)
+    least, when = float(distances[point, sample]), float(t[sample])
+    if not np.isfinite(least):
+        return least, when, int(point)
+    points, samples = np.nonzero(distances[:, :-1] < least + reach)  # the others stay further off
+    start = offsets[:, points, samples]
+    step = offsets[:, points, samples + 1] - start
+    squares = np.maximum(np.sum(step**2, axis=0), np.finfo(float).tiny)
+    share = np.clip(-np.sum(start * step, axis=0) / squares, 0.0, 1.0)
+    between = np.nan_to_num(np.hypot(*(start + share * step)), nan=np.inf)
+    if len(between) and between.min() < least:
+        best = int(np.argmin(between))
+        k = samples[best]
+        least, point = float(between[best]), points[best]
+        when = float(t[k] + share[best] * (t[k + 1] - t[k]))
+    return least, when, int(point)
+
+
+def _largest_distance_at_end(grid: FleetGrid) -> float | None:
+    known = np.flatnonzero(np.isfinite(grid.x).all(axis=0))
+    if not len(known):
+        return None
+    x, y = grid.x[:, known[-1]], grid.y[:, known[-1]]
+    return float(np.hypot(x[:, None] - x, y[:, None] - y).max())
+
+
+@dataclass(frozen=True)
+class Safety(Measured):
+    """What happened from the start to the end of an experiment.
+
+    Times of robots are added up; None is what cannot be told without the lab's arena or distance.
+    """
+
+    stops: int
+    stopped_s: float
+    overruled_s: float
+    outside_arena_s: float | None
+    too_near_s: float | None
+
+    def lines(self, task: str | None) -> list[str]:
+        """Return a line."""
+        del task
+        stops = f'{self.stops} stop{"s" if self.stops != 1 else ""}'
+        times = {
+            'stopped': self.stopped_s,
+            'overruled': self.overruled_s,
+            'outside the arena': self.outside_arena_s,
+            'too near': self.too_near_s,
+        }
+        told = [f'{name} {time:.1f} s' for name, time in times.items() if time is not None]
+        return [f'safety: {", ".join([stops, *told])}']
+
+
+def fleet_safety(run: Run) -> Safety | None:
+    """Return what the safety of a run had to do; None if it was no experiment."""
+    record = run.tables.safety
+    if record is None:
+        return None
+    grid, end = run.counted_grid, float(run.parameters.get('duration', np.inf))
+    robots = [held(record, robot, end) for robot in np.unique(record.robot).tolist()]
+    stops, stopped, overruled = (sum(column) for column in zip(*robots, strict=True))
+    arena, least = arena_of(run), run.parameters.get('min_separation')
+    return Safety(
+        int(stops),
+        round(stopped, 3),
+        round(overruled, 3),
+        _time_outside(grid, arena) if arena else None,
+        _time_too_near(grid, float(least)) if least else None,
+    )
+
+
+def held(record: SafetyRecord, robot: int, end: float) -> tuple[int, float, float]:
+    """Return how often a robot was stopped, and for how long (s) it was stopped and overruled.
+
+    Args:
+        record: What safety let robots do; its times from 0 on count.
+        robot: Its number.
+        end: Until when, in s.
+    """
+    mine = (record.robot == robot) & (record.t >= 0) & (record.t <= end)
+    t, moving = record.t[mine], np.array([state == MOVING for state in record.state])[mine]
+    lasts = np.diff(t, append=t[-1:])
+    stops = int(np.count_nonzero(moving[:-1] & ~moving[1:]))
+    return stops, float(lasts[~moving].sum()), float(lasts[record.overruled[mine]].sum())
+
+
+def _time_outside(grid: FleetGrid, arena: Arena) -> float:
+    x, y = grid.x, grid.y
+    outside = (x < arena.xmin) | (x > arena.xmax) | (y < arena.ymin) | (y > arena.ymax)
+    return _time(grid.t, outside.sum(axis=0))
+
+
+def _time_too_near(grid: FleetGrid, least: float) -> float:
+    """Return for how long robots were nearer than a distance (m), added up over pairs."""
+    near = np.zeros(len(grid.t))
+    for i in range(len(grid.robots) - 1):
+        distances = np.hypot(grid.x[i + 1 :] - grid.x[i], grid.y[i + 1 :] - grid.y[i])
+        near += (distances < least).sum(axis=0)
+    return _time(grid.t, near)
+
+
+def _time(t: Floats, counts: Floats) -> float:
+    return round(float((counts[:-1] * np.diff(t)).sum()), 3)
+
+
+@dataclass(frozen=True)
+class Filtering(Measured):
+    """What the filter did, by robot."""
+
+    overruled_s: dict[int, float]
+    blocked_s: dict[int, float]
+    steps_without_solution: int
+
+    def columns(self) -> Columns:
+        """Return the times of each robot."""
+        return {
+            'overruled\n(s)': ('.1f', self.overruled_s),
+            'blocked\n(s)': ('.1f', self.blocked_s),
+        }
+
+    def lines(self, task: str | None) -> list[str]:
+        """Return how often there was no solution, if ever."""
+        del task
+        count = self.steps_without_solution
+        steps = f'{count} step{"s" if count != 1 else ""}'
+        return [f'safety filter: no solution in {steps}, robots stood'] if count else []
+
+
+def fleet_filtering(run: Run) -> Filtering | None:
+    """Return what the filter of a run did; None if it had none."""
+    commands = run.commands
+    if commands is None or commands.allowed is None:
+        return None
+    robots = {int(robot): commands.of(int(robot)) for robot in np.unique(commands.robot)}
+    unsolved = commands.t[commands.allowed.verdict == Verdict.NO_SOLUTION]
+    return Filtering(
+        {robot: _lasting(own, Verdict.CHANGED) for robot, own in robots.items()},
+        {robot: _lasting(own, Verdict.BLOCKED) for robot, own in robots.items()},
+        len(np.unique(unsolved)),
+    )
+
+
+def _lasting(commands: Commands, least: Verdict) -> float:
+    """Return for how long, in s, a robot's verdict was this or a graver one."""
+    assert commands.allowed
+    held = (commands.t >= 0.0) & (commands.allowed.verdict >= least)
+    period = float(np.median(np.diff(commands.t))) if len(commands.t) > 1 else 0.0
+    return round(float(held.sum()) * period, 3)

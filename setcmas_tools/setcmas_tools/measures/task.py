@@ -1,0 +1,156 @@
+"""Task: what robots should do, its references, and its errors in a run."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from setcmas_ctrl.control.references import TASKS, TaskNames, checked_references
+from setcmas_ctrl.scripts.loader import find_script
+from setcmas_ctrl.scripts.output import plain_values
+from setcmas_simu.arrays import Floats
+from setcmas_simu.errors import SetcmasError
+from setcmas_tools.measures.metric import Measured
+from setcmas_tools.run.run import Run
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.lines import Line2D
+
+
+@dataclass(frozen=True)
+class Errors:
+    """Errors of a task over time.
+
+    Attributes:
+        title: Such as 'Tracking error'.
+        label: What is measured, with its unit.
+        values: By robot, at the times of `Run.counted_grid`.
+    """
+
+    title: str
+    label: str
+    values: Mapping[int, Floats]
+
+
+class Task(TaskNames):
+    """A task; a package that adds one has an object of its own subclass at the task's name.
+
+    The references of a run are `run.references.values`, by the names of the task.
+    """
+
+    def metrics(self, run: Run, references: Mapping[str, Any]) -> Mapping[str, Measured | None]:
+        """Return how well the task was done, in parts of metrics.yaml by name."""
+        del run, references
+        return {}
+
+    def errors(self, run: Run, references: Mapping[str, Any]) -> Errors | None:
+        """Return how far robots were from what they were to do; None if nothing tells."""
+        del run, references
+        return None
+
+    def draw(self, plot: str, axes: Axes, run: Run, references: Mapping[str, Any]) -> list[Line2D]:
+        """Draw what the robots were to reach.
+
+        Args:
+            plot: What is drawn: 'trajectories' or 'film' (the plane in m), or 'distances' (of
+                pairs in m over time).
+            axes: Where it is drawn.
+            run: The run.
+            references: Those of the run.
+
+        Returns:
+            What to put in the legend.
+        """
+        del plot, axes, run, references
+        return []
+
+
+def task_of(run: Run, warn: Callable[[str], None]) -> tuple[Task, Mapping[str, Any]] | None:
+    """Return the task of a run and its references; None if it is not known.
+
+    Args:
+        run: The run.
+        warn: Shows why a task cannot be used, such as one whose package is not installed.
+    """
+    if run.references is None:
+        return None
+    try:
+        task = TASKS.get(run.references.task)
+    except SetcmasError as error:
+        warn(str(error))
+        return None
+    return (task, run.references.values) if isinstance(task, Task) else None
+
+
+def rms_by_robot(t: Floats, errors: dict[int, Floats], share: float) -> dict[int, float]:
+    """Return the RMS errors from a share of the run on, of the robots that are known there."""
+    late = from_share(t, share)
+    known = {robot: values[late & np.isfinite(values)] for robot, values in errors.items()}
+    return {robot: rms(values) for robot, values in known.items() if len(values)}
+
+
+def from_share(t: Floats, share: float) -> NDArray[np.bool_]:
+    """Return which times are in a run from a share of it on."""
+    if not len(t):
+        return np.zeros(0, dtype=bool)
+    begin = t[0] + share * (t[-1] - t[0])
+    return np.asarray(t >= begin - 1e-9)
+
+
+def rms(values: Floats | list[float]) -> float:
+    """Return the root mean square of values."""
+    return float(np.sqrt(np.mean(np.square(values))))
+
+
+def with_task(run: Run, task: str | None, algo: str | None = None) -> Run:
+    """Return a run with the references that a control script has in plain values.
+
+    The script is read, not run: `WPL = [[1, 1], [2, 2]]` is a plain value, what it
+    computes is not.
+
+    Args:
+        run: The run.
+        task: Name of the task; by default that of the script.
+        algo: The script, as for `--algo`; by default that of the run, with its `--set`.
+
+    Raises:
+        SetcmasError: There is no such script or task, or a reference is missing.
+    """
+    script = find_script(algo) if algo else _own_script(run)
+    given: dict[str, Any] = plain_values(script) if script else {}
+    if not algo:
+        known = run.references.values if run.references else {}
+        given |= {**known, **run.parameters.get('set', {})}
+    task = task or _stated(given, script)
+    if script is None and task != 'consensus':
+        raise SetcmasError(
+            f"task '{task}' has references in the control script, which no run.yaml names; "
+            'name it with --algo'
+        )
+    name = script.name if script else 'the run'
+    references = checked_references(task, given, name)
+    return replace(run, tables=replace(run.tables, references=references))
+
+
+def with_vnom(run: Run, vnom: float) -> Run:
+    """Return a run with another largest speed that was asked of robots, in m/s."""
+    parameters = {**run.parameters, 'vnom': vnom, 'model': None, 'limits': 'ideal'}
+    return replace(run, info=replace(run.info, parameters=parameters))
+
+
+def _own_script(run: Run) -> Path | None:
+    return next((given.path for given in run.inputs if given.option == 'algo'), None)
+
+
+def _stated(given: Mapping[str, Any], script: Path | None) -> str:
+    task = given.get('task')
+    if not isinstance(task, str):
+        name = script.name if script else 'the run'
+        raise SetcmasError(f'{name} says no task; name it with --task')
+    return task

@@ -1,0 +1,153 @@
+"""Autograders of learning platforms: one archive with setcmas, the rubric and its solution."""
+
+from __future__ import annotations
+
+import base64
+import hashlib
+import importlib.util
+import io
+import stat
+import zipfile
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from importlib.metadata import Distribution, distribution
+from pathlib import Path
+
+from setcmas_simu.errors import SetcmasError
+
+_LONG_AGO = (1980, 1, 1, 0, 0, 0)  # the earliest that the format knows
+
+
+def archive(files: Mapping[str, str | bytes]) -> bytes:
+    """Return a zip archive of files by path; those that begin with `#!` can be executed."""
+    content = io.BytesIO()
+    with zipfile.ZipFile(content, 'w', zipfile.ZIP_DEFLATED) as target:
+        for path, text in files.items():
+            data = text.encode() if isinstance(text, str) else text
+            info = zipfile.ZipInfo(path, _LONG_AGO)
+            mode = 0o755 if data.startswith(b'#!') else 0o644
+            info.external_attr = (stat.S_IFREG | mode) << 16
+            info.create_system = 3  # Unix, whose modes are kept
+            target.writestr(info, data, zipfile.ZIP_DEFLATED)
+    return content.getvalue()
+
+
+PACKAGES = ('setcmas_simu', 'setcmas_ctrl', 'setcmas_expe', 'setcmas_tools', 'launch_scripts')
+
+_WHEEL = 'Wheel-Version: 1.0\nGenerator: setcmas\nRoot-Is-Purelib: true\nTag: py3-none-any\n'
+_METADATA = ('METADATA', 'entry_points.txt')
+
+
+def own_wheel() -> tuple[str, bytes]:
+    """Return the name and the content of a wheel of the installed setcmas.
+
+    It is put together from the installed files, of an editable installation as well, and is the
+    same whenever they are.
+
+    Raises:
+        SetcmasError: setcmas was not installed by pip.
+    """
+    installed = _installed()
+    stem = f'setcmas-{installed.version}'
+    files = {
+        f'{package}/{path.relative_to(folder).as_posix()}': path.read_bytes()
+        for package, folder in package_folders().items()
+        for path in sorted(folder.rglob('*'))
+        if path.is_file() and '__pycache__' not in path.parts
+    }
+    for name in _METADATA:
+        files[f'{stem}.dist-info/{name}'] = (installed.read_text(name) or '').encode()
+    files[f'{stem}.dist-info/WHEEL'] = _WHEEL.encode()
+    record = f'{stem}.dist-info/RECORD'
+    files[record] = _record(files, record).encode()
+    return f'{stem}-py3-none-any.whl', archive(files)
+
+
+def package_folders() -> dict[str, Path]:
+    """Return the folder of each package of setcmas."""
+    specs = {package: importlib.util.find_spec(package) for package in PACKAGES}
+    return {name: Path(spec.origin).parent for name, spec in specs.items() if spec and spec.origin}
+
+
+def _installed() -> Distribution:
+    try:
+        return distribution('setcmas')
+    except ModuleNotFoundError as error:
+        raise SetcmasError(
+            'setcmas must be installed with pip for this; in a virtual environment: '
+            "pip install '.' in its cloned folder"
+        ) from error
+
+
+def _record(files: dict[str, bytes], itself: str) -> str:
+    """Return the lines of RECORD: the path, hash and size of each file."""
+    lines = []
+    for path, content in files.items():
+        digest = base64.urlsafe_b64encode(hashlib.sha256(content).digest()).rstrip(b'=').decode()
+        lines.append(f'{path},sha256={digest},{len(content)}\n')
+    return ''.join([*lines, f'{itself},,\n'])
+
+
+@dataclass(frozen=True)
+class Kit:
+    """What every bundle holds.
+
+    Attributes:
+        title: That of the rubric.
+        wheel: Name of the wheel of setcmas.
+        files: Contents by path: the wheel, and the rubric with its files under `rubric/`.
+        rubric: Path of the rubric among them.
+        options: Further options of `setcmas grade`, such as '--trust'; may be empty.
+    """
+
+    title: str
+    wheel: str
+    files: Mapping[str, bytes]
+    rubric: str
+    options: str = ''
+
+    def filled_in(self, format_: str) -> dict[str, str]:
+        """Return the scripts and instructions of a format by path, from its templates."""
+        # Imported late: formats are listed without their bundles.
+        from jinja2 import Environment, PackageLoader, StrictUndefined
+
+        # No autoescape: these are scripts, and all that is filled in is the teacher's.
+        templates = Environment(
+            loader=PackageLoader('setcmas_tools.platforms'),
+            undefined=StrictUndefined,
+            keep_trailing_newline=True,
+        )
+        paths = templates.list_templates(filter_func=lambda path: path.startswith(f'{format_}/'))
+        return {
+            path.removeprefix(f'{format_}/').removesuffix('.jinja'): (
+                templates.get_template(path).render(kit=self)
+            )
+            for path in paths
+        }
+
+
+def rubric_files(
+    rubric: Path, files: Iterable[Path], packages: Iterable[Path]
+) -> dict[str, bytes]:
+    """Return the files that a rubric consists of by their paths in a bundle.
+
+    Args:
+        rubric: The rubric.
+        files: All its files, itself among them.
+        packages: Folders whose files come with setcmas.
+
+    Raises:
+        SetcmasError: One is neither in the rubric's folder nor part of setcmas.
+    """
+    folder = rubric.resolve().parent
+    shipped = [package.resolve() for package in packages]
+    found = {f'rubric/{rubric.name}': rubric.read_bytes()}
+    for path in (file.resolve() for file in files):
+        if path.is_relative_to(folder):
+            found[f'rubric/{path.relative_to(folder).as_posix()}'] = path.read_bytes()
+        elif not any(path.is_relative_to(package) for package in shipped):
+            raise SetcmasError(
+                f"'{path}' must be in the folder of the rubric, or below; copy it there, and "
+                f"change its place in '{rubric}'"
+            )
+    return found

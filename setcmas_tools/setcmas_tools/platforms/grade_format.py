@@ -1,0 +1,184 @@
+"""Format of grades: files that a learning platform reads, or an autograder for it."""
+
+from __future__ import annotations
+
+import csv
+import io
+import json
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from setcmas_simu.doors import Door, instance_of
+from setcmas_simu.errors import SetcmasError
+from setcmas_tools.grade.check import student_view
+from setcmas_tools.grade.mark_pages import failure_line, file_names, points_text
+from setcmas_tools.grade.marks import CriterionMark, Failure, Marks, ScenarioMark
+from setcmas_tools.grade.rubric import Rubric
+from setcmas_tools.platforms.autograder import (
+    Kit,
+    archive,
+    own_wheel,
+    package_folders,
+    rubric_files,
+)
+
+_UTF_8 = '\ufeff'  # by which Excel knows the encoding; Moodle and Canvas take it off, too
+_FORMULA = ('=', '+', '-', '@', '\t', '\r')
+
+
+def csv_text(rows: Iterable[Iterable[str | float]]) -> str:
+    """Return rows as CSV; texts that a spreadsheet would compute begin with an apostrophe."""
+    text = io.StringIO()
+    csv.writer(text, lineterminator='\n').writerows(map(_safe, row) for row in rows)
+    return _UTF_8 + text.getvalue()
+
+
+def _safe(cell: str | float) -> str | float:
+    if not isinstance(cell, str):
+        return f'{cell:.6g}'
+    plain = ' '.join(''.join(c if c.isprintable() else ' ' for c in cell).split())
+    return f"'{plain}" if cell.startswith(_FORMULA) else plain
+
+
+UNFILLED = 'Not filled in yet: this is the exercise as it was handed out.'
+
+
+def summary(marks: Marks) -> str:
+    """Return what there is to say of a submission as a whole; may be empty."""
+    told = [UNFILLED] if marks.unfilled else []
+    return '\n'.join(told + ([failure_text(marks.failure)] if marks.failure else []))
+
+
+def criteria_texts(scenario: ScenarioMark) -> Iterator[tuple[CriterionMark, str]]:
+    """Yield each criterion with its figures and hint; the first tells of a failure, too."""
+    failed = [failure_text(scenario.failure)] if scenario.failure else []
+    for mark in scenario.criteria:
+        yield mark, '\n'.join(filter(None, [*failed, criterion_text(mark)]))
+        failed = []
+
+
+def criterion_text(mark: CriterionMark) -> str:
+    """Return figures and hint of a criterion; may be empty."""
+    figures = '' if mark.hidden else f'wanted {mark.wanted}, reached {mark.reached_text}'
+    return '\n'.join(filter(None, (figures, mark.hint)))
+
+
+def failure_text(failure: Failure) -> str:
+    """Return what went wrong with the lines of the script around it."""
+    if not failure.line:
+        return failure.message
+    lines = [
+        f'{">" if number == failure.line else " "} {number:4} {text}'
+        for number, text in enumerate(failure.around, start=failure.first)
+    ]
+    return '\n'.join([failure_line(failure), *lines])
+
+
+def feedback(marks: Marks) -> str:
+    """Return all that a student is to read of a submission."""
+    lines = [summary(marks)] if summary(marks) else []
+    for scenario in marks.scenarios:
+        lines.append(_line(scenario.name, scenario.points, scenario.max_points))
+        for mark, text in criteria_texts(scenario):
+            sign = '✓' if mark.is_full else '✗'
+            lines.append(f'{sign} {_line(mark.name, mark.points, mark.max_points)}')
+            lines += [text] if text else []
+    return '\n'.join(lines)
+
+
+def _line(name: str, points: float, most: float) -> str:
+    return f'{name}: {points_text(points)} of {points_text(most)}'
+
+
+Files = Mapping[str, str | bytes]
+"""Contents of files by their paths, with / between folders."""
+
+
+@dataclass(frozen=True)
+class GradeFormat:
+    """A format of grades.
+
+    Attributes:
+        purpose: What reads it, in a line.
+        files: Returns the files of a graded class, of one submission or more.
+        bundle: Returns what a platform needs to grade with setcmas; None if it cannot.
+    """
+
+    purpose: str
+    files: Callable[[Sequence[Marks]], Files]
+    bundle: Callable[[Kit], Files] | None = None
+
+
+GRADE_FORMATS: Door[GradeFormat] = Door(
+    'setcmas.grade_formats', 'grade format', instance_of(GradeFormat)
+)
+"""The formats that are installed."""
+
+CLASS_FORMATS = ('csv', 'moodle', 'canvas', 'junit')
+"""Formats that a class is written in unless others are named."""
+
+
+def result_files(folder: str, result: Callable[[Marks], Mapping[str, Any]]) -> Any:
+    """Return the function `files` of a format with a JSON file for each submission.
+
+    Args:
+        folder: Where they go.
+        result: Returns the content for the marks of a submission, as its student may see them.
+    """
+
+    def files(marks: Sequence[Marks]) -> Files:
+        contents = [_json(result(student_view(one))) for one in marks]
+        names = [f'{folder}/{name}.json' for name in file_names(marks)]
+        return dict(zip(names, contents, strict=True))
+
+    return files
+
+
+def _json(content: Mapping[str, Any]) -> str:
+    return json.dumps(content, indent=1, ensure_ascii=False) + '\n'
+
+
+def write_formats(names: Iterable[str], marks: Sequence[Marks], folder: Path) -> list[Path]:
+    """Write a graded class in some formats into a folder; returns the files.
+
+    Raises:
+        SetcmasError: There is no such format.
+        OSError: They cannot be written.
+    """
+    paths = []
+    for format_ in [GRADE_FORMATS.get(name) for name in names]:
+        for name, content in format_.files(marks).items():
+            path = folder / name
+            path.parent.mkdir(parents=True, exist_ok=True)
+            path.write_bytes(
+                content.encode(errors='replace') if isinstance(content, str) else content
+            )
+            paths.append(path)
+    return paths
+
+
+def make_bundle(name: str, rubric: Rubric, options: str = '') -> bytes:
+    """Return the zip archive with which a platform grades by a rubric.
+
+    Args:
+        name: Of the format.
+        rubric: The rubric.
+        options: Further options of `setcmas grade` there.
+
+    Raises:
+        SetcmasError: There is no such format, it has no bundle, or a file of the rubric is
+            somewhere else.
+    """
+    bundle = GRADE_FORMATS.get(name).bundle
+    if bundle is None:
+        known = ', '.join(
+            known for known in GRADE_FORMATS.offers() if GRADE_FORMATS.get(known).bundle
+        )
+        raise SetcmasError(f"format '{name}' has no bundle; --make must be one of {known}")
+    wheel, content = own_wheel()
+    files = rubric_files(rubric.file, rubric.files, package_folders().values())
+    path = f'rubric/{rubric.file.name}'
+    kit = Kit(rubric.title, wheel, {wheel: content, **files}, path, options)
+    return archive(bundle(kit))

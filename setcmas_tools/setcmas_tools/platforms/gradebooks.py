@@ -1,0 +1,81 @@
+"""Gradebooks: plain CSV, Moodle and Canvas."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from html import escape
+
+from setcmas_tools.grade.check import student_view
+from setcmas_tools.grade.mark_pages import names_of, remark
+from setcmas_tools.grade.marks import CriterionMark, Marks
+from setcmas_tools.platforms.grade_format import Files, GradeFormat, csv_text, feedback
+
+Cell = str | float
+
+
+def _csv_files(marks: Sequence[Marks]) -> Files:
+    names = names_of(marks)
+    header: list[Cell] = ['student', 'id', 'email', 'submission', 'points', 'of', 'remarks']
+    for name, mark in _criteria(marks[0]):
+        unit = f' ({mark.unit})' if mark.unit else ''
+        header += [name, f'{name}: reached{unit}']
+    return {'grades.csv': csv_text([header, *(_csv_row(one, names) for one in marks)])}
+
+
+def _csv_row(marks: Marks, names: Mapping[str, str]) -> list[Cell]:
+    student = marks.student
+    row: list[Cell] = [student.name, student.id, student.email, marks.submission]
+    row += [marks.score, marks.max_score, remark(marks, names)]
+    for _, mark in _criteria(marks):
+        row += [mark.points, '' if mark.reached is None else mark.reached]
+    return row
+
+
+def _criteria(marks: Marks) -> Iterator[tuple[str, CriterionMark]]:
+    for scenario in marks.scenarios:
+        for mark in scenario.criteria:
+            yield f'{scenario.name}: {mark.name}', mark
+
+
+CSV = GradeFormat('spreadsheets: points and figures of every criterion, for teachers', _csv_files)
+
+
+_MOODLE_HEADER = (
+    'Identifier', 'Full name', 'Email address', 'Grade', 'Maximum grade', 'Last modified (grade)',
+    'Feedback comments',
+)  # fmt: skip
+
+
+def _moodle_files(marks: Sequence[Marks]) -> Files:
+    return {'moodle.csv': csv_text([_MOODLE_HEADER, *map(_moodle_row, marks)])}
+
+
+def _moodle_row(marks: Marks) -> list[str | float]:
+    student = marks.student
+    number = f'Participant {student.id}' if student.id.isdecimal() else student.id
+    told = escape(feedback(student_view(marks))).replace('  ', '&nbsp; ')
+    told = told.replace('\n', '<br>')
+    return [number, student.name, student.email, marks.score, marks.max_score, '', told]
+
+
+MOODLE = GradeFormat("Moodle's grading worksheet", _moodle_files)
+
+
+_CANVAS_HEADER = ('Student', 'ID', 'SIS User ID', 'SIS Login ID', 'Section')
+
+
+def _canvas_files(marks: Sequence[Marks]) -> Files:
+    most: list[str | float] = ['Points Possible', '', '', '', '', marks[0].max_score]
+    return {
+        'canvas.csv': csv_text([[*_CANVAS_HEADER, marks[0].title], most, *map(_canvas_row, marks)])
+    }
+
+
+def _canvas_row(marks: Marks) -> list[str | float]:
+    student = marks.student
+    number = student.id if student.id.isdecimal() else ''
+    login = '' if number else student.id or student.email
+    return [student.name, number, '', login, '', marks.score]
+
+
+CANVAS = GradeFormat("Canvas's gradebook", _canvas_files)

@@ -1,0 +1,231 @@
+"""Plots of communication: graphs, instants and counts of the states sent."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from matplotlib import rcParams
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.patches import FancyArrowPatch
+
+from setcmas_simu.arrays import Floats
+from setcmas_tools.plots.plot import applies_to
+from setcmas_tools.plots.style import final_width, legend, line_look, robot_handles, time_axis
+from setcmas_tools.records.communication import CommunicationRecord
+from setcmas_tools.records.fleet_table import FleetTable
+from setcmas_tools.run.run import Run
+
+MOST_ROBOTS = 60
+"""Graphs of larger fleets are not drawn: their links would be a black disc."""
+
+_MOST_GRAPHS = 6
+_LARGEST_PT = 19.0
+_PANELS_IN_ROW = 3
+_EDGE = '0.4'
+_HALF = 1.25  # of a panel's side; robots are on a circle of radius 1
+
+
+def _has_graph(run: Run) -> bool:
+    has_changes = run.record is not None and len(run.record.changes) > 0
+    return has_changes and 1 < len(run.robots) <= MOST_ROBOTS
+
+
+@applies_to(_has_graph)
+def draw_graph(figure: Figure, run: Run) -> None:
+    """Draw who hears whom: robots on a circle, lines both ways, arrows to the one that hears.
+
+    A panel for each graph of the run; of more than 6 some that are evenly spread.
+    """
+    assert run.record
+    record, robots = run.record, run.robots
+    graphs = _chosen(_graphs(record, max(robots[-1], int(record.changes[:, 1:3].max()))))
+    columns = min(_PANELS_IN_ROW, len(graphs))
+    rows = math.ceil(len(graphs) / columns)
+    side = 5.0 if len(graphs) == 1 else 3.4
+    figure.set_size_inches(side * columns, (side + 0.3) * rows + 0.3)
+    diameter = _diameter(final_width(side * columns) / columns, len(robots))
+    host = figure.add_subplot()  # as wide as all panels, for the title
+    host.set_axis_off()
+    host.set_title('Who hears whom')
+    places = figure.add_gridspec(rows, columns)
+    for k, (adjacency, caption) in enumerate(graphs):
+        axes = figure.add_subplot(places[k // columns, k % columns])
+        _draw_links(axes, adjacency, robots, diameter)
+        _draw_robots(axes, robots, diameter)
+        axes.set(xlabel=caption if len(graphs) > 1 else '', xticks=(), yticks=())
+        axes.set(xlim=(-_HALF, _HALF), ylim=(-_HALF, _HALF), aspect='equal')
+        axes.spines[:].set_visible(False)
+    if any((adjacency != adjacency.T).any() for adjacency, _ in graphs):
+        figure.supxlabel('arrows point to the robots that hear', fontsize='medium')
+
+
+def _graphs(record: CommunicationRecord, nb_robots: int) -> list[tuple[Floats, str]]:
+    """Return the different graphs of a run, each with the times from which it was there."""
+    found: dict[bytes, tuple[Floats, list[float]]] = {}
+    adjacency = np.zeros((nb_robots, nb_robots))
+    for t in np.unique(record.changes[:, 0]).tolist():
+        for _, receiver, sender, weight in record.changes[record.changes[:, 0] == t]:
+            adjacency[int(receiver) - 1, int(sender) - 1] = weight
+        found.setdefault(adjacency.tobytes(), (adjacency.copy(), []))[1].append(t)
+    return [(graph, _caption(times)) for graph, times in found.values()]
+
+
+def _caption(times: list[float]) -> str:
+    first = ', '.join(f'{t:.1f}'.removesuffix('.0') for t in times[:3])
+    return f'from {first}{", …" if len(times) > 3 else ""} s on'
+
+
+def _chosen(graphs: list[tuple[Floats, str]]) -> list[tuple[Floats, str]]:
+    number = min(_MOST_GRAPHS, len(graphs))
+    return [graphs[round(k)] for k in np.linspace(0, len(graphs) - 1, number).tolist()]
+
+
+def _place(robot: int, robots: list[int]) -> tuple[float, float]:
+    angle = math.tau * (0.25 - robots.index(robot) / len(robots))  # clockwise from the top
+    return math.cos(angle), math.sin(angle)
+
+
+def _diameter(side: float, nb_robots: int) -> float:
+    """Return the diameter of robots in points that fits into a panel of a side in inches."""
+    step = math.tau / (2 * _HALF) / nb_robots
+    return min(_LARGEST_PT, 72 * side * min(0.9 * step, 0.15))
+
+
+def _draw_links(axes: Axes, adjacency: Floats, robots: list[int], diameter: float) -> None:
+    heaviest = adjacency.max(initial=0.0) or 1.0
+    for i, receiver in enumerate(robots):
+        for j, sender in enumerate(robots):
+            weight = adjacency[receiver - 1, sender - 1]
+            both = weight == adjacency[sender - 1, receiver - 1]
+            if not weight or (both and j < i):
+                continue
+            axes.add_patch(
+                FancyArrowPatch(
+                    _place(sender, robots),
+                    _place(receiver, robots),
+                    arrowstyle='-' if both else '-|>',
+                    # Links with different weights each way must not lie on each other.
+                    connectionstyle='arc3' if both else 'arc3,rad=0.12',
+                    shrinkA=0.5 * diameter + 1.5,
+                    shrinkB=0.5 * diameter + 1.5,
+                    mutation_scale=0.7 * diameter,
+                    linewidth=rcParams['lines.linewidth'] * (0.3 + 0.8 * weight / heaviest),
+                    color=_EDGE,
+                    zorder=1,
+                )
+            )
+
+
+def _draw_robots(axes: Axes, robots: list[int], diameter: float) -> None:
+    for robot in robots:
+        colour = line_look(robot, len(robots))['color']
+        red, green, blue = colour
+        dark = 0.2126 * red + 0.7152 * green + 0.0722 * blue < 0.45
+        x, y = _place(robot, robots)
+        axes.plot(
+            x, y, marker='o', markersize=diameter, markerfacecolor=colour, markeredgecolor='0.15',
+            markeredgewidth=0.9, zorder=2,
+        )  # fmt: skip
+        axes.text(
+            x, y, str(robot), ha='center', va='center_baseline', zorder=3,
+            color='white' if dark else 'black',
+            fontsize=min(rcParams['font.size'], 0.6 * diameter),
+        )  # fmt: skip
+
+
+_MOST_PANELS = 12
+_INCHES_PER_PANEL = 0.78
+
+
+def _is_event_triggered(run: Run) -> bool:
+    return run.record is not None and run.record.is_event_triggered
+
+
+@applies_to(_is_event_triggered)
+def draw_instants(figure: Figure, run: Run) -> None:
+    """Draw when each robot sent its state: a panel per robot, a row per robot of larger fleets.
+
+    As in figure 4 of Bertrand, ECC 2024.
+    """
+    assert run.record
+    table, record, robots = run.table, run.record, run.robots
+    if len(robots) > _MOST_PANELS:
+        _draw_rows(figure, table, record)
+        return
+    figure.set_size_inches(9.0, 1.2 + _INCHES_PER_PANEL * len(robots))
+    panels = np.atleast_1d(figure.subplots(len(robots), sharex=True)).tolist()
+    for axes, robot in zip(panels, robots, strict=True):
+        times, _ = _sent_and_evaluated(record, robot)
+        axes.plot(*_spikes(times, 0.0, 1.0), **line_look(robot, len(robots)))
+        axes.spines['left'].set_zorder(1)  # it would hide the first state, sent at t = 0
+        axes.set(ylim=(0.0, 1.25), yticks=(0, 1))
+        axes.set_ylabel(f'robot {robot}', rotation=0, ha='right', va='center')
+        axes.grid(axis='y', visible=False)
+    panels[0].set_title('Communication instants (1: state sent)')
+    if marks := time_axis(panels, table.t[0], table.t[-1]):
+        legend(panels[0], marks)
+
+
+def _draw_rows(figure: Figure, table: FleetTable, record: CommunicationRecord) -> None:
+    figure.set_size_inches(9.0, 6.4)
+    axes = figure.add_subplot(title='Communication instants', ylabel='robot')
+    robots = table.robots
+    for robot in robots:
+        times, _ = _sent_and_evaluated(record, robot)
+        axes.plot(*_spikes(times, robot - 0.4, robot + 0.4), **line_look(robot, len(robots)))
+    axes.spines['left'].set_zorder(1)
+    axes.set_ylim(robots[-1] + 0.6, robots[0] - 0.6)
+    axes.grid(axis='y', visible=False)
+    legend(axes, robot_handles(robots) + time_axis([axes], table.t[0], table.t[-1]))
+
+
+@applies_to(_is_event_triggered)
+def draw_counts(figure: Figure, run: Run) -> None:
+    """Draw how many states were sent over time, against periodic communication.
+
+    Above of the whole fleet, below of each robot; periodic is a state at each evaluation.
+    """
+    assert run.record
+    table, record, robots = run.table, run.record, run.robots
+    figure.set_size_inches(9.0, 6.4)
+    panels = list(figure.subplots(2, sharex=True))
+    end = table.t[-1]
+    evaluated, sent = record.triggers[:, 0], record.triggers[record.triggers[:, 2] == 1, 0]
+    grey = {'color': '0.45', 'linestyle': '--'}
+    (periodic,) = panels[0].plot(*_steps(evaluated, end), **grey, label='periodic')
+    share = f'{len(sent):,} of {len(evaluated):,} ({100 * len(sent) / len(evaluated):.1f} %)'
+    (triggered,) = panels[0].plot(
+        *_steps(sent, end), color='0.1', label=f'event-triggered\n{share}'
+    )
+    panels[0].set(ylabel='states sent, fleet')
+    for robot in robots:
+        times, _ = _sent_and_evaluated(record, robot)
+        panels[1].plot(*_steps(times, end), **line_look(robot, len(robots)))
+    panels[1].set(ylabel='states sent, each robot')
+    panels[0].set_title('Communications')
+    for axes in panels:
+        axes.set_ylim(bottom=0.0)
+    marks = time_axis(panels, table.t[0], end)
+    legend(panels[0], [periodic, triggered, *marks])
+    legend(panels[1], robot_handles(robots))
+    figure.align_ylabels()
+
+
+def _sent_and_evaluated(record: CommunicationRecord, robot: int) -> tuple[Floats, Floats]:
+    rows = record.triggers[record.triggers[:, 1] == robot]
+    return rows[rows[:, 2] == 1, 0], rows[:, 0]
+
+
+def _spikes(t: Floats, low: float, high: float) -> tuple[Floats, Floats]:
+    """Return the points of a line that goes up and down at each time, with gaps between."""
+    return np.repeat(t, 3), np.tile([low, high, np.nan], len(t))
+
+
+def _steps(t: Floats, end: float) -> tuple[Floats, Floats]:
+    """Return the points of a line that goes up by one at each time."""
+    t = np.sort(t)
+    counts = np.arange(len(t) + 1, dtype=float)
+    times = np.array([min([end, *t[:1]]), *t, max([end, *t[-1:]])])
+    return np.repeat(times, 2)[1:-1], np.repeat(counts, 2)

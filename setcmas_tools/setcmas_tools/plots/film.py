@@ -1,0 +1,280 @@
+"""Film of a run: frames, and their file."""
+
+from __future__ import annotations
+
+import base64
+import math
+import tempfile
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from matplotlib import rcParams
+from matplotlib.artist import Artist
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.collections import LineCollection, PolyCollection
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from PIL import Image
+from tqdm import tqdm
+
+from setcmas_simu.arrays import Floats
+from setcmas_simu.errors import SetcmasError
+from setcmas_tools.plots import film_writers
+from setcmas_tools.plots.look import FilmLook, check_style
+from setcmas_tools.plots.style import edge_effects, legend, line_look, plot_style, robot_handles
+from setcmas_tools.plots.trajectories import (
+    DrawnPlane,
+    draw_references,
+    draw_world,
+    fit_plane,
+    symbols,
+)
+from setcmas_tools.records.fleet_grid import FleetGrid, on_grid
+from setcmas_tools.records.fleet_table import FleetTable
+from setcmas_tools.run.run import Run
+
+_ROBOT_SIZE = 0.022  # of the width of the plane that is shown
+_LEAST_ROBOT_M = 0.07  # half a TurtleBot3
+_FLASH_S = 0.5  # of the film
+_FLASH_POINTS = (10.0, 34.0)  # diameter of the ring at its start and at its end
+_FLASH_COLOUR = (0.9, 0.45, 0.0)
+_JOINT = 2  # further positions by which pieces of a trail overlap
+_SAME_TIME_S = 1e-6
+
+
+class FilmFrames:
+    """Draws a frame at a time.
+
+    The trails stay on the canvas and grow by a piece a frame, and everything that is still is
+    drawn once, so that a frame costs the same at the end of a long run as at its beginning.
+    """
+
+    def __init__(self, grid: FleetGrid, trails: FleetGrid, run: Run, look: FilmLook) -> None:
+        """Draw what stays the same in all frames; made and used within `plot_style`.
+
+        Args:
+            grid: Poses at the times of the frames.
+            trails: Those and poses between them.
+            run: The run, for the limits of the plane and for when robots communicated.
+            look: How the film looks.
+        """
+        triggers = run.record.trigger_times if run.record else {}
+        self._grid = grid
+        self._triggers = triggers
+        self._speed = look.speed
+        self._positions = np.stack([grid.x, grid.y], axis=2)
+        self._trail_t = trails.t
+        self._trail_positions = np.stack([trails.x, trails.y], axis=2)
+        self._all_triggers = np.sort(np.concatenate([*triggers.values(), []]))
+        self._figure = Figure(figsize=look.inches, dpi=look.dpi)
+        self._canvas: Any = FigureCanvasAgg(self._figure)  # untyped in matplotlib
+        self._axes = self._figure.add_subplot()
+        self._drawn = DrawnPlane(self._axes, run)
+        marks = draw_world(self._axes, run) + draw_references('film', self._axes, run)
+        marks += self._drawn.handles
+        fit_plane(self._axes, from_first_command(run.table))
+        self._axes.set_title(run.title)
+        flash = [_flash_handle()] if triggers else []
+        legend(self._axes, [*robot_handles(grid.robots), *marks, *flash])
+        self._add_moving_artists()
+        self._figure.draw_without_rendering()
+        width = np.ptp(self._axes.get_xlim())
+        size = max(_LEAST_ROBOT_M, _ROBOT_SIZE * float(width))
+        found = symbols(run)
+        self._symbols = [size * found[robot].T for robot in grid.robots]
+
+    def __len__(self) -> int:
+        """Return the number of frames."""
+        return len(self._grid.t)
+
+    def __iter__(self) -> Iterator[Image.Image]:
+        """Yield the frames, mode RGB."""
+        self._canvas.draw()
+        background = self._canvas.copy_from_bbox(self._figure.bbox)
+        for k in range(len(self)):
+            self._canvas.restore_region(background)
+            self._draw_trails(k)
+            background = self._canvas.copy_from_bbox(self._figure.bbox)
+            self._draw_robots(k)
+            yield Image.fromarray(np.asarray(self._canvas.buffer_rgba())[:, :, :3].copy())
+
+    def _add_moving_artists(self) -> None:
+        nb_robots = len(self._grid.robots)
+        looks = [line_look(robot, nb_robots) for robot in self._grid.robots]
+        colours = [look['color'] for look in looks]
+        widths = [look['linewidth'] for look in looks]
+        edged = [bool(edge_effects(c, w)) for c, w in zip(colours, widths, strict=True)]
+        edge_widths = [w + 1.2 if edge else 0.0 for w, edge in zip(widths, edged, strict=True)]
+        self._edges = LineCollection([], colors='0.25', linewidths=edge_widths, capstyle='butt')
+        self._trails = LineCollection([], colors=colours, linewidths=widths, capstyle='round')
+        self._robots = PolyCollection(
+            [], facecolors=colours, edgecolors='0.15', linewidths=0.7, closed=True
+        )
+        self._flashes = self._axes.scatter([], [], facecolors='none', linewidths=2.0)
+        self._clock = self._axes.text(
+            1.02,
+            0.0,
+            self._told(self._grid.t[-1]),  # the widest text of all: the layout makes room for it
+            transform=self._axes.transAxes,
+            va='bottom',
+            linespacing=1.5,
+            fontsize=rcParams['legend.fontsize'],
+        )
+        for lines in (self._edges, self._trails, self._robots):
+            self._axes.add_collection(lines, autolim=False)
+        for artist in self._moving():
+            artist.set_animated(True)
+
+    def _moving(self) -> list[Artist]:
+        drawn = [self._drawn.trails, self._drawn.markers]
+        return [*drawn, self._edges, self._trails, self._flashes, self._robots, self._clock]
+
+    def _draw_trails(self, k: int) -> None:
+        self._drawn.show(self._grid.t[k], since=self._grid.t[k - 1] if k else -np.inf)
+        self._axes.draw_artist(self._drawn.trails)
+        if k == 0:
+            return
+        between = self._grid.t[k - 1] - _SAME_TIME_S, self._grid.t[k] + _SAME_TIME_S
+        begin, end = np.searchsorted(self._trail_t, between)
+        self._edges.set_segments(list(self._trail_positions[:, begin:end]))
+        self._trails.set_segments(list(self._trail_positions[:, max(0, begin - _JOINT) : end]))
+        self._axes.draw_artist(self._edges)
+        self._axes.draw_artist(self._trails)
+
+    def _draw_robots(self, k: int) -> None:
+        now = self._grid.t[k]
+        self._axes.draw_artist(self._drawn.markers)
+        x, y, theta = (row[:, k] for row in (self._grid.x, self._grid.y, self._grid.theta))
+        turned = [
+            (
+                x[i] + np.cos(theta[i]) * along - np.sin(theta[i]) * across,
+                y[i] + np.sin(theta[i]) * along + np.cos(theta[i]) * across,
+            )
+            for i, (along, across) in enumerate(self._symbols)
+        ]
+        self._robots.set_verts([np.column_stack(corners) for corners in turned])
+        self._clock.set_text(self._told(now))
+        if self._triggers:
+            self._set_flashes(k, now)
+            self._axes.draw_artist(self._flashes)
+        self._axes.draw_artist(self._robots)
+        self._axes.draw_artist(self._clock)
+
+    def _set_flashes(self, k: int, now: float) -> None:
+        """Show a ring around each robot that has communicated a moment ago; it grows and fades."""
+        age = np.array([_age(self._triggers.get(i), now) for i in self._grid.robots]) / _FLASH_S
+        age = np.clip(age / self._speed, 0.0, 1.0)
+        smallest, largest = _FLASH_POINTS
+        self._flashes.set_offsets(self._positions[:, k])
+        self._flashes.set_sizes((smallest + age * (largest - smallest)) ** 2)
+        self._flashes.set_edgecolor([(*_FLASH_COLOUR, 1.0 - each) for each in age])
+
+    def _told(self, now: float) -> str:
+        lines = [f't = {now:.1f} s']
+        if self._speed != 1.0:
+            lines.append(f'{self._speed:g} times as fast')
+        if self._triggers:
+            count = np.searchsorted(self._all_triggers, now, side='right')
+            lines.append(f'{count} states sent')
+        return '\n'.join(lines)
+
+
+def from_first_command(table: FleetTable) -> FleetTable:
+    """Return the rows from the first command on; all of them if there are none after it."""
+    running = table.t >= 0.0
+    return table.rows(running) if running.any() else table
+
+
+def _flash_handle() -> Line2D:
+    look: dict[str, Any] = {
+        'markeredgecolor': _FLASH_COLOUR,
+        'markeredgewidth': 2.0,
+        'markerfacecolor': 'none',
+    }
+    return Line2D([], [], label='communication', linestyle='', marker='o', markersize=11.0, **look)
+
+
+def _age(times: Floats | None, now: float) -> float:
+    """Return how long before now (s) the last of these sorted times is."""
+    before = 0 if times is None else int(np.searchsorted(times, now, side='right'))
+    return now - float(times[before - 1]) if times is not None and before else np.inf
+
+
+_NAME = 'film'
+_LOOK = FilmLook()
+
+
+@dataclass(frozen=True, repr=False)
+class Film:
+    """A film that a notebook shows.
+
+    Attributes:
+        content: The bytes of its file.
+        kind: 'mp4' or 'gif'.
+    """
+
+    content: bytes
+    kind: str
+
+    def __repr__(self) -> str:
+        """Return one line."""
+        return f'Film({self.kind}, {len(self.content) / 1e6:.1f} MB)'
+
+    def _repr_html_(self) -> str:
+        data = base64.b64encode(self.content).decode('ascii')
+        if self.kind == 'gif':
+            return f'<img src="data:image/gif;base64,{data}" alt="film of the run">'
+        return f'<video controls loop autoplay muted src="data:video/mp4;base64,{data}"></video>'
+
+
+def film(run: Run, kind: str | None = None, **look: Any) -> Film:
+    """Return a film of the fleet in the plane; `kind` as for `animate`, `look` as `FilmLook`."""
+    with tempfile.TemporaryDirectory(prefix='setcmas-film-') as folder:
+        path = animate(run, Path(folder), kind, FilmLook(**look), progress=False)
+        return Film(path.read_bytes(), path.suffix.removeprefix('.'))
+
+
+def animate(
+    run: Run,
+    folder: Path,
+    kind: str | None = None,
+    look: FilmLook = _LOOK,
+    progress: bool = True,
+) -> Path:
+    """Write a film of the fleet in the plane, with trails, drawings, time and communications.
+
+    Args:
+        run: The run.
+        folder: Where the film goes.
+        kind: One of `formats.FILMS`; None for MP4 where ffmpeg is there, else GIF.
+        look: How it looks.
+        progress: Whether to show a progress bar if there is a terminal.
+
+    Returns:
+        The file.
+
+    Raises:
+        SetcmasError: A choice is unknown, ffmpeg is missing or fails, or the film cannot be
+            written or is too long for a GIF.
+    """
+    kind = film_writers.best_kind(kind)
+    check_style(look.palette, None)
+    path = folder / f'{_NAME}.{kind}'
+    rate = film_writers.rate_of(kind) / look.speed
+    grid = on_grid(from_first_command(run.table), rate)
+    trails = on_grid(from_first_command(run.table), rate * max(1, math.ceil(look.speed)))
+    film_writers.check_length(kind, len(grid.t))
+    hidden = None if progress else True  # None: hidden unless there is a terminal
+    with plot_style(look.palette):
+        frames = FilmFrames(grid, trails, run, look)
+        try:
+            path.parent.mkdir(parents=True, exist_ok=True)
+            film_writers.write(
+                kind, path, tqdm(frames, desc='film', unit='frame', leave=False, disable=hidden)
+            )
+        except OSError as error:
+            raise SetcmasError(f"'{path}' cannot be written: {error.strerror}") from error
+    return path

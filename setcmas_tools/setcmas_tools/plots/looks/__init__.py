@@ -1,1 +1,0 @@
-"""Looks of plots and films: colours, sizes, fonts, formats of files."""

@@ -1,0 +1,252 @@
+"""Plots over time: poses, velocities, distances, disagreement, errors, the filter."""
+
+from __future__ import annotations
+
+import math
+import warnings
+from itertools import combinations
+from typing import Any
+
+import numpy as np
+from matplotlib import rcParams
+from matplotlib.artist import Artist
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
+from matplotlib.ticker import FuncFormatter, MultipleLocator
+
+from setcmas_ctrl.filter.barrier import Verdict
+from setcmas_tools.measures.consensus_metrics import disagreement, is_agreement
+from setcmas_tools.measures.safety_metrics import distances_of_pairs
+from setcmas_tools.measures.task import Errors, task_of
+from setcmas_tools.plots.plot import applies_to
+from setcmas_tools.plots.style import legend, line_look, robot_colour, robot_handles, time_axis
+from setcmas_tools.plots.trajectories import (
+    draw_references,
+    draw_robot_lines,
+    ignore,
+    shared_dashes,
+)
+from setcmas_tools.records.commands import Commands
+from setcmas_tools.records.fleet_grid import FleetGrid
+from setcmas_tools.records.fleet_table import FleetTable
+from setcmas_tools.run.run import Run
+
+_MOST_TICKS = 9
+
+
+def draw_positions(figure: Figure, run: Run) -> None:
+    """Draw x(t) and y(t), one above the other."""
+    _draw_panels(figure, run.table, 'Positions', {'x': 'x (m)', 'y': 'y (m)'})
+
+
+def draw_velocities(figure: Figure, run: Run) -> None:
+    """Draw forward speed and turn rate over time, one above the other."""
+    labels = {'v': 'forward speed v (m/s)', 'omega': 'turn rate ω (rad/s)'}
+    _draw_panels(figure, run.table, 'Velocities', labels)
+
+
+def draw_heading(figure: Figure, run: Run) -> None:
+    """Draw headings over time, not wrapped: a line has no jumps where its robot has none."""
+    figure.set_size_inches(9.0, 5.0)
+    axes = figure.add_subplot(title='Heading (not wrapped)', ylabel='heading θ (rad)')
+    draw_robot_lines(axes, run.table, 'theta', np.unwrap)
+    _ticks_in_pi(axes)
+    marks = time_axis([axes], run.table.t[0], run.table.t[-1])
+    legend(axes, robot_handles(run.robots) + marks)
+
+
+def _draw_panels(figure: Figure, table: FleetTable, title: str, labels: dict[str, str]) -> None:
+    figure.set_size_inches(9.0, 6.4)
+    panels = figure.subplots(len(labels), sharex=True)
+    for axes, (name, label) in zip(panels, labels.items(), strict=True):
+        draw_robot_lines(axes, table, name)
+        axes.set_ylabel(label)
+    figure.align_ylabels()
+    panels[0].set_title(title)
+    marks = time_axis(panels, table.t[0], table.t[-1])
+    legend(panels[0], robot_handles(table.robots) + marks)
+
+
+def _ticks_in_pi(axes: Axes) -> None:
+    low, high = axes.get_ylim()
+    step = math.pi / 4
+    while (high - low) / step > _MOST_TICKS:
+        step *= 2
+    axes.yaxis.set_major_locator(MultipleLocator(step))
+    axes.yaxis.set_major_formatter(FuncFormatter(lambda value, _: _in_pi(value)))
+
+
+def _in_pi(value: float) -> str:
+    quarters = round(value / (math.pi / 4))
+    divisor = math.gcd(quarters, 4) or 4
+    over, under = quarters // divisor, 4 // divisor
+    factor = {1: '', -1: '−'}.get(over, str(over).replace('-', '−'))
+    return f'{factor}π' + (f'/{under}' if under > 1 else '') if over else '0'
+
+
+@applies_to(lambda run: len(run.robots) > 1 and is_agreement(run))
+def draw_disagreement(figure: Figure, run: Run) -> None:
+    """Draw the disagreement on a log scale: a straight line is exponential convergence.
+
+    It is that of the metrics, so that the line falls with their rate.
+    """
+    figure.set_size_inches(9.0, 5.0)
+    axes = figure.add_subplot(title='Disagreement', ylabel=r'$|\delta|\, /\sqrt{N}$  (m)')
+    axes.set_yscale('log')
+    table, grid = run.table, run.grid()
+    values = disagreement(grid.x, grid.y)
+    values[~(values > 0)] = np.nan  # has no logarithm
+    # Matplotlib would warn of the limits that it finds for what stays as it is.
+    axes.plot(grid.t, values, color='0.15', scaley=False)
+    if np.isfinite(values).any():
+        axes.set_ylim(0.7 * np.nanmin(values), 1.4 * np.nanmax(values))
+    marks = time_axis([axes], table.t[0], table.t[-1])
+    if marks:
+        legend(axes, marks)
+
+
+def _errors(run: Run) -> Errors | None:
+    known = task_of(run, ignore)
+    return known[0].errors(run, known[1]) if known and len(run.counted.t) else None
+
+
+@applies_to(lambda run: _errors(run) is not None)
+def draw_errors(figure: Figure, run: Run) -> None:
+    """Draw how far each robot is from what its task asks for: the reference, its place."""
+    errors = _errors(run)
+    assert errors
+    figure.set_size_inches(9.0, 5.0)
+    axes = figure.add_subplot(title=errors.title, ylabel=errors.label)
+    t = run.counted_grid.t
+    dashes = shared_dashes([(t, values) for values in errors.values.values()])
+    for (robot, values), look in zip(errors.values.items(), dashes, strict=True):
+        axes.plot(t, values, **line_look(robot, len(run.robots)) | look)
+    axes.set_ylim(bottom=0.0)
+    time_axis([axes], t[0], t[-1])
+    legend(axes, robot_handles(sorted(errors.values)))
+
+
+_LOOKS = {
+    Verdict.CHANGED: ('changed', '0.75'),
+    Verdict.BLOCKED: ('blocked', '0.2'),
+    Verdict.NO_SOLUTION: ('no solution', '#d62728'),
+}
+_BAR = 0.7
+
+
+@applies_to(lambda run: run.commands is not None and run.commands.allowed is not None)
+def draw_filter(figure: Figure, run: Run) -> None:
+    """Draw the speeds that were wanted and allowed, and when the filter changed them."""
+    figure.set_size_inches(9.0, 6.4)
+    commands = run.commands
+    assert commands
+    speeds, verdicts = figure.subplots(2, sharex=True)
+    for robot in run.robots:
+        own = commands.of(robot)
+        _draw_speeds(speeds, own, robot, len(run.robots))
+        _draw_verdicts(verdicts, own, robot)
+    speeds.set_title('Wanted and allowed speed')
+    speeds.set_ylabel('speed (m/s)')
+    speeds.set_ylim(bottom=0.0)
+    verdicts.set_ylabel('robot')
+    verdicts.set_ylim(run.robots[-1] + 0.6, run.robots[0] - 0.6)
+    if len(run.robots) <= 12:
+        verdicts.set_yticks(run.robots)
+    marks = time_axis([speeds, verdicts], run.table.t[0], run.table.t[-1])
+    ways: list[Artist] = [
+        Line2D([], [], label='wanted', color='0.4', linestyle=':'),
+        Line2D([], [], label='allowed', color='0.4'),
+    ]
+    legend(speeds, [*robot_handles(run.robots), *ways, *marks])
+    legend(verdicts, [Patch(label=name, color=colour) for name, colour in _LOOKS.values()])
+    figure.align_ylabels()
+
+
+def _draw_speeds(axes: Axes, commands: Commands, robot: int, nb_robots: int) -> None:
+    allowed = commands.allowed
+    assert allowed
+    look = line_look(robot, nb_robots)
+    wanted = np.hypot(commands.vx, commands.vy)
+    axes.plot(commands.t, wanted, **{**look, 'linestyle': ':', 'path_effects': None})
+    axes.plot(commands.t, np.hypot(allowed.vx, allowed.vy), **look)
+
+
+def _draw_verdicts(axes: Axes, commands: Commands, robot: int) -> None:
+    """Draw a bar over the times of each verdict."""
+    assert commands.allowed
+    ends = np.append(commands.t[1:], commands.t[-1:])
+    for verdict, (_, colour) in _LOOKS.items():
+        held = commands.allowed.verdict == verdict
+        bars = list(zip(commands.t[held], (ends - commands.t)[held], strict=True))
+        axes.broken_barh(bars, (robot - 0.5 * _BAR, _BAR), color=colour, linewidth=0)
+
+
+_MOST_ROBOTS_IN_PAIRS = 5
+
+
+@applies_to(lambda run: len(run.robots) > 1)
+def draw_distances(figure: Figure, run: Run) -> None:
+    """Draw the distance of each pair of robots; of many robots, what summarises them.
+
+    Fleets of more than 5 get the smallest, mean and largest distance of all pairs, and below it
+    the distance of each robot to the centre of the fleet.
+    """
+    table, grid = run.table, run.grid()
+    if len(grid.robots) <= _MOST_ROBOTS_IN_PAIRS:
+        figure.set_size_inches(9.0, 5.0)
+        panels, draws = [figure.add_subplot()], [_draw_pairs]
+    else:
+        figure.set_size_inches(9.0, 6.4)
+        panels, draws = list(figure.subplots(2, sharex=True)), [_draw_range, _draw_to_centre]
+    marks = time_axis(panels, table.t[0], table.t[-1])
+    marks += draw_references('distances', panels[0], run)
+    for axes, draw in zip(panels, draws, strict=True):
+        handles = draw(axes, grid)
+        axes.set_ylim(bottom=0.0)
+        legend(axes, handles + marks)
+        marks = []
+    panels[0].set_title('Distances between robots')
+    figure.align_ylabels()
+
+
+def _draw_pairs(axes: Axes, grid: FleetGrid) -> list[Artist]:
+    width = rcParams['lines.linewidth']
+    handles: list[Artist] = []
+    for i, j in combinations(range(len(grid.robots)), 2):
+        first, second = grid.robots[i], grid.robots[j]
+        look: dict[str, Any] = {
+            'color': robot_colour(first, len(grid.robots)),
+            'gapcolor': robot_colour(second, len(grid.robots)),
+            'linestyle': (0, (5, 5)),
+            'linewidth': 1.25 * width,
+        }
+        distance = np.hypot(grid.x[i] - grid.x[j], grid.y[i] - grid.y[j])
+        axes.plot(grid.t, distance, color='0.25', linewidth=1.8 * width)
+        axes.plot(grid.t, distance, **look)
+        handles.append(Line2D([], [], label=f'robots {first} and {second}', **look))
+    axes.set_ylabel('distance (m)')
+    return handles
+
+
+def _draw_range(axes: Axes, grid: FleetGrid) -> list[Artist]:
+    smallest, mean, largest = distances_of_pairs(grid)
+    axes.fill_between(grid.t, smallest, largest, color='0.88', linewidth=0)
+    (low,) = axes.plot(grid.t, smallest, color='0.2', linestyle=':', label='smallest')
+    (middle,) = axes.plot(grid.t, mean, color='0.2', label='mean')
+    (high,) = axes.plot(grid.t, largest, color='0.2', linestyle='--', label='largest')
+    axes.set_ylabel('distance of pairs (m)')
+    return [high, middle, low]
+
+
+def _draw_to_centre(axes: Axes, grid: FleetGrid) -> list[Artist]:
+    with warnings.catch_warnings():
+        warnings.simplefilter('ignore', RuntimeWarning)  # times at which no robot has a pose
+        centre = np.nanmean([grid.x, grid.y], axis=1)
+    centre[:, ~grid.complete] = np.nan
+    for robot, x, y in zip(grid.robots, grid.x, grid.y, strict=True):
+        distance = np.hypot(x - centre[0], y - centre[1])
+        axes.plot(grid.t, distance, **line_look(robot, len(grid.robots)))
+    axes.set_ylabel('distance to centre (m)')
+    return robot_handles(grid.robots)

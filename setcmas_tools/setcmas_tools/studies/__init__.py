@@ -1,1 +1,0 @@
-"""Studies: many runs with varied parameters, and their table."""

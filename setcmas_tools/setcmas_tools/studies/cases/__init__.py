@@ -1,1 +1,0 @@
-"""Cases of a study: varied names, their values, and the files that they name."""

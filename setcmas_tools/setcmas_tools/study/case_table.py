@@ -1,0 +1,104 @@
+"""Table of the cases of a study: the product of what is varied, for each seed."""
+
+from __future__ import annotations
+
+import csv
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from setcmas_simu.errors import SetcmasError
+from setcmas_tools.study.variation import Draw
+
+SEED = 'seed'
+
+
+@dataclass(frozen=True)
+class CaseTable:
+    """The runs of a study, numbered from 1: seeds vary fastest, then the last axis.
+
+    Attributes:
+        axes: Names that vary together, and their values, a tuple for each case.
+        draws: What each run draws for itself, by name.
+        seed: The first seed.
+        seeds: Number of seeds.
+    """
+
+    axes: Sequence[tuple[tuple[str, ...], Sequence[tuple[Any, ...]]]] = ()
+    draws: Mapping[str, Draw] = field(default_factory=dict)
+    seed: int = 0
+    seeds: int = 1
+
+    def __len__(self) -> int:
+        """Return the number of runs."""
+        return math.prod((len(values) for _, values in self.axes), start=self.seeds)
+
+    @property
+    def names(self) -> list[str]:
+        """What is varied, without the seeds."""
+        found = [name for names, _ in self.axes for name in names] + list(self.draws)
+        return [name for name in found if name != SEED]
+
+    def values(self, run: int) -> dict[str, Any]:
+        """Return what a run has of its own: a value for each name, and its seed.
+
+        Raises:
+            SetcmasError: There is no such run.
+        """
+        if not 1 <= run <= len(self):
+            raise SetcmasError(f'there is no run {run}; it must be from 1 to {len(self)}')
+        rest, seed = divmod(run - 1, self.seeds)
+        found: dict[str, Any] = {}
+        for names, values in reversed(self.axes):
+            rest, index = divmod(rest, len(values))
+            found |= zip(names, values[index], strict=True)
+        for name, draw in self.draws.items():
+            (found[name],) = draw.numbers(1, self.seed, run, *name.encode())
+        found.setdefault(SEED, self.seed + seed)
+        return {name: found[name] for name in (*self.names, SEED)}
+
+
+def read_cases(path: Path) -> tuple[list[str], dict[int, list[str]]]:
+    """Return the names in a CSV file of cases, and its rows by line.
+
+    Raises:
+        SetcmasError: It cannot be read, or is no table.
+    """
+    rows: dict[int, list[str]] = {}
+    try:
+        with path.open(encoding='utf-8-sig', newline='') as file:
+            reader = csv.reader(file)
+            for row in filter(None, reader):
+                rows[reader.line_num] = [cell.strip() for cell in row]
+    except (OSError, UnicodeDecodeError, csv.Error) as error:
+        reason = getattr(error, 'strerror', None) or str(error)
+        raise SetcmasError(f"cases '{path}' cannot be read: {reason}") from error
+    if len(rows) < 2:
+        raise SetcmasError(f"cases '{path}' must have a line of names, and one for each case")
+    heads = rows.pop(min(rows))
+    for line, row in rows.items():
+        if len(row) != len(heads):
+            raise SetcmasError(
+                f"cases '{path}', line {line}: it has {len(row)} cells; it must have "
+                f'{len(heads)}, as the first line'
+            )
+    return heads, rows
+
+
+@contextmanager
+def told_at(path: Path | None, line: int | None) -> Iterator[None]:
+    """Name file and line of a case in what is told about it; no line changes nothing.
+
+    Raises:
+        SetcmasError: Something is told about it.
+    """
+    try:
+        yield
+    except SetcmasError as error:
+        if line is None:
+            raise
+        told = str(error).removeprefix('--vary ')
+        raise SetcmasError(f"cases '{path}', line {line}: {told}") from error

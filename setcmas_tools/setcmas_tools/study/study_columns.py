@@ -1,0 +1,134 @@
+"""Columns of a study's table: short names for the metrics of a run."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from numbers import Real
+from typing import Any
+
+import numpy as np
+
+from setcmas_tools.measures.metrics import Metrics
+
+_DIGITS = 9
+_OVER_ROBOTS: dict[str, Callable[[list[float]], Any]] = {
+    'sum': np.sum,
+    'mean': np.mean,
+    'largest': np.max,
+}
+
+
+@dataclass(frozen=True)
+class Column:
+    """A number of a run.
+
+    Attributes:
+        unit: Its unit; empty if it has none.
+        purpose: What it is.
+        metric: The metric that has it.
+        field: The value of that metric.
+        over_robots: How the values of robots become one, if there is one for each.
+        endless: Whether a run without it counts as infinite, such as a time never reached.
+    """
+
+    unit: str
+    purpose: str
+    metric: str
+    field: str
+    over_robots: str = ''
+    endless: bool = False
+
+    def of(self, metrics: Metrics) -> float | None:
+        """Return the number of a run; None if it has none."""
+        if not self.over_robots:
+            return getattr(metrics[self.metric], self.field)  # type: ignore[no-any-return]
+        motions = metrics['robots'].robots.values()
+        numbers = [getattr(motion, self.field) for motion in motions]
+        known = [number for number in numbers if number is not None]
+        return float(_OVER_ROBOTS[self.over_robots](known)) if known else None
+
+
+COLUMNS = {
+    'disagreement': Column(
+        'm', 'RMS distance to the centre, at the end', 'consensus', 'disagreement_at_end_m'
+    ),
+    'settling_time': Column(
+        's', 'disagreement below 5 %, for good', 'consensus', 'settling_time_5_percent_s',
+        endless=True,
+    ),
+    'settling_time_2': Column(
+        's', 'disagreement below 2 %, for good', 'consensus', 'settling_time_2_percent_s',
+        endless=True,
+    ),
+    'convergence_rate': Column(
+        '1/s', 'decay of the disagreement from 20 % to 2 %', 'consensus', 'convergence_rate_1_s'
+    ),
+    'least_separation': Column(
+        'm', 'least distance of two robots', 'separation', 'least_separation_m'
+    ),
+    'largest_distance': Column(
+        'm', 'largest distance of two robots, at the end', 'separation',
+        'largest_distance_at_end_m',
+    ),
+    'path_length': Column('m', 'mean over the robots', 'robots', 'path_length_m', 'mean'),
+    'mean_speed': Column('m/s', 'mean over the robots', 'robots', 'mean_speed_m_s', 'mean'),
+    'largest_speed': Column(
+        'm/s', 'largest of all robots', 'robots', 'largest_speed_m_s', 'largest'
+    ),
+    'saturation': Column(
+        's', 'time at the largest speed, mean over the robots', 'robots',
+        'time_in_saturation_s', 'mean',
+    ),
+    'communications': Column('', 'states sent by all robots', 'robots', 'communications', 'sum'),
+    'received': Column('', 'messages that arrived', 'messages', 'received'),
+    'lost': Column('', 'messages that were lost', 'messages', 'lost'),
+    'position_error': Column(
+        'm', 'formation: RMS over the last 25 %', 'formation',
+        'fleet_position_error_rms_last_quarter_m',
+    ),
+    'distance_error': Column(
+        'm', 'distances: RMS over the last 25 %', 'distances',
+        'distance_error_rms_last_quarter_m',
+    ),
+    'tracking_error': Column(
+        'm', 'tracking: RMS over the second half', 'tracking',
+        'fleet_tracking_error_rms_second_half_m',
+    ),
+    'waypoints_reached': Column(
+        '', 'waypoints: how many, mean over the robots', 'waypoints', 'mean_reached'
+    ),
+}  # fmt: skip
+"""The columns of what ships; those of other metrics are named METRIC_FIELD."""
+
+SHIPPED = {*(column.metric for column in COLUMNS.values()), 'call_time'}
+"""The metrics of what ships."""
+
+
+def numbers_of(metrics: Metrics) -> dict[str, float | None]:
+    """Return the numbers that a run is measured by, by column, with 9 digits."""
+    found = {
+        name: column.of(metrics) for name, column in COLUMNS.items() if column.metric in metrics
+    }
+    for metric, part in metrics.items():
+        if metric not in SHIPPED and part.in_file:
+            found |= _others(metric, part.as_dict())
+    return {name: _rounded(number) for name, number in found.items()}
+
+
+def _others(metric: str, values: Mapping[Any, Any]) -> dict[str, float | None]:
+    """Return the numbers of a metric of a plugin; of numbers by robot their mean."""
+    found: dict[str, float | None] = {}
+    for field, value in values.items():
+        name = metric if field == 'value' else f'{metric}_{field}'
+        if isinstance(value, Real) and not isinstance(value, bool):
+            found[name] = float(value)
+        elif isinstance(value, Mapping) and all(isinstance(one, Real) for one in value.values()):
+            found[name] = float(np.mean(list(value.values()))) if value else None
+    return found
+
+
+def _rounded(number: float | None) -> float | None:
+    if number is None or not np.isfinite(number):
+        return None
+    return float(f'{number:.{_DIGITS}g}') + 0.0  # + 0.0: no minus before zero

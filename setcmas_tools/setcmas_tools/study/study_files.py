@@ -1,0 +1,141 @@
+"""The files of a study: study.yaml, and those that its options name."""
+
+from __future__ import annotations
+
+import hashlib
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import msgspec
+
+from setcmas_ctrl.communication.communication_options import find_condition
+from setcmas_ctrl.communication.communication_settings import graph_description, graph_file
+from setcmas_ctrl.control.law_scripts import LawScripts
+from setcmas_simu.errors import SetcmasError
+from setcmas_simu.fleet.per_robot import mapped
+from setcmas_simu.robots.models import is_file
+from setcmas_tools.run.inputs import RunInput
+from setcmas_tools.run.origin import Origin
+from setcmas_tools.run.record_file import read_record, write_record
+
+FILE_NAME = 'study.yaml'
+
+
+@dataclass(frozen=True)
+class StudyInfo:
+    """What a study is.
+
+    Attributes:
+        parameters: Options of all its runs by name; settings of the script under 'set'.
+        vary: The values of each name that is varied, or the draw of each run as a text.
+        cases: The names in its file of cases.
+        seeds: Number of seeds; the first one is among the parameters.
+        success: What makes a run a success.
+        files: Where the folder keeps the files that options name, by option and name.
+        digests: SHA-256 of these files, by their places.
+        origin: What it was made with; None if it is not recorded yet.
+    """
+
+    parameters: dict[str, Any]
+    vary: dict[str, Any] = field(default_factory=dict)
+    cases: list[str] = field(default_factory=list)
+    seeds: int = 1
+    success: str | None = None
+    files: dict[str, dict[str, str]] = field(default_factory=dict)
+    digests: dict[str, str] = field(default_factory=dict)
+    origin: Origin | None = None
+
+
+def write_info(info: StudyInfo, folder: Path) -> None:
+    """Write study.yaml, whole or not at all.
+
+    Raises:
+        OSError: The file cannot be written.
+    """
+    write_record(msgspec.to_builtins(info), folder / FILE_NAME)
+
+
+def read_info(folder: Path) -> StudyInfo | None:
+    """Read the study.yaml of a folder; None if there is none.
+
+    Raises:
+        SetcmasError: The file cannot be read, is damaged, or is of another format.
+    """
+    return read_record(folder / FILE_NAME, StudyInfo)
+
+
+@dataclass
+class KeptFiles:
+    """The files of a study.
+
+    Attributes:
+        texts: What stands for each value that names files, by option: with 'inputs/...' in place
+            of the files.
+        originals: Where each 'inputs/...' was found, absolute.
+        contents: What is kept, by 'inputs/...'; with the modules that scripts import.
+    """
+
+    texts: dict[str, dict[str, str]] = field(default_factory=dict)
+    originals: dict[str, Path] = field(default_factory=dict)
+    contents: dict[str, bytes] = field(default_factory=dict)
+
+    @property
+    def digests(self) -> dict[str, str]:
+        """SHA-256 of what is kept."""
+        return {name: hashlib.sha256(self.contents[name]).hexdigest() for name in self.contents}
+
+    def add(self, option: str, value: str, exercise: bool = False) -> None:
+        """Keep the files that a value of an option names, if it names any.
+
+        Raises:
+            SetcmasError: There is no such file, or another one of that name is kept already.
+        """
+        found = _found(option, value, exercise)
+        kept = mapped(found, lambda path: self._kept(option, path), option)
+        if kept != value:
+            self.texts.setdefault(option, {})[value] = kept
+
+    def _kept(self, option: str, text: str) -> str:
+        path = Path(text)
+        if not path.is_absolute():
+            return text
+        given = RunInput(option, path)
+        for file, content in zip(given.files, given.contents, strict=True):
+            name = f'{given.folder}/{file.relative_to(path.parent).as_posix()}'
+            if self.contents.setdefault(name, content) != content:
+                raise SetcmasError(
+                    f"'{file}' and '{self.originals.get(name, name)}' would both be kept as "
+                    f"'{name}'; rename one"
+                )
+            self.originals.setdefault(name, file)
+        return f'{given.folder}/{path.name}'
+
+    def write_to(self, folder: Path) -> None:
+        """Write the files into the folder of a study.
+
+        Raises:
+            OSError: A file cannot be written.
+        """
+        for name, content in self.contents.items():
+            (folder / name).parent.mkdir(parents=True, exist_ok=True)
+            (folder / name).write_bytes(content)
+
+
+def _found(option: str, value: str, exercise: bool) -> str:
+    """Return a value with the absolute paths of the files that it names."""
+    if option == 'algo':
+        return LawScripts(value, exercise).text
+    if option == 'model':
+        return mapped(value, _file, option)
+    if option == 'ctc':
+        return str(find_condition(value, exercise))
+    if option == 'graph':
+        graph_description(value)  # which tells what graphs there are
+    if option in ('poses', 'cases') or (option == 'graph' and graph_file(value)):
+        return str(Path(value).resolve())
+    return value
+
+
+def _file(name: str) -> str:
+    return str(Path(name).resolve()) if is_file(name) else name

@@ -1,0 +1,110 @@
+"""The folder of a study: study.yaml, inputs/, runs.csv, runs.parquet and plots/."""
+
+from __future__ import annotations
+
+import shutil
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import msgspec
+
+from setcmas_simu.errors import SetcmasError
+from setcmas_tools.run.info import FILE_NAME as RUN_FILE
+from setcmas_tools.run.inputs import INPUTS
+from setcmas_tools.run.origin import this_origin
+from setcmas_tools.study import study_files, study_table
+from setcmas_tools.study.plan import Plan
+from setcmas_tools.study.study_files import StudyInfo, read_info, write_info
+
+_PARTS = (
+    INPUTS,
+    study_table.FILE_NAME,
+    study_table.PARQUET,
+    study_table.PART,
+    'plots',
+    study_files.FILE_NAME,
+)
+
+
+@contextmanager
+def written(folder: Path) -> Iterator[None]:
+    """Turn what goes wrong with files of a folder into one line.
+
+    Raises:
+        SetcmasError: A file cannot be written.
+    """
+    try:
+        yield
+    except OSError as error:
+        raise SetcmasError(f"study '{folder}' cannot be written: {error.strerror}") from error
+
+
+def prepare(folder: Path, plan: Plan, overwrite: bool = False) -> bool:
+    """Create the folder of a study, or find it with what is done of it.
+
+    Args:
+        folder: The folder.
+        plan: The study.
+        overwrite: Whether to replace another study.
+
+    Returns:
+        Whether its table is there already.
+
+    Raises:
+        SetcmasError: The folder holds something else, or cannot be written.
+    """
+    wanted = replace(plan.info, origin=this_origin())
+    with written(folder):
+        if overwrite:
+            _empty(folder)
+        _refuse_others(folder)
+        earlier = read_info(folder)
+        if earlier and (name := _difference(earlier, wanted)):
+            raise SetcmasError(
+                f"output '{folder}' holds another study ({name} differs); name another folder, or "
+                'add --overwrite to replace that study'
+            )
+        if not earlier:
+            folder.mkdir(parents=True, exist_ok=True)
+            plan.files.write_to(folder)
+        if not earlier or earlier.success != wanted.success:
+            write_info(wanted, folder)
+    return (folder / study_table.FILE_NAME).is_file()
+
+
+def _refuse_others(folder: Path) -> None:
+    if folder.exists() and not folder.is_dir():
+        raise SetcmasError(f"output '{folder}' is not a folder")
+    taken = [part for part in (*_PARTS, RUN_FILE) if (folder / part).exists()]
+    if taken and study_files.FILE_NAME not in taken:
+        raise SetcmasError(
+            f"output '{folder}' holds {', '.join(taken)} and no {study_files.FILE_NAME}, so it is not a "
+            'study; name another folder'
+        )
+
+
+def _empty(folder: Path) -> None:
+    if not (folder / study_files.FILE_NAME).is_file():
+        return
+    for part in _PARTS:
+        if (folder / part).is_dir():
+            shutil.rmtree(folder / part)
+        else:
+            (folder / part).unlink(missing_ok=True)
+
+
+def _difference(earlier: StudyInfo, wanted: StudyInfo) -> str:
+    """Return what differs between two studies; empty if that changes no row."""
+    first, second = _compared(earlier), _compared(wanted)
+    return next((name for name, value in first.items() if value != second[name]), '')
+
+
+def _compared(study: StudyInfo) -> dict[str, Any]:
+    plain: dict[str, Any] = msgspec.to_builtins(study)
+    parameters = {f'--{name}': value for name, value in plain.pop('parameters').items()}
+    origin = plain.pop('origin') or {}
+    del plain['success']
+    return {**parameters, **plain, 'setcmas': origin.get('setcmas')}

@@ -1,0 +1,170 @@
+"""Table of a study: rows as they come, kept in a file, and runs.csv in the order of runs."""
+
+from __future__ import annotations
+
+import csv
+import json
+import os
+from collections.abc import Iterator, Mapping
+from contextlib import suppress
+from pathlib import Path
+from typing import IO, Any
+
+import msgspec
+
+from setcmas_simu.errors import SetcmasError
+from setcmas_tools.study.case_table import CaseTable
+from setcmas_tools.study.study_columns import COLUMNS
+from setcmas_tools.study.study_row import Row
+
+FILE_NAME = 'runs.csv'
+PARQUET = 'runs.parquet'
+PART = 'runs.part.jsonl'
+"""The rows of a study that is not finished, a line of JSON each, as they came."""
+
+TOLD = ('state', 'robots', 'message')
+"""Columns that tell how a run ended."""
+
+
+class PartialTable:
+    """The rows of a study so far; use as a context manager.
+
+    Attributes:
+        done: The numbers of the runs that have a row.
+    """
+
+    def __init__(self, folder: Path) -> None:
+        """Open the file of a folder, and read which rows are there.
+
+        Raises:
+            OSError: The file cannot be read or written.
+            SetcmasError: Another process writes it.
+        """
+        self._file: IO[bytes] = (folder / PART).open('a+b')
+        _lock(self._file, folder)
+        self._folder = folder
+        self._places: dict[int, int] = {}
+        end = 0
+        for place, line in self._lines():
+            if line.endswith(b'\n'):  # it does not where the study was killed
+                self._places[msgspec.json.decode(line, type=Row).run] = place
+                end = place + len(line)
+        self._file.truncate(end)
+        self._file.seek(end)
+
+    @property
+    def done(self) -> set[int]:
+        """The numbers of the runs that have a row."""
+        return set(self._places)
+
+    def __enter__(self) -> PartialTable:
+        """Return the table."""
+        return self
+
+    def __exit__(self, *exc_info: object) -> None:
+        """Close the file."""
+        self._file.close()
+
+    def add(self, row: Row) -> None:
+        """Write a row.
+
+        Raises:
+            OSError: It cannot be written.
+        """
+        self._places[row.run] = self._file.tell()
+        self._file.write(msgspec.json.encode(row) + b'\n')
+        self._file.flush()
+
+    def finish(self, cases: CaseTable) -> None:
+        """Write runs.csv, and runs.parquet if pyarrow is there; the file of the rows goes.
+
+        Raises:
+            OSError: A file cannot be written.
+        """
+        columns = _in_order({name for row in self._rows() for name in row.numbers})
+        part = self._folder / f'.{FILE_NAME}.part'
+        with part.open('w', encoding='utf-8', newline='') as file:
+            lines = csv.writer(file, lineterminator='\n')
+            lines.writerow(['run', *cases.names, 'seed', *TOLD, *columns])
+            for row in self._rows():
+                own = cases.values(row.run)
+                told = [row.state.value, row.robots, row.message]
+                numbers = [row.numbers.get(name) for name in columns]
+                lines.writerow([row.run, *map(_text, own.values()), *told, *map(_text, numbers)])
+            file.flush()
+            os.fsync(file.fileno())
+        part.replace(self._folder / FILE_NAME)
+        _write_parquet(self._folder)
+        self._file.close()
+        (self._folder / PART).unlink()
+
+    def _rows(self) -> Iterator[Row]:
+        """Yield the rows in the order of runs, one after the other from the file."""
+        for run in sorted(self._places):
+            self._file.seek(self._places[run])
+            yield msgspec.json.decode(self._file.readline(), type=Row)
+
+    def _lines(self) -> Iterator[tuple[int, bytes]]:
+        self._file.seek(0)
+        place = 0
+        for line in self._file:
+            yield place, line
+            place += len(line)
+
+
+def _lock(file: IO[bytes], folder: Path) -> None:
+    """Keep a file for this process, as long as it is open, where the system can (not Windows)."""
+    with suppress(ImportError):
+        import fcntl
+
+        try:
+            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError as error:
+            file.close()
+            raise SetcmasError(
+                f"study '{folder}' is being made by another process; wait for it, or end it"
+            ) from error
+
+
+def read_table(path: Path) -> dict[str, list[Any]]:
+    """Return the columns of a runs.csv: numbers where all cells are, None where one is empty.
+
+    Raises:
+        SetcmasError: The file is missing or damaged.
+    """
+    try:
+        with path.open(encoding='utf-8', newline='') as file:
+            heads, *rows = csv.reader(file)
+            columns = zip(*rows, strict=True) if rows else ([] for _ in heads)
+            return {name: _parsed(name, cells) for name, cells in zip(heads, columns, strict=True)}
+    except (OSError, UnicodeDecodeError, csv.Error, ValueError) as error:
+        raise SetcmasError(f"'{path}' cannot be read; it must be the table of a study") from error
+
+
+def _parsed(name: str, cells: Any) -> list[Any]:
+    if name in TOLD:
+        return list(cells)
+    try:
+        return [float(cell) if cell else None for cell in cells]
+    except ValueError:
+        return list(cells)
+
+
+def _in_order(names: set[str]) -> list[str]:
+    return [*(name for name in COLUMNS if name in names), *sorted(names - COLUMNS.keys())]
+
+
+def _text(value: Any) -> str:
+    if value is None:
+        return ''
+    if isinstance(value, float):
+        return repr(value).removesuffix('.0')
+    return json.dumps(value) if isinstance(value, (list, Mapping, bool)) else str(value)
+
+
+def _write_parquet(folder: Path) -> None:
+    with suppress(ImportError):
+        from pyarrow import csv as arrow_csv
+        from pyarrow import parquet
+
+        parquet.write_table(arrow_csv.read_csv(folder / FILE_NAME), folder / PARQUET)

@@ -1,0 +1,232 @@
+"""Variation of a name in a study: options and script names, lists, ranges and random draws."""
+
+from __future__ import annotations
+
+import difflib
+import inspect
+import math
+import re
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass, fields
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import yaml
+
+from setcmas_ctrl.communication.communication_options import CommunicationOptions
+from setcmas_ctrl.control.control_options import LawOptions
+from setcmas_ctrl.control.law_scripts import LawScripts
+from setcmas_ctrl.filter.filter_options import FilterOptions
+from setcmas_ctrl.scripts.loader import names_to_set
+from setcmas_ctrl.scripts.script_settings import parse_settings
+from setcmas_simu.arrays import Floats
+from setcmas_simu.errors import SetcmasError
+from setcmas_simu.options.kinds import Number, Whole
+from setcmas_simu.options.option import Form, Option
+from setcmas_simu.simulator.simulator_options import SimulationOptions
+from setcmas_tools.offline.engine import simulate
+from setcmas_tools.run.options import RunOptions
+
+SETTING, OPTION = 'set.', 'option.'
+"""What stands before a name that is both, to say which is meant."""
+
+
+def names_of_scripts(algo: str, exercise: bool = False) -> set[str]:
+    """Return what the control scripts assign that `--algo` means.
+
+    Raises:
+        SetcmasError: There is no such script, or it has a mistake.
+    """
+    paths = LawScripts(algo, exercise).paths
+    return {name for path in paths for name in names_to_set(path)}
+
+
+def varied_options() -> dict[str, Option]:
+    """Return the options of a run that a study can vary, by name."""
+    groups = (LawOptions, CommunicationOptions, FilterOptions, SimulationOptions, RunOptions)
+    found = {one.name: one.metadata['option'] for group in groups for one in fields(group)}
+    taken = inspect.signature(simulate).parameters
+    return {name: option for name, option in found.items() if name in taken}
+
+
+OPTIONS = varied_options()
+
+
+def is_setting(name: str) -> bool:
+    """Return whether a varied name is that of the script."""
+    return name.startswith(SETTING) or plain(name) not in OPTIONS
+
+
+def plain(name: str) -> str:
+    """Return a name without what tells options from names of the script."""
+    return name.removeprefix(SETTING).removeprefix(OPTION)
+
+
+def checked_name(name: str, script_names: Collection[str]) -> str:
+    """Return a name that is varied, with _ for - in options.
+
+    Args:
+        name: As it was typed.
+        script_names: What the control scripts assign.
+
+    Raises:
+        SetcmasError: It is neither an option nor a name of the script, or both.
+    """
+    own = plain(name)
+    option = own.replace('-', '_')
+    if option in OPTIONS and not name.startswith(SETTING):
+        if own in script_names and not name.startswith(OPTION):
+            raise SetcmasError(
+                f'--vary {name}: it is an option and a name of the script; it must be '
+                f"'{OPTION}{name}' or '{SETTING}{name}'"
+            )
+        return name.replace('-', '_')
+    if own in script_names and not name.startswith(OPTION):
+        return name
+    known = [*OPTIONS, *script_names]
+    near = difflib.get_close_matches(own, known, n=2)
+    hint = f'did you mean {" or ".join(near)}? ' if near else ''
+    raise SetcmasError(
+        f'--vary {name}: there is no such name; {hint}options are {", ".join(OPTIONS)}; names of '
+        f'the script are {", ".join(sorted(script_names)) or "none"}'
+    )
+
+
+def value_of(name: str, value: Any) -> Any:
+    """Return a value for a name as its option or the script takes it.
+
+    Args:
+        name: What is varied.
+        value: A text, a number of a range, or anything else that Python has given.
+
+    Raises:
+        SetcmasError: The option takes no such value.
+    """
+    if is_setting(name):
+        text = f'{plain(name)}={value}'
+        return parse_settings([text])[plain(name)] if isinstance(value, str) else value
+    option = OPTIONS[plain(name)]
+    if option.form is Form.FLAG:
+        return _truth(name, value)
+    if isinstance(option.kind, Whole) and isinstance(value, float) and value.is_integer():
+        value = int(value)
+    if isinstance(value, str):
+        value = option.kind.parse(value)
+    if isinstance(option.kind, (Number, Whole)) and not callable(value):
+        option.kind.check(f'--vary {name}', value)
+    return str(value) if isinstance(value, Path) else value
+
+
+def _truth(name: str, value: Any) -> bool:
+    known = yaml.safe_load(value) if isinstance(value, str) else value
+    if not isinstance(known, bool):
+        raise SetcmasError(f'--vary {name} is {value!r}; it must be yes or no')
+    return known
+
+
+def with_values(parameters: Mapping[str, Any], values: Mapping[str, Any]) -> dict[str, Any]:
+    """Return parameters of a run with the varied ones in their place, settings under 'set'."""
+    options = {plain(name): value for name, value in values.items() if not is_setting(name)}
+    settings = {plain(name): value for name, value in values.items() if is_setting(name)}
+    return {**parameters, **options, 'set': {**parameters['set'], **settings}}
+
+
+_NUMBER = r'[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?'
+_RANGE = re.compile(rf'(log:)?({_NUMBER}):({_NUMBER}):(\d+)')
+_DRAW = re.compile(rf'(uniform|loguniform|normal):({_NUMBER}):({_NUMBER})(?::(\d+))?')
+_MISTAKEN = re.compile(
+    rf'(?:(?:log|uniform|loguniform|normal):{_NUMBER}|{_NUMBER}:{_NUMBER})(?::{_NUMBER})*'
+)
+_DIGITS = 12  # so that 0.2:2:10 has 0.4 and not 0.4000000000000001
+
+FORM = (
+    'a list (0,0.2,0.4), a range FIRST:LAST:COUNT or log:FIRST:LAST:COUNT, or random draws '
+    'uniform:LOW:HIGH, loguniform:LOW:HIGH or normal:MEAN:DEVIATION, for each run or with :COUNT'
+)
+"""What a variation must be."""
+
+
+@dataclass(frozen=True)
+class Draw:
+    """A number that every run draws for itself.
+
+    Attributes:
+        kind: 'uniform', 'loguniform' or 'normal'.
+        first: The lower bound, or the mean.
+        second: The upper bound, or the standard deviation.
+    """
+
+    kind: str
+    first: float
+    second: float
+
+    def __str__(self) -> str:
+        """Return the text that means it."""
+        return f'{self.kind}:{self.first:g}:{self.second:g}'
+
+    def numbers(self, count: int, *seed: int) -> list[float]:
+        """Return so many numbers; equal seeds give equal ones."""
+        generator = np.random.default_rng(seed)
+        if self.kind == 'normal':
+            return _tidy(generator.normal(self.first, self.second, count))
+        if self.kind == 'uniform':
+            return _tidy(generator.uniform(self.first, self.second, count))
+        low, high = math.log(self.first), math.log(self.second)
+        return _tidy(np.exp(generator.uniform(low, high, count)))
+
+
+def parse_variation(name: str, text: str, seed: int) -> Draw | list[Any]:
+    """Return the values that a text such as '0.2:2:10' means, or the draw of each run.
+
+    Values of a list stay texts unless the list is YAML, such as '[[1, 2], [3, 4]]'.
+
+    Args:
+        name: What is varied.
+        text: The text.
+        seed: Chooses the values of a draw with a count.
+
+    Raises:
+        SetcmasError: The text has another form.
+    """
+    if found := _RANGE.fullmatch(text):
+        return _range(name, text, bool(found[1]), float(found[2]), float(found[3]), int(found[4]))
+    if found := _DRAW.fullmatch(text):
+        draw = _checked(Draw(found[1], float(found[2]), float(found[3])), name)
+        return draw.numbers(int(found[4]), seed, *name.encode()) if found[4] else draw
+    values = _yaml_list(text) if text.startswith('[') else text.split(',')
+    empty = not values or not all(str(value).strip() for value in values)
+    if empty or _MISTAKEN.fullmatch(text):
+        raise SetcmasError(f"--vary {name} '{text}' must be {FORM}")
+    return [value.strip() if isinstance(value, str) else value for value in values]
+
+
+def _range(name: str, text: str, log: bool, first: float, last: float, count: int) -> list[float]:
+    if count < 1 or (log and not (first > 0 and last > 0)):
+        more = ' with bounds above 0' if log else ''
+        raise SetcmasError(f"--vary {name} '{text}' must be a range of 1 value or more{more}")
+    if log:
+        return _tidy(np.geomspace(first, last, count))
+    return _tidy(np.linspace(first, last, count))
+
+
+def _checked(draw: Draw, name: str) -> Draw:
+    least = 0.0 if draw.kind == 'normal' else draw.first
+    if draw.second < least or (draw.kind == 'loguniform' and draw.first <= 0):
+        raise SetcmasError(
+            f"--vary {name} '{draw}' must have bounds in order, above 0 for loguniform, and a "
+            'deviation of at least 0'
+        )
+    return draw
+
+
+def _tidy(numbers: Floats) -> list[float]:
+    return [float(f'{number:.{_DIGITS}g}') for number in numbers.tolist()]
+
+
+def _yaml_list(text: str) -> Sequence[Any]:
+    try:
+        values = yaml.safe_load(text)
+    except yaml.YAMLError:
+        return []
+    return values if isinstance(values, list) else []

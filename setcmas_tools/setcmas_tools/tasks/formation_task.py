@@ -1,0 +1,225 @@
+"""The tasks `formation`, `distances` and `consensus`."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from itertools import combinations
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from setcmas_ctrl.control.references import number, points
+from setcmas_simu.arrays import Floats
+from setcmas_tools.measures.metric import Columns, Measured
+from setcmas_tools.measures.task import Errors, Task, from_share, rms, rms_by_robot
+from setcmas_tools.records.fleet_grid import FleetGrid
+from setcmas_tools.tasks.tracking_task import REACHED_M, draw_waypoints, waypoints
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.lines import Line2D
+
+    from setcmas_tools.run.run import Run
+
+
+LEADER = 1
+"""Number of the robot that leads a formation."""
+
+
+@dataclass(frozen=True)
+class FormationMetrics(Measured):
+    """Position errors |p_i - p_1 - d_i| of followers, by robot; the last value over all."""
+
+    position_error_final_m: dict[int, float]
+    position_error_rms_last_quarter_m: dict[int, float]
+    fleet_position_error_rms_last_quarter_m: float
+
+    def columns(self) -> Columns:
+        """Return the errors of each follower."""
+        return {
+            'error at\nend (m)': ('.3f', self.position_error_final_m),
+            'RMS last\n25 % (m)': ('.3f', self.position_error_rms_last_quarter_m),
+        }
+
+    def lines(self, task: str | None) -> list[str]:
+        """Return the error of the formation."""
+        del task
+        error = self.fleet_position_error_rms_last_quarter_m
+        return [f'formation: RMS error of the places over the last 25 %: {error:.3f} m']
+
+
+def place_errors(grid: FleetGrid, places: Floats) -> dict[int, Floats]:
+    """Return the error of each follower in m over time; arguments as for `formation`."""
+    if LEADER not in grid.robots:
+        return {}
+    leader = grid.robots.index(LEADER)
+    errors = {}
+    for robot, x, y in zip(grid.robots, grid.x, grid.y, strict=True):
+        if LEADER < robot <= LEADER + len(places):
+            dx, dy = places[robot - LEADER - 1]
+            errors[robot] = np.hypot(x - grid.x[leader] - dx, y - grid.y[leader] - dy)
+    return errors
+
+
+def formation(grid: FleetGrid, places: Floats) -> FormationMetrics | None:
+    """Return the position errors of a formation by places.
+
+    Source: Oh, Park and Ahn, A survey of multi-agent formation control, Automatica 53, 2015
+    (displacement-based control).
+
+    Args:
+        grid: The fleet's motion.
+        places: Places of robots 2, 3, ... beside the leader in m, shape (M, 2); followers beyond
+            have none.
+
+    Returns:
+        None without a leader or without a follower that is known at the same time as the leader.
+    """
+    errors = place_errors(grid, places)
+    late = rms_by_robot(grid.t, errors, 0.75)
+    final = {robot: float(errors[robot][np.isfinite(errors[robot])][-1]) for robot in late}
+    return FormationMetrics(final, late, rms(list(late.values()))) if late else None
+
+
+class _Formation(Task):
+    def metrics(self, run: Run, references: Mapping[str, Any]) -> Mapping[str, Measured | None]:
+        parts: dict[str, Measured | None] = {
+            'formation': formation(run.counted_grid, np.array(references['PLACES']))
+        }
+        if 'WPL' in references and LEADER in run.counted.robots:
+            parts['waypoints'] = waypoints(run.counted.of(LEADER), references)
+        return parts
+
+    def errors(self, run: Run, references: Mapping[str, Any]) -> Errors | None:
+        values = place_errors(run.counted_grid, np.array(references['PLACES']))
+        return Errors('Formation error', 'distance to the place (m)', values) if values else None
+
+    def draw(self, plot: str, axes: Axes, run: Run, references: Mapping[str, Any]) -> list[Line2D]:
+        if plot not in ('trajectories', 'film'):
+            return []
+        handles = draw_waypoints(axes, references) if 'WPL' in references else []
+        if plot == 'trajectories':  # in a film they would have to move along with the leader
+            handles += _draw_places(axes, run, np.array(references['PLACES']))
+        return handles
+
+
+def _draw_places(axes: Axes, run: Run, places: Floats) -> list[Line2D]:
+    """Draw the followers' places in m beside where the leader, robot 1, ends."""
+    from setcmas_tools.plots.trajectories import finite_rows, mark
+
+    leader = finite_rows(run.table.of(LEADER), 'x', 'y')
+    if not len(leader.t) or max(run.robots) == LEADER:
+        return []
+    at_end = np.array([leader.x[-1], leader.y[-1]]) + places[: max(run.robots) - 1]
+    return axes.plot(*at_end.T, label='places at the end', **mark('o', 2.8))
+
+
+FORMATION = _Formation(
+    {'PLACES': points, 'WPL': points, 'REACHED': number}, {'WPL': None, 'REACHED': REACHED_M}
+)
+"""The task."""
+
+
+MOST_ROBOTS_IN_PAIRS = 8
+"""Of larger fleets the pairs are not listed one by one."""
+
+
+@dataclass(frozen=True)
+class DistanceMetrics(Measured):
+    """Distance errors |p_i - p_j| - D over pairs of robots.
+
+    `distance_errors_final_m` has a signed error for each pair, such as '1-2', of a small fleet.
+    """
+
+    distance_error_final_rms_m: float
+    distance_error_final_largest_m: float
+    distance_error_rms_last_quarter_m: float
+    distance_errors_final_m: dict[str, float] | None
+
+    def lines(self, task: str | None) -> list[str]:
+        """Return the errors of the fleet."""
+        del task
+        return [
+            f'distances: RMS error {self.distance_error_final_rms_m:.3f} m at the end '
+            f'(largest {self.distance_error_final_largest_m:.3f} m), '
+            f'{self.distance_error_rms_last_quarter_m:.3f} m over the last 25 %'
+        ]
+
+
+def distances(grid: FleetGrid, wanted: float) -> DistanceMetrics | None:
+    """Return the errors of a formation by distances.
+
+    All at the times at which all robots are known.
+    Source: Krick, Broucke and Francis, International Journal of Control 82(3), 2009.
+
+    Args:
+        grid: The fleet's motion.
+        wanted: D in m.
+
+    Returns:
+        None for one robot, or if all are not known at once in the last quarter.
+    """
+    known = np.isfinite(grid.x).all(axis=0) & from_share(grid.t, 0.75)
+    if len(grid.robots) < 2 or not known.any():
+        return None
+    x, y = grid.x[:, known], grid.y[:, known]
+    squares, final = 0.0, []
+    for i in range(len(x) - 1):
+        errors = np.hypot(x[i + 1 :] - x[i], y[i + 1 :] - y[i]) - wanted
+        squares += float(np.sum(errors**2))
+        final += errors[:, -1].tolist()
+    pairs = None
+    if len(x) <= MOST_ROBOTS_IN_PAIRS:
+        names = [f'{i}-{j}' for i, j in combinations(grid.robots, 2)]
+        pairs = dict(zip(names, final, strict=True))
+    late = float(np.sqrt(squares / (len(final) * x.shape[1])))
+    return DistanceMetrics(rms(final), float(np.abs(final).max()), late, pairs)
+
+
+def distance_errors(grid: FleetGrid, wanted: float) -> dict[int, Floats]:
+    """Return the RMS error of the distances of each robot to the others in m over time.
+
+    Args:
+        grid: The fleet's motion, of two robots at least.
+        wanted: The distance in m.
+    """
+    errors = {}
+    for i, robot in enumerate(grid.robots):
+        gaps = np.delete(np.hypot(grid.x - grid.x[i], grid.y - grid.y[i]), i, axis=0)
+        errors[robot] = np.sqrt(np.mean((gaps - wanted) ** 2, axis=0))
+    return errors
+
+
+class _Distances(Task):
+    def metrics(self, run: Run, references: Mapping[str, Any]) -> Mapping[str, Measured | None]:
+        parts: dict[str, Measured | None] = {
+            'distances': distances(run.counted_grid, references['D'])
+        }
+        if 'WPL' in references and LEADER in run.counted.robots:
+            parts['waypoints'] = waypoints(run.counted.of(LEADER), references)
+        return parts
+
+    def errors(self, run: Run, references: Mapping[str, Any]) -> Errors | None:
+        if len(run.counted.robots) < 2:
+            return None
+        values = distance_errors(run.counted_grid, references['D'])
+        return Errors('Distance error', 'RMS error of the distances (m)', values)
+
+    def draw(self, plot: str, axes: Axes, run: Run, references: Mapping[str, Any]) -> list[Line2D]:
+        del run
+        if plot == 'distances':
+            label = f'reference, {references["D"]:g} m'
+            look: dict[str, Any] = {'color': '0.15', 'linestyle': ':', 'zorder': 2.6}
+            return [axes.axhline(references['D'], label=label, **look)]
+        return draw_waypoints(axes, references) if 'WPL' in references else []
+
+
+DISTANCES = _Distances(
+    {'D': number, 'WPL': points, 'REACHED': number}, {'WPL': None, 'REACHED': REACHED_M}
+)
+"""The task."""
+
+
+CONSENSUS = Task()
+"""The task; the agreement of the fleet is measured in every run."""

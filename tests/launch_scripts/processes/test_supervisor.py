@@ -1,0 +1,287 @@
+import os
+import signal
+import subprocess
+import sys
+import textwrap
+import time
+from pathlib import Path
+
+import psutil
+import pytest
+from processes import TIMEOUT_S
+
+from launch_scripts.processes.child_process import ChildDiedError
+from launch_scripts.processes.supervisor import StoppedError, Supervisor
+from setcmas_simu.reports.reports import Function, Ready, ScriptCall, Started
+
+SLEEPER = 'import time; print("ready", flush=True); time.sleep(600)'
+STUBBORN = 'import signal; signal.signal(signal.SIGINT, signal.SIG_IGN); ' + SLEEPER
+PARENT = 'import subprocess, sys; subprocess.Popen([sys.executable, "-c", {!r}]); {}'
+
+
+def python(code):
+    return [sys.executable, '-c', code]
+
+
+@pytest.fixture
+def supervisor():
+    with Supervisor(dict(os.environ), prefix=True) as supervisor:
+        supervisor.lines = []
+        supervisor.write = lambda line, _: supervisor.lines.append(line)
+        yield supervisor
+
+
+def gone(pid):
+    try:
+        return psutil.Process(pid).status() == psutil.STATUS_ZOMBIE
+    except psutil.NoSuchProcess:
+        return True
+
+
+def wait_until(condition):
+    deadline = time.monotonic() + TIMEOUT_S
+    while not condition():
+        assert time.monotonic() < deadline
+        time.sleep(0.02)
+
+
+def test_output_is_shown_in_whole_lines_with_the_name_of_its_process(supervisor):
+    code = (
+        'import os, time\nfor w in (b"a", b"b\\n", b"c\\n"):\n    os.write(1, w)\ntime.sleep(600)'
+    )
+    supervisor.start('one', python(code))
+    supervisor.run(until=lambda: len(supervisor.lines) == 2)
+
+    assert supervisor.lines == ['[one] ab', '[one] c']
+
+
+def test_a_process_that_dies_is_named_with_the_reason(supervisor):
+    supervisor.start('good', python(SLEEPER))
+    bad = supervisor.start('bad', python('import os; os._exit(3)'))
+
+    with pytest.raises(ChildDiedError, match=rf'bad \(process {bad.process.pid}\) ended.* 3') as e:
+        supervisor.run()
+    assert e.value.exit_status == 3
+
+
+def test_a_killed_process_is_named_with_the_signal(supervisor):
+    child = supervisor.start('bad', python(SLEEPER))
+    supervisor.run(until=lambda: supervisor.lines)
+    os.kill(child.process.pid, signal.SIGKILL)
+
+    with pytest.raises(ChildDiedError, match='killed by SIGKILL'):
+        supervisor.run()
+
+
+SETUP = 'from setcmas_simu.reports.launcher import connected_launcher as launcher\n'
+SETUP += 'from setcmas_simu.reports.reports import *\n'
+
+
+def test_a_mistake_that_a_process_has_told_is_not_told_again(supervisor):
+    code = (
+        'print("error: because of this"); launcher().report(Mistake("this")); raise SystemExit(2)'
+    )
+    supervisor.start('bad', python(SETUP + code))
+
+    with pytest.raises(ChildDiedError) as caught:
+        supervisor.run()
+    assert supervisor.lines == ['[bad] error: because of this']
+    assert caught.value.exit_status == 2
+    assert str(caught.value) == ''  # it has been told
+
+
+def test_what_a_process_reports_is_not_what_it_prints(supervisor):
+    code = (
+        'import os; t = launcher(); print("controlling robots"); t.report(Started((1, 2), "law"))'
+    )
+    child = supervisor.start('one', python(SETUP + code + '\n' + SLEEPER))
+    supervisor.run(until=lambda: child.heard(Started))
+
+    assert child.heard(Started) == Started((1, 2), 'law')
+    assert child.heard(Ready) is None
+    assert not any('Started' in line for line in supervisor.lines)
+
+
+def test_a_status_of_2_is_told_even_if_a_script_prints_error(supervisor):
+    supervisor.start('bad', python('import os; print("error: x", flush=True); os._exit(2)'))
+
+    with pytest.raises(ChildDiedError, match='ended by itself with exit status 2'):
+        supervisor.run()
+
+
+IN_A_CALL = (
+    SETUP
+    + """
+import os, signal, time
+from pathlib import Path
+signal.signal(signal.SIGINT, lambda *_: None)  # as nodes do: it is answered between two calls
+launcher = launcher()
+launcher.report(Ready())
+launcher.current_call.begin(2, Path('law.py'), Function.CONTROL, time.monotonic() - {ago})
+"""
+)
+CALL = ScriptCall(2, 'law.py', Function.CONTROL)
+
+
+@pytest.mark.parametrize(
+    ('end', 'reason'),
+    [
+        ('os._exit(0)', 'ended by itself with exit status 0'),
+        ('os.kill(os.getpid(), 9)', 'was killed by SIGKILL'),
+        ('os.abort()', 'was killed by SIGABRT'),
+    ],
+)
+def test_a_process_that_dies_in_a_call_is_named_with_robot_and_script(supervisor, end, reason):
+    child = supervisor.start('ctrl', python(IN_A_CALL.format(ago=0) + end))
+
+    with pytest.raises(ChildDiedError, match=f'{reason}.* in control of law.py for tb3_2') as e:
+        supervisor.run()
+    assert e.value.exit_status == 1
+    assert child.calls.failed == (CALL,)
+
+
+def test_a_process_that_ends_after_a_call_is_named_with_robot_and_script(supervisor):
+    supervisor.start('ctrl', python(IN_A_CALL.format(ago=0) + 'launcher.current_call.end()'))
+
+    with pytest.raises(ChildDiedError, match=r'status 0 after control of law\.py for tb3_2'):
+        supervisor.run()
+
+
+def test_what_a_start_waits_for_is_the_call_that_hangs(supervisor):
+    code = IN_A_CALL.format(ago=0).replace('CONTROL', 'LOADING') + 'print("in it", flush=True)\n'
+    child = supervisor.start('ctrl', python(code + 'time.sleep(600)'))
+    assert child.calls.missing == 'the controllers have not called their laws'
+    supervisor.run(until=lambda: supervisor.lines)
+
+    assert child.calls.missing == 'loading of law.py for tb3_2 has not returned'
+    assert child.calls.failed == ()
+
+
+def test_a_process_without_descriptors_is_of_no_more_use(supervisor):
+    code = IN_A_CALL.format(ago=0) + 'os.closerange(0, 100)\n' + SLEEPER.partition('; ')[0]
+    child = supervisor.start('ctrl', python(code + '; time.sleep(600)'))
+
+    with pytest.raises(ChildDiedError, match=r'no descriptors.* in control of law.py for tb3_2'):
+        supervisor.run()
+    supervisor.stop(child)
+    assert child.calls.failed == (CALL,)
+
+
+@pytest.mark.parametrize('hang', ['sum(range(10**14))', 'os.kill(os.getpid(), 19)'])
+def test_a_call_that_keeps_its_process_from_speaking_is_told_and_ended(supervisor, hang):
+    takes_signals = 'import signal; signal.signal(signal.SIGTERM, lambda *_: None)\n'
+    child = supervisor.start('ctrl', python(IN_A_CALL.format(ago=9) + takes_signals + hang))
+    hung = []
+    child.on_hang = lambda: hung.append(True)
+    supervisor.run(until=lambda: hung)
+    supervisor.stop(child)
+
+    assert 'ctrl does not answer: control of law.py for tb3_2' in supervisor.lines[0]
+    assert 'killed in control of law.py for tb3_2' in supervisor.lines[1]
+    assert len(hung) == 1
+    assert child.exit_status == 1
+    assert child.calls.failed == (CALL,)
+
+
+def test_a_process_that_ends_well_has_no_failed_calls(supervisor):
+    code = IN_A_CALL.format(ago=0) + 'launcher.current_call.end()\nlauncher.report(Ended(()))'
+    child = supervisor.start('ctrl', python(code))
+    with pytest.raises(ChildDiedError):  # nobody had asked it to
+        supervisor.run()
+
+    assert child.calls.failed == ()
+    assert child.exit_status == 0
+
+
+def test_a_reader_that_does_not_read_delays_neither_children_nor_a_stop(tmp_path):
+    path = tmp_path / 'done'
+    talker = f'print(("x" * 99 + "\\n") * 20_000); open({str(path)!r}, "w"); {SLEEPER}'
+    code = (
+        'import os, sys\n'
+        'from launch_scripts.processes.supervisor import StoppedError, Supervisor\n'
+        f'with Supervisor(dict(os.environ)) as s:\n    s.start("child", {python(talker)!r})\n'
+        '    try:\n        s.run()\n    except StoppedError:\n        pass\n'
+    )
+    launcher = subprocess.Popen(python(code), stdout=subprocess.PIPE, stderr=subprocess.DEVNULL)
+    wait_until(path.exists)  # 2 MB have gone somewhere, though nobody has read them
+    (child,) = psutil.Process(launcher.pid).children()
+
+    launcher.send_signal(signal.SIGTERM)
+
+    assert launcher.wait(TIMEOUT_S) == 0
+    wait_until(lambda: gone(child.pid))
+    launcher.stdout.close()
+
+
+def test_even_a_stubborn_process_is_stopped_with_all_that_it_started(supervisor):
+    grandchildren = 'print("ready", flush=True); import time; time.sleep(600)'
+    child = supervisor.start('child', python(PARENT.format(STUBBORN, grandchildren)))
+    supervisor.run(until=lambda: len(supervisor.lines) == 2)
+    family = [child.process.pid, *[p.pid for p in psutil.Process(child.process.pid).children()]]
+    assert len(family) == 2
+
+    supervisor.stop(child)
+
+    wait_until(lambda: all(map(gone, family)))
+
+
+@pytest.mark.parametrize(('report', 'status'), [('Recording(2)', 0), ('Ready()', -signal.SIGTERM)])
+def test_a_recorder_gets_the_time_to_write_what_it_has(supervisor, monkeypatch, report, status):
+    monkeypatch.setattr('launch_scripts.processes.supervisor._ENDS_S', 0.2)
+    writes = (
+        'import signal, sys, time\n'
+        'signal.signal(signal.SIGINT, lambda *_: (time.sleep(1), sys.exit(0)))\n'
+    )
+    code = f'{SETUP}{writes}launcher().report({report})\n{SLEEPER}'
+    child = supervisor.start('record', python(code))
+    supervisor.run(until=lambda: supervisor.lines)
+    supervisor.stop(child)
+
+    assert child.process.returncode == status
+
+
+def test_a_signal_asks_to_stop(supervisor):
+    supervisor.start('child', python(SLEEPER))
+    supervisor.run(until=lambda: supervisor.lines)
+    os.kill(os.getpid(), signal.SIGINT)
+
+    with pytest.raises(StoppedError):
+        supervisor.run()
+
+
+def test_handlers_of_signals_are_given_back():
+    before = signal.getsignal(signal.SIGINT)
+    with Supervisor({}):
+        assert signal.getsignal(signal.SIGINT) != before
+    assert signal.getsignal(signal.SIGINT) == before
+
+
+LAUNCHER = textwrap.dedent(
+    """
+    import os, sys
+    from launch_scripts.processes.supervisor import Supervisor
+    with Supervisor(dict(os.environ)) as supervisor:
+        child = supervisor.start('child', [sys.executable, '-c', {code!r}])
+        open({path!r}, 'w').write(str(child.process.pid))
+        supervisor.run()
+    """
+)
+
+
+@pytest.mark.parametrize('signum', [signal.SIGKILL, signal.SIGTERM, signal.SIGHUP])
+def test_when_the_launcher_dies_nothing_is_left(tmp_path, signum):
+    path = tmp_path / 'pid'
+    launcher = subprocess.Popen(
+        python(LAUNCHER.format(code=SLEEPER, path=str(path))),
+        stdout=subprocess.PIPE,
+        stderr=subprocess.DEVNULL,
+    )
+    assert launcher.stdout.readline() == b'ready\n'
+    child = int(Path(path).read_text())
+    assert not gone(child)
+
+    launcher.send_signal(signum)
+    launcher.wait()
+    launcher.stdout.close()
+
+    wait_until(lambda: gone(child))

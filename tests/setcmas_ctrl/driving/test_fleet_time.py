@@ -1,0 +1,114 @@
+import signal
+
+import pytest
+from processes import CTRL, SIMU
+from sensor_msgs.msg import TimeReference
+
+from setcmas_ctrl.driving.fleet_time import FleetTime
+
+
+def begun(at=100.0):
+    time = FleetTime()
+    time.step(at, held=False)
+    return time
+
+
+def test_the_first_process_begins_at_0_and_goes_on_between_steps():
+    time = FleetTime()
+
+    assert time.at(99.0) == 0.0
+    assert time.step(100.0, held=False) == 0.0
+    assert time.at(100.1) == pytest.approx(0.1)
+    assert time.step(100.2, held=False) == pytest.approx(0.2)
+
+
+def test_it_stands_still_while_it_is_held():
+    time = begun()
+    time.step(100.2, held=False)
+    for now in (100.4, 100.6):
+        assert time.step(now, held=True) == pytest.approx(0.2)
+        assert time.at(now + 0.1) == pytest.approx(0.2)
+
+    assert time.step(100.8, held=False) == pytest.approx(0.4)
+
+
+def test_a_process_that_comes_later_joins_whatever_its_clock_says():
+    time = FleetTime()
+    time.hear(57.0, 9.9)
+
+    assert time.step(10.0, held=False) == pytest.approx(57.1)
+
+
+def test_what_was_heard_long_ago_is_of_a_fleet_that_has_ended():
+    time = FleetTime()
+    time.hear(57.0, 8.0)
+
+    assert time.step(10.0, held=False) == 0.0
+
+
+@pytest.mark.parametrize(
+    ('heard', 't'), [(30.0, 30.0), (5.01, 5.0), (4.9, 5.0)], ids=['later', 'same', 'on its way']
+)
+def test_the_latest_t_that_is_heard_is_that_of_the_fleet(heard, t):
+    time = begun()
+    time.hear(heard, 105.0)
+
+    assert time.at(105.0) == pytest.approx(t)
+
+
+def test_two_that_are_held_do_not_push_each_other_on():
+    first, second = begun(), begun(50.0)
+    for step in range(1, 50):
+        first.step(100 + 0.2 * step, held=step > 5)
+        second.step(50 + 0.2 * step + 0.1, held=step > 5)
+        first.hear(second.at(50 + 0.2 * step + 0.1), 100 + 0.2 * step + 0.13)
+        second.hear(first.at(100 + 0.2 * step + 0.1), 50 + 0.2 * step + 0.13)
+
+    assert first.at(111.0) == pytest.approx(1.1, abs=0.021)
+    assert second.at(61.0) == pytest.approx(1.1, abs=0.021)
+
+
+def test_laws_that_begin_anew_join_the_others_or_begin_at_0():
+    alone, beside_another = begun(), begun()
+    beside_another.hear(0.9, 101.0)
+    alone.begin_anew()
+    beside_another.begin_anew()
+
+    assert alone.step(101.1, held=False) == 0.0
+    assert beside_another.step(101.1, held=False) == pytest.approx(1.0)
+
+
+pytest.importorskip('rclpy')
+
+
+STANDS = 'def control(robotNo, nbRobots, poses, t):\n    print(t)\n    return 0, 0\n'
+
+
+def seconds(time):
+    return time.sec + 1e-9 * time.nanosec
+
+
+def test_a_controller_that_comes_later_or_again_joins_at_the_t_of_the_fleet(start, peer, script):
+    law = script(STANDS)
+    start(*SIMU, '--nb-robots', '2').wait_for_output('simulating')
+    control = [*CTRL, '--algo', law, '--nb-robots', '2', '--robots']
+    told = peer.listen(TimeReference, '/fleet_time')
+
+    def newest(robot):
+        return next((one for one in told[::-1] if one.source.startswith(f'robot {robot} ')), None)
+
+    def begin(robot):
+        """Return when t was 0."""
+        return seconds(newest(robot).header.stamp) - seconds(newest(robot).time_ref)
+
+    start(*control, '1')
+    peer.wait_for(lambda: newest(1) and seconds(newest(1).time_ref) > 1)
+    for signum in (signal.SIGKILL, signal.SIGINT):
+        before = seconds(newest(1).time_ref)
+        second = start(*control, '2')
+        peer.wait_for(lambda: newest(2) and begin(2) == pytest.approx(begin(1), abs=0.05))
+        first_call = second.wait_for_output('tb3_2: ').partition('tb3_2: ')[2]
+        assert float(first_call.split()[0]) > before
+        second.end(signum)
+        told.clear()
+        peer.wait_for(lambda: newest(1))

@@ -1,0 +1,38 @@
+import pytest
+
+from setcmas_simu.errors import SetcmasError
+from setcmas_simu.robots.arena import Obstacles, ObstaclesKind
+
+TEXT = 'disc 1 2 0.5; polygon 0 0 1 0 1 1.5'
+
+
+def test_a_file_says_the_same_as_a_text(tmp_path):
+    file = tmp_path / 'walls.yaml'
+    file.write_text('- polygon: [[0, 0], [1, 0], [1, 1.5]]\n- disc: [1, 2, 0.5]\n')
+
+    assert ObstaclesKind().parse(str(file)) == TEXT == str(Obstacles.of(TEXT))
+
+
+@pytest.mark.parametrize(
+    ('text', 'told'),
+    [
+        ('polygon 0 0 1 1 1 0 0 1', r'the sides \(0, 0\) to \(1, 1\) and \(1, 0\) to \(0, 1\)'),
+        ('polygon 0 0 1 0 1 1 0 0', 'has the same corner twice'),
+        ('disc 1 2 3 4', 'must be a disc'),
+        ('disc 1 2 -1', 'radius above 0'),
+        ('disc 1 nan 1', 'finite'),
+        ('circle 1 2 3', 'invalid obstacle'),
+        ('disc 0 2', 'has no radius'),
+    ],
+)
+def test_a_mistake_is_named(text, told):
+    with pytest.raises(SetcmasError, match=told):
+        Obstacles.of(text)
+
+
+def test_a_mistake_in_a_file_is_told_with_its_line(tmp_path):
+    file = tmp_path / 'walls.yaml'
+    file.write_text('- disc: [1, 2, 0.5]\n- polygon: [[0, 0], [1, 1], [1, 0], [0, 1]]\n')
+
+    with pytest.raises(SetcmasError, match=r'walls.yaml, line 2: .*cross'):
+        ObstaclesKind().parse(str(file))

@@ -1,0 +1,155 @@
+import math
+
+import numpy as np
+import pytest
+
+from setcmas_simu.errors import SetcmasError
+from setcmas_simu.robots.identified_robot import (
+    IdentifiedRobot,
+    ModelFile,
+    Response,
+    read_model_file,
+    write_model_file,
+)
+from setcmas_simu.robots.model import ROBOT_MODELS
+from setcmas_simu.robots.models import check_models, fastest, robot_models
+from setcmas_simu.robots.virtual_fleet import VirtualFleet
+
+SLOW = Response(0.9, 0.15, 0.2)
+QUICK = Response(1.05, 0.0, 0.1)
+
+
+@pytest.fixture
+def path(tmp_path):
+    return tmp_path / 'model.yaml'
+
+
+def test_what_is_written_is_read(path):
+    burger = ROBOT_MODELS['burger']
+    robot = IdentifiedRobot(SLOW, QUICK, burger, 0.06)
+    write_model_file(ModelFile({2: robot}, None, 'burger'), path, 'of a test')
+
+    read = read_model_file(path).robot(2)
+
+    assert (read.forward, read.turn, read.limits, read.way) == (SLOW, QUICK, burger, 0.06)
+    assert path.read_text().startswith('# of a test\n')
+
+
+def test_robots_that_are_not_named_are_the_others(path):
+    path.write_text('robots:\n  1: {forward: {lag: 0.3}}\nothers: {turn: {delay: 0.1}}\n')
+
+    assert read_model_file(path).robot(1).forward == Response(lag=0.3)
+    seventh, eighth = robot_models([str(path)] * 2, [7, 8])
+    assert seventh.turn == Response(delay=0.1)
+    assert eighth is seventh
+
+
+def test_each_robot_of_a_fleet_has_its_own(path):
+    path.write_text('limits: burger\nrobots:\n  1: {forward: {lag: 0.3}}\n  3: {}\n')
+
+    first, second, third = robot_models([str(path), 'burger', str(path)], [1, 2, 3])
+
+    assert first.forward.lag == 0.3
+    assert third.forward.lag == 0.0
+    assert second.limits is first.limits
+    assert fastest(f'1,3:{path}', 3, 'ideal') == float('inf')  # robot 2 is a unicycle
+    with pytest.raises(SetcmasError, match='has no model of tb3_2, only of tb3_1, tb3_3'):
+        check_models([str(path)] * 3, 'ideal')
+
+
+@pytest.mark.parametrize(
+    ('text', 'message'),
+    [
+        ('robots: {1: {forward: {lag: -1}}}', 'line 1: robots.1.forward.lag is -1; it must be'),
+        ('robots: {1: {forward: {gain: 0}}}', 'gain is 0; it must be a number above 0 up to 10'),
+        ('robots: {1: {turn: {delay: 3}}}', 'delay is 3; it must be a number from 0 up to 2'),
+        ('robots: {1: {speed: {}}}', "there is no key 'robots.1.speed'; it must be one of"),
+        ('robots: {0: {}}', "invalid robot '0'; must be a whole number from 1"),
+        ('robots: 3', 'robots is 3; it must be a mapping'),
+        ('limits: fast\nothers: {}', "limits is 'fast'; it must be one of ideal, burger"),
+        ('', "has no robots; add 'robots' or 'others'"),
+        ('a: [', 'not YAML'),
+    ],
+)
+def test_a_mistake_is_told_in_one_line(path, text, message):
+    path.write_text(text)
+
+    with pytest.raises(SetcmasError) as caught:
+        read_model_file(path)
+    assert message in str(caught.value)
+    assert '\n' not in str(caught.value)
+
+
+def test_a_file_that_is_not_there_is_told(path):
+    with pytest.raises(SetcmasError, match=r"model.yaml' cannot be read: No such file"):
+        check_models([str(path)], 'ideal')
+
+
+FORWARD = Response(gain=0.9, lag=0.3, delay=0.25)
+TURN = Response(gain=1.1, lag=0.0, delay=0.17)
+
+
+def after(model, seconds, Ts, commands):
+    """Return the state of a robot; commands are (V, omega), the last one held."""
+    fleet = VirtualFleet(np.zeros((3, 1)), model)
+    for step in range(round(seconds / Ts)):
+        V, omega = commands[min(step, len(commands) - 1)]
+        fleet.command(0, (V, 0.0, omega), step * Ts)
+        fleet.step(Ts, step * Ts)
+    return fleet.states[:, 0]
+
+
+@pytest.mark.parametrize('Ts', [0.1, 0.05, 0.013, 0.01])
+def test_a_step_is_answered_with_gain_lag_and_delay_at_any_rate(Ts):
+    state = after(IdentifiedRobot(FORWARD, TURN), 104 * Ts, Ts, [(0.2, 0.5)])
+
+    elapsed = 104 * Ts
+    assert state[6] == pytest.approx(0.9 * 0.2 * -math.expm1(-(elapsed - 0.25) / 0.3))
+    assert state[2] == pytest.approx(1.1 * 0.5 * (elapsed - 0.17))
+
+
+def test_the_way_is_the_integral_of_the_speed():
+    state = after(IdentifiedRobot(FORWARD, TURN), 2.0, 0.1, [(0.2, 0.0)])
+
+    t = 2.0 - 0.25
+    assert state[0] == pytest.approx(0.9 * 0.2 * (t - 0.3 * -math.expm1(-t / 0.3)))
+
+
+def test_the_way_of_commands_and_poses_delays_both_speeds():
+    before = after(IdentifiedRobot(FORWARD, TURN), 2.0, 0.1, [(0.2, 0.5)])
+    later = after(IdentifiedRobot(FORWARD, TURN, way=0.1), 2.1, 0.1, [(0.2, 0.5)])
+
+    np.testing.assert_allclose(later[:8], before[:8])
+
+
+@pytest.mark.parametrize('rate', [50, 100, 200])
+def test_a_command_that_changes_at_each_step_is_remembered_for_the_longest_delay(rate):
+    slow = IdentifiedRobot(Response(delay=2.0), Response(delay=2.0))
+    commands = [(0.01 * step, 0.0) for step in range(4 * rate)]
+
+    state = after(slow, 3.0, 1 / rate, commands)
+
+    assert state[3] == pytest.approx(0.01 * (rate - 1))
+
+
+def test_robots_of_one_model_do_not_mix_and_a_reset_forgets():
+    fleet = VirtualFleet(np.zeros((3, 2)), IdentifiedRobot(FORWARD, TURN))
+    for step in range(20):
+        fleet.command(0, (0.2, 0.0, 0.1 * step), 0.1 * step)
+        fleet.step(0.1, 0.1 * step)
+    assert fleet.poses[0, 0] > 0.1
+    assert not fleet.poses[:, 1].any()
+
+    fleet.reset(0)
+    fleet.step(0.1, 2.0)
+    assert not fleet.poses.any()
+
+
+def test_commands_are_slowed_down_on_the_same_curve():
+    burger = ROBOT_MODELS['burger']
+    model = IdentifiedRobot(FORWARD, TURN, burger)
+
+    V, left, omega = model.command(np.array([[0.0], [0.5]]), np.zeros((3, 1)), 1.5)[:, 0]
+
+    assert (V, omega) == pytest.approx(burger.scaled_down(0.5, 0.75 * math.pi))
+    assert left == 0.0

@@ -1,0 +1,66 @@
+import struct
+
+import pytest
+
+pytest.importorskip('rclpy')
+
+from geometry_msgs.msg import Twist, TwistStamped
+from nav_msgs.msg import Odometry
+from rclpy.serialization import deserialize_message, serialize_message
+
+from setcmas_simu.ros.messages import (
+    POSE,
+    STAMP,
+    TWIST,
+    PreparedMessage,
+    read_odometry,
+    read_twist,
+)
+
+FRAMES = ['', 'w', 'map', 'world', 'a_longer_frame']
+
+
+def odometry(frame, child):
+    message = Odometry(child_frame_id=child)
+    message.header.frame_id = frame
+    message.pose.covariance[0] = 0.5
+    return message
+
+
+@pytest.mark.parametrize('frame', FRAMES)
+@pytest.mark.parametrize('child', FRAMES)
+def test_what_is_written_into_the_bytes_is_read_from_the_message(frame, child):
+    prepared = PreparedMessage(odometry(frame, child))
+    prepared.place('header.stamp.sec', STAMP)(7, 8)
+    prepared.place('pose.pose.position.x', POSE)(1.0, 2.0, 3.0, 0.1, 0.2, 0.3, 0.4)
+    prepared.place('twist.twist.linear.x', TWIST)(4.0, 5.0, 0.0, 0.0, 0.0, 6.0)
+    message = deserialize_message(prepared.encoded(), Odometry)
+
+    position, q = message.pose.pose.position, message.pose.pose.orientation
+    assert (message.header.stamp.sec, message.header.stamp.nanosec) == (7, 8)
+    assert (message.header.frame_id, message.child_frame_id) == (frame, child)
+    assert (position.x, position.y, position.z) == (1.0, 2.0, 3.0)
+    assert (q.x, q.y, q.z, q.w) == (0.1, 0.2, 0.3, 0.4)
+    assert message.pose.covariance[0] == 0.5
+    twist = message.twist.twist
+    assert (twist.linear.x, twist.linear.y, twist.angular.z) == (4.0, 5.0, 6.0)
+    read = read_odometry(serialize_message(message))
+    assert read == ((1.0, 2.0), (0.1, 0.2, 0.3, 0.4), 4.0, 6.0)
+
+
+@pytest.mark.parametrize('frame', FRAMES)
+def test_commands_of_both_types_are_read(frame):
+    twist = Twist()
+    twist.linear.x, twist.linear.y, twist.angular.z = 0.1, 0.2, 0.3
+    stamped = TwistStamped(twist=twist)
+    stamped.header.frame_id = frame
+
+    assert read_twist(serialize_message(twist), Twist) == (0.1, 0.2, 0.3)
+    assert read_twist(serialize_message(stamped), TwistStamped) == (0.1, 0.2, 0.3)
+
+
+def test_a_message_of_a_machine_with_the_other_byte_order_is_read():
+    little = serialize_message(Twist())
+    numbers = [0.1, 0.2, 0.0, 0.0, 0.0, 0.3]
+    big = b'\x00\x00' + little[2:4] + struct.pack('>6d', *numbers)
+    assert read_twist(big, Twist) == (0.1, 0.2, 0.3)

@@ -1,0 +1,58 @@
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from setcmas_simu.errors import SetcmasError
+from setcmas_simu.simulator.simulator_guard import RobotLocks
+
+HOLDER = """
+import sys
+from setcmas_simu.simulator.simulator_guard import RobotLocks
+locks = RobotLocks([1, 2], 'test')
+print('held', flush=True)
+sys.stdin.read()
+"""
+
+
+@pytest.fixture
+def holder(tmp_path, monkeypatch):
+    monkeypatch.setenv('TMPDIR', str(tmp_path))
+    monkeypatch.setattr('tempfile.tempdir', None)
+    process = subprocess.Popen(
+        [sys.executable, '-c', HOLDER], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
+    )
+    assert process.stdout.readline() == 'held\n'
+    yield process
+    process.kill()
+    process.communicate()
+
+
+def test_robots_of_another_process_are_refused_and_it_is_named(holder):
+    with pytest.raises(SetcmasError, match=f'robot 2 is already .* process {holder.pid} '):
+        RobotLocks([2, 3], 'test')
+    RobotLocks([3], 'test').release()
+
+
+def test_other_robots_and_other_domains_are_free(holder):
+    RobotLocks([3, 4], 'test').release()
+    RobotLocks([1, 2], 'another').release()
+
+
+def test_a_killed_process_leaves_no_lock(holder):
+    holder.kill()
+    holder.wait()
+
+    RobotLocks([1, 2], 'test').release()
+
+
+def test_any_number_of_robots_takes_one_file_and_one_descriptor(tmp_path, monkeypatch):
+    monkeypatch.setattr('tempfile.tempdir', str(tmp_path))
+    before = len(list(Path('/proc/self/fd').iterdir()))
+
+    locks = RobotLocks(list(range(1, 2001)), 'test')
+
+    assert len(list(Path('/proc/self/fd').iterdir())) == before + 1
+    assert len(list(tmp_path.iterdir())) == 1
+    locks.release()

@@ -1,0 +1,42 @@
+"""The check of a function of a notebook."""
+
+import numpy as np
+import pytest
+from graded_classes import graded_class
+
+from setcmas_simu.errors import SetcmasError
+from setcmas_tools import check
+from setcmas_tools.grade.check import student_view
+
+
+def control(robotNo, nbRobots, poses, t):
+    p = poses[:2, robotNo - 1]
+    angle = 0.2 * t
+    r = 2 * np.array([np.cos(angle), np.sin(angle)])
+    return tuple(0.8 * (r - p))
+
+
+def test_a_function_is_checked_and_shown_in_a_notebook():
+    result = check(control, 'traj_tracking')
+    page = result._repr_html_()
+    assert result.marks.score == 5.07
+    assert '✓ 3/3  it runs after the point: tracking_error 0.5 m' in str(result)
+    assert 'Add\n      dr/dt: derive both components' in str(result)
+    assert 'src="data:image/png;base64,' in page
+    assert '&lt;' not in page
+    assert '<pre' in page
+
+
+def test_a_function_cannot_say_which_exercise_it_is():
+    with pytest.raises(SetcmasError, match='a function does not say which exercise it is'):
+        check(control)
+
+
+def test_hidden_points_count_and_nothing_else_of_them_is_left():
+    for marks in graded_class():
+        shown = student_view(marks)
+
+        assert shown.score == marks.score
+        assert shown.max_score == marks.max_score
+        assert 'SECRET' not in repr(shown)
+        assert shown.similar == ()

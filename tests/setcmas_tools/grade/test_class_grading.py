@@ -1,0 +1,134 @@
+import multiprocessing
+from dataclasses import replace
+
+import msgspec
+import pytest
+
+from setcmas_ctrl.scripts.loader import ALGORITHMS, EXERCISES
+from setcmas_simu.errors import SetcmasError
+from setcmas_tools.grade import class_grading
+from setcmas_tools.grade.class_grading import Grader, KeptMarks
+from setcmas_tools.grade.grade_options import GradeOptions
+from setcmas_tools.grade.marking import unmarked
+from setcmas_tools.grade.marks import Failure, Student
+from setcmas_tools.grade.rubric import rubric_of_exercise
+from setcmas_tools.grade.sandbox.confinement import obstacle
+from setcmas_tools.grade.sandbox.held import Times
+from setcmas_tools.grade.submissions import KEPT, Submission
+
+pytestmark = pytest.mark.skipif(bool(obstacle()), reason=obstacle())
+
+RUBRIC = rubric_of_exercise('consensus')
+EXERCISE = EXERCISES.file('consensus').read_text()
+GOOD = EXERCISE.replace('pass', 'v -= K / nbRobots * (p - positions[:, j])')
+SCRIPTS = {
+    'good': GOOD,
+    'shipped': ALGORITHMS.file('consensus').read_text(),
+    'sign': GOOD.replace('v -=', 'v +='),
+    'slow': GOOD.replace('K = 0.5', 'K = 0.2'),
+    'unfilled': EXERCISE,
+    'error': GOOD.replace('return v[0]', 'return v[9 * (t > 3)]'),
+    'ended': GOOD.replace('    return', '    import os\n    t < 3 or os._exit(7)\n    return'),
+}
+
+
+def submissions(**scripts):
+    return [
+        Submission(name, Student(name), 'law.py', {'law.py': source.encode()})
+        for name, source in scripts.items()
+    ]
+
+
+def grade(tmp_path, scripts, **options):
+    return class_grading.grade(submissions(**scripts), RUBRIC, tmp_path, GradeOptions(**options))
+
+
+def grader(tmp_path):
+    return Grader(RUBRIC, Times(), confined=True, folder=tmp_path)
+
+
+def kept(folder):
+    return {(file.name, file.stat().st_mtime_ns) for file in (folder / KEPT).iterdir()}
+
+
+def test_grades_are_the_same_bytes_with_one_process_and_two_and_go_on_with_what_changed(tmp_path):
+    one = grade(tmp_path / 'one', SCRIPTS, jobs=1)
+    two = grade(tmp_path / 'two', SCRIPTS, jobs=2)
+
+    assert msgspec.json.encode(one) == msgspec.json.encode(two)
+    scores = {marks.submission: marks.score for marks in one}
+    assert scores['good'] == scores['shipped'] == RUBRIC.max_score
+    assert scores['good'] > scores['slow'] > scores['sign'] == scores['unfilled'] == 0
+    told = {marks.submission: marks.scenarios[0].failure for marks in one}
+    assert 'out of bounds' in told['error'].message
+    assert told['ended'].message == 'the script ended its process with exit status 7'
+    like = {marks.submission: [one.submission for one in marks.similar] for marks in one}
+    assert like['shipped'] == ['the shipped law consensus']
+    assert like['good'] == []
+
+    before = kept(tmp_path / 'one')
+    again = grade(tmp_path / 'one', {**SCRIPTS, 'sign': SCRIPTS['slow']}, jobs=1)
+
+    after = kept(tmp_path / 'one')
+    assert len(after) == len(SCRIPTS)
+    assert len(after - before) == 1
+    assert [marks.score for marks in again if marks.submission == 'sign'] == [scores['slow']]
+
+
+@pytest.mark.nightly
+def test_a_process_that_dies_takes_no_other_submission_along(tmp_path):
+    graders = class_grading._made(
+        submissions(good=GOOD, shipped=SCRIPTS['shipped']), grader(tmp_path), jobs=2
+    )
+
+    first, _ = next(graders)
+    for process in multiprocessing.active_children():
+        process.kill()
+    rest = list(graders)
+
+    assert {first.name, *(one.name for one, _ in rest)} == {'good', 'shipped'}
+    assert all(marks.is_full for _, marks in rest)
+
+
+def test_a_solution_that_fails_is_the_teachers_mistake(tmp_path):
+    solution = tmp_path / 'solution.py'
+    solution.write_text('def control(i, n, poses, t):\n    return 1 / 0, 0\n')
+    rubric = replace(RUBRIC, solution=solution, _runs={})
+
+    with pytest.raises(SetcmasError, match='the solution fails'):
+        class_grading.grade(submissions(good=GOOD), rubric, tmp_path, GradeOptions())
+
+
+SUBMISSION = Submission('ada', Student('ada'), 'law.py', {'law.py': b''})
+LAW = 'from gains import K\ndef control(i, n, poses, t):\n    return 0, 0\n'
+
+
+@pytest.fixture
+def marks(tmp_path):
+    """A function that opens the marks that are kept for a solution with a module beside it."""
+    (tmp_path / 'law.py').write_text(LAW)
+    (tmp_path / 'gains.py').write_text('K = 1\n')
+    rubric = replace(rubric_of_exercise('consensus'), solution=tmp_path / 'law.py')
+    grader = Grader(rubric, Times(), confined=True, folder=tmp_path)
+
+    def opened():
+        return KeptMarks(tmp_path / 'grades', grader)
+
+    opened().keep(SUBMISSION, unmarked(rubric, 'ada', Student('ada'), Failure('late')))
+    return opened
+
+
+def test_marks_are_found_again(marks):
+    assert marks().found(SUBMISSION).score == 0
+
+
+def test_marks_do_not_count_when_a_module_of_the_solution_has_changed(marks, tmp_path):
+    (tmp_path / 'gains.py').write_text('K = 2\n')
+
+    assert marks().found(SUBMISSION) is None
+
+
+def test_marks_of_another_sandbox_do_not_count(marks, monkeypatch):
+    monkeypatch.setattr(class_grading, '_SANDBOX', 1)
+
+    assert marks().found(SUBMISSION) is None

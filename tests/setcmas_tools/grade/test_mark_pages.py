@@ -1,0 +1,152 @@
+import re
+import shutil
+from html.parser import HTMLParser
+
+import pytest
+from graded_classes import HOSTILE, graded_class, marks_of
+
+from setcmas_tools.grade.mark_pages import (
+    Likeness,
+    bins,
+    file_names,
+    hardest_first,
+    has_failed,
+    likeness_pairs,
+    marks_table,
+    write_pages,
+)
+
+
+def test_figures_of_a_class():
+    marks = graded_class()
+
+    assert bins(marks) == [0, 1, 1, 0, 0, 0, 2, 0, 0, 0]
+    assert [one.name for one in hardest_first(marks)] == [
+        'They settle', 'SECRET bound', 'All meet', 'SECRET',
+    ]  # fmt: skip
+    assert [has_failed(one) for one in marks] == [False, False, True, False]
+
+
+def test_a_pair_that_tells_of_each_other_is_one_likeness():
+    from dataclasses import replace
+
+    from setcmas_tools.grade.marks import Similar
+
+    one, other, *_ = graded_class()
+    pair = [
+        replace(one, similar=(Similar(other.submission, 0.9),)),
+        replace(other, similar=(Similar(one.submission, 0.9),)),
+    ]
+
+    [found] = likeness_pairs(pair)
+    assert found == Likeness(other.submission, one.submission, 0.9)
+
+
+def test_names_are_safe_and_unique_on_systems_that_ignore_case():
+    students = ['Ada', 'ada', '../../etc/passwd', '<>|', 'x' * 300, 'Bülent Çelik', 'con*']
+    names = file_names([marks_of(one, 1.0, id='7' * (one == 'con*')) for one in students])
+
+    assert names == ['Ada', 'ada_2', 'etc_passwd', 'student', 'x' * 80, 'Bulent_Celik', 'con_7']
+
+
+VOID = {'meta', 'circle', 'path', 'polyline'}
+
+
+class Page(HTMLParser):
+    """Reads a page; fails if its elements are not closed in order."""
+
+    def __init__(self, path):
+        super().__init__()
+        self.tags, self.attributes, self.text, self._open = [], [], '', []
+        self.feed(path.read_text())
+        self.close()
+        assert not self._open
+
+    def handle_starttag(self, tag, attrs):
+        self.tags.append(tag)
+        self.attributes += attrs
+        if tag not in VOID:
+            self._open.append(tag)
+
+    def handle_endtag(self, tag):
+        if tag not in VOID:
+            assert self._open.pop() == tag
+
+    def handle_data(self, data):
+        self.text += data
+
+
+@pytest.fixture
+def pages(tmp_path):
+    return write_pages(graded_class(), tmp_path)
+
+
+def test_names_and_messages_are_text_and_nothing_is_fetched(pages):
+    for path in (pages, *(pages.parent / 'students').iterdir()):
+        page = Page(path)
+        links = {value for name, value in page.attributes if name in ('href', 'src')}
+
+        assert HOSTILE in page.text
+        assert 'script' not in page.tags
+        assert not {'javascript:', '//'} & {part for link in links for part in link.split(':')}
+        assert not [name for name, _ in page.attributes if name.startswith('on')]
+        assert not re.search('[\x00-\x08\x0e-\x1f]', page.text)
+
+
+def test_a_student_sees_neither_hidden_criteria_nor_other_students(pages):
+    for path in (pages.parent / 'students').iterdir():
+        text = path.read_text()
+        assert 'SECRET' not in text
+        assert ('Lovelace' in text) == ('Lovelace' in path.name)
+
+
+def test_the_failing_line_stands_between_those_around_it(pages):
+    [path] = (pages.parent / 'students').glob('Celik_Bulent.html')
+    lines = re.findall(r'<span( class="at")?><i>(\d)</i> (.*?)</span>', path.read_text())
+
+    assert [(number, bool(mark)) for mark, number, _ in lines] == [
+        ('1', False), ('2', True), ('3', False),
+    ]  # fmt: skip
+    assert lines[1][2] == '    x, y = poses[:, robotNo]'
+
+
+def test_the_page_of_the_class_leads_to_every_student(pages):
+    links = [value for name, value in Page(pages).attributes if name == 'href']
+
+    assert len(links) == len(set(links)) == 4
+    assert all((pages.parent / link).is_file() for link in links)
+    text = pages.read_text()
+    assert '<b>3.75</b> of 8.5 points on average' in text
+    assert '<b>4</b> median' in text
+    assert '<b>1</b> with an error' in text
+
+
+def test_a_page_of_a_student_who_is_not_there_any_more_goes(pages):
+    write_pages(graded_class()[:1], pages.parent)
+    assert [path.name for path in (pages.parent / 'students').iterdir()] == [
+        'Ada_Lovelace_12345.html'
+    ]
+
+
+@pytest.mark.nightly
+@pytest.mark.skipif(not shutil.which('chromium'), reason='chromium is missing')
+@pytest.mark.parametrize('width', [390, 1366, 1920])
+def test_pages_fit_their_window_and_run_no_script(pages, width):
+    from browser import open_browser
+
+    with open_browser(width, 800) as browser:
+        size = {'width': width, 'height': 800, 'deviceScaleFactor': 1, 'mobile': False}
+        browser.execute_cdp_cmd('Emulation.setDeviceMetricsOverride', size)
+        for path in (pages, *(pages.parent / 'students').iterdir()):
+            browser.get(path.as_uri())
+            assert browser.title != 'forged'
+            script = 'return document.documentElement.scrollWidth'
+            assert browser.execute_script(script) == width
+
+
+def test_names_with_control_characters_do_not_reach_the_terminal():
+    table = marks_table(graded_class())
+
+    assert 'points of 8.5' in table
+    assert all(each.isprintable() or each == '\n' for each in table)
+    assert len(table.splitlines()) == 6

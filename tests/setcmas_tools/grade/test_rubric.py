@@ -1,0 +1,135 @@
+"""Rubrics in files of one's own: what they may say, and the lines of their mistakes."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from setcmas_ctrl.scripts.loader import ALGORITHMS
+from setcmas_simu.errors import SetcmasError
+from setcmas_tools.grade.criteria import Criterion
+from setcmas_tools.grade.rubric import read_rubric
+
+RUBRIC = """\
+title: Meeting
+solution: mine.py
+scenarios:
+  - name: some
+    nb_robots: 3
+    duration: 5
+    poses: {2: [1, 2]}
+    graph: links.yaml
+    loss: 1e-1
+    criteria:
+      - {metric: disagreement, below: 0.1, none_at: 1, points: 2, hint: Go on.}
+      - {name: near, metric: path_error, at_most: 0.2, needs: disagreement below 0.1 m}
+"""
+
+
+@pytest.fixture
+def read(tmp_path):
+    """A function that reads a rubric of some text, with a part of it replaced."""
+
+    def read(old='', new='', text=RUBRIC):
+        assert old in text
+        (tmp_path / 'mine.py').write_bytes(ALGORITHMS.file('consensus').read_bytes())
+        (tmp_path / 'links.yaml').write_text('edges: [1 - 2, 2 - 3]\n')
+        file = tmp_path / 'rubric.yaml'
+        file.write_text(text.replace(old, new, 1) if old else text)
+        return read_rubric(file)
+
+    return read
+
+
+def test_a_rubric_says_what_is_run_and_what_it_is_worth(read, tmp_path, monkeypatch):
+    monkeypatch.chdir('/')
+    rubric = read()
+    [scenario] = rubric.scenarios
+    first, second = scenario.criteria
+    assert (rubric.title, rubric.max_score, rubric.solution) == (
+        'Meeting',
+        3,
+        tmp_path / 'mine.py',
+    )
+    assert {file.name for file in rubric.files} == {'rubric.yaml', 'mine.py', 'links.yaml'}
+    assert scenario.arguments['loss'] == 0.1
+    np.testing.assert_array_equal(scenario.arguments['poses'][:, 1], [1, 2, 0])
+    assert (first.wanted, second.needs) == ('below 0.1 m', first.name)
+    assert len(rubric.solution_run(scenario).robots) == 3
+
+
+def test_modules_that_a_solution_imports_belong_to_its_rubric(read, tmp_path):
+    rubric = read()
+    (tmp_path / 'mine.py').write_text('import gains\n')
+    (tmp_path / 'gains.py').write_text('from more import gain\n')
+    (tmp_path / 'more').mkdir()
+    (tmp_path / 'more' / '__init__.py').write_text('gain = 1\n')
+
+    assert {tmp_path / 'gains.py', tmp_path / 'more' / '__init__.py'} <= {*rubric.files}
+
+
+@pytest.mark.parametrize(
+    ('old', 'new', 'line', 'words'),
+    [
+        ('title:', 'titel:', 1, 'did you mean title'),
+        ('mine.py', 'yours.py', 2, "unknown control law 'yours.py'"),
+        ('nb_robots: 3', 'nb_robots: none', 5, "nb_robots is 'none'"),
+        ('1, 2]', '1]', 7, 'such as [1.0, 2.0, 1.57]'),
+        ('2: [', '5: [', 7, 'the fleet has robots 1 to 3'),
+        ('graph', 'grap', 8, 'did you mean graph'),
+        ('loss: 1e-1', 'seeds: []', 4, 'seeds must have one at least'),
+        ('loss: 1e-1', 'seeds: [1, x]', 9, "seeds[1] is 'x'"),
+        ('loss: 1e-1', 'set: K', 9, 'such as {K: 1.2}'),
+        ('links', 'knots', 4, 'knots.yaml'),
+        ('metric: disagreement', 'metric: disagrement', 11, 'did you mean disagreement'),
+        ('below: 0.1, ', '', 11, 'one of at_most, below'),
+        ('none_at: 1', 'none_at: 0.1', 11, 'a number above 0.1'),
+        ('below: 0.1, ', 'below: 0.1, above: 0, ', 11, 'has two bounds, below and above'),
+        ('metric: path_error', 'metric: filter_overruled_s', 4, 'add filter: barrier'),
+        ('at_most: 0.2', 'between: [2, 1]', 12, 'the smaller one first'),
+        (
+            'needs: disagreement below 0.1 m',
+            'needs: far',
+            12,
+            "an earlier criterion: 'disagreement below 0.1 m'",
+        ),
+        ('solution: mine.py\n', '', 3, 'add solution: FILE'),
+    ],
+)
+def test_a_mistake_is_told_with_its_line(read, old, new, line, words):
+    with pytest.raises(SetcmasError) as error:
+        read(old, new)
+    assert f'rubric.yaml, line {line}: ' in str(error.value)
+    assert words in str(error.value)
+    assert '\n' not in str(error.value)
+
+
+def test_a_scenario_is_run_for_each_of_its_seeds_with_values_for_names_of_the_law(read):
+    text = RUBRIC.replace('poses: {2: [1, 2]}', 'random_poses: auto').replace(
+        'loss: 1e-1', 'seeds: [3, 4]\n    set: {K: 0.25}'
+    )
+    rubric = read(text=text)
+    first, second = rubric.scenarios
+    fast = read(text=text.replace('K: 0.25', 'K: 0.5')).scenarios[0]
+
+    assert [first.name, second.name, rubric.max_score] == ['some, seed 3', 'some, seed 4', 6]
+    one, other = (rubric.solution_run(scenario).poses for scenario in (first, second))
+    assert not np.array_equal(one[0], other[0])
+    assert not np.array_equal(one[-1], read(text=text).solution_run(fast).poses[-1])
+
+
+def test_names_of_laws_mean_those_that_ship_wherever_the_command_is_typed(
+    read, tmp_path, monkeypatch
+):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / 'consensus.py').write_text('mine = True')
+    rubric = read('mine.py', 'consensus')
+    assert rubric.solution == ALGORITHMS.file('consensus')
+
+
+def test_a_metric_that_the_solution_has_not_is_the_teachers_to_mend(read):
+    rubric = read()
+    [scenario] = rubric.scenarios
+    misspelt = replace(scenario, criteria=(Criterion('', 'excursion_s', 1),))
+    with pytest.raises(SetcmasError, match="excursion_s, in scenario 'some' of "):
+        rubric.solution_run(misspelt)

@@ -1,0 +1,180 @@
+import io
+import os
+import zipfile
+
+import pytest
+
+from setcmas_simu.errors import SetcmasError
+from setcmas_tools.grade import submissions
+from setcmas_tools.grade.rubric import rubric_of_exercise
+from setcmas_tools.grade.submissions import find_submissions, has_function, identity_of
+
+LAW = b'import numpy\ndef control(i, n, poses, t):\n    return 0, 0\n'
+IMPORTING = b'from maths import f\n' + LAW
+MOODLE = 'cid_1_assignsubmission_file_'
+CANVAS = 'kinga_LATE_12_'
+
+
+def archive(files):
+    content = io.BytesIO()
+    with zipfile.ZipFile(content, 'w') as file:
+        for name, source in files.items():
+            file.writestr(name, source)
+    return content.getvalue()
+
+
+def found(tmp_path, files, name='class'):
+    place = tmp_path / name
+    if name.endswith('.zip'):
+        place.write_bytes(archive(files))
+    else:
+        for path, source in files.items():
+            (place / path).parent.mkdir(parents=True, exist_ok=True)
+            (place / path).write_bytes(source)
+    rubric = rubric_of_exercise('consensus')
+    return {one.name: one for one in find_submissions(place, rubric)}
+
+
+@pytest.mark.parametrize('name', ['class', 'class.zip'])
+def test_scripts_folders_and_zip_files_are_submissions_of_a_class(tmp_path, name):
+    files = {
+        'ada.py': LAW,
+        'bob/tp1/law.py': IMPORTING,
+        'bob/tp1/maths.py': LAW,
+        'bob/readme.txt': b'',
+        f'{MOODLE}/law.zip': archive({'law.py': LAW, '__MACOSX/law.py': b''}),
+        '.DS_Store': b'',
+        'notes.txt': b'',
+    }
+
+    submissions = found(tmp_path, files, name)
+
+    assert list(submissions) == ['ada.py', 'bob', MOODLE]
+    assert submissions['bob'].script == 'law.py'
+    assert submissions['bob'].files.keys() == {'law.py', 'maths.py'}
+    assert submissions[MOODLE].student.name == 'cid'
+    assert submissions[MOODLE].script == 'law.py'
+
+
+@pytest.mark.parametrize('name', ['all', 'all.zip'])
+@pytest.mark.parametrize('names', [['ada/law.py', 'bob/law.py'], ['Ada.py', 'bob.py']])
+def test_a_lone_folder_with_the_scripts_of_several_is_the_class(tmp_path, name, names):
+    files = {f'class/hand-in/{name}': LAW for name in names}
+
+    assert list(found(tmp_path, files, name)) == [name.partition('/')[0] for name in names]
+
+
+def test_a_lone_folder_with_a_script_and_its_module_is_a_students(tmp_path):
+    files = {'bob/law.py': IMPORTING, 'bob/maths.py': b''}
+
+    assert list(found(tmp_path, files)) == ['bob']
+
+
+def test_a_student_whose_folder_is_empty_is_not_lost(tmp_path):
+    (tmp_path / 'class/ada').mkdir(parents=True)
+
+    submissions = found(tmp_path, {'bob.py': LAW})
+
+    assert submissions['ada'].problem == 'nothing was handed in'
+
+
+def test_files_that_canvas_numbers_are_one_submission_of_the_newest(tmp_path):
+    old, new = b'# old\n' + LAW, b'# new\n' + LAW
+    files = {f'{CANVAS}9_law.py': old, f'{CANVAS}11_law-1.py': new, f'{CANVAS}10_x.py': b''}
+
+    (submission,) = found(tmp_path, files).values()
+
+    assert submission.name == f'{CANVAS}11_law-1.py'
+    assert submission.student.name == 'kinga'
+    assert submission.files == {'law.py': new, 'x.py': b''}
+
+
+@pytest.mark.parametrize(
+    ('files', 'problem'),
+    [
+        ({'a.py': LAW, 'b.py': LAW}, 'a.py and b.py both have a function control'),
+        ({'a.py': b'', 'b.py': b''}, 'none of its 2 scripts has a function control'),
+        ({'law.ipynb': b'{}'}, 'there is no Python file, only law.ipynb'),
+        ({'law.zip': b'no zip file'}, 'law.zip is damaged'),
+        ({'law.py': LAW, 'b.py': b'#' * 299_999}, 'have 300 kB; they must have at most 200 kB'),
+        ({'law.py': LAW + b'#' * 2_000_000}, 'they must have at most 200 kB'),
+    ],
+)
+def test_a_submission_without_a_law_says_why(tmp_path, files, problem):
+    handed_in = {f'ada/{name}': file for name, file in files.items()}
+
+    assert problem in found(tmp_path, {**handed_in, 'bob.py': LAW})['ada'].problem
+
+
+def test_a_student_who_hands_in_no_script_is_not_lost(tmp_path):
+    (submission,) = found(tmp_path, {f'{CANVAS}9_report.pdf': b'', 'list.csv': b''}).values()
+
+    assert submission.student.name == 'kinga'
+    assert submission.problem == 'there is no Python file, only report.pdf'
+
+
+def test_of_several_laws_the_one_that_is_called_as_the_exercise_counts(tmp_path):
+    files = {'ada/a.py': LAW, 'ada/consensus.py': LAW, 'bob.py': LAW}
+
+    assert found(tmp_path, files)['ada'].script == 'consensus.py'
+
+
+def test_links_are_not_followed_and_grades_are_no_submission(tmp_path):
+    (tmp_path / 'rubric.yaml').write_text('secret')
+    (tmp_path / 'class/ada').mkdir(parents=True)
+    (tmp_path / 'class/ada/secret.py').symlink_to(tmp_path / 'rubric.yaml')
+
+    submissions = found(
+        tmp_path, {'ada/law.py': LAW, f'grades/marks/{"a" * 64}.json': b'', 'grades/x.py': LAW}
+    )
+
+    assert list(submissions) == ['ada']
+    assert submissions['ada'].files.keys() == {'law.py'}
+
+
+def test_names_of_any_bytes_can_be_written(tmp_path):
+    (tmp_path / 'class').mkdir()
+    (tmp_path / 'class' / os.fsdecode(b'b\xff.py')).write_bytes(LAW)
+
+    for submission in found(tmp_path, {'ada.py': LAW}).values():
+        (submission.name + submission.script + submission.student.name).encode()
+
+
+def test_a_folder_without_submissions_says_what_it_must_be(tmp_path):
+    with pytest.raises(SetcmasError, match='holds no submissions; it must be a folder'):
+        found(tmp_path, {'readme.txt': b''})
+    with pytest.raises(SetcmasError, match='neither a folder nor a zip file'):
+        find_submissions(tmp_path / 'class/readme.txt', rubric_of_exercise('ctc'))
+
+
+@pytest.mark.parametrize(
+    ('name', 'student', 'number', 'file'),
+    [
+        ('Ada King Lovelace_12345_assignsubmission_file_', 'Ada King Lovelace', '12345', ''),
+        ('Ada_Lovelace_12345_assignsubmission_file_law.py', 'Ada_Lovelace', '12345', 'law.py'),
+        ('lovelaceada_123_4567_law.py', 'lovelaceada', '123', 'law.py'),
+        ('lovelaceada_LATE_123_4567_my_law-2.py', 'lovelaceada', '123', 'my_law.py'),
+        ('ada_lovelace.py', 'ada lovelace', '', ''),
+        ('ada@example.org.py', 'ada@example.org', 'ada@example.org', ''),
+        ('consensus_2_final.py', 'consensus 2 final', '', ''),
+    ],
+)
+def test_a_name_tells_whose_a_submission_is(name, student, number, file):
+    identity = identity_of(name, name.removesuffix('.py'))
+
+    assert (identity.student.name, identity.student.id) == (student, number)
+    assert identity.file == file
+
+
+LAW_of_law_file = b'def control(i, n, poses, t):\n    return 0, 0\n'
+
+
+def test_a_law_is_known_by_its_function():
+    assert has_function(LAW_of_law_file, 'control')
+    assert not has_function(LAW_of_law_file, 'ctc')
+
+
+def test_what_would_take_minutes_is_not_parsed(monkeypatch):
+    monkeypatch.setattr(submissions, '_tree', lambda _: pytest.fail('it is parsed'))
+
+    assert not has_function(LAW_of_law_file + b'f"' + b'{t}' * 80_000 + b'"\n', 'control')

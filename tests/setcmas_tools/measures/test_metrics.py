@@ -1,0 +1,165 @@
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import yaml
+from metrics_runs import T, compute, numbers, table, write_run
+from runs import measure
+
+from launch_scripts.cli import main
+from setcmas_ctrl.control.references import References
+from setcmas_simu.errors import SetcmasError
+from setcmas_tools import simulate
+from setcmas_tools.measures.metrics import MOST_ROBOTS_IN_ROWS, as_dict, write_yaml
+from setcmas_tools.records.communication import Counts, record_of
+from setcmas_tools.records.communication import write_csv as write_record
+from setcmas_tools.run.info import RunInfo, write_info
+
+
+def sent(metrics):
+    return {robot: motion.communications for robot, motion in metrics['robots'].robots.items()}
+
+
+MESSAGES = 'sender,receiver,sent,received,lost,mean_interval'
+
+
+def test_periodic_communications_count_from_the_first_command_on():
+    t = np.arange(-5, 11) / 10
+
+    metrics = measure(table((t, 0, 0), (t[::2], 1, 0)))
+
+    assert sent(metrics) == {1: 11, 2: 5}
+    assert metrics.communication == 'periodic'
+
+
+def test_triggered_communications(tmp_path):
+    run = write_run(tmp_path, table((T, 0, 0), (T, 1, 0), (T, 2, 0)))
+    events = [(0.1, 1, 1), (0.2, 1, 0), (0.3, 1, 1), (0.4, 1, 1), (0.1, 2, 0), (0.1, 3, 1)]
+    links = {(2, 1): Counts(3, 2, 1, 0.1), (3, 1): Counts(3, 3, 0, 0.1)}
+    write_record(record_of(links, events, [(0, 2, 1, 1), (0, 3, 1, 1)], {}), run / 'csv')
+
+    metrics = compute(run)
+
+    assert sent(metrics) == {1: 3, 2: 0, 3: 1}
+    assert metrics.communication == 'event-triggered'
+    assert metrics['messages'].triggered_share == pytest.approx(4 / 6)
+    assert metrics['messages'].loss_ratio == pytest.approx(1 / 6)
+    assert metrics['messages'].received_by_others == {1: 5, 2: 0, 3: 0}
+    assert metrics['messages'].mean_interval_s == {1: pytest.approx(0.15), 2: None, 3: None}
+    assert '4 states sent (66.7 % of 6 evaluations triggered)' in str(metrics).splitlines()[-1]
+    assert '5 messages received, 1 lost (16.7 %)' in str(metrics).splitlines()[-1]
+
+
+def test_a_robot_that_appears_late_and_one_that_goes_early():
+    late, early = T[T >= 4], T[T <= 12]
+    metrics = measure(table((T, 0, 0), (late, 1, 0), (early, 0, 2)))
+
+    assert metrics['consensus'].start_time_s == 4.0
+    assert metrics['consensus'].end_time_s == 12.0
+    assert metrics['separation'].least_separation_robots == (1, 2)
+    assert metrics['separation'].largest_distance_at_end_m == pytest.approx(math.sqrt(5))
+    assert sent(metrics) == {1: 201, 2: 161, 3: 121}
+
+
+def test_robots_that_are_never_there_together():
+    metrics = measure(table((T[T < 5], 0, 0), (T[T > 8], 1, 0)))
+
+    assert 'separation' not in metrics
+    assert 'consensus' not in metrics
+    assert all(map(math.isfinite, numbers(as_dict(metrics))))
+    assert str(metrics)
+
+
+@pytest.mark.parametrize('t', [[0.0], [0.03], [-0.5, 0.02], [0.0, 5.0]])
+def test_a_handful_of_rows(t):
+    t = np.array(t)
+    metrics = measure(table((t, 0, 0), (t, np.nan, np.nan, np.nan), (t, 1, 0)))
+
+    assert all(map(math.isfinite, numbers(as_dict(metrics))))
+    assert metrics['robots'][2].largest_speed_m_s is None
+    assert str(metrics)
+
+
+def test_equal_runs_give_equal_files_whatever_the_calls_took(tmp_path):
+    run = simulate('leader_follower_formation', 3, 5)
+    for name, seconds in (('a', 1e-3), ('b', 2e-3)):
+        times = np.full(3, seconds)
+        write_yaml(replace(run, call_time=times).metrics(), tmp_path / name)
+
+    text = (tmp_path / 'a').read_text()
+    assert text == (tmp_path / 'b').read_text()
+    assert 'call' not in text
+    assert list(yaml.safe_load(text))[:5] == [
+        'task', 'duration_s', 'vnom_m_s', 'communication', 'robots',
+    ]  # fmt: skip
+
+
+@pytest.mark.parametrize('nb_robots', [1, 8, MOST_ROBOTS_IN_ROWS, MOST_ROBOTS_IN_ROWS + 1])
+def test_the_table_has_a_row_for_each_robot_or_summarises(nb_robots):
+    fleet = table(*((T, i, 0.1 * T) for i in range(nb_robots)))
+    calls = [0.0015] * nb_robots
+    text = str(measure(fleet, call_times=calls))
+    lines = text.splitlines()
+
+    assert max(map(len, lines)) <= 99
+    assert '1.500' in text
+    assert 'nan' not in text
+    rows = [line.split()[0] for line in lines[3 : 3 + min(nb_robots, MOST_ROBOTS_IN_ROWS)]]
+    if nb_robots <= MOST_ROBOTS_IN_ROWS:
+        assert rows == [f'tb3_{i}' for i in range(1, nb_robots + 1)]
+    else:
+        assert rows[:3] == ['least', 'mean', 'largest']
+    assert ('least separation: 1.00 m at 0.0 s between robots 1 and 2' in text) == (nb_robots > 1)
+
+
+@pytest.mark.parametrize(
+    ('file', 'content', 'message'),
+    [
+        ('csv/fleet.csv', 't,robot\n1,2\n', r'fleet\.csv.*line 1'),
+        ('csv/fleet.csv', 't,robot,x,y,theta,v,omega\n-1,1,0,0,0,0,0\n', 'no row at t >= 0'),
+        ('csv/communication.csv', 'sender\n1\n', r'communication\.csv. is damaged'),
+        (
+            'csv/communication.csv',
+            f'{MESSAGES}\n1,all,2,x,0,\n',
+            r'communication\.csv. is damaged',
+        ),
+    ],
+)
+def test_damaged_files(tmp_path, file, content, message):
+    run = write_run(tmp_path, table((T, 0, 0)))
+    (run / file).write_text(content)
+
+    with pytest.raises(SetcmasError, match=message):
+        compute(run)
+
+
+def test_a_bag_is_measured_as_its_csv_files_are(tmp_path, make, write_bag, capsys):
+    messages = []
+    for i in range(50):
+        values = {'pose.pose.position.x': 0.05 * i, 'pose.pose.orientation.w': 1.0}
+        messages.append(('/tb3_1/odom', i / 10, make('nav_msgs/msg/Odometry', values)))
+    task = References('waypoints', {'WPL': [[1.0, 0.0]], 'REACHED': 0.1}).encoded()
+    messages.append(('/task', 0.0, make('std_msgs/msg/String', {'data': task})))
+    bag = write_bag(tmp_path / 'out' / 'bag', messages)
+    write_info(RunInfo(parameters={'vnom': 0.4}), tmp_path / 'out')
+
+    assert main(['metrics', str(bag)]) == 0
+    of_bag = (tmp_path / 'out' / 'metrics.yaml').read_bytes()
+    assert 'tb3_1      2.45' in capsys.readouterr().out
+    assert yaml.safe_load(of_bag)['task'] == 'waypoints'
+    assert yaml.safe_load(of_bag)['vnom_m_s'] == 0.4
+    assert main(['metrics', str(tmp_path / 'out')]) == 0
+    assert not (tmp_path / 'out' / 'csv').exists()
+    assert main(['bag_to_csv', str(bag)]) == 0
+    assert main(['metrics', str(tmp_path / 'out')]) == 0
+    assert (tmp_path / 'out' / 'metrics.yaml').read_bytes() == of_bag
+
+    lone = write_bag(tmp_path / 'lab', messages)
+    assert main(['metrics', str(lone)]) == 0
+    assert (tmp_path / 'lab_metrics.yaml').is_file()
+
+
+def test_a_bag_without_robots(tmp_path, write_bag, points, capsys):
+    assert main(['metrics', str(write_bag(tmp_path / 'bag', points))]) == 2
+    assert 'holds no odometry of robots' in capsys.readouterr().err

@@ -1,0 +1,65 @@
+import numpy as np
+import pytest
+
+from setcmas_tools.measures.safety_metrics import Safety, fleet_filtering, fleet_safety
+from setcmas_tools.records.commands import Commands, Filtered
+from setcmas_tools.records.fleet_table import fleet_table
+from setcmas_tools.records.safety import safety_record
+from setcmas_tools.records.tables import RunTables
+from setcmas_tools.run.info import RunInfo
+from setcmas_tools.run.run import Run
+
+FLEET = fleet_table([[0.0, 1, 0, 0, 0, 0, 0]])
+
+
+def run_with(verdicts):
+    """Return a run of two robots with the verdicts of each period of 0.2 s, shape (C, 2)."""
+    count = len(verdicts)
+    t, robot = np.repeat(0.2 * np.arange(count), 2), np.tile([1, 2], count)
+    zeros = np.zeros(2 * count)
+    allowed = Filtered(zeros, zeros, np.array(verdicts, dtype=float).ravel())
+    return Run(RunTables(FLEET, Commands(t, robot, zeros, zeros, allowed)))
+
+
+def test_times_are_those_of_each_robot():
+    found = fleet_filtering(run_with([[0, 1], [1, 2], [2, 2], [3, 3]]))
+
+    assert found.overruled_s == {1: 0.6, 2: 0.8}
+    assert found.blocked_s == {1: 0.4, 2: 0.6}
+    assert found.lines(None) == ['safety filter: no solution in 1 step, robots stood']
+
+
+def test_a_run_without_a_filter_has_none():
+    zero = np.zeros(1)
+    assert (
+        fleet_filtering(Run(RunTables(FLEET, Commands(zero, zero.astype(int), zero, zero))))
+        is None
+    )
+
+
+LAB = {'arena': [-1.0, 1.0, -1.0, 1.0], 'min_separation': 0.5, 'duration': 4}
+
+
+def run_with_of_safety(safety, **parameters):
+    """Robot 1 drives from (-2, 0) to (2, 0) in 4 s and on; robot 2 stands at (0, 0.3)."""
+    t = np.arange(51) / 10
+    rows = [(s, 1, s - 2, 0, 0, 1, 0) for s in t] + [(s, 2, 0, 0.3, 0, 0, 0) for s in t]
+    return Run(RunTables(fleet_table(rows), safety=safety), RunInfo(parameters=parameters))
+
+
+def test_stops_and_times_are_those_between_the_start_and_the_end():
+    states = ['paused', 'moving', 'stopped', 'moving', 'moving', 'paused']
+    rows = [(k - 1.0, 1, state, k in (0, 2, 3)) for k, state in enumerate(states)]
+    rows += [(k - 1.0, 2, 'moving', False) for k in range(6)]
+    measured = fleet_safety(run_with_of_safety(safety_record(rows), **LAB))
+    # The pause before the start does not count; robot 1 is outside until 1 s and from 3 s on.
+    assert (measured.stops, measured.stopped_s, measured.overruled_s) == (2, 1.0, 2.0)
+    assert measured.outside_arena_s == pytest.approx(3.0, abs=0.15)
+    assert measured.too_near_s == pytest.approx(0.8, abs=0.15)
+    assert measured.lines(None)[0].startswith('safety: 2 stops, stopped 1.0 s, overruled 2.0 s, ')
+
+
+def test_a_simulation_has_no_safety_and_an_unknown_lab_no_arena():
+    record = safety_record([(0.0, 1, 'moving', False)])
+    assert fleet_safety(run_with_of_safety(None, **LAB)) is None
+    assert fleet_safety(run_with_of_safety(record)) == Safety(0, 0.0, 0.0, None, None)

@@ -1,0 +1,44 @@
+import pytest
+from metrics_runs import T, table, write_run
+
+from setcmas_simu.errors import SetcmasError
+from setcmas_tools.measures.task import with_task
+from setcmas_tools.run.run import Run
+
+
+@pytest.fixture
+def run(tmp_path):
+    return Run.load(write_run(tmp_path / 'run', table((T, 0.1 * T, 0), (T, 3 - 0.1 * T, 0))))
+
+
+@pytest.mark.parametrize(
+    ('text', 'task', 'message'),
+    [
+        ('', 'waypoints', 'defines no WPL'),
+        ('WPL = [1, 2]', 'waypoints', r'WPL is \[1, 2\]; it must be points'),
+        ('R = 2', 'tracking', 'defines no W'),
+        ('', 'dance', "unknown task 'dance'; must be one of"),
+        ('', None, 'mine.py says no task; name it with --task'),
+    ],
+)
+def test_references_that_a_script_does_not_define(run, tmp_path, text, task, message):
+    path = tmp_path / 'mine.py'
+    path.write_text(f'{text}\ndef control(*_): return 0, 0\n')
+
+    with pytest.raises(SetcmasError, match=message):
+        with_task(run, task, str(path))
+
+
+def test_a_script_is_read_and_not_run(run, tmp_path):
+    path = tmp_path / 'mine.py'
+    path.write_text("WPL = [[1, 0]]\nREACHED = 0.055\ntask = 'waypoints'\nraise RuntimeError\n")
+
+    visits = with_task(run, None, str(path)).metrics()['waypoints']
+
+    assert visits.reached_at_s[1][0] == 9.5
+
+
+def test_a_task_without_a_script(run):
+    with pytest.raises(SetcmasError, match='name it with --algo'):
+        with_task(run, 'tracking')
+    assert with_task(run, 'consensus').metrics().task == 'consensus'

@@ -1,0 +1,208 @@
+import re
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from matplotlib.colors import to_rgb
+from matplotlib.figure import Figure
+from matplotlib.patches import FancyArrowPatch
+
+from setcmas_simu.fleet.fleet import plot_colour
+from setcmas_tools import simulate
+from setcmas_tools.plots.communication_plots import draw_counts, draw_graph, draw_instants
+from setcmas_tools.plots.plot import plots_of
+from setcmas_tools.plots.style import finish, plot_style
+from setcmas_tools.plots.time_plots import draw_disagreement
+from setcmas_tools.records.communication import write_csv as write_record
+from setcmas_tools.records.fleet_table import write_csv
+from setcmas_tools.run.run import Run
+
+PLAIN = ['trajectories', 'positions', 'heading', 'velocities', 'distances', 'disagreement']
+
+
+def run_of(nb_robots, duration=15.0, **options):
+    return simulate('consensus', nb_robots, duration, **options)
+
+
+def drawn(draw, run):
+    with plot_style():
+        figure = Figure()
+        draw(figure, run)
+        figure.draw_without_rendering()
+    return figure
+
+
+def spikes(line):
+    return line.get_xdata()[np.asarray(line.get_ydata()) == 1.0]
+
+
+@pytest.mark.parametrize('draw', [draw_instants, draw_counts, draw_graph])
+def test_robots_of_which_one_side_does_not_know(draw):
+    # Such as a robot that another controller moves, or one whose odometry was not recorded.
+    run = run_of(3, 5.0, event_triggered=True)
+    record = run.record
+    only = {'triggers': record.triggers[record.triggers[:, 1] < 3]}
+    of_four = {'changes': np.vstack([record.changes, [1.0, 4, 3, 1.0]])}
+
+    odd = replace(record, **only, **of_four)
+    assert drawn(draw, replace(run, tables=replace(run.tables, communication=odd))).axes
+
+
+@pytest.mark.parametrize(
+    ('options', 'names'),
+    [
+        ({}, []),
+        (
+            {'event_triggered': True},
+            ['communication_instants', 'communication_counts', 'graph'],
+        ),
+        ({'graph': 'ring', 'loss': 0.1}, ['graph']),
+    ],
+)
+def test_runs_with_a_record_get_further_plots(tmp_path, options, names):
+    run = run_of(3, 2.0, **options)
+    write_csv(run.table, tmp_path / 'fleet.csv')
+    if run.record:
+        write_record(run.record, tmp_path)
+
+    assert list(plots_of(Run.load(tmp_path))) == [*PLAIN[:-1], *names, PLAIN[-1]]
+
+
+def test_a_panel_for_each_robot_with_its_spikes_in_its_colour():
+    run = run_of(4, event_triggered=True)
+    record = run.record
+    panels = drawn(draw_instants, run).axes
+
+    assert [axes.get_ylabel() for axes in panels] == [f'robot {i}' for i in (1, 2, 3, 4)]
+    for robot, axes in enumerate(panels, start=1):
+        line = axes.get_lines()[0]
+        sent = record.triggers[(record.triggers[:, 1] == robot) & (record.triggers[:, 2] == 1), 0]
+        np.testing.assert_array_equal(spikes(line), sent)
+        assert sent[0] == 0.0
+        assert axes.spines['left'].get_zorder() < line.get_zorder()  # it would hide the first
+        assert to_rgb(line.get_color()) == plot_colour(robot)
+    assert panels[-1].get_xlabel() == 'time (s)'
+
+
+def test_a_row_for_each_robot_of_a_large_fleet():
+    run = run_of(20, 3.0, event_triggered=True)
+    (axes,) = drawn(draw_instants, run).axes
+
+    assert len(axes.get_lines()) == 20
+    assert axes.get_ylim()[0] > 20 > 1 > axes.get_ylim()[1]
+
+
+def test_counts_end_at_what_was_sent_and_evaluated():
+    run = run_of(4, event_triggered=True)
+    fleet, robots = drawn(draw_counts, run).axes
+    periodic, triggered = (line.get_ydata() for line in fleet.get_lines()[:2])
+
+    assert periodic[-1] == len(run.record.triggers) == 4 * 151
+    assert triggered[-1] == run.record.triggers[:, 2].sum()
+    for robot, line in enumerate(robots.get_lines()[:4], start=1):
+        assert line.get_ydata()[-1] == run.record.robots[robot].sent
+        assert line.get_xdata()[-1] == 15.0
+    assert re.search(r'of 604 \([\d.]+ %\)', fleet.get_legend().get_texts()[1].get_text())
+
+
+@pytest.mark.parametrize('draw', [draw_counts, draw_graph])
+@pytest.mark.parametrize('nb_robots', [2, 8, 30])
+def test_legends_cover_nothing(draw, nb_robots):
+    run = run_of(nb_robots, 2.0, event_triggered=True)
+    figure = drawn(draw, run)
+
+    for legend in [axes.get_legend() for axes in figure.axes if axes.get_legend()]:
+        box = legend.get_window_extent()
+        assert box.x1 <= figure.bbox.x1
+        assert not any(box.overlaps(axes.get_window_extent()) for axes in figure.axes)
+
+
+def links_of(axes):
+    return [patch for patch in axes.patches if isinstance(patch, FancyArrowPatch)]
+
+
+def test_the_graph_has_a_line_both_ways_and_an_arrow_one_way():
+    ring, directed = (run_of(6, 1.0, graph=name) for name in ('ring', 'directed_ring'))
+    host, axes = drawn(draw_graph, ring).axes
+    figure = drawn(draw_graph, directed)
+    arrows = figure.axes[1]
+
+    assert len(links_of(axes)) == len(links_of(arrows)) == 6
+    assert host.get_title(loc='left') == 'Who hears whom'
+    assert figure.get_supxlabel() == 'arrows point to the robots that hear'
+    assert [text.get_text() for text in axes.texts] == ['1', '2', '3', '4', '5', '6']
+    nodes = [line.get_markerfacecolor() for line in axes.get_lines()]
+    assert nodes == [plot_colour(robot) for robot in range(1, 7)]
+
+
+def test_an_arrow_points_to_the_robot_that_hears(tmp_path):
+    run = run_of(2, 1.0, graph=[[0, 1], [0, 0]])  # robot 1 hears robot 2
+    _, axes = drawn(draw_graph, run).axes
+    (arrow,) = links_of(axes)
+    first, second = (np.array(line.get_xydata()[0]) for line in axes.get_lines())
+
+    np.testing.assert_allclose(arrow._posA_posB, [second, first])
+
+
+@pytest.mark.parametrize('paper', [None, 'column', 'page'])
+@pytest.mark.parametrize('nb_robots', [8, 50])
+def test_robots_of_a_graph_do_not_touch(nb_robots, paper):
+    run = run_of(nb_robots, 0.2, graph='ring')
+    with plot_style(paper=paper):
+        figure = Figure()
+        draw_graph(figure, run)
+        finish(figure)
+        figure.draw_without_rendering()
+    axes = figure.axes[1]
+    places = axes.transData.transform([line.get_xydata()[0] for line in axes.get_lines()])
+    gap_pt = np.linalg.norm(places[1] - places[0]) * 72 / figure.dpi
+
+    assert axes.get_lines()[0].get_markersize() < gap_pt
+
+
+def test_a_panel_for_each_graph_of_a_switching_one(tmp_path):
+    (tmp_path / 'switch.yaml').write_text(
+        'segments:\n  - {duration: 1, graph: path}\n  - {duration: 1, graph: star}\nrepeat: true\n'
+    )
+    run = run_of(4, 8.0, graph=tmp_path / 'switch.yaml')
+    _, *panels = drawn(draw_graph, run).axes
+
+    assert [axes.get_xlabel() for axes in panels] == [
+        'from 0, 2, 4, … s on',
+        'from 1, 3, 5, … s on',
+    ]
+
+
+def test_many_graphs_are_shown_by_some():
+    run = run_of(8, 15.0, range=6.0)
+    _, *panels = drawn(draw_graph, run).axes
+
+    assert len(panels) == 6
+    assert panels[0].get_xlabel() == 'from 0 s on'
+
+
+def test_disagreement_is_that_of_the_metrics_on_a_log_scale():
+    run = run_of(4)
+    (axes,) = drawn(draw_disagreement, run).axes
+    values = axes.get_lines()[0].get_ydata()
+    positions = run.poses[:, :2]
+    gaps = positions - positions.mean(axis=2, keepdims=True)
+
+    assert axes.get_yscale() == 'log'
+    np.testing.assert_allclose(values, np.sqrt((gaps**2).sum(axis=(1, 2)) / 4), rtol=1e-9)
+    assert values[0] == pytest.approx(run.metrics()['consensus'].disagreement_at_start_m)
+
+
+def test_robots_in_one_place_have_no_logarithm():
+    run = simulate(lambda *_: (0.0, 0.0), 2, 1.0, poses=np.zeros((3, 2)))
+
+    assert drawn(draw_disagreement, run).axes
+
+
+@pytest.mark.filterwarnings('error')
+def test_disagreement_that_does_not_change_is_drawn_without_a_warning():
+    run = run_of(4, 5.0, settings={'K': 0.0})
+    (axes,) = drawn(draw_disagreement, run).axes
+    low, high = axes.get_ylim()
+
+    assert low < np.sqrt(50) < high

@@ -1,0 +1,179 @@
+import os
+import re
+import subprocess
+from pathlib import Path
+
+import imageio_ffmpeg
+import numpy as np
+import pytest
+from PIL import Image
+from runs import animate
+
+from setcmas_simu.errors import SetcmasError
+from setcmas_simu.fleet.fleet import plot_colour, start_poses
+from setcmas_tools.plots import film_writers
+from setcmas_tools.records import communication as communication_record
+from setcmas_tools.records.communication import record_of
+from setcmas_tools.records.fleet_table import fleet_table, write_csv
+
+FLASH = (230, 115, 0)
+
+
+@pytest.fixture
+def run(tmp_path):
+    """A function that makes the folder of a run in which robots go 3 m to the right in 6 s."""
+
+    def run(nb_robots, start=-0.5):
+        t = np.arange(start, 6.05, 0.1)
+        rows = [
+            np.array([t, 0 * t + i, x + 0.5 * t, 0 * t + y, 0 * t, 0 * t + 0.5, 0 * t]).T
+            for i, (x, y, _) in enumerate(start_poses(nb_robots).T, start=1)
+        ]
+        (tmp_path / 'csv').mkdir(exist_ok=True)
+        write_csv(fleet_table(np.concatenate(rows)), tmp_path / 'csv' / 'fleet.csv')
+        return tmp_path
+
+    return run
+
+
+@pytest.fixture
+def ffmpeg(tmp_path, monkeypatch):
+    """Put an ffmpeg on the PATH, and return it."""
+    program = imageio_ffmpeg.get_ffmpeg_exe()
+    (tmp_path / 'bin').mkdir()
+    (tmp_path / 'bin' / 'ffmpeg').symlink_to(program)
+    monkeypatch.setenv('PATH', f'{tmp_path / "bin"}{os.pathsep}{os.environ["PATH"]}')
+    return program
+
+
+@pytest.fixture
+def no_ffmpeg(tmp_path, monkeypatch):
+    monkeypatch.setenv('PATH', str(tmp_path))
+
+
+def frame(film, number):
+    film.seek(number)
+    return np.asarray(film.convert('RGB')).astype(int)
+
+
+def count(picture, colour):
+    """Return the number of pixels of a colour (from 0 to 255) inside the axes."""
+    inside = picture[:, : int(0.7 * picture.shape[1])]
+    return int((np.abs(inside - colour).max(axis=2) < 20).sum())
+
+
+@pytest.mark.parametrize('nb_robots', [2, pytest.param(50, marks=pytest.mark.nightly)])
+def test_a_gif_shows_robots_that_leave_trails(run, nb_robots, no_ffmpeg):
+    path = animate(run(nb_robots))
+
+    assert path.name == 'film.gif'
+    with Image.open(path) as film:
+        assert film.n_frames == 61  # from the first command on
+        assert film.info['duration'] == 100
+        assert film.info['loop'] == 0
+        first, last = frame(film, 0), frame(film, 60)
+        assert tuple(first[0, 0]) == (255, 255, 255)
+        for robot in (1, 2):
+            colour = np.multiply(255, plot_colour(robot))
+            assert 0 < count(first, colour) < count(last, colour)
+
+
+def test_speed_size_and_folder(run, tmp_path):
+    path = animate(run(2), tmp_path / 'elsewhere', 'gif', speed=4.0, size=(501, 400), dpi=80)
+
+    assert path == tmp_path / 'elsewhere' / 'film.gif'
+    with Image.open(path) as film:
+        assert film.n_frames == 16
+        assert film.size == (500, 400)
+
+
+def test_what_is_told_beside_the_plane_has_room(run):
+    with Image.open(animate(run(2), kind='gif', speed=12.5)) as film:
+        for number in range(film.n_frames):
+            assert (frame(film, number)[:, -2:] == 255).all()  # a white edge
+
+
+def test_equal_runs_give_equal_films(run):
+    first = animate(run(2), kind='gif', speed=16.0).read_bytes()
+
+    assert animate(run(2), kind='gif', speed=16.0).read_bytes() == first
+
+
+def test_an_mp4_where_there_is_ffmpeg(run, ffmpeg):
+    path = animate(run(2))
+
+    assert path.name == 'film.mp4'
+    told = subprocess.run(
+        [ffmpeg, '-i', str(path), '-f', 'null', '-'], capture_output=True, text=True, check=True
+    ).stderr
+    assert re.search(r'Video: h264.* yuv420p.* 25 fps', told)
+    assert re.findall(r'frame= *(\d+)', told)[-1] == '151'  # 6 s and the last pose
+
+
+def triggers(folder, rows):
+    communication_record.write_csv(record_of({}, rows, [], {}), folder / 'csv')
+
+
+def test_communications_flash_where_and_when_they_happen(run):
+    folder = run(1)
+    triggers(folder, [(0.0, 1, 0), (3.0, 1, 1)])
+    path = animate(folder, kind='gif')
+
+    with Image.open(path) as film:
+        flashing = [k for k in range(film.n_frames) if count(frame(film, k), FLASH) > 10]
+    assert flashing
+    assert flashing[0] == 30
+    assert flashing[-1] < 36
+
+
+def test_when_robots_sent_their_states():
+    assert record_of({}, [], [], {}).trigger_times == {}
+    record = record_of({}, [(0.9, 1, 1), (0.5, 1, 1), (0.5, 3, 0), (0.7, 1, 0)], [], {})
+
+    found = {robot: times.tolist() for robot, times in record.trigger_times.items()}
+
+    assert found == {1: [0.5, 0.9], 3: []}
+
+
+def test_data_with_gaps(run):
+    folder = run(2)
+    table = (folder / 'csv' / 'fleet.csv').read_text().splitlines()
+    kept = [line for line in table if not re.match(r'[123]\.\d+,2,', line)]
+    (folder / 'csv' / 'fleet.csv').write_text('\n'.join(kept) + '\n')
+
+    with Image.open(animate(folder, kind='gif')) as film:
+        green = np.multiply(255, plot_colour(2))
+        assert count(frame(film, 25), green) < count(frame(film, 5), green) + 100
+        assert count(frame(film, 60), green) > count(frame(film, 25), green)
+
+
+def test_mistakes_get_one_line(run, tmp_path, no_ffmpeg):
+    folder = run(1)
+    with pytest.raises(SetcmasError, match="film 'avi' is unknown; it must be mp4, gif"):
+        animate(folder, kind='avi')
+    with pytest.raises(SetcmasError, match='mp4 needs ffmpeg, which is not installed'):
+        animate(folder, kind='mp4')
+    with pytest.raises(SetcmasError, match=r'too long for a GIF.*--speed 4 or more'):
+        animate(folder, kind='gif', speed=0.0125)
+    (tmp_path / 'taken').write_text('a file')
+    with pytest.raises(SetcmasError, match='cannot be written'):
+        animate(folder, tmp_path / 'taken', 'gif')
+
+
+@pytest.mark.parametrize('kind', ['gif', 'mp4'])
+def test_an_unfinished_film_is_removed(tmp_path, ffmpeg, kind):
+    def frames():
+        yield Image.new('RGB', (64, 48))
+        raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        film_writers.write(kind, tmp_path / 'film', frames())
+
+    assert not list(tmp_path.glob('film*'))
+
+
+def test_what_ffmpeg_complains_about_is_told(tmp_path, ffmpeg):
+    odd = [Image.new('RGB', (63, 48)) for _ in range(3)]
+
+    with pytest.raises(SetcmasError, match=r'ffmpeg cannot write the film: .*not divisible by 2'):
+        film_writers.write('mp4', Path(tmp_path / 'film'), odd)

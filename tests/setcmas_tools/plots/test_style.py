@@ -1,0 +1,107 @@
+import re
+
+import numpy as np
+import pytest
+from circling_fleets import drawn
+
+from setcmas_simu.fleet.fleet import plot_colour
+from setcmas_tools.plots.style import line_look, plot_style, robot_colour
+from setcmas_tools.plots.time_plots import (
+    draw_distances,
+    draw_heading,
+    draw_positions,
+    draw_velocities,
+)
+from setcmas_tools.plots.trajectories import draw_trajectories
+
+DRAWINGS = [draw_trajectories, draw_positions, draw_heading, draw_velocities, draw_distances]
+STYLES = [('robots', None), ('robots', 'column'), ('okabe-ito', 'page')]
+
+
+@pytest.mark.parametrize(('palette', 'paper'), STYLES)
+@pytest.mark.parametrize('nb_robots', [8, 50])
+@pytest.mark.parametrize('drawing', DRAWINGS)
+def test_legends_and_titles_cover_nothing(drawing, nb_robots, palette, paper):
+    figure = drawn(drawing, nb_robots, palette, paper)
+    legends = [axes.get_legend().get_window_extent() for axes in figure.axes if axes.get_legend()]
+
+    assert legends
+    plots = [axes.get_window_extent() for axes in figure.axes]
+    texts = [text.get_window_extent() for text in outer_texts(figure)]
+    for i, legend in enumerate(legends):
+        assert figure.bbox.x0 <= legend.x0
+        assert legend.x1 <= figure.bbox.x1
+        assert figure.bbox.y0 <= legend.y0
+        assert legend.y1 <= figure.bbox.y1
+        assert not any(legend.overlaps(other) for other in plots + texts + legends[:i])
+    for i, text in enumerate(texts):
+        assert not any(text.overlaps(other) for other in plots + texts[:i])
+
+
+def outer_texts(figure):
+    """Return the titles and labels that are there."""
+    for axes in figure.axes:
+        titles = [axes.title, axes._left_title, axes._right_title]
+        for text in (*titles, axes.xaxis.label, axes.yaxis.label):
+            if text.get_text():
+                yield text
+
+
+@pytest.mark.parametrize('drawing', DRAWINGS)
+def test_axes_have_labels_with_units(drawing):
+    figure = drawn(drawing, 8)
+
+    for axes in figure.axes:
+        assert re.search(r'\((m|rad|m/s|rad/s)\)$', axes.get_ylabel())
+    assert re.search(r'\((s|m)\)$', figure.axes[-1].get_xlabel())
+
+
+def test_robots_have_the_colours_of_the_fleet():
+    (axes,) = drawn(draw_trajectories, 8).axes
+    paths = [line for line in axes.get_lines() if len(line.get_xdata()) > 1]
+
+    assert [line.get_color() for line in paths] == [plot_colour(i) for i in range(1, 9)]
+
+
+def luminance(colour):
+    return np.dot((0.2126, 0.7152, 0.0722), colour)
+
+
+def test_bright_lines_have_a_dark_edge():
+    (axes,) = drawn(draw_trajectories, 8).axes
+    paths = [line for line in axes.get_lines() if len(line.get_xdata()) > 1]
+
+    edged = [bool(line.get_path_effects()) for line in paths]
+    assert edged == [luminance(line.get_color()) > 0.7 for line in paths]
+    assert edged[3]  # yellow
+    assert edged[4]  # light grey
+
+
+def test_okabe_and_itos_colours_then_dashes_then_a_scale():
+    looks = {n: [robot_line(n, robot) for robot in range(1, n + 1)] for n in (8, 16, 50)}
+
+    assert len({look['color'] for look in looks[8]}) == 8
+    assert len({(look['color'], str(look['linestyle'])) for look in looks[16]}) == 16
+    scale = [luminance(look['color']) for look in looks[50]]
+    assert np.all(np.diff(scale) > 0)
+    assert scale[-1] < 0.7
+    figure = drawn(draw_trajectories, 50, 'okabe-ito')
+    names = [text.get_text() for text in figure.axes[0].get_legend().get_texts()]
+    assert names[:5] == ['robot 1', 'robot 13', 'robot 25', 'robot 38', 'robot 50']
+
+
+def robot_line(nb_robots, robot):
+    with plot_style('okabe-ito'):
+        look = line_look(robot, nb_robots)
+        assert look['color'] == robot_colour(robot, nb_robots)
+        return look
+
+
+@pytest.mark.parametrize(('paper', 'width'), [('column', 3.5), ('page', 7.16)])
+def test_sizes_on_paper(paper, width):
+    figure = drawn(draw_positions, 8, paper=paper)
+
+    assert figure.get_figwidth() == pytest.approx(width)
+    assert {text.get_fontsize() for text in outer_texts(figure)} == {8}
+    assert {text.get_fontname() for text in outer_texts(figure)} == {'STIXGeneral'}
+    assert not any(axes.get_title(loc=loc) for axes in figure.axes for loc in ('left', 'right'))

@@ -1,0 +1,145 @@
+import numpy as np
+import pytest
+from circling_fleets import circling_fleet
+from matplotlib.figure import Figure
+from runs import run_of
+
+from setcmas_ctrl.control.references import References
+from setcmas_ctrl.drawing import Sphere
+from setcmas_tools import simulate
+from setcmas_tools.plots.style import plot_style
+from setcmas_tools.plots.time_plots import draw_distances, draw_errors
+from setcmas_tools.plots.trajectories import draw_trajectories, symbol
+from setcmas_tools.records.drawings import MARKER, TRAIL, Drawing
+from setcmas_tools.records.tables import RunTables
+from setcmas_tools.run.info import RunInfo, write_info
+from setcmas_tools.run.run import Run
+
+PLACES = [[-1.5, 0.866], [-1.5, -0.866], [1.5, -0.866]]
+
+
+def drawn(draw, nb_robots, references=None, **parameters):
+    with plot_style():
+        figure = Figure()
+        draw(figure, run_of(circling_fleet(nb_robots), references=references, **parameters))
+    return figure.axes[0]
+
+
+def names(axes):
+    return [text.get_text() for text in axes.get_legend().get_texts()]
+
+
+def test_places_and_waypoints_of_a_formation():
+    values = {'PLACES': PLACES, 'WPL': [[2, 2], [-2, 2]], 'REACHED': 0.1}
+    axes = drawn(draw_trajectories, 4, References('formation', values))
+    leader = circling_fleet(4).of(1)
+    places = axes.get_lines()[-1].get_xydata()
+
+    assert names(axes)[-2:] == ['waypoints', 'places at the end']
+    assert places[0] == pytest.approx([leader.x[-1] - 1.5, leader.y[-1] + 0.866])
+    assert len(places) == 3
+
+
+@pytest.mark.parametrize(
+    ('references', 'name'),
+    [
+        (References('waypoints', {'WPL': [[1, 1]], 'REACHED': 0.1}), 'waypoints'),
+        (References('tracking', {'R': 2.0, 'W': 0.2}), 'reference'),
+    ],
+)
+def test_references_of_single_robots(references, name):
+    assert names(drawn(draw_trajectories, 1, references))[-1] == name
+
+
+def test_errors_of_a_task_are_plotted():
+    axes = drawn(draw_errors, 1, References('tracking', {'R': 2.0, 'W': 0.2}))
+    (error,) = [line.get_ydata() for line in axes.get_lines()]
+    start = circling_fleet(1).rows(circling_fleet(1).t >= -1e-9)
+
+    assert error[0] == pytest.approx(np.hypot(start.x[0] - 2, start.y[0]), abs=1e-6)
+    for task, values in (
+        ('formation', {'PLACES': PLACES}),
+        ('distances', {'D': 2.0}),
+    ):
+        assert names(drawn(draw_errors, 3, References(task, values)))[-1] == 'robot 3'
+
+
+def test_what_scripts_draw_is_in_the_plane():
+    goal, other = Sphere(2, 3, 0, 0.4, (1, 0, 0), 1), Sphere(4, 3, 0, 0.4, (1, 0, 0), 1)
+    shown = [
+        Drawing(0.0, 1, 'goal', MARKER, goal),
+        Drawing(1.0, 1, 'way', TRAIL, goal),
+        Drawing(2.0, 1, 'goal', MARKER, other),
+    ]
+    figure = Figure()
+    with plot_style():
+        draw_trajectories(figure, Run(RunTables(circling_fleet(1), drawings=shown)))
+    trails, markers = figure.axes[0].collections
+
+    assert names(figure.axes[0])[-1] == 'drawn by the script'
+    assert [path.get_extents().x0 for path in trails.get_paths()] == pytest.approx([1.8])
+    assert [path.get_extents().x0 for path in markers.get_paths()] == pytest.approx([3.8])
+
+
+@pytest.mark.parametrize(
+    ('arena', 'drawn_names'), [([-3, 2, -1, 4], ['arena']), ([-3, 2], []), ('wide', []), (7, [])]
+)
+def test_the_arena_of_an_experiment(arena, drawn_names):
+    axes = drawn(draw_trajectories, 2, arena=arena)
+    lines = [line for line in axes.get_lines() if line.get_label() == 'arena']
+
+    assert [line.get_label() for line in lines] == drawn_names
+    for line in lines:
+        assert np.ptp(line.get_xydata(), axis=0).tolist() == [5, 5]
+        assert line.get_xydata().min(axis=0).tolist() == [-3, -1]
+
+
+def test_the_distance_of_a_formation_is_drawn():
+    assert 'reference, 3 m' in names(drawn(draw_distances, 3, References('distances', {'D': 3.0})))
+
+
+def test_titles_name_the_run():
+    axes = drawn(draw_trajectories, 2, script='C:\\somewhere\\my_law.py')
+
+    assert run_of(circling_fleet(2), script='/a/my_law.py').title == 'my_law, 2 robots'
+    assert axes.get_title(loc='left') == 'Trajectories'
+
+
+def test_a_task_that_is_not_installed_here_is_not_drawn():
+    assert drawn(draw_trajectories, 2, References('dance', {})).get_lines()
+
+
+@pytest.mark.parametrize('text', ['parameters: 3', ': :', 'format: 7'])
+def test_a_run_that_is_not_known_is_plotted_all_the_same(run, text, capsys):
+    folder = run(2)
+    write_info(RunInfo(), folder)
+    (folder / 'run.yaml').write_text(text)
+
+    assert Run.load(folder).plot().axes
+    assert 'its parameters are not known' in capsys.readouterr().out
+
+
+def test_a_unicycle_is_the_dart_that_it_always_was():
+    dart = [(1.0, 0.0), (-0.8, 0.7), (-0.4, 0.0), (-0.8, -0.7)]
+
+    np.testing.assert_allclose(symbol('unicycle'), dart, atol=1e-3)
+
+
+@pytest.mark.parametrize('name', ['burger', 'waffle', 'omnidirectional', 'car'])
+def test_other_symbols_are_as_large_and_head_ahead(name):
+    corners = symbol(name)
+
+    assert np.prod(np.ptp(corners, axis=0)) == pytest.approx(1.8 * 1.4, rel=1e-3)
+    assert corners[:, 0].max() > 0
+    assert corners[:, 1].max() == pytest.approx(-corners[:, 1].min())
+
+
+def test_the_ends_of_trajectories_have_the_symbols_of_the_models():
+    run = simulate('consensus', 3, 2.0, model='2:car')
+    figure = Figure()
+    with plot_style():
+        draw_trajectories(figure, run)
+
+    ends = [line.get_marker() for line in figure.axes[0].lines if line.get_zorder() == 4]
+    corners = [len(marker.vertices) for marker in ends]
+    assert corners == [5, len(symbol('car')) + 1, 5]

@@ -1,0 +1,69 @@
+import pytest
+
+from setcmas_simu.errors import SetcmasError
+from setcmas_tools.run.outcome import State
+from setcmas_tools.study.case_table import CaseTable
+from setcmas_tools.study.study_row import Row
+from setcmas_tools.study.study_table import PARQUET, PART, PartialTable, read_table
+
+CASES = CaseTable([(('graph',), [('ring',), ('a, b',)])], seeds=2)
+ROWS = [
+    Row(run=1, state=State.COMPLETE, numbers={'disagreement': 0.125, 'apples': 2.0}),
+    Row(run=2, state=State.DIED, robots='2', message='tb3_2: "dead", at once'),
+    Row(run=3, state=State.COMPLETE, numbers={'settling_time': None, 'disagreement': 1e-9}),
+    Row(run=4, state=State.COMPLETE, numbers={'disagreement': 3.0}),
+]
+TEXT = """\
+run,graph,seed,state,robots,message,disagreement,settling_time,apples
+1,ring,0,complete,,,0.125,,2
+2,ring,1,died,2,"tb3_2: ""dead"", at once",,,
+3,"a, b",0,complete,,,1e-09,,
+4,"a, b",1,complete,,,3,,
+"""
+
+
+def write(folder, order):
+    with PartialTable(folder) as table:
+        for index in order:
+            table.add(ROWS[index])
+        table.finish(CASES)
+
+
+def test_rows_are_in_the_order_of_runs_whenever_they_came(tmp_path):
+    write(tmp_path, (2, 0, 3, 1))
+
+    assert (tmp_path / 'runs.csv').read_text() == TEXT
+    assert not (tmp_path / PART).exists()
+    table = read_table(tmp_path / 'runs.csv')
+    assert table['disagreement'] == [0.125, None, 1e-9, 3.0]
+    assert table['graph'] == ['ring', 'ring', 'a, b', 'a, b']
+    assert table['robots'] == ['', '2', '', '']
+
+
+def test_a_table_goes_on_behind_the_last_whole_row(tmp_path):
+    with PartialTable(tmp_path) as table:
+        table.add(ROWS[2])
+        table.add(ROWS[0])
+    part = tmp_path / PART
+    part.write_bytes(part.read_bytes()[:-9])
+    with PartialTable(tmp_path) as table:
+        assert table.done == {3}
+        with pytest.raises(SetcmasError, match='another process'):
+            PartialTable(tmp_path)
+        for row in (ROWS[0], ROWS[1], ROWS[3]):
+            table.add(row)
+        table.finish(CASES)
+
+    assert (tmp_path / 'runs.csv').read_text() == TEXT
+
+
+def test_parquet_has_the_same_table(tmp_path):
+    parquet = pytest.importorskip('pyarrow.parquet')
+    write(tmp_path, range(4))
+
+    assert parquet.read_table(tmp_path / PARQUET)['disagreement'].to_pylist() == [
+        0.125,
+        None,
+        1e-9,
+        3.0,
+    ]

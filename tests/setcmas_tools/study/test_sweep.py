@@ -1,0 +1,198 @@
+import contextlib
+import subprocess
+import sys
+import time
+
+import numpy as np
+import pytest
+
+from setcmas_simu.errors import SetcmasError
+from setcmas_tools import Study, simulate, sweep
+from setcmas_tools.study.study_plots import plot
+from setcmas_tools.study.study_table import PART
+from setcmas_tools.study.success import wilson
+
+LAW = """
+import numpy as np
+from helper import half
+K = 0.5
+def control(robotNo, nbRobots, poses, t):
+    if K > 1.5 and robotNo == 2 and t > 1:
+        raise ValueError('too fast')
+    gap = K * half(poses[:2].mean(axis=1) - poses[:2, robotNo - 1])
+    return gap + 0.01 * np.random.rand(2)
+"""
+STUDY = {
+    'vary': {'K': [0.5, 1.0, 2.0], 'loss': [0, 0.3]},
+    'seeds': 2,
+    'random_poses': 'auto',
+    'success': 'disagreement < 1.5',
+}
+
+
+@pytest.fixture(scope='module')
+def law(tmp_path_factory):
+    folder = tmp_path_factory.mktemp('law')
+    (folder / 'law.py').write_text(LAW)
+    (folder / 'helper.py').write_text('def half(x):\n    return x / 2\n')
+    return folder / 'law.py'
+
+
+@pytest.fixture(scope='module')
+def study(law, tmp_path_factory):
+    return sweep(law, 3, 8, output=tmp_path_factory.mktemp('study') / 'one', jobs=1, **STUDY)
+
+
+def test_a_row_is_the_run_of_its_parameters(study, law):
+    assert study.table['run'] == list(range(1, 13))
+    assert study['K'].tolist() == [0.5] * 4 + [1.0] * 4 + [2.0] * 4
+    assert study['state'].tolist() == ['complete'] * 8 + ['failed'] * 4
+    assert study['robots'].tolist() == [''] * 8 + ['2'] * 4
+    assert 'law.py, line 7: ValueError: too fast' in study['message'][-1]
+
+    run = simulate(law, 3, 8, settings={'K': 1.0}, loss=0.3, seed=1, random_poses='auto')
+    assert study.table['loss'][7] == 0.3
+    for name, value in (
+        ('disagreement', run.metrics()['consensus'].disagreement_at_end_m),
+        ('least_separation', run.metrics()['separation'].least_separation_m),
+        ('lost', run.metrics()['messages'].lost),
+    ):
+        assert study[name][7] == pytest.approx(value, rel=1e-8)
+
+
+def test_the_folder_keeps_what_repeats_a_run(study, law):
+    again = Study.load(study.folder)
+
+    assert again.table == study.table
+    assert again.plan.info.success == STUDY['success']
+    run = again.run(8)
+    assert run.metrics()['consensus'].disagreement_at_end_m == pytest.approx(
+        study['disagreement'][7], rel=1e-8
+    )
+    assert run.parameters['script'] == str(study.folder / 'inputs' / 'algo' / 'law.py')
+
+
+def test_rows_do_not_depend_on_the_number_of_workers(study, law, tmp_path):
+    sweep(law, 3, 8, output=tmp_path / 'two', jobs=2, **STUDY)
+
+    for name in ('runs.csv', 'study.yaml'):
+        assert (tmp_path / 'two' / name).read_bytes() == (study.folder / name).read_bytes()
+
+
+def test_a_study_goes_on_where_it_was_killed(study, law, tmp_path):
+    script = tmp_path / 'study.py'
+    arguments = f'{str(law)!r}, 3, 8, output="half", jobs=1, **{STUDY!r}'
+    script.write_text(f'from setcmas_tools import sweep\nsweep({arguments})\n')
+    process = subprocess.Popen([sys.executable, str(script)], cwd=tmp_path)
+    part = tmp_path / 'half' / PART
+    with contextlib.suppress(FileNotFoundError):
+        while process.poll() is None and (not part.exists() or part.stat().st_size < 1000):
+            time.sleep(0.01)
+    process.kill()
+    process.wait()
+    assert part.exists()
+    before = part.read_bytes().rpartition(b'\n')[0]
+    with pytest.raises(SetcmasError, match=r'holds another study \(--duration differs\)'):
+        sweep(law, 3, 9, output=tmp_path / 'half', **STUDY)
+    assert part.read_bytes().startswith(before)
+    sweep(law, 3, 8, output=tmp_path / 'half', jobs=1, **STUDY)
+
+    assert (tmp_path / 'half/runs.csv').read_bytes() == (study.folder / 'runs.csv').read_bytes()
+
+
+def test_shares_medians_and_plots(study):
+    successes = study.successes()
+    settled = study.numbers('settling_time')
+
+    assert successes == [
+        state == 'complete' and value < 1.5
+        for state, value in zip(study['state'], study['disagreement'], strict=True)
+    ]
+    assert np.isinf(settled[:8][np.isnan(study['settling_time'][:8])]).all()
+    assert np.isnan(study.numbers('disagreement')[8:]).all()  # a law that failed is no data
+    assert [line.split()[2:4] for line in study.summary.splitlines()[-2:]] == [['2', '2']] * 2
+    axes = study.plot('disagreement', by='K').axes[0]
+    drawn = axes.get_lines()[0].get_ydata()
+    assert drawn[0] == pytest.approx(np.median(study['disagreement'][:2]))
+    assert np.isnan(drawn[2])
+    assert '4 broken runs left out' in axes.texts[-1].get_text()
+    share = study.plot('success', by='K').axes[0]
+    bounds = share.collections[0].get_paths()[0].vertices[:, 1]
+    assert bounds.max() == pytest.approx(wilson(sum(successes[4:6]), 2)[1])
+    assert study.plot('disagreement', by=('K', 'loss')).axes[0].get_xlabel() == 'K'
+    for metric, by in (('agreement', 'K'), ('disagreement', 'gain')):
+        with pytest.raises(SetcmasError, match='it'):
+            study.plot(metric, by=by)
+
+
+def test_robots_that_the_filter_could_not_keep_apart_are_told_before_a_study(law):
+    filtered = {'filter': 'barrier', 'vary': {'min_separation': [0.4, 11.0]}}
+
+    with pytest.raises(SetcmasError, match='robots 1 and 2 start 10 m apart'):
+        sweep(law, 3, 8, **filtered)
+
+
+def test_words_are_joined_by_no_line_and_what_never_settles_has_no_tradeoff(tmp_path):
+    study = sweep(
+        'consensus', 3, 1, vary={'graph': ['path', 'star', 'ring']}, event_triggered=True
+    )
+
+    axes = study.plot('disagreement').axes[0]
+    assert [line.get_linestyle() for line in axes.get_lines()] == ['None']
+    assert axes.get_lines()[0].get_ydata().tolist() == study['disagreement'].tolist()
+    assert [path.stem for path in plot(study, tmp_path) if 'tradeoff' in path.stem] == []
+    with pytest.raises(SetcmasError, match='there is no trade-off to draw'):
+        study.plot('tradeoff')
+
+
+@pytest.mark.parametrize(
+    ('text', 'told'),
+    [
+        ('K,delya\n1,0\n', 'line 1: delya: there is no such name'),
+        ('K,loss\n1,0\n\n1,2\n', 'line 4: loss is 2; it must be'),
+        ('graph\nring\nrign\n', "line 3: graph 'rign' is unknown; did you mean ring"),
+        ('K\n1\nfast\n', "line 3: --set K: 'fast' is a text"),
+    ],
+)
+def test_a_mistake_in_a_file_of_cases_has_its_line(tmp_path, law, text, told):
+    (tmp_path / 'cases.csv').write_text(text)
+
+    with pytest.raises(SetcmasError, match=rf"^cases '.*cases.csv', {told}"):
+        sweep(law, 3, 8, cases=tmp_path / 'cases.csv', vary={'delay': [0, 0.1]})
+
+
+def test_functions_and_what_they_are_called():
+    def towards(gain):
+        def law(robotNo, nbRobots, poses, t):
+            return gain * -poses[:2, robotNo - 1]
+
+        return law
+
+    study = sweep(towards(0), 2, 2, vary={'algo': {'slow': towards(0.01), 'fast': towards(1)}})
+
+    assert study['algo'].tolist() == ['slow', 'fast']
+    assert study['path_length'][0] < study['path_length'][1]
+    each = sweep({1: towards(0), 2: towards(0.01)}, 2, 2, graph=np.ones((2, 2)) - np.eye(2))
+    assert each['path_length'][0] == pytest.approx(study['path_length'][0] / 2)
+
+
+@pytest.mark.parametrize(
+    ('given', 'told'),
+    [
+        ({'vary': {'gain': [1]}}, 'there is no such name'),
+        ({'vary': {'K': ['fast']}}, 'must be a number'),
+        ({'vary': {'loss': [2]}}, 'from 0 to 1'),
+        ({'vary': {'delay': [1, -1]}}, 'at least 0'),
+        ({'vary': {'graph': ['ring', 'rign']}}, r"graph 'rign' .* did you mean ring"),
+        ({'vary': {'nb-robots': [2], 'nb_robots': [3]}}, 'varied twice'),
+        ({'success': 'foo < 1'}, r"^success 'foo < 1': there is no 'foo'"),
+        ({'vary': {'threshold': [0.1, 0.2]}}, 'event_triggered'),
+        ({'vary': {'seed': [1, 2]}, 'seeds': 2}, 'leave one out'),
+        ({'speed': 3}, "'speed' is no argument"),
+        ({'seeds': 0}, 'seeds is 0'),
+    ],
+)
+def test_mistakes_are_told_before_anything_starts(law, tmp_path, given, told):
+    with pytest.raises(SetcmasError, match=told):
+        sweep(law, 3, 8, output=tmp_path / 'study', **given)
+    assert not (tmp_path / 'study').exists()

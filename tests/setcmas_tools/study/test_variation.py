@@ -1,0 +1,112 @@
+import numpy as np
+import pytest
+
+from setcmas_simu.errors import SetcmasError
+from setcmas_tools.study.variation import (
+    Draw,
+    checked_name,
+    parse_variation,
+    value_of,
+    with_values,
+)
+
+SCRIPT = {'K', 'loss', 'PLACES'}
+
+
+def test_options_and_names_of_the_script_are_told_apart():
+    assert checked_name('K', SCRIPT) == 'K'
+    assert checked_name('nb-robots', SCRIPT) == 'nb_robots'
+    given = {'nb_robots': 3, 'loss': 0.1, 'set': {'D': 1}}
+    values = {'nb_robots': 5, 'K': 2, 'set.loss': 7, 'option.loss': 0.3}
+
+    assert with_values(given, values) == {
+        'nb_robots': 5,
+        'loss': 0.3,
+        'set': {'D': 1, 'K': 2, 'loss': 7},
+    }
+
+
+@pytest.mark.parametrize(
+    ('name', 'told'),
+    [
+        ('loss', "must be 'option.loss' or 'set.loss'"),
+        ('delya', 'did you mean delay'),
+        ('PLACE', 'did you mean PLACES'),
+        ('output', 'there is no such name'),
+        ('set.vnom', 'there is no such name'),
+    ],
+)
+def test_a_name_that_is_unknown_or_two_things(name, told):
+    with pytest.raises(SetcmasError, match=told):
+        checked_name(name, SCRIPT)
+
+
+def test_values_are_those_that_the_option_or_the_script_takes():
+    assert value_of('loss', '0.2') == 0.2
+    assert value_of('nb_robots', 8.0) == 8
+    assert isinstance(value_of('nb_robots', 8.0), int)
+    assert value_of('event_triggered', 'yes') is True
+    assert value_of('graph', 'ring') == 'ring'
+    assert value_of('K', '1e-3') == 0.001
+    assert value_of('PLACES', '[[1, 2]]') == [[1, 2]]
+    for name, value in (('loss', '1.5'), ('nb_robots', 2.5), ('event_triggered', '3')):
+        with pytest.raises(SetcmasError, match='must be'):
+            value_of(name, value)
+
+
+@pytest.mark.parametrize(
+    ('text', 'values'),
+    [
+        ('0.2:2:10', [0.2, 0.4, 0.6, 0.8, 1.0, 1.2, 1.4, 1.6, 1.8, 2.0]),
+        ('-1:1:3', [-1.0, 0.0, 1.0]),
+        ('log:0.1:10:3', [0.1, 1.0, 10.0]),
+        ('0,0.2, 0.4', ['0', '0.2', '0.4']),
+        ('ring,path', ['ring', 'path']),
+        ('[[1, 2], [3, 4]]', [[1, 2], [3, 4]]),
+        ("['1:a.py,2:b.py', c]", ['1:a.py,2:b.py', 'c']),
+    ],
+)
+def test_lists_and_ranges(text, values):
+    assert parse_variation('K', text, 0) == values
+
+
+def test_draws_follow_their_distribution_the_seed_and_the_name():
+    draw = parse_variation('K', 'loguniform:0.1:10', 0)
+    many = np.array(draw.numbers(4000, 1))
+
+    assert draw == Draw('loguniform', 0.1, 10.0)
+    assert parse_variation('K', str(draw), 0) == draw
+    assert 0.1 <= many.min() < 0.11
+    assert 9 < many.max() <= 10
+    assert np.mean(many < 1) == pytest.approx(0.5, abs=0.03)
+    normal = np.array(Draw('normal', 3.0, 0.5).numbers(4000, 1))
+    assert (normal.mean(), normal.std()) == pytest.approx((3.0, 0.5), abs=0.03)
+    fixed = parse_variation('K', 'uniform:0:1:5', 7)
+    assert fixed == parse_variation('K', 'uniform:0:1:5', 7)
+    assert len(fixed) == len({*fixed, *parse_variation('L', 'uniform:0:1:5', 7)}) / 2
+
+
+@pytest.mark.parametrize(
+    'text',
+    [
+        '',
+        '0,,1',
+        '0:1:0',
+        '0.2:2',
+        'log:1:2',
+        '0:1:2.5',
+        'uniform:1',
+        'log:0:1:3',
+        'uniform:2:1',
+        'loguniform:0:1',
+        '[1',
+        '{a: 1}',
+    ],
+)
+def test_what_is_no_variation_is_told_in_a_line(text):
+    if text == '{a: 1}':  # a list with one word
+        assert parse_variation('K', text, 0) == [text]
+        return
+    with pytest.raises(SetcmasError, match=r"--vary K '.*' must ") as told:
+        parse_variation('K', text, 0)
+    assert '\n' not in str(told.value)

@@ -1,0 +1,40 @@
+import math
+
+import numpy as np
+import pytest
+from metrics_runs import T, table
+from runs import measure
+
+from setcmas_ctrl.control.references import References
+
+
+def test_distance_errors_of_a_formation():
+    fleet = table((T, 0, 0), (T, 3, 0), (T, 0, 4))
+
+    errors = measure(fleet, references=References('distances', {'D': 3.0}))['distances']
+
+    assert errors.distance_errors_final_m == pytest.approx({'1-2': 0.0, '1-3': 1.0, '2-3': 2.0})
+    assert errors.distance_error_final_rms_m == pytest.approx(math.sqrt(5 / 3))
+    assert errors.distance_error_rms_last_quarter_m == pytest.approx(math.sqrt(5 / 3))
+    assert errors.distance_error_final_largest_m == pytest.approx(2.0)
+
+
+def test_position_errors_of_a_formation():
+    late = np.where(T < 10, 1.0, 0.0)
+    fleet = table((T, 0.1 * T, 0), (T, 0.1 * T - 0.7, 0.4), (T, 0.1 * T, 1 + late))
+    references = References('formation', {'PLACES': [[-1.0, 0.0], [0.0, 1.0]]})
+
+    errors = measure(fleet, references=references)['formation']
+
+    assert errors.position_error_final_m == pytest.approx({2: 0.5, 3: 0.0})
+    assert errors.position_error_rms_last_quarter_m == pytest.approx({2: 0.5, 3: 0.0})
+    assert errors.fleet_position_error_rms_last_quarter_m == pytest.approx(0.5 / math.sqrt(2))
+
+
+def test_a_follower_without_a_place_is_not_measured():
+    fleet = table((T, 0, 0), (T, 1, 0), (T, 2, 0))
+    references = References('formation', {'PLACES': [[1.0, 0.0]]})
+
+    errors = measure(fleet, references=references)['formation']
+
+    assert errors.position_error_final_m == {2: 0.0}
