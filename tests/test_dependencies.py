@@ -21,8 +21,8 @@ DISTRIBUTIONS = packages_distributions()
 EXTRAS = {
     'setcmas_expe/setcmas_expe/pause/joystick_reader.py': 'joystick',
     'setcmas_tools/setcmas_tools/run/tools.py': 'notebook',
-    'setcmas_tools/setcmas_tools/studies/table.py': 'parquet',
-    'setcmas_tools/setcmas_tools/studies/workers/engine.py': 'cluster',
+    'setcmas_tools/setcmas_tools/study/study_table.py': 'parquet',
+    'setcmas_tools/setcmas_tools/study/study_engine.py': 'cluster',
     'setcmas_tools/setcmas_tools/view': 'view',
     'docs': 'docs',
     'tests': 'all',

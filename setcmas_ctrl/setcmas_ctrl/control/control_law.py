@@ -32,6 +32,7 @@ from setcmas_simu.arrays import Floats
 Velocity = tuple[float, float]
 _FLOATS = (float, np.float64)
 _PLAIN = (np.ndarray, float, int, bool)
+_asarray = np.asarray  # a script may replace numpy's
 _RAISED_BY_NAN = (ValueError, FloatingPointError)  # by int, round, numpy.linalg, scipy
 _EXPECTED = 'it must return two finite numbers: return vx, vy'
 
@@ -160,7 +161,7 @@ def checked_velocity(result: Any) -> Velocity:
     if result is None:
         raise ValueError('control returned None: is a return missing?')
     try:
-        array = np.asarray(result) if _is_plain(result) else _as_masked(result)
+        array = _asarray(result) if _is_plain(result) else _as_masked(result)
     except (StopCall, AbandonCall):
         raise
     except BaseException:  # it may be an object of the script's own

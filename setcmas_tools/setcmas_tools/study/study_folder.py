@@ -81,8 +81,8 @@ def _refuse_others(folder: Path) -> None:
     taken = [part for part in (*_PARTS, RUN_FILE) if (folder / part).exists()]
     if taken and study_files.FILE_NAME not in taken:
         raise SetcmasError(
-            f"output '{folder}' holds {', '.join(taken)} and no {study_files.FILE_NAME}, so it is not a "
-            'study; name another folder'
+            f"output '{folder}' holds {', '.join(taken)} and no {study_files.FILE_NAME}, so it is "
+            'not a study; name another folder'
         )
 
 

@@ -18,8 +18,8 @@ def test_the_wheel_has_all_packages_with_their_data_and_a_right_record():
     assert rows.keys() >= {
         'launch_scripts/cli.py',
         'setcmas_ctrl/exercises/consensus.yaml',
-        'setcmas_tools/grading/pages/templates/student.html',
-        'setcmas_tools/grade_formats/templates/gradescope/setup.sh.jinja',
+        'setcmas_tools/grade/templates/student.html',
+        'setcmas_tools/platforms/templates/gradescope/setup.sh.jinja',
         'setcmas_tools/pages/templates/base.css',
         'setcmas_tools/report/templates/player.js',
     }
