@@ -16,12 +16,12 @@ from soak_watch import Holding, Observer, Stream, holding
 from std_msgs.msg import Bool, Empty
 
 from setcmas_simu.ros.process import FleetNode
-from setcmas_tools.bags.reader import open_bag
+from setcmas_tools.bags.bag import open_bag
 
 NB_ROBOTS = 8
 LIVING, MORTAL = '1-4', '5-8'
 LIVING_PROCESSES = (f'simulator {LIVING}', f'controllers {LIVING}', 'recorder')
-RECORDER = [sys.executable, '-m', 'setcmas_tools.recorder.main', '--output']
+RECORDER = [sys.executable, '-m', 'setcmas_tools.bags.recorder', '--output']
 LAW = """
 import math
 PHASE = {phase}

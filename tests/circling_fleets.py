@@ -6,7 +6,7 @@ from runs import run_of
 
 from setcmas_simu.fleet.fleet import start_poses
 from setcmas_tools.plots.style import finish, plot_style
-from setcmas_tools.records.fleet_table import fleet_table
+from setcmas_tools.run.fleet_motion import fleet_table
 
 
 def circling_fleet(nb_robots, turns=1.5):

@@ -16,7 +16,7 @@ from sensor_msgs.msg import TimeReference
 from setcmas_expe.doctor.discovery_server import PORT
 from setcmas_simu.fleet import topics
 from setcmas_simu.fleet.fleet import start_poses
-from setcmas_tools.bags.reader import open_bag
+from setcmas_tools.bags.bag import open_bag
 
 PEERS, SERVER = 'static peers', 'discovery server'
 LEFT, RIGHT = range(1, 5), range(5, 9)
@@ -33,7 +33,7 @@ import math
 def control(robotNo, nbRobots, poses, t):
     return {SPEED} * math.cos(0.3 * t), {SPEED} * math.sin(0.3 * t)
 """
-RECORDER = [sys.executable, '-m', 'setcmas_tools.recorder.main']
+RECORDER = [sys.executable, '-m', 'setcmas_tools.bags.recorder']
 SERVER_COMMAND = [sys.executable, '-m', 'setcmas_expe.doctor.discovery_server']
 
 

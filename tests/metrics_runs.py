@@ -3,9 +3,9 @@
 import numpy as np
 
 from setcmas_tools.measures.metrics import measure
-from setcmas_tools.records.fleet_table import fleet_table, write_csv
-from setcmas_tools.run.info import RunInfo, write_info
+from setcmas_tools.run.fleet_motion import fleet_table, write_fleet
 from setcmas_tools.run.run import Run
+from setcmas_tools.run.run_info import RunInfo, write_info
 
 T = np.arange(0, 201) / 10
 """0 to 20 s at 10 Hz."""
@@ -30,7 +30,7 @@ def numbers(value):
 
 def write_run(folder, fleet, **parameters):
     (folder / 'csv').mkdir(parents=True)
-    write_csv(fleet, folder / 'csv' / 'fleet.csv')
+    write_fleet(fleet, folder / 'csv' / 'fleet.csv')
     write_info(RunInfo(parameters=parameters), folder)
     return folder
 

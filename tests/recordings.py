@@ -6,9 +6,9 @@ import yaml
 from rosbags.highlevel import AnyReader
 
 from setcmas_simu.errors import SetcmasError
-from setcmas_tools.bags.reader import open_bag
+from setcmas_tools.bags.bag import open_bag
 
-RECORDER = [sys.executable, '-m', 'setcmas_tools.recorder.main']
+RECORDER = [sys.executable, '-m', 'setcmas_tools.bags.recorder']
 
 
 def recorded(bag, topic):

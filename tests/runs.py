@@ -6,10 +6,10 @@ from setcmas_tools.measures.metrics import measure as measure_run
 from setcmas_tools.plots import film
 from setcmas_tools.plots.look import FilmLook, PlotLook
 from setcmas_tools.plots.plot import plot as plot_run
-from setcmas_tools.records.tables import RunTables
-from setcmas_tools.run.info import RunInfo
 from setcmas_tools.run.run import Run
-from setcmas_tools.run.source import find_run
+from setcmas_tools.run.run_folder import find_run
+from setcmas_tools.run.run_info import RunInfo
+from setcmas_tools.run.run_tables import RunTables
 
 
 def run_of(table, record=None, references=None, **parameters):

@@ -20,7 +20,7 @@ DISTRIBUTIONS = packages_distributions()
 
 EXTRAS = {
     'setcmas_expe/setcmas_expe/pause/joystick_reader.py': 'joystick',
-    'setcmas_tools/setcmas_tools/run/tools.py': 'notebook',
+    'setcmas_tools/setcmas_tools/run/run.py': 'notebook',
     'setcmas_tools/setcmas_tools/study/study_table.py': 'parquet',
     'setcmas_tools/setcmas_tools/study/study_engine.py': 'cluster',
     'setcmas_tools/setcmas_tools/view': 'view',

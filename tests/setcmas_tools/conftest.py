@@ -14,7 +14,7 @@ from rosbags.rosbag2 import StoragePlugin, Writer
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 from rosbags.typesys.store import Typestore
 
-from setcmas_tools.records.fleet_table import write_csv
+from setcmas_tools.run.fleet_motion import write_fleet
 
 START_NS = 1_700_000_000_123_456_789
 
@@ -136,7 +136,7 @@ def run(tmp_path):
 
     def run(nb_robots):
         (tmp_path / 'csv').mkdir(exist_ok=True)
-        write_csv(circling_fleet(nb_robots), tmp_path / 'csv' / 'fleet.csv')
+        write_fleet(circling_fleet(nb_robots), tmp_path / 'csv' / 'fleet.csv')
         return tmp_path
 
     return run

@@ -39,7 +39,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def main(args: argparse.Namespace) -> int:
     """Convert; returns the exit status."""
-    from setcmas_tools.tables.convert import convert
+    from setcmas_tools.run.bag_conversion import convert
 
     report = convert(args.bag, args.output)
     print(report)

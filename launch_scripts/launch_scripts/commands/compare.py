@@ -43,11 +43,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def main(args: argparse.Namespace) -> int:
     """Compare; returns the exit status."""
-    from setcmas_tools.comparison.differences import differences
-    from setcmas_tools.comparison.experiment import experiment_verdict
-    from setcmas_tools.comparison.pictures import write_pictures
-    from setcmas_tools.comparison.shift import best_shift
-    from setcmas_tools.comparison.table import metrics_table
+    from setcmas_tools.compare.differences import differences, metrics_table
+    from setcmas_tools.compare.experiment_verdict import experiment_verdict
+    from setcmas_tools.compare.pictures import write_pictures
+    from setcmas_tools.compare.run_distance import best_shift
     from setcmas_tools.measures.metrics import measure
     from setcmas_tools.plots.look import PlotLook
     from setcmas_tools.run.run import Run

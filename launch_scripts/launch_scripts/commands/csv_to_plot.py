@@ -40,7 +40,7 @@ def main(args: argparse.Namespace) -> int:
     from setcmas_tools.evaluation import evaluate
     from setcmas_tools.plots.look import FilmLook, PlotLook
     from setcmas_tools.run.run import Run
-    from setcmas_tools.run.source import find_run
+    from setcmas_tools.run.run_folder import find_run
 
     style, film = StyleOptions.of(args), FilmOptions.of(args)
     folder = args.output or find_run(args.run).plots

@@ -18,7 +18,7 @@ from setcmas_simu.fleet.per_robot import (
     parse_per_robot,
 )
 from setcmas_simu.robots.model import MODELS
-from setcmas_tools.run.info import RunInfo, read_info
+from setcmas_tools.run.run_info import RunInfo, read_info
 
 
 def add_from_argument(parser: argparse.ArgumentParser) -> None:

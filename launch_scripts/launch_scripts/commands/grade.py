@@ -89,12 +89,12 @@ def main(args: argparse.Namespace) -> int:
 
 def _check_place(folder: Path, submissions: Path) -> None:
     """See that grades go neither among submissions nor into the folder of a run."""
-    from setcmas_tools.run.info import FILE_NAME
+    from setcmas_tools.run.run_info import INFO_FILE
 
     places = [folder.resolve(), *folder.resolve().parents]
     if submissions.resolve() in places:
         what = f"in the folder of the submissions, '{submissions}'"
-    elif any((place / FILE_NAME).is_file() for place in places):
+    elif any((place / INFO_FILE).is_file() for place in places):
         what = 'in the folder of a run'
     else:
         return

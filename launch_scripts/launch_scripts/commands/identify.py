@@ -50,9 +50,14 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def main(args: argparse.Namespace) -> int:
     """Identify; returns the exit status, 1 if the run tells of no robot."""
     from setcmas_simu.robots.identified_robot import write_model_file
-    from setcmas_tools.identification.identify import identify, limits_of, model_of
-    from setcmas_tools.identification.picture import write_picture
-    from setcmas_tools.identification.table import notes, table
+    from setcmas_tools.compare.identification import (
+        identified_notes,
+        identified_table,
+        identify,
+        limits_of,
+        model_of,
+    )
+    from setcmas_tools.compare.pictures import write_picture
     from setcmas_tools.plots.look import PlotLook
     from setcmas_tools.run.run import Run
 
@@ -67,8 +72,8 @@ def main(args: argparse.Namespace) -> int:
         )
     run = Run.load(args.run, _tell)
     found = identify(args.run, _tell)
-    print(table(found))
-    for note in notes(found):
+    print(identified_table(found))
+    for note in identified_notes(found):
         _tell(note)
     pictures = write_picture(found, run.title, output, PlotLook(tuple(args.format)))
     limits = args.limits or limits_of(run)

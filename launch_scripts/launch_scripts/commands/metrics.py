@@ -67,7 +67,7 @@ def main(args: argparse.Namespace) -> int:
     from setcmas_tools.measures.metrics import FILE_NAME
     from setcmas_tools.measures.task import with_task, with_vnom
     from setcmas_tools.run.run import Run
-    from setcmas_tools.run.source import find_run
+    from setcmas_tools.run.run_folder import find_run
 
     source = find_run(args.run)
     run = Run.load(args.run, _tell)

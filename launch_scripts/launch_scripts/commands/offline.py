@@ -34,9 +34,9 @@ from setcmas_ctrl.filter.filter_options import FilterOptions
 from setcmas_simu.reports.reports import ScriptFailure
 from setcmas_simu.simulator.simulator_options import SimulationOptions
 from setcmas_tools.offline.options import OfflineOptions
-from setcmas_tools.run.folder import RunFolder
 from setcmas_tools.run.inputs import run_inputs
-from setcmas_tools.run.outcome import Outcome, State
+from setcmas_tools.run.run_folder import RunFolder
+from setcmas_tools.run.run_info import Outcome, State
 
 if TYPE_CHECKING:
     from setcmas_tools.run.run import Run
@@ -72,7 +72,7 @@ def main(args: argparse.Namespace) -> int:
     folder.check(args.overwrite)
     run, elapsed = _simulate(args, scripts, law.settings, communication)
     # Imported late: help texts and completion do not wait for it.
-    from setcmas_tools.comparison.repeat import compared
+    from setcmas_tools.compare.run_distance import compared
     from setcmas_tools.evaluation import evaluate
     from setcmas_tools.plots.look import PlotLook
     from setcmas_tools.run.run import Run

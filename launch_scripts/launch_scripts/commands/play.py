@@ -20,8 +20,7 @@ from launch_scripts.processes.environment import local_environment, require_ros
 from launch_scripts.processes.node_commands import PLAYER, node_command
 from launch_scripts.processes.supervisor import StoppedError, Supervisor
 from launch_scripts.terminal.keyboard import Keyboard
-from setcmas_tools.player.options import PlayerOptions
-from setcmas_tools.player.play_clock import PauseToggled
+from setcmas_tools.bags.recording_options import PauseToggled, PlayerOptions
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

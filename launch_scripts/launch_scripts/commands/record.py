@@ -19,7 +19,7 @@ from launch_scripts.processes.environment import require_ros
 from launch_scripts.processes.foreground import run_in_foreground
 from launch_scripts.processes.node_commands import RECORDER, node_command
 from setcmas_simu.errors import SetcmasError
-from setcmas_tools.recorder.options import RecorderOptions
+from setcmas_tools.bags.recording_options import RecorderOptions
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

@@ -44,10 +44,9 @@ from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet.fleet import robots_in_words
 from setcmas_simu.options.group import spelled
 from setcmas_simu.simulator.simulator_options import SimulationOptions
-from setcmas_tools.run.folder import RunFolder
-from setcmas_tools.run.info import RunInfo
 from setcmas_tools.run.inputs import run_inputs
-from setcmas_tools.run.outcome import Outcome, State
+from setcmas_tools.run.run_folder import RunFolder
+from setcmas_tools.run.run_info import Outcome, RunInfo, State
 
 _ENDED = (State.COMPLETE, State.FAILED)
 _OF_SIMULATED_ROBOTS = ('robot_rate', 'cmd_timeout', 'lockstep', 'rtf')
@@ -197,11 +196,11 @@ def _evaluate(
 ) -> int:
     """Write CSV files, plots and metrics, print these; returns the exit status."""
     # Imported late: a fresh start of the robots does not wait for matplotlib.
-    from setcmas_tools.comparison.repeat import compared
+    from setcmas_tools.compare.run_distance import compared
     from setcmas_tools.evaluation import evaluate
     from setcmas_tools.plots.look import PlotLook
+    from setcmas_tools.run.bag_conversion import convert
     from setcmas_tools.run.run import Run
-    from setcmas_tools.tables.convert import convert
 
     if not convert(folder.bag, folder.csv).fleet:
         warn('setcmas run: no odometry was recorded, so there is nothing to plot')

@@ -18,7 +18,7 @@ from setcmas_ctrl.control.law_scripts import LawScripts
 from setcmas_ctrl.filter.filter_options import FilterOptions
 from setcmas_expe.lab.lab import Lab
 from setcmas_simu.simulator.simulator_options import SimulationOptions
-from setcmas_tools.run.options import RunOptions
+from setcmas_tools.run.run_folder import RunOptions
 
 _OF_ROBOTS = (
     'pose',

@@ -26,7 +26,7 @@ from setcmas_ctrl.communication.communication_options import CommunicationOption
 from setcmas_ctrl.control.control_options import SCRIPT_FAILED, GainOptions, LawOptions
 from setcmas_ctrl.filter.filter_options import FilterOptions
 from setcmas_simu.errors import SetcmasError
-from setcmas_tools.run.options import RunOptions
+from setcmas_tools.run.run_folder import RunOptions
 from setcmas_tools.study.study_options import SweepOptions
 
 _AS_TYPED = (

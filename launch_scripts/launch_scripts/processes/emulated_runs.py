@@ -28,8 +28,8 @@ from setcmas_tools.grade.marks import Failure, LawRunner, ScenarioRun
 from setcmas_tools.grade.rubric import Rubric
 from setcmas_tools.grade.rubric_scenarios import CONTROL, Scenario
 from setcmas_tools.offline.given import pose_options
-from setcmas_tools.run.outcome import State
 from setcmas_tools.run.run import Run
+from setcmas_tools.run.run_info import State
 from setcmas_tools.study.variation import OPTIONS
 
 _COMES_TO_REST_S = 2.0

@@ -15,7 +15,7 @@ from setcmas_tools.grade.marks import Failure, LawRunner, ScenarioRun
 from setcmas_tools.grade.rubric import Rubric
 from setcmas_tools.grade.rubric_scenarios import Scenario
 from setcmas_tools.offline.history import remains
-from setcmas_tools.run.outcome import Outcome, State
+from setcmas_tools.run.run_info import Outcome, State
 
 _OF_SCRIPT = re.compile(r'tb3_\d+: ')  # what it prints, and warnings such as numpy's
 

@@ -34,8 +34,8 @@ from setcmas_simu.reports.reports import (
 from setcmas_simu.robots.model import limits_named
 from setcmas_simu.robots.models import NO_LIMITS
 from setcmas_simu.simulator.simulator_options import SimulationOptions, SimulatorOptions
-from setcmas_tools.recorder.options import RecorderOptions
-from setcmas_tools.run.outcome import Outcome
+from setcmas_tools.bags.recording_options import RecorderOptions
+from setcmas_tools.run.run_info import Outcome
 
 
 class ReloadTimes:

@@ -17,9 +17,8 @@ from launch_scripts.processes.supervisor import StoppedError, Supervisor
 from launch_scripts.terminal.terminal_output import Stream, write_line
 from setcmas_expe.lab.lab import Lab
 from setcmas_simu.reports.reports import Ready
-from setcmas_tools.run.folder import RunFolder
-from setcmas_tools.run.info import RunInfo
-from setcmas_tools.run.outcome import Outcome, State
+from setcmas_tools.run.run_folder import RunFolder
+from setcmas_tools.run.run_info import Outcome, RunInfo, State
 
 STOPPED = 130
 """Exit status after Ctrl-C, as of shells."""

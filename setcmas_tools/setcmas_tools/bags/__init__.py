@@ -1,1 +1,1 @@
-"""Readers of bags."""
+"""Bags: read, record and play them, and write their topics as CSV."""

@@ -9,10 +9,10 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from setcmas_simu.yaml_entries import Entry
-from setcmas_tools.comparison.repeat import distances_between
+from setcmas_tools.compare.run_distance import distances_between
 from setcmas_tools.measures.metric import METRICS
 from setcmas_tools.measures.metrics import measure
-from setcmas_tools.records.fleet_grid import FleetGrid
+from setcmas_tools.run.fleet_motion import FleetGrid
 from setcmas_tools.run.run import Run
 from setcmas_tools.study.study_columns import COLUMNS, SHIPPED, numbers_of
 

@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass
 
 from setcmas_tools.measures.metric import Columns, Measured
-from setcmas_tools.records.communication import CommunicationRecord
+from setcmas_tools.run.communication_record import CommunicationRecord
 from setcmas_tools.run.run import Run
 
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from setcmas_simu.arrays import Floats
 from setcmas_tools.measures.metric import Measured
-from setcmas_tools.records.fleet_grid import FleetGrid
+from setcmas_tools.run.fleet_motion import FleetGrid
 from setcmas_tools.run.run import Run
 
 

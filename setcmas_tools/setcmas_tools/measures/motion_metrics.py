@@ -12,8 +12,7 @@ from setcmas_ctrl.control.saturation import VNOM
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.robots.models import fastest
 from setcmas_tools.measures.metric import Columns, Measured
-from setcmas_tools.records.fleet_table import FleetTable
-from setcmas_tools.records.gaps import LONGEST_GAP_S, resets
+from setcmas_tools.run.fleet_motion import LONGEST_GAP_S, FleetTable, resets
 from setcmas_tools.run.run import Run
 
 SATURATION_TOLERANCE = 1e-3

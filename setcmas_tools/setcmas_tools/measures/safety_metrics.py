@@ -10,11 +10,9 @@ from setcmas_ctrl.filter.barrier import Verdict
 from setcmas_simu.arrays import Floats
 from setcmas_simu.robots.arena import Arena
 from setcmas_tools.measures.metric import Columns, Measured
-from setcmas_tools.records.commands import Commands
-from setcmas_tools.records.fleet_grid import FleetGrid
-from setcmas_tools.records.safety import MOVING, SafetyRecord
-from setcmas_tools.run.arena import arena_of
-from setcmas_tools.run.run import Run
+from setcmas_tools.run.fleet_motion import FleetGrid
+from setcmas_tools.run.law_commands import MOVING, Commands, SafetyRecord
+from setcmas_tools.run.run import Run, arena_of
 
 
 @dataclass(frozen=True)

@@ -14,7 +14,7 @@ from setcmas_ctrl.scripts.script_errors import ErrorReports
 from setcmas_simu.arrays import Floats
 from setcmas_simu.reports.reports import Function
 from setcmas_tools.offline import board
-from setcmas_tools.records.communication import CommunicationRecord, Counts, record_of
+from setcmas_tools.run.communication_record import CommunicationRecord, Counts, record_of
 
 
 class OfflineCommunication:

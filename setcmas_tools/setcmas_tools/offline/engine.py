@@ -29,9 +29,9 @@ from setcmas_tools.offline import board, history
 from setcmas_tools.offline.communication import OfflineCommunication
 from setcmas_tools.offline.fleet_laws import Algo, FleetLaws
 from setcmas_tools.offline.simulation import Simulation
-from setcmas_tools.records.drawings import DrawingRecord
-from setcmas_tools.records.tables import RunTables
+from setcmas_tools.run.drawing_record import DrawingRecord
 from setcmas_tools.run.run import Run
+from setcmas_tools.run.run_tables import RunTables
 
 _SAME_TIME_S = 1e-9
 

@@ -36,12 +36,11 @@ from setcmas_tools.offline.given import (
     pose_options,
     script_entry,
 )
-from setcmas_tools.records.tables import RunTables
-from setcmas_tools.run.info import RunInfo
 from setcmas_tools.run.inputs import model_inputs
-from setcmas_tools.run.options import RunOptions
-from setcmas_tools.run.outcome import Outcome
 from setcmas_tools.run.run import Run
+from setcmas_tools.run.run_folder import RunOptions
+from setcmas_tools.run.run_info import Outcome, RunInfo
+from setcmas_tools.run.run_tables import RunTables
 
 MAX_STATES = 10_000_000
 """The most states of robots in a run, a state a robot and step; they are held in memory."""

@@ -13,8 +13,8 @@ from matplotlib.patches import FancyArrowPatch
 from setcmas_simu.arrays import Floats
 from setcmas_tools.plots.plot import applies_to
 from setcmas_tools.plots.style import final_width, legend, line_look, robot_handles, time_axis
-from setcmas_tools.records.communication import CommunicationRecord
-from setcmas_tools.records.fleet_table import FleetTable
+from setcmas_tools.run.communication_record import CommunicationRecord
+from setcmas_tools.run.fleet_motion import FleetTable
 from setcmas_tools.run.run import Run
 
 MOST_ROBOTS = 60

@@ -32,8 +32,7 @@ from setcmas_tools.plots.trajectories import (
     fit_plane,
     symbols,
 )
-from setcmas_tools.records.fleet_grid import FleetGrid, on_grid
-from setcmas_tools.records.fleet_table import FleetTable
+from setcmas_tools.run.fleet_motion import FleetGrid, FleetTable, on_grid
 from setcmas_tools.run.run import Run
 
 _ROBOT_SIZE = 0.022  # of the width of the plane that is shown

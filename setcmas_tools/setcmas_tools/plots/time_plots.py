@@ -28,9 +28,8 @@ from setcmas_tools.plots.trajectories import (
     ignore,
     shared_dashes,
 )
-from setcmas_tools.records.commands import Commands
-from setcmas_tools.records.fleet_grid import FleetGrid
-from setcmas_tools.records.fleet_table import FleetTable
+from setcmas_tools.run.fleet_motion import FleetGrid, FleetTable
+from setcmas_tools.run.law_commands import Commands
 from setcmas_tools.run.run import Run
 
 _MOST_TICKS = 9

@@ -8,12 +8,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from setcmas_simu.arrays import Floats
-from setcmas_tools.comparison.repeat import distances_between
+from setcmas_tools.compare.run_distance import distances_between
 from setcmas_tools.measures.consensus_metrics import disagreement, is_agreement
 from setcmas_tools.measures.safety_metrics import distances_of_pairs
 from setcmas_tools.measures.task import task_of
 from setcmas_tools.plots.trajectories import ignore
-from setcmas_tools.records.track import SAME_TIME_S, Track
+from setcmas_tools.run.fleet_motion import SAME_TIME_S, Track
 from setcmas_tools.run.run import Run
 
 FLEET = 0

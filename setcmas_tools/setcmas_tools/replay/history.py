@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from setcmas_simu.arrays import Floats
-from setcmas_tools.records.drawings import Drawing, DrawnOverTime
-from setcmas_tools.records.track import Track
 from setcmas_tools.replay.newest import NewestRows
+from setcmas_tools.run.drawing_record import Drawing, DrawnOverTime
+from setcmas_tools.run.fleet_motion import Track
 from setcmas_tools.run.run import Run
 
 TRAIL_STEP_S = 0.2

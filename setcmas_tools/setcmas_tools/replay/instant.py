@@ -13,11 +13,11 @@ from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet.planar_pose import wrap_angle
 from setcmas_simu.reports.reports import Function, ScriptFailure
 from setcmas_tools.measures.motion_metrics import SATURATION_TOLERANCE, largest_speed
-from setcmas_tools.records.safety import MOVING
-from setcmas_tools.records.track import SAME_TIME_S
 from setcmas_tools.replay.history import RunHistory
 from setcmas_tools.replay.knowledge import Knowledge
 from setcmas_tools.replay.newest import NewestRows
+from setcmas_tools.run.fleet_motion import SAME_TIME_S
+from setcmas_tools.run.law_commands import MOVING
 from setcmas_tools.run.run import Run
 
 Velocity = tuple[float, float]

@@ -14,9 +14,9 @@ from setcmas_ctrl.communication.communication_settings import chosen_communicati
 from setcmas_ctrl.communication.links import Links
 from setcmas_simu.arrays import Floats
 from setcmas_simu.errors import SetcmasError
-from setcmas_tools.records.communication import CommunicationRecord
-from setcmas_tools.records.track import SAME_TIME_S
 from setcmas_tools.replay.history import RunHistory
+from setcmas_tools.run.communication_record import CommunicationRecord
+from setcmas_tools.run.fleet_motion import SAME_TIME_S
 from setcmas_tools.run.run import Run
 
 _LOST = 'not recorded: messages were lost or changed at random while the run went in real time'

@@ -6,8 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from setcmas_simu.arrays import Floats
-from setcmas_tools.records.gaps import LONGEST_GAP_S
-from setcmas_tools.records.track import SAME_TIME_S
+from setcmas_tools.run.fleet_motion import LONGEST_GAP_S, SAME_TIME_S
 
 
 class NewestRows:

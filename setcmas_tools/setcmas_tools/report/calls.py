@@ -9,12 +9,12 @@ import numpy as np
 from setcmas_ctrl.filter.barrier import Verdict
 from setcmas_simu.arrays import Floats
 from setcmas_simu.fleet.topics import robot_name
-from setcmas_tools.records.safety import MOVING
-from setcmas_tools.records.track import SAME_TIME_S
 from setcmas_tools.replay.history import RunHistory
 from setcmas_tools.replay.instant import Instants, RobotInstant
 from setcmas_tools.report.listing import first_line
 from setcmas_tools.report.packing import changes, packed
+from setcmas_tools.run.fleet_motion import SAME_TIME_S
+from setcmas_tools.run.law_commands import MOVING
 
 _MOST_CALLS = 6_000
 """Of all robots; of longer runs each second, fifth, ... call is told."""

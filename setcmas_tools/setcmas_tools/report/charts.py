@@ -7,9 +7,9 @@ from typing import Any
 import numpy as np
 
 from setcmas_simu.arrays import Floats
-from setcmas_tools.records.track import SAME_TIME_S
 from setcmas_tools.replay.curves import Curve, curves, difference
 from setcmas_tools.report.packing import packed
+from setcmas_tools.run.fleet_motion import SAME_TIME_S
 from setcmas_tools.run.run import Run
 
 

@@ -6,10 +6,10 @@ import shlex
 from dataclasses import dataclass
 from typing import Any
 
-from setcmas_tools.comparison.repeat import flat
+from setcmas_tools.compare.run_distance import flat
 from setcmas_tools.report.listing import Mark, marks_of
-from setcmas_tools.run.outcome import State
 from setcmas_tools.run.run import Run
+from setcmas_tools.run.run_info import State
 
 
 @dataclass(frozen=True)

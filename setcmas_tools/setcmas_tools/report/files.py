@@ -10,7 +10,7 @@ from setcmas_tools.pages.page import write_page
 from setcmas_tools.report.page import report_page
 from setcmas_tools.report.pair import Pair
 from setcmas_tools.run.run import Run
-from setcmas_tools.run.source import find_run
+from setcmas_tools.run.run_folder import find_run
 
 _ENDINGS = ('.html', '.htm')
 

@@ -12,9 +12,9 @@ from setcmas_simu.fleet.fleet import plot_colour
 from setcmas_simu.fleet.topics import robot_name
 from setcmas_tools.plots.style import edge_effects
 from setcmas_tools.plots.trajectories import symbols
-from setcmas_tools.records.track import SAME_TIME_S
 from setcmas_tools.replay.history import RunHistory
 from setcmas_tools.report.packing import packed
+from setcmas_tools.run.fleet_motion import SAME_TIME_S
 
 _STEPS_S = (0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 30.0, 60.0)
 _MOST_POSES = 100_000

@@ -10,11 +10,10 @@ from pathlib import Path
 from matplotlib.figure import Figure
 
 from setcmas_simu.errors import SetcmasError
-from setcmas_tools.comparison.differences import differences
-from setcmas_tools.comparison.experiment import ExperimentVerdict, experiment_verdict
-from setcmas_tools.comparison.pictures import drawn_pictures
-from setcmas_tools.comparison.shift import Shifted, best_shift
-from setcmas_tools.comparison.table import metrics_table
+from setcmas_tools.compare.differences import differences, metrics_table
+from setcmas_tools.compare.experiment_verdict import ExperimentVerdict, experiment_verdict
+from setcmas_tools.compare.pictures import drawn_pictures
+from setcmas_tools.compare.run_distance import Shifted, best_shift
 from setcmas_tools.measures.metrics import fleet_lines, measure, robots_table
 from setcmas_tools.plots.plot import drawn_plots
 from setcmas_tools.run.run import Run

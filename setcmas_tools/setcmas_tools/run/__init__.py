@@ -1,1 +1,1 @@
-"""Runs: folder, inputs, description and references."""
+"""Runs: what happened, how it ended, and the folder with its files."""

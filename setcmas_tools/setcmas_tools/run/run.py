@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
@@ -14,23 +15,103 @@ from setcmas_ctrl.control.references import References
 from setcmas_simu.arrays import Floats
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet.topics import robot_name
-from setcmas_tools.records.commands import Commands
-from setcmas_tools.records.communication import CommunicationRecord
-from setcmas_tools.records.drawings import Drawing
-from setcmas_tools.records.fleet_grid import FleetGrid, on_grid
-from setcmas_tools.records.fleet_table import COLUMNS, FleetTable
-from setcmas_tools.records.gaps import LONGEST_GAP_S
-from setcmas_tools.records.tables import RunTables, read_tables
-from setcmas_tools.run.arrays import RunArrays
-from setcmas_tools.run.folder import RunFolder
-from setcmas_tools.run.info import RunInfo, read_info
+from setcmas_tools.run.communication_record import CommunicationRecord
+from setcmas_tools.run.drawing_record import Drawing
+from setcmas_tools.run.fleet_motion import COLUMNS, LONGEST_GAP_S, FleetGrid, FleetTable, on_grid
 from setcmas_tools.run.inputs import RunInput, kept_inputs
-from setcmas_tools.run.outcome import Outcome, State
-from setcmas_tools.run.source import find_run
-from setcmas_tools.run.tools import FIGURE, FILM, HTML, MEASURE, data_frame, tool
+from setcmas_tools.run.law_commands import Commands
+from setcmas_tools.run.run_folder import RunFolder, find_run
+from setcmas_tools.run.run_info import Outcome, RunInfo, State, read_info
+from setcmas_tools.run.run_tables import RunTables, read_tables
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
+from contextlib import suppress
+
+from setcmas_simu.robots.arena import Arena, Obstacles
+from setcmas_simu.robots.models import UNICYCLE, model_names
+
+MEASURE = 'setcmas_tools.measures.metrics:measure'
+FIGURE = 'setcmas_tools.plots.plot:figure'
+FILM = 'setcmas_tools.plots.film:film'
+HTML = 'setcmas_tools.summary:html'
+
+
+def tool(target: str) -> Any:
+    """Return a function by its module and name."""
+    module, _, name = target.partition(':')
+    return getattr(importlib.import_module(module), name)
+
+
+def data_frame(columns: Mapping[str, Any]) -> Any:
+    """Return columns as a pandas DataFrame.
+
+    Raises:
+        SetcmasError: pandas is missing.
+    """
+    try:
+        import pandas as pd
+    except ImportError as error:
+        raise SetcmasError('pandas is missing; install it with pip install pandas') from error
+    return pd.DataFrame(columns)
+
+
+class RunArrays:
+    """What happened in a run, as arrays with a column for each robot."""
+
+    tables: RunTables
+
+    @property
+    def t(self) -> Floats:
+        """Times of the robots' states in s, shape (K,); of runs with common times (simulated)."""
+        return self._stacked[0]
+
+    @property
+    def poses(self) -> Floats:
+        """Rows x, y in m and theta in rad, shape (K, 3, N), at the times t."""
+        return self._stacked[1]
+
+    @property
+    def V(self) -> Floats:  # noqa: N802 (the field's name)
+        """Forward speeds over the step that led to each state in m/s, shape (K, N)."""
+        return self._stacked[2]
+
+    @property
+    def omega(self) -> Floats:
+        """Turn rates over that step in rad/s, shape (K, N)."""
+        return self._stacked[3]
+
+    @cached_property
+    def _stacked(self) -> tuple[Floats, Floats, Floats, Floats]:
+        stacked = self.tables.fleet.stacked()
+        if stacked is None:
+            raise SetcmasError(
+                "the robots of this run have states at times of their own: take run['tb3_1'].t "
+                'and so on, or run.grid(), which interpolates'
+            )
+        t, x, y, theta, v, omega = stacked
+        return t[:, 0], np.stack([x, y, theta], axis=1), v, omega
+
+    @property
+    def control_t(self) -> Floats:
+        """Times at which the control laws were called in s, shape (C,), of simulated runs."""
+        return self._stacked_commands[0]
+
+    @property
+    def velocities(self) -> Floats:
+        """What they asked for, after saturation: rows vx, vy in m/s, shape (C, 2, N)."""
+        return self._stacked_commands[1]
+
+    @cached_property
+    def _stacked_commands(self) -> tuple[Floats, Floats]:
+        commands = self.tables.commands
+        found = commands.stacked() if commands else None
+        if found is None:
+            raise SetcmasError(
+                'the robots of this run have commands at times of their own, or none that are '
+                'known: take run.commands.of(1) and so on'
+            )
+        return found
 
 
 @dataclass(frozen=True, repr=False, eq=False)
@@ -70,7 +151,9 @@ class Run(RunArrays):
         if source.fleet_csv:
             tables = read_tables(source.fleet_csv)
         else:
-            from setcmas_tools.run.bag import read_bag  # the readers of bags take their time
+            from setcmas_tools.run.run_samples import (
+                read_bag,  # the readers of bags take their time
+            )
 
             tables = read_bag(Path(path), warn)
         try:
@@ -225,3 +308,25 @@ def stem_of_script(script: str) -> str:
     """Return what a control script is called in titles."""
     stem = script.replace('\\', '/').rpartition('/')[2].removesuffix('.py')
     return stem if len(stem) <= 40 else f'{stem[:39]}…'
+
+
+def arena_of(run: Run) -> Arena | None:
+    """Return the arena of a run; None if its record tells of none."""
+    with suppress(TypeError, ValueError):
+        return Arena(*map(float, run.parameters.get('arena') or ()))
+    return None
+
+
+def obstacles_of(run: Run) -> Obstacles:
+    """Return the obstacles of a run; none if its record tells of none."""
+    with suppress(SetcmasError):
+        return Obstacles.of(str(run.parameters.get('obstacles') or ''))
+    return Obstacles()
+
+
+def models_of(run: Run) -> dict[int, str]:
+    """Return the model of each robot of a run; unicycles if its record tells of none."""
+    names = [UNICYCLE] * max(run.robots)
+    with suppress(SetcmasError):
+        names = model_names(run.parameters.get('model'), max(run.robots))
+    return {robot: names[robot - 1] for robot in run.robots}

@@ -14,7 +14,7 @@ from tempfile import TemporaryDirectory
 
 import msgspec
 
-from setcmas_tools.run.outcome import State
+from setcmas_tools.run.run_info import State
 from setcmas_tools.study.study_job import Job
 from setcmas_tools.study.study_row import Row
 

@@ -14,8 +14,8 @@ from setcmas_ctrl.communication.communication_settings import check_communicatio
 from setcmas_ctrl.control.law_scripts import LawScripts
 from setcmas_simu.errors import SetcmasError
 from setcmas_tools.offline.given import name_of
-from setcmas_tools.run.info import RunInfo
 from setcmas_tools.run.inputs import INPUTS
+from setcmas_tools.run.run_info import RunInfo
 from setcmas_tools.study.case_table import SEED, CaseTable, read_cases, told_at
 from setcmas_tools.study.study_columns import COLUMNS
 from setcmas_tools.study.study_files import FILE_NAME, KeptFiles, StudyInfo, read_info

@@ -14,8 +14,7 @@ from tabulate import tabulate
 
 from setcmas_simu.arrays import Floats
 from setcmas_simu.errors import SetcmasError
-from setcmas_tools.run.run import Run
-from setcmas_tools.run.tools import data_frame, tool
+from setcmas_tools.run.run import Run, data_frame, tool
 from setcmas_tools.study.plan import Plan, read_plan
 from setcmas_tools.study.study_columns import COLUMNS
 from setcmas_tools.study.study_row import run_of

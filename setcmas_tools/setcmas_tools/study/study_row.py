@@ -14,8 +14,8 @@ from setcmas_simu.simulator.simulator_options import SimulationOptions
 from setcmas_tools.measures.metrics import measure
 from setcmas_tools.offline.engine import simulate
 from setcmas_tools.offline.simulation import Simulation
-from setcmas_tools.run.outcome import State
 from setcmas_tools.run.run import Run
+from setcmas_tools.run.run_info import State
 from setcmas_tools.study.study_columns import numbers_of
 
 _LONGEST_MESSAGE = 300

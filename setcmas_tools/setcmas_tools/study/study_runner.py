@@ -30,7 +30,7 @@ from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet.topics import robot_name
 from setcmas_tools.offline import board
 from setcmas_tools.offline.worker import only_in
-from setcmas_tools.run.outcome import State
+from setcmas_tools.run.run_info import State
 from setcmas_tools.study.study_job import Job
 from setcmas_tools.study.study_row import Row, one_line, row_of
 

@@ -26,7 +26,7 @@ from setcmas_simu.options.kinds import Number, Whole
 from setcmas_simu.options.option import Form, Option
 from setcmas_simu.simulator.simulator_options import SimulationOptions
 from setcmas_tools.offline.engine import simulate
-from setcmas_tools.run.options import RunOptions
+from setcmas_tools.run.run_folder import RunOptions
 
 SETTING, OPTION = 'set.', 'option.'
 """What stands before a name that is both, to say which is meant."""

@@ -13,7 +13,7 @@ from setcmas_ctrl.control.references import number, points
 from setcmas_simu.arrays import Floats
 from setcmas_tools.measures.metric import Columns, Measured
 from setcmas_tools.measures.task import Errors, Task, from_share, rms, rms_by_robot
-from setcmas_tools.records.fleet_grid import FleetGrid
+from setcmas_tools.run.fleet_motion import FleetGrid
 from setcmas_tools.tasks.tracking_task import REACHED_M, draw_waypoints, waypoints
 
 if TYPE_CHECKING:

@@ -14,8 +14,7 @@ from setcmas_simu.arrays import Floats
 from setcmas_simu.fleet.topics import robot_name
 from setcmas_tools.measures.metric import Columns, Measured
 from setcmas_tools.measures.task import Errors, Task, rms, rms_by_robot
-from setcmas_tools.records.fleet_grid import FleetGrid
-from setcmas_tools.records.fleet_table import FleetTable
+from setcmas_tools.run.fleet_motion import FleetGrid, FleetTable
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -12,7 +12,7 @@ from processes import TIMEOUT_S, run_here, run_setcmas
 from runs import distance
 
 from setcmas_tools import simulate
-from setcmas_tools.records.fleet_table import read_csv
+from setcmas_tools.run.fleet_motion import read_fleet
 
 pytest.importorskip('rclpy')
 pytestmark = pytest.mark.nightly
@@ -39,7 +39,7 @@ def test_ros_and_offline_runs_agree(algo, nb_robots, further, tmp_path, monkeypa
     for _ in range(3):  # a machine that is busy with other tests delays commands
         ran = run_setcmas('run', *options, '-o', 'out', '--overwrite')
         assert ran.returncode == 0, ran.stdout + ran.stderr
-        apart = distance(offline, read_csv(tmp_path / 'out' / 'csv' / 'fleet.csv'))
+        apart = distance(offline, read_fleet(tmp_path / 'out' / 'csv' / 'fleet.csv'))
         if apart < LARGEST_RMS_M:
             break
     assert apart < LARGEST_RMS_M

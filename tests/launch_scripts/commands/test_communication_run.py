@@ -16,8 +16,8 @@ from nav_msgs.msg import Odometry
 from ros_peer import Peer
 from std_msgs.msg import UInt16
 
-from setcmas_tools.records.communication import read_csv
-from setcmas_tools.records.fleet_table import read_csv as read_fleet
+from setcmas_tools.run.communication_record import read_communication
+from setcmas_tools.run.fleet_motion import read_fleet
 
 
 @pytest.mark.nightly
@@ -25,7 +25,7 @@ def test_the_run_of_the_paper(tmp_path):
     """The run of the paper's figures 3 and 4."""
     robots, duration = range(1, 9), 45
     out, output, heard = run(robots, duration, tmp_path)
-    record = read_csv(out / 'csv')
+    record = read_communication(out / 'csv')
 
     assert 0.03 < record.triggers[:, 2].mean() < 0.09
     assert all(12 <= counts.sent <= 40 for counts in record.robots.values())
@@ -38,7 +38,7 @@ def test_a_short_run(domain, tmp_path):
     options = [*fleet_options(robots, duration), '--lockstep', '--output', 'out']
     result = run_setcmas('run', '--algo', 'consensus', *options, cwd=tmp_path)
     assert result.returncode == 0, result.stderr
-    record = read_csv(tmp_path / 'out' / 'csv')
+    record = read_communication(tmp_path / 'out' / 'csv')
     share = record.triggers[:, 2].mean()
 
     assert f'({100 * share:.1f} % of' in result.stdout
@@ -48,7 +48,7 @@ def test_a_short_run(domain, tmp_path):
 
 
 def what_is_told_is_what_happened(robots, duration, out, output, heard, folder):
-    record = read_csv(out / 'csv')
+    record = read_communication(out / 'csv')
     share = record.triggers[:, 2].mean()
 
     assert f'({100 * share:.1f} % of' in output
@@ -139,7 +139,7 @@ def files_tell_of_it(robots, share, out, output):
 def an_offline_run_agrees(robots, duration, record, folder):
     options = [*fleet_options(robots, duration), '--no-plots', '--output', 'offline']
     result = run_setcmas('offline', '--algo', 'consensus', *options, cwd=folder)
-    offline = read_csv(folder / 'offline' / 'csv')
+    offline = read_communication(folder / 'offline' / 'csv')
 
     assert result.returncode == 0
     for robot in robots:

@@ -15,7 +15,7 @@ from terminals import Terminal
 
 from launch_scripts.terminal.keyboard import ALONE_S
 from setcmas_expe.pause.start_requests import REACTION_S
-from setcmas_tools.records.fleet_table import read_csv
+from setcmas_tools.run.fleet_motion import read_fleet
 
 pytest.importorskip('rclpy')
 
@@ -114,7 +114,7 @@ def test_the_whole_job_in_an_emulated_lab(start, tmp_path):
     )  # fmt: skip
 
     assert process.wait() == 0, process.output()
-    fleet = read_csv(tmp_path / 'out' / 'csv' / 'fleet.csv')
+    fleet = read_fleet(tmp_path / 'out' / 'csv' / 'fleet.csv')
     assert fleet.robots == [1, 2]
     for robot in fleet.robots:  # motion capture at 50 Hz, not the wheel odometry at 20
         motion = fleet.of(robot)

@@ -8,7 +8,7 @@ from processes import run_here
 from launch_scripts.cli import main
 from setcmas_simu.robots.identified_robot import read_model_file
 from setcmas_tools import simulate
-from setcmas_tools.comparison.shift import best_shift
+from setcmas_tools.compare.run_distance import best_shift
 from setcmas_tools.run.run import Run
 
 TRUTH = """limits: burger

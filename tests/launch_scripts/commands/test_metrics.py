@@ -5,8 +5,8 @@ import pytest
 import yaml
 from processes import run_here
 
-from setcmas_tools.records.fleet_table import fleet_table, write_csv
-from setcmas_tools.run.info import RunInfo, write_info
+from setcmas_tools.run.fleet_motion import fleet_table, write_fleet
+from setcmas_tools.run.run_info import RunInfo, write_info
 
 HEADER = 't,robot,x,y,theta,v,omega\n'
 
@@ -18,7 +18,7 @@ def run(tmp_path):
     folder = tmp_path / 'out'
     (folder / 'csv').mkdir(parents=True)
     rows = [[ti, robot, 0.1 * ti * robot, robot, 0, 0.1, 0] for ti in t for robot in (1, 2)]
-    write_csv(fleet_table(rows), folder / 'csv' / 'fleet.csv')
+    write_fleet(fleet_table(rows), folder / 'csv' / 'fleet.csv')
     return folder
 
 

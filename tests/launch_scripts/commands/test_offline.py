@@ -5,8 +5,8 @@ import yaml
 from processes import SETCMAS, run_here
 
 from setcmas_tools import simulate
-from setcmas_tools.records.fleet_table import read_csv
-from setcmas_tools.run.info import RunInfo, write_info
+from setcmas_tools.run.fleet_motion import read_fleet
+from setcmas_tools.run.run_info import RunInfo, write_info
 
 
 def offline(tmp_path, *arguments, plots=False):
@@ -58,7 +58,7 @@ def test_options_reach_the_engine(tmp_path):
         'consensus', 2, 3, poses=poses, vnom=0.3, komega=2, limits='burger', rate=10, robot_rate=20
     )
 
-    table = read_csv(tmp_path / 'out' / 'csv' / 'fleet.csv')
+    table = read_fleet(tmp_path / 'out' / 'csv' / 'fleet.csv')
     assert table.x == pytest.approx(expected.table.x, abs=1e-8)
     assert table.theta == pytest.approx(expected.table.theta, abs=1e-8)
 
@@ -246,7 +246,7 @@ def test_ctrl_c_keeps_what_was_simulated(start, tmp_path):
     assert '2 s in ' in process.output()
     record = yaml.safe_load((tmp_path / 'out' / 'run.yaml').read_text())
     assert record['outcome'] == {'state': 'stopped'}
-    assert read_csv(tmp_path / 'out' / 'csv' / 'fleet.csv').t[-1] == 2.0
+    assert read_fleet(tmp_path / 'out' / 'csv' / 'fleet.csv').t[-1] == 2.0
 
 
 def test_an_earlier_run_is_kept_unless_it_is_to_be_replaced(tmp_path):
@@ -265,12 +265,12 @@ def test_settings_and_an_exercise_reach_the_engine(tmp_path):
     expected = simulate('consensus', 3, 5, settings={'K': 0.2})
     offline(tmp_path, '--algo', 'consensus', *options, '--exercise', '--output', 'exercise')
 
-    assert read_csv(tmp_path / 'set' / 'csv' / 'fleet.csv').x == pytest.approx(
+    assert read_fleet(tmp_path / 'set' / 'csv' / 'fleet.csv').x == pytest.approx(
         expected.table.x, abs=1e-8
     )
     record = yaml.safe_load((tmp_path / 'set' / 'run.yaml').read_text())
     assert record['parameters']['set'] == {'K': 0.2}
-    table = read_csv(tmp_path / 'exercise' / 'csv' / 'fleet.csv')
+    table = read_fleet(tmp_path / 'exercise' / 'csv' / 'fleet.csv')
     assert (table.v == 0).all()
 
 
@@ -364,7 +364,7 @@ def test_results_of_a_script_that_removes_the_current_folder_are_written(tmp_pat
     )
 
     assert result.returncode == 0, result.stderr
-    assert read_csv(tmp_path / 'gone' / 'out' / 'csv' / 'fleet.csv').x[-1] > 0
+    assert read_fleet(tmp_path / 'gone' / 'out' / 'csv' / 'fleet.csv').x[-1] > 0
 
 
 @pytest.mark.parametrize(

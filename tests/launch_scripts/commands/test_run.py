@@ -65,7 +65,7 @@ def table_of_text(path):
 
 def test_a_recorder_that_is_slow_to_start_misses_nothing(domain, tmp_path, monkeypatch):
     (tmp_path / 'sitecustomize.py').write_text(
-        "import sys, time\nif 'setcmas_tools.recorder.main' in sys.orig_argv:\n    time.sleep(4)\n"
+        "import sys, time\nif 'setcmas_tools.bags.recorder' in sys.orig_argv:\n    time.sleep(4)\n"
     )
     monkeypatch.setenv('PYTHONPATH', str(tmp_path))
 

@@ -6,8 +6,8 @@ import random
 import pytest
 
 from setcmas_simu.errors import SetcmasError
-from setcmas_tools.bags.reader import open_bag
-from setcmas_tools.bags.types import UndecodableError
+from setcmas_tools.bags.bag import open_bag
+from setcmas_tools.bags.message_types import UndecodableError
 
 
 def cut(content, chance):

@@ -12,9 +12,8 @@ from setcmas_ctrl.control.references import References
 from setcmas_simu.errors import SetcmasError
 from setcmas_tools import simulate
 from setcmas_tools.measures.metrics import MOST_ROBOTS_IN_ROWS, as_dict, write_yaml
-from setcmas_tools.records.communication import Counts, record_of
-from setcmas_tools.records.communication import write_csv as write_record
-from setcmas_tools.run.info import RunInfo, write_info
+from setcmas_tools.run.communication_record import Counts, record_of, write_communication
+from setcmas_tools.run.run_info import RunInfo, write_info
 
 
 def sent(metrics):
@@ -37,7 +36,7 @@ def test_triggered_communications(tmp_path):
     run = write_run(tmp_path, table((T, 0, 0), (T, 1, 0), (T, 2, 0)))
     events = [(0.1, 1, 1), (0.2, 1, 0), (0.3, 1, 1), (0.4, 1, 1), (0.1, 2, 0), (0.1, 3, 1)]
     links = {(2, 1): Counts(3, 2, 1, 0.1), (3, 1): Counts(3, 3, 0, 0.1)}
-    write_record(record_of(links, events, [(0, 2, 1, 1), (0, 3, 1, 1)], {}), run / 'csv')
+    write_communication(record_of(links, events, [(0, 2, 1, 1), (0, 3, 1, 1)], {}), run / 'csv')
 
     metrics = compute(run)
 

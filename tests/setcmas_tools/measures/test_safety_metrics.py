@@ -2,12 +2,11 @@ import numpy as np
 import pytest
 
 from setcmas_tools.measures.safety_metrics import Safety, fleet_filtering, fleet_safety
-from setcmas_tools.records.commands import Commands, Filtered
-from setcmas_tools.records.fleet_table import fleet_table
-from setcmas_tools.records.safety import safety_record
-from setcmas_tools.records.tables import RunTables
-from setcmas_tools.run.info import RunInfo
+from setcmas_tools.run.fleet_motion import fleet_table
+from setcmas_tools.run.law_commands import Commands, Filtered, safety_record
 from setcmas_tools.run.run import Run
+from setcmas_tools.run.run_info import RunInfo
+from setcmas_tools.run.run_tables import RunTables
 
 FLEET = fleet_table([[0.0, 1, 0, 0, 0, 0, 0]])
 

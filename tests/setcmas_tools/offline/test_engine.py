@@ -15,8 +15,8 @@ from setcmas_simu.fleet.fleet import start_poses
 from setcmas_simu.fleet.start_poses import RandomPoses
 from setcmas_simu.simulator.simulator_options import SimulationOptions
 from setcmas_tools import simulate
-from setcmas_tools.records.fleet_table import read_csv
-from setcmas_tools.run.options import RunOptions
+from setcmas_tools.run.fleet_motion import read_fleet
+from setcmas_tools.run.run_folder import RunOptions
 
 
 def forward(robotNo, nbRobots, poses, t):
@@ -202,7 +202,7 @@ def test_ros_is_not_imported():
 def test_nav_wp_follows_the_recording_of_the_ros_1_stack():
     run = simulate('nav_wp', duration=60, poses=[[5], [5], [0]])
 
-    assert distance(run, read_csv(WP_NAV)) < 0.05
+    assert distance(run, read_fleet(WP_NAV)) < 0.05
 
 
 def test_a_run_tells_of_itself_in_one_line():

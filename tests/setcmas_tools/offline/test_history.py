@@ -1,7 +1,7 @@
 import numpy as np
 
 from setcmas_tools.offline.history import remains
-from setcmas_tools.run.outcome import Outcome, State
+from setcmas_tools.run.run_info import Outcome, State
 
 
 def test_nothing_remains_of_a_run_that_ended_before_its_first_state():

@@ -13,8 +13,8 @@ from setcmas_tools.plots.communication_plots import draw_counts, draw_graph, dra
 from setcmas_tools.plots.plot import plots_of
 from setcmas_tools.plots.style import finish, plot_style
 from setcmas_tools.plots.time_plots import draw_disagreement
-from setcmas_tools.records.communication import write_csv as write_record
-from setcmas_tools.records.fleet_table import write_csv
+from setcmas_tools.run.communication_record import write_communication
+from setcmas_tools.run.fleet_motion import write_fleet
 from setcmas_tools.run.run import Run
 
 PLAIN = ['trajectories', 'positions', 'heading', 'velocities', 'distances', 'disagreement']
@@ -61,9 +61,9 @@ def test_robots_of_which_one_side_does_not_know(draw):
 )
 def test_runs_with_a_record_get_further_plots(tmp_path, options, names):
     run = run_of(3, 2.0, **options)
-    write_csv(run.table, tmp_path / 'fleet.csv')
+    write_fleet(run.table, tmp_path / 'fleet.csv')
     if run.record:
-        write_record(run.record, tmp_path)
+        write_communication(run.record, tmp_path)
 
     assert list(plots_of(Run.load(tmp_path))) == [*PLAIN[:-1], *names, PLAIN[-1]]
 

@@ -12,9 +12,8 @@ from runs import animate
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet.fleet import plot_colour, start_poses
 from setcmas_tools.plots import film_writers
-from setcmas_tools.records import communication as communication_record
-from setcmas_tools.records.communication import record_of
-from setcmas_tools.records.fleet_table import fleet_table, write_csv
+from setcmas_tools.run.communication_record import record_of, write_communication
+from setcmas_tools.run.fleet_motion import fleet_table, write_fleet
 
 FLASH = (230, 115, 0)
 
@@ -30,7 +29,7 @@ def run(tmp_path):
             for i, (x, y, _) in enumerate(start_poses(nb_robots).T, start=1)
         ]
         (tmp_path / 'csv').mkdir(exist_ok=True)
-        write_csv(fleet_table(np.concatenate(rows)), tmp_path / 'csv' / 'fleet.csv')
+        write_fleet(fleet_table(np.concatenate(rows)), tmp_path / 'csv' / 'fleet.csv')
         return tmp_path
 
     return run
@@ -111,7 +110,7 @@ def test_an_mp4_where_there_is_ffmpeg(run, ffmpeg):
 
 
 def triggers(folder, rows):
-    communication_record.write_csv(record_of({}, rows, [], {}), folder / 'csv')
+    write_communication(record_of({}, rows, [], {}), folder / 'csv')
 
 
 def test_communications_flash_where_and_when_they_happen(run):

@@ -13,7 +13,7 @@ from setcmas_simu.errors import SetcmasError
 from setcmas_tools.plots.style import plot_style
 from setcmas_tools.plots.time_plots import draw_heading, draw_positions
 from setcmas_tools.plots.trajectories import draw_trajectories
-from setcmas_tools.records.fleet_table import fleet_table, write_csv
+from setcmas_tools.run.fleet_motion import fleet_table, write_fleet
 
 NAMES = ['trajectories', 'positions', 'heading', 'velocities', 'distances', 'disagreement']
 
@@ -36,7 +36,7 @@ def test_plots_of_a_run(run, nb_robots):
 
 
 def test_a_fleet_csv_on_its_own(tmp_path):
-    write_csv(circling_fleet(1), tmp_path / 'somewhere.csv')
+    write_fleet(circling_fleet(1), tmp_path / 'somewhere.csv')
 
     assert plot(tmp_path / 'somewhere.csv')[0].parent == tmp_path / 'somewhere_plots'
 
@@ -91,7 +91,7 @@ def test_lines_break_where_data_are_missing(run):
     table.x[lost] = np.nan
     table = table.rows(~((table.robot == 3) & (table.t > 4) & (table.t < 7)))
     folder = run(8)
-    write_csv(table, folder / 'csv' / 'fleet.csv')
+    write_fleet(table, folder / 'csv' / 'fleet.csv')
 
     assert len(plot(folder)) == 6
     with plot_style():
@@ -118,7 +118,7 @@ def test_a_legend_is_not_higher_than_its_panel():
 def test_a_robot_that_never_has_a_pose_and_a_single_row(tmp_path):
     nan = float('nan')
     rows = [[0, 1, 0, 0, 0, 0, 0], [1, 2, nan, nan, nan, 0, 0]]
-    write_csv(fleet_table(rows), tmp_path / 'fleet.csv')
+    write_fleet(fleet_table(rows), tmp_path / 'fleet.csv')
 
     assert len(plot(tmp_path / 'fleet.csv')) == 6
 
@@ -126,12 +126,12 @@ def test_a_robot_that_never_has_a_pose_and_a_single_row(tmp_path):
 def test_without_a_screen_nothing_can_be_shown():
     code = (
         'import sys; from pathlib import Path; from runs import plot\n'
-        'from setcmas_tools.records.fleet_table import fleet_table, write_csv\n'
+        'from setcmas_tools.run.fleet_motion import fleet_table, write_fleet\n'
         'import tempfile\n'
         'from setcmas_simu.errors import SetcmasError\n'
         'with tempfile.TemporaryDirectory() as folder:\n'
         '    path = Path(folder) / "fleet.csv"\n'
-        '    write_csv(fleet_table([[0, 1, 0, 0, 0, 0, 0]]), path)\n'
+        '    write_fleet(fleet_table([[0, 1, 0, 0, 0, 0, 0]]), path)\n'
         '    plot(path)\n'
         '    assert "matplotlib.pyplot" not in sys.modules\n'
         '    try:\n'

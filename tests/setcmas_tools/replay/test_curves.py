@@ -4,8 +4,8 @@ from runs import run_of
 from setcmas_tools import simulate
 from setcmas_tools.measures.consensus_metrics import fleet_consensus
 from setcmas_tools.measures.safety_metrics import fleet_separation
-from setcmas_tools.records.fleet_table import fleet_table
 from setcmas_tools.replay.curves import FLEET, curves, difference
+from setcmas_tools.run.fleet_motion import fleet_table
 
 
 def test_they_are_what_metrics_tell():

@@ -3,10 +3,10 @@ import numpy as np
 from setcmas_ctrl.rviz_marker import publish_marker
 from setcmas_ctrl.rviz_marker_array import publish_marker as extend_trail
 from setcmas_tools import Run, simulate
-from setcmas_tools.records.fleet_table import fleet_table
-from setcmas_tools.records.safety import safety_record
-from setcmas_tools.records.tables import RunTables
 from setcmas_tools.replay.history import RunHistory
+from setcmas_tools.run.fleet_motion import fleet_table
+from setcmas_tools.run.law_commands import safety_record
+from setcmas_tools.run.run_tables import RunTables
 
 
 def history_of(rows, **tables):

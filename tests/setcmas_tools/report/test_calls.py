@@ -5,8 +5,8 @@ from setcmas_tools.offline.engine import simulate
 from setcmas_tools.replay.history import RunHistory
 from setcmas_tools.replay.instant import Instants
 from setcmas_tools.report.calls import calls_entry
-from setcmas_tools.run.info import RunInfo
 from setcmas_tools.run.run import Run
+from setcmas_tools.run.run_info import RunInfo
 
 
 def test_each_call_tells_what_was_wanted_and_what_became_of_it(failed_run):

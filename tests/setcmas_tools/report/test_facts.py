@@ -1,8 +1,7 @@
 from setcmas_tools.report.facts import facts_of
-from setcmas_tools.run.info import RunInfo
 from setcmas_tools.run.origin import this_origin
-from setcmas_tools.run.outcome import Outcome, State
 from setcmas_tools.run.run import Run
+from setcmas_tools.run.run_info import Outcome, RunInfo, State
 
 
 def test_a_failed_run_says_so_with_command_and_versions(failed_run):

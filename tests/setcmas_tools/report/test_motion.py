@@ -3,9 +3,9 @@ import pytest
 from report_pages import unpacked
 from runs import run_of
 
-from setcmas_tools.records.fleet_table import fleet_table
 from setcmas_tools.replay.history import RunHistory
 from setcmas_tools.report.motion import common_times, fleet_entry
+from setcmas_tools.run.fleet_motion import fleet_table
 
 
 def history_of(t, nb_robots=1, x=0.0):

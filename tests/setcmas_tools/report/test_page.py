@@ -61,7 +61,7 @@ def test_the_other_run_is_there_with_what_differs(failed_run):
 def test_runs_with_nothing_in_common_get_a_page_too(failed_run):
     from runs import run_of
 
-    from setcmas_tools.records.fleet_table import fleet_table
+    from setcmas_tools.run.fleet_motion import fleet_table
 
     told = []
     stranger = run_of(fleet_table([[t / 10, 9, 0, 0, 0, 0, 0] for t in range(30)]))

@@ -11,8 +11,7 @@ from runs import run_of
 import setcmas_tools
 from setcmas_simu.errors import SetcmasError
 from setcmas_tools import Run, simulate
-from setcmas_tools.run.info import read_info
-from setcmas_tools.run.outcome import State
+from setcmas_tools.run.run_info import State, read_info
 
 LAW = """
 import rviz_marker, rviz_marker_array

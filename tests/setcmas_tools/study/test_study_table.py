@@ -1,7 +1,7 @@
 import pytest
 
 from setcmas_simu.errors import SetcmasError
-from setcmas_tools.run.outcome import State
+from setcmas_tools.run.run_info import State
 from setcmas_tools.study.case_table import CaseTable
 from setcmas_tools.study.study_row import Row
 from setcmas_tools.study.study_table import PARQUET, PART, PartialTable, read_table

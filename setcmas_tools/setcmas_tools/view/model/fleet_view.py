@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from setcmas_simu.arrays import Floats
 from setcmas_simu.fleet.planar_pose import wrap_angle
 from setcmas_tools.measures import consensus_metrics
-from setcmas_tools.records.gaps import farthest_drive
+from setcmas_tools.run.fleet_motion import farthest_drive
 
 LOST_S = 1.5
 """Silence in s from which a robot counts as lost."""

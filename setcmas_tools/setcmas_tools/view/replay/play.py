@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from setcmas_tools.player.play_clock import PlayClock
+from setcmas_tools.bags.playback import PlayClock
 
 SPEEDS = (0.1, 0.25, 0.5, 1.0, 2.0, 4.0, 8.0, 16.0)
 STEP_S = 0.1

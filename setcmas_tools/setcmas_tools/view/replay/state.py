@@ -11,7 +11,7 @@ from setcmas_simu.arrays import Floats
 from setcmas_simu.fleet.planar_pose import wrap_angle
 from setcmas_tools.replay.history import RunHistory
 from setcmas_tools.replay.instant import Instants
-from setcmas_tools.run.arena import models_of
+from setcmas_tools.run.run import models_of
 from setcmas_tools.view.fleet_drawing import Placed
 from setcmas_tools.view.model.communication import FLASH_S, Flashes, links
 from setcmas_tools.view.model.fleet_state import FleetState

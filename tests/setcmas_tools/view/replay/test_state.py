@@ -2,8 +2,8 @@ import numpy as np
 from runs import run_of
 
 from setcmas_tools import simulate
-from setcmas_tools.records.fleet_table import fleet_table
 from setcmas_tools.replay.history import RunHistory
+from setcmas_tools.run.fleet_motion import fleet_table
 from setcmas_tools.view.model.robot_states import ERROR, WARN
 from setcmas_tools.view.replay.state import ReplayedState
 

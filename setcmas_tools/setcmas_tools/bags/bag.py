@@ -1,0 +1,247 @@
+"""Bags of any kind: their files, their topics, and their messages in the order of time."""
+
+from __future__ import annotations
+
+import contextlib
+import re
+from collections import Counter
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack
+from dataclasses import dataclass
+from pathlib import Path
+
+from rosbags.interfaces import Connection, Qos
+from rosbags.rosbag1 import Reader as Ros1Reader
+from rosbags.rosbag2 import Reader as Ros2Reader
+
+from setcmas_simu.errors import SetcmasError
+from setcmas_tools.bags.bag_sources import BagSource, IndexedSource, McapSalvage, one_line
+from setcmas_tools.bags.message_types import BagTypes, MessageType, UnresolvedTypeError
+
+_BAGS = 'a rosbag2 folder, an .mcap or a .db3 file, or a ROS 1 .bag file'
+
+
+def open_sources(path: Path, stack: ExitStack) -> list[BagSource]:
+    """Open the files of a bag.
+
+    Args:
+        path: A rosbag2 folder with or without its metadata.yaml, an .mcap or a .db3 file, a
+            ROS 1 .bag file, or the folder of a run that holds a folder `bag`.
+        stack: Closes the files in the end.
+
+    Returns:
+        One source for each file that can be read, at least one.
+
+    Raises:
+        SetcmasError: There is no such path, it is not a bag, or no file of it can be read.
+        OSError: A file cannot be read for a reason outside of it.
+    """
+    if not path.exists():
+        raise SetcmasError(f"there is no bag '{path}'; it must be {_BAGS}")
+    if path.is_dir() and _is_compressed(path):
+        return [_opened(_open_folder, path, stack)]
+    sources, failures = [], []
+    for file in _files(path):
+        try:
+            sources.append(_opened(_open_file, file, stack))
+        except SetcmasError as error:
+            failures.append(error)
+    if not sources:
+        raise failures[0]
+    # Only of a bag in several files, whose recorder was killed just after it began a new one.
+    sources[0].notices[:0] = map(str, failures)
+    return sources
+
+
+def _opened(opener: Callable[[Path], BagSource], path: Path, stack: ExitStack) -> BagSource:
+    source = opener(path)
+    stack.callback(source.close)
+    return source
+
+
+def _files(path: Path) -> list[Path]:
+    if path.is_file():
+        return [path]
+    # metadata.yaml is not needed: it is missing after a kill, and slower to parse than the files.
+    files = [file for file in sorted(path.iterdir()) if file.suffix in ('.mcap', '.db3')]
+    if not files and (path / 'bag').is_dir():
+        return _files(path / 'bag')
+    if not files:
+        raise SetcmasError(f"folder '{path}' is not a bag; it must be {_BAGS}")
+    return files
+
+
+def _is_compressed(folder: Path) -> bool:
+    try:
+        metadata = (folder / 'metadata.yaml').read_text(encoding='utf-8', errors='replace')
+    except FileNotFoundError:
+        return False
+    pattern = r'^\s*compression_mode:\s*[\'"]?(file|message)'
+    return bool(re.search(pattern, metadata, re.IGNORECASE | re.MULTILINE))
+
+
+def _open_file(file: Path) -> BagSource:
+    openers: dict[str, Callable[[Path], BagSource]] = {
+        '.mcap': _open_mcap,
+        '.db3': _open_db3,
+        '.bag': _open_ros1,
+        '.active': _open_ros1,  # x.bag.active, of a rosbag that was killed
+    }
+    if file.suffix not in openers:
+        raise SetcmasError(f"'{file}' is not a bag; it must be {_BAGS}")
+    if not file.stat().st_size:
+        raise SetcmasError(f"bag '{file}' is empty: nothing was ever written to it")
+    return openers[file.suffix](file)
+
+
+def _open_mcap(file: Path) -> BagSource:
+    try:
+        return IndexedSource(file, Ros2Reader(file))
+    except Exception:  # its index, the last to be written, is missing or damaged
+        return McapSalvage(file)
+
+
+def _open_db3(file: Path) -> BagSource:
+    if Path(f'{file}-wal').exists():  # rosbags would not look into it
+        raise SetcmasError(
+            f"bag '{file}' was not closed; this closes it: "
+            f"sqlite3 '{file}' 'PRAGMA journal_mode=DELETE'"
+        )
+    return _open_whole(
+        file,
+        Ros2Reader,
+        'it must be whole (sqlite3 FILE .recover saves a cut one), with no #, ? or % in its path',
+    )
+
+
+def _open_ros1(file: Path) -> BagSource:
+    return _open_whole(file, Ros1Reader, 'it must be whole (rosbag reindex repairs a cut one)')
+
+
+def _open_folder(folder: Path) -> BagSource:
+    return _open_whole(folder, Ros2Reader, 'a compressed bag must be whole')
+
+
+def _open_whole(path: Path, reader: type[Ros1Reader] | type[Ros2Reader], advice: str) -> BagSource:
+    try:
+        return IndexedSource(path, reader(path))
+    except Exception as error:  # a damaged file makes any of several libraries fail
+        raise SetcmasError(f"bag '{path}' cannot be read ({one_line(error)}); {advice}") from error
+
+
+DERIVED = '# The recorder of setcmas made these messages from the odometry in this bag.\n'
+"""First line of their definition: a comment, which is not part of the type's hash."""
+
+
+def is_derived(connection: Connection) -> bool:
+    """Return whether a connection's messages were made from those of others."""
+    return connection.msgdef.data.startswith(DERIVED)
+
+
+@dataclass(frozen=True, eq=False)  # equal only to itself: it is looked up for each message
+class BagTopic:
+    """A topic of a bag and how its messages are decoded; there is one for each of its types.
+
+    Attributes:
+        name: Full name, such as `/tb3_1/odom`.
+        type: Type of its messages.
+        count: How many of them the bag holds.
+        derived: Whether a recorder has made them from other messages of this bag.
+        offered_qos: Quality of service of its publishers, as far as the bag tells.
+    """
+
+    name: str
+    type: MessageType
+    count: int
+    derived: bool = False
+    offered_qos: tuple[Qos, ...] = ()
+
+
+class Bag:
+    """A bag that is open for reading.
+
+    Attributes:
+        topics: Those with messages whose type is known, sorted by name.
+        count: Number of messages of these topics.
+        start_ns: Time of the first message in ns.
+        end_ns: Time of the last message in ns.
+    """
+
+    def __init__(self, path: Path, sources: list[BagSource]) -> None:
+        """Resolve the topics of open files.
+
+        Raises:
+            SetcmasError: There is no message, or none of a known type.
+        """
+        full = [source for source in sources if source.extent.count]
+        if not full:
+            losses = [notice for source in sources for notice in source.notices]
+            raise SetcmasError(losses[0] if losses else f"bag '{path}' holds no messages")
+        self._sources = sorted(full, key=lambda source: source.extent.start_ns)
+        self._left_out: list[str] = []
+        self._topics = self._resolve()
+        if not self._topics:
+            reason = (self._left_out or ['its messages belong to no topic'])[0]
+            raise SetcmasError(f"bag '{path}' cannot be read: {reason}")
+        self.topics = [self._topics[key] for key in sorted(self._topics)]
+        self.count = sum(topic.count for topic in self.topics)
+        self.start_ns = min(source.extent.start_ns for source in full)
+        self.end_ns = max(source.extent.end_ns for source in full)
+
+    @property
+    def notices(self) -> list[str]:
+        """A line for each thing that cannot be read; complete once `messages` has ended."""
+        return self._left_out + [n for source in self._sources for n in source.notices]
+
+    def messages(self) -> Iterator[tuple[BagTopic, int, bytes]]:
+        """Yield topic, receive time (ns) and bytes of each message, file after file."""
+        for source in self._sources:
+            topics = {c.id: self._topics.get(_key(c)) for c in source.connections}
+            for connection, time_ns, data in source.messages():
+                if topic := topics[connection.id]:
+                    yield topic, time_ns, data
+
+    def _resolve(self) -> dict[tuple[str, str], BagTopic]:
+        connections: dict[tuple[str, str], Connection] = {}
+        counts: Counter[tuple[str, str]] = Counter()
+        for connection in (c for source in self._sources for c in source.connections):
+            # Publishers of one topic may have a connection each, and files repeat them.
+            connections.setdefault(_key(connection), connection)
+            counts[_key(connection)] += connection.msgcount
+        types = BagTypes()
+        topics = {}
+        for key, connection in connections.items():
+            try:
+                message_type = types.resolve(connection)
+            except UnresolvedTypeError as error:
+                if counts[key]:
+                    self._left_out.append(f'topic {key[0]} ({key[1]}) is left out: {error}')
+            else:
+                offered = getattr(connection.ext, 'offered_qos_profiles', ())  # none in ROS 1
+                topics[key] = BagTopic(
+                    key[0], message_type, counts[key], is_derived(connection), tuple(offered)
+                )
+        return {key: topic for key, topic in topics.items() if topic.count}
+
+
+@contextlib.contextmanager
+def open_bag(path: Path) -> Iterator[Bag]:
+    """Open a bag for reading, healthy or cut short.
+
+    Args:
+        path: A rosbag2 folder with or without its metadata.yaml, an .mcap or a .db3 file, a
+            ROS 1 .bag file, or the folder of a run that holds a folder `bag`.
+
+    Raises:
+        SetcmasError: There is no such path, it is not a bag, or no message in it can be read.
+    """
+    with contextlib.ExitStack() as stack:
+        try:
+            bag = Bag(path, open_sources(path, stack))
+        except OSError as error:
+            raise SetcmasError(f"bag '{path}' cannot be read: {error.strerror}") from error
+        yield bag
+
+
+def _key(connection: Connection) -> tuple[str, str]:
+    return connection.topic, connection.msgtype

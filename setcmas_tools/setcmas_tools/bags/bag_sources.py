@@ -1,0 +1,246 @@
+"""Sources of messages: files of a bag, in good order, cut short or damaged."""
+
+from __future__ import annotations
+
+import struct
+from collections import Counter
+from collections.abc import Iterator
+from dataclasses import dataclass
+from itertools import islice
+from pathlib import Path
+from typing import Any, Protocol
+
+from mcap.exceptions import InvalidMagic, McapError
+from mcap.records import Channel, Chunk, DataEnd, Message, Schema
+from mcap.stream_reader import StreamReader, breakup_chunk
+from rosbags.interfaces import (
+    Connection,
+    ConnectionExtRosbag2,
+    MessageDefinition,
+    MessageDefinitionFormat,
+    Qos,
+)
+from rosbags.rosbag1 import Reader as Ros1Reader
+from rosbags.rosbag2 import Reader as Ros2Reader
+from rosbags.rosbag2.metadata import parse_qos
+
+from setcmas_simu.errors import SetcmasError
+
+Entry = tuple[Connection, int, bytes]
+"""Connection, receive time in ns, and the serialised message."""
+
+_LONGEST_REASON = 120
+
+
+def one_line(error: Exception) -> str:
+    """Return the message of a library's error in one line that fits a terminal."""
+    text = ' '.join(str(error).split()) or 'inconsistent content'
+    return text if len(text) <= _LONGEST_REASON else f'{text[:_LONGEST_REASON]} ...'
+
+
+@dataclass
+class Extent:
+    """How much there is: number of messages, times of the first and the last in ns."""
+
+    count: int = 0
+    start_ns: int = 0
+    end_ns: int = 0
+
+    def add(self, time_ns: int) -> None:
+        """Count a message."""
+        self.start_ns = min(self.start_ns, time_ns) if self.count else time_ns
+        self.end_ns = max(self.end_ns, time_ns) if self.count else time_ns
+        self.count += 1
+
+    def __str__(self) -> str:
+        """Return text such as '3,412 messages up to 12.3 s'."""
+        if not self.count:
+            return 'no messages'
+        return f'{self.count:,} messages up to {(self.end_ns - self.start_ns) / 1e9:.1f} s'
+
+
+class BagSource(Protocol):
+    """One file of a bag.
+
+    Attributes:
+        connections: Topic, type, definition and number of messages of each connection.
+        extent: What the file holds, as far as it can be read.
+        notices: A line for each thing that was lost; complete once `messages` has ended.
+    """
+
+    connections: list[Connection]
+    extent: Extent
+    notices: list[str]
+
+    def messages(self) -> Iterator[Entry]:
+        """Yield all messages."""
+
+    def close(self) -> None:
+        """Release the file."""
+
+
+class IndexedSource:
+    """A file, or a folder, that rosbags opens."""
+
+    def __init__(self, path: Path, reader: Ros1Reader | Ros2Reader) -> None:
+        """Open a file.
+
+        Args:
+            path: The file, for messages.
+            reader: A reader of it that is not open yet; it raises what it likes if it cannot.
+        """
+        self._path = path
+        self._reader = reader
+        reader.open()
+        self.connections: list[Connection] = list(reader.connections)
+        # Readers put the end a nanosecond after the last message.
+        self.extent = Extent(reader.message_count, reader.start_time, reader.end_time - 1)
+        self.notices: list[str] = []
+
+    def messages(self) -> Iterator[Entry]:
+        """Yield all messages up to the first damage, which gets a notice."""
+        read = Extent()
+        reason = 'some are missing'
+        try:
+            for entry in self._reader.messages():
+                read.add(entry[1])
+                yield entry
+        except Exception as error:  # a damaged file makes any of several libraries fail
+            reason = one_line(error)
+        if read.count < self.extent.count:
+            self.notices.append(
+                f"'{self._path}' is damaged ({reason}): {read} of {self.extent.count:,} were read"
+            )
+
+    def close(self) -> None:
+        """Release the file."""
+        self._reader.close()
+
+
+_GARBAGE = (McapError, MemoryError, OverflowError, ValueError, struct.error)
+"""What reading provokes where records should be."""
+
+_FORMATS = {'ros2msg': MessageDefinitionFormat.MSG, 'ros2idl': MessageDefinitionFormat.IDL}
+
+_LARGEST_CHUNK = 2**26
+"""Bytes by which a cut record may be longer than its file; what claims more is garbage."""
+
+
+class McapSalvage:
+    """The complete chunks of an mcap file, in the order of the file.
+
+    Attributes:
+        connections: Topic, type, definition and number of messages of each channel.
+        extent: What could be read.
+        notices: A line for each thing that was lost.
+    """
+
+    def __init__(self, path: Path) -> None:
+        """Scan a file.
+
+        Raises:
+            SetcmasError: The content is not mcap.
+        """
+        self._path = path
+        self._schemas: dict[int, Schema] = {}
+        self._channels: dict[int, Channel] = {}
+        self._good_end = 0
+        self._data_ended = False
+        self._damaged_chunks = 0
+        self._failed = False
+        self._was_cut = False
+        self.extent = Extent()
+        counts: Counter[int] = Counter()
+        for message in self._scan():
+            counts[message.channel_id] += 1
+            self.extent.add(message.log_time)
+        self.connections = [self._connection(c, counts[c.id]) for c in self._channels.values()]
+        self.notices = list(self._losses())
+
+    def messages(self) -> Iterator[Entry]:
+        """Yield all messages of complete chunks."""
+        connections = {connection.id: connection for connection in self.connections}
+        # A file that is still being recorded has grown since it was opened.
+        for message in islice(self._scan(), self.extent.count):
+            yield connections[message.channel_id], message.log_time, message.data
+
+    def close(self) -> None:
+        """Do nothing: the file is open only while it is scanned."""
+
+    def _scan(self) -> Iterator[Message]:
+        size = self._path.stat().st_size
+        limit = size + _LARGEST_CHUNK
+        self._damaged_chunks = 0
+        with self._path.open('rb') as stream:
+            reader = StreamReader(stream, emit_chunks=True, record_size_limit=limit)
+            try:
+                for record in reader.records:
+                    yield from self._messages_in(record)
+                    self._good_end = stream.tell()
+            except InvalidMagic as error:
+                if not self._good_end:
+                    raise SetcmasError(f"'{self._path}' is not a bag: it is not mcap") from error
+                self._failed = True
+            except _GARBAGE:
+                self._failed = True
+                self._was_cut = stream.tell() == size
+
+    def _messages_in(self, record: Any) -> Iterator[Message]:
+        if isinstance(record, Chunk):
+            try:
+                records = breakup_chunk(record, validate_crc=True)
+            except Exception:  # of any of the decompressors
+                self._damaged_chunks += 1
+                return
+            for inner in sorted(records, key=_log_time):
+                yield from self._messages_in(inner)
+        elif isinstance(record, Schema):
+            self._schemas[record.id] = record
+        elif isinstance(record, Channel):
+            self._channels.setdefault(record.id, record)
+        elif isinstance(record, DataEnd):
+            self._data_ended = True
+        elif isinstance(record, Message) and record.channel_id in self._channels:
+            yield record
+
+    def _connection(self, channel: Channel, count: int) -> Connection:
+        schema = self._schemas.get(channel.schema_id)
+        form = _FORMATS.get(schema.encoding if schema else '', MessageDefinitionFormat.NONE)
+        text = schema.data.decode(errors='replace') if schema else ''
+        return Connection(
+            channel.id,
+            channel.topic,
+            schema.name if schema else '',
+            MessageDefinition(form, text),
+            '',
+            count,
+            ConnectionExtRosbag2(channel.message_encoding, _offered_qos(channel)),
+            self,
+        )
+
+    def _losses(self) -> Iterator[str]:
+        if self._damaged_chunks:
+            chunks = 'chunk was' if self._damaged_chunks == 1 else 'chunks were'
+            yield f"'{self._path}': {self._damaged_chunks} damaged {chunks} left out"
+        missing = self._path.stat().st_size - self._good_end
+        if self._data_ended and self._failed:
+            yield (
+                f"'{self._path}' was not closed properly, its index is missing: "
+                f'all its {self.extent.count:,} messages were read'
+            )
+        elif self._failed:
+            what, rest = ('cut short', 'incomplete') if self._was_cut else ('damaged', 'lost')
+            rest = f'the last {missing:,} bytes are {rest}' if missing else 'all that it holds'
+            yield f"'{self._path}' was {what}: {self.extent} were read, {rest}"
+
+
+def _offered_qos(channel: Channel) -> list[Qos]:
+    try:
+        return parse_qos(channel.metadata.get('offered_qos_profiles', ''))
+    except Exception:  # of a damaged text, by any of rosbags' and its parser's
+        return []
+
+
+def _log_time(record: Any) -> int:
+    # Schemas and channels come before the messages that need them; sorting is stable.
+    return record.log_time if isinstance(record, Message) else -1

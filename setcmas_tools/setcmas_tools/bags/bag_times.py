@@ -1,0 +1,141 @@
+"""Times of messages in a bag: of their arrival, or of their simulation."""
+
+from __future__ import annotations
+
+import time
+from bisect import bisect_right
+from collections.abc import Callable, Iterator
+from typing import Protocol
+
+from setcmas_simu.fleet import topics
+from setcmas_simu.fleet.fleet import Lockstep, Scaled, SimulatedTime
+from setcmas_simu.ros.messages import read_stamp
+from setcmas_tools.bags.recorded_topic import Received
+
+
+class ReceiveClock:
+    """Turns times of arrival on the system's clock into times for a bag.
+
+    They start on the system's clock, but do not follow when somebody sets it during a recording:
+    a jump of an hour would otherwise freeze or stretch the recorded run.
+    """
+
+    def __init__(
+        self,
+        system_ns: Callable[[], int] = time.time_ns,
+        steady_ns: Callable[[], int] = time.monotonic_ns,
+    ) -> None:
+        """Start the clock.
+
+        Args:
+            system_ns: The system's clock, in ns.
+            steady_ns: A clock that nobody sets, in ns.
+        """
+        self._system_ns = system_ns
+        self._steady_ns = steady_ns
+        self._offset = system_ns() - steady_ns()
+        self._jump = 0
+        self._last = 0
+
+    def update(self) -> None:
+        """Notice a jump of the system's clock; call it before each batch of messages."""
+        self._jump = self._system_ns() - self._steady_ns() - self._offset
+
+    def stamp(self, received_ns: int) -> int:
+        """Return the time in ns of a message, not before that of the one before.
+
+        Args:
+            received_ns: When it arrived, on the system's clock; 0 if that is not known.
+        """
+        stamp = (received_ns or self._system_ns()) - self._jump
+        self._last = max(self._last, stamp)
+        return self._last
+
+
+_HELD_BACK_S = 0.3
+
+Timed = tuple[int, Received]
+"""A time in ns, and the message that has it."""
+
+
+class BagTimes(Protocol):
+    """Gives messages their times."""
+
+    def of(self, messages: list[Received], complete: bool) -> Iterator[Timed]:
+        """Yield messages with their times, in order; those yielded are taken from the list.
+
+        Args:
+            messages: What has come and is not written yet.
+            complete: Whether none are to be held back, since no more will come.
+        """
+
+
+def bag_times(simulated: SimulatedTime | None) -> BagTimes:
+    """Return the times of a recording of robots that follow a time; None is the system's."""
+    if isinstance(simulated, Lockstep):
+        return StampTimes()
+    if isinstance(simulated, Scaled):
+        begin, rtf = round(simulated.begin * 1e9), simulated.rtf
+        return ArrivalTimes(lambda ns: max(0, round((ns - begin) * rtf)))
+    return ArrivalTimes()
+
+
+class ArrivalTimes:
+    """Times of arrival, which may go by faster or slower than those of the system."""
+
+    def __init__(self, pace: Callable[[int], int] = int) -> None:
+        """Start; `pace` turns a time in ns into one of the bag."""
+        self._clock = ReceiveClock()
+        self._pace = pace
+
+    def of(self, messages: list[Received], complete: bool) -> Iterator[Timed]:
+        """Yield all messages in the order in which they came."""
+        del complete
+        self._clock.update()
+        messages.sort(key=lambda message: message.time_ns)
+        for message in messages:
+            yield self._pace(self._clock.stamp(message.time_ns)), message
+        messages.clear()
+
+
+class StampTimes:
+    """Times of a simulation in lockstep: a message's stamp, else that of the tick it was sent at.
+
+    Messages of the newest tick are held back until the next one, since others of it may still
+    come; but not for long, if time stands.
+    """
+
+    def __init__(self, steady_s: Callable[[], float] = time.monotonic) -> None:
+        """Wait for the first tick; `steady_s` is a clock in s that nobody sets."""
+        self._steady_s = steady_s
+        self._last_tick_at = 0.0
+        self._sent: list[int] = []
+        self._ticks: list[int] = []
+
+    def of(self, messages: list[Received], complete: bool) -> Iterator[Timed]:
+        """Yield the messages of all ticks but the newest one."""
+        for message in messages:
+            if message.topic.name == topics.CLOCK:
+                self._note_tick(message.sent_ns, read_stamp(message.data))
+        if not self._ticks:
+            return
+        timed = sorted(
+            ((self._time(message), message) for message in messages),
+            key=lambda one: (one[0], one[1].sent_ns),
+        )
+        complete = complete or self._steady_s() - self._last_tick_at > _HELD_BACK_S
+        newest = self._ticks[-1]
+        messages[:] = [message for t, message in timed if t >= newest and not complete]
+        yield from (one for one in timed if one[0] < newest or complete)
+
+    def _note_tick(self, sent_ns: int, stamp: int) -> None:
+        if not self._ticks or stamp > self._ticks[-1]:
+            self._sent.append(sent_ns)
+            self._ticks.append(stamp)
+            self._last_tick_at = self._steady_s()
+
+    def _time(self, message: Received) -> int:
+        tick = self._ticks[max(0, bisect_right(self._sent, message.sent_ns) - 1)]
+        # A stamp far from it is of a node that does not follow the simulation.
+        stamp = read_stamp(message.data) if message.topic.has_stamp else tick
+        return stamp if 0 <= stamp - tick < 10**9 else tick

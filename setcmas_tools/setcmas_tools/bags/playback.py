@@ -1,0 +1,203 @@
+"""Playback of a bag: the topics to play, a cursor in their messages, and a clock."""
+
+from __future__ import annotations
+
+from collections import defaultdict, deque
+from collections.abc import Container, Iterator, Sequence
+from typing import Any
+
+from setcmas_simu.errors import SetcmasError
+from setcmas_simu.fleet import topics
+from setcmas_simu.fleet.topics import CLOCK
+from setcmas_simu.ros.messages import NoPythonTypeError, message_class
+from setcmas_tools.bags.bag import Bag, BagTopic
+
+_NAMES = (topics.PAUSE, topics.RESET, topics.PAUSED.strip('/'), topics.GUARD_STATE)
+_OF_FLEETS = (
+    topics.BRIDGE_STATE,
+    topics.EMERGENCY_STOP,
+    topics.EMERGENCY_STOPPED,
+    topics.EMULATED_FAULT,
+    topics.FLEET_TIME,
+    topics.LOCKSTEP,
+)
+_BEGIN = 'cmd_'  # of any stack: cmd_vel, cmd_vel_wanted, cmd_vel_nav
+_COMMAND_TYPES = (
+    'ackermann_msgs/msg/AckermannDrive',
+    'ackermann_msgs/msg/AckermannDriveStamped',
+    'geometry_msgs/msg/Twist',
+    'geometry_msgs/msg/TwistStamped',
+    'sensor_msgs/msg/Joy',  # its button starts experiments
+    'trajectory_msgs/msg/JointTrajectory',
+)
+
+
+def is_command(name: str, msgtype: str) -> bool:
+    """Return whether robots, or what drives them, may act on a topic.
+
+    A robot must never move because somebody looks at a recording, not even one that is switched on
+    later: so these topics are left out whoever listens. No program acts on cmd_cart_vel, which
+    tells what a law has returned.
+    """
+    last = name.rpartition('/')[2]
+    if msgtype in _COMMAND_TYPES or name in _OF_FLEETS or last in _NAMES:
+        return True
+    return last.startswith(_BEGIN) and last != topics.CMD_CART_VEL
+
+
+class Choice:
+    """The topics that are played.
+
+    Attributes:
+        classes: The message class of each.
+        notes: A line for each reason for which topics are left out.
+    """
+
+    def __init__(self, bag: Bag, wanted: Sequence[str] | None, own_clock: bool) -> None:
+        """Choose.
+
+        Args:
+            bag: The bag.
+            wanted: Names of the topics to play; None for all.
+            own_clock: Whether the player itself publishes /clock.
+
+        Raises:
+            SetcmasError: A wanted topic is not in the bag or is never played, or nothing is left.
+        """
+        names = {f'/{name.lstrip("/")}' for name in wanted or ()}
+        if missing := names - {topic.name for topic in bag.topics}:
+            raise SetcmasError(
+                f'there is no topic {min(missing)} in the bag; --topics must name topics of it'
+            )
+        self.classes: dict[BagTopic, Any] = {}
+        self._left_out: defaultdict[str, list[str]] = defaultdict(list)
+        for topic in bag.topics:
+            if names and topic.name not in names:
+                continue
+            if reason := self._objection(topic, own_clock):
+                self._left_out[reason].append(topic.name)
+        self.notes = [f'not played: {_listed(n)} ({why})' for why, n in self._left_out.items()]
+        if not self.classes:
+            raise SetcmasError('; '.join(['no topic is left to play', *self.notes]))
+
+    def _objection(self, topic: BagTopic, own_clock: bool) -> str:
+        """Return why a topic is not played; empty if it is, and keep its class."""
+        if is_command(topic.name, topic.type.name):
+            return 'no robot moves because of a recording'
+        if own_clock and topic.name == CLOCK:
+            return '--clock takes its place'
+        if any(topic.name == other.name for other in self.classes):
+            return 'recorded with two types'
+        try:
+            self.classes[topic] = message_class(topic.type.name)
+        except NoPythonTypeError as error:
+            return str(error)
+        return ''
+
+
+def _listed(names: list[str]) -> str:
+    first = ', '.join(names[:3])
+    return f'{first} and {len(names) - 3} more' if len(names) > 3 else first
+
+
+KEPT = 1000
+"""How many messages of a latched topic somebody gets who comes late."""
+
+Played = tuple[BagTopic, bytes]
+
+
+class BagCursor:
+    """Hands out the messages of some topics up to a time.
+
+    Attributes:
+        duration: Time of the last message of the bag in s from its first one.
+    """
+
+    def __init__(
+        self, bag: Bag, topics: Container[BagTopic], latched: Container[BagTopic]
+    ) -> None:
+        """Stand at the first message.
+
+        Args:
+            bag: Where the messages come from.
+            topics: Those that are handed out.
+            latched: Those of which older messages count, too.
+        """
+        self._bag = bag
+        self._topics = topics
+        self._latched = latched
+        self.duration = (bag.end_ns - bag.start_ns) / 1e9
+        self._messages: Iterator[tuple[BagTopic, int, bytes]] = iter(())
+        self._next: tuple[BagTopic, int, bytes] | None = None
+        self.move_to(0.0)
+
+    @property
+    def next_s(self) -> float | None:
+        """Time of the next message in s; None at the end."""
+        return (self._next[1] - self._bag.start_ns) / 1e9 if self._next else None
+
+    def until(self, at: float) -> Iterator[Played]:
+        """Yield the messages up to a time in s that were not handed out yet."""
+        while self._next and (self._next[1] - self._bag.start_ns) / 1e9 <= at:
+            topic, _, data = self._next
+            self._next = next(self._messages, None)
+            yield topic, data
+
+    def move_to(self, at: float) -> list[Played]:
+        """Stand at the first message from a time in s on.
+
+        Returns:
+            The messages of latched topics before it, that would be known by then.
+        """
+        self._messages = (one for one in self._bag.messages() if one[0] in self._topics)
+        self._next = next(self._messages, None)
+        kept: dict[BagTopic, deque[bytes]] = {}
+        while self._next and (self._next[1] - self._bag.start_ns) / 1e9 < at:
+            topic, _, data = self._next
+            if topic in self._latched:
+                kept.setdefault(topic, deque(maxlen=KEPT)).append(data)
+            self._next = next(self._messages, None)
+        return [(topic, data) for topic, messages in kept.items() for data in messages]
+
+
+class PlayClock:
+    """The time in s since the first message of a recording.
+
+    Attributes:
+        paused: Whether the time stops.
+    """
+
+    def __init__(self, rate: float, at: float, now: float) -> None:
+        """Start at a time in the recording.
+
+        Args:
+            rate: How many times as fast as the steady clock it goes.
+            at: Time in the recording in s.
+            now: Time of the steady clock in s.
+        """
+        self.paused = False
+        self._rate = rate
+        self._at = at
+        self._since = now
+
+    def at(self, now: float) -> float:
+        """Return the time in the recording at a time of the steady clock."""
+        return self._at if self.paused else self._at + self._rate * (now - self._since)
+
+    def wait_s(self, at: float, now: float) -> float:
+        """Return the time in s until a time in the recording comes, at least 0."""
+        return max(0.0, (at - self.at(now)) / self._rate)
+
+    def turn(self, rate: float, now: float) -> None:
+        """Continue at another rate."""
+        self.move_to(self.at(now), now)
+        self._rate = rate
+
+    def toggle(self, now: float) -> None:
+        """Pause, or resume."""
+        self.move_to(self.at(now), now)
+        self.paused = not self.paused
+
+    def move_to(self, at: float, now: float) -> None:
+        """Continue from a time in the recording."""
+        self._at, self._since = at, now

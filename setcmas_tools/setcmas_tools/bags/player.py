@@ -1,0 +1,314 @@
+"""Player process: publishes the messages of a bag as they were recorded.
+
+Run as `ros2 run setcmas_tools player BAG`.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import select
+import sys
+import time
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
+from pathlib import Path
+
+from builtin_interfaces.msg import Time
+from rclpy.duration import Duration
+from rclpy.node import Node
+from rclpy.publisher import Publisher
+from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
+from rosbags.interfaces import Qos, QosDurability, QosReliability, QosTime
+from rosgraph_msgs.msg import Clock
+
+from setcmas_simu.errors import SetcmasError
+from setcmas_simu.fleet import topics
+from setcmas_simu.fleet.fleet import robots_in_words
+from setcmas_simu.reports.reports import LineDecoder
+from setcmas_simu.ros import cmd_vel_topics, qos
+from setcmas_simu.ros.fleet_topic import FleetListener
+from setcmas_simu.ros.process import FleetNode, RosProcess, node_main
+from setcmas_tools.bags.bag import Bag, BagTopic, open_bag
+from setcmas_tools.bags.playback import KEPT, BagCursor, Choice, PlayClock, Played
+from setcmas_tools.bags.recording_options import PauseToggled, PlayerOptions
+
+_INFINITE_NS = 2**31 * 10**9
+
+
+def is_latched(offered: Sequence[Qos]) -> bool:
+    """Return whether a publisher kept messages for late subscribers."""
+    return any(one.durability == QosDurability.TRANSIENT_LOCAL for one in offered)
+
+
+def restored_qos(offered: Sequence[Qos]) -> QoSProfile:
+    """Return a profile that matches whoever matched one of those that were offered.
+
+    The depth is not in a bag that was recorded from the network; this one loses nothing.
+    """
+    best_effort = offered and all(one.reliability == QosReliability.BEST_EFFORT for one in offered)
+    latched = is_latched(offered)
+    return QoSProfile(
+        depth=KEPT,
+        reliability=ReliabilityPolicy.BEST_EFFORT if best_effort else ReliabilityPolicy.RELIABLE,
+        durability=DurabilityPolicy.TRANSIENT_LOCAL if latched else DurabilityPolicy.VOLATILE,
+        deadline=_duration([one.deadline for one in offered]),
+        lifespan=_duration([one.lifespan for one in offered]),
+    )
+
+
+def _duration(times: Sequence[QosTime]) -> Duration:
+    longest = max((time.sec * 10**9 + time.nsec for time in times), default=0)
+    return Duration(nanoseconds=longest if longest < _INFINITE_NS else 0)  # 0 is infinite, too
+
+
+class RobotsThere:
+    """Looks whether somebody else has the robots of a recording."""
+
+    def __init__(self, node: Node, names: Collection[str]) -> None:
+        """Begin to listen.
+
+        Args:
+            node: The node through which the graph is seen.
+            names: The topics that are to be played.
+        """
+        self._node = node
+        self._names = sorted(name for name in names if topics.robot_of(name))
+        self._robots = sorted({topics.robot_of(name) or 0 for name in names} - {0})
+        self._fleet = FleetListener(node)
+
+    def before(self) -> str:
+        """Return who has one of the robots while nothing is played yet; empty if nobody."""
+        self._fleet.take()
+        for source, announced in self._fleet.by_source.items():
+            if both := sorted(set(self._robots) & set(announced.robots)):
+                return f'{robots_in_words(both, "are")} there already: a {source} has them'
+        return self._sender(self._names, 0) or self._listener()
+
+    def beside(self) -> str:
+        """Return who has one of the robots beside the player's own publishers; empty if nobody."""
+        return self._sender(filter(topics.is_odometry, self._names), 1) or self._listener()
+
+    def _sender(self, names: Iterable[str], own: int) -> str:
+        there = (name for name in names if self._node.count_publishers(name) > own)
+        return next((f'somebody else publishes {name}' for name in there), '')
+
+    def _listener(self) -> str:
+        for robot in self._robots:
+            topic = topics.robot_topic(robot, topics.CMD_VEL)
+            if found := cmd_vel_topics.listeners(self._node, topic):
+                name = topics.robot_name(robot)
+                return f'{name} is there already: {found[0].full_name} listens to {topic}'
+        return ''
+
+
+_BEFORE_START_S = 0.1  # a period of the robots' odometry
+_LONGEST_WAIT_S = 0.025
+
+
+class Player:
+    """Publishes what a cursor hands out.
+
+    Attributes:
+        count: Number of messages that were published.
+        on_tick: Called at least every 25 ms with the time in the recording in s; returns why
+            playing must end, empty if it may go on.
+    """
+
+    def __init__(
+        self,
+        process: RosProcess,
+        cursor: BagCursor,
+        publishers: Mapping[BagTopic, Publisher],
+        rate: float,
+    ) -> None:
+        """Prepare to play from the start of the recording.
+
+        Args:
+            process: Says when to stop.
+            cursor: Reads the messages.
+            publishers: The publisher of each topic.
+            rate: Playback speed; 1 is as recorded.
+        """
+        self.count = 0
+        self.on_tick: Callable[[float], str] = lambda _: ''
+        self._process = process
+        self._cursor = cursor
+        self._publishers = publishers
+        self._clock = PlayClock(rate, 0.0, time.monotonic())
+        self._keys: LineDecoder[PauseToggled] = LineDecoder(PauseToggled)
+        self._stdin: int | None = sys.stdin.fileno() if sys.stdin else None
+
+    def play(self, start: float, loop: bool) -> str:
+        """Play from a time in s to the end, repeatedly if `loop`.
+
+        Returns:
+            Why playing broke off; empty at the end of the bag, or after a request to stop.
+        """
+        self._move_to(start)
+        while not self._process.stopping:
+            now = time.monotonic()
+            at = min(self._clock.at(now), self._cursor.duration)
+            self._publish(self._cursor.until(at))
+            if reason := self.on_tick(at):
+                return reason
+            if self._cursor.next_s is None and not self._clock.paused:
+                if not loop:
+                    break
+                self._move_to(start)
+            self._take_keys(self._wait_s(now))
+        return ''
+
+    def _wait_s(self, now: float) -> float:
+        following = self._cursor.next_s
+        if self._clock.paused or following is None:
+            return _LONGEST_WAIT_S
+        return min(_LONGEST_WAIT_S, self._clock.wait_s(following, now))
+
+    def _publish(self, messages: Iterable[Played]) -> None:
+        for topic, data in messages:
+            self._publishers[topic].publish(data)
+            self.count += 1
+            if self._process.stopping:
+                return
+
+    def _move_to(self, at: float) -> None:
+        """Go to a time in s; publish what is latched by then, and the robots' last poses."""
+        now = time.monotonic()
+        self._publish(self._cursor.move_to(max(0.0, at - _BEFORE_START_S)))
+        self._publish(self._cursor.until(at))
+        self._clock.move_to(at, now)
+
+    def _take_keys(self, timeout_s: float) -> None:
+        """Wait for a time in s, or until a key is pressed."""
+        if self._stdin is None:
+            time.sleep(timeout_s)
+        elif select.select([self._stdin], [], [], timeout_s)[0]:
+            data = os.read(self._stdin, 4096)
+            if not data:  # no terminal
+                self._stdin = None
+            for _ in self._keys.feed(data):
+                self._toggle_pause()
+
+    def _toggle_pause(self) -> None:
+        now = time.monotonic()
+        self._clock.toggle(now)
+        state = 'paused' if self._clock.paused else 'playing on'
+        print(f'{state} at {self._clock.at(now):.1f} s', flush=True)
+
+
+_DISCOVERY_S = 1.0
+_FORGOTTEN_AFTER_S = 6.0  # a second more than the lease in config/fastdds_network.xml
+_SETTLED_S = 0.5
+_LONGEST_SETTLING_S = 3.0
+_LAST_WORDS_S = 2.0
+_LOOK_S = 1.0
+
+
+def main(argv: list[str] | None = None) -> int:
+    """Play; returns the exit status."""
+    parser = argparse.ArgumentParser(prog='player', description=__doc__)
+    parser.add_argument('bag', type=Path, metavar='BAG', help='folder or file of the bag')
+    PlayerOptions.add_to(parser)
+    return node_main(parser, _play_bag, argv)
+
+
+def _play_bag(process: RosProcess, args: argparse.Namespace) -> int:
+    options = PlayerOptions.of(args)
+    if args.bag.suffix in ('.bag', '.active'):
+        raise SetcmasError(f"'{args.bag}' is a ROS 1 bag; it must be a rosbag2 one to be played")
+    with open_bag(args.bag) as bag:
+        return _play(process, bag, options)
+
+
+def _play(process: RosProcess, bag: Bag, options: PlayerOptions) -> int:
+    choice = Choice(bag, options.topics, options.clock)
+    latched = {topic for topic in choice.classes if is_latched(topic.offered_qos)}
+    cursor = BagCursor(bag, choice.classes, latched)
+    if options.start > cursor.duration:
+        raise SetcmasError(
+            f'--start is {options.start:g} s; it must be at most {cursor.duration:.1f} s, '
+            'the length of the bag'
+        )
+    node = FleetNode(topics.PLAYER_NODE)
+    there = RobotsThere(node, [topic.name for topic in choice.classes])
+    for line in [*bag.notices, *choice.notes]:
+        print(line, file=sys.stderr, flush=True)
+    _refuse_robots(process, there)
+    publishers = {
+        topic: node.create_publisher(kind, topic.name, restored_qos(topic.offered_qos))
+        for topic, kind in choice.classes.items()
+    }
+    player = Player(process, cursor, publishers, options.rate)
+    player.on_tick = _Beside(node, there, bag.start_ns if options.clock else None).tick
+    _settle(process, publishers.values())
+    topics_text = 'topic' if len(publishers) == 1 else 'topics'
+    print(f'playing {len(publishers)} {topics_text}, {cursor.duration:.1f} s', flush=True)
+    reason = player.play(options.start, options.loop)
+    _wait_until_sent(publishers.values())
+    messages_text = 'message' if player.count == 1 else 'messages'
+    print(f'played {player.count:,} {messages_text}', flush=True)
+    if reason:
+        print(f'error: playing has ended: {reason}', file=sys.stderr, flush=True)
+    return int(bool(reason))
+
+
+def _refuse_robots(process: RosProcess, there: RobotsThere) -> None:
+    """Wait until others have had time to show up; whoever was killed stays for a while.
+
+    Raises:
+        SetcmasError: One of the robots is there.
+    """
+    process.spin_until(lambda: False, _DISCOVERY_S)
+    if there.before():
+        process.spin_until(lambda: not there.before(), _FORGOTTEN_AFTER_S)
+    if reason := there.before():
+        raise SetcmasError(f'{reason}; stop that first, or set another ROS_DOMAIN_ID')
+
+
+def _settle(process: RosProcess, publishers: Collection[Publisher]) -> None:
+    """Wait until those who listen, such as a recorder, have found the topics."""
+    begin = since = time.monotonic()
+    known = -1
+    while not process.stopping:
+        now = time.monotonic()
+        found = sum(publisher.get_subscription_count() for publisher in publishers)
+        if found != known:
+            known, since = found, now
+        if now - since > _SETTLED_S or now - begin > _LONGEST_SETTLING_S:
+            return
+        time.sleep(0.02)
+
+
+def _wait_until_sent(publishers: Collection[Publisher]) -> None:
+    deadline = time.monotonic() + _LAST_WORDS_S
+    for publisher in publishers:
+        left = max(0.0, deadline - time.monotonic())
+        publisher.wait_for_all_acked(Duration(seconds=left))
+
+
+class _Beside:
+    """What happens beside the messages: the clock, and a look whether robots have come."""
+
+    def __init__(self, node: Node, there: RobotsThere, clock_from_ns: int | None) -> None:
+        """Prepare; the clock shows the time of the bag, which begins at a time in ns."""
+        self._there = there
+        self._from_ns = clock_from_ns
+        self._clock = None
+        if clock_from_ns is not None:
+            self._clock = node.create_publisher(Clock, topics.CLOCK, qos.CLOCK)
+        self._next_look = time.monotonic() + _LOOK_S
+
+    def tick(self, at: float) -> str:
+        """Publish the clock; returns who has one of the robots, empty if nobody."""
+        if self._clock and self._from_ns is not None:
+            seconds, nanoseconds = divmod(self._from_ns + round(at * 1e9), 10**9)
+            self._clock.publish(Clock(clock=Time(sec=seconds, nanosec=nanoseconds)))
+        now = time.monotonic()
+        if now < self._next_look:
+            return ''
+        self._next_look = now + _LOOK_S
+        return self._there.beside()
+
+
+if __name__ == '__main__':
+    sys.exit(main())

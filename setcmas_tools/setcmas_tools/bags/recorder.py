@@ -1,0 +1,272 @@
+"""Recorder process: topics into a rosbag2 bag until a signal asks to stop."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+import time
+from collections.abc import Sequence
+
+from rclpy.node import Node
+
+from setcmas_simu.fleet import topics
+from setcmas_simu.fleet.fleet import Lockstep
+from setcmas_simu.reports.reports import WRITES_S, Recording
+from setcmas_simu.ros.fleet_topic import FleetListener
+from setcmas_simu.ros.messages import NoPythonTypeError, read_stamp
+from setcmas_simu.ros.process import FleetNode, RosProcess, node_main
+from setcmas_simu.simulator.lockstep import NONE
+from setcmas_simu.simulator.lockstep_topics import Answerer
+from setcmas_tools.bags.bag_times import BagTimes, bag_times
+from setcmas_tools.bags.bag_writer import BagWriter, TransformRecorder
+from setcmas_tools.bags.foxglove import write_layout
+from setcmas_tools.bags.message_types import MessageDefinitions, UnknownDefinitionError
+from setcmas_tools.bags.recorded_topic import Received, RecordedTopic, stored_qos
+from setcmas_tools.bags.recording_options import RecorderOptions
+
+
+class LockstepAnswers:
+    """Tells the simulator which state of every robot has come; it does not run away then."""
+
+    def __init__(self, node: Node, robots: Sequence[int]) -> None:
+        """Answer through a node for odometry of robots."""
+        self._answerer = Answerer(node)
+        self._stamps = {topics.odometry_topic(robot): NONE for robot in robots}
+        self._answered = NONE
+
+    def take(self, received: Sequence[Received]) -> None:
+        """Look at what has come."""
+        for message in received:
+            if message.topic.name in self._stamps:
+                self._stamps[message.topic.name] = read_stamp(message.data)
+        oldest = min(self._stamps.values())
+        if oldest != self._answered:
+            self._answered = oldest
+            self._answerer.answer(oldest)
+
+    def leave(self) -> None:
+        """Tell the simulator not to wait any more."""
+        self._answerer.leave()
+
+
+_LEFT_OUT = ('/parameter_events', '/rosout', topics.LOCKSTEP)
+_ANNOUNCED_WITHIN_NS = 10**9
+
+
+class GraphRecorder:
+    """Keeps a subscription to each topic and moves what comes to a bag."""
+
+    def __init__(self, node: Node, writer: BagWriter, chosen: list[str] | None = None) -> None:
+        """Start without any topic.
+
+        Args:
+            node: Sees the graph and holds the subscriptions.
+            writer: Takes the messages.
+            chosen: Full names of the topics to record; None for all.
+        """
+        self._node = node
+        self._writer = writer
+        self._chosen = chosen
+        self._times: BagTimes | None = None
+        self._waiting: list[Received] = []
+        self._answers: LockstepAnswers | None = None
+        self._definitions = MessageDefinitions()
+        self._topics: dict[str, RecordedTopic] = {}
+        # What was known of each topic at the last look: number of publishers, types.
+        self._seen: dict[str, tuple[int, list[str]]] = {}
+        self._told: set[str] = set()
+        self._fleet = FleetListener(node)
+        self._transforms = TransformRecorder(writer)
+
+    @property
+    def recorded(self) -> list[str]:
+        """Names of the topics that somebody publishes."""
+        return [topic.name for topic in self._topics.values() if topic.connection]
+
+    def look(self) -> None:
+        """Follow the changes of the graph since the last look."""
+        is_there = any(map(self._node.count_publishers, (topics.TF, topics.TF_STATIC)))
+        self._transforms.wanted = self._is_wanted(topics.TF) and not is_there
+        for name, types in self._node.get_topic_names_and_types():
+            if self._is_wanted(name):
+                state = (self._node.count_publishers(name), types)
+                if state != self._seen.get(name):
+                    self._seen[name] = state
+                    self._follow(name, types)
+
+    def missing(self) -> list[int]:
+        """Return the announced robots of which nothing that is to be recorded was seen yet."""
+        self._fleet.take()
+        if self._chosen is not None:
+            return []
+        seen = {topics.robot_of(name) for name in self.recorded}
+        return [robot for robot in self._fleet.robots if robot not in seen]
+
+    def drain(self) -> None:
+        """Write what has come, in the order in which it came.
+
+        Raises:
+            OSError: The disk is full, or fails.
+        """
+        self._waiting += [message for topic in self._topics.values() for message in topic.take()]
+        self._write(complete=False)
+
+    def close(self) -> None:
+        """Write what has come until now, and what was held back.
+
+        Raises:
+            OSError: The disk is full, or fails.
+        """
+        self.drain()
+        self._times = self._times or bag_times(self._fleet.time)
+        self._write(complete=True)
+        if self._answers:
+            self._answers.leave()
+
+    def _is_wanted(self, name: str) -> bool:
+        if self._chosen is not None:
+            return name in self._chosen or (name == topics.CLOCK and self.follows)
+        return name not in _LEFT_OUT and '/_' not in name
+
+    def _follow(self, name: str, types: list[str]) -> None:
+        infos = self._node.get_publishers_info_by_topic(name)
+        offered = list(dict.fromkeys(info.topic_type for info in infos)) or types
+        topic = self._topics.get(name)
+        if topic is None or topic.msgtype not in offered:
+            topic = self._subscribe(name, offered[0])
+        if topic is None or not infos:
+            return
+        for other in set(offered) - {topic.msgtype}:
+            self._tell_once(f'{name} has a second type {other}: only {topic.msgtype} is recorded')
+        profiles = [info.qos_profile for info in infos if info.topic_type == topic.msgtype]
+        if not topic.connection:
+            topic.connection = self._writer.add_topic(
+                name, topic.msgtype, self._definitions.of(topic.msgtype), stored_qos(profiles)
+            )
+        self._waiting += topic.adapt_to(profiles)
+
+    def _subscribe(self, name: str, msgtype: str) -> RecordedTopic | None:
+        previous = self._topics.pop(name, None)
+        if previous:
+            self._waiting += previous.take()
+            previous.close()
+        try:
+            self._definitions.of(msgtype)
+            self._topics[name] = RecordedTopic(self._node, name, msgtype)
+        except (NoPythonTypeError, UnknownDefinitionError) as error:
+            self._tell_once(f'{name} ({msgtype}) is not recorded: {error}')
+        return self._topics.get(name)
+
+    def _write(self, complete: bool) -> None:
+        if not self._knows_times():
+            return
+        assert self._times
+        for message in self._waiting:
+            if not message.topic.connection:
+                self._follow(message.topic.name, [message.topic.msgtype])
+        if self._answers:
+            self._answers.take(self._waiting)
+        for stamp, message in self._times.of(self._waiting, complete):
+            topic = message.topic
+            if topic.connection:
+                self._writer.write(topic.connection, stamp, message.data)
+                if topic.tells_poses:
+                    self._transforms.take(message.data)
+        self._transforms.write()
+
+    @property
+    def follows(self) -> bool:
+        """Whether the robots are simulated in lockstep, and wait for this recorder."""
+        return isinstance(self._fleet.time, Lockstep)
+
+    def _knows_times(self) -> bool:
+        """Return whether it is known which time the robots follow, as they announce."""
+        if self._times is None and self._waiting:
+            self._fleet.take()
+            first = next((m.time_ns for m in self._waiting if m.topic.name != topics.FLEET), None)
+            late = first is not None and time.time_ns() - first > _ANNOUNCED_WITHIN_NS
+            if late or (self._fleet.by_source and self._fleet.announced_by_all):
+                self._times = bag_times(self._fleet.time)
+                if self.follows:
+                    self._answers = LockstepAnswers(self._node, self._fleet.robots)
+        return self._times is not None
+
+    def _tell_once(self, line: str) -> None:
+        if line not in self._told:
+            self._told.add(line)
+            print(line, file=sys.stderr, flush=True)
+
+
+_TAKE_PERIOD_S = 0.05
+_LOCKSTEP_PERIOD_S = 0.005  # the robots wait
+_LOOK_PERIOD_S = 0.2
+_FLUSH_PERIOD_S = 1.0
+
+
+def main(argv: list[str] | None = None) -> int:
+    """Record; returns the exit status."""
+    return node_main(_parser(), _record_bag, argv)
+
+
+def _record_bag(process: RosProcess, args: argparse.Namespace) -> int:
+    process.longest_end_s = int(WRITES_S)
+    options = RecorderOptions.of(args)
+    chosen = [f'/{name.lstrip("/")}' for name in options.topics or ()] or None
+    try:
+        with BagWriter(options.output) as writer:
+            recorder = GraphRecorder(FleetNode(topics.RECORDER_NODE), writer, chosen)
+            _record(process, recorder, writer)
+        write_layout(options.output, writer.types)
+    except OSError as error:
+        reason = f'{error.strerror}; what was written before is readable'
+        print(f"error: recording to '{options.output}' stopped: {reason}", file=sys.stderr)
+        return 1
+    for name in sorted(set(chosen or []) - set(recorder.recorded)):
+        print(f'{name} was never published', file=sys.stderr)
+    print(_summary(writer), flush=True)
+    return 0
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(
+        prog='recorder',
+        description='Record all topics but /parameter_events, /rosout and hidden ones (/_...) '
+        'into a rosbag2 bag, new topics as they appear, until Ctrl-C.',
+    )
+    RecorderOptions.add_to(parser)
+    return parser
+
+
+def _record(process: RosProcess, recorder: GraphRecorder, writer: BagWriter) -> None:
+    next_look = next_flush = 0.0
+    told = False
+    nb_topics = 0
+    while not process.stopping:
+        now = time.monotonic()
+        if now >= next_look:
+            next_look = now + _LOOK_PERIOD_S
+            recorder.look()
+            # Wait for a look that finds no more: topics of a node appear one after another.
+            complete = 0 < nb_topics == len(recorder.recorded) and not recorder.missing()
+            if not told and complete:
+                told = True
+                topics_text = 'topic' if nb_topics == 1 else 'topics'
+                print(f'recording {nb_topics} {topics_text} to {writer.path}', flush=True)
+                process.launcher.report(Recording(nb_topics))
+            nb_topics = len(recorder.recorded)
+        recorder.drain()
+        if now >= next_flush:
+            next_flush = now + _FLUSH_PERIOD_S
+            writer.flush()
+        time.sleep(_LOCKSTEP_PERIOD_S if recorder.follows else _TAKE_PERIOD_S)
+    recorder.close()
+
+
+def _summary(writer: BagWriter) -> str:
+    if not writer.count:
+        return f'nothing was recorded: no message came; {writer.path} is an empty bag'
+    return f'recorded {writer} to {writer.path}'
+
+
+if __name__ == '__main__':
+    sys.exit(main())

@@ -1,0 +1,52 @@
+"""Options of recorder and player, and the message from the terminal to the player."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+from setcmas_simu.options.group import Options, flag, option
+from setcmas_simu.options.kinds import Kind, Number, PathTo
+from setcmas_simu.options.option import Form
+from setcmas_simu.reports.reports import Message
+
+
+@dataclass(frozen=True, kw_only=True)
+class RecorderOptions(Options):
+    """What is recorded, and into which bag."""
+
+    output: Path = option(PathTo(metavar='DIR'), 'folder of the bag, to be created', short='-o')
+    topics: tuple[str, ...] | None = option(
+        Kind(metavar='TOPIC'),
+        'record only these',
+        default=None,
+        default_text='all',
+        form=Form.SEVERAL,
+    )
+
+
+@dataclass(frozen=True, kw_only=True)
+class PlayerOptions(Options):
+    """What is played of a bag, and how fast."""
+
+    rate: float = option(
+        Number(above=0, finite=True), 'how many times as fast as it was recorded', default=1.0
+    )
+    start: float = option(
+        Number(least=0, unit='s', finite=True),
+        'begin so long after the first message',
+        default=0.0,
+    )
+    loop: bool = flag('begin again at the end, until Ctrl-C')
+    topics: tuple[str, ...] | None = option(
+        Kind(metavar='TOPIC'),
+        'play only these',
+        default=None,
+        default_text='all but commands',
+        form=Form.SEVERAL,
+    )
+    clock: bool = flag('publish the time of the recording on /clock, 40 times a second')
+
+
+class PauseToggled(Message, frozen=True):
+    """The pause key was pressed in the terminal."""

@@ -1,0 +1,359 @@
+"""CSV file of one topic: messages flattened to rows, written while they come in."""
+
+from __future__ import annotations
+
+import csv
+import math
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from functools import lru_cache
+from itertools import islice, pairwise
+from operator import attrgetter
+from pathlib import Path
+from typing import Any, Protocol, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+from rosbags.interfaces import Nodetype
+from rosbags.typesys.base import normalize_fieldname
+from rosbags.typesys.store import Typestore
+
+from setcmas_simu.fleet.planar_pose import yaw_of_quaternion
+
+_NANO = 1_000_000_000
+STAMPS = ('builtin_interfaces/msg/Time', 'builtin_interfaces/msg/Duration')
+
+
+def seconds_text(nanoseconds: int) -> str:
+    """Return a time or a duration in s with 9 decimals, without rounding."""
+    sign = '-' if nanoseconds < 0 else ''
+    seconds, rest = divmod(abs(nanoseconds), _NANO)
+    return f'{sign}{seconds}.{rest:09d}'
+
+
+def cell_of(kind: str) -> Callable[[Any], Any] | None:
+    """Return what makes the cell of a value of a type; None if `csv` writes it as it is."""
+    return _CELLS.get(kind)
+
+
+def cells_of(kind: str) -> Callable[[Any], list[Any]]:
+    """Return what makes the cells of an array with elements of a type."""
+    return _ARRAYS.get(kind, _numbers)
+
+
+def _stamp(stamp: Any) -> str:
+    return seconds_text(stamp.sec * _NANO + stamp.nanosec)
+
+
+@lru_cache(maxsize=4096)
+def _float32(value: float) -> float:
+    """Return the number whose text is the shortest for a single-precision one, such as 0.1."""
+    return float(str(np.float32(value)))
+
+
+def _numbers(array: NDArray[Any]) -> list[Any]:
+    numbers: list[Any] = array.tolist()
+    return numbers
+
+
+def _stamps(stamps: Sequence[Any]) -> list[str]:
+    return [_stamp(stamp) for stamp in stamps]
+
+
+def _float32s(array: NDArray[np.float32]) -> list[float]:
+    return [_float32(value) for value in array.tolist()]
+
+
+def _bools(array: NDArray[np.bool_]) -> list[int]:
+    return list(map(int, array))
+
+
+_CELLS: dict[str, Callable[[Any], Any]] = {
+    'bool': int,
+    'float32': _float32,
+    **dict.fromkeys(STAMPS, _stamp),
+}
+_ARRAYS: dict[str, Callable[[Any], list[Any]]] = {
+    'bool': _bools,
+    'float32': _float32s,
+    'string': list,
+    'wstring': list,
+    **dict.fromkeys(STAMPS, _stamps),
+}
+
+
+LONGEST_ARRAY = 10_000
+"""Longer arrays, such as images, get one column with their length instead of one an element."""
+
+_TOO_LONG = -1
+
+Column: TypeAlias = tuple[tuple[float, ...], str]
+"""Place of a column among all that messages of the type can have, for sorting, and its name."""
+
+Lengths: TypeAlias = tuple[int, ...]
+"""Lengths of all arrays of a message, in the order of its fields; they tell its columns."""
+
+
+class Part(Protocol):
+    """What one field adds to a table."""
+
+    def read(self, message: Any, cells: list[Any], lengths: list[int], /) -> None:
+        """Append the field's cells, and the lengths of the arrays in it."""
+
+    def columns(self, lengths: Iterator[int], /) -> Iterator[Column]:
+        """Yield the field's columns; takes the lengths of its arrays."""
+
+
+@dataclass(frozen=True)
+class Field:
+    """A field with one value."""
+
+    name: str
+    cell: Callable[[Any], Any]
+    """Makes the cell of a message."""
+
+    def read(self, message: Any, cells: list[Any], _lengths: list[int], /) -> None:
+        """Append the value."""
+        cells.append(self.cell(message))
+
+    def columns(self, _lengths: Iterator[int], /) -> Iterator[Column]:
+        """Yield the one column."""
+        yield (), self.name
+
+
+@dataclass(frozen=True)
+class Array:
+    """An array of values, or of messages."""
+
+    name: str
+    elements: Callable[[Any], Sequence[Any]]
+    """Returns the array of a message."""
+    cells: Callable[[Any], list[Any]] | None
+    """Makes the cells of an array of values."""
+    parts: Sequence[Part] = ()
+    """The fields of each element of an array of messages."""
+
+    def read(self, message: Any, cells: list[Any], lengths: list[int]) -> None:
+        """Append the elements, or how many they are."""
+        elements = self.elements(message)
+        if len(elements) > LONGEST_ARRAY:
+            lengths.append(_TOO_LONG)
+            cells.append(len(elements))
+            return
+        lengths.append(len(elements))
+        if self.cells:
+            cells += self.cells(elements)
+            return
+        for element in elements:
+            for part in self.parts:
+                part.read(element, cells, lengths)
+
+    def columns(self, lengths: Iterator[int]) -> Iterator[Column]:
+        """Yield the columns of each element, or that of the length."""
+        length = next(lengths)
+        if length == _TOO_LONG:
+            yield (math.inf,), f'{self.name}.length'
+        for i in range(length):
+            if self.cells:
+                yield (i,), f'{self.name}[{i}]'
+            else:
+                for place, name in columns(self.parts, lengths):
+                    yield (i, *place), f'{self.name}[{i}].{name}'
+
+
+def columns(parts: Sequence[Part], lengths: Iterator[int]) -> Iterator[Column]:
+    """Yield the columns of a message with arrays of these lengths."""
+    for i, part in enumerate(parts):
+        for place, name in part.columns(lengths):
+            yield (i, *place), name
+
+
+_PLACEHOLDER = 'structure_needs_at_least_one_member'  # how an empty message is represented
+_QUATERNION = 'geometry_msgs/msg/Quaternion'
+_ORIENTATIONS = (
+    'orientation',
+    'pose.orientation',
+    'pose.pose.orientation',
+    'rotation',
+    'transform.rotation',
+)
+
+
+@dataclass(frozen=True)
+class Flattener:
+    """Rows of messages of one type.
+
+    Fields are joined by dots (`pose.pose.position.x`), arrays are numbered (`name[0]`), times and
+    durations are one column in s with 9 decimals, booleans are 0 and 1. An array with more than
+    `LONGEST_ARRAY` elements, such as an image, is one column with its length (`data.length`). A
+    message with a pose, a transform or an orientation has a last column `yaw` in rad.
+    """
+
+    parts: Sequence[Part]
+
+    def row(self, message: Any) -> tuple[list[Any], Lengths]:
+        """Return the cells of a message, and the lengths of its arrays."""
+        cells: list[Any] = []
+        lengths: list[int] = []
+        for part in self.parts:
+            part.read(message, cells, lengths)
+        return cells, tuple(lengths)
+
+    def columns(self, lengths: Lengths) -> list[Column]:
+        """Return the columns of messages with arrays of these lengths."""
+        return list(columns(self.parts, iter(lengths)))
+
+
+def flattener(store: Typestore, msgtype: str) -> Flattener:
+    """Return the flattener of a type.
+
+    Args:
+        store: Holds the definitions of the type and of all that it is made of.
+        msgtype: Name of the type, such as `nav_msgs/msg/Odometry`.
+    """
+    parts = list(_parts_of(store, msgtype))
+    if orientation := _orientation(store, msgtype):
+        parts.append(Field('yaw', _composed(attrgetter(orientation), _yaw)))
+    return Flattener(parts)
+
+
+def _parts_of(store: Typestore, msgtype: str, name: str = '', path: str = '') -> Iterator[Part]:
+    for field, (kind, detail) in _fields(store, msgtype):
+        field_name, field_path = f'{name}{field}', f'{path}{normalize_fieldname(field)}'
+        get = attrgetter(field_path)
+        if kind == Nodetype.NAME and detail not in STAMPS:
+            yield from _parts_of(store, detail, f'{field_name}.', f'{field_path}.')
+        elif kind in (Nodetype.BASE, Nodetype.NAME):
+            convert = cell_of(_type_name(kind, detail))
+            yield Field(field_name, _composed(get, convert) if convert else get)
+        else:
+            element_kind, element = detail[0]
+            if element_kind == Nodetype.NAME and element not in STAMPS:
+                yield Array(field_name, get, None, list(_parts_of(store, element)))
+            else:
+                yield Array(field_name, get, cells_of(_type_name(element_kind, element)))
+
+
+def _fields(store: Typestore, msgtype: str) -> list[tuple[str, Any]]:
+    return [field for field in store.fielddefs[msgtype][1] if field[0] != _PLACEHOLDER]
+
+
+def _type_name(kind: Nodetype, detail: Any) -> str:
+    name: str = detail[0] if kind == Nodetype.BASE else detail
+    return name
+
+
+def _composed(get: Callable[[Any], Any], convert: Callable[[Any], Any]) -> Callable[[Any], Any]:
+    return lambda message: convert(get(message))
+
+
+def _yaw(q: Any) -> float:
+    yaw: float = yaw_of_quaternion(q.x, q.y, q.z, q.w)
+    return yaw
+
+
+def _orientation(store: Typestore, msgtype: str) -> str | None:
+    for path in _ORIENTATIONS:
+        found: str | None = msgtype
+        for name in path.split('.'):
+            fields = dict(_fields(store, found)) if found else {}
+            kind, detail = fields.get(name, (None, None))
+            found = detail if kind == Nodetype.NAME else None
+        if found == _QUATERNION:
+            return path
+    return None
+
+
+_ROWS_IN_MEMORY = 2_000
+_LONGEST_CELL = 2**31 - 1
+
+
+class CsvTable:
+    """A CSV file: first column t (s), then the flattened message; every row has every column.
+
+    Columns of arrays of varying length are known only at the end: rows are filled up then.
+    """
+
+    def __init__(self, path: Path, flattener: Flattener) -> None:
+        """Start a table; the file appears with the first rows.
+
+        Args:
+            path: A file that does not exist.
+            flattener: That of the messages' type.
+        """
+        self._path = path
+        self._flattener = flattener
+        self._lines: list[str] = []
+        self._write_row = _row_writer(self._lines.append)
+        self._nb_rows = 0
+        # Lengths of arrays, each with the number of the first row that has them.
+        self._lengths: list[tuple[int, Lengths]] = []
+
+    def add(self, time_ns: int, message: Any) -> None:
+        """Add the row of a message that came `time_ns` after the bag's start.
+
+        Raises:
+            OSError: The file cannot be written.
+        """
+        cells, lengths = self._flattener.row(message)
+        if not self._lengths:
+            columns = self._flattener.columns(lengths)
+            self._write_row(['t', *(name for _, name in columns)])
+        if not self._lengths or lengths != self._lengths[-1][1]:
+            self._lengths.append((self._nb_rows, lengths))
+        self._write_row([seconds_text(time_ns), *cells])
+        self._nb_rows += 1
+        if len(self._lines) >= _ROWS_IN_MEMORY:
+            self._write_lines()
+
+    def finish(self) -> None:
+        """Write what is left, and fill up rows that lack columns.
+
+        Raises:
+            OSError: The file cannot be written.
+        """
+        self._write_lines()
+        if len(self._lengths) > 1:
+            self._fill_up_rows()
+
+    def _write_lines(self) -> None:
+        with self._path.open('a', encoding='utf-8', newline='') as file:
+            file.writelines(self._lines)
+        self._lines.clear()
+
+    def _fill_up_rows(self) -> None:
+        different = {lengths for _, lengths in self._lengths}
+        columns = sorted({c for lengths in different for c in self._flattener.columns(lengths)})
+        filled = self._path.with_name(f'{self._path.name}.filled')
+        with (
+            self._path.open(encoding='utf-8', newline='') as source,
+            filled.open('w', encoding='utf-8', newline='') as target,
+        ):
+            csv.field_size_limit(_LONGEST_CELL)  # a robot description is longer than the default
+            rows = csv.reader(source)
+            next(rows)
+            write_row = _row_writer(target.write)
+            write_row(['t', *(name for _, name in columns)])
+            for (first, lengths), (end, _) in pairwise([*self._lengths, (self._nb_rows, ())]):
+                own = self._flattener.columns(lengths)
+                for t, *cells in islice(rows, end - first):
+                    of_column = dict(zip(own, cells, strict=True))
+                    write_row([t, *(of_column.get(column, '') for column in columns)])
+        filled.replace(self._path)
+
+
+def _row_writer(write: Callable[[str], object]) -> Callable[[list[Any]], object]:
+    return csv.writer(_Lines(write), lineterminator='\r\n').writerow
+
+
+class _Lines:
+    """Lines that end with a line feed.
+
+    Before Python 3.13, `csv` quotes a text with a carriage return only if lines end with one.
+    """
+
+    def __init__(self, write: Callable[[str], object]) -> None:
+        self._write = write
+
+    def write(self, line: str) -> None:
+        self._write(f'{line[:-2]}\n')

@@ -1,0 +1,233 @@
+"""Least squares fit of gain, lag and delay to commands and measured speeds."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from setcmas_simu.arrays import Floats
+from setcmas_simu.robots.identified_robot import LONGEST_DELAY_S, Response
+
+
+class HeldCommand:
+    """One command over time, and what a first-order lag with dead time makes of it."""
+
+    def __init__(self, t: Floats, u: Floats) -> None:
+        """Take the times (s), sorted, and the commands, shape (K,); zero before the first."""
+        changed = np.concatenate([[True], np.diff(u) != 0.0])
+        self._t = np.concatenate([[t[0] - 1.0], t[changed]])
+        self._u = np.concatenate([[0.0], u[changed]])
+        held = np.diff(self._t) * self._u[:-1]
+        self._sum = np.concatenate([[0.0], np.cumsum(held)])
+
+    @property
+    def changes(self) -> tuple[Floats, Floats]:
+        """When the command changes, in s, and to what."""
+        return self._t, self._u
+
+    def lagging(self, lag: float) -> Floats:
+        """Return the speeds w at the changes, lag w' = u - w, shape (K + 1,); lag in s."""
+        shares = np.exp(-np.diff(self._t) / max(lag, 1e-9)).tolist()
+        speeds = [0.0]
+        for share, u in zip(shares, self._u.tolist(), strict=False):
+            speeds.append(u + (speeds[-1] - u) * share)
+        return np.array(speeds)
+
+    def means(self, begin: Floats, end: Floats, lag: float, delay: float) -> Floats:
+        """Return the mean speeds over windows, of gain 1.
+
+        The integral of w is that of u less lag times the change of w.
+
+        Args:
+            begin: When they begin, in s, shape (M,).
+            end: When they end, in s, shape (M,).
+            lag: Time constant in s.
+            delay: Dead time in s.
+        """
+        return self.means_of(self.lagging(lag), begin, end, lag, delay)
+
+    def means_of(
+        self, speeds: Floats, begin: Floats, end: Floats, lag: float, delay: float
+    ) -> Floats:
+        """Return the same where the speeds at the changes are known."""
+        ways = [self._way(speeds, lag, times - delay) for times in (begin, end)]
+        means: Floats = (ways[1] - ways[0]) / (end - begin)
+        return means
+
+    def _way(self, speeds: Floats, lag: float, times: Floats) -> Floats:
+        k = np.maximum(np.searchsorted(self._t, times, side='right') - 1, 0)
+        since, u = np.maximum(times - self._t[k], 0.0), self._u[k]
+        w = u + (speeds[k] - u) * np.exp(-since / max(lag, 1e-9))
+        way: Floats = self._sum[k] + u * since - lag * w
+        return way
+
+
+LEAST_FIT = 30.0
+"""Percent of the motion that a model must explain to be told."""
+
+MOST_DOUBT_S = 0.1
+"""Standard error of lag and delay, in s, from which a run does not tell them."""
+
+_MOST_GAIN_DOUBT = 0.1
+_LAGS_S = np.concatenate([[0.0], np.geomspace(0.02, 1.0, 12)])
+_DELAYS_S = np.linspace(0.0, 1.0, 41)
+_MOST_EARLY_S = 0.15
+"""How long before a command a simulation may show its motion: a step at 10 Hz, and jitter."""
+
+_AT_ONCE_S = 0.02
+_ITERATIONS = 25
+_PROBE_S = 2e-3
+_SINGULAR = 1e5
+_LEAST_SIGMA = 1e-12
+
+
+@dataclass(frozen=True)
+class Fit:
+    """How a speed follows its command, as far as a run tells.
+
+    Attributes:
+        response: Gain, lag and delay.
+        errors: Their standard errors.
+        quality: How much of the measured motion the model explains, in percent: 100 is all.
+    """
+
+    response: Response
+    errors: Response
+    quality: float
+
+    @property
+    def tells_gain(self) -> bool:
+        """Whether the run tells the gain."""
+        doubt = self.errors.gain / max(abs(self.response.gain), 1e-9)
+        return self.quality >= LEAST_FIT and doubt <= _MOST_GAIN_DOUBT
+
+    @property
+    def tells_times(self) -> bool:
+        """Whether the run tells lag and delay as well."""
+        return self.tells_gain and max(self.errors.lag, self.errors.delay) <= MOST_DOUBT_S
+
+
+@dataclass(frozen=True)
+class Measured:
+    """Mean speeds in windows, and the command behind them.
+
+    Attributes:
+        command: The command.
+        begin: When the windows begin in s, shape (K,).
+        end: When they end in s, shape (K,).
+        y: The mean speeds, shape (K,).
+        overlap: How many windows lie over each other.
+    """
+
+    command: HeldCommand
+    begin: Floats
+    end: Floats
+    y: Floats
+    overlap: float
+
+    def predicted(self, response: Response) -> Floats:
+        """Return what a model says of the mean speeds, shape (K,)."""
+        means = self.command.means(self.begin, self.end, response.lag, response.delay)
+        predicted: Floats = response.gain * means
+        return predicted
+
+
+def fitted(measured: Measured, lag: float | None = None) -> Fit:
+    """Return the gain, lag and delay with the least squares of errors.
+
+    Speeds are simulated from the commands alone, an output-error model (Ljung, System
+    Identification, 2nd edition, 1999, section 4.2). The best point of a grid of lags and delays,
+    each with the gain of linear least squares, is where Levenberg's and Marquardt's method begins
+    (section 10.2). Standard errors are those of section 9.4, for as many windows as do not
+    overlap; the quality is 1 - |y - model| / |y - mean| (section 16.4 has its square).
+
+    A simulation gives a whole step to the command that it hears within it, so its poses may seem
+    to answer before the command. Where neither lag nor delay shows, the gain is that of the best
+    time before it; the delay is 0 then.
+
+    Args:
+        measured: At least a window.
+        lag: The lag in s if it is known.
+    """
+    lags = _LAGS_S if lag is None else np.array([lag])
+    free = np.array([True, lag is None, True])
+    best = _descended(measured, _best(measured, lags, _DELAYS_S), free)
+    if best.lag + best.delay < _AT_ONCE_S:
+        early = _best(measured, np.zeros(1), np.linspace(-_MOST_EARLY_S, 0.0, 151))
+        best = early if early.delay < 0.0 else best
+    y, e = measured.y, measured.y - measured.predicted(best)
+    apart = float(np.linalg.norm(y - y.mean()))
+    quality = 100.0 * (1.0 - float(np.linalg.norm(e)) / apart) if apart > 0.0 else 0.0
+    errors = _errors(measured, best, free)
+    return Fit(replace(best, delay=max(0.0, best.delay)), errors, quality)
+
+
+def _best(measured: Measured, lags: Floats, delays: Floats) -> Response:
+    best, least = Response(gain=0.0), np.inf
+    for lag in lags.tolist():
+        speeds = measured.command.lagging(lag)
+        for delay in delays.tolist():
+            means = measured.command.means_of(speeds, measured.begin, measured.end, lag, delay)
+            power = float(means @ means)
+            gain = float(means @ measured.y) / power if power > 0.0 else 0.0
+            error = float(np.sum(np.square(measured.y - gain * means)))
+            if error < least:
+                best, least = Response(gain, lag, delay), error
+    return best
+
+
+def _descended(measured: Measured, begin: Response, free: NDArray[np.bool_]) -> Response:
+    """Return the minimum of the squares near a point, by what is free of gain, lag and delay."""
+    best, e, damping = begin, measured.y - measured.predicted(begin), 1e-3
+    for _ in range(_ITERATIONS):
+        J = _jacobian(measured, best)[:, free]
+        normal = J.T @ J
+        step = np.zeros(3)
+        damped = normal + damping * np.diag(np.diag(normal) + 1e-12)
+        step[free] = np.linalg.solve(damped, J.T @ e)
+        gain, lag, delay = np.array([best.gain, best.lag, best.delay]) + step
+        tried = Response(float(gain), *np.clip([lag, delay], 0.0, LONGEST_DELAY_S).tolist())
+        error = measured.y - measured.predicted(tried)
+        if error @ error < e @ e:
+            best, e, damping = tried, error, 0.3 * damping
+        else:
+            damping *= 10.0
+    return best
+
+
+def _jacobian(measured: Measured, at: Response) -> Floats:
+    """Return how predictions change with gain, lag and delay, shape (K, 3)."""
+    unit, here = measured.predicted(replace(at, gain=1.0)), measured.predicted(at)
+    columns = [unit]
+    for name in ('lag', 'delay'):
+        nudged = replace(at, **{name: getattr(at, name) + _PROBE_S})
+        columns.append((measured.predicted(nudged) - here) / _PROBE_S)
+    return np.column_stack(columns)
+
+
+def _errors(measured: Measured, best: Response, free: NDArray[np.bool_]) -> Response:
+    """Return the standard errors of gain, lag and delay; infinite where nothing tells them.
+
+    A run may tell the sum of lag and delay alone; neither is then further off than that sum.
+    """
+    J = _jacobian(measured, best)
+    e = measured.y - measured.predicted(best)
+    square = float(e @ e) * measured.overlap / max(1.0, len(e) - 3 * measured.overlap)
+    sigma = max(np.sqrt(square), _LEAST_SIGMA)  # 0 times a spread without end is no number
+    gain, total = sigma * _spread(J[:, [0, 2]])
+    if not free[1]:
+        return Response(float(gain), 0.0, float(total))
+    most = best.lag + abs(best.delay) + total
+    errors = np.minimum(sigma * _spread(J), [np.inf, most, most])
+    return Response(float(gain if np.isinf(errors[0]) else errors[0]), *errors[1:].tolist())
+
+
+def _spread(J: Floats) -> Floats:
+    """Return the standard errors for errors of 1 in the speeds, infinite if J is singular."""
+    sizes = np.linalg.norm(J, axis=0)
+    if not sizes.all() or np.linalg.cond(J / sizes) > _SINGULAR:
+        return np.full(J.shape[1], np.inf)
+    spread: Floats = np.sqrt(np.diag(np.linalg.inv(J.T @ J)))
+    return spread

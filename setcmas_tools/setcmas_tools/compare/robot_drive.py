@@ -1,0 +1,219 @@
+"""Commands and motion of one robot, from the bag of a run."""
+
+from __future__ import annotations
+
+from array import array
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from setcmas_simu.arrays import Floats
+from setcmas_simu.errors import SetcmasError
+from setcmas_simu.fleet import topics
+from setcmas_simu.robots.model import KOMEGA, RobotModel
+from setcmas_simu.robots.models import NO_LIMITS, model_names, robot_models
+from setcmas_tools.bags.bag import open_bag
+from setcmas_tools.bags.message_types import UndecodableError
+from setcmas_tools.run.fleet_motion import FleetTable, gaps
+from setcmas_tools.run.law_commands import COMMANDS_FILE, Commands
+from setcmas_tools.run.run import Run
+from setcmas_tools.run.run_folder import find_run
+from setcmas_tools.run.run_samples import FleetSamples
+
+WINDOW_S = 0.2
+"""Time over which speeds are means: poses that are a little wrong make speeds very wrong."""
+
+
+@dataclass(frozen=True)
+class Steps:
+    """Mean speeds over windows.
+
+    Attributes:
+        begin: When the windows begin in s, shape (K,).
+        end: When they end in s, shape (K,).
+        V: Mean forward speeds in m/s, shape (K,).
+        omega: Mean turn rates in rad/s, shape (K,).
+        overlap: How many windows lie over each other.
+    """
+
+    begin: Floats
+    end: Floats
+    V: Floats
+    omega: Floats
+    overlap: float
+
+    @property
+    def speeds(self) -> Floats:
+        """Rows V and omega, shape (2, K)."""
+        return np.array([self.V, self.omega])
+
+
+def steps_of(track: FleetTable, since: float = 0.0) -> Steps:
+    """Return the mean speeds of a robot in windows of `WINDOW_S`, one from each pose on.
+
+    The forward way is the arc whose chord joins two poses, with the heading of its middle:
+    s = (dx cos m + dy sin m) (a / sin a), m the mean of the headings, a half of their difference.
+
+    Args:
+        track: Its motion.
+        since: When the first window begins, in s.
+    """
+    track = track.rows(np.isfinite(track.x + track.y + track.theta) & (track.t >= since))
+    t, theta = track.t, np.unwrap(track.theta)
+    last = np.searchsorted(t, t + WINDOW_S)
+    first = np.flatnonzero(last < len(t))
+    last = last[first]
+    whole = np.concatenate([[0], np.cumsum(gaps(track))]) if len(t) else np.zeros(0)
+    first, last = (ends[whole[first] == whole[last]] for ends in (first, last))
+    first, last = (ends[t[last] - t[first] < 1.5 * WINDOW_S] for ends in (first, last))
+    time = t[last] - t[first]
+    middle, half = 0.5 * (theta[last] + theta[first]), 0.5 * (theta[last] - theta[first])
+    dx, dy = track.x[last] - track.x[first], track.y[last] - track.y[first]
+    arc = (dx * np.cos(middle) + dy * np.sin(middle)) / np.sinc(half / np.pi)
+    overlap = max(1.0, float(np.median(last - first))) if len(first) else 1.0
+    return Steps(t[first], t[last], arc / time, 2.0 * half / time, overlap)
+
+
+_TWISTS = ('geometry_msgs/msg/TwistStamped', 'geometry_msgs/msg/Twist')
+_BY_NEARNESS = (topics.CMD_VEL_GUARDED, topics.CMD_VEL)
+_LONGEST_WAY_S = 0.5
+_SAME = 1e-6
+
+
+@dataclass(frozen=True)
+class Drive:
+    """Commands and motion of one robot.
+
+    Attributes:
+        commands: Rows t (s), V (m/s), omega (rad/s), each held until the next one, shape (3, K).
+        topic: Where they were heard: the nearest to the base that was recorded with a command that
+            moves it.
+        seen: Its motion as poses show it.
+        wheels: Its motion as its wheels tell it; None if that was not recorded.
+        way: Time in s from the law to that topic; 0 if that is not known.
+    """
+
+    commands: Floats
+    topic: str
+    seen: FleetTable
+    wheels: FleetTable | None = None
+    way: float = 0.0
+
+
+def drives(path: Path, warn: Callable[[str], None]) -> dict[int, Drive]:
+    """Return what the robots of a run were commanded and did, by their numbers.
+
+    Args:
+        path: The run: its folder or its bag, or the folder of an offline run.
+        warn: Shows what could not be read.
+
+    Raises:
+        SetcmasError: There is no run, or its commands were not recorded.
+    """
+    source = find_run(path)
+    bag = source.bag or source.folder / 'bag'
+    found = _recorded(bag, warn) if bag.exists() else _offline(Run.load(path, warn))
+    if not found:
+        raise SetcmasError(
+            f"'{path}' has no commands of robots whose motion it has; its bag must hold "
+            f'{topics.robot_topic(1, topics.CMD_VEL)} and odometry'
+        )
+    return found
+
+
+def _recorded(path: Path, warn: Callable[[str], None]) -> dict[int, Drive]:
+    with open_bag(path) as bag:
+        named = [(topic.name, topic.type.name) for topic in bag.topics]
+        seen = FleetSamples(named)
+        has_mocap = any(name.startswith('/mocap/') for name, _ in named)
+        wheels = FleetSamples(row for row in named if not row[0].startswith('/mocap/'))
+        twists = {name: array('d') for name, kind in named if kind in _TWISTS}
+        for topic, time_ns, data in bag.messages():
+            since_ns = time_ns - bag.start_ns
+            takers = [
+                one.collector(topic.name) for one in ([seen, wheels] if has_mocap else [seen])
+            ]
+            if not any(takers) and topic.name not in twists:
+                continue
+            try:
+                message = topic.type.decode(data)
+            except UndecodableError:
+                continue
+            for collect in filter(None, takers):
+                collect(since_ns, message)
+            if topic.name in twists:
+                twists[topic.name].extend((since_ns / 1e9, *_velocities(message)))
+        for notice in bag.notices:
+            warn(notice)
+    table, own = seen.table(), wheels.table() if has_mocap else None
+    if table is None:
+        return {}
+    rows = {name: np.array(row).reshape(-1, 3).T for name, row in twists.items()}
+    for row in rows.values():
+        row[0] -= seen.start_ns / 1e9
+    return {
+        robot: drive
+        for robot in table.robots
+        if (drive := _drive(robot, rows, table.of(robot), own and own.of(robot)))
+    }
+
+
+def _velocities(message: Any) -> tuple[float, float]:
+    twist = getattr(message, 'twist', message)
+    return float(twist.linear.x), float(twist.angular.z)
+
+
+def _drive(
+    robot: int, twists: dict[str, Floats], seen: FleetTable, wheels: FleetTable | None
+) -> Drive | None:
+    heard = [topics.robot_topic(robot, name) for name in _BY_NEARNESS]
+    heard = [topic for topic in heard if topic in twists and twists[topic].size]
+    # Where the base hears cmd_vel itself, its guard only ever stops it.
+    moving = [topic for topic in heard if twists[topic][1:].any()]
+    if not heard:
+        return None
+    topic = (moving or heard)[0]
+    wanted = twists.get(topics.robot_topic(robot, topics.CMD_VEL_WANTED))
+    way = 0.0 if wanted is None else _way(wanted, twists[topic])
+    known = wheels if wheels is not None and len(wheels.t) else None
+    return Drive(twists[topic], topic, seen, known, way)
+
+
+def _way(wanted: Floats, heard: Floats) -> float:
+    """Return the median time in s until what a law wanted was heard; 0 if it never was."""
+    ways = []
+    for t, V, omega in wanted[:, np.any(wanted[1:] != 0.0, axis=0)].T:
+        first, last = np.searchsorted(heard[0], (t, t + _LONGEST_WAY_S))
+        same = np.hypot(heard[1, first:last] - V, heard[2, first:last] - omega) < _SAME
+        if same.any():
+            ways.append(float(heard[0, first + np.argmax(same)] - t))
+    return float(np.median(ways)) if ways else 0.0
+
+
+def _offline(run: Run) -> dict[int, Drive]:
+    """Return the drives of an offline run, whose commands follow from what its laws wanted."""
+    if run.commands is None or run.tables.safety is not None:
+        return {}
+    names = model_names(run.parameters.get('model'), max(run.robots))
+    kept = {robot: one for one in run.inputs if one.option == 'model' for robot in one.robots}
+    everywhere = [one for one in run.inputs if one.option == 'model' and not one.robots]
+    found = {}
+    for robot in run.robots:
+        file = next(iter(everywhere), kept.get(robot))
+        name = str(file.path) if file else names[robot - 1]
+        (model,) = robot_models([name], [robot], str(run.parameters.get('limits', NO_LIMITS)))
+        found[robot] = _driven(run.commands.of(robot), run.table.of(robot), model, run)
+    return found
+
+
+def _driven(told: Commands, track: FleetTable, model: RobotModel, run: Run) -> Drive:
+    """Return the drive of a robot that goes at velocities as far as its model can."""
+    headings = np.interp(told.t, track.t, np.unwrap(track.theta))
+    poses = np.vstack([np.zeros((2, len(told.t))), headings])
+    allowed = told.allowed or told
+    komega = float(run.parameters.get('komega', KOMEGA))
+    V, _, omega = model.command(np.array([allowed.vx, allowed.vy]), poses, komega)
+    return Drive(np.array([told.t, V, omega]), COMMANDS_FILE, track)

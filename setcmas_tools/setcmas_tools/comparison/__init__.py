@@ -1,1 +1,0 @@
-"""Comparison of runs: how far apart they are, and what differs between them."""

@@ -1,1 +1,0 @@
-"""Identification: what gain, lag and delay the robots of an experiment have."""

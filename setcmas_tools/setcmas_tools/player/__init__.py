@@ -1,1 +1,0 @@
-"""Process that plays a recording, without its commands."""

@@ -1,1 +1,0 @@
-"""Process that records topics into a bag."""

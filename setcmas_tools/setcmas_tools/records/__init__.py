@@ -1,1 +1,0 @@
-"""Records of a fleet over time: poses and communication."""

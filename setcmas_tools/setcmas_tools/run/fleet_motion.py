@@ -1,0 +1,348 @@
+"""Motion of a fleet: its table, its gaps, the track of each robot, and poses at common times."""
+
+from __future__ import annotations
+
+import csv
+from collections.abc import Callable, Iterable, Iterator
+from dataclasses import dataclass, fields
+from pathlib import Path
+from typing import TypeVar
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from setcmas_simu.arrays import Floats
+from setcmas_simu.errors import SetcmasError
+
+Row = TypeVar('Row')
+
+
+def write_lines(path: Path, columns: tuple[str, ...], lines: Iterable[str]) -> None:
+    """Write the names of columns, and lines with their ends.
+
+    Raises:
+        OSError: The file cannot be written.
+    """
+    with path.open('w', encoding='utf-8', newline='') as file:
+        file.write(','.join(columns) + '\n')
+        file.writelines(lines)
+
+
+def read_rows(
+    path: Path,
+    columns: tuple[str, ...],
+    parsed: Callable[[list[str]], Row],
+    further: tuple[str, ...] = (),
+) -> list[Row] | None:
+    """Return the rows of a file; None if there is no such file.
+
+    Args:
+        path: The file.
+        columns: The names that its first line must have.
+        parsed: Turns cells, one for each column, into a row; raises ValueError.
+        further: Names that may follow, all or none.
+
+    Raises:
+        SetcmasError: The file cannot be read or is damaged.
+    """
+    try:
+        with path.open(encoding='utf-8-sig', newline='') as file:
+            header, *rows = csv.reader(file)
+            if tuple(header) not in (columns, columns + further):
+                raise ValueError
+            if any(len(row) != len(header) for row in rows):
+                raise ValueError
+            return [parsed(row) for row in rows]
+    except FileNotFoundError:
+        return None
+    except (OSError, UnicodeDecodeError, csv.Error, ValueError) as error:
+        raise SetcmasError(
+            f"'{path}' is damaged; it must have the columns {','.join(columns)}"
+        ) from error
+
+
+FLEET_FILE = 'fleet.csv'
+COLUMNS = ('t', 'robot', 'x', 'y', 'theta', 'v', 'omega')
+_FORM = f'the columns {",".join(COLUMNS)}'
+
+
+@dataclass(frozen=True)
+class FleetTable:
+    """A row for each odometry message of each robot, sorted by time and then by robot.
+
+    Attributes:
+        t: Times in s from the first command of the run, shape (rows,).
+        robot: Numbers of the robots, from 1, shape (rows,).
+        x: Positions in m, shape (rows,).
+        y: Positions in m, shape (rows,).
+        theta: Headings in rad, shape (rows,).
+        v: Forward speeds in m/s, shape (rows,).
+        omega: Turn rates in rad/s, shape (rows,).
+    """
+
+    t: Floats
+    robot: NDArray[np.int64]
+    x: Floats
+    y: Floats
+    theta: Floats
+    v: Floats
+    omega: Floats
+
+    @property
+    def robots(self) -> list[int]:
+        """The numbers of the robots, sorted."""
+        return [int(robot) for robot in np.unique(self.robot)]
+
+    def of(self, robot: int) -> FleetTable:
+        """Return the rows of one robot."""
+        return self.rows(self.robot == robot)
+
+    def rows(self, selection: NDArray[np.bool_] | NDArray[np.intp]) -> FleetTable:
+        """Return the rows that a mask, or indices, select."""
+        return FleetTable(*(getattr(self, f.name)[selection] for f in fields(self)))
+
+    def stacked(self) -> list[Floats] | None:
+        """Return t, x, y, theta, v and omega, shape (K, N) each, of N robots at common times.
+
+        Returns:
+            None if the robots have rows at times of their own.
+        """
+        return stacked(self.t, self.robot, self.x, self.y, self.theta, self.v, self.omega)
+
+
+def stacked(t: Floats, robot: NDArray[np.int64], *columns: Floats) -> list[Floats] | None:
+    """Return times and columns, shape (K, N) each, of rows of N robots at K common times.
+
+    Args:
+        t: Times, sorted, shape (K N,).
+        robot: Numbers of the robots, sorted at each time, shape (K N,).
+        columns: Of the same shape.
+
+    Returns:
+        None if the robots have rows at times of their own.
+    """
+    robots = np.unique(robot)
+    if not len(robots) or len(t) % len(robots):
+        return None
+    times = t.reshape(-1, len(robots))
+    regular = (robot.reshape(-1, len(robots)) == robots).all()
+    if not regular or (times != times[:, :1]).any():
+        return None
+    return [column.reshape(-1, len(robots)) for column in (t, *columns)]
+
+
+def fleet_table(rows: ArrayLike) -> FleetTable:
+    """Return the table of rows in any order.
+
+    Args:
+        rows: A row of t, robot, x, y, theta, v, omega for each sample, shape (rows, 7).
+    """
+    values = np.asarray(rows, dtype=float).reshape(-1, len(COLUMNS))
+    t, robot, *rest = values[np.lexsort((values[:, 1], values[:, 0]))].T
+    return FleetTable(t, robot.astype(np.int64), *rest)
+
+
+def write_fleet(table: FleetTable, path: Path) -> None:
+    """Write a table: t with 6 decimals, the rest with 9, so that equal tables give equal files.
+
+    Raises:
+        OSError: The file cannot be written.
+    """
+    part = path.with_name(f'{path.name}.part')
+    columns = [getattr(table, name).tolist() for name in COLUMNS]
+    lines = (
+        f'{t:.6f},{robot:d},{x:.9f},{y:.9f},{theta:.9f},{v:.9f},{omega:.9f}\n'
+        for t, robot, x, y, theta, v, omega in zip(*columns, strict=True)
+    )
+    write_lines(part, COLUMNS, lines)
+    part.replace(path)
+
+
+def read_fleet(path: Path) -> FleetTable:
+    """Read a table.
+
+    Raises:
+        SetcmasError: The file cannot be read, is damaged, or holds no row.
+    """
+    try:
+        with path.open(encoding='utf-8-sig', newline='') as file:
+            rows = list(_parsed_rows(path, csv.reader(file)))
+    except OSError as error:
+        raise SetcmasError(f"'{path}' cannot be read: {error.strerror}") from error
+    except (UnicodeDecodeError, csv.Error) as error:
+        raise SetcmasError(f"'{path}' is not a CSV file; it must have {_FORM}") from error
+    if not rows:
+        raise SetcmasError(f"'{path}' holds no rows; it must have {_FORM}")
+    return fleet_table(rows)
+
+
+def _parsed_rows(path: Path, reader: Iterator[list[str]]) -> Iterator[list[float]]:
+    header = next(reader, [])
+    if tuple(header) != COLUMNS:
+        raise SetcmasError(f"'{path}', line 1: '{','.join(header)}' is not {_FORM}")
+    for number, cells in enumerate(reader, start=2):
+        try:
+            row = list(map(float, cells))
+            if len(row) != len(COLUMNS) or row[0] - row[0] != 0 or row[1] < 1 or row[1] % 1:
+                raise ValueError
+        except ValueError:
+            raise SetcmasError(
+                f"'{path}', line {number}: '{','.join(cells)}' is not a row; it must be seven "
+                f'numbers ({",".join(COLUMNS)}) with robot a whole number from 1'
+            ) from None
+        yield row
+
+
+LONGEST_GAP_S = 1.0
+"""Over longer gaps between two samples of a robot nothing is interpolated."""
+
+_NOISE_M = 0.1
+_LEAST_M_S = 1.0
+
+
+def farthest_drive(speed: float, seconds: float | Floats) -> float | Floats:
+    """Return how far in m a robot may have driven; farther off, it was put somewhere else.
+
+    Args:
+        speed: Largest speed that its odometry tells of in m/s; half of what is allowed for.
+        seconds: The time it had in s.
+    """
+    return _NOISE_M + max(_LEAST_M_S, 2 * speed) * seconds
+
+
+def resets(track: FleetTable) -> NDArray[np.bool_]:
+    """Return between which rows of one robot it was put somewhere else, shape (rows - 1,).
+
+    None is told of a robot whose odometry has no speed: it says nothing of how far it can drive.
+    """
+    speeds = np.abs(track.v[np.isfinite(track.v)])
+    if not (fastest := float(speeds.max(initial=0.0))):
+        return np.zeros(max(0, len(track.t) - 1), bool)
+    steps = np.hypot(np.diff(track.x), np.diff(track.y))
+    return np.asarray(steps > farthest_drive(fastest, np.diff(track.t)))
+
+
+def gaps(track: FleetTable) -> NDArray[np.bool_]:
+    """Return between which rows of one robot nothing is known of its way, shape (rows - 1,)."""
+    return np.asarray((np.diff(track.t) > LONGEST_GAP_S) | resets(track))
+
+
+SAME_TIME_S = 1e-6
+"""Times in tables have 6 decimals."""
+
+
+class Track:
+    """Where one robot was.
+
+    Attributes:
+        rows: Its rows with a pose, sorted by time.
+        put: Between which of them it was put somewhere else, shape (rows - 1,).
+    """
+
+    def __init__(self, rows: FleetTable) -> None:
+        """Take the rows of one robot."""
+        self.rows = rows.rows(np.isfinite(rows.x + rows.y + rows.theta))
+        self.put = resets(self.rows)
+        self._gap: NDArray[np.bool_] = self.put | (np.diff(self.rows.t) > LONGEST_GAP_S)
+        self._columns = (self.rows.x, self.rows.y, np.unwrap(self.rows.theta))
+
+    def poses(self, t: Floats) -> Floats:
+        """Return the poses at times in s: rows x, y, theta (not wrapped), shape (3, K).
+
+        They are NaN before the first sample, after the last one, and in a gap.
+        """
+        known = self.rows.t
+        if not len(known):
+            return np.full((3, len(t)), np.nan)
+        poses = np.array(
+            [np.interp(t, known, one, left=np.nan, right=np.nan) for one in self._columns]
+        )
+        if len(known) > 1:
+            after = np.clip(np.searchsorted(known, t), 1, len(known) - 1)
+            inside = (known[after - 1] < t) & (t < known[after])
+            poses[:, self._gap[after - 1] & inside] = np.nan
+        return poses
+
+    def speeds(self, t: Floats) -> Floats:
+        """Return forward speeds in m/s and turn rates in rad/s at times in s, shape (2, K).
+
+        A row tells them for the time since the row before. They are NaN where poses are.
+        """
+        result = np.full((2, len(t)), np.nan)
+        known = np.isfinite(self.poses(t)[0])
+        rows = np.searchsorted(self.rows.t, t[known] - SAME_TIME_S)
+        rows = np.minimum(rows, len(self.rows.t) - 1)
+        result[:, known] = self.rows.v[rows], self.rows.omega[rows]
+        return result
+
+    def newest(self, t: float) -> int:
+        """Return the last row at or before a time in s; -1 if there is none."""
+        return int(np.searchsorted(self.rows.t, t + SAME_TIME_S, side='right')) - 1
+
+    def next(self, t: float) -> int:
+        """Return the first row at or after a time in s; the number of rows if there is none."""
+        return int(np.searchsorted(self.rows.t, t - SAME_TIME_S))
+
+    def is_broken(self, since: float, t: float) -> bool:
+        """Return whether there is a gap between two times in s, the first one left out."""
+        first, last = self.newest(since), self.next(t)
+        return bool(self._gap[max(0, first) : last].any())
+
+
+@dataclass(frozen=True)
+class FleetGrid:
+    """Poses at common times; NaN where a robot has none.
+
+    Attributes:
+        t: Times in s, shape (K,).
+        robots: Numbers of the N robots, sorted.
+        x: Positions in m, shape (N, K).
+        y: Positions in m, shape (N, K).
+        theta: Headings in rad, not wrapped, shape (N, K).
+    """
+
+    t: Floats
+    robots: list[int]
+    x: Floats
+    y: Floats
+    theta: Floats
+
+    @property
+    def complete(self) -> NDArray[np.bool_]:
+        """Whether no robot is missing, shape (K,).
+
+        A robot is missed between its first and its last pose, and for LONGEST_GAP_S beyond.
+        Elsewhere it is not part of the fleet.
+        """
+        known = np.isfinite(self.x)
+        seen = [self.t[row][[0, -1]] if row.any() else (np.inf, -np.inf) for row in known]
+        first, last = np.array(seen).T[:, :, None]
+        expected = (self.t >= first - LONGEST_GAP_S) & (self.t <= last + LONGEST_GAP_S)
+        return np.asarray(np.all(known | ~expected, axis=0))
+
+    def since(self, t: float) -> FleetGrid:
+        """Return the samples from a time (s) on."""
+        k = self.t >= t
+        return FleetGrid(self.t[k], self.robots, self.x[:, k], self.y[:, k], self.theta[:, k])
+
+
+def on_grid(table: FleetTable, rate: float = 10.0) -> FleetGrid:
+    """Interpolate a table linearly at multiples of a period, but over no gap.
+
+    Args:
+        table: At least one row.
+        rate: Samples a second.
+    """
+    first, last = np.ceil(table.t[0] * rate), np.floor(table.t[-1] * rate)
+    t = np.arange(first, last + 1) / rate if first <= last else table.t[:1]
+    robots = table.robots
+    poses = np.array([_poses_at(t, Track(table.of(robot))) for robot in robots])
+    return FleetGrid(t, robots, poses[:, 0], poses[:, 1], poses[:, 2])
+
+
+def _poses_at(t: Floats, track: Track) -> Floats:
+    poses = track.poses(t)
+    # A reset between two times leaves the later one out: no line is to join them.
+    later = np.searchsorted(t, track.rows.t[1:][track.put])
+    poses[:, later[later < len(t)]] = np.nan
+    return poses

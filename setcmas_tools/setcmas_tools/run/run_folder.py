@@ -1,0 +1,272 @@
+"""The folder of a run, and the paths that mean a run."""
+
+from __future__ import annotations
+
+import shutil
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager, suppress
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+from setcmas_simu.errors import SetcmasError
+from setcmas_simu.options.group import Options, flag, option
+from setcmas_simu.options.kinds import DURATION, PathTo
+from setcmas_simu.reports.reports import ScriptFailure
+from setcmas_tools.run.fleet_motion import FLEET_FILE
+from setcmas_tools.run.inputs import INPUTS, RunInput, entries
+from setcmas_tools.run.run_info import INFO_FILE, Reload, RunInfo, write_info
+from setcmas_tools.run.run_tables import RunTables, write_tables
+
+
+@dataclass(frozen=True, kw_only=True)
+class RunOptions(Options):
+    """How long a run takes, and where its results go."""
+
+    duration: float = option(
+        DURATION,
+        'length of the run, from the first command',
+        default=40.0,
+    )
+    output: Path | None = option(
+        PathTo(metavar='DIR'), 'folder of the results, to be created', default=None, short='-o'
+    )
+    plots: bool = flag('draw the plots', default=True)
+    overwrite: bool = flag('replace an earlier run in that folder')
+
+
+_BAG_ENDINGS = ('.mcap', '.db3', '.bag', '.active')
+
+
+@dataclass(frozen=True)
+class RunSource:
+    """The files of a run.
+
+    Attributes:
+        folder: The folder of the run, which may hold nothing but a table or a bag.
+        fleet_csv: Its table; None if there is only a bag.
+        bag: Its bag, if there is no table.
+    """
+
+    folder: Path
+    fleet_csv: Path | None = None
+    bag: Path | None = None
+
+    @property
+    def stem(self) -> str:
+        """What the names of files about it begin with, as there may be several in a folder."""
+        if self.fleet_csv:
+            own = self.fleet_csv.name == FLEET_FILE
+            return '' if own else f'{self.fleet_csv.stem}_'
+        assert self.bag
+        return stem_of_bag(self.bag)
+
+    @property
+    def plots(self) -> Path:
+        """Where its plots go by default."""
+        return self.folder / f'{self.stem}plots'
+
+
+def stem_of_bag(bag: Path) -> str:
+    """Return what the names of files about a bag begin with.
+
+    The file of a recording loses its ending there, unless that is all that sets it apart from
+    another recording in its folder.
+    """
+    bag = bag.resolve()
+    if bag.name == 'bag':
+        return ''
+    if bag.is_dir():
+        return f'{bag.name}_'
+    others = {bag.with_suffix(ending) for ending in ('', *_BAG_ENDINGS)} - {bag}
+    return f'{bag.name if any(other.exists() for other in others) else bag.stem}_'
+
+
+def find_run(path: Path) -> RunSource:
+    """Return the files of the run that a path means.
+
+    Args:
+        path: The folder of a run, the folder of its CSV files, a fleet.csv, or a bag.
+
+    Raises:
+        SetcmasError: There is no run.
+    """
+    if path.is_file():
+        if path.suffix in _BAG_ENDINGS:
+            return RunSource(path.resolve().parent, bag=path)
+        return RunSource(_folder_of_csv(path), fleet_csv=path)
+    for place in (path / 'csv' / FLEET_FILE, path / FLEET_FILE):
+        if place.is_file():
+            return RunSource(_folder_of_csv(place), fleet_csv=place)
+    if not path.exists():
+        raise SetcmasError(
+            f"there is no '{path}'; it must be the folder of a run, a fleet.csv, or a bag"
+        )
+    if _is_bag(path):
+        return RunSource(path.resolve().parent, bag=path)
+    if (path / 'bag').is_dir():
+        return RunSource(path, bag=path / 'bag')
+    raise SetcmasError(f"there is no fleet.csv in '{path}' or in its folder csv, and no bag")
+
+
+def _folder_of_csv(fleet_csv: Path) -> Path:
+    """Return the folder of the run that a fleet.csv belongs to: above `csv`, else its own."""
+    is_csv_folder = fleet_csv.resolve().parent.name == 'csv'
+    return fleet_csv.parent.parent if is_csv_folder else fleet_csv.parent
+
+
+def _is_bag(path: Path) -> bool:
+    return any(f.name == 'metadata.yaml' or f.suffix in _BAG_ENDINGS for f in path.iterdir())
+
+
+_PARTS = ('bag', 'layouts', 'csv', 'plots', INPUTS, 'metrics.yaml', INFO_FILE)
+
+
+class RunFolder:
+    """Where the parts of a run go.
+
+    Attributes:
+        path: The folder, absolute: a script that changes the current folder moves no results.
+        reloads: The later versions of control scripts that it keeps.
+        failures: When scripts failed.
+    """
+
+    def __init__(self, path: Path, inputs: Sequence[RunInput] = ()) -> None:
+        """Name the folder, and what the run is given; nothing is created yet.
+
+        Raises:
+            SetcmasError: The path is relative, and the current folder is gone.
+        """
+        self._named = path
+        self.reloads: list[Reload] = []
+        self.failures: list[ScriptFailure] = []
+        self._inputs = inputs
+        with self._writing():
+            self.path = path.absolute()
+
+    def shown(self, part: Path) -> Path:
+        """Return the path of a part as it follows from the name of the folder, for messages."""
+        return self._named / part.relative_to(self.path)
+
+    @property
+    def bag(self) -> Path:
+        """The folder of the rosbag2 bag."""
+        return self.path / 'bag'
+
+    @property
+    def csv(self) -> Path:
+        """The folder of the CSV files."""
+        return self.path / 'csv'
+
+    @property
+    def plots(self) -> Path:
+        """The folder of the plots."""
+        return self.path / 'plots'
+
+    @property
+    def metrics(self) -> Path:
+        """The file of the metrics."""
+        return self.path / 'metrics.yaml'
+
+    def summary(self, nb_plots: int) -> str:
+        """Return where CSV files and plots are, in words."""
+        plots = f'   {nb_plots} plots: {self.shown(self.plots)}' if nb_plots else ''
+        return f'CSV: {self.shown(self.csv)}{plots}'
+
+    def check(self, overwrite: bool) -> None:
+        """See that no earlier run would be lost, and nothing that this one needs.
+
+        Raises:
+            SetcmasError: The folder holds a run and must not be overwritten, is no folder, cannot
+                be looked at, or what would be overwritten is an input of the new run.
+        """
+        with self._writing():
+            self._check(overwrite)
+
+    def _check(self, overwrite: bool) -> None:
+        if self.path.exists() and not self.path.is_dir():
+            raise SetcmasError(f"output '{self._named}' is not a folder")
+        taken = [part for part in _PARTS if (self.path / part).exists()]
+        if taken and 'run.yaml' not in taken:
+            raise SetcmasError(
+                f"output '{self._named}' holds {', '.join(taken)} and no run.yaml, so it is not a "
+                'run of setcmas; name another folder'
+            )
+        if taken and not overwrite:
+            raise SetcmasError(
+                f"output '{self._named}' holds an earlier run; "
+                'name another folder, or add --overwrite to replace that run'
+            )
+        parts = [(self.path / part).resolve() for part in taken]
+        for given in self._inputs:
+            if any(given.path.resolve().is_relative_to(part) for part in parts):
+                raise SetcmasError(
+                    f"'{given.path}' is part of the earlier run in '{self._named}' and would be "
+                    'lost with it; name another output folder'
+                )
+
+    def create(self, info: RunInfo) -> None:
+        """Create the folder with run.yaml and what the run is given, without an earlier run.
+
+        Raises:
+            SetcmasError: The folder cannot be created or emptied.
+        """
+        with self._writing():
+            self.path.mkdir(parents=True, exist_ok=True)
+            self._empty()
+            self.write_info(info)
+            for given in self._inputs:
+                given.write_to(self.path)
+
+    def keep_reload(self, t: float, works: bool) -> None:
+        """Keep the control scripts as they are now, t seconds after the run has begun."""
+        kept = []
+        with suppress(OSError, SetcmasError):  # such as a script that is deleted meanwhile
+            for given in self._inputs:
+                if given.option == 'algo':
+                    folder = f'{given.folder}_reload_{len(self.reloads) + 1}'
+                    now = RunInput(given.option, given.path, given.robots)
+                    now.write_into(self.path / folder)
+                    kept.append(f'{folder}/{given.path.name}')
+        self.reloads.append(Reload(round(t, 3), works, kept))
+
+    def write_info(self, info: RunInfo) -> None:
+        """Write run.yaml in place of the one that is there.
+
+        Raises:
+            SetcmasError: It cannot be written.
+        """
+        with self._writing():
+            write_info(replace(info, inputs=entries(self._inputs)), self.path)
+
+    def write_tables(self, tables: RunTables) -> None:
+        """Write the CSV files.
+
+        Raises:
+            SetcmasError: They cannot be written.
+        """
+        with self._writing():
+            self.csv.mkdir(exist_ok=True)
+            write_tables(tables, self.csv)
+
+    def discard(self) -> None:
+        """Remove what a run that never began has created."""
+        with suppress(OSError):
+            self._empty()
+            self.path.rmdir()  # stays if the user has files of their own in it
+
+    def _empty(self) -> None:
+        for part in _PARTS:
+            target = self.path / part
+            if target.is_dir():
+                shutil.rmtree(target)
+            else:
+                target.unlink(missing_ok=True)
+
+    @contextmanager
+    def _writing(self) -> Iterator[None]:
+        try:
+            yield
+        except OSError as error:
+            raise SetcmasError(
+                f"output '{self._named}' cannot be written: {error.strerror}"
+            ) from error

@@ -1,0 +1,345 @@
+"""Tables of a run among the messages of a bag."""
+
+from __future__ import annotations
+
+import re
+from array import array
+from collections.abc import Callable, Iterable
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from setcmas_ctrl.communication.graph import GraphChanges, complete, with_known_rows
+from setcmas_ctrl.control.references import References
+from setcmas_ctrl.drawing import Sphere
+from setcmas_simu.arrays import Floats
+from setcmas_simu.errors import SetcmasError
+from setcmas_simu.fleet import topics
+from setcmas_simu.fleet.planar_pose import yaw_of_quaternion
+from setcmas_tools.bags.bag import open_bag
+from setcmas_tools.bags.message_types import UndecodableError
+from setcmas_tools.run.communication_record import CommunicationRecord, Counts, record_of
+from setcmas_tools.run.drawing_record import DrawingRecord
+from setcmas_tools.run.fleet_motion import FleetTable, fleet_table
+from setcmas_tools.run.law_commands import (
+    SafetyRecord,
+    SafetyRow,
+    commands,
+    safety_record,
+    with_allowed,
+)
+from setcmas_tools.run.run_tables import RunTables
+
+_ODOMETRY = 'nav_msgs/msg/Odometry'
+_MOTION_CAPTURE = '/mocap'
+_NB_NUMBERS = 10  # t, robot, x, y, a quaternion, v, omega
+
+Collect = Callable[[int, Any], None]
+"""Takes the time of a message in ns from the bag's start, and the message."""
+
+
+class FleetSamples:
+    """Collects what makes fleet.csv: odometry of each robot and the time of the first command.
+
+    Odometry of motion capture goes before the robot's own, which drifts.
+    """
+
+    def __init__(self, bag_topics: Iterable[tuple[str, str]]) -> None:
+        """Choose the topics.
+
+        Args:
+            bag_topics: Names and types of the topics that have messages.
+        """
+        self._rows = array('d')
+        self._first_command_ns: int | None = None
+        self._first_go_ns: int | None = None
+        self._odometry: dict[int, str] = {}
+        named = sorted(bag_topics)
+        # A recording of what `setcmas play` plays has no commands but what the laws returned.
+        commanded = any(_robot_of(name, topics.CMD_VEL) for name, _ in named)
+        self._command = topics.CMD_VEL if commanded else topics.CMD_CART_VEL
+        for name, msgtype in named:
+            robot = _robot_of(name, topics.ODOM)
+            if robot and msgtype == _ODOMETRY and self._odometry.get(robot, '/tb3') >= '/tb3':
+                self._odometry[robot] = name
+
+    def collector(self, topic: str) -> Collect | None:
+        """Return the function that takes the messages of a topic; None if it is not of use."""
+        if topic == topics.PAUSED:
+            return self._take_pause
+        if _robot_of(topic, self._command):
+            return self._take_command
+        robot = _robot_of(topic, topics.ODOM)
+        if robot and self._odometry.get(robot) == topic:
+            return lambda time_ns, message: self._take_odometry(robot, time_ns, message)
+        return None
+
+    @property
+    def start_ns(self) -> int:
+        """What is t = 0 in ns from the bag's start: the first command, else the first odometry.
+
+        In an experiment, where zeros are sent from the beginning, it is when it is started.
+        """
+        if self._first_go_ns is not None:
+            return self._first_go_ns
+        if self._first_command_ns is not None:
+            return self._first_command_ns
+        return round(min(self._rows[::_NB_NUMBERS], default=0.0) * 1e9)
+
+    def table(self) -> FleetTable | None:
+        """Return the table."""
+        if not self._rows:
+            return None
+        rows = np.array(self._rows).reshape(-1, _NB_NUMBERS)
+        rows[:, 0] -= self.start_ns / 1e9
+        x, y, z, w, *_ = rows[:, 4:].T
+        theta = yaw_of_quaternion(x, y, z, w)
+        return fleet_table(np.column_stack([rows[:, :4], theta, rows[:, 8:]]))
+
+    def _take_command(self, time_ns: int, _: Any) -> None:
+        if self._first_command_ns is None or time_ns < self._first_command_ns:
+            self._first_command_ns = time_ns
+
+    def _take_pause(self, time_ns: int, message: Any) -> None:
+        if not message.data and (self._first_go_ns is None or time_ns < self._first_go_ns):
+            self._first_go_ns = time_ns
+
+    def _take_odometry(self, robot: int, time_ns: int, message: Any) -> None:
+        position, q = message.pose.pose.position, message.pose.pose.orientation
+        twist = message.twist.twist
+        row = (time_ns / 1e9, robot, position.x, position.y, q.x, q.y, q.z, q.w)
+        self._rows.extend((*row, twist.linear.x, twist.angular.z))
+
+
+def _robot_of(name: str, topic: str) -> int | None:
+    found = re.fullmatch(rf'(?:{_MOTION_CAPTURE})?/tb3_([1-9][0-9]*)/{topic}', name)
+    return int(found[1]) if found else None
+
+
+_MATRIX = 'std_msgs/msg/Float32MultiArray'
+_TABLE = 'std_msgs/msg/Float64MultiArray'
+_EVENT = 'std_msgs/msg/UInt16'
+_NB_COUNTS = 4
+
+
+class CommunicationSamples:
+    """Collects triggers, graphs, and the counts of links."""
+
+    def __init__(self) -> None:
+        """Start without any message."""
+        self._events: dict[int, list[tuple[int, int]]] = {}
+        self._counts: dict[int, Floats] = {}
+        self._graphs: list[tuple[int, Floats]] = []
+
+    def collector(self, topic: str, msgtype: str) -> Collect | None:
+        """Return the function that takes the messages of a topic; None if it is not of use."""
+        if topic == topics.COMMUNICATION_GRAPH and msgtype == _MATRIX:
+            return self._take_graph
+        robot = topics.robot_of(topic)
+        if robot and topic == topics.robot_topic(robot, topics.TRIG_EVENT) and msgtype == _EVENT:
+            events = self._events.setdefault(robot, [])
+            return lambda time_ns, message: events.append((time_ns, int(message.data)))
+        if robot and topic == topics.robot_topic(robot, topics.LINKS) and msgtype == _TABLE:
+            return lambda _, message: self._take_counts(robot, message)
+        return None
+
+    def record(self, table: FleetTable | None, start_ns: int) -> CommunicationRecord | None:
+        """Return the record of the run; None if the robots did not communicate as it tells.
+
+        Args:
+            table: The fleet's motion.
+            start_ns: Time that is t = 0, in ns from the bag's start.
+        """
+        if not (self._events or self._counts or self._graphs):
+            return None
+        changes = self._changes(start_ns)
+        was_up = {(receiver, sender) for _, receiver, sender, _ in changes.rows}
+        links = {
+            (receiver, sender): Counts(int(row[0]), int(row[1]), int(row[2]), float(row[3]))
+            for receiver, rows in self._counts.items()
+            for sender, row in enumerate(rows, start=1)
+            if row[0] > 0 or (receiver, sender) in was_up
+        }
+        triggers = [
+            ((time_ns - start_ns) / 1e9, robot, sent)
+            for robot, events in self._events.items()
+            for time_ns, sent in _with_first_state(events)
+        ]
+        periodic = {i: table.of(i).t[table.of(i).t >= 0] for i in table.robots} if table else {}
+        return record_of(links, triggers, changes.rows, periodic)
+
+    def _changes(self, start_ns: int) -> GraphChanges:
+        nb_robots = max([len(rows) for rows in self._counts.values()], default=0)
+        graphs = self._graphs or [(start_ns, complete(nb_robots))]
+        changes = GraphChanges(len(graphs[0][1]))
+        adjacency = np.zeros_like(graphs[0][1])
+        for time_ns, weights in graphs:
+            if weights.shape == adjacency.shape:
+                adjacency = with_known_rows(weights, adjacency)
+                # A graph that is sent with the first command is that of the start.
+                changes.note(max(0.0, (time_ns - start_ns) / 1e9), adjacency)
+        return changes
+
+    def _take_graph(self, time_ns: int, message: Any) -> None:
+        self._graphs.append((time_ns, _square(message.data)))
+
+    def _take_counts(self, receiver: int, message: Any) -> None:
+        data = np.asarray(message.data, dtype=float)
+        self._counts[receiver] = data[: len(data) // _NB_COUNTS * _NB_COUNTS].reshape(
+            -1, _NB_COUNTS
+        )
+
+
+def _square(data: Any) -> Floats:
+    size = int(len(data) ** 0.5)
+    return np.array(data[: size * size], dtype=float).reshape(size, size)
+
+
+def _with_first_state(events: list[tuple[int, int]]) -> list[tuple[int, int]]:
+    """Return events of which the first tells that the state was sent, as the first always is.
+
+    It is told so where the robot sent it before the recorder listened.
+    """
+    return [(events[0][0], 1), *events[1:]] if events else []
+
+
+_VELOCITY = 'geometry_msgs/msg/Point32'
+_MARKER = 'visualization_msgs/msg/Marker'
+_TRAIL = 'visualization_msgs/msg/MarkerArray'
+_TEXT = 'std_msgs/msg/String'
+_STATUSES = 'diagnostic_msgs/msg/DiagnosticArray'
+_SPHERE_TYPE = 2
+
+
+class RunSamples:
+    """Collects what makes the tables of a run: motion, commands, communication, and so on."""
+
+    def __init__(self, bag_topics: Iterable[tuple[str, str]]) -> None:
+        """Choose the topics.
+
+        Args:
+            bag_topics: Names and types of the topics that have messages.
+        """
+        self._fleet = FleetSamples(bag_topics)
+        self._communication = CommunicationSamples()
+        self._commands = array('d')
+        self._allowed = array('d')
+        self._drawings = DrawingRecord()
+        self._references: References | None = None
+        self._safety: list[SafetyRow] = []
+
+    def collectors(self, topic: str, msgtype: str) -> list[Collect]:
+        """Return the functions that take the messages of a topic; none if it is not of use."""
+        found = [
+            self._fleet.collector(topic),
+            self._communication.collector(topic, msgtype),
+            self._own_collector(topic, msgtype),
+        ]
+        return [collect for collect in found if collect]
+
+    def tables(self) -> RunTables | None:
+        """Return the tables; None if the bag has no odometry of robots."""
+        fleet, start_ns = self._fleet.table(), self._fleet.start_ns
+        if fleet is None:
+            return None
+        rows = with_allowed(
+            np.array(self._commands).reshape(-1, 4), np.array(self._allowed).reshape(-1, 5)
+        )
+        rows[:, 0] -= start_ns / 1e9
+        return RunTables(
+            fleet,
+            commands(rows) if len(rows) else None,
+            self._communication.record(fleet, start_ns),
+            self._drawings.drawings(start_ns / 1e9),
+            self._references,
+            self._safety_record(start_ns / 1e9),
+        )
+
+    def _safety_record(self, start: float) -> SafetyRecord | None:
+        rows = [(t - start, robot, state, over) for t, robot, state, over in self._safety]
+        return safety_record(rows) if rows else None
+
+    def _own_collector(self, topic: str, msgtype: str) -> Collect | None:
+        if topic == topics.TASK and msgtype == _TEXT:
+            return self._take_task
+        if topic == topics.DIAGNOSTICS and msgtype == _STATUSES:
+            return self._take_statuses
+        robot = topics.robot_of(topic)
+        if not robot:
+            return None
+        name = topic.removeprefix(topics.robot_topic(robot, ''))
+        if name == topics.CMD_CART_VEL and msgtype == _VELOCITY:
+            return partial(self._take_command, robot)
+        if name == topics.CMD_CART_VEL_ALLOWED and msgtype == _VELOCITY:
+            return partial(self._take_allowed, robot)
+        if name != topics.MARKER and msgtype == _MARKER:
+            return partial(self._take_marker, robot, name)
+        if msgtype == _TRAIL:
+            return partial(self._take_trail, robot, name)
+        return None
+
+    def _take_task(self, _: int, message: Any) -> None:
+        try:
+            self._references = References.decoded(message.data)
+        except ValueError:
+            return  # of somebody else
+
+    def _take_statuses(self, time_ns: int, message: Any) -> None:
+        for status in message.status:
+            robot = topics.robot_of(f'/{status.name}/')
+            state = next((pair.value for pair in status.values if pair.key == 'state'), '')
+            if robot and state:
+                self._safety.append((time_ns / 1e9, robot, state, bool(status.message)))
+
+    def _take_command(self, robot: int, time_ns: int, message: Any) -> None:
+        self._commands.extend((time_ns / 1e9, robot, message.x, message.y))
+
+    def _take_allowed(self, robot: int, time_ns: int, message: Any) -> None:
+        self._allowed.extend((time_ns / 1e9, robot, message.x, message.y, message.z))
+
+    def _take_marker(self, robot: int, name: str, time_ns: int, message: Any) -> None:
+        if message.type == _SPHERE_TYPE:
+            self._drawings.t = time_ns / 1e9
+            self._drawings.show(robot, name, _sphere(message))
+
+    def _take_trail(self, robot: int, name: str, time_ns: int, message: Any) -> None:
+        self._drawings.t = time_ns / 1e9
+        for marker in message.markers:
+            if marker.type == _SPHERE_TYPE:
+                self._drawings.extend_trail(robot, name, _sphere(marker))
+
+
+def _sphere(marker: Any) -> Sphere:
+    position, colour = marker.pose.position, marker.color
+    rgb = (colour.r, colour.g, colour.b)
+    return Sphere(position.x, position.y, position.z, marker.scale.x, rgb, colour.a)
+
+
+def read_bag(path: Path, warn: Callable[[str], None]) -> RunTables:
+    """Return the tables of a bag.
+
+    Args:
+        path: The bag.
+        warn: Shows what could not be read.
+
+    Raises:
+        SetcmasError: The bag cannot be read, or holds no odometry of robots.
+    """
+    with open_bag(path) as bag:
+        samples = RunSamples((topic.name, topic.type.name) for topic in bag.topics)
+        jobs = {topic: samples.collectors(topic.name, topic.type.name) for topic in bag.topics}
+        for topic, time_ns, data in bag.messages():
+            if jobs[topic]:
+                try:
+                    message = topic.type.decode(data)
+                except UndecodableError:
+                    continue  # bag_to_csv counts them
+                for collect in jobs[topic]:
+                    collect(time_ns - bag.start_ns, message)
+        for notice in bag.notices:
+            warn(notice)
+    if tables := samples.tables():
+        return tables
+    raise SetcmasError(f"bag '{path}' holds no odometry of robots (/tb3_i/odom)")

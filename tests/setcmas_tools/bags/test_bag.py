@@ -1,0 +1,210 @@
+import contextlib
+import re
+import shutil
+import sqlite3
+
+import pytest
+from bag_contents import only_file, read, write_compressed
+from rosbags.rosbag2 import CompressionMode, StoragePlugin, Writer
+from rosbags.typesys import Stores, get_types_from_msg, get_typestore
+
+from setcmas_simu.errors import SetcmasError
+from setcmas_tools.bags.bag import open_bag
+
+POINT = 'geometry_msgs/msg/Point32'
+
+
+@pytest.mark.parametrize('plugin', ['mcap', 'sqlite3'])
+@pytest.mark.parametrize('form', ['folder', 'without metadata', 'lone file', 'run'])
+def test_rosbag2_bags_of_each_form(tmp_path, write_bag, points, plugin, form):
+    bag = write_bag(tmp_path / 'bag', points, plugin)
+    if form == 'without metadata':
+        (bag / 'metadata.yaml').unlink()
+    path = {'lone file': only_file(bag, 'bag.*[3p]'), 'run': tmp_path}.get(form, bag)
+
+    with open_bag(path) as opened:
+        (topic,) = opened.topics
+        times = [time_ns - opened.start_ns for _, time_ns, _ in opened.messages()]
+
+    assert read(path) == (list(range(200)), [])
+    assert (topic.name, topic.type.name, topic.count) == ('/tb3_1/cmd_cart_vel', POINT, 200)
+    assert times == [round(i * 25e6) for i in range(200)]
+    assert opened.end_ns - opened.start_ns == times[-1]
+
+
+def test_ros1_bag(tmp_path, write_ros1_bag, points):
+    bag = write_ros1_bag(tmp_path / 'old.bag', points)
+
+    assert read(bag) == (list(range(200)), [])
+
+
+def test_type_that_this_machine_does_not_know(tmp_path, write_bag, write_ros1_bag, make):
+    reading = make('lab_msgs/msg/Reading', {'name': 'probe'})
+    bags = [
+        write_bag(tmp_path / 'mcap', [('/probe', 0, reading)]),
+        write_bag(tmp_path / 'sqlite3', [('/probe', 0, reading)], 'sqlite3'),
+        write_ros1_bag(tmp_path / 'ros1.bag', [('/probe', 0, reading)]),
+    ]
+    for path in bags:
+        with open_bag(path) as bag:
+            ((topic, _, data),) = bag.messages()
+            assert topic.type.decode(data).name == 'probe'
+
+
+@pytest.mark.parametrize('mode', [CompressionMode.FILE, CompressionMode.MESSAGE])
+def test_compressed_bag(tmp_path, store, points, mode):
+    write_compressed(tmp_path / 'bag', store, points, mode, StoragePlugin.SQLITE3)
+
+    assert read(tmp_path / 'bag') == (list(range(200)), [])
+
+
+def test_compressed_chunks(tmp_path, store, points):
+    write_compressed(tmp_path / 'bag', store, points, CompressionMode.STORAGE, StoragePlugin.MCAP)
+    file = only_file(tmp_path / 'bag', '*.mcap')
+    cut = tmp_path / 'cut.mcap'
+    cut.write_bytes(file.read_bytes()[:-100])
+
+    assert read(file) == (list(range(200)), [])
+    assert read(cut)[0] == list(range(200))
+
+
+def test_files_of_a_split_bag_are_read_in_the_order_of_time(tmp_path, write_bag, points):
+    folder = tmp_path / 'bag'
+    folder.mkdir()
+    for name, part in (('b_first', points[:120]), ('a_second', points[120:])):
+        written = write_bag(tmp_path / name, part)
+        shutil.move(only_file(written, '*.mcap'), folder)
+
+    assert read(folder) == (list(range(200)), [])
+
+
+def test_a_broken_file_of_a_split_bag_does_not_hide_the_others(tmp_path, write_bag, points):
+    folder = write_bag(tmp_path / 'bag', points)
+    (folder / 'bag_1.mcap').touch()
+
+    x, notices = read(folder)
+
+    assert x == list(range(200))
+    assert len(notices) == 1
+    assert 'bag_1.mcap' in notices[0]
+
+
+def test_bag_from_before_iron_has_no_definitions(tmp_path, write_bag, points, make):
+    probe = [('/probe', 6, make('lab_msgs/msg/Reading'))]
+    file = only_file(write_bag(tmp_path / 'bag', points + probe, 'sqlite3'), '*.db3')
+    database = sqlite3.connect(file)
+    database.executescript('DROP TABLE message_definitions; DROP TABLE schema;')
+    database.close()
+
+    x, notices = read(file)
+
+    assert x == list(range(200))
+    assert notices == [
+        'topic /probe (lab_msgs/msg/Reading) is left out: the bag holds no definition of it'
+    ]
+
+
+@pytest.mark.parametrize('definition', ['float64 $$$ x', 'other_msgs/Missing part', 'wstring x'])
+def test_topic_with_a_useless_definition_is_left_out(tmp_path, store, make, definition):
+    with Writer(tmp_path / 'bag', version=9, storage_plugin=StoragePlugin.MCAP) as writer:
+        good = writer.add_connection('/good', POINT, typestore=store)
+        bad = writer.add_connection(
+            '/bad', 'lab_msgs/msg/Bad', msgdef=definition, rihs01='RIHS01_0'
+        )
+        writer.write(good, 1, store.serialize_cdr(make(POINT, {'x': 7.0}), POINT))
+        writer.write(bad, 2, b'\x00\x01\x00\x00')
+
+    x, notices = read(tmp_path / 'bag')
+
+    assert x == [7.0]
+    assert len(notices) == 1
+    assert notices[0].startswith('topic /bad (lab_msgs/msg/Bad) is left out: ')
+
+
+def test_topics_that_disagree_on_a_type(tmp_path):
+    for name, field in (('old', 'float32 x'), ('new', 'float64 x')):
+        store = get_typestore(Stores.EMPTY)
+        store.register(get_types_from_msg(field, 'lab_msgs/msg/X'))
+        with Writer(tmp_path / name, version=9, storage_plugin=StoragePlugin.MCAP) as writer:
+            connection = writer.add_connection(f'/{name}', 'lab_msgs/msg/X', typestore=store)
+            message = store.types['lab_msgs/msg/X'](1.5)
+            writer.write(connection, 1, store.serialize_cdr(message, 'lab_msgs/msg/X'))
+        shutil.move(tmp_path / name / f'{name}.mcap', tmp_path)
+
+    assert read(tmp_path) == ([1.5, 1.5], [])
+
+
+@pytest.mark.parametrize(
+    ('name', 'content', 'reason'),
+    [
+        ('missing.mcap', None, 'there is no bag'),
+        ('notes.txt', b'hello', 'is not a bag; it must be'),
+        ('empty.mcap', b'', 'is empty'),
+        ('wrong.mcap', b'hello' * 20, 'is not mcap'),
+        ('wrong.db3', b'hello' * 20, 'cannot be read (Cannot open database'),
+        ('wrong.bag', b'hello' * 20, 'cannot be read (File magic is invalid.)'),
+    ],
+)
+def test_what_is_not_a_bag_gets_one_line(tmp_path, name, content, reason):
+    path = tmp_path / name
+    if content is not None:
+        path.write_bytes(content)
+
+    with pytest.raises(SetcmasError) as error, open_bag(path):
+        pass
+
+    assert str(path) in str(error.value)
+    assert reason in str(error.value)
+    assert '\n' not in str(error.value)
+
+
+@pytest.mark.parametrize('kind', ['sqlite3', 'ros1'])
+def test_cut_bags_of_other_kinds_than_ours_get_one_line_with_what_saves_them(
+    tmp_path, write_bag, write_ros1_bag, points, kind
+):
+    if kind == 'ros1':
+        path = write_ros1_bag(tmp_path / 'old.bag', points)
+    else:
+        path = only_file(write_bag(tmp_path / 'bag', points, kind), '*.db3')
+    path.write_bytes(path.read_bytes()[:5000])
+
+    with pytest.raises(SetcmasError, match='it must be whole') as error, open_bag(path):
+        pass
+    assert str(error.value).startswith(f"bag '{path}' cannot be read (")
+    assert {'sqlite3': 'sqlite3 FILE .recover', 'ros1': 'rosbag reindex'}[kind] in str(error.value)
+    assert '\n' not in str(error.value)
+
+
+def test_database_that_was_not_closed_is_refused_with_the_command_that_closes_it(
+    tmp_path, write_bag, points
+):
+    file = only_file(write_bag(tmp_path / 'bag', points, 'sqlite3'), '*.db3')
+    database = sqlite3.connect(file)
+    database.execute('PRAGMA journal_mode=WAL')
+    database.execute('DELETE FROM messages WHERE id > 150')
+    database.commit()
+    killed = tmp_path / 'killed'
+    killed.mkdir()
+    for part in file.parent.glob('*.db3*'):
+        shutil.copy(part, killed)
+    database.close()
+
+    with pytest.raises(SetcmasError, match='was not closed') as error, open_bag(killed):
+        pass
+    command, statement = re.search(r"closes it: sqlite3 '(.*)' '(.*)'", str(error.value)).groups()
+    with contextlib.closing(sqlite3.connect(command)) as closing:
+        closing.execute(statement)
+    assert read(killed) == (list(range(150)), [])
+
+
+def test_folder_that_is_not_a_bag(tmp_path):
+    with pytest.raises(SetcmasError, match='is not a bag; it must be'), open_bag(tmp_path):
+        pass
+
+
+@pytest.mark.parametrize('plugin', ['mcap', 'sqlite3'])
+def test_bag_without_messages(tmp_path, write_bag, plugin):
+    bag = write_bag(tmp_path / 'bag', [], plugin)
+
+    with pytest.raises(SetcmasError, match='holds no messages'), open_bag(bag):
+        pass

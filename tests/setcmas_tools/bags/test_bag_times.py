@@ -1,0 +1,121 @@
+from types import SimpleNamespace
+
+import pytest
+
+from setcmas_tools.bags.bag_times import ReceiveClock
+
+pytest.importorskip('rclpy')
+
+from setcmas_simu.fleet.fleet import Lockstep, Scaled
+from setcmas_tools.bags.bag_times import StampTimes, bag_times
+from setcmas_tools.bags.recorded_topic import Received
+
+S = 1_000_000_000
+
+
+def message(name, sent_ns, stamp=None):
+    topic = SimpleNamespace(name=name, has_stamp=stamp is not None)
+    seconds, nanoseconds = divmod(stamp or 0, S)
+    data = b'\0\1\0\0' + seconds.to_bytes(4, 'little') + nanoseconds.to_bytes(4, 'little')
+    return Received(sent_ns, sent_ns, topic, data)
+
+
+def told(times, messages, complete=False):
+    return [(t, one.topic.name) for t, one in times.of(messages, complete)]
+
+
+def test_in_lockstep_the_time_is_that_of_the_stamp_or_of_the_tick_whatever_came_first():
+    times = bag_times(Lockstep(10.0))
+    waiting = [
+        message('/tb3_1/cmd_cart_vel', 60),
+        message('/clock', 50, 1 * S),
+        message('/task', 10),
+        message('/foreign', 55, 1_700_000_000 * S),
+    ]
+    assert told(times, waiting) == []
+    waiting += [
+        message('/tb3_1/odom', 80, 1 * S + S // 10),
+        message('/clock', 70, 1 * S + S // 10),
+        message('/tb3_1/odom', 52, 1 * S),
+    ]
+
+    assert told(times, waiting) == [
+        (S, '/task'),
+        (S, '/clock'),
+        (S, '/tb3_1/odom'),
+        (S, '/foreign'),
+        (S, '/tb3_1/cmd_cart_vel'),
+    ]
+    assert told(times, waiting, complete=True) == [
+        (S + S // 10, '/clock'),
+        (S + S // 10, '/tb3_1/odom'),
+    ]
+    assert waiting == []
+
+
+def test_a_time_that_goes_faster_is_that_of_the_bag():
+    times = bag_times(Scaled(5.0, begin=100.0))
+
+    (first, b), (second, a) = told(times, [message('/a', 102 * S), message('/b', 101 * S)])
+    assert (b, a) == ('/b', '/a')
+    assert (first, second) == pytest.approx((5 * S, 10 * S), abs=S // 100)
+
+
+def test_where_time_stands_the_newest_state_is_not_held_back():
+    now = 5.0
+    times = StampTimes(lambda: now)
+    waiting = [message('/clock', 50, S), message('/tb3_1/odom', 60, S)]
+
+    assert told(times, waiting) == []
+    now = 6.0
+    assert told(times, waiting) == [(S, '/clock'), (S, '/tb3_1/odom')]
+
+
+class Clocks:
+    """A system clock that somebody sets, and one that nobody sets."""
+
+    def __init__(self):
+        self.system = 1_000_000
+        self.steady = 500
+
+    def pass_time(self, duration):
+        self.system += duration
+        self.steady += duration
+
+    def clock(self):
+        return ReceiveClock(lambda: self.system, lambda: self.steady)
+
+
+def test_times_of_arrival_are_kept():
+    clocks = Clocks()
+    clock = clocks.clock()
+    clocks.pass_time(100)
+    clock.update()
+
+    assert [clock.stamp(t) for t in (1_000_020, 1_000_050)] == [1_000_020, 1_000_050]
+
+
+def test_times_never_go_back():
+    clock = Clocks().clock()
+
+    assert [clock.stamp(t) for t in (50, 40, 60)] == [50, 50, 60]
+
+
+def test_setting_the_clock_does_not_move_the_recording():
+    for jump in (3600, -3600):
+        clocks = Clocks()
+        clock = clocks.clock()
+        clock.stamp(clocks.system)
+        clocks.pass_time(100)
+        clocks.system += jump
+        clock.update()
+
+        assert clock.stamp(clocks.system) == 1_000_100
+
+
+def test_unknown_times_are_now():
+    clocks = Clocks()
+    clock = clocks.clock()
+    clocks.pass_time(7)
+
+    assert clock.stamp(0) == 1_000_007

@@ -1,0 +1,140 @@
+import pytest
+
+from setcmas_simu.errors import SetcmasError
+from setcmas_tools.bags.bag import open_bag
+from setcmas_tools.bags.playback import BagCursor, Choice, PlayClock, is_command
+
+
+@pytest.fixture(params=['mcap', 'sqlite3'])
+def bag(tmp_path, write_bag, make, request):
+    """A bag with /number at 0.0, 0.1, ... 0.9 s, and /latched, /other at 0.25 s."""
+    messages = [(f'/{n}', 0.25, make('std_msgs/msg/UInt16')) for n in ('latched', 'other')]
+    messages += [('/number', i / 10, make('std_msgs/msg/UInt16', {'data': i})) for i in range(10)]
+    path = write_bag(tmp_path / 'bag', sorted(messages, key=lambda one: one[1]), request.param)
+    with open_bag(path) as bag:
+        yield bag
+
+
+@pytest.fixture
+def cursor(bag):
+    played = [topic for topic in bag.topics if topic.name != '/other']
+    return BagCursor(bag, played, [topic for topic in played if topic.name == '/latched'])
+
+
+def numbers(messages):
+    return [t.type.decode(data).data if t.name == '/number' else t.name for t, data in messages]
+
+
+def test_messages_come_when_their_time_has_come(cursor):
+    assert numbers(cursor.until(0.05)) == [0]
+    assert numbers(cursor.until(0.05)) == []
+    assert cursor.next_s == pytest.approx(0.1)
+    assert numbers(cursor.until(0.31)) == [1, 2, '/latched', 3]
+    assert numbers(cursor.until(99.0)) == [4, 5, 6, 7, 8, 9]
+    assert cursor.next_s is None
+    assert cursor.duration == pytest.approx(0.9)
+
+
+def test_whoever_goes_to_a_time_knows_what_was_latched_before(cursor):
+    assert numbers(cursor.move_to(0.75)) == ['/latched']
+    assert numbers(cursor.until(0.81)) == [8]
+    assert numbers(cursor.move_to(0.1)) == []
+    assert numbers(cursor.until(0.21)) == [1, 2]
+
+
+pytest.importorskip('rclpy')
+
+
+@pytest.fixture
+def choosable_bag(tmp_path, write_bag, make):
+    names = {'/number': 'UInt16', '/tb3_1/reset': 'Empty', '/clock': 'Bool', '/twice': 'Bool'}
+    messages = [(name, 0, make(f'std_msgs/msg/{kind}')) for name, kind in names.items()]
+    messages += [
+        ('/twice', 1, make('std_msgs/msg/Empty')),
+        ('/lab', 1, make('lab_msgs/msg/Reading')),
+    ]
+    with open_bag(write_bag(tmp_path / 'choosable_bag', messages)) as choosable_bag:
+        yield choosable_bag
+
+
+def test_what_is_left_out_is_told(choosable_bag):
+    choice = Choice(choosable_bag, None, own_clock=True)
+
+    assert [topic.name for topic in choice.classes] == ['/number', '/twice']
+    assert choice.notes == [
+        'not played: /clock (--clock takes its place)',
+        'not played: /lab (no Python package lab_msgs with it is installed)',
+        'not played: /tb3_1/reset (no robot moves because of a recording)',
+        'not played: /twice (recorded with two types)',
+    ]
+
+
+@pytest.mark.parametrize(
+    ('wanted', 'told'),
+    [
+        (['number', '/nobody'], 'there is no topic /nobody in the bag'),
+        (['/tb3_1/reset'], 'no topic is left to play; not played: /tb3_1/reset'),
+    ],
+)
+def test_topics_that_cannot_be_played(choosable_bag, wanted, told):
+    with pytest.raises(SetcmasError, match=told):
+        Choice(choosable_bag, wanted, own_clock=False)
+
+
+STAMPED = 'geometry_msgs/msg/TwistStamped'
+
+
+@pytest.mark.parametrize(
+    ('name', 'msgtype'),
+    [
+        ('/tb3_1/cmd_vel', STAMPED),
+        ('/tb3_1/cmd_vel_wanted', STAMPED),
+        ('/husky/velocity_controller/reference', 'geometry_msgs/msg/Twist'),
+        ('/cmd_vel_nav', 'custom_msgs/msg/Velocity'),
+        ('/pause', 'std_msgs/msg/Bool'),
+        ('/tb3_1/pause', 'std_msgs/msg/Bool'),
+        ('/paused', 'std_msgs/msg/Bool'),
+        ('/emergency_stopped', 'std_msgs/msg/Bool'),
+        ('/tb3_1/cmd_vel_guarded', 'custom_msgs/msg/Velocity'),
+        ('/tb3_1/guard_state', 'diagnostic_msgs/msg/DiagnosticStatus'),
+        ('/tb3_2/reset', 'std_msgs/msg/Empty'),
+        ('/emulated_lab/fault', 'std_msgs/msg/String'),
+        ('/bridge_state', 'diagnostic_msgs/msg/DiagnosticArray'),
+        ('/fleet_time', 'sensor_msgs/msg/TimeReference'),
+        ('/joy', 'sensor_msgs/msg/Joy'),
+    ],
+)
+def test_what_robots_act_on_is_never_played(name, msgtype):
+    assert is_command(name, msgtype)
+
+
+@pytest.mark.parametrize(
+    ('name', 'msgtype'),
+    [
+        ('/tb3_1/odom', 'nav_msgs/msg/Odometry'),
+        ('/tb3_1/cmd_cart_vel', 'geometry_msgs/msg/Point32'),
+        ('/fleet', 'std_msgs/msg/String'),
+        ('/scan', 'sensor_msgs/msg/LaserScan'),
+    ],
+)
+def test_what_was_measured_or_told_is_played(name, msgtype):
+    assert not is_command(name, msgtype)
+
+
+def test_time_passes_at_the_rate():
+    clock = PlayClock(10.0, at=5.0, now=100.0)
+
+    assert clock.at(100.5) == 10.0
+    assert clock.wait_s(15.0, 100.5) == 0.5
+    assert clock.wait_s(1.0, 100.5) == 0.0
+
+
+def test_a_pause_takes_no_time_and_a_step_leaves_it_paused():
+    clock = PlayClock(2.0, at=0.0, now=0.0)
+
+    clock.toggle(1.0)
+    assert clock.at(50.0) == 2.0
+    clock.move_to(2.5, 50.0)
+    assert (clock.paused, clock.at(60.0)) == (True, 2.5)
+    clock.toggle(60.0)
+    assert clock.at(61.0) == 4.5

@@ -1,0 +1,168 @@
+"""The player process over DDS."""
+
+import sys
+
+import pytest
+
+pytest.importorskip('rclpy')
+
+from geometry_msgs.msg import TwistStamped
+from nav_msgs.msg import Odometry
+from rclpy.duration import Duration
+from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
+from rosbags.rosbag2 import StoragePlugin, Writer
+from rosgraph_msgs.msg import Clock
+from std_msgs.msg import String
+from terminals import Terminal
+
+from setcmas_simu.fleet.fleet import Announcement, Kind, encode, own_source
+from setcmas_simu.ros import qos
+from setcmas_tools.bags.player import RobotsThere, restored_qos
+from setcmas_tools.bags.recorded_topic import stored_qos
+
+PLAYER = [sys.executable, '-m', 'setcmas_tools.bags.player']
+START_NS = 1_700_000_000_000_000_000
+NB_MESSAGES = 50
+
+
+@pytest.fixture
+def recording(tmp_path, store, make):
+    """A bag of 5 s with the odometry of a robot at 10 Hz, its commands, and a latched /fleet."""
+    odometry = make('nav_msgs/msg/Odometry')
+    command = make('geometry_msgs/msg/TwistStamped')
+    announced = make('std_msgs/msg/String', {'data': 'announced'})
+    with Writer(tmp_path / 'bag', version=9, storage_plugin=StoragePlugin.MCAP) as writer:
+
+        def write(topic, message, number):
+            data = store.serialize_cdr(message, message.__msgtype__)
+            writer.write(topic, START_NS + number * 10**8, data)
+
+        def topic(name, message, profile):
+            offered = stored_qos([profile])
+            kind = message.__msgtype__
+            return writer.add_connection(name, kind, typestore=store, offered_qos_profiles=offered)
+
+        poses = topic('/tb3_1/odom', odometry, qos.STATE)
+        commands = topic('/tb3_1/cmd_vel', command, qos.COMMAND)
+        write(topic('/fleet', announced, qos.LATCHED), announced, 0)
+        for number in range(NB_MESSAGES):
+            odometry.pose.pose.position.x = float(number)
+            write(poses, odometry, number)
+            write(commands, command, number)
+    return tmp_path / 'bag'
+
+
+def test_everything_but_commands_is_played_and_nothing_is_lost(start, peer, recording):
+    odometry = peer.listen(Odometry, '/tb3_1/odom', qos=1000)
+    clock = peer.listen(Clock, '/clock', qos.CLOCK)
+    player = start(*PLAYER, str(recording), '--rate', '10', '--clock')
+    peer.wait_for(lambda: len(odometry) == NB_MESSAGES)
+    assert peer.node.count_publishers('/tb3_1/cmd_vel') == 0
+
+    assert player.wait() == 0
+    assert [message.pose.pose.position.x for message in odometry] == list(range(NB_MESSAGES))
+    assert clock[-1].clock.sec in range(START_NS // 10**9, START_NS // 10**9 + 6)
+    assert 'not played: /tb3_1/cmd_vel (no robot moves because of a recording)' in player.output()
+
+
+def test_it_ends_when_a_robot_comes_that_it_plays_and_late_listeners_know_of_the_fleet(
+    start, peer, recording
+):
+    player = start(*PLAYER, str(recording), '--loop', '--start', '4')
+    player.wait_for_output('playing 2 topics, 4.9 s')
+    announced = peer.listen(String, '/fleet', qos.LATCHED)
+    peer.wait_for(lambda: announced)
+    commands = peer.listen(TwistStamped, '/tb3_1/cmd_vel')
+
+    peer.wait_for(lambda: player.popen.poll() is not None)
+    assert player.wait() == 1
+    assert 'error: playing has ended: tb3_1 is there already: /peer listens' in player.output()
+    assert commands == []
+
+
+def test_space_pauses_and_q_stops(peer, recording):
+    odometry = peer.listen(Odometry, '/tb3_1/odom', qos=1000)
+    terminal = Terminal('play', str(recording), '--rate', '0.5')
+    try:
+        peer.wait_for(lambda: odometry)
+        terminal.press(' ')
+        terminal.wait_for(r'paused at \d\.\d s')
+        peer.spin(0.3)  # what was on its way
+        paused = len(odometry)
+        peer.spin(0.5)
+        assert len(odometry) == paused
+        terminal.press(' ')
+        terminal.wait_for(r'playing on at \d\.\d s')
+        peer.wait_for(lambda: len(odometry) > paused)
+        terminal.press('q')
+        assert terminal.wait() == 0
+    finally:
+        terminal.close()
+
+
+LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+SENSOR = QoSProfile(
+    depth=5, reliability=ReliabilityPolicy.BEST_EFFORT, lifespan=Duration(seconds=2)
+)
+USUAL = QoSProfile(depth=10)
+
+
+@pytest.mark.parametrize(
+    ('profiles', 'reliability', 'durability'),
+    [
+        ([LATCHED], 'RELIABLE', 'TRANSIENT_LOCAL'),
+        ([SENSOR], 'BEST_EFFORT', 'VOLATILE'),
+        ([USUAL], 'RELIABLE', 'VOLATILE'),
+        ([USUAL, SENSOR], 'RELIABLE', 'VOLATILE'),
+        ([], 'RELIABLE', 'VOLATILE'),
+    ],
+    ids=['latched', 'sensor', 'usual', 'two publishers', 'unknown'],
+)
+def test_who_matched_a_publisher_matches_the_player(profiles, reliability, durability):
+    restored = restored_qos(stored_qos(profiles))
+
+    assert restored.reliability == ReliabilityPolicy[reliability]
+    assert restored.durability == DurabilityPolicy[durability]
+
+
+def test_lifespans_are_kept():
+    assert restored_qos(stored_qos([SENSOR])).lifespan.nanoseconds == 2 * 10**9
+    assert restored_qos(stored_qos([USUAL])).lifespan == USUAL.lifespan
+
+
+PLAYED = ['/tb3_1/odom', '/tb3_2/odom', '/fleet']
+
+
+@pytest.fixture
+def there(peer):
+    return RobotsThere(peer.node, PLAYED)
+
+
+def test_nobody_has_them(there, peer):
+    peer.node.create_publisher(Odometry, '/tb3_3/odom', 1)
+
+    assert there.before() == ''
+
+
+def test_somebody_has_announced_them(there, peer):
+    announcement = Announcement(8, (2, 3), own_source(Kind.SIMULATOR))
+    publisher = peer.node.create_publisher(String, '/fleet', qos.LATCHED)
+    publisher.publish(String(data=encode(announcement)))
+
+    peer.wait_for(there.before)
+    assert there.before().startswith('robot 2 is there already: a simulator (process ')
+
+
+def test_somebody_publishes_one_of_their_topics(there, peer):
+    peer.node.create_publisher(Odometry, '/tb3_2/odom', 1)
+
+    peer.wait_for(there.before)
+    assert there.before() == 'somebody else publishes /tb3_2/odom'
+    assert there.beside() == ''  # one publisher is the player itself
+
+
+def test_a_robot_listens_to_commands(there, peer):
+    peer.node.create_subscription(TwistStamped, '/tb3_1/cmd_vel', lambda _: None, 1)
+
+    peer.wait_for(there.beside)
+    assert there.beside() == 'tb3_1 is there already: /peer listens to /tb3_1/cmd_vel'

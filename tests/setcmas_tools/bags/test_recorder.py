@@ -1,0 +1,193 @@
+import signal
+import sys
+import time
+
+import pytest
+from recordings import RECORDER, offered, recorded, wait_until_on_disk
+
+from setcmas_simu.errors import SetcmasError
+from setcmas_tools.bags.bag import open_bag
+
+pytest.importorskip('rclpy')
+
+from geometry_msgs.msg import Point32
+from nav_msgs.msg import Odometry
+from rosbags.highlevel import AnyReader
+from std_msgs.msg import String, UInt16
+
+
+def test_every_topic_and_those_that_appear_later(record, peer, bag):
+    recorder = record()
+    first = peer.publisher(UInt16, '/first', qos=100)
+    for i in range(100):
+        first.publish(UInt16(data=i))
+    later = peer.publisher(Point32, '/later')
+    later.publish(Point32(x=1.5))
+    wait_until_on_disk(peer, bag, '/first', 100)
+    wait_until_on_disk(peer, bag, '/later')
+
+    assert recorder.end(signal.SIGINT) == 0
+    assert [message.data for message in recorded(bag, '/first')] == list(range(100))
+    assert [message.x for message in recorded(bag, '/later')] == [1.5]
+    assert recorded(bag, '/parameter_events') == []
+    assert recorder.output().count('recording ') == 1
+    assert 'recorded 101 messages of 2 topics in ' in recorder.output()
+
+
+def test_times_in_the_bag_do_not_go_back(record, peer, bag):
+    recorder = record()
+    publishers = [peer.publisher(UInt16, f'/topic_{i}', qos=100) for i in range(3)]
+    for i in range(60):
+        publishers[i % 3].publish(UInt16(data=i))
+        time.sleep(0.003)
+    for i in range(3):
+        wait_until_on_disk(peer, bag, f'/topic_{i}', 20)
+    recorder.end()
+
+    with AnyReader([bag]) as reader:
+        messages = list(reader.messages([c for c in reader.connections if 'topic_' in c.topic]))
+    times = [time_ns for _, time_ns, _ in messages]
+    order = [int.from_bytes(data[4:6], 'little') for _, _, data in messages]
+    assert len(times) == 60
+    assert times == sorted(times)
+    assert order == sorted(order)
+
+
+@pytest.mark.parametrize('signum', [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
+def test_signals_close_the_bag(record, peer, bag, signum):
+    recorder = record()
+    publisher = peer.publisher(UInt16, '/number')
+    publisher.publish(UInt16(data=7))
+    wait_until_on_disk(peer, bag, '/number')
+
+    assert recorder.end(signum) == 0
+    assert [message.data for message in recorded(bag, '/number')] == [7]
+
+
+def test_kill_leaves_what_was_recorded(record, peer, bag):
+    recorder = record()
+    publisher = peer.publisher(UInt16, '/number')
+
+    def is_on_disk():
+        publisher.publish(UInt16(data=7))
+        try:
+            with open_bag(bag) as opened:
+                return len(list(opened.messages())) > 3
+        except SetcmasError:
+            return False
+
+    peer.wait_for(is_on_disk)
+    recorder.end(signal.SIGKILL)
+
+    assert not (bag / 'metadata.yaml').exists()
+    with open_bag(bag) as opened:
+        values = [topic.type.decode(data).data for topic, _, data in opened.messages()]
+    assert values
+    assert set(values) == {7}
+
+
+def test_chosen_topics_only(record, peer, bag):
+    recorder = record('--topics', 'wanted', '/parameter_events', '/missing')
+    wanted = peer.publisher(UInt16, '/wanted')
+    unwanted = peer.node.create_publisher(UInt16, '/unwanted', 10)
+    unwanted.publish(UInt16())
+    wanted.publish(UInt16(data=7))
+    wait_until_on_disk(peer, bag, '/wanted')
+    assert unwanted.get_subscription_count() == 0
+    recorder.end()
+
+    assert [message.data for message in recorded(bag, '/wanted')] == [7]
+    assert '/missing was never published' in recorder.output()
+    assert '/wanted was never published' not in recorder.output()
+
+
+def test_a_layout_for_foxglove_is_written_next_to_the_bag(record, peer, bag):
+    recorder = record()
+    peer.publisher(Odometry, '/tb3_2/odom').publish(Odometry())
+    wait_until_on_disk(peer, bag, '/tb3_2/odom')
+
+    assert recorder.end() == 0
+    assert '/tb3_2/odom.pose' in (bag.parent / 'layouts/foxglove.json').read_text()
+
+
+def test_an_empty_recording_is_closed_well(record, bag):
+    recorder = record()
+
+    assert recorder.end() == 0
+    assert f'nothing was recorded: no message came; {bag} is an empty bag' in recorder.output()
+    with AnyReader([bag]) as reader:
+        assert reader.message_count == 0
+
+
+def test_a_full_disk_gets_one_line_and_leaves_what_was_written(start, peer, bag):
+    # A limit on the size of files: the same OSError as that of a full disk, without a disk.
+    code = (
+        'import resource, sys; resource.setrlimit(resource.RLIMIT_FSIZE, (2**21,) * 2)\n'
+        'from setcmas_tools.bags.recorder import main; sys.exit(main())\n'
+    )
+    recorder = start(sys.executable, '-c', code, '-o', str(bag))
+    publisher = peer.publisher(String, '/text', qos=100)
+    message = String(data='x' * 50_000)
+
+    def has_ended():
+        publisher.publish(message)
+        return recorder.popen.poll() is not None
+
+    peer.wait_for(has_ended)
+    assert recorder.wait() == 1
+    lines = [line for line in recorder.output().splitlines() if 'error: ' in line]
+    assert lines == [
+        f"error: recording to '{bag}' stopped: File too large; what was written before is readable"
+    ]
+    assert 'Traceback' not in recorder.output()
+    with open_bag(bag) as opened:
+        texts = [topic.type.decode(data).data for topic, _, data in opened.messages()]
+    assert texts
+    assert set(texts) == {message.data}
+
+
+def test_a_bag_that_exists_is_not_touched(start, domain, bag):
+    bag.mkdir()
+    recorder = start(*RECORDER, '-o', str(bag))
+
+    assert recorder.wait() == 2
+    assert recorder.output() == f"error: '{bag}' exists already; it must be a new folder\n"
+    assert list(bag.iterdir()) == []
+
+
+def send_odometry(peer, robot):
+    message = Odometry(child_frame_id=f'tb3_{robot}/base_footprint')
+    message.header.frame_id = 'world'
+    message.pose.pose.position.x = float(robot)
+    peer.publisher(Odometry, f'/tb3_{robot}/odom').publish(message)
+
+
+def test_transforms_are_recorded_that_others_can_read(record, peer, bag):
+    reader = pytest.importorskip('mcap_ros2.reader')
+    recorder = record()
+    for robot in (1, 2):
+        send_odometry(peer, robot)
+    wait_until_on_disk(peer, bag, '/tb3_2/odom')
+    recorder.end(signal.SIGINT)
+
+    read = {'/tf': {}, '/tf_static': {}}
+    for entry in reader.read_ros2_messages(next(bag.glob('*.mcap')), topics=list(read)):
+        transforms = entry.ros_msg.transforms
+        read[entry.channel.topic] |= {one.child_frame_id: one for one in transforms}
+    assert {name: one.transform.translation.x for name, one in read['/tf'].items()} == {
+        'tb3_1/base_footprint': 1.0,
+        'tb3_2/base_footprint': 2.0,
+    }
+    assert read['/tf_static'].keys() == {'tb3_1/base_link', 'tb3_2/base_link'}
+    (profile,) = offered(bag, '/tf_static')
+    assert profile['durability'] == 'transient_local'
+
+
+def test_no_transforms_are_recorded_where_somebody_publishes_them(record, peer, bag):
+    peer.node.create_publisher(UInt16, '/tf', 1)
+    recorder = record()
+    send_odometry(peer, 1)
+    wait_until_on_disk(peer, bag, '/tb3_1/odom')
+    recorder.end(signal.SIGINT)
+
+    assert recorded(bag, '/tf_static') == []

@@ -1,0 +1,240 @@
+import csv
+import math
+
+import numpy as np
+import pytest
+from rosbags.typesys import get_types_from_msg
+
+from setcmas_tools.bags import topic_table
+from setcmas_tools.bags.topic_table import LONGEST_ARRAY, CsvTable, flattener
+
+ODOMETRY = 'nav_msgs/msg/Odometry'
+
+
+@pytest.fixture
+def flatten(store, tmp_path):
+    """Return the columns of a message as a dictionary of text."""
+
+    def flatten(message):
+        path = tmp_path / 'topic.csv'
+        path.unlink(missing_ok=True)
+        table = CsvTable(path, flattener(store, message.__msgtype__))
+        table.add(0, message)
+        table.finish()
+        with path.open(newline='', encoding='utf-8') as file:
+            (row,) = csv.DictReader(file)
+        assert row.pop('t') == '0.000000000'
+        return row
+
+    return flatten
+
+
+def test_odometry(make, flatten):
+    fields = {
+        'header.stamp.sec': 1_700_000_000,
+        'header.stamp.nanosec': 123_456_789,
+        'header.frame_id': 'world',
+        'pose.pose.position.x': 0.1,
+        'pose.pose.orientation.z': math.sin(0.6),
+        'pose.pose.orientation.w': math.cos(0.6),
+        'twist.covariance': np.arange(36.0),
+    }
+    columns = flatten(make(ODOMETRY, fields))
+
+    assert list(columns)[:4] == [
+        'header.stamp',
+        'header.frame_id',
+        'child_frame_id',
+        'pose.pose.position.x',
+    ]
+    assert list(columns)[-1] == 'yaw'
+    assert len(columns) == 3 + 3 + 4 + 36 + 6 + 36 + 1
+    assert columns['header.stamp'] == '1700000000.123456789'
+    assert columns['header.frame_id'] == 'world'
+    assert columns['pose.pose.position.x'] == '0.1'
+    assert columns['pose.covariance[35]'] == '0.0'
+    assert columns['twist.covariance[35]'] == '35.0'
+    assert float(columns['yaw']) == pytest.approx(1.2)
+
+
+@pytest.mark.parametrize(
+    ('msgtype', 'path'),
+    [
+        ('geometry_msgs/msg/Pose', 'orientation'),
+        ('geometry_msgs/msg/PoseStamped', 'pose.orientation'),
+        ('geometry_msgs/msg/PoseWithCovariance', 'pose.orientation'),
+        ('geometry_msgs/msg/PoseWithCovarianceStamped', 'pose.pose.orientation'),
+        ('geometry_msgs/msg/TransformStamped', 'transform.rotation'),
+        ('visualization_msgs/msg/Marker', 'pose.orientation'),
+    ],
+)
+def test_yaw_is_the_last_column_of_poses(make, flatten, msgtype, path):
+    columns = flatten(make(msgtype, {f'{path}.z': 1.0}))
+
+    assert list(columns)[-1] == 'yaw'
+    assert float(columns['yaw']) == pytest.approx(math.pi)
+
+
+@pytest.mark.parametrize('msgtype', ['geometry_msgs/msg/Point', 'geometry_msgs/msg/PoseArray'])
+def test_no_yaw_without_a_pose(make, flatten, msgtype):
+    assert 'yaw' not in flatten(make(msgtype))
+
+
+@pytest.mark.parametrize(
+    ('sec', 'nanosec', 'text'),
+    [(0, 0, '0.000000000'), (-1, 750_000_000, '-0.250000000'), (-3, 0, '-3.000000000')],
+)
+def test_durations(make, flatten, sec, nanosec, text):
+    fields = {'lifetime.sec': sec, 'lifetime.nanosec': nanosec}
+
+    assert flatten(make('visualization_msgs/msg/Marker', fields))['lifetime'] == text
+
+
+@pytest.mark.parametrize(
+    'text', ['plain', 'a,b', 'say "hi"', 'two\nlines', 'return\rcarriage', '', 'é ω 火']
+)
+def test_strings_survive_a_csv_reader(make, flatten, text):
+    assert flatten(make('std_msgs/msg/String', {'data': text}))['data'] == text
+
+
+def test_numbers_of_every_kind(make, flatten):
+    assert flatten(make('std_msgs/msg/Bool', {'data': True})) == {'data': '1'}
+    assert flatten(make('std_msgs/msg/Int64', {'data': -(2**62)})) == {'data': str(-(2**62))}
+    assert flatten(make('std_msgs/msg/Float32', {'data': float(np.float32(0.1))})) == {
+        'data': '0.1'
+    }
+    assert flatten(make('std_msgs/msg/Float64', {'data': 0.1 + 0.2})) == {
+        'data': '0.30000000000000004'
+    }
+    assert flatten(make('std_msgs/msg/Float64', {'data': math.nan})) == {'data': 'nan'}
+    assert flatten(make('std_msgs/msg/Empty')) == {}
+
+
+def test_arrays_of_numbers_and_strings(make, flatten):
+    joints = {'name': ['left', 'ri,ght'], 'position': np.array([0.5, -1.0])}
+    columns = flatten(make('sensor_msgs/msg/JointState', joints))
+
+    assert columns['name[1]'] == 'ri,ght'
+    assert columns['position[0]'] == '0.5'
+    assert 'velocity[0]' not in columns
+    scan = {'ranges': np.array([0.1, np.inf], np.float32)}
+    columns = flatten(make('sensor_msgs/msg/LaserScan', scan))
+    assert (columns['ranges[0]'], columns['ranges[1]']) == ('0.1', 'inf')
+
+
+def test_an_array_that_changes_is_not_taken_from_memory(make, flatten):
+    flat = [
+        flatten(make('std_msgs/msg/Int32MultiArray', {'data': np.array(values, np.int32)}))
+        for values in ([1, 2], [1, 2], [1, 3], [])
+    ]
+
+    assert [row.get('data[1]') for row in flat] == ['2', '2', '3', None]
+
+
+def test_arrays_of_messages_with_arrays(make, flatten):
+    samples = [
+        make('lab_msgs/msg/Sample', {'counts': np.array([1, 2], np.int32), 'labels': ['a']}),
+        make('lab_msgs/msg/Sample', {'stamp.sec': 5}),
+    ]
+    columns = flatten(make('lab_msgs/msg/Reading', {'name': 'x', 'samples': samples}))
+
+    assert columns == {
+        'name': 'x',
+        'samples[0].stamp': '0.000000000',
+        'samples[0].counts[0]': '1',
+        'samples[0].counts[1]': '2',
+        'samples[0].labels[0]': 'a',
+        'samples[1].stamp': '5.000000000',
+        'samples[1].counts[0]': '0',
+        'samples[1].counts[1]': '0',
+    }
+
+
+@pytest.mark.parametrize('length', [LONGEST_ARRAY, LONGEST_ARRAY + 1])
+def test_very_long_arrays_become_their_length(make, flatten, length):
+    columns = flatten(make('sensor_msgs/msg/Image', {'data': np.zeros(length, np.uint8)}))
+
+    is_long = length > LONGEST_ARRAY
+    assert columns.get('data.length') == (str(length) if is_long else None)
+    assert ('data[0]' in columns) != is_long
+
+
+def test_field_names_that_python_reserves(store, make, flatten):
+    store.register(get_types_from_msg('float64 from\nfloat64 class', 'lab_msgs/msg/Range'))
+
+    columns = flatten(make('lab_msgs/msg/Range', {'from_': 1.0, 'class_': 2.0}))
+
+    assert columns == {'from': '1.0', 'class': '2.0'}
+
+
+@pytest.fixture
+def write(store, tmp_path):
+    """Write messages of one type, one each second, and read the file back."""
+
+    def write(messages):
+        path = tmp_path / 'topic.csv'
+        table = CsvTable(path, flattener(store, messages[0].__msgtype__))
+        for second, message in enumerate(messages):
+            table.add(second * 10**9, message)
+        table.finish()
+        with path.open(newline='') as file:
+            rows = list(csv.reader(file))
+        assert {len(row) for row in rows} == {len(rows[0])}
+        assert [path.name] == [other.name for other in tmp_path.iterdir()]
+        return [dict(zip(rows[0], row, strict=True)) for row in rows[1:]]
+
+    return write
+
+
+def marker(make, nb_points):
+    points = [make('geometry_msgs/msg/Point', {'x': float(i)}) for i in range(nb_points)]
+    return make('visualization_msgs/msg/Marker', {'points': points, 'text': 'a,"b"\nc'})
+
+
+def test_times_and_messages(write, make):
+    rows = write([make('std_msgs/msg/UInt16', {'data': i}) for i in range(3)])
+
+    assert rows[1] == {'t': '1.000000000', 'data': '1'}
+
+
+@pytest.mark.parametrize('rows_in_memory', [1, 3, 2000])
+def test_rows_of_a_growing_array_have_all_columns(write, make, monkeypatch, rows_in_memory):
+    monkeypatch.setattr(topic_table, '_ROWS_IN_MEMORY', rows_in_memory)
+    rows = write([marker(make, nb) for nb in (0, 2, 2, 1, 3, 0)])
+
+    assert [row['points[1].x'] for row in rows] == ['', '1.0', '1.0', '', '1.0', '']
+    assert [row['points[2].z'] for row in rows] == ['', '', '', '', '0.0', '']
+    assert {row['text'] for row in rows} == {'a,"b"\nc'}
+    assert {row['yaw'] for row in rows} == {'0.0'}
+    assert list(rows[0])[-1] == 'yaw'
+
+
+def test_rows_of_arrays_in_arrays_have_all_columns(write, make):
+    def array(*sizes):
+        markers = [marker(make, size) for size in sizes]
+        return make('visualization_msgs/msg/MarkerArray', {'markers': markers})
+
+    rows = write([array(1, 0), array(), array(0, 2, 1)])
+
+    assert [row['markers[0].points[0].x'] for row in rows] == ['0.0', '', '']
+    assert [row['markers[1].points[1].x'] for row in rows] == ['', '', '1.0']
+    assert [row['markers[1].text'] for row in rows] == ['a,"b"\nc', '', 'a,"b"\nc']
+    assert [row['markers[2].points[0].x'] for row in rows] == ['', '', '0.0']
+
+
+def test_arrays_that_are_sometimes_too_long(write, make):
+    sizes = (2, LONGEST_ARRAY + 1, 1)
+    rows = write(
+        [make('sensor_msgs/msg/Image', {'data': np.ones(size, np.uint8)}) for size in sizes]
+    )
+
+    assert [row['data[1]'] for row in rows] == ['1', '', '']
+    assert [row['data.length'] for row in rows] == ['', str(LONGEST_ARRAY + 1), '']
+
+
+def test_cells_longer_than_the_csv_module_expects(write, make):
+    rows = write([make('lab_msgs/msg/Reading', {'name': 'x' * 200_000, 'values': v})
+                  for v in (np.ones(1), np.ones(2))])  # fmt: skip
+
+    assert [row['values[1]'] for row in rows] == ['', '1.0']
+    assert len(rows[0]['name']) == 200_000

@@ -1,0 +1,148 @@
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from setcmas_tools import Run, simulate
+from setcmas_tools.compare.experiment_verdict import (
+    Reached,
+    delay_of,
+    experiment_verdict,
+    is_experiment,
+    parted,
+    verdicts,
+)
+from setcmas_tools.compare.robot_drive import Drive
+from setcmas_tools.report.page import report_page
+from setcmas_tools.report.pair import Pair
+from setcmas_tools.run.communication_record import CommunicationRecord, Counts
+from setcmas_tools.run.law_commands import safety_record
+
+T_DELAYED = np.arange(300) / 10
+
+
+def speeds(delay, noise=0.0):
+    """Speed and turn rate of a robot that does the same later, in s."""
+    t = np.maximum(T_DELAYED - delay, 0.0)
+    wrong = np.random.default_rng(1).normal(0.0, noise, (2, len(T_DELAYED)))
+    return np.array([0.1 + 0.1 * np.sin(0.3 * t**1.3), np.cos(0.2 * t**1.4)]) + wrong
+
+
+@pytest.mark.parametrize('delay', [0.0, 0.4, 6.1])
+def test_a_delay_is_found_under_noise_and_with_gaps(delay):
+    measured = speeds(delay, noise=0.02)
+    measured[:, 40:45] = np.nan
+
+    assert delay_of(speeds(0.0), measured) == pytest.approx(delay)
+    assert delay_of(measured, speeds(0.0)) == pytest.approx(-delay)
+
+
+def test_speeds_that_are_not_alike_or_do_not_change_have_no_delay():
+    noise = np.random.default_rng(2).normal(size=(2, 300))
+    assert delay_of(speeds(0.0), noise) is None
+    assert delay_of(speeds(0.0), np.zeros((2, 300))) is None
+    assert delay_of(speeds(0.0), np.zeros((2, 1))) is None
+
+
+T = np.arange(100) / 10
+
+
+@pytest.fixture(scope='module')
+def simulation():
+    return simulate('nav_wp', 2, 30.0, limits='burger')
+
+
+@pytest.fixture(scope='module')
+def experiment():
+    """Slow robots, of which safety stops the second from 3 to 5 s; links lose three messages."""
+    run = simulate('nav_wp', 2, 30.0, model='burger', vnom=0.15)
+    states = [(t, 2, 'moving' if not 3 <= t < 5 else 'stopped', False) for t in range(30)]
+    record = CommunicationRecord(
+        {1: Counts(10, 7, 3, 0.1)}, {}, np.zeros((0, 3)), np.zeros((0, 4))
+    )
+    return replace(
+        run, tables=replace(run.tables, safety=safety_record(states), communication=record)
+    )
+
+
+def test_only_what_safety_watched_is_an_experiment(simulation, experiment):
+    assert not is_experiment(simulation)
+    assert is_experiment(experiment)
+
+
+def test_each_robot_is_told_where_it_parts_and_why(simulation, experiment):
+    t = np.arange(150) / 5
+    commands = np.array([t, np.full(150, 0.2), np.full(150, 0.05)])
+    drive = Drive(commands, '/tb3_1/cmd_vel', experiment.table.of(1))
+
+    first, second = verdicts(simulation, experiment, {1: drive}).values()
+
+    assert first.parted is not None
+    assert first.rms > 0.1
+    assert first.speed == Reached(0.2, pytest.approx(0.15, abs=0.002))
+    assert first.turn is None  # none was asked
+    assert (first.stopped, second.stopped) == (0.0, 2.0)
+    assert (first.lost, second.lost) == (3, None)
+    assert second.speed is None
+
+
+def test_a_run_beside_itself_does_not_part(simulation):
+    one = verdicts(simulation, simulation, {})[1]
+
+    assert (one.parted, one.rms, one.delay) == (None, 0.0, 0.0)
+
+
+def test_a_run_whose_fleet_is_seen_late_is_not_early(simulation):
+    table = simulation.table
+    tables = replace(simulation.tables, fleet=table.rows(table.t >= 3.0))
+    late = replace(simulation, tables=tables)
+
+    assert verdicts(simulation, late, {})[1].delay == 0.0
+
+
+def test_robots_have_parted_when_they_stay_apart():
+    distances = np.zeros(100)
+    distances[20:30] = 0.2  # not for long
+    assert parted(T, distances) is None
+    distances[60:] = 0.2
+    assert parted(T, distances) == pytest.approx(6.0)
+
+
+def test_robots_that_are_apart_at_the_end_have_parted_however_late():
+    distances = np.full(100, 0.02)
+    distances[94:] = 0.3  # then safety ended the run
+    assert parted(T, distances) == pytest.approx(9.4)
+    distances[98:] = np.nan  # nobody saw it any more
+    assert parted(T, distances) == pytest.approx(9.4)
+
+
+@pytest.fixture(scope='module')
+def runs(tmp_path_factory):
+    """Folders of a simulation, and of the same with a safety record that stops robot 1 for 2 s."""
+    folder = tmp_path_factory.mktemp('runs')
+    run = simulate('nav_wp', 1, 10.0, limits='burger')
+    states = [(float(t), 1, 'moving' if not 3 <= t < 5 else 'stopped', False) for t in range(10)]
+    watched = replace(run, tables=replace(run.tables, safety=safety_record(states)))
+    return run.save(folder / 'sim'), watched.save(folder / 'lab')
+
+
+def test_an_experiment_is_told_whichever_comes_first(runs):
+    for paths in (runs, runs[::-1]):
+        verdict = experiment_verdict(paths, [Run.load(path) for path in paths], lambda _: None)
+
+        assert verdict.title.endswith(f'lab against simulation {runs[0]}')
+        assert verdict.found[1].stopped == 2.0
+        assert verdict.lines[0].startswith('tb3_1 stays with the simulation')
+        assert verdict.table('html').count('<tr>') == 2
+
+
+def test_two_simulations_get_no_verdict(runs):
+    assert experiment_verdict(runs[:1] * 2, [Run.load(runs[0])] * 2, lambda _: None) is None
+
+
+def test_the_verdict_is_on_the_page(runs):
+    sim, lab = map(Run.load, runs)
+    page = report_page(Pair('sim', sim, 'lab', lab, lambda _: None, runs))
+
+    assert 'Experiment against simulation' in page
+    assert 'safety stopped it for 2.0 s' in page

@@ -1,0 +1,66 @@
+import numpy as np
+import pytest
+from metrics_runs import T, table
+from runs import run_of
+
+from setcmas_simu.errors import SetcmasError
+from setcmas_tools.compare.run_distance import best_shift, changes, largest_distance
+from setcmas_tools.measures.metrics import measure
+
+
+def test_the_largest_distance_with_robot_and_time():
+    first = run_of(table((T, 0.1 * T, 0), (T, 0, 1)))
+    second = run_of(table((T, 0.1 * T, 0), (T, np.where(T == 5.0, 0.3, 0), 1)))
+
+    apart = largest_distance(first, second)
+
+    assert str(apart) == 'largest distance 0.3 m (tb3_2 at t = 5.0 s)'
+    assert largest_distance(first, first).distance == 0.0
+
+
+def test_runs_that_have_nothing_in_common():
+    early, late = T[T < 5], T[T > 8]
+
+    apart = largest_distance(run_of(table((early, 0, 0))), run_of(table((late, 0, 0))))
+
+    assert str(apart) == 'no robot is in both runs at the same time'
+
+
+def test_metrics_that_differ_begin_with_the_largest_change():
+    slow, fast = (measure(run_of(table((T, v * T, 0)))) for v in (0.10, 0.20))
+    found = changes(slow, fast)
+
+    assert found[0].startswith('robots.1.')
+    assert 'robots.1.path_length_m 2 -> 4' in found
+    assert changes(slow, slow) == []
+
+
+def test_less_than_a_millimetre_is_no_change():
+    one, other = (measure(run_of(table((T, 0.1 * T, y)))) for y in (-0.0009, -0.0007))
+
+    assert changes(one, other) == []
+
+
+def wave(delay, offset=0.0):
+    """Two robots on a curve, which begin their way after a delay in s."""
+    on_way = np.maximum(T - delay, 0.0)
+    x, y = 0.3 * on_way, np.sin(0.5 * on_way)
+    return run_of(table((T, x, y, 0.3), (T, -x, y + offset, 0.3)))
+
+
+@pytest.mark.parametrize('delay', [0.0, 0.7, 3.2])
+def test_a_delay_is_found_and_taken_out(delay):
+    beside = best_shift(wave(0.0), wave(delay, offset=0.1))
+
+    assert beside.shift == pytest.approx(delay)
+    assert beside.rms == pytest.approx({1: 0.0, 2: 0.1}, abs=1e-9)
+    assert best_shift(wave(delay), wave(0.0)).shift == pytest.approx(-delay)
+    assert 'at most 0.1 m (tb3_2 at' in str(beside)
+
+
+def test_runs_without_a_common_robot_are_refused():
+    other = run_of(table((T, T, 0)))
+    alone = run_of(table((T, T, 0)).rows(np.zeros(0, int)))
+    assert best_shift(other, other).rms == {1: 0.0}
+    with pytest.raises(SetcmasError, match='no robot is in both runs'):
+        best_shift(other, alone)

@@ -1,0 +1,257 @@
+import csv
+import math
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from rosbags.rosbag2 import StoragePlugin, Writer
+
+from setcmas_simu.errors import SetcmasError
+from setcmas_tools.bags.topic_table import CsvTable
+from setcmas_tools.run import bag_conversion
+from setcmas_tools.run.bag_conversion import convert, file_names
+from setcmas_tools.run.fleet_motion import read_fleet
+
+
+def rows_of(path):
+    with path.open(newline='') as file:
+        return list(csv.DictReader(file))
+
+
+def odometry(make, x, yaw=0.0, v=0.0):
+    fields = {
+        'pose.pose.position.x': x,
+        'pose.pose.orientation.z': math.sin(yaw / 2),
+        'pose.pose.orientation.w': math.cos(yaw / 2),
+        'twist.twist.linear.x': v,
+    }
+    return make('nav_msgs/msg/Odometry', fields)
+
+
+@pytest.fixture
+def run(make):
+    """Two robots: odometry from 0 s, the first command at 1.5 s."""
+    messages = []
+    for i in range(40):
+        for robot in (1, 2):
+            x = float(robot * 100 + i)
+            messages.append((f'/tb3_{robot}/odom', i / 10, odometry(make, x, 0.5, 0.25)))
+            if i >= 15:
+                command = make('geometry_msgs/msg/TwistStamped', {'twist.linear.x': 0.25})
+                messages.append((f'/tb3_{robot}/cmd_vel', i / 10, command))
+    return messages
+
+
+@pytest.mark.parametrize('plugin', ['mcap', 'sqlite3'])
+def test_a_file_for_each_topic_and_one_for_the_fleet(tmp_path, write_bag, run, plugin):
+    report = convert(write_bag(tmp_path / 'bag', run, plugin))
+
+    assert report.folder == tmp_path / 'csv'
+    assert [file.name for file in report.files] == [
+        'tb3_1_cmd_vel.csv',
+        'tb3_1_odom.csv',
+        'tb3_2_cmd_vel.csv',
+        'tb3_2_odom.csv',
+    ]
+    assert report.fleet == tmp_path / 'csv' / 'fleet.csv'
+    assert (report.messages, report.notices) == (130, [])
+    assert report.duration == pytest.approx(3.9)
+    assert str(report) == (
+        f'130 messages of 4 topics, 3.9 s: 4 CSV files and fleet.csv in {report.folder}'
+    )
+    odometry_rows = rows_of(report.files[1])
+    assert len(odometry_rows) == 40
+    assert odometry_rows[12]['t'] == '1.200000000'
+    assert odometry_rows[12]['pose.pose.position.x'] == '112.0'
+    assert rows_of(report.files[0])[0]['t'] == '1.500000000'
+    assert sorted(path.name for path in report.folder.iterdir()) == sorted(
+        [*(file.name for file in report.files), 'fleet.csv']
+    )
+
+
+def test_the_fleets_time_begins_at_the_first_command(tmp_path, write_bag, run):
+    convert(write_bag(tmp_path / 'bag', run))
+    table = read_fleet(tmp_path / 'csv' / 'fleet.csv')
+
+    assert (table.t[0], table.t[-1]) == (-1.5, 2.4)
+    assert table.robots == [1, 2]
+    second = table.of(2)
+    assert second.x.tolist() == [200.0 + i for i in range(40)]
+    assert second.theta[0] == pytest.approx(0.5)
+    assert second.v[0] == 0.25
+
+
+def test_where_no_robot_is_commanded_time_begins_when_a_law_first_answers(
+    tmp_path, write_bag, run, make
+):
+    answer = ('/tb3_1/cmd_cart_vel', 0.5, make('geometry_msgs/msg/Point32'))
+    messages = [one for one in [*run, answer] if 'cmd_vel' not in one[0]]
+    bag = write_bag(tmp_path / 'bag', sorted(messages, key=lambda one: one[1]))
+
+    table = read_fleet(convert(bag).fleet)
+    assert table.t[0] == pytest.approx(-0.5)
+
+
+def test_without_a_command_time_begins_at_the_first_odometry(tmp_path, write_bag, run):
+    messages = [('/other', 0, run[0][2])] + [
+        (topic, seconds + 1, message) for topic, seconds, message in run if 'odom' in topic
+    ]
+    convert(write_bag(tmp_path / 'bag', messages))
+
+    assert read_fleet(tmp_path / 'csv' / 'fleet.csv').t[0] == 0.0
+
+
+def test_motion_capture_goes_before_wheel_odometry(tmp_path, write_bag, make):
+    messages = [
+        ('/mocap/tb3_1/odom', 0.1, odometry(make, 1.0)),
+        ('/tb3_1/odom', 0.2, odometry(make, 2.0)),
+        ('/tb3_2/odom', 0.3, odometry(make, 3.0)),
+        ('/tb3_10/odom', 0.4, odometry(make, 4.0)),
+        ('/prefix/tb3_3/odom', 0.5, odometry(make, 5.0)),
+        ('/tb3_4/odom', 0.6, make('std_msgs/msg/String')),
+    ]
+    convert(write_bag(tmp_path / 'bag', messages))
+    table = read_fleet(tmp_path / 'csv' / 'fleet.csv')
+
+    assert table.robot.tolist() == [1, 2, 10]
+    assert table.x.tolist() == [1.0, 3.0, 4.0]
+
+
+def test_ros1_bag(tmp_path, write_ros1_bag, make):
+    twist = make('geometry_msgs/msg/Twist', {'linear.x': 0.5})
+    reading = make('lab_msgs/msg/Reading', {'samples': [make('lab_msgs/msg/Sample')]})
+    report = convert(
+        write_ros1_bag(
+            tmp_path / 'old.bag', [('/tb3_1/cmd_vel', 0, twist), ('/probe', 1, reading)]
+        )
+    )
+
+    assert report.folder == tmp_path / 'old_csv'
+    assert report.fleet is None
+    assert rows_of(report.folder / 'tb3_1_cmd_vel.csv')[0]['linear.x'] == '0.5'
+    assert rows_of(report.folder / 'probe.csv')[0]['samples[0].counts[1]'] == '0'
+
+
+def test_cut_bag_gives_what_it_holds_and_says_what_it_lost(tmp_path, write_bag, points):
+    bag = write_bag(tmp_path / 'bag', points)
+    (file,) = bag.glob('*.mcap')
+    file.write_bytes(file.read_bytes()[:5000])
+    report = convert(bag)
+
+    rows = rows_of(report.files[0])
+    assert [float(row['x']) for row in rows] == list(range(len(rows)))
+    assert 0 < len(rows) < 200
+    assert 'was cut short' in str(report).splitlines()[0]
+
+
+def test_messages_that_are_not_of_their_type_are_counted(tmp_path, store, make):
+    msgtype = 'geometry_msgs/msg/Point32'
+    with Writer(tmp_path / 'bag', version=9, storage_plugin=StoragePlugin.MCAP) as writer:
+        connection = writer.add_connection('/point', msgtype, typestore=store)
+        writer.write(connection, 1, b'\x00\x01')
+        writer.write(connection, 2, store.serialize_cdr(make(msgtype), msgtype))
+    report = convert(tmp_path / 'bag')
+
+    assert report.messages == 1
+    assert 'topic /point: 1 of 2 messages are left out' in report.notices[0]
+
+
+@pytest.mark.parametrize(
+    ('bag', 'folder'), [('bag', 'csv'), ('lab', 'lab_csv'), ('bag/bag.mcap', 'bag/bag_csv')]
+)
+def test_default_folder(tmp_path, write_bag, points, monkeypatch, bag, folder):
+    write_bag(tmp_path / Path(bag).parts[0], points)
+    monkeypatch.chdir(tmp_path)
+
+    assert convert(Path(bag)).folder == Path(folder)
+    assert convert(tmp_path / bag).folder == tmp_path / folder
+
+
+def test_folder_of_a_run_and_the_bag_as_current_folder(tmp_path, write_bag, points, monkeypatch):
+    bag = write_bag(tmp_path / 'bag', points)
+
+    assert convert(tmp_path).folder == tmp_path / 'csv'
+    monkeypatch.chdir(bag)
+    assert convert(Path()).folder.resolve() == tmp_path / 'csv'
+
+
+def test_file_names_do_not_collide():
+    names = file_names(['/a/b', '/a_b', '/A_B', '/a/b_2', '/fleet', '/fleet_2', '/é?', '/'])
+
+    assert names[0] == 'a_b.csv'
+    assert names[4] == 'fleet_2.csv'
+    assert len({name.lower() for name in [*names, 'fleet.csv']}) == 9
+
+
+def test_two_types_on_one_topic(tmp_path, write_bag, make):
+    messages = [
+        ('/tb3_1/cmd_vel', 0, make('geometry_msgs/msg/Twist', {'linear.x': 1.0})),
+        ('/tb3_1/cmd_vel', 1, make('geometry_msgs/msg/TwistStamped', {'twist.linear.x': 2.0})),
+    ]
+    report = convert(write_bag(tmp_path / 'bag', messages))
+
+    assert [file.name for file in report.files] == ['tb3_1_cmd_vel.csv', 'tb3_1_cmd_vel_2.csv']
+    assert rows_of(report.files[0])[0]['linear.x'] == '1.0'
+    assert rows_of(report.files[1])[0]['twist.linear.x'] == '2.0'
+
+
+def test_an_interrupted_conversion_leaves_the_earlier_files(
+    tmp_path, write_bag, points, monkeypatch
+):
+    bag = write_bag(tmp_path / 'bag', points)
+    before = convert(bag).files[0].read_bytes()
+    rows = iter(range(150))
+
+    def add(self, *_):
+        if next(rows, None) is None:
+            raise KeyboardInterrupt
+
+    monkeypatch.setattr(CsvTable, 'add', add)
+    with pytest.raises(KeyboardInterrupt):
+        convert(bag)
+
+    assert [path.read_bytes() for path in (tmp_path / 'csv').iterdir()] == [before]
+
+
+def test_equal_bags_give_equal_bytes(tmp_path, write_bag, run):
+    folders = [convert(write_bag(tmp_path / name, run)).folder for name in ('a', 'b')]
+
+    for first in folders[0].iterdir():
+        assert first.read_bytes() == (folders[1] / first.name).read_bytes()
+
+
+def test_output_that_cannot_be_written(tmp_path, write_bag, points):
+    bag = write_bag(tmp_path / 'bag', points)
+    (tmp_path / 'taken').write_text('a file')
+
+    with pytest.raises(SetcmasError, match='cannot be written'):
+        convert(bag, tmp_path / 'taken')
+
+
+def test_nothing_is_left_behind_for_what_is_not_a_bag(tmp_path):
+    with pytest.raises(SetcmasError):
+        convert(tmp_path / 'missing', tmp_path / 'out')
+
+    assert not (tmp_path / 'out').exists()
+
+
+def test_progress_bar_only_on_a_terminal(tmp_path, write_bag, points, monkeypatch, capfd):
+    bag = write_bag(tmp_path / 'bag', points)
+    monkeypatch.setattr(bag_conversion, '_LONG_BAG', 10)
+
+    convert(bag)
+    assert capfd.readouterr() == ('', '')
+    monkeypatch.setattr(sys.stderr, 'isatty', lambda: True)
+    convert(bag)
+    assert '200/200' in capfd.readouterr().err
+
+
+def test_needs_neither_ros_nor_matplotlib():
+    code = (
+        'import sys; import setcmas_tools.run.bag_conversion; '
+        'print([name for name in ("rclpy", "matplotlib", "tqdm") if name in sys.modules])'
+    )
+    output = subprocess.run([sys.executable, '-c', code], capture_output=True, check=True).stdout
+
+    assert output.strip() == b'[]'

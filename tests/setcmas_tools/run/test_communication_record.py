@@ -1,0 +1,174 @@
+import math
+
+import numpy as np
+import pytest
+from metrics_runs import compute
+
+from setcmas_simu.errors import SetcmasError
+from setcmas_tools import simulate
+from setcmas_tools.run.bag_conversion import convert
+from setcmas_tools.run.communication_record import (
+    COMMUNICATION_FILES,
+    Counts,
+    read_communication,
+    record_of,
+    write_communication,
+)
+
+TRIGGERS = [(0.1, 2, 1), (0.0, 1, 1), (0.1, 1, 0), (0.4, 1, 1)]
+CHANGES = [(2.0, 1, 2, 0.0), (0.0, 1, 2, 0.5), (0.0, 2, 1, 1.0)]
+LINKS = {(2, 1): Counts(3, 2, 1, 0.25), (1, 2): Counts(1, 1, 0, math.nan)}
+
+
+def test_robots_are_counted_by_what_they_sent():
+    record = record_of(LINKS, TRIGGERS, CHANGES, {})
+
+    assert record.robots[1] == Counts(2, 2, 1, pytest.approx(0.4))
+    assert record.robots[2].sent == 1
+    assert math.isnan(record.robots[2].mean_interval)
+    assert record.is_event_triggered
+
+
+def test_the_graph_of_a_time():
+    record = record_of(LINKS, TRIGGERS, CHANGES, {})
+
+    assert record.adjacency(1.0, 2).tolist() == [[0, 0.5], [1, 0]]
+    assert record.adjacency(2.0, 3).tolist() == [[0, 0, 0], [1, 0, 0], [0, 0, 0]]
+
+
+@pytest.mark.parametrize('triggers', [TRIGGERS, []])
+def test_files_give_back_what_was_written(tmp_path, triggers):
+    record = record_of(LINKS, triggers, CHANGES, {1: np.array([0.0, 0.1])})
+    write_communication(record, tmp_path)
+    found = read_communication(tmp_path)
+
+    assert str(found.robots) == str(record.robots)
+    assert str(found.links) == str(record.links)
+    np.testing.assert_array_equal(found.triggers, record.triggers)
+    np.testing.assert_array_equal(found.changes, record.changes)
+
+
+def test_a_run_without_a_record(tmp_path):
+    assert read_communication(tmp_path) is None
+
+
+def test_what_the_files_look_like(tmp_path):
+    write_communication(record_of(LINKS, TRIGGERS, CHANGES, {}), tmp_path)
+
+    assert (tmp_path / 'communication.csv').read_text() == (
+        'sender,receiver,sent,received,lost,mean_interval\n'
+        '1,all,2,2,1,0.400000\n2,all,1,1,0,\n2,1,1,1,0,\n1,2,3,2,1,0.250000\n'
+    )
+    assert (tmp_path / 'triggers.csv').read_text().startswith('t,robot,sent\n0.000000,1,1\n')
+    assert (
+        (tmp_path / 'graph.csv')
+        .read_text()
+        .startswith('t,receiver,sender,weight\n0.000000,1,2,0.5\n')
+    )
+
+
+@pytest.mark.parametrize('name', COMMUNICATION_FILES)
+@pytest.mark.parametrize(
+    'content',
+    [
+        '',
+        'a,b\n',
+        '{header}\n1,x\n',
+        '{header}\n1,x,1,1,1,1\n',
+        '{header}\n0,0,1,1,1,1\n',
+        '{header}\n1,0,1,1\n',
+        '{header}\n1,0,1\n',
+    ],
+)
+def test_damaged_files(tmp_path, name, content):
+    write_communication(record_of(LINKS, TRIGGERS, CHANGES, {}), tmp_path)
+    header = (tmp_path / name).read_text().partition('\n')[0]
+    (tmp_path / name).write_text(content.format(header=header))
+
+    with pytest.raises(SetcmasError, match=rf"{name}' is damaged; it must have the columns"):
+        read_communication(tmp_path)
+
+
+@pytest.fixture
+def bag(tmp_path, make, write_bag):
+    """A bag of two robots, the first command after 1 s; robot 1 sent its state before."""
+
+    def table(counts):
+        return make('std_msgs/msg/Float64MultiArray', {'data': np.array(counts, dtype=float)})
+
+    def bag(graphs=((0.9, [0, 1, 0, 0]), (2.0, [0, 1, 0.5, 0]))):
+        messages = []
+        for k in range(30):
+            for robot in (1, 2):
+                event = make('std_msgs/msg/UInt16', {'data': int(robot == 2 and k % 10 == 0)})
+                messages.append((f'/tb3_{robot}/odom', 0.1 * k, make('nav_msgs/msg/Odometry')))
+                messages.append((f'/tb3_{robot}/trig_event', 0.1 * k, event))
+        messages.append(('/tb3_1/cmd_vel', 1.0, make('geometry_msgs/msg/TwistStamped')))
+        messages.append(('/tb3_1/links', 1.5, table([0, 0, 0, np.nan, 1, 1, 0, np.nan])))
+        messages.append(('/tb3_1/links', 2.5, table([0, 0, 0, np.nan, 2, 1, 1, 0.7])))
+        messages.append(('/tb3_2/links', 2.5, table([0, 0, 0, np.nan, 0, 0, 0, np.nan])))
+        for t, weights in graphs:
+            graph = make('std_msgs/msg/Float32MultiArray', {'data': np.array(weights, np.float32)})
+            messages.append(('/communication_graph', t, graph))
+        messages.sort(key=lambda message: message[1])
+        return write_bag(tmp_path / 'bag', messages)
+
+    return bag
+
+
+def test_a_record_from_a_bag(bag):
+    folder = convert(bag()).folder
+    record = read_communication(folder)
+
+    assert record.links == {
+        (1, 2): Counts(2, 1, 1, 0.7),
+        (2, 1): Counts(0, 0, 0, pytest.approx(math.nan, nan_ok=True)),
+    }
+    # The first state of robot 1 was sent before the recorder listened.
+    assert {robot: counts.sent for robot, counts in record.robots.items()} == {1: 1, 2: 3}
+    assert record.robots[2].mean_interval == pytest.approx(1.0)
+    assert record.triggers[:3].tolist() == [[-1, 1, 1], [-1, 2, 1], [-0.9, 1, 0]]
+    assert record.changes.tolist() == [[0, 1, 2, 1], [1, 2, 1, 0.5]]
+
+
+def test_graphs_of_two_controller_processes(bag):
+    graphs = ((0.9, [0, 1, np.nan, np.nan]), (2.0, [np.nan, np.nan, 0.5, 0]))
+    record = read_communication(convert(bag(graphs)).folder)
+
+    assert record.changes.tolist() == [[0, 1, 2, 1], [1, 2, 1, 0.5]]
+
+
+def test_a_bag_without_graphs_is_that_of_a_complete_one(bag):
+    record = read_communication(convert(bag(graphs=())).folder)
+
+    assert record.changes.tolist() == [[0, 1, 2, 1], [0, 2, 1, 1]]
+
+
+def test_a_bag_of_the_ros_1_stack_tells_what_was_sent_only(tmp_path, make, write_bag):
+    messages = []
+    for k in range(20):
+        event = make('std_msgs/msg/UInt16', {'data': int(k % 5 == 0)})
+        messages += [('/tb3_1/odom', 0.1 * k, make('nav_msgs/msg/Odometry'))]
+        messages += [('/tb3_1/trig_event', 0.1 * k, event)]
+    folder = convert(write_bag(tmp_path / 'bag', messages)).folder
+    lines = str(compute(folder)).splitlines()
+
+    assert read_communication(folder).robots[1].sent == 4
+    assert lines[-1] == 'communication: 4 states sent (20.0 % of 20 evaluations triggered)'
+
+
+def test_a_bag_of_periodic_communication_has_no_record(tmp_path, make, write_bag):
+    bag = write_bag(tmp_path / 'bag', [('/tb3_1/odom', 0.0, make('nav_msgs/msg/Odometry'))])
+
+    assert read_communication(convert(bag).folder) is None
+
+
+def test_a_record_of_an_offline_run_survives_its_files(tmp_path):
+    record = simulate('consensus', 4, 5.0, graph='star', event_triggered=True).record
+    write_communication(record, tmp_path)
+    found = read_communication(tmp_path)
+
+    np.testing.assert_allclose(found.triggers, record.triggers, atol=1e-6)
+    assert {key: counts.received for key, counts in found.links.items()} == {
+        key: counts.received for key, counts in record.links.items()
+    }

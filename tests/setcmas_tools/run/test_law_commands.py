@@ -1,0 +1,81 @@
+"""What the safety let robots do, from the diagnostics of a recording."""
+
+import numpy as np
+import pytest
+
+from setcmas_tools.run.bag_conversion import convert
+from setcmas_tools.run.law_commands import (
+    commands,
+    read_commands,
+    read_safety,
+    with_allowed,
+    write_commands,
+)
+
+WANTED = np.array([[0.0, 1, 0.5, 0.1], [0.0, 2, 0.4, 0.0], [0.2, 1, 0.3, 0.2], [0.2, 2, 0.1, 0.0]])
+
+
+def test_what_a_filter_allowed_stands_beside_its_command():
+    allowed = np.array([[0.201, 1, 0.1, 0.0, 2], [0.001, 2, 0.0, 0.0, 1]])
+
+    rows = with_allowed(WANTED, allowed)
+
+    assert rows[:, 4:].tolist() == [[0.5, 0.1, 0], [0, 0, 1], [0.1, 0, 2], [0.1, 0, 0]]
+
+
+@pytest.mark.parametrize('rate', [10, 60, 200, 1000])
+@pytest.mark.parametrize('delay', [-0.1, 0.0, 0.1, 0.7])
+def test_what_was_allowed_stands_beside_the_command_of_its_own_step(rate, delay):
+    steps = np.arange(50.0)
+    wanted = np.column_stack([steps / rate, np.ones(50), steps, steps])
+    t = np.maximum((steps + max(delay, -0.0005 * rate)) / rate, 0.0)
+    allowed = np.delete(np.column_stack([t, np.ones(50), -steps, steps, steps]), 20, axis=0)
+
+    rows = with_allowed(wanted, allowed)
+
+    assert rows[20, 4:].tolist() == [20, 20, 0]
+    others = np.delete(rows, 20, axis=0)
+    assert others[:, 4:].tolist() == np.column_stack([-others[:, 2], *others.T[[2, 2]]]).tolist()
+
+
+def test_a_file_keeps_what_was_allowed(tmp_path):
+    given = commands(np.column_stack([WANTED, WANTED[:, 2:], [0, 1, 2, 3]]))
+    write_commands(given, tmp_path / 'commands.csv')
+
+    read = read_commands(tmp_path / 'commands.csv')
+
+    assert read.of(2).allowed.verdict.tolist() == [1, 3]
+    assert read.allowed.vx.tolist() == given.allowed.vx.tolist()
+
+
+def test_diagnostics_become_a_table_from_the_start_on(make, write_bag, bag):
+    statuses = [
+        make(
+            'diagnostic_msgs/msg/DiagnosticStatus',
+            {'name': name, 'message': reason, 'level': 0, 'values': values},
+        )
+        for name, reason, values in (
+            ('tb3_2', 'outside the arena', [state(make, 'stopped')]),
+            ('tb3_1', '', [state(make, 'moving')]),
+            ('camera', '', []),  # somebody else's
+        )
+    ]
+    diagnostics = make('diagnostic_msgs/msg/DiagnosticArray', {'status': statuses})
+    start = make('std_msgs/msg/Bool', {'data': False})
+    odometry = make('nav_msgs/msg/Odometry', {'pose.pose.orientation.w': 1.0})
+    messages = [
+        ('/tb3_1/odom', 0.0, odometry),
+        ('/paused', 0.5, start),
+        ('/diagnostics', 0.75, diagnostics),
+    ]
+    write_bag(bag, messages)
+
+    record = read_safety(convert(bag).folder / 'safety.csv')
+
+    np.testing.assert_allclose(record.t, [0.25, 0.25])
+    assert record.robot.tolist() == [1, 2]
+    assert (record.state, record.overruled.tolist()) == (['moving', 'stopped'], [False, True])
+
+
+def state(make, value):
+    return make('diagnostic_msgs/msg/KeyValue', {'key': 'state', 'value': value})

@@ -1,0 +1,140 @@
+"""Where the outputs of a run go by default."""
+
+import pytest
+import yaml
+
+from setcmas_simu.errors import SetcmasError
+from setcmas_tools.run.inputs import RunInput
+from setcmas_tools.run.run_folder import RunFolder, find_run
+from setcmas_tools.run.run_info import Outcome, RunInfo, State, read_info
+
+
+def test_an_earlier_run_is_not_lost_by_mistake(tmp_path):
+    folder = RunFolder(tmp_path / 'out')
+    folder.check(overwrite=False)
+    folder.create(RunInfo())
+    folder.bag.mkdir()
+
+    with pytest.raises(SetcmasError, match=r'holds an earlier run.*--overwrite'):
+        folder.check(overwrite=False)
+    folder.check(overwrite=True)
+
+
+def test_a_folder_that_is_no_run_is_never_overwritten(tmp_path):
+    (tmp_path / 'csv').mkdir()
+
+    with pytest.raises(SetcmasError, match=r'holds csv and no run\.yaml'):
+        RunFolder(tmp_path).check(overwrite=True)
+
+
+def test_what_a_run_created_that_never_began_is_removed(tmp_path):
+    folder = RunFolder(tmp_path / 'out')
+    folder.create(RunInfo())
+    folder.bag.mkdir()
+    folder.discard()
+    assert not folder.path.exists()
+
+    folder.create(RunInfo())
+    (folder.path / 'mine').touch()
+    folder.discard()
+    assert [path.name for path in folder.path.iterdir()] == ['mine']
+
+
+def test_overwriting_removes_the_earlier_run_and_nothing_else(tmp_path):
+    for name in ('bag', 'csv', 'plots', 'mine'):
+        (tmp_path / name).mkdir()
+    (tmp_path / 'run.yaml').touch()
+
+    RunFolder(tmp_path).create(RunInfo())
+
+    assert sorted(path.name for path in tmp_path.iterdir()) == ['mine', 'run.yaml']
+
+
+def test_a_file_is_no_folder(tmp_path):
+    (tmp_path / 'out').touch()
+
+    with pytest.raises(SetcmasError, match='is not a folder'):
+        RunFolder(tmp_path / 'out').check(overwrite=True)
+
+
+def test_a_folder_that_cannot_be_created_is_told(tmp_path):
+    (tmp_path / 'file').touch()
+
+    with pytest.raises(SetcmasError, match='cannot be written'):
+        RunFolder(tmp_path / 'file' / 'out').create(RunInfo())
+
+
+def test_a_run_that_is_killed_leaves_a_readable_record(tmp_path):
+    folder = RunFolder(tmp_path / 'out')
+    folder.create(RunInfo(outcome=Outcome(State.NOT_FINISHED)))
+
+    assert read_info(folder.path).outcome.state is State.NOT_FINISHED
+
+
+def test_what_a_run_is_given_is_kept(tmp_path):
+    (tmp_path / 'law.py').write_text('import gains')
+    (tmp_path / 'gains.py').write_text('K = 1')
+    (tmp_path / 'ring.yaml').write_text('graph: ring')
+    inputs = [
+        RunInput('algo', tmp_path / 'law.py'),
+        RunInput('ctc', tmp_path / 'law.py'),
+        RunInput('graph', tmp_path / 'ring.yaml'),
+    ]
+    folder = RunFolder(tmp_path / 'out', inputs)
+    folder.create(RunInfo())
+    (tmp_path / 'ring.yaml').write_text('graph: path')
+
+    kept = folder.path / 'inputs'
+    assert {path.relative_to(kept).as_posix() for path in kept.rglob('*') if path.is_file()} == {
+        'algo/law.py',
+        'algo/gains.py',
+        'ctc/law.py',
+        'ctc/gains.py',
+        'graph/ring.yaml',
+    }
+    assert (kept / 'graph' / 'ring.yaml').read_text() == 'graph: ring'
+    record = yaml.safe_load((folder.path / 'run.yaml').read_text())
+    assert record['inputs'] == {
+        'algo': 'inputs/algo/law.py',
+        'ctc': 'inputs/ctc/law.py',
+        'graph': 'inputs/graph/ring.yaml',
+    }
+
+
+def test_a_run_does_not_replace_what_it_is_given(tmp_path):
+    (tmp_path / 'law.py').touch()
+    out = tmp_path / 'out'
+    first = RunFolder(out, [RunInput('algo', tmp_path / 'law.py')])
+    first.create(RunInfo())
+    kept = RunInput('algo', out / 'inputs' / 'algo' / 'law.py')
+
+    with pytest.raises(SetcmasError, match='is part of the earlier run'):
+        RunFolder(out, [kept]).check(overwrite=True)
+    RunFolder(tmp_path / 'again', [kept]).check(overwrite=True)
+
+
+def test_an_input_that_has_gone_is_told(tmp_path):
+    with pytest.raises(SetcmasError, match=r"gone\.yaml' cannot be read: No such file"):
+        RunInput('graph', tmp_path / 'gone.yaml')
+
+
+@pytest.mark.parametrize(
+    ('bag', 'plots'),
+    [('bag', 'plots'), ('rec', 'rec_plots'), ('lab.1', 'lab.1_plots'), ('lab.2', 'lab.2_plots')],
+)
+def test_each_bag_of_a_folder_has_plots_of_its_own(tmp_path, bag, plots):
+    (tmp_path / bag).mkdir()
+    (tmp_path / bag / 'metadata.yaml').touch()
+
+    assert find_run(tmp_path / bag).plots == tmp_path / plots
+
+
+def test_recordings_that_differ_in_their_kind_only_share_nothing(tmp_path):
+    (tmp_path / 'lab.mcap').touch()
+    assert find_run(tmp_path / 'lab.mcap').plots == tmp_path / 'lab_plots'
+
+    (tmp_path / 'lab').mkdir()
+    (tmp_path / 'lab' / 'metadata.yaml').touch()
+    (tmp_path / 'lab.db3').touch()
+    found = [find_run(tmp_path / name).plots.name for name in ('lab', 'lab.mcap', 'lab.db3')]
+    assert found == ['lab_plots', 'lab.mcap_plots', 'lab.db3_plots']

@@ -1,0 +1,66 @@
+import pytest
+
+from setcmas_ctrl.control.references import References
+from setcmas_simu.errors import SetcmasError
+from setcmas_tools.run.origin import this_origin
+from setcmas_tools.run.run_info import Outcome, Reload, RunInfo, State, read_info, write_info
+
+INFO = RunInfo(
+    ['setcmas', 'run'],
+    Outcome.of_failures({'law.py': [2, 3], 'other.py': []}, {'when.py': [1]}),
+    {'nb_robots': 3, 'range': None, 'set': {'K': 1.2}},
+    7,
+    {'algo': 'inputs/algo/law.py'},
+    References('waypoints', {'WPL': [[1.0, 2.0]], 'REACHED': 0.1}),
+    '2026-11-21T16:02:11+0000',
+    this_origin(),
+    [Reload(2.5, True, ['inputs/algo_reload_1/law.py'])],
+)
+
+
+def test_what_is_written_is_read(tmp_path):
+    write_info(INFO, tmp_path)
+
+    assert read_info(tmp_path) == INFO
+    assert [path.name for path in tmp_path.iterdir()] == ['run.yaml']
+
+
+def test_the_outcome_in_words():
+    assert str(INFO.outcome) == (
+        'complete, but law.py failed for robots 2-3 and the condition when.py failed for robot 1'
+    )
+    assert str(Outcome(State.DIED, detail='tb3_1 was killed')) == 'died: tb3_1 was killed'
+    assert str(Outcome(State.STOPPED)) == 'stopped by the user'
+
+
+def test_the_origin_names_release_or_commit(tmp_path):
+    origin = this_origin()
+
+    assert origin.setcmas.startswith('0.')
+    assert origin.versions['numpy']
+    assert origin.host['name']
+
+
+@pytest.mark.parametrize(
+    ('change', 'message'),
+    [
+        (('format: 1', 'format: 2'), r"run\.yaml' has format 2; this setcmas reads format 1 only"),
+        (('format: 1\n', ''), 'has format none'),
+        (('seed: 7', 'seed: seven'), r'is damaged: Expected `int`, got `str` - at `\$.seed`'),
+        (('state: failed', 'state: lost'), "is damaged: Invalid enum value 'lost'"),
+        (('seed: 7', 'seed: ['), 'cannot be read'),
+        (('format', '- format'), 'cannot be read'),
+    ],
+)
+def test_another_or_a_damaged_record_gets_a_line(tmp_path, change, message):
+    write_info(INFO, tmp_path)
+    path = tmp_path / 'run.yaml'
+    path.write_text(path.read_text().replace(*change))
+
+    with pytest.raises(SetcmasError, match=message) as caught:
+        read_info(tmp_path)
+    assert '\n' not in str(caught.value)
+
+
+def test_a_folder_without_a_record(tmp_path):
+    assert read_info(tmp_path) is None
