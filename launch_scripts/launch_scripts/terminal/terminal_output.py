@@ -12,8 +12,6 @@ from collections.abc import Callable, Iterator
 from io import TextIOBase
 from typing import IO, Any, cast
 
-from tqdm import tqdm
-
 Stream = IO[str] | TextIOBase
 
 _LONGEST_LINE = 16 * 1024
@@ -151,6 +149,8 @@ class _ProgressOutput:
         return getattr(self._stream, name)
 
     def write(self, text: str) -> int:
+        from tqdm import tqdm  # help texts do without it
+
         with tqdm.external_write_mode(file=self._bar_stream):
             return self._stream.write(text)
 

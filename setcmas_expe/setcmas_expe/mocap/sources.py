@@ -10,7 +10,7 @@ from typing import Any
 from setcmas_expe.mocap.sample import Sample
 from setcmas_simu.doors import Door, MisfitError
 from setcmas_simu.errors import SetcmasError
-from setcmas_simu.ros.messages import NoPythonTypeError, message_class
+from setcmas_simu.ros.message_class import NoPythonTypeError, message_class
 
 Read = Callable[[Any], Iterator[tuple[str, Sample]]]
 """Yields the name of each rigid body in a message, and what was measured of it."""

@@ -1,11 +1,10 @@
-"""Messages: encoded numbers (CDR) read and written in place, stamps, classes by type name."""
+"""Messages: encoded numbers (CDR) read and written in place, and stamps."""
 
 from __future__ import annotations
 
 import struct
 import time
 from collections.abc import Callable
-from importlib import import_module
 from operator import attrgetter
 from typing import Any, NamedTuple
 
@@ -115,23 +114,6 @@ def _after_texts(data: bytes, nb_texts: int) -> int:
         at += -at % 4
         at += _LENGTH.size + _LENGTH.unpack_from(data, at)[0]
     return at + (_ORIGIN - at) % 8
-
-
-class NoPythonTypeError(Exception):
-    """The Python package of a message type is not installed."""
-
-
-def message_class(msgtype: str) -> Any:
-    """Return the class of a type such as `nav_msgs/msg/Odometry`.
-
-    Raises:
-        NoPythonTypeError: Its Python package is missing.
-    """
-    package, kind, name = msgtype.split('/')
-    try:
-        return getattr(import_module(f'{package}.{kind}'), name)
-    except (ImportError, AttributeError) as error:
-        raise NoPythonTypeError(f'no Python package {package} with it is installed') from error
 
 
 now_ns: Callable[[], int] = time.time_ns

@@ -9,7 +9,7 @@ from typing import Any
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet import topics
 from setcmas_simu.fleet.topics import CLOCK
-from setcmas_simu.ros.messages import NoPythonTypeError, message_class
+from setcmas_simu.ros.message_class import NoPythonTypeError, message_class
 from setcmas_tools.bags.bag import Bag, BagTopic
 
 _NAMES = (topics.PAUSE, topics.RESET, topics.PAUSED.strip('/'), topics.GUARD_STATE)

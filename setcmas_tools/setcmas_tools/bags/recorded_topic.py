@@ -19,7 +19,7 @@ from rosbags.interfaces import (
 )
 
 from setcmas_simu.fleet.topics import is_odometry
-from setcmas_simu.ros.messages import message_class
+from setcmas_simu.ros.message_class import message_class
 
 DEPTH = 1000
 """Messages of a topic that may wait to be written: a second of the fastest motion capture."""

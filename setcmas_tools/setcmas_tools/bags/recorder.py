@@ -13,7 +13,8 @@ from setcmas_simu.fleet import topics
 from setcmas_simu.fleet.fleet import Lockstep
 from setcmas_simu.reports.reports import WRITES_S, Recording
 from setcmas_simu.ros.fleet_topic import FleetListener
-from setcmas_simu.ros.messages import NoPythonTypeError, read_stamp
+from setcmas_simu.ros.message_class import NoPythonTypeError
+from setcmas_simu.ros.messages import read_stamp
 from setcmas_simu.ros.process import FleetNode, RosProcess, node_main
 from setcmas_simu.simulator.lockstep import NONE
 from setcmas_simu.simulator.lockstep_topics import Answerer
