@@ -3,9 +3,10 @@
 import numpy as np
 
 from setcmas_tools.measures.metrics import measure
-from setcmas_tools.run.fleet_motion import fleet_table, write_fleet
+from setcmas_tools.run.fleet_motion import fleet_table
 from setcmas_tools.run.run import Run
 from setcmas_tools.run.run_info import RunInfo, write_info
+from setcmas_tools.run.run_tables import write_fleet
 
 T = np.arange(0, 201) / 10
 """0 to 20 s at 10 Hz."""

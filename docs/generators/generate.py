@@ -16,6 +16,7 @@ import commands_page
 import mocap_page
 import pose_picture
 import rooms_picture
+import run_files_page
 import topics_page
 
 DOCS = Path(__file__).parents[1]
@@ -39,6 +40,7 @@ def generated_files() -> dict[Path, str]:
         DOCS / 'commands.md': commands_page.text(),
         DOCS / 'topics.md': topics_page.text(),
         DOCS / 'lab.md': mocap_page.text(),
+        DOCS / 'run_files.md': run_files_page.text(),
     }
     files = {path: spliced(path.read_text(), text) for path, text in pages.items()}
     files[DOCS / 'pictures' / 'rooms.svg'] = rooms_picture.picture()

@@ -14,7 +14,7 @@ from rosbags.rosbag2 import StoragePlugin, Writer
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 from rosbags.typesys.store import Typestore
 
-from setcmas_tools.run.fleet_motion import write_fleet
+from setcmas_tools.run.run_tables import write_fleet
 
 START_NS = 1_700_000_000_123_456_789
 

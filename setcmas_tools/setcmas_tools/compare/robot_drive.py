@@ -17,8 +17,9 @@ from setcmas_simu.robots.model import KOMEGA, RobotModel
 from setcmas_simu.robots.models import NO_LIMITS, model_names, robot_models
 from setcmas_tools.bags.bag import open_bag
 from setcmas_tools.bags.message_types import UndecodableError
+from setcmas_tools.run.csv_columns import COMMANDS
 from setcmas_tools.run.fleet_motion import FleetTable, gaps
-from setcmas_tools.run.law_commands import COMMANDS_FILE, Commands
+from setcmas_tools.run.law_output import Commands
 from setcmas_tools.run.run import Run
 from setcmas_tools.run.run_folder import find_run
 from setcmas_tools.run.run_samples import FleetSamples
@@ -216,4 +217,4 @@ def _driven(told: Commands, track: FleetTable, model: RobotModel, run: Run) -> D
     allowed = told.allowed or told
     komega = float(run.parameters.get('komega', KOMEGA))
     V, _, omega = model.command(np.array([allowed.vx, allowed.vy]), poses, komega)
-    return Drive(np.array([told.t, V, omega]), COMMANDS_FILE, track)
+    return Drive(np.array([told.t, V, omega]), COMMANDS.name, track)

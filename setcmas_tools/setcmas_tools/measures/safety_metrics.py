@@ -11,7 +11,7 @@ from setcmas_simu.arrays import Floats
 from setcmas_simu.robots.arena import Arena
 from setcmas_tools.measures.metric import Columns, Measured
 from setcmas_tools.run.fleet_motion import FleetGrid
-from setcmas_tools.run.law_commands import MOVING, Commands, SafetyRecord
+from setcmas_tools.run.law_output import MOVING, Commands, SafetyRecord
 from setcmas_tools.run.run import Run, arena_of
 
 

@@ -29,7 +29,7 @@ from setcmas_tools.offline import board, history
 from setcmas_tools.offline.communication import OfflineCommunication
 from setcmas_tools.offline.fleet_laws import Algo, FleetLaws
 from setcmas_tools.offline.simulation import Simulation
-from setcmas_tools.run.drawing_record import DrawingRecord
+from setcmas_tools.run.law_output import DrawingRecord
 from setcmas_tools.run.run import Run
 from setcmas_tools.run.run_tables import RunTables
 

@@ -11,9 +11,8 @@ from numpy.typing import NDArray
 from setcmas_ctrl import drawing
 from setcmas_simu.arrays import Floats
 from setcmas_simu.fleet.planar_pose import as_heard
-from setcmas_tools.run.drawing_record import DrawingRecord
 from setcmas_tools.run.fleet_motion import FleetTable
-from setcmas_tools.run.law_commands import Commands, Filtered
+from setcmas_tools.run.law_output import Commands, DrawingRecord, Filtered
 from setcmas_tools.run.run import Run
 from setcmas_tools.run.run_info import Outcome, RunInfo
 from setcmas_tools.run.run_tables import RunTables

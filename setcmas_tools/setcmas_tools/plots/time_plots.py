@@ -29,7 +29,7 @@ from setcmas_tools.plots.trajectories import (
     shared_dashes,
 )
 from setcmas_tools.run.fleet_motion import FleetGrid, FleetTable
-from setcmas_tools.run.law_commands import Commands
+from setcmas_tools.run.law_output import Commands
 from setcmas_tools.run.run import Run
 
 _MOST_TICKS = 9

@@ -24,8 +24,8 @@ from setcmas_simu.fleet.fleet import Colour
 from setcmas_simu.robots.models import UNICYCLE, shape_of
 from setcmas_tools.measures.task import task_of
 from setcmas_tools.plots.style import edge_effects, legend, line_look, robot_colour, robot_handles
-from setcmas_tools.run.drawing_record import Drawing, DrawnOverTime
 from setcmas_tools.run.fleet_motion import FleetTable, gaps
+from setcmas_tools.run.law_output import Drawing, DrawnOverTime
 from setcmas_tools.run.run import Run, arena_of, models_of, obstacles_of
 
 _NEAR = 0.005  # of what all curves span

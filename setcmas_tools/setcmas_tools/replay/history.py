@@ -6,8 +6,8 @@ import numpy as np
 
 from setcmas_simu.arrays import Floats
 from setcmas_tools.replay.newest import NewestRows
-from setcmas_tools.run.drawing_record import Drawing, DrawnOverTime
 from setcmas_tools.run.fleet_motion import Track
+from setcmas_tools.run.law_output import Drawing, DrawnOverTime
 from setcmas_tools.run.run import Run
 
 TRAIL_STEP_S = 0.2

@@ -17,7 +17,7 @@ from setcmas_tools.replay.history import RunHistory
 from setcmas_tools.replay.knowledge import Knowledge
 from setcmas_tools.replay.newest import NewestRows
 from setcmas_tools.run.fleet_motion import SAME_TIME_S
-from setcmas_tools.run.law_commands import MOVING
+from setcmas_tools.run.law_output import MOVING
 from setcmas_tools.run.run import Run
 
 Velocity = tuple[float, float]

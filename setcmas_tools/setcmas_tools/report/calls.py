@@ -14,7 +14,7 @@ from setcmas_tools.replay.instant import Instants, RobotInstant
 from setcmas_tools.report.listing import first_line
 from setcmas_tools.report.packing import changes, packed
 from setcmas_tools.run.fleet_motion import SAME_TIME_S
-from setcmas_tools.run.law_commands import MOVING
+from setcmas_tools.run.law_output import MOVING
 
 _MOST_CALLS = 6_000
 """Of all robots; of longer runs each second, fifth, ... call is told."""

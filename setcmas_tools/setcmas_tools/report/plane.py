@@ -16,7 +16,7 @@ from setcmas_tools.plots.style import plot_style
 from setcmas_tools.plots.trajectories import draw_references
 from setcmas_tools.replay.history import RunHistory
 from setcmas_tools.report.packing import changes, packed
-from setcmas_tools.run.drawing_record import MARKER, Drawing, DrawnOverTime
+from setcmas_tools.run.law_output import MARKER, Drawing, DrawnOverTime
 from setcmas_tools.run.run import Run, arena_of, obstacles_of
 
 _MOST_DRAWINGS = 8_000

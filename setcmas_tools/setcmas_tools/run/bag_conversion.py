@@ -14,7 +14,7 @@ from setcmas_simu.errors import SetcmasError
 from setcmas_tools.bags.bag import Bag, BagTopic, open_bag
 from setcmas_tools.bags.message_types import UndecodableError
 from setcmas_tools.bags.topic_table import CsvTable, flattener
-from setcmas_tools.run.fleet_motion import FLEET_FILE
+from setcmas_tools.run.csv_columns import FLEET
 from setcmas_tools.run.run_folder import stem_of_bag
 from setcmas_tools.run.run_samples import Collect, RunSamples
 from setcmas_tools.run.run_tables import FILE_NAMES, write_tables
@@ -113,7 +113,7 @@ def _write_files(bag: Bag, unfinished: Path, folder: Path) -> ConversionReport:
     return ConversionReport(
         folder,
         [folder / job.path.name for job in written],
-        folder / FLEET_FILE if tables else None,
+        folder / FLEET.name if tables else None,
         sum(job.nb_rows for job in written),
         (bag.end_ns - bag.start_ns) / 1e9,
         bag.notices + [job.notice for job in jobs.values() if job.notice],

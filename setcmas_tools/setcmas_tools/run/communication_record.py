@@ -1,4 +1,4 @@
-"""Record of the messages on each link: communication.csv, triggers.csv and graph.csv."""
+"""Record of the communication of a fleet: messages of each link, triggers and graph."""
 
 from __future__ import annotations
 
@@ -6,22 +6,10 @@ import math
 from collections import Counter
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
 
 from setcmas_simu.arrays import Floats
-from setcmas_tools.run.fleet_motion import read_rows, write_lines
-
-COUNTS_FILE = 'communication.csv'
-TRIGGERS_FILE = 'triggers.csv'
-GRAPH_FILE = 'graph.csv'
-COMMUNICATION_FILES = (COUNTS_FILE, TRIGGERS_FILE, GRAPH_FILE)
-
-_COUNTS = ('sender', 'receiver', 'sent', 'received', 'lost', 'mean_interval')
-_TRIGGERS = ('t', 'robot', 'sent')
-_GRAPH = ('t', 'receiver', 'sender', 'weight')
-_ALL = 'all'
 
 
 @dataclass(frozen=True)
@@ -96,7 +84,7 @@ def record_of(
         changes: Rows in any order.
         broadcasts: Times in s at which each robot sent its state, if communication was periodic.
     """
-    rows = _sorted(triggers, len(_TRIGGERS))
+    rows = _sorted(triggers, 3)
     if len(rows):
         sent = rows[rows[:, 2] == 1]
         broadcasts = {int(i): sent[sent[:, 1] == i, 0] for i in np.unique(rows[:, 1])}
@@ -109,9 +97,7 @@ def record_of(
         robot: Counts(len(times), received[robot], lost[robot], _mean_interval(times))
         for robot, times in sorted(broadcasts.items())
     }
-    return CommunicationRecord(
-        robots, dict(sorted(links.items())), rows, _sorted(changes, len(_GRAPH))
-    )
+    return CommunicationRecord(robots, dict(sorted(links.items())), rows, _sorted(changes, 4))
 
 
 def _mean_interval(times: Floats) -> float:
@@ -122,85 +108,3 @@ def _sorted(rows: Iterable[tuple[float, ...]] | Floats, nb_columns: int) -> Floa
     given = rows if isinstance(rows, np.ndarray) else list(rows)
     table = np.array(given, dtype=float).reshape(-1, nb_columns)
     return table[np.lexsort(table.T[::-1])]
-
-
-def write_communication(record: CommunicationRecord, folder: Path) -> None:
-    """Write the files of a record; equal records give equal files.
-
-    Raises:
-        OSError: A file cannot be written.
-    """
-    robots = [(robot, _ALL, counts) for robot, counts in record.robots.items()]
-    links = [(sender, receiver, counts) for (receiver, sender), counts in record.links.items()]
-    lines = (
-        f'{sender},{receiver},{c.sent},{c.received},{c.lost},{_seconds(c.mean_interval)}\n'
-        for sender, receiver, c in [*robots, *links]
-    )
-    write_lines(folder / COUNTS_FILE, _COUNTS, lines)
-    if record.is_event_triggered:
-        lines = (
-            f'{t:.6f},{robot:.0f},{sent:.0f}\n' for t, robot, sent in record.triggers.tolist()
-        )
-        write_lines(folder / TRIGGERS_FILE, _TRIGGERS, lines)
-    lines = (
-        f'{t:.6f},{receiver:.0f},{sender:.0f},{weight:.9g}\n'
-        for t, receiver, sender, weight in record.changes.tolist()
-    )
-    write_lines(folder / GRAPH_FILE, _GRAPH, lines)
-
-
-def _seconds(value: float) -> str:
-    return f'{value:.6f}' if math.isfinite(value) else ''
-
-
-def read_communication(folder: Path) -> CommunicationRecord | None:
-    """Read the record of a run from the folder of its CSV files; None if it has none.
-
-    Raises:
-        SetcmasError: A file cannot be read or is damaged.
-    """
-    rows = read_rows(folder / COUNTS_FILE, _COUNTS, _counts)
-    if rows is None:
-        return None
-    robots: dict[int, Counts] = {}
-    links: dict[tuple[int, int], Counts] = {}
-    for sender, receiver, counts in rows:
-        if receiver == _ALL:
-            robots[sender] = counts
-        else:
-            links[int(receiver), sender] = counts
-    triggers = read_rows(folder / TRIGGERS_FILE, _TRIGGERS, _trigger) or []
-    changes = read_rows(folder / GRAPH_FILE, _GRAPH, _change) or []
-    return CommunicationRecord(
-        robots,
-        links,
-        np.array(triggers, dtype=float).reshape(-1, len(_TRIGGERS)),
-        np.array(changes, dtype=float).reshape(-1, len(_GRAPH)),
-    )
-
-
-def _counts(cells: list[str]) -> tuple[int, str, Counts]:
-    sender, receiver, sent, received, lost, interval = cells
-    if receiver != _ALL:
-        _robot(receiver)
-    return (
-        _robot(sender),
-        receiver,
-        Counts(int(sent), int(received), int(lost), float(interval or 'nan')),
-    )
-
-
-def _trigger(cells: list[str]) -> tuple[float, int, int]:
-    t, robot, sent = cells
-    return float(t), _robot(robot), int(sent)
-
-
-def _change(cells: list[str]) -> tuple[float, int, int, float]:
-    t, receiver, sender, weight = cells
-    return float(t), _robot(receiver), _robot(sender), float(weight)
-
-
-def _robot(cell: str) -> int:
-    if (robot := int(cell)) < 1:
-        raise ValueError
-    return robot

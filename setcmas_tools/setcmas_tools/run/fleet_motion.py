@@ -2,68 +2,12 @@
 
 from __future__ import annotations
 
-import csv
-from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, fields
-from pathlib import Path
-from typing import TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from setcmas_simu.arrays import Floats
-from setcmas_simu.errors import SetcmasError
-
-Row = TypeVar('Row')
-
-
-def write_lines(path: Path, columns: tuple[str, ...], lines: Iterable[str]) -> None:
-    """Write the names of columns, and lines with their ends.
-
-    Raises:
-        OSError: The file cannot be written.
-    """
-    with path.open('w', encoding='utf-8', newline='') as file:
-        file.write(','.join(columns) + '\n')
-        file.writelines(lines)
-
-
-def read_rows(
-    path: Path,
-    columns: tuple[str, ...],
-    parsed: Callable[[list[str]], Row],
-    further: tuple[str, ...] = (),
-) -> list[Row] | None:
-    """Return the rows of a file; None if there is no such file.
-
-    Args:
-        path: The file.
-        columns: The names that its first line must have.
-        parsed: Turns cells, one for each column, into a row; raises ValueError.
-        further: Names that may follow, all or none.
-
-    Raises:
-        SetcmasError: The file cannot be read or is damaged.
-    """
-    try:
-        with path.open(encoding='utf-8-sig', newline='') as file:
-            header, *rows = csv.reader(file)
-            if tuple(header) not in (columns, columns + further):
-                raise ValueError
-            if any(len(row) != len(header) for row in rows):
-                raise ValueError
-            return [parsed(row) for row in rows]
-    except FileNotFoundError:
-        return None
-    except (OSError, UnicodeDecodeError, csv.Error, ValueError) as error:
-        raise SetcmasError(
-            f"'{path}' is damaged; it must have the columns {','.join(columns)}"
-        ) from error
-
-
-FLEET_FILE = 'fleet.csv'
-COLUMNS = ('t', 'robot', 'x', 'y', 'theta', 'v', 'omega')
-_FORM = f'the columns {",".join(COLUMNS)}'
 
 
 @dataclass(frozen=True)
@@ -137,60 +81,9 @@ def fleet_table(rows: ArrayLike) -> FleetTable:
     Args:
         rows: A row of t, robot, x, y, theta, v, omega for each sample, shape (rows, 7).
     """
-    values = np.asarray(rows, dtype=float).reshape(-1, len(COLUMNS))
+    values = np.asarray(rows, dtype=float).reshape(-1, len(fields(FleetTable)))
     t, robot, *rest = values[np.lexsort((values[:, 1], values[:, 0]))].T
     return FleetTable(t, robot.astype(np.int64), *rest)
-
-
-def write_fleet(table: FleetTable, path: Path) -> None:
-    """Write a table: t with 6 decimals, the rest with 9, so that equal tables give equal files.
-
-    Raises:
-        OSError: The file cannot be written.
-    """
-    part = path.with_name(f'{path.name}.part')
-    columns = [getattr(table, name).tolist() for name in COLUMNS]
-    lines = (
-        f'{t:.6f},{robot:d},{x:.9f},{y:.9f},{theta:.9f},{v:.9f},{omega:.9f}\n'
-        for t, robot, x, y, theta, v, omega in zip(*columns, strict=True)
-    )
-    write_lines(part, COLUMNS, lines)
-    part.replace(path)
-
-
-def read_fleet(path: Path) -> FleetTable:
-    """Read a table.
-
-    Raises:
-        SetcmasError: The file cannot be read, is damaged, or holds no row.
-    """
-    try:
-        with path.open(encoding='utf-8-sig', newline='') as file:
-            rows = list(_parsed_rows(path, csv.reader(file)))
-    except OSError as error:
-        raise SetcmasError(f"'{path}' cannot be read: {error.strerror}") from error
-    except (UnicodeDecodeError, csv.Error) as error:
-        raise SetcmasError(f"'{path}' is not a CSV file; it must have {_FORM}") from error
-    if not rows:
-        raise SetcmasError(f"'{path}' holds no rows; it must have {_FORM}")
-    return fleet_table(rows)
-
-
-def _parsed_rows(path: Path, reader: Iterator[list[str]]) -> Iterator[list[float]]:
-    header = next(reader, [])
-    if tuple(header) != COLUMNS:
-        raise SetcmasError(f"'{path}', line 1: '{','.join(header)}' is not {_FORM}")
-    for number, cells in enumerate(reader, start=2):
-        try:
-            row = list(map(float, cells))
-            if len(row) != len(COLUMNS) or row[0] - row[0] != 0 or row[1] < 1 or row[1] % 1:
-                raise ValueError
-        except ValueError:
-            raise SetcmasError(
-                f"'{path}', line {number}: '{','.join(cells)}' is not a row; it must be seven "
-                f'numbers ({",".join(COLUMNS)}) with robot a whole number from 1'
-            ) from None
-        yield row
 
 
 LONGEST_GAP_S = 1.0

@@ -16,10 +16,10 @@ from setcmas_simu.arrays import Floats
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet.topics import robot_name
 from setcmas_tools.run.communication_record import CommunicationRecord
-from setcmas_tools.run.drawing_record import Drawing
-from setcmas_tools.run.fleet_motion import COLUMNS, LONGEST_GAP_S, FleetGrid, FleetTable, on_grid
+from setcmas_tools.run.csv_columns import FLEET
+from setcmas_tools.run.fleet_motion import LONGEST_GAP_S, FleetGrid, FleetTable, on_grid
 from setcmas_tools.run.inputs import RunInput, kept_inputs
-from setcmas_tools.run.law_commands import Commands
+from setcmas_tools.run.law_output import Commands, Drawing
 from setcmas_tools.run.run_folder import RunFolder, find_run
 from setcmas_tools.run.run_info import Outcome, RunInfo, State, read_info
 from setcmas_tools.run.run_tables import RunTables, read_tables
@@ -286,7 +286,8 @@ class Run(RunArrays):
 
     def to_dataframe(self) -> Any:
         """Return the motion as a pandas DataFrame with the columns of fleet.csv."""
-        return data_frame({name: getattr(self.table, name) for name in COLUMNS})
+        names = (column.name for column in FLEET.columns)
+        return data_frame({name: getattr(self.table, name) for name in names})
 
     @property
     def title(self) -> str:

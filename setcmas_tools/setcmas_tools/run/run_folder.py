@@ -12,7 +12,7 @@ from setcmas_simu.errors import SetcmasError
 from setcmas_simu.options.group import Options, flag, option
 from setcmas_simu.options.kinds import DURATION, PathTo
 from setcmas_simu.reports.reports import ScriptFailure
-from setcmas_tools.run.fleet_motion import FLEET_FILE
+from setcmas_tools.run.csv_columns import FLEET
 from setcmas_tools.run.inputs import INPUTS, RunInput, entries
 from setcmas_tools.run.run_info import INFO_FILE, Reload, RunInfo, write_info
 from setcmas_tools.run.run_tables import RunTables, write_tables
@@ -55,7 +55,7 @@ class RunSource:
     def stem(self) -> str:
         """What the names of files about it begin with, as there may be several in a folder."""
         if self.fleet_csv:
-            own = self.fleet_csv.name == FLEET_FILE
+            own = self.fleet_csv.name == FLEET.name
             return '' if own else f'{self.fleet_csv.stem}_'
         assert self.bag
         return stem_of_bag(self.bag)
@@ -94,7 +94,7 @@ def find_run(path: Path) -> RunSource:
         if path.suffix in _BAG_ENDINGS:
             return RunSource(path.resolve().parent, bag=path)
         return RunSource(_folder_of_csv(path), fleet_csv=path)
-    for place in (path / 'csv' / FLEET_FILE, path / FLEET_FILE):
+    for place in (path / 'csv' / FLEET.name, path / FLEET.name):
         if place.is_file():
             return RunSource(_folder_of_csv(place), fleet_csv=place)
     if not path.exists():

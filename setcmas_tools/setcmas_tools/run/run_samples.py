@@ -21,9 +21,9 @@ from setcmas_simu.fleet.planar_pose import yaw_of_quaternion
 from setcmas_tools.bags.bag import open_bag
 from setcmas_tools.bags.message_types import UndecodableError
 from setcmas_tools.run.communication_record import CommunicationRecord, Counts, record_of
-from setcmas_tools.run.drawing_record import DrawingRecord
 from setcmas_tools.run.fleet_motion import FleetTable, fleet_table
-from setcmas_tools.run.law_commands import (
+from setcmas_tools.run.law_output import (
+    DrawingRecord,
     SafetyRecord,
     SafetyRow,
     commands,

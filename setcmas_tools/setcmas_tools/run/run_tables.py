@@ -2,26 +2,34 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any
+
+import numpy as np
 
 from setcmas_ctrl.control.references import References
+from setcmas_ctrl.drawing import Sphere
 from setcmas_simu.errors import SetcmasError
-from setcmas_tools.run import communication_record, drawing_record, fleet_motion, law_commands
-from setcmas_tools.run.communication_record import CommunicationRecord
-from setcmas_tools.run.drawing_record import Drawing
-from setcmas_tools.run.fleet_motion import FleetTable
-from setcmas_tools.run.law_commands import Commands, SafetyRecord
+from setcmas_tools.run.communication_record import CommunicationRecord, Counts
+from setcmas_tools.run.csv_columns import (
+    ALL,
+    COMMANDS,
+    COUNTS,
+    CSV_FILES,
+    DRAWINGS,
+    FLEET,
+    GRAPH,
+    SAFETY,
+    TRIGGERS,
+)
+from setcmas_tools.run.fleet_motion import FleetTable, fleet_table
+from setcmas_tools.run.law_output import Commands, Drawing, SafetyRecord, commands, safety_record
 
 TASK_FILE = 'task.json'
-FILE_NAMES = (
-    fleet_motion.FLEET_FILE,
-    law_commands.COMMANDS_FILE,
-    drawing_record.DRAWINGS_FILE,
-    law_commands.SAFETY_FILE,
-    *communication_record.COMMUNICATION_FILES,
-    TASK_FILE,
-)
+FILE_NAMES = (*(file.name for file in CSV_FILES), TASK_FILE)
 
 
 @dataclass(frozen=True)
@@ -30,11 +38,11 @@ class RunTables:
 
     Attributes:
         fleet: The motion of the robots.
-        commands: What the laws asked for, if that is known.
-        communication: What went over the links, if that is known.
-        drawings: What the scripts drew, sorted by time.
-        references: The task of the law, if it tells of one.
-        safety: What the safety of an experiment let robots do; None if it was none.
+        commands: The velocities that the laws returned, if they are known.
+        communication: The messages of each link, if they are known.
+        drawings: The spheres that the scripts drew, sorted by time.
+        references: The task of the law, if it has one.
+        safety: The states of the robots of an experiment; None of a simulation.
     """
 
     fleet: FleetTable
@@ -46,42 +54,160 @@ class RunTables:
 
 
 def write_tables(tables: RunTables, folder: Path) -> None:
-    """Write the files of tables that there are; equal tables give equal files.
-
-    Times have 6 decimals; poses and velocities have 9, drawings 9 significant digits.
+    """Write a file for each table of a run; equal tables give equal files.
 
     Raises:
         OSError: A file cannot be written.
     """
-    fleet_motion.write_fleet(tables.fleet, folder / fleet_motion.FLEET_FILE)
+    write_fleet(tables.fleet, folder / FLEET.name)
     if tables.commands:
-        law_commands.write_commands(tables.commands, folder / law_commands.COMMANDS_FILE)
+        write_commands(tables.commands, folder / COMMANDS.name)
     if tables.communication:
-        communication_record.write_communication(tables.communication, folder)
+        write_communication(tables.communication, folder)
     if tables.drawings:
-        drawing_record.write_drawings(tables.drawings, folder / drawing_record.DRAWINGS_FILE)
-    if tables.safety:
-        law_commands.write_safety(tables.safety, folder / law_commands.SAFETY_FILE)
+        DRAWINGS.write(folder / DRAWINGS.name, map(_drawing_row, tables.drawings))
+    if safety := tables.safety:
+        rows = _rows(safety.t, safety.robot, safety.state, safety.overruled)
+        SAFETY.write(folder / SAFETY.name, rows)
     if tables.references:
         text = f'{tables.references.encoded()}\n'
         (folder / TASK_FILE).write_text(text, encoding='utf-8', newline='\n')
 
 
 def read_tables(fleet_csv: Path) -> RunTables:
-    """Read a fleet.csv and the tables beside it.
+    """Read a fleet.csv and the other tables in its folder.
 
     Raises:
         SetcmasError: A file cannot be read or is damaged.
     """
     folder = fleet_csv.parent
     return RunTables(
-        fleet_motion.read_fleet(fleet_csv),
-        law_commands.read_commands(folder / law_commands.COMMANDS_FILE),
-        communication_record.read_communication(folder),
-        drawing_record.read_drawings(folder / drawing_record.DRAWINGS_FILE),
+        read_fleet(fleet_csv),
+        read_commands(folder / COMMANDS.name),
+        read_communication(folder),
+        [_drawing(*row) for row in _rows(*(DRAWINGS.read(folder / DRAWINGS.name) or ()))],
         _read_references(folder / TASK_FILE),
-        law_commands.read_safety(folder / law_commands.SAFETY_FILE),
+        read_safety(folder / SAFETY.name),
     )
+
+
+def _rows(*columns: Any) -> Iterable[Any]:
+    """Return the rows of columns that are arrays or lists."""
+    listed = (c.tolist() if isinstance(c, np.ndarray) else c for c in columns)
+    return zip(*listed, strict=True)
+
+
+def write_fleet(table: FleetTable, path: Path) -> None:
+    """Write the motion of a fleet.
+
+    Raises:
+        OSError: The file cannot be written.
+    """
+    FLEET.write(path, _rows(*(getattr(table, column.name) for column in FLEET.columns)))
+
+
+def read_fleet(path: Path) -> FleetTable:
+    """Read the motion of a fleet.
+
+    Raises:
+        SetcmasError: The file cannot be read, is damaged, or holds no row.
+    """
+    columns = FLEET.read(path)
+    if columns is None:
+        raise SetcmasError(f"'{path}' cannot be read: there is no such file")
+    if not len(columns[0]):
+        raise SetcmasError(f"'{path}' holds no rows; it must have the columns {FLEET.header}")
+    return fleet_table(np.column_stack(columns))
+
+
+def write_commands(given: Commands, path: Path) -> None:
+    """Write commands, and what a filter allowed.
+
+    Raises:
+        OSError: The file cannot be written.
+    """
+    columns = [given.t, given.robot, given.vx, given.vy]
+    if allowed := given.allowed:
+        columns += [allowed.vx, allowed.vy, allowed.verdict]
+    COMMANDS.write(path, _rows(*columns), further=allowed is not None)
+
+
+def read_commands(path: Path) -> Commands | None:
+    """Read commands; None if there is no such file.
+
+    Raises:
+        SetcmasError: The file cannot be read or is damaged.
+    """
+    columns = COMMANDS.read(path)
+    return None if columns is None else commands(np.column_stack(columns))
+
+
+def read_safety(path: Path) -> SafetyRecord | None:
+    """Read the states of the robots of an experiment; None if there is no such file.
+
+    Raises:
+        SetcmasError: The file cannot be read or is damaged.
+    """
+    columns = SAFETY.read(path)
+    if columns is None:
+        return None
+    return safety_record([(t, int(r), state, bool(over)) for t, r, state, over in _rows(*columns)])
+
+
+def _drawing_row(drawing: Drawing) -> tuple[Any, ...]:
+    x, y, z, diameter, colour, alpha = drawing.sphere
+    return (*drawing[:4], x, y, z, diameter, *colour, alpha)
+
+
+def _drawing(t: float, robot: float, name: str, kind: str, *numbers: float) -> Drawing:
+    x, y, z, diameter, red, green, blue, alpha = numbers
+    sphere = Sphere(x, y, z, diameter, (red, green, blue), alpha)
+    return Drawing(t, int(robot), name, kind, sphere)
+
+
+def write_communication(record: CommunicationRecord, folder: Path) -> None:
+    """Write the files of a record.
+
+    Raises:
+        OSError: A file cannot be written.
+    """
+    counts = {(robot, ALL): own for robot, own in record.robots.items()} | {
+        (sender, receiver): own for (receiver, sender), own in record.links.items()
+    }
+    rows = (
+        (*pair, own.sent, own.received, own.lost, _seconds(own.mean_interval))
+        for pair, own in counts.items()
+    )
+    COUNTS.write(folder / COUNTS.name, rows)
+    if record.is_event_triggered:
+        TRIGGERS.write(folder / TRIGGERS.name, record.triggers.tolist())
+    GRAPH.write(folder / GRAPH.name, record.changes.tolist())
+
+
+def _seconds(value: float) -> str:
+    return f'{value:.6f}' if math.isfinite(value) else ''
+
+
+def read_communication(folder: Path) -> CommunicationRecord | None:
+    """Read the record of a run from the folder of its CSV files; None if it has none.
+
+    Raises:
+        SetcmasError: A file cannot be read or is damaged.
+    """
+    columns = COUNTS.read(folder / COUNTS.name)
+    if columns is None:
+        return None
+    robots: dict[int, Counts] = {}
+    links: dict[tuple[int, int], Counts] = {}
+    for sender, receiver, sent, received, lost, mean_interval in _rows(*columns):
+        counts = Counts(int(sent), int(received), int(lost), mean_interval)
+        if receiver == ALL:
+            robots[int(sender)] = counts
+        else:
+            links[int(receiver), int(sender)] = counts
+    triggers = TRIGGERS.read(folder / TRIGGERS.name) or [()] * len(TRIGGERS.columns)
+    changes = GRAPH.read(folder / GRAPH.name) or [()] * len(GRAPH.columns)
+    return CommunicationRecord(robots, links, np.column_stack(triggers), np.column_stack(changes))
 
 
 def _read_references(path: Path) -> References | None:

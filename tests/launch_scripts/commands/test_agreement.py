@@ -12,7 +12,7 @@ from processes import TIMEOUT_S, run_here, run_setcmas
 from runs import distance
 
 from setcmas_tools import simulate
-from setcmas_tools.run.fleet_motion import read_fleet
+from setcmas_tools.run.run_tables import read_fleet
 
 pytest.importorskip('rclpy')
 pytestmark = pytest.mark.nightly

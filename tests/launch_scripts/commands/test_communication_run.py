@@ -16,8 +16,7 @@ from nav_msgs.msg import Odometry
 from ros_peer import Peer
 from std_msgs.msg import UInt16
 
-from setcmas_tools.run.communication_record import read_communication
-from setcmas_tools.run.fleet_motion import read_fleet
+from setcmas_tools.run.run_tables import read_communication, read_fleet
 
 
 @pytest.mark.nightly

@@ -4,7 +4,7 @@ import pytest
 
 from launch_scripts.cli import main
 from setcmas_tools import simulate
-from setcmas_tools.run.law_commands import safety_record
+from setcmas_tools.run.law_output import safety_record
 from setcmas_tools.run.run import Run
 
 LAW = """K = 0.5

@@ -15,7 +15,7 @@ from terminals import Terminal
 
 from launch_scripts.terminal.keyboard import ALONE_S
 from setcmas_expe.pause.start_requests import REACTION_S
-from setcmas_tools.run.fleet_motion import read_fleet
+from setcmas_tools.run.run_tables import read_fleet
 
 pytest.importorskip('rclpy')
 

@@ -5,8 +5,9 @@ import pytest
 import yaml
 from processes import run_here
 
-from setcmas_tools.run.fleet_motion import fleet_table, write_fleet
+from setcmas_tools.run.fleet_motion import fleet_table
 from setcmas_tools.run.run_info import RunInfo, write_info
+from setcmas_tools.run.run_tables import write_fleet
 
 HEADER = 't,robot,x,y,theta,v,omega\n'
 

@@ -5,8 +5,8 @@ import yaml
 from processes import SETCMAS, run_here
 
 from setcmas_tools import simulate
-from setcmas_tools.run.fleet_motion import read_fleet
 from setcmas_tools.run.run_info import RunInfo, write_info
+from setcmas_tools.run.run_tables import read_fleet
 
 
 def offline(tmp_path, *arguments, plots=False):

@@ -4,7 +4,7 @@ import pytest
 
 from setcmas_tools.compare.differences import differences
 from setcmas_tools.offline.engine import simulate
-from setcmas_tools.run.law_commands import safety_record
+from setcmas_tools.run.law_output import safety_record
 from setcmas_tools.run.run_info import Outcome, RunInfo, State
 
 

@@ -16,7 +16,7 @@ from setcmas_tools.compare.robot_drive import Drive
 from setcmas_tools.report.page import report_page
 from setcmas_tools.report.pair import Pair
 from setcmas_tools.run.communication_record import CommunicationRecord, Counts
-from setcmas_tools.run.law_commands import safety_record
+from setcmas_tools.run.law_output import safety_record
 
 T_DELAYED = np.arange(300) / 10
 

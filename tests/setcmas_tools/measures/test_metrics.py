@@ -12,8 +12,9 @@ from setcmas_ctrl.control.references import References
 from setcmas_simu.errors import SetcmasError
 from setcmas_tools import simulate
 from setcmas_tools.measures.metrics import MOST_ROBOTS_IN_ROWS, as_dict, write_yaml
-from setcmas_tools.run.communication_record import Counts, record_of, write_communication
+from setcmas_tools.run.communication_record import Counts, record_of
 from setcmas_tools.run.run_info import RunInfo, write_info
+from setcmas_tools.run.run_tables import write_communication
 
 
 def sent(metrics):
@@ -117,11 +118,11 @@ def test_the_table_has_a_row_for_each_robot_or_summarises(nb_robots):
     [
         ('csv/fleet.csv', 't,robot\n1,2\n', r'fleet\.csv.*line 1'),
         ('csv/fleet.csv', 't,robot,x,y,theta,v,omega\n-1,1,0,0,0,0,0\n', 'no row at t >= 0'),
-        ('csv/communication.csv', 'sender\n1\n', r'communication\.csv. is damaged'),
+        ('csv/communication.csv', 'sender\n1\n', r'communication\.csv., line'),
         (
             'csv/communication.csv',
             f'{MESSAGES}\n1,all,2,x,0,\n',
-            r'communication\.csv. is damaged',
+            r'communication\.csv., line',
         ),
     ],
 )

@@ -3,7 +3,7 @@ import pytest
 
 from setcmas_tools.measures.safety_metrics import Safety, fleet_filtering, fleet_safety
 from setcmas_tools.run.fleet_motion import fleet_table
-from setcmas_tools.run.law_commands import Commands, Filtered, safety_record
+from setcmas_tools.run.law_output import Commands, Filtered, safety_record
 from setcmas_tools.run.run import Run
 from setcmas_tools.run.run_info import RunInfo
 from setcmas_tools.run.run_tables import RunTables

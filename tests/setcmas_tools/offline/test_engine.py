@@ -15,8 +15,8 @@ from setcmas_simu.fleet.fleet import start_poses
 from setcmas_simu.fleet.start_poses import RandomPoses
 from setcmas_simu.simulator.simulator_options import SimulationOptions
 from setcmas_tools import simulate
-from setcmas_tools.run.fleet_motion import read_fleet
 from setcmas_tools.run.run_folder import RunOptions
+from setcmas_tools.run.run_tables import read_fleet
 
 
 def forward(robotNo, nbRobots, poses, t):

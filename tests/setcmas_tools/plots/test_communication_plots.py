@@ -13,9 +13,8 @@ from setcmas_tools.plots.communication_plots import draw_counts, draw_graph, dra
 from setcmas_tools.plots.plot import plots_of
 from setcmas_tools.plots.style import finish, plot_style
 from setcmas_tools.plots.time_plots import draw_disagreement
-from setcmas_tools.run.communication_record import write_communication
-from setcmas_tools.run.fleet_motion import write_fleet
 from setcmas_tools.run.run import Run
+from setcmas_tools.run.run_tables import write_communication, write_fleet
 
 PLAIN = ['trajectories', 'positions', 'heading', 'velocities', 'distances', 'disagreement']
 

@@ -12,8 +12,9 @@ from runs import animate
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet.fleet import plot_colour, start_poses
 from setcmas_tools.plots import film_writers
-from setcmas_tools.run.communication_record import record_of, write_communication
-from setcmas_tools.run.fleet_motion import fleet_table, write_fleet
+from setcmas_tools.run.communication_record import record_of
+from setcmas_tools.run.fleet_motion import fleet_table
+from setcmas_tools.run.run_tables import write_communication, write_fleet
 
 FLASH = (230, 115, 0)
 

@@ -13,7 +13,8 @@ from setcmas_simu.errors import SetcmasError
 from setcmas_tools.plots.style import plot_style
 from setcmas_tools.plots.time_plots import draw_heading, draw_positions
 from setcmas_tools.plots.trajectories import draw_trajectories
-from setcmas_tools.run.fleet_motion import fleet_table, write_fleet
+from setcmas_tools.run.fleet_motion import fleet_table
+from setcmas_tools.run.run_tables import write_fleet
 
 NAMES = ['trajectories', 'positions', 'heading', 'velocities', 'distances', 'disagreement']
 
@@ -126,7 +127,8 @@ def test_a_robot_that_never_has_a_pose_and_a_single_row(tmp_path):
 def test_without_a_screen_nothing_can_be_shown():
     code = (
         'import sys; from pathlib import Path; from runs import plot\n'
-        'from setcmas_tools.run.fleet_motion import fleet_table, write_fleet\n'
+        'from setcmas_tools.run.fleet_motion import fleet_table\n'
+        'from setcmas_tools.run.run_tables import write_fleet\n'
         'import tempfile\n'
         'from setcmas_simu.errors import SetcmasError\n'
         'with tempfile.TemporaryDirectory() as folder:\n'

@@ -5,7 +5,7 @@ from setcmas_ctrl.rviz_marker_array import publish_marker as extend_trail
 from setcmas_tools import Run, simulate
 from setcmas_tools.replay.history import RunHistory
 from setcmas_tools.run.fleet_motion import fleet_table
-from setcmas_tools.run.law_commands import safety_record
+from setcmas_tools.run.law_output import safety_record
 from setcmas_tools.run.run_tables import RunTables
 
 

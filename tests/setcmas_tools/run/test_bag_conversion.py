@@ -11,7 +11,7 @@ from setcmas_simu.errors import SetcmasError
 from setcmas_tools.bags.topic_table import CsvTable
 from setcmas_tools.run import bag_conversion
 from setcmas_tools.run.bag_conversion import convert, file_names
-from setcmas_tools.run.fleet_motion import read_fleet
+from setcmas_tools.run.run_tables import read_fleet
 
 
 def rows_of(path):

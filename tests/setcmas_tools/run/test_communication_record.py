@@ -4,16 +4,10 @@ import numpy as np
 import pytest
 from metrics_runs import compute
 
-from setcmas_simu.errors import SetcmasError
 from setcmas_tools import simulate
 from setcmas_tools.run.bag_conversion import convert
-from setcmas_tools.run.communication_record import (
-    COMMUNICATION_FILES,
-    Counts,
-    read_communication,
-    record_of,
-    write_communication,
-)
+from setcmas_tools.run.communication_record import Counts, record_of
+from setcmas_tools.run.run_tables import read_communication, write_communication
 
 TRIGGERS = [(0.1, 2, 1), (0.0, 1, 1), (0.1, 1, 0), (0.4, 1, 1)]
 CHANGES = [(2.0, 1, 2, 0.0), (0.0, 1, 2, 0.5), (0.0, 2, 1, 1.0)]
@@ -34,59 +28,6 @@ def test_the_graph_of_a_time():
 
     assert record.adjacency(1.0, 2).tolist() == [[0, 0.5], [1, 0]]
     assert record.adjacency(2.0, 3).tolist() == [[0, 0, 0], [1, 0, 0], [0, 0, 0]]
-
-
-@pytest.mark.parametrize('triggers', [TRIGGERS, []])
-def test_files_give_back_what_was_written(tmp_path, triggers):
-    record = record_of(LINKS, triggers, CHANGES, {1: np.array([0.0, 0.1])})
-    write_communication(record, tmp_path)
-    found = read_communication(tmp_path)
-
-    assert str(found.robots) == str(record.robots)
-    assert str(found.links) == str(record.links)
-    np.testing.assert_array_equal(found.triggers, record.triggers)
-    np.testing.assert_array_equal(found.changes, record.changes)
-
-
-def test_a_run_without_a_record(tmp_path):
-    assert read_communication(tmp_path) is None
-
-
-def test_what_the_files_look_like(tmp_path):
-    write_communication(record_of(LINKS, TRIGGERS, CHANGES, {}), tmp_path)
-
-    assert (tmp_path / 'communication.csv').read_text() == (
-        'sender,receiver,sent,received,lost,mean_interval\n'
-        '1,all,2,2,1,0.400000\n2,all,1,1,0,\n2,1,1,1,0,\n1,2,3,2,1,0.250000\n'
-    )
-    assert (tmp_path / 'triggers.csv').read_text().startswith('t,robot,sent\n0.000000,1,1\n')
-    assert (
-        (tmp_path / 'graph.csv')
-        .read_text()
-        .startswith('t,receiver,sender,weight\n0.000000,1,2,0.5\n')
-    )
-
-
-@pytest.mark.parametrize('name', COMMUNICATION_FILES)
-@pytest.mark.parametrize(
-    'content',
-    [
-        '',
-        'a,b\n',
-        '{header}\n1,x\n',
-        '{header}\n1,x,1,1,1,1\n',
-        '{header}\n0,0,1,1,1,1\n',
-        '{header}\n1,0,1,1\n',
-        '{header}\n1,0,1\n',
-    ],
-)
-def test_damaged_files(tmp_path, name, content):
-    write_communication(record_of(LINKS, TRIGGERS, CHANGES, {}), tmp_path)
-    header = (tmp_path / name).read_text().partition('\n')[0]
-    (tmp_path / name).write_text(content.format(header=header))
-
-    with pytest.raises(SetcmasError, match=rf"{name}' is damaged; it must have the columns"):
-        read_communication(tmp_path)
 
 
 @pytest.fixture

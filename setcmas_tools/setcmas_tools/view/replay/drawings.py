@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 from setcmas_simu.arrays import Floats
 from setcmas_tools.plots.trajectories import draw_references
 from setcmas_tools.replay.history import RunHistory
-from setcmas_tools.run.drawing_record import MARKER, Drawing
+from setcmas_tools.run.law_output import MARKER, Drawing
 from setcmas_tools.run.run import Run, arena_of, obstacles_of
 from setcmas_tools.view.model.marker_shapes import LINES, Shape
 from setcmas_tools.view.model.marker_store import MarkerStore

@@ -4,13 +4,8 @@ import numpy as np
 import pytest
 
 from setcmas_tools.run.bag_conversion import convert
-from setcmas_tools.run.law_commands import (
-    commands,
-    read_commands,
-    read_safety,
-    with_allowed,
-    write_commands,
-)
+from setcmas_tools.run.law_output import with_allowed
+from setcmas_tools.run.run_tables import read_safety
 
 WANTED = np.array([[0.0, 1, 0.5, 0.1], [0.0, 2, 0.4, 0.0], [0.2, 1, 0.3, 0.2], [0.2, 2, 0.1, 0.0]])
 
@@ -36,16 +31,6 @@ def test_what_was_allowed_stands_beside_the_command_of_its_own_step(rate, delay)
     assert rows[20, 4:].tolist() == [20, 20, 0]
     others = np.delete(rows, 20, axis=0)
     assert others[:, 4:].tolist() == np.column_stack([-others[:, 2], *others.T[[2, 2]]]).tolist()
-
-
-def test_a_file_keeps_what_was_allowed(tmp_path):
-    given = commands(np.column_stack([WANTED, WANTED[:, 2:], [0, 1, 2, 3]]))
-    write_commands(given, tmp_path / 'commands.csv')
-
-    read = read_commands(tmp_path / 'commands.csv')
-
-    assert read.of(2).allowed.verdict.tolist() == [1, 3]
-    assert read.allowed.vx.tolist() == given.allowed.vx.tolist()
 
 
 def test_diagnostics_become_a_table_from_the_start_on(make, write_bag, bag):

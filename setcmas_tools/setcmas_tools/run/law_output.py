@@ -1,21 +1,22 @@
-"""Velocities that laws asked for, and what safety filter and safety of experiments allowed."""
+"""Output of control laws: their commands, what filter and safety allowed, and their drawings."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import math
+from bisect import bisect_right
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from pathlib import Path
+from operator import itemgetter
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from setcmas_ctrl.drawing import Sphere
 from setcmas_simu.arrays import Floats
-from setcmas_tools.run.fleet_motion import read_rows, stacked, write_lines
+from setcmas_tools.run.fleet_motion import stacked
 
-COMMANDS_FILE = 'commands.csv'
-_COLUMNS = ('t', 'robot', 'vx', 'vy')
-_OF_FILTER = ('allowed_vx', 'allowed_vy', 'verdict')
-
+MARKER, TRAIL = 'marker', 'trail'
 _EARLY_S = 0.001
 
 
@@ -26,7 +27,7 @@ class Filtered:
     Attributes:
         vx: Velocities along x in m/s: what was wanted, or what took its place.
         vy: The same along y.
-        verdict: What became of what was wanted, as `setcmas_ctrl.filter.barrier.Verdict` has it.
+        verdict: What became of what was wanted, as `setcmas_ctrl.filter.verdict.Verdict` has it.
     """
 
     vx: Floats
@@ -105,37 +106,8 @@ def with_allowed(wanted: Floats, allowed: Floats) -> Floats:
     return rows
 
 
-def write_commands(given: Commands, path: Path) -> None:
-    """Write commands: t with 6 decimals, velocities with 9.
-
-    Raises:
-        OSError: The file cannot be written.
-    """
-    columns = [given.t, given.robot, given.vx, given.vy]
-    names: tuple[str, ...] = _COLUMNS
-    form = '{:.6f},{:d},{:.9f},{:.9f}'
-    if given.allowed:
-        columns += [given.allowed.vx, given.allowed.vy, given.allowed.verdict]
-        form, names = f'{form},{{:.9f}},{{:.9f}},{{:.0f}}', names + _OF_FILTER
-    lines = map(f'{form}\n'.format, *(column.tolist() for column in columns))
-    write_lines(path, names, lines)
-
-
-def read_commands(path: Path) -> Commands | None:
-    """Read commands; None if there is no such file.
-
-    Raises:
-        SetcmasError: The file cannot be read or is damaged.
-    """
-    rows = read_rows(path, _COLUMNS, lambda cells: list(map(float, cells)), _OF_FILTER)
-    return None if rows is None else commands(rows or np.empty((0, len(_COLUMNS))))
-
-
-SAFETY_FILE = 'safety.csv'
 MOVING = 'moving'
 """The state of a robot that is free to move; others are paused and stopped."""
-
-_SAFETY_COLUMNS = ('t', 'robot', 'state', 'overruled')
 
 SafetyRow = tuple[float, int, str, bool]
 
@@ -168,26 +140,87 @@ def safety_record(rows: Sequence[SafetyRow]) -> SafetyRecord:
     )
 
 
-def write_safety(record: SafetyRecord, path: Path) -> None:
-    """Write a record: t with 6 decimals.
+class Drawing(NamedTuple):
+    """A sphere that a script drew.
 
-    Raises:
-        OSError: The file cannot be written.
+    Attributes:
+        t: When, in s from the first command of the run.
+        robot: The robot that it was drawn for.
+        name: Of its topic, such as 'wp_ref'.
+        kind: MARKER, which takes the place of the last one of this robot and name, or TRAIL.
+        sphere: Where it is, and how it looks.
     """
-    columns = (record.t.tolist(), record.robot.tolist(), record.state, record.overruled.tolist())
-    write_lines(path, _SAFETY_COLUMNS, map('{:.6f},{:d},{},{:d}\n'.format, *columns))
+
+    t: float
+    robot: int
+    name: str
+    kind: str
+    sphere: Sphere
 
 
-def read_safety(path: Path) -> SafetyRecord | None:
-    """Read a record; None if there is no such file.
+class DrawingRecord:
+    """Collects drawings: a canvas for scripts that run without ROS.
 
-    Raises:
-        SetcmasError: The file cannot be read or is damaged.
+    A marker that stays as it is counts once, however often it is drawn.
+
+    Attributes:
+        t: The time now, in s.
     """
-    rows = read_rows(path, _SAFETY_COLUMNS, _safety_row)
-    return None if rows is None else safety_record(rows)
+
+    def __init__(self) -> None:
+        """Start without any drawing."""
+        self.t = 0.0
+        self._drawings: list[Drawing] = []
+        self._shown: dict[tuple[int, str], Sphere] = {}
+
+    def show(self, robot: int, name: str, sphere: Sphere) -> None:
+        """Note a marker that is drawn now."""
+        if self._shown.get((robot, name)) != sphere:
+            self._shown[robot, name] = sphere
+            self._drawings.append(Drawing(self.t, robot, name, MARKER, sphere))
+
+    def extend_trail(self, robot: int, name: str, sphere: Sphere) -> None:
+        """Note a sphere that is added to a trail now."""
+        self._drawings.append(Drawing(self.t, robot, name, TRAIL, sphere))
+
+    def drawings(self, start: float = 0.0) -> list[Drawing]:
+        """Return what was drawn, sorted by time, then robot.
+
+        Args:
+            start: The time that is t = 0, in s.
+        """
+        moved = [d._replace(t=d.t - start) for d in self._drawings] if start else self._drawings
+        return sorted(moved, key=itemgetter(0, 1))  # by time, then by robot
 
 
-def _safety_row(cells: list[str]) -> SafetyRow:
-    t, robot, state, overruled = cells
-    return float(t), int(robot), state, bool(int(overruled))
+class DrawnOverTime:
+    """What the scripts of a run drew, by time.
+
+    Attributes:
+        shown: The drawings that can be seen, sorted by time.
+    """
+
+    def __init__(self, drawings: Iterable[Drawing]) -> None:
+        """Take drawings sorted by time; those that are not finite show nothing."""
+        self.shown = [drawing for drawing in drawings if _is_finite(drawing.sphere)]
+        self._markers: dict[tuple[int, str], list[Drawing]] = {}
+        self._trails: list[Drawing] = []
+        for drawing in self.shown:
+            if drawing.kind == MARKER:
+                self._markers.setdefault((drawing.robot, drawing.name), []).append(drawing)
+            else:
+                self._trails.append(drawing)
+
+    def markers(self, t: float) -> list[Drawing]:
+        """Return the markers that are seen at a time in s."""
+        last = ((own, bisect_right(own, t, key=itemgetter(0))) for own in self._markers.values())
+        return [own[count - 1] for own, count in last if count]
+
+    def trails(self, t: float, since: float = -math.inf) -> list[Drawing]:
+        """Return by what trails grew until a time in s, from after another one on."""
+        first, last = (bisect_right(self._trails, at, key=itemgetter(0)) for at in (since, t))
+        return self._trails[first:last]
+
+
+def _is_finite(sphere: Sphere) -> bool:
+    return all(map(math.isfinite, (*sphere[:4], *sphere.colour, sphere.alpha)))

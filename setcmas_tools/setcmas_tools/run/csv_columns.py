@@ -1,0 +1,257 @@
+"""Columns of the CSV files of a run: what is written, what is read, and what the docs show."""
+
+from __future__ import annotations
+
+import csv
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from setcmas_simu.errors import SetcmasError
+
+ALL = 'all'
+"""Stands for all receivers of what a robot broadcast."""
+
+
+@dataclass(frozen=True)
+class Cells:
+    """Values of a column.
+
+    Attributes:
+        must: What each must be, for messages.
+        form: How each is written, as in `format`.
+        parsed: Returns the values of cells, an array or a list; raises ValueError.
+    """
+
+    must: str
+    form: str
+    parsed: Callable[[Sequence[str]], Any]
+
+
+def _numbers(cells: Sequence[str], least: float | None = None, whole: bool = False) -> Any:
+    values = np.array(cells, dtype=float)
+    if least is not None and not (values >= least).all():
+        raise ValueError
+    if whole and (values % 1).any():
+        raise ValueError
+    return values
+
+
+def _times(cells: Sequence[str]) -> Any:
+    values = _numbers(cells)
+    if not np.isfinite(values).all():
+        raise ValueError
+    return values
+
+
+def _receivers(cells: Sequence[str]) -> list[str]:
+    _numbers([cell for cell in cells if cell != ALL], least=1, whole=True)
+    return list(cells)
+
+
+def _known_numbers(cells: Sequence[str]) -> Any:
+    return _numbers([cell or 'nan' for cell in cells])
+
+
+TIME = Cells('a finite number', '.6f', _times)
+NUMBER = Cells('a number', '.9f', _numbers)
+SHORT_NUMBER = Cells('a number', '.9g', _numbers)
+COUNT = Cells('a whole number', '.0f', partial(_numbers, least=0, whole=True))
+ROBOT = Cells('a whole number from 1', '.0f', partial(_numbers, least=1, whole=True))
+RECEIVER = Cells(f"a whole number from 1, or '{ALL}'", '', _receivers)
+SECONDS = Cells('a number, or empty', '', _known_numbers)
+TEXT = Cells('text', '', list)
+
+
+@dataclass(frozen=True)
+class Column:
+    """A column: its name in the first line, its values, and its meaning and unit for the docs."""
+
+    name: str
+    cells: Cells
+    meaning: str
+
+
+@dataclass(frozen=True)
+class CsvFile:
+    """A CSV file with fixed columns.
+
+    Attributes:
+        name: Its name in the folder.
+        meaning: What a row is, for the docs.
+        columns: The columns that it always has.
+        further: Columns that may follow, all or none.
+    """
+
+    name: str
+    meaning: str
+    columns: tuple[Column, ...]
+    further: tuple[Column, ...] = ()
+
+    @property
+    def header(self) -> str:
+        """The names of the columns that it always has."""
+        return _header(self.columns)
+
+    def write(self, path: Path, rows: Iterable[Sequence[Any]], further: bool = False) -> None:
+        """Write rows, whole or not at all; equal rows give equal files.
+
+        Args:
+            path: The file.
+            rows: The values of each row, in the order of the columns.
+            further: Whether the rows have the further columns.
+
+        Raises:
+            OSError: The file cannot be written.
+        """
+        columns = self.columns + (self.further if further else ())
+        line = ','.join(f'{{:{column.cells.form}}}' for column in columns) + '\n'
+        part = path.with_name(f'{path.name}.part')
+        with part.open('w', encoding='utf-8', newline='') as file:
+            file.write(f'{_header(columns)}\n')
+            file.writelines(line.format(*row) for row in rows)
+        part.replace(path)
+
+    def read(self, path: Path) -> list[Any] | None:
+        """Return the values of each column, arrays or lists of text; None if there is no file.
+
+        Raises:
+            SetcmasError: The file cannot be read or is damaged.
+        """
+        try:
+            with path.open(encoding='utf-8-sig', newline='') as file:
+                reader = csv.reader(file)
+                header, rows = ','.join(next(reader, [])), list(reader)
+        except FileNotFoundError:
+            return None
+        except OSError as error:
+            raise SetcmasError(f"'{path}' cannot be read: {error.strerror}") from error
+        except (UnicodeDecodeError, csv.Error) as error:
+            raise SetcmasError(
+                f"'{path}' is not a CSV file; it must have the columns {self.header}"
+            ) from error
+        for columns in (self.columns, self.columns + self.further):
+            if _header(columns) == header:
+                return list(_parsed(path, columns, rows))
+        raise SetcmasError(f"'{path}', line 1: '{header}' is not the columns {self.header}")
+
+
+def _header(columns: Iterable[Column]) -> str:
+    return ','.join(column.name for column in columns)
+
+
+def _parsed(path: Path, columns: Sequence[Column], rows: list[list[str]]) -> Iterator[Any]:
+    for number, row in enumerate(rows, start=2):
+        if len(row) != len(columns):
+            raise _damage(path, number, row, columns, f'it must have {len(columns)} cells')
+    cells = list(zip(*rows, strict=True)) or [()] * len(columns)
+    for column, own in zip(columns, cells, strict=True):
+        try:
+            yield column.cells.parsed(own)
+        except ValueError:
+            i = next(i for i, cell in enumerate(own) if not _fits(column, cell))
+            must = f'{column.name} must be {column.cells.must}'
+            raise _damage(path, i + 2, rows[i], columns, must) from None
+
+
+def _fits(column: Column, cell: str) -> bool:
+    try:
+        column.cells.parsed([cell])
+    except ValueError:
+        return False
+    return True
+
+
+def _damage(
+    path: Path, line: int, row: Iterable[str], columns: Iterable[Column], must: str
+) -> SetcmasError:
+    text = f"'{path}', line {line}: '{','.join(row)}' is not a row of {_header(columns)}; {must}"
+    return SetcmasError(text)
+
+
+_T = Column('t', TIME, 's from the first command of the run')
+_ROBOT = Column('robot', ROBOT, 'its number, from 1')
+
+FLEET = CsvFile(
+    'fleet.csv',
+    'the motion of the robots, a row for each odometry message',
+    (
+        _T,
+        _ROBOT,
+        Column('x', NUMBER, 'position in m'),
+        Column('y', NUMBER, 'position in m'),
+        Column('theta', NUMBER, 'heading in rad'),
+        Column('v', NUMBER, 'forward speed in m/s'),
+        Column('omega', NUMBER, 'turn rate in rad/s'),
+    ),
+)
+COMMANDS = CsvFile(
+    'commands.csv',
+    'the velocities that the laws returned, after saturation, a row for each call',
+    (
+        _T,
+        _ROBOT,
+        Column('vx', NUMBER, 'velocity along x in m/s'),
+        Column('vy', NUMBER, 'velocity along y in m/s'),
+    ),
+    (
+        Column('allowed_vx', NUMBER, 'with a safety filter: velocity that it allowed, in m/s'),
+        Column('allowed_vy', NUMBER, 'the same along y'),
+        Column('verdict', COUNT, '0 as wanted, 1 changed, 2 blocked, 3 no solution'),
+    ),
+)
+SAFETY = CsvFile(
+    'safety.csv',
+    'the state of each robot of an experiment, a row for each status',
+    (
+        _T,
+        _ROBOT,
+        Column('state', TEXT, '`moving`, or why not: `paused`, `stopped`'),
+        Column('overruled', COUNT, '1 if safety limited its command, else 0'),
+    ),
+)
+DRAWINGS = CsvFile(
+    'drawings.csv',
+    'the spheres that scripts drew',
+    (
+        _T,
+        _ROBOT,
+        Column('name', TEXT, 'its topic, such as `wp_ref`'),
+        Column('kind', TEXT, '`marker` replaces that of the same robot and name, `trail` adds'),
+        *(Column(name, SHORT_NUMBER, 'position in m') for name in 'xyz'),
+        Column('diameter', SHORT_NUMBER, 'm'),
+        *(Column(name, SHORT_NUMBER, '0 to 1') for name in ('red', 'green', 'blue', 'alpha')),
+    ),
+)
+COUNTS = CsvFile(
+    'communication.csv',
+    'messages of each link, and of each robot',
+    (
+        Column('sender', ROBOT, 'number of the robot that sent'),
+        Column('receiver', RECEIVER, f'number of the other robot; `{ALL}`: all broadcasts'),
+        Column('sent', COUNT, 'messages sent'),
+        Column('received', COUNT, 'messages that arrived'),
+        Column('lost', COUNT, 'messages that were lost'),
+        Column('mean_interval', SECONDS, 'mean time between arrivals, or broadcasts, in s'),
+    ),
+)
+TRIGGERS = CsvFile(
+    'triggers.csv',
+    'evaluations of triggering conditions',
+    (_T, _ROBOT, Column('sent', COUNT, '1 if it triggered and the robot sent its state, else 0')),
+)
+GRAPH = CsvFile(
+    'graph.csv',
+    'changes of the communication graph',
+    (
+        _T,
+        Column('receiver', ROBOT, 'number of the robot that receives'),
+        Column('sender', ROBOT, 'number of the robot that sends'),
+        Column('weight', SHORT_NUMBER, 'weight of the link from t on'),
+    ),
+)
+CSV_FILES = (FLEET, COMMANDS, DRAWINGS, SAFETY, COUNTS, TRIGGERS, GRAPH)

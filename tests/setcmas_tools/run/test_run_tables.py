@@ -1,0 +1,162 @@
+import math
+
+import numpy as np
+import pytest
+
+from setcmas_simu.errors import SetcmasError
+from setcmas_tools.run.communication_record import Counts, record_of
+from setcmas_tools.run.csv_columns import (
+    COMMANDS,
+    COUNTS,
+    DRAWINGS,
+    FLEET,
+    GRAPH,
+    SAFETY,
+    TRIGGERS,
+)
+from setcmas_tools.run.fleet_motion import fleet_table
+from setcmas_tools.run.law_output import commands
+from setcmas_tools.run.run_tables import (
+    read_commands,
+    read_communication,
+    read_fleet,
+    write_commands,
+    write_communication,
+    write_fleet,
+)
+
+EVALUATIONS = [(0.1, 2, 1), (0.0, 1, 1), (0.1, 1, 0), (0.4, 1, 1)]
+CHANGES = [(2.0, 1, 2, 0.0), (0.0, 1, 2, 0.5), (0.0, 2, 1, 1.0)]
+LINKS = {(2, 1): Counts(3, 2, 1, 0.25), (1, 2): Counts(1, 1, 0, math.nan)}
+
+
+def test_written_and_read_again(tmp_path):
+    chance = np.random.default_rng(1)
+    rows = chance.normal(size=(100, 7))
+    rows[:, 1] = chance.integers(1, 9, 100)
+    table = fleet_table(rows)
+    write_fleet(table, tmp_path / 'fleet.csv')
+
+    again = read_fleet(tmp_path / 'fleet.csv')
+
+    np.testing.assert_allclose(again.t, table.t, atol=5.1e-7)
+    np.testing.assert_array_equal(again.robot, table.robot)
+    for name in ('x', 'y', 'theta', 'v', 'omega'):
+        np.testing.assert_allclose(getattr(again, name), getattr(table, name), atol=5.1e-10)
+    write_fleet(again, tmp_path / 'again.csv')
+    assert (tmp_path / 'again.csv').read_bytes() == (tmp_path / 'fleet.csv').read_bytes()
+
+
+def test_format(tmp_path):
+    write_fleet(fleet_table([[-0.25, 3, 1, 2, 0.5, 0, -1]]), tmp_path / 'fleet.csv')
+
+    assert (tmp_path / 'fleet.csv').read_bytes() == (
+        f'{FLEET.header}\n-0.250000,3,1.000000000,2.000000000,0.500000000,0.000000000,-1.000000000\n'
+    ).encode()
+
+
+def test_lost_poses_are_kept_as_nan(tmp_path):
+    (tmp_path / 'fleet.csv').write_text(f'{FLEET.header}\n0,1,nan,nan,nan,0,0\n1,1,1,1,1,0,0\n')
+
+    assert np.isnan(read_fleet(tmp_path / 'fleet.csv').x).tolist() == [True, False]
+
+
+@pytest.mark.parametrize('lead', ['', '\ufeff'])
+@pytest.mark.parametrize('ending', ['\n', '\r\n'])
+def test_files_that_a_spreadsheet_has_saved(tmp_path, lead, ending):
+    path = tmp_path / 'fleet.csv'
+    path.write_bytes(f'{lead}{FLEET.header}{ending}0,1,1,2,3,4,5{ending}'.encode())
+
+    assert read_fleet(path).omega.tolist() == [5.0]
+
+
+@pytest.mark.parametrize(
+    ('file', 'content', 'line', 'shown'),
+    [
+        (FLEET, '', 1, f"'' is not the columns {FLEET.header}"),
+        (FLEET, 'a;b;c\n', 1, "'a;b;c'"),
+        (FLEET, '{header}\n0,1,1,1,1,1,1\n0,1,1,1\n', 3, "'0,1,1,1' is not a row"),
+        (FLEET, '{header}\n0,1,one,1,1,1,1\n', 2, 'x must be a number'),
+        (FLEET, '{header}\n0,0,1,1,1,1,1\n', 2, 'robot must be a whole number from 1'),
+        (FLEET, '{header}\n0,1.5,1,1,1,1,1\n', 2, "'0,1.5"),
+        (FLEET, '{header}\nnan,1,1,1,1,1,1\n', 2, 't must be a finite number'),
+        (FLEET, '{header}\n0,1,1,1,1,1,1\n\n', 3, "''"),
+        (COMMANDS, '{header},allowed_vx\n0,1,1,1,1\n', 1, 'allowed_vx'),
+        (
+            COUNTS,
+            '{header}\n1,no,1,1,1,1\n',
+            2,
+            "receiver must be a whole number from 1, or 'all'",
+        ),
+        (COUNTS, '{header}\n1,2,-1,1,1,\n', 2, 'sent must be a whole number'),
+        (TRIGGERS, '{header}\n1,0,1\n', 2, 'robot must be'),
+        (GRAPH, '{header}\n1,2,0,1\n', 2, 'sender must be'),
+        (DRAWINGS, '{header}\n0,1,ref,marker,0,0,0,red,1,1,1,1\n', 2, 'diameter must be'),
+        (SAFETY, '{header}\n0,1,moving,no\n', 2, 'overruled must be'),
+    ],
+)
+def test_a_damaged_file_is_reported_with_its_line_and_what_it_must_be(
+    tmp_path, file, content, line, shown
+):
+    path = tmp_path / file.name
+    path.write_text(content.format(header=file.header))
+
+    with pytest.raises(SetcmasError) as error:
+        file.read(path)
+
+    assert f"'{path}', line {line}: " in str(error.value)
+    assert shown in str(error.value)
+    assert file.header in str(error.value)
+    assert '\n' not in str(error.value)
+
+
+@pytest.mark.parametrize('content', [f'{FLEET.header}\n'.encode(), b'\xff\xfe\x00', None])
+def test_other_files_that_are_no_tables(tmp_path, content):
+    path = tmp_path / 'fleet.csv'
+    if content:
+        path.write_bytes(content)
+
+    with pytest.raises(SetcmasError, match=r"fleet\.csv' (holds no rows|is not a CSV|cannot be)"):
+        read_fleet(path)
+
+
+@pytest.mark.parametrize('triggers', [EVALUATIONS, []])
+def test_files_give_back_what_was_written(tmp_path, triggers):
+    record = record_of(LINKS, triggers, CHANGES, {1: np.array([0.0, 0.1])})
+    write_communication(record, tmp_path)
+    found = read_communication(tmp_path)
+
+    assert str(found.robots) == str(record.robots)
+    assert str(found.links) == str(record.links)
+    np.testing.assert_array_equal(found.triggers, record.triggers)
+    np.testing.assert_array_equal(found.changes, record.changes)
+
+
+def test_a_run_without_a_record(tmp_path):
+    assert read_communication(tmp_path) is None
+
+
+def test_what_the_files_look_like(tmp_path):
+    write_communication(record_of(LINKS, EVALUATIONS, CHANGES, {}), tmp_path)
+
+    assert (tmp_path / 'communication.csv').read_text() == (
+        'sender,receiver,sent,received,lost,mean_interval\n'
+        '1,all,2,2,1,0.400000\n2,all,1,1,0,\n2,1,1,1,0,\n1,2,3,2,1,0.250000\n'
+    )
+    assert (tmp_path / 'triggers.csv').read_text().startswith('t,robot,sent\n0.000000,1,1\n')
+    assert (
+        (tmp_path / 'graph.csv')
+        .read_text()
+        .startswith('t,receiver,sender,weight\n0.000000,1,2,0.5\n')
+    )
+
+
+def test_a_file_keeps_what_was_allowed(tmp_path):
+    wanted = np.array([[0.1 * k, 1 + k % 2, 0.5, 0.1 * k] for k in range(4)])
+    given = commands(np.column_stack([wanted, wanted[:, 2:], [0, 1, 2, 3]]))
+    write_commands(given, tmp_path / 'commands.csv')
+
+    read = read_commands(tmp_path / 'commands.csv')
+
+    assert read.of(2).allowed.verdict.tolist() == [1, 3]
+    assert read.allowed.vx.tolist() == given.allowed.vx.tolist()
