@@ -19,15 +19,17 @@ OWN = {*PACKAGES, 'rviz_marker', 'rviz_marker_array'}  # the latter from control
 DISTRIBUTIONS = packages_distributions()
 
 EXTRAS = {
-    'setcmas_expe/setcmas_expe/pause/joystick_reader.py': 'joystick',
+    'launch_scripts/launch_scripts/terminal/status_display.py': 'lab',
+    'setcmas_ctrl/setcmas_ctrl/filter': 'filter',
+    'setcmas_expe/setcmas_expe/pause/joystick_reader.py': 'lab',
+    'setcmas_tools/setcmas_tools/grade': 'grade',
     'setcmas_tools/setcmas_tools/run/run.py': 'notebook',
-    'setcmas_tools/setcmas_tools/study/study_table.py': 'parquet',
-    'setcmas_tools/setcmas_tools/study/study_engine.py': 'cluster',
+    'setcmas_tools/setcmas_tools/study': 'cluster',
     'setcmas_tools/setcmas_tools/view': 'view',
     'docs': 'docs',
     'tests': 'all',
 }
-"""Which code may import what an extra installs, besides what is always there."""
+"""Which code may import the packages of an extra."""
 
 SYSTEM_PACKAGES = {'PIL': 'pil', 'yaml': 'yaml'}
 """Modules that are called otherwise in rosdep's keys, `python3-NAME`."""
@@ -38,8 +40,8 @@ PIP_KEYS = {
 }  # fmt: skip
 """Modules that beside a sourced ROS come from PyPI; their keys are `python3-NAME-pip`."""
 
-EXTRAS_BESIDE_ROS = ('joystick', 'notebook', 'view')
-"""Extras that package.xml asks for, too: there is no choice there."""
+EXTRAS_BESIDE_ROS = ('filter', 'grade', 'lab', 'notebook', 'study', 'view')
+"""Extras whose packages package.xml requires: there is no choice with rosdep."""
 
 
 def files(folder):
@@ -130,7 +132,8 @@ def test_pip_keys_are_in_our_rosdep_list_as_pyproject_asks_for_them():
         keys |= {node.text for node in manifest.iter('exec_depend') if node.text.endswith('-pip')}
     rules = yaml.safe_load((ROOT / 'rosdep.yaml').read_text())
     extras = PROJECT['optional-dependencies']
-    asked = [one.partition(';')[0] for one in (*PROJECT['dependencies'], *extras['view'])]
+    chosen = [requirement for name in EXTRAS_BESIDE_ROS for requirement in extras[name]]
+    asked = [one.partition(';')[0] for one in (*PROJECT['dependencies'], *chosen)]
 
     assert keys == rules.keys()
     for key, rule in rules.items():

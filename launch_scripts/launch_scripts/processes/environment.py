@@ -10,7 +10,7 @@ import warnings
 from collections.abc import Sequence
 
 from launch_scripts.terminal.terminal_output import LOG_FORMAT
-from setcmas_simu.errors import SetcmasError
+from setcmas_simu.errors import SetcmasError, install_command
 
 
 def leave_out_what_breaks() -> None:
@@ -26,9 +26,6 @@ def leave_out_what_breaks() -> None:
     if os.environ.get('MPLBACKEND', '').startswith('module://'):
         del os.environ['MPLBACKEND']
 
-
-ROS_WHEELS = "pip install 'ros-jazzy-rclpy[fastrtps]' ros-jazzy-common-interfaces"
-"""Installs what the nodes need, on Linux x86_64 with Python 3.10 to 3.13."""
 
 _ROS_PACKAGES = ('rclpy', 'geometry_msgs', 'nav_msgs', 'std_msgs', 'visualization_msgs')
 _MIDDLEWARE = 'rmw_fastrtps_cpp'
@@ -73,7 +70,7 @@ def require_ros(without: str = '') -> None:
         )
     if missing := missing_ros():
         raise SetcmasError(
-            f'ROS 2 Jazzy is needed and {missing} is missing: {without}{ROS_WHEELS} '
+            f'ROS 2 Jazzy is needed and {missing} is missing: {without}{install_command("ros")} '
             'installs it on Linux; or source the setup.bash of an installed ROS 2 Jazzy'
         )
 

@@ -6,14 +6,17 @@ import time
 from typing import IO, cast
 
 import msgspec
-from rich.console import Console, Group
-from rich.live import Live
-from rich.table import Table
-from rich.text import Text
 
 from launch_scripts.terminal.terminal_output import QueuedStream
 from setcmas_expe.pause.console_protocol import RobotStatus, Status
 from setcmas_expe.safety.safety_decision import State
+from setcmas_simu.errors import needs
+
+with needs('lab'):
+    from rich.console import Console, Group
+    from rich.live import Live
+    from rich.table import Table
+    from rich.text import Text
 
 _COLOURS = {
     'EMERGENCY STOP': 'bold white on red',

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from setcmas_ctrl.filter.filter_options import SEPARATION_M, FilterOptions
 from setcmas_simu.arrays import Floats
-from setcmas_simu.errors import SetcmasError
+from setcmas_simu.errors import SetcmasError, needs
 from setcmas_simu.robots.arena import Arena, Obstacles
 
 NOBODY = -1
@@ -222,17 +222,20 @@ _ROUNDING_M = 1e-6
 
 
 def check_starts(options: FilterOptions, poses: Floats) -> None:
-    """See that the filter, if it is on, finds robots where they may be.
+    """Check, if the filter is on, that it is installed, and that all robots start where they may.
 
     Args:
         options: Those of the filter.
         poses: Start poses of the fleet, shape (3, N).
 
     Raises:
-        SetcmasError: A robot starts outside the arena, inside an obstacle or too near another.
+        SetcmasError: The solver is missing, or a robot starts outside the arena, inside an
+            obstacle or too near another.
     """
     if not options.is_on:
         return
+    with needs('filter'):
+        import daqp  # noqa: F401
     obstacles = Obstacles.of(options.obstacles or '')
     for robot, (x, y) in enumerate(poses[:2].T.tolist(), start=1):
         at = f'robot {robot} starts at ({x:g}, {y:g}) m,'

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import daqp
 import numpy as np
 from numpy.typing import NDArray
 
 from setcmas_ctrl.filter.clearance import Indices, Rows
 from setcmas_simu.arrays import Floats
+from setcmas_simu.errors import needs
 
 _SOLVED = 1
 _TOLERANCE = 2e-6  # of the solver: 1e-6
@@ -27,7 +27,13 @@ class Projection:
     """
 
     def __init__(self) -> None:
-        """Begin without anything known of a period before."""
+        """Begin without a previous period.
+
+        Raises:
+            SetcmasError: The solver is missing.
+        """
+        with needs('filter'):
+            import daqp  # noqa: F401
         self._pairs: Indices = np.zeros(0, dtype=np.intp)
         self._others = np.zeros(0, dtype=bool)
 
@@ -91,6 +97,8 @@ def _solved(wanted: Floats, rows: Rows, active: Mask) -> tuple[Floats, Mask] | N
         rows: Constraints that some points have.
         active: Which of them will hold the points, as far as that can be guessed.
     """
+    import daqp
+
     points = np.flatnonzero(rows.has(wanted.shape[1]))
     places = np.zeros(points[-1] + 1, dtype=np.intp)
     places[points] = np.arange(len(points))

@@ -13,6 +13,7 @@ from collections.abc import Mapping
 from importlib import metadata
 
 from setcmas_expe.doctor.findings import NOTE, OK, PROBLEM, Finding
+from setcmas_simu.errors import install_command
 
 _GROUP = '239.255.0.1'  # that of DDS discovery
 _SIOCGIFADDR = 0x8915
@@ -77,7 +78,7 @@ _PACKAGES = ('rclpy', 'nav_msgs', 'sensor_msgs', 'diagnostic_msgs', 'std_srvs')
 _DEFAULT_RMW = 'rmw_fastrtps_cpp'
 _RANGES = ('SUBNET', 'LOCALHOST', 'OFF', 'SYSTEM_DEFAULT')
 _LARGEST_DOMAIN = 101
-_WHEELS = "pip install 'setcmas[ros]' (Linux x86_64), or source an installed ROS 2 Jazzy"
+_WHEELS = f'{install_command("ros")} (Linux x86_64), or source an installed ROS 2 Jazzy'
 
 
 def environment_findings() -> list[Finding]:

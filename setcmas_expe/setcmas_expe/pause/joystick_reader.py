@@ -12,7 +12,7 @@ import sys
 from rclpy.clock import Clock, ClockType
 from sensor_msgs.msg import Joy
 
-from setcmas_simu.errors import SetcmasError
+from setcmas_simu.errors import needs
 from setcmas_simu.ros import qos
 from setcmas_simu.ros.process import FleetNode, RosProcess, node_main
 
@@ -30,7 +30,8 @@ class JoystickReader(FleetNode):
         os.environ.setdefault('SDL_VIDEODRIVER', 'dummy')
         os.environ.setdefault('SDL_JOYSTICK_ALLOW_BACKGROUND_EVENTS', '1')
         os.environ.setdefault('PYGAME_HIDE_SUPPORT_PROMPT', '1')
-        import pygame  # an extra; it greets on import unless told otherwise
+        with needs('lab'):
+            import pygame
 
         self._pygame = pygame
         pygame.display.init()
@@ -65,10 +66,7 @@ def main(argv: list[str] | None = None) -> int:
 
 
 def _read(process: RosProcess, _: argparse.Namespace) -> None:
-    try:
-        process.add(JoystickReader())
-    except ImportError as error:
-        raise SetcmasError('pygame is missing; pip install pygame installs it') from error
+    process.add(JoystickReader())
     process.spin()
 
 

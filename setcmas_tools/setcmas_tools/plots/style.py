@@ -232,7 +232,7 @@ def _columns(axes: Axes, nb_lines: int) -> int:
     """Return the columns that a legend beside a panel needs so as not to be higher than it."""
     place = axes.get_subplotspec()
     rows = place.get_gridspec().nrows if place else 1
-    panel = _final_height(axes.figure.get_figure(root=True)) / rows - _AROUND_PANEL_IN
+    panel = _final_height(axes.figure.figure) / rows - _AROUND_PANEL_IN
     entry = float(rcParams['legend.fontsize'] * (1 + rcParams['legend.labelspacing'])) / 72
     return max(1, math.ceil(nb_lines * entry / panel))
 

@@ -13,7 +13,7 @@ import numpy as np
 
 from setcmas_ctrl.control.references import References
 from setcmas_simu.arrays import Floats
-from setcmas_simu.errors import SetcmasError
+from setcmas_simu.errors import SetcmasError, needs
 from setcmas_simu.fleet.topics import robot_name
 from setcmas_tools.run.communication_record import CommunicationRecord
 from setcmas_tools.run.csv_columns import FLEET
@@ -49,10 +49,8 @@ def data_frame(columns: Mapping[str, Any]) -> Any:
     Raises:
         SetcmasError: pandas is missing.
     """
-    try:
+    with needs('notebook'):
         import pandas as pd
-    except ImportError as error:
-        raise SetcmasError('pandas is missing; install it with pip install pandas') from error
     return pd.DataFrame(columns)
 
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from setcmas_simu import __version__
-from setcmas_simu.errors import SetcmasError
+from setcmas_simu.errors import SetcmasError, needs
 from setcmas_tools.study.isolation import close_runners, make_row
 from setcmas_tools.study.study_job import Job
 from setcmas_tools.study.study_row import Row
@@ -40,7 +40,8 @@ class Workers:
         Raises:
             SetcmasError: The cluster does not answer, or cannot make these runs.
         """
-        import joblib
+        with needs('study'):
+            import joblib
 
         with _dask(self.cluster) if self.cluster else _threads(self.jobs) as end:
             parallel = joblib.Parallel(return_as='generator_unordered')
@@ -77,12 +78,8 @@ def _dask(address: str) -> Iterator[Callable[[], object]]:
 
 @contextmanager
 def _client(address: str) -> Iterator[Any]:
-    try:
+    with needs('cluster'):
         from distributed import Client
-    except ImportError as error:
-        raise SetcmasError(
-            "dask is missing; install it with pip install 'setcmas[cluster]'"
-        ) from error
     try:
         client = Client(address, timeout=_CONNECT_S)
     except (OSError, ValueError) as error:

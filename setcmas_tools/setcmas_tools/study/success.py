@@ -10,11 +10,12 @@ from collections.abc import Collection, Mapping, Sequence
 from statistics import NormalDist
 from typing import Any
 
-from simpleeval import InvalidExpression, SimpleEval
-
-from setcmas_simu.errors import SetcmasError
+from setcmas_simu.errors import SetcmasError, needs
 from setcmas_tools.measures.metric import METRICS
 from setcmas_tools.study.study_columns import COLUMNS, SHIPPED
+
+with needs('study'):
+    from simpleeval import InvalidExpression, SimpleEval
 
 CONFIDENCE = 0.95
 """Of the intervals of a share of successes."""

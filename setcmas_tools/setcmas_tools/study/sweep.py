@@ -14,7 +14,7 @@ from typing import Any
 
 from tqdm import tqdm
 
-from setcmas_simu.errors import SetcmasError
+from setcmas_simu.errors import SetcmasError, needs
 from setcmas_tools.offline.engine import simulate
 from setcmas_tools.offline.fleet_laws import Algo
 from setcmas_tools.study.plan import Plan, Variation, make_plan
@@ -108,7 +108,8 @@ def carry_out(
 
 def jobs_of(plan: Plan, runs: Iterable[int], options: SweepOptions) -> Iterator[Job]:
     """Yield the jobs of some runs; those of a cluster take the files along."""
-    import cloudpickle
+    with needs('study'):
+        import cloudpickle
 
     remote = options.cluster is not None
     memory = memory_of_each(os.cpu_count() or 1 if remote else options.jobs)

@@ -54,7 +54,7 @@ def test_a_static_peer_that_does_not_exist_is_told_in_one_line(monkeypatch, name
 def test_without_ros_a_verb_says_what_to_install(monkeypatch):
     monkeypatch.setattr(environment.importlib.util, 'find_spec', lambda _: None)
 
-    with pytest.raises(SetcmasError, match=r"ROS 2 Jazzy is needed.*pip install 'ros-jazzy"):
+    with pytest.raises(SetcmasError, match=r"ROS 2 Jazzy is needed.*pip install 'setcmas\[ros\]'"):
         environment.require_ros()
 
 

@@ -141,7 +141,7 @@ def test_a_data_frame(run):
 def test_without_pandas_it_is_told_what_to_install(run, monkeypatch):
     monkeypatch.setitem(sys.modules, 'pandas', None)
 
-    with pytest.raises(SetcmasError, match='pip install pandas'):
+    with pytest.raises(SetcmasError, match=r'pandas is needed.*\[notebook\]'):
         run.to_dataframe()
 
 

@@ -14,6 +14,7 @@ from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from setcmas_simu.errors import install_command
 from setcmas_tools.grade.sandbox.readable import readable
 
 if TYPE_CHECKING:
@@ -60,7 +61,7 @@ def obstacle() -> str:
         import landlockpy
         import pyseccomp  # noqa: F401
     except (ImportError, RuntimeError) as error:
-        return f'{error}: install setcmas with pip, and libseccomp2 with apt'
+        return f'{error}: {install_command("grade")} and apt-get install libseccomp2 mend that'
     try:
         abi = landlockpy.abi_version()
     except OSError:
