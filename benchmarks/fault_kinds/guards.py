@@ -30,7 +30,7 @@ KINDS = {
     'robot off and on': Kind(lambda r: r.fault('off 1 4'), 'paused: robot'),
     'somebody else speaks as the guard': Kind(
         lambda r: sends(r, '/tb3_1/guard_state', DiagnosticStatus()),
-        'speak as its guard|not understood',
+        'report as its guard|report is invalid',
         falls_silent,
     ),
     'Esc, then released by the operator': Kind(

@@ -43,8 +43,8 @@ def _from_the_start(kind: str, line: str) -> Kind:
 
 KINDS = {
     'mocap dropout': _fault('dropout', 'no good pose'),
-    'mocap zeros': _fault('zero', 'not believed'),
-    'mocap nan': _fault('nan', 'not believed'),
+    'mocap zeros': _fault('zero', 'rejected'),
+    'mocap nan': _fault('nan', 'rejected'),
     'mocap frozen': _fault('frozen', 'frozen'),
     'mocap jump': _fault('jump', 'jumped'),
     'mocap swapped names': _fault('swap', 'swapped'),

@@ -33,7 +33,7 @@ KINDS = {
     'bridge killed (-9)': _killed(BRIDGES, 'bridge process has died'),
     'pause node killed (-9)': _killed(PAUSE, 'pause.*(killed|died)'),
     'controller hung': _hung(CTRL, 'no command'),
-    'bridge hung': _hung(BRIDGES, 'bridge process.*(silent|held up)'),
+    'bridge hung': _hung(BRIDGES, 'bridge process.*(silent|stalled)'),
     'pause node hung': _hung(PAUSE, 'pause node'),
     'setcmas expe hung': Kind(
         lambda r: r.signal(signal.SIGSTOP),

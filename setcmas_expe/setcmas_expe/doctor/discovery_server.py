@@ -1,7 +1,7 @@
-"""Discovery server, for networks in which multicast gets lost.
+"""Discovery server, for networks that lose multicast.
 
-The `fastdds` script of the ROS wheels finds its server, and the server its libraries, in some
-environments only; started from Python it finds them in all.
+The `fastdds` script of the ROS wheels finds its server and libraries in some environments only;
+started from Python it finds them in all.
 """
 
 from __future__ import annotations
@@ -18,14 +18,14 @@ from setcmas_simu.options.group import Options, option
 from setcmas_simu.options.kinds import Kind, Whole
 
 PORT = 11811
-"""Where clients look for a discovery server unless told otherwise (Fast DDS manual)."""
+"""Default port of a discovery server (Fast DDS manual)."""
 
 _PROGRAM = 'fast-discovery-server'
 
 
 @dataclass(frozen=True, kw_only=True)
 class ServerOptions(Options):
-    """Where a discovery server listens."""
+    """Address of a discovery server."""
 
     address: str = option(
         Kind(), 'IP address to listen on', default='0.0.0.0', default_text='all of them'
@@ -43,8 +43,8 @@ def server_command(address: str, port: int) -> list[str]:
     Raises:
         SetcmasError: Fast DDS is not installed.
     """
-    beside = Path(sys.executable).parent / _PROGRAM
-    program = str(beside) if beside.exists() else shutil.which(_PROGRAM)
+    local = Path(sys.executable).parent / _PROGRAM
+    program = str(local) if local.exists() else shutil.which(_PROGRAM)
     if not program:
         raise SetcmasError(
             f"{_PROGRAM} was not found: pip install 'ros-jazzy-rclpy[fastrtps]' installs it on "
@@ -57,7 +57,7 @@ def main(argv: list[str] | None = None) -> int:
     """Become the server; Ctrl-C ends it."""
     parser = argparse.ArgumentParser(
         prog='python -m setcmas_expe.doctor.discovery_server',
-        description='Run a discovery server: machines find each other through it, without '
+        description='Run a discovery server, through which machines find each other without '
         'multicast.',
     )
     ServerOptions.add_to(parser)

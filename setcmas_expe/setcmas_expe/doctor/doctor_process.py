@@ -8,7 +8,6 @@ from __future__ import annotations
 import argparse
 import sys
 from dataclasses import dataclass
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 from tabulate import tabulate
@@ -24,10 +23,10 @@ from setcmas_simu.options.group import Options, flag
 
 @dataclass(frozen=True, kw_only=True)
 class DoctorOptions(Options):
-    """What the doctor does besides looking."""
+    """Active checks of the doctor."""
 
     nudge: bool = flag(
-        'nudge each robot without asking, 5 cm forward and back, and a small turn; clear the way '
+        'nudge each robot without asking: 5 cm forward and back, and a small turn; clear the way '
         'first'
     )
 
@@ -41,7 +40,7 @@ _QUESTION = 'Nudge each robot 5 cm forward and back? People and obstacles clear?
 
 
 def look_around(ros_arguments: list[str]) -> list[Finding]:
-    """Return what other fleets are in sight."""
+    """Return the other fleets in sight."""
     from setcmas_expe.doctor.fleets_in_sight import fleets_finding
     from setcmas_simu.ros.fleet_topic import FleetListener
     from setcmas_simu.ros.process import FleetNode, ros_process
@@ -57,8 +56,8 @@ def look_around(ros_arguments: list[str]) -> list[Finding]:
 def examine_lab(
     lab: Lab, name: str, nudge: bool, proofs: Proofs | None, ros_arguments: list[str]
 ) -> list[Finding]:
-    """Print the table of a lab's robots, nudge them if that is wanted; returns the findings."""
-    # Imported late: without ROS, the checks of this machine still work.
+    """Print the table of a lab's robots, nudge them if wanted, and return the findings."""
+    # Imported late: the checks of this machine need no ROS.
     from setcmas_expe.doctor.lab_examination import LabExamination
     from setcmas_simu.ros.process import ros_process
 
@@ -78,7 +77,7 @@ def examine_lab(
 
 
 def _confirmed(process: RosProcess) -> bool:
-    """Ask the user at the terminal; False where there is none."""
+    """Ask the user at the terminal; return False without one."""
     if not (sys.stdin.isatty() and sys.stdout.isatty()):
         return False
 
@@ -96,7 +95,7 @@ def _confirmed(process: RosProcess) -> bool:
 
 
 def main(argv: list[str] | None = None) -> int:
-    """Check everything; returns the exit status: 0 all well, 1 problems, 2 a mistake."""
+    """Check everything; return the exit status: 0 all well, 1 problems, 2 invalid input."""
     argv = sys.argv[1:] if argv is None else argv
     cut = argv.index('--ros-args') if '--ros-args' in argv else len(argv)
     argv, ros_arguments = argv[:cut], argv[cut:]
@@ -122,7 +121,7 @@ def _examine(args: argparse.Namespace, ros_arguments: list[str]) -> int:
         findings += look_around(ros_arguments)
     print(f'this machine\n{table(findings)}', flush=True)
     if lab and ros_is_there():
-        name = str(options.lab or Path('the default lab'))
+        name = str(options.lab or 'the default lab')
         proofs = ProofOptions.of(args).proofs(lab)
         findings += examine_lab(lab, name, nudge, proofs, ros_arguments)
     advice = advice_lines(findings)

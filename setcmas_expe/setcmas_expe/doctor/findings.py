@@ -1,4 +1,4 @@
-"""Findings of checks: a table, what to do about them, and the verdict over all."""
+"""Findings of checks: their table, advice and verdict."""
 
 from __future__ import annotations
 
@@ -20,9 +20,9 @@ class Finding:
     """The outcome of one check.
 
     Attributes:
-        level: OK, NOTE (works, but should be known) or PROBLEM (does not work).
-        what: What was checked.
-        found: What was found.
+        level: OK, NOTE (works, with a remark) or PROBLEM (does not work).
+        what: Subject of the check.
+        found: Its result.
         advice: What to do; empty if nothing.
     """
 
@@ -39,7 +39,7 @@ def table(findings: Iterable[Finding]) -> str:
 
 
 def advice_lines(findings: Iterable[Finding]) -> list[str]:
-    """Return what to do, problems first, each advice once, wrapped to the width of a terminal."""
+    """Return the advice, problems first, each once, wrapped to the width of a terminal."""
     ordered = sorted(findings, key=lambda finding: finding.level != PROBLEM)
     subjects: dict[tuple[bool, str], list[str]] = {}
     for finding in ordered:

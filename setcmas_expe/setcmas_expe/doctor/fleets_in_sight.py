@@ -15,7 +15,7 @@ _WHAT = 'other fleets'
 
 
 def fleets_finding(node: Node, announced: FleetListener) -> Finding:
-    """Return which robots are in sight: those announced, and others with the nodes of theirs."""
+    """Return the robots in sight: announced ones, and others by the sender of their odometry."""
     fleets = {str(one.source): set(one.robots) for one in announced.take().values()}
     for sender, robots in _by_odometry(node).items():
         if others := robots.difference(*fleets.values()):

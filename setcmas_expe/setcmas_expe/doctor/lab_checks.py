@@ -17,7 +17,7 @@ from setcmas_expe.mocap.sample import Pose
 from setcmas_expe.mocap.sources import MOCAP_SOURCES, NAME, MocapSource
 from setcmas_simu.fleet.topics import CMD_VEL, CMD_VEL_GUARDED, CMD_VEL_TYPES, robot_name
 
-_PLAUSIBLE_AGE_S = (-0.005, 2.0)  # beyond, the clocks of the two machines differ
+_PLAUSIBLE_AGE_S = (-0.005, 2.0)  # outside, the clocks of the two machines differ
 
 
 @dataclass(frozen=True)
@@ -27,7 +27,7 @@ class ArrivalStatistics:
     Attributes:
         rate: Messages per second.
         jitter: Standard deviation of the gaps between arrivals, in s.
-        largest_gap: In s; the time before the first and after the last message counts.
+        largest_gap: In s, including the time before the first and after the last message.
         age: Median age at arrival by the message's stamp, in s; None where the clocks of sender
             and receiver differ, or stamps are not set.
     """
@@ -41,13 +41,13 @@ class ArrivalStatistics:
 def arrival_statistics(
     arrivals: list[float], stamps: list[float], begin: float, end: float
 ) -> ArrivalStatistics:
-    """Return the regularity of messages that were awaited for a while.
+    """Return the regularity of messages over a while.
 
     Args:
-        arrivals: When each arrived, in s.
-        stamps: When each was stamped, in s on a clock that should agree; 0 if it was not.
-        begin: When the wait began, in s.
-        end: When it ended, in s.
+        arrivals: Times of arrival in s.
+        stamps: Their stamps in s, on a clock that should agree; 0 if not set.
+        begin: Start of the measurement in s.
+        end: End of the measurement in s.
     """
     times = [begin, *arrivals, end]
     largest = max(later - earlier for earlier, later in itertools.pairwise(times))
@@ -65,11 +65,11 @@ Graph = Iterable[tuple[str, list[str]]]
 
 
 def other_presets(graph: Graph, preset: str) -> list[Finding]:
-    """Return which presets but the lab's fit topics that are there, and bodies where they tell.
+    """Return the other presets that fit existing topics, with their bodies.
 
     Args:
         graph: Each topic with its types.
-        preset: That of the lab file.
+        preset: The preset of the lab file.
     """
     graph = list(graph)
     heard: dict[str, list[str]] = {}
@@ -80,7 +80,7 @@ def other_presets(graph: Graph, preset: str) -> list[Finding]:
         Finding(
             NOTE,
             'motion capture',
-            f'{" or ".join(names)} would hear {found}',
+            f'{" or ".join(names)} would receive {found}',
             'set mocap.preset in the lab file, or --mocap',
         )
         for found, names in heard.items()
@@ -88,7 +88,7 @@ def other_presets(graph: Graph, preset: str) -> list[Finding]:
 
 
 def heard_by(source: MocapSource, graph: Graph) -> str:
-    """Return what a source would hear, in words; empty if nothing."""
+    """Return what a source would receive, in words; empty if nothing."""
     topics = [topic for topic, types in graph if source.message_type in types]
     if not source.per_body:
         return f'{source.topic}, with all bodies' if source.topic in topics else ''
@@ -118,18 +118,18 @@ COLUMNS = (
 
 @dataclass(frozen=True)
 class RobotCheck:
-    """What was measured and seen of one robot.
+    """Measurements of one robot.
 
     Attributes:
-        robot: Which one it is.
-        mocap: How regularly its poses arrive.
-        pose: The newest good one (m, rad); None if there is none.
+        robot: The robot.
+        mocap: Regularity of its poses.
+        pose: The last good pose (m, rad); None if there is none.
         fault: What is wrong with its poses; None if nothing.
-        kinds: The message types that the listeners of its cmd_vel want.
-        rival: Who else may move it, or move in its place; empty if nobody.
-        guard: What its cmd_vel_guard says; None if there is none.
-        battery: Charge in percent; None if it is not known.
-        round_trip: Time of a service call in s; None if it does not answer.
+        kinds: The message types of the listeners to its cmd_vel.
+        rival: Who else may move it, or move in its place; empty if none.
+        guard: Last report of its cmd_vel_guard; None if there is none.
+        battery: Charge in percent; None if unknown.
+        round_trip: Time of a service call in s; None without an answer.
     """
 
     robot: LabRobot
@@ -155,13 +155,13 @@ class RobotCheck:
             _ms(mocap.age),
             f'{pose[0]:.2f}, {pose[1]:.2f}, {round(math.degrees(pose[2]))} deg' if pose else '-',
             ', '.join(dict.fromkeys(self.kinds)) or 'nobody',
-            self._guard_in_a_word(),
+            self._guard_word(),
             '-' if self.battery is None else f'{self.battery:.0f} %',
             _ms(self.round_trip),
         ]
 
     def findings(self, lab: Lab, bodies: list[str]) -> list[Finding]:
-        """Return what is not as it should be.
+        """Return all problems and remarks.
 
         Args:
             lab: The lab.
@@ -180,7 +180,7 @@ class RobotCheck:
     def _of_mocap(self, lab: Lab, bodies: list[str]) -> list[Finding]:
         topic = lab.mocap.topic_of(self.robot)
         if not self.mocap.rate:
-            seen = f'it sends {", ".join(bodies)}' if bodies else 'it sends no body at all'
+            seen = f'it sends {", ".join(bodies)}' if bodies else 'it sends no body'
             advice = (
                 f'on {lab.mocap.source.topic} {seen}: is its driver running, the robot in view, '
                 'and are preset and mocap_name in the lab file right?'
@@ -195,9 +195,7 @@ class RobotCheck:
             findings.append(self._finding(PROBLEM, 'place', 'outside the arena', advice))
         if self.mocap.largest_gap > lab.timeouts.pose_s:
             found = f'silent for {self.mocap.largest_gap:.1f} s'
-            advice = (
-                'the robot would stop: see that it stays in view, and that the network is quick'
-            )
+            advice = 'the robot would stop: keep it in view, and check the network'
             findings.append(self._finding(PROBLEM, 'mocap', found, advice))
         elif self.mocap.rate < SLOWEST_HZ:
             advice = f'let motion capture send at {SLOWEST_HZ:g} Hz at least, better 50'
@@ -221,18 +219,18 @@ class RobotCheck:
             advice = 'it must be geometry_msgs TwistStamped or Twist'
             findings.append(self._finding(PROBLEM, 'cmd_vel', f'type {strange[0]}', advice))
         elif lab.cmd_vel_type in CMD_VEL_TYPES and others:
-            found = f'it wants {others[0]}, the lab file says {lab.cmd_vel_type}'
-            advice = 'cmd_vel_type: auto in the lab file takes what each robot wants'
+            found = f'it takes {others[0]}, the lab file says {lab.cmd_vel_type}'
+            advice = 'set cmd_vel_type: auto in the lab file'
             findings.append(self._finding(PROBLEM, 'cmd_vel', found, advice))
         if self.rival:
             advice = (
-                'stop what commands it; and give each robot a namespace of its own (one that was '
-                'started again is seen twice for up to 20 s)'
+                'stop the other commander, and give each robot its own namespace (a restarted '
+                'robot appears twice for up to 20 s)'
             )
             findings.append(self._finding(PROBLEM, 'cmd_vel', self.rival, advice))
         return findings
 
-    def _guard_in_a_word(self) -> str:
+    def _guard_word(self) -> str:
         if self.guard is None:
             return 'no'
         if self.guard.stops:
@@ -248,14 +246,14 @@ class RobotCheck:
             return [self._finding(PROBLEM, 'guard', 'not there', advice)]
         findings = []
         if self.guard.stops:
-            advice = 'mend it; an emergency stop is released in an experiment, by R twice'
+            advice = 'repair it; in an experiment, R twice releases an emergency stop'
             findings.append(self._finding(NOTE, 'guard', self.guard.reason, advice))
         if not self.guard.private:
             advice = (
-                f'let its base listen to {CMD_VEL_GUARDED} alone (docs/lab.md): anybody on the '
-                'network can move it'
+                f'let its base listen to {CMD_VEL_GUARDED} alone (docs/lab.md): every machine on '
+                'the network can move it'
             )
-            found = f'the base hears {CMD_VEL} itself'
+            found = f'the base listens to {CMD_VEL} directly'
             findings.append(self._finding(NOTE, 'guard', found, advice))
         return findings
 

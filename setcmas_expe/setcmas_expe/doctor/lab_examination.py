@@ -11,7 +11,7 @@ from setcmas_expe.safety.body_proofs import Proofs
 from setcmas_simu.ros.process import RosProcess
 
 _DISCOVERY_S = 3.0
-_EXPERIMENT = Finding(NOTE, 'experiment', 'one runs here', 'end it (q in its terminal) to nudge')
+_EXPERIMENT = Finding(NOTE, 'experiment', 'one is running', 'end it (q in its terminal) to nudge')
 
 
 class LabExamination:
@@ -23,7 +23,7 @@ class LabExamination:
         Args:
             process: The process.
             lab: The lab.
-            proofs: Keeps what nudges prove; None if nothing counts.
+            proofs: Keeps what nudges prove; None to keep nothing.
         """
         self._proofs = proofs
         self._process = process
@@ -32,7 +32,7 @@ class LabExamination:
         process.add(self._watch)
 
     def watch(self, seconds: float) -> None:
-        """Wait until all robots are found, or cannot be; then listen for a while."""
+        """Wait until all robots are discovered, with a limit; then listen for a while."""
         robots = self._watch.robots.values()
         self._process.spin_until(
             lambda: all(w.arrivals and self._watch.listeners(w.robot) for w in robots),
@@ -42,7 +42,7 @@ class LabExamination:
         self._process.spin_until(lambda: False, seconds)
 
     def result(self) -> tuple[tuple[str, ...], list[list[str]], list[Finding]]:
-        """Return columns and rows of the table of robots, and what was found."""
+        """Return columns and rows of the table of robots, and the findings."""
         checks = self._checks()
         bodies = self._watch.mocap.bodies()
         findings = [f for check in checks for f in check.findings(self._lab, bodies)]
@@ -60,7 +60,7 @@ class LabExamination:
         return list(Nudger(self._process, self._watch, proofs).findings())
 
     def _checks(self) -> list[RobotCheck]:
-        # Questions to robots take time: what was measured before is not to suffer from it.
+        # Take the statistics first: questions to robots take time.
         self._watch.take_guards()
         statistics = {number: self._watch.statistics(number) for number in self._watch.robots}
         poses = self._watch.poses()
@@ -72,7 +72,7 @@ class LabExamination:
                 self._watch.fault(number),
                 [one.kind for one in self._watch.listeners(watch.robot)],
                 self._watch.rival(watch.robot, experiment=True),
-                self._watch.robot_guards[number].heard_report,
+                self._watch.robot_guards[number].recent_report,
                 watch.battery,
                 round_trip(self._process, self._watch, watch.robot),
             )

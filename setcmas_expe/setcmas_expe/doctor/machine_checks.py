@@ -20,15 +20,15 @@ _SIOCGIFADDR = 0x8915
 _WAIT_S = 0.3
 _WHAT = 'multicast'
 _ADVICE = (
-    'robots on other machines are not found by themselves: name them as network.static_peers in '
-    'the lab file, or use a discovery server'
+    'robots on other machines are not discovered: name them as network.static_peers in the lab '
+    'file, or use a discovery server'
 )
 
 
 def network_addresses() -> dict[str, str]:
-    """Return the IPv4 address of each network interface but the loopback, by name.
+    """Return the IPv4 addresses of network interfaces except the loopback, by name.
 
-    None where the system does not tell, such as Windows.
+    Empty on systems without fcntl, such as Windows.
     """
     try:
         import fcntl
@@ -45,7 +45,7 @@ def network_addresses() -> dict[str, str]:
 
 
 def multicast_works(address: str) -> bool:
-    """Return whether a multicast datagram sent through an interface comes back to this host."""
+    """Return whether a multicast datagram through an interface comes back to this host."""
     with contextlib.suppress(OSError), contextlib.ExitStack() as stack:
         receiver = stack.enter_context(socket.socket(socket.AF_INET, socket.SOCK_DGRAM))
         sender = stack.enter_context(socket.socket(socket.AF_INET, socket.SOCK_DGRAM))
@@ -62,10 +62,10 @@ def multicast_works(address: str) -> bool:
 
 
 def multicast_finding() -> Finding:
-    """Return through which interfaces multicast works, as far as this machine can tell."""
+    """Return the interfaces through which multicast works, as seen from this machine."""
     addresses = network_addresses()
     if not addresses:
-        return Finding(NOTE, _WHAT, 'no network is known but this machine itself')
+        return Finding(NOTE, _WHAT, 'this machine has no network')
     working = [name for name, address in addresses.items() if multicast_works(address)]
     if not working:
         return Finding(NOTE, _WHAT, f'blocked on {", ".join(addresses)}', _ADVICE)
@@ -82,7 +82,7 @@ _WHEELS = f'{install_command("ros")} (Linux x86_64), or source an installed ROS 
 
 
 def environment_findings() -> list[Finding]:
-    """Return what was found on this machine."""
+    """Return the findings about this machine."""
     variables = os.environ
     findings = [python_finding(sys.version_info[:2]), ros_finding(), rmw_finding(variables)]
     findings += [domain_finding(variables), discovery_finding(variables)]
@@ -105,7 +105,7 @@ def python_finding(version: tuple[int, int]) -> Finding:
 
 
 def ros_finding() -> Finding:
-    """Return whether the packages of ROS 2 are there."""
+    """Return whether the packages of ROS 2 are installed."""
     missing = _missing_packages()
     if missing:
         return Finding(PROBLEM, 'ROS 2', f'{", ".join(missing)} not found', _WHEELS)
@@ -124,7 +124,7 @@ def _missing_packages() -> list[str]:
 
 
 def rmw_finding(variables: Mapping[str, str]) -> Finding:
-    """Return which middleware is in use."""
+    """Return the middleware in use."""
     name = variables.get('RMW_IMPLEMENTATION') or _DEFAULT_RMW
     if name == _DEFAULT_RMW:
         return Finding(OK, 'middleware', name)
@@ -137,7 +137,7 @@ def rmw_finding(variables: Mapping[str, str]) -> Finding:
 
 
 def domain_finding(variables: Mapping[str, str]) -> Finding:
-    """Return whether the ROS domain is one that works everywhere."""
+    """Return whether the ROS domain works on all systems."""
     text = variables.get('ROS_DOMAIN_ID') or '0'
     if not text.isdecimal() or int(text) > _LARGEST_DOMAIN:
         advice = f'set ROS_DOMAIN_ID to a number from 0 to {_LARGEST_DOMAIN}'

@@ -22,6 +22,7 @@ from setcmas_expe.lab.lab import Lab, LabRobot
 from setcmas_expe.mocap.sample import Pose
 from setcmas_expe.safety.body_proofs import CRAWL_M_S, PROOF_M, Proofs
 from setcmas_expe.safety.motion_watch import MotionWatch
+from setcmas_expe.safety.robot_bridges import robot_commands
 from setcmas_simu.fleet import topics
 from setcmas_simu.fleet.planar_pose import wrap_angle
 from setcmas_simu.fleet.topics import robot_name
@@ -139,14 +140,7 @@ class Nudger:
         return self._watch.pose_age(robot) > self._lab.timeouts.pose_s
 
     def _nudge(self, robot: LabRobot) -> list[Finding]:
-        commands = CmdVelPublisher(
-            self._watch,
-            robot.number,
-            robot.topic(topics.CMD_VEL),
-            robot.topic(topics.ODOM),
-            self._lab.cmd_vel_type,
-            qos.ROBOT_COMMAND,
-        )
+        commands = robot_commands(self._watch, robot, self._lab)
         findings = []
         name = robot_name(robot.number)
         try:

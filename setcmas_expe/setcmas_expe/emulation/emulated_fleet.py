@@ -22,8 +22,8 @@ _ENDURANCE_S = 2.5 * 3600  # of a Burger's battery, as ROBOTIS states it
 def truncated(velocity: float) -> float:
     """Return a velocity (m/s or rad/s) as it reaches the motors: int32(100 v) / 100.
 
-    The conversion of turtlebot3_node; what is not a number becomes 0 and what is too large the
-    largest integer, as a Raspberry Pi's processor converts it.
+    The conversion of turtlebot3_node on a Raspberry Pi: NaN becomes 0, and large values the
+    largest integer.
     """
     if math.isnan(velocity):
         return 0.0
@@ -31,13 +31,13 @@ def truncated(velocity: float) -> float:
 
 
 class EmulatedFleet:
-    """Robots that hold their last command whatever happens to who sent it.
+    """Robots that follow their last command until another one arrives.
 
     Attributes:
-        poses: Where the robots really are: rows x, y in m and theta in rad, shape (3, N).
+        poses: True poses: rows x, y in m and theta in rad, shape (3, N).
         V: Forward speeds of their wheels over the last step in m/s, shape (N,).
         omega: Turn rates over the last step in rad/s, shape (N,).
-        odometry: Where their wheels say they are, from (0, 0, 0) at the start, shape (3, N).
+        odometry: Poses by their wheels, from (0, 0, 0) at the start, shape (3, N).
         battery: Charge in percent, shape (N,).
     """
 
@@ -53,8 +53,8 @@ class EmulatedFleet:
         Args:
             start_poses: Rows x, y in m and theta in rad, shape (3, N).
             limits: The limits of their firmware.
-            rng: Draws what differs between robots: the errors of their wheels.
-            model: How they follow commands within these limits; at once unless told.
+            rng: Draws the errors of their wheels.
+            model: How they follow commands within these limits; at once by default.
         """
         nb_robots = start_poses.shape[1]
         self.poses = np.array(start_poses, dtype=float)
@@ -74,7 +74,7 @@ class EmulatedFleet:
         self._wheel_errors = rng.normal(0.0, _WHEEL_ERROR, (2, nb_robots))
 
     def command(self, index: int, V: float, omega: float) -> None:
-        """Let a robot follow a command (m/s, rad/s) until another one comes."""
+        """Have a robot follow a command (m/s, rad/s) from now on."""
         self._commands[:, index] = truncated(V), truncated(omega)
 
     def set_torque(self, index: int, on: bool) -> None:
@@ -82,7 +82,7 @@ class EmulatedFleet:
         self._torque[index] = on
 
     def push_outwards(self, index: int, middle: tuple[float, float], duration: float) -> None:
-        """Let somebody push a robot away from a point (m) for a time (s); its wheels slip."""
+        """Push a robot away from a point (m) for a time (s); its wheels slip."""
         away = self.poses[:2, index] - middle
         distance = float(np.hypot(*away))
         direction = away / distance if distance > 0 else np.array([1.0, 0.0])
@@ -90,11 +90,11 @@ class EmulatedFleet:
         self._pushed_for[index] = duration
 
     def hold(self, index: int, duration: float) -> None:
-        """Let the wheels of a robot turn for a time (s) without moving it."""
+        """Hold a robot for a time (s) while its wheels turn."""
         self._held_for[index] = duration
 
     def stall(self, index: int, duration: float) -> None:
-        """Let the wheels of a robot stand for a time (s)."""
+        """Stop the wheels of a robot for a time (s)."""
         self._stalled_for[index] = duration
 
     def step(self, Ts: float) -> None:
@@ -114,8 +114,8 @@ class EmulatedFleet:
     def wheel_velocities(self) -> tuple[Floats, Floats]:
         """Return forward speeds (m/s) and turn rates (rad/s) as the wheels measure them.
 
-        The left and the right wheel each have a radius that is a little wrong, so that straight
-        lines become arcs: the main systematic error of odometry (Borenstein and Feng, 1996).
+        Each wheel has a small error in radius, the main systematic error of odometry (Borenstein
+        and Feng, 1996).
         """
         separation = self._limits.wheel_separation
         half = 0.5 * separation * self.omega

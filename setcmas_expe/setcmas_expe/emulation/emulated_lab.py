@@ -45,7 +45,7 @@ from setcmas_simu.simulator.simulator_guard import RobotLocks
 
 
 class Schedule:
-    """Tells when something that happens at a rate is due."""
+    """Due times of an event at a rate."""
 
     def __init__(self, rate: float) -> None:
         """Prepare for a rate in Hz."""
@@ -53,10 +53,10 @@ class Schedule:
         self._next = 0.0
 
     def due(self, now: float) -> bool:
-        """Return whether it is due at time now (s), once for each period."""
+        """Return whether the event is due at time now (s), once per period."""
         if now < self._next:
             return False
-        # Half a step early or late keeps the rate; a long gap is not made up for.
+        # Half a period early or late keeps the rate; long gaps are not caught up.
         self._next = max(self._next + self._period, now + 0.5 * self._period)
         return True
 
@@ -108,38 +108,38 @@ class EmulatedGuards:
         self._steps = Schedule(RATE_HZ)
 
     def hang(self, index: int, until: float) -> None:
-        """Let one do nothing until a time (s)."""
+        """Suspend a guard until a time (s)."""
         if self._guards:
             self._hang_until[index] = until
 
     def restart(self, index: int) -> None:
-        """Let one begin anew."""
+        """Restart a guard."""
         if self._guards:
             self._guards[index].destroy_node()
             self._guards[index] = self._guard(self._robots[index])
 
     def step(self, now: float) -> None:
-        """Step those that do not hang; `now` is in s."""
+        """Step all guards that do not hang; `now` is in s."""
         due = self._steps.due(now)
         for guard, until in zip(self._guards, self._hang_until, strict=True):
             if now >= until and (due or guard.period < 1.0 / RATE_HZ):
                 guard.step(now)
 
     def _guard(self, robot: LabRobot) -> CmdVelGuard:
-        """Return the guard of a robot, which speaks up only when it stops the robot."""
+        """Return the guard of a robot; it logs only stops."""
         name = f'{robot.namespace}.{topics.CMD_VEL_GUARD_NODE}'.replace('/', '.')
         set_logger_level(name, LoggingSeverity.WARN)
         return CmdVelGuard(self._options, robot.namespace, time.monotonic())
 
 
 _STEP_RATE_HZ = 50.0
-_LONGEST_STEP_S = 0.1  # a process that slept longer does not let its robots jump
+_LONGEST_STEP_S = 0.1  # so that robots do not jump after a stall
 _WHEEL_ODOMETRY_HZ = 20.0
 _BATTERY_HZ = 1.0
 
 
 class EmulatedLab(FleetNode):
-    """Steps the robots, lets motion capture see them, and takes orders for faults."""
+    """Steps robots and motion capture, and injects faults."""
 
     def __init__(self, lab: Lab, options: EmulationOptions) -> None:
         """Create the lab's nodes; nothing moves before `start`.
@@ -203,14 +203,14 @@ class EmulatedLab(FleetNode):
         return [self, self._driver, *self._robots]
 
     def greet(self) -> None:
-        """Say what is emulated."""
+        """Log the size of the lab."""
         nb = len(self._robots)
         self.get_logger().info(
             f'emulating a lab with {nb} TurtleBot3{"s" if nb > 1 else ""}; Ctrl-C stops'
         )
 
     def step(self, now: float) -> None:
-        """Move the robots by the commands that have come, and publish; `now` is in s."""
+        """Move the robots by their commands, and publish; `now` is in s."""
         for index, robot in enumerate(self._robots):
             robot.take()
             if now < self._off_until[index]:
@@ -218,7 +218,7 @@ class EmulatedLab(FleetNode):
             elif self._off_until[index]:
                 self._off_until[index] = 0.0
                 self._robot_guards.restart(index)
-        # By the clock and not by counting: robots roll on while this process is late.
+        # By the clock: robots roll on while this process is late.
         self._fleet.step(min(now - self._stepped, _LONGEST_STEP_S))
         self._stepped = now
         self._publish_truth()
@@ -235,7 +235,7 @@ class EmulatedLab(FleetNode):
             publisher.publish(self._truth)
 
     def _publish_frames(self, now: float) -> None:
-        # Stamps are of the system's clock, as those of a driver; latency is steady.
+        # Stamps are of the system's clock, as a driver's are.
         offset = time.time() - now
         if self._frames.due(now):
             self._mocap.capture(self._fleet.poses, now)

@@ -32,11 +32,11 @@ _SLOW_S = 0.5
 
 @dataclass(frozen=True)
 class Sighting:
-    """What the system tells of a body in one frame.
+    """One body in one frame.
 
     Attributes:
-        body: Index of the body it takes it for.
-        stamp: When the frame was taken, in s on the clock of `capture`.
+        body: Index of the body, as the system names it.
+        stamp: Time of the frame in s, on the clock of `capture`.
         position: x, y, z in m, in the axes of the system.
         quaternion: x, y, z, w.
     """
@@ -48,13 +48,13 @@ class Sighting:
 
 
 class EmulatedMocap:
-    """Sees robots, and keeps each sighting back until its latency is over."""
+    """Sees robots, and delays each sighting by its latency."""
 
     def __init__(self, nb_robots: int, y_up: bool, rng: np.random.Generator) -> None:
         """Prepare.
 
         Args:
-            nb_robots: How many bodies there are.
+            nb_robots: Number of bodies.
             y_up: Whether the y axis of the system points upwards.
             rng: Draws the noise.
         """
@@ -62,22 +62,22 @@ class EmulatedMocap:
         self._y_up = y_up
         self._rng = rng
         self._faults: dict[tuple[str, int], tuple[float, float]] = {}  # since, until
-        self._lies: dict[int, tuple[float, float, float]] = {}  # bodies that have fallen off
+        self._fallen: dict[int, tuple[float, float, float]] = {}  # bodies that have fallen off
         self._seen: dict[int, float] = {}
         self._last: dict[int, Sighting] = {}
         self._waiting: list[tuple[float, Sighting]] = []
         self._last_due: dict[int, float] = {}
 
     def begin(self, fault: Fault, now: float) -> None:
-        """Let a fault begin at time now (s)."""
+        """Start a fault at time now (s)."""
         self._faults[fault.kind, fault.robot - 1] = now, now + fault.duration
-        self._lies.pop(fault.robot - 1, None)
+        self._fallen.pop(fault.robot - 1, None)
 
     def capture(self, poses: Floats, now: float) -> None:
         """Take a frame.
 
         Args:
-            poses: Where the robots are: rows x, y in m and theta in rad, shape (3, N).
+            poses: True poses: rows x, y in m and theta in rad, shape (3, N).
             now: Time in s.
         """
         self._faults = {key: span for key, span in self._faults.items() if span[1] > now}
@@ -89,12 +89,12 @@ class EmulatedMocap:
             if sighting and not self._skips(index, now):
                 self._last[index] = sighting
                 delay = LATENCY_S + _LATE_S * self._has(faults.LATE, index)
-                # In order: what is held up holds up what follows.
+                # In order: a late sighting delays those that follow.
                 self._last_due[index] = max(now + delay, self._last_due.get(index, now))
                 self._waiting.append((self._last_due[index], sighting))
 
     def due(self, now: float) -> list[Sighting]:
-        """Return the sightings whose latency is over at time now (s), and forget them."""
+        """Return and forget the sightings whose latency is over at time now (s)."""
         ready = [sighting for at, sighting in self._waiting if at <= now]
         self._waiting = [(at, sighting) for at, sighting in self._waiting if at > now]
         return ready
@@ -103,14 +103,14 @@ class EmulatedMocap:
         return (kind, index) in self._faults
 
     def _misplaced(self, poses: Floats, now: float) -> Floats:
-        """Return where the bodies of the robots are, or seem to be."""
+        """Return where the bodies of the robots are, or seem to be, under faults."""
         poses = np.array(poses, dtype=float)
         for (kind, index), (since, _) in self._faults.items():
             x, y, theta = poses[:, index].tolist()
             if kind in _DRIFTS:
                 poses[0, index] = x - math.copysign(_DRIFTS[kind] * (now - since), x)
             elif kind == faults.FALLEN:
-                poses[:, index] = self._lies.setdefault(index, (x, y, theta))
+                poses[:, index] = self._fallen.setdefault(index, (x, y, theta))
             elif kind == faults.MIRRORED:
                 poses[1:, index] = -y, -theta
             elif kind == faults.TURNED:
@@ -118,7 +118,7 @@ class EmulatedMocap:
         return poses
 
     def _skips(self, index: int, now: float) -> bool:
-        """Return whether this frame of a robot is not sent, for the system is slow."""
+        """Return whether a slow system leaves out this frame of a robot."""
         if self._has(faults.SLOW, index) and now - self._seen.get(index, -math.inf) < _SLOW_S:
             return True
         self._seen[index] = now
@@ -139,14 +139,14 @@ class EmulatedMocap:
         return Sighting(self._name(index), now, (x, y, height), (0.0, 0.0, z, w))
 
     def _name(self, index: int) -> int:
-        """Return the body that the system takes a robot for."""
+        """Return the body for which the system mistakes a robot."""
         following, previous = (index + 1) % self._nb_robots, (index - 1) % self._nb_robots
         if self._has(faults.SWAP, index):
             return following
         return previous if self._has(faults.SWAP, previous) else index
 
     def _spoilt(self, sighting: Sighting, index: int) -> Sighting | None:
-        """Return what becomes of a sighting under the faults of its robot."""
+        """Return a sighting under the faults of its robot; None if it is not sent."""
         if self._has(faults.DROPOUT, index):
             return None
         if self._has(faults.FROZEN, index) and index in self._last:

@@ -27,7 +27,7 @@ Pose = tuple[float, float, float]
 
 
 class EmulatedTurtleBot3(FleetNode):
-    """Takes commands as a real robot does; sends wheel odometry and battery; cuts its motors."""
+    """Takes commands and sends wheel odometry and battery as a real robot does."""
 
     def __init__(
         self,
@@ -40,13 +40,13 @@ class EmulatedTurtleBot3(FleetNode):
         """Create the node in the robot's namespace.
 
         Args:
-            robot: Which one it is.
+            robot: The robot.
             cmd_vel: The topic that its base listens to, in its namespace.
             cmd_vel_type: 'twist_stamped' as on Jazzy, or 'twist' as on Humble.
             on_command: Called with forward speed (m/s) and turn rate (rad/s).
-            on_torque: Called when the motors are to be switched.
+            on_torque: Called to switch the motors.
         """
-        # Parameter services as the real node has: setcmas doctor measures round trips with them.
+        # Like the real node's: setcmas doctor measures round trips with parameter services.
         super().__init__(NODE_NAME, namespace=robot.namespace, start_parameter_services=True)
         self._on_command = on_command
         self._on_torque = on_torque
@@ -59,11 +59,11 @@ class EmulatedTurtleBot3(FleetNode):
         self.create_service(SetBool, topics.MOTOR_POWER, self._on_motor_power)
 
     def take(self) -> None:
-        """Take the commands that have come."""
+        """Take new commands."""
         self._commands.take()
 
     def publish_odometry(self, stamp: Time, pose: Pose, V: float, omega: float) -> None:
-        """Publish where the wheels say that the robot is (m, rad), and their speeds."""
+        """Publish the pose by the wheels (m, rad) and their speeds."""
         self._odom.header.stamp = stamp
         fill_odometry(self._odom, pose, V, omega)
         self._odom_publisher.publish(self._odom)

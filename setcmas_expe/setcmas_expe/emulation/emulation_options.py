@@ -37,11 +37,11 @@ _HALF_SQUARE = 5.0  # m, of the default start poses
 
 @dataclass(frozen=True, kw_only=True)
 class EmulationOptions(StartPoseOptions):
-    """How a lab is emulated."""
+    """How to emulate a lab."""
 
     model: str | None = option(
         Kind(metavar='FILE'),
-        'how the robots follow commands: a file such as setcmas identify writes',
+        'how the robots follow commands: a file written by setcmas identify',
         default=None,
         default_text='at once',
         complete=names_and_files(tuple, ('yaml',)),
@@ -50,33 +50,33 @@ class EmulationOptions(StartPoseOptions):
     mocap_rate: float = option(RATE, 'rate of the motion capture system', default=MOCAP_RATE_HZ)
     robot_cmd_vel_type: str = option(
         OneOf(tuple(CMD_VEL_TYPES)),
-        'what the robots listen to: Jazzy or Humble',
+        'message type that the robots take: that of Jazzy or of Humble',
         default=CMD_VEL_TYPES[0],
     )
     remapped: bool = flag(
-        'robots listen to their guard alone, as in a real lab they should (default: yes)',
+        'robots listen to their guard alone, as real ones should (default: yes)',
         default=True,
     )
 
     def robot_model(self, robots: Sequence[int]) -> RobotModel | None:
-        """Return how robots of these numbers follow commands; None if they do at once.
+        """Return how robots of these numbers follow commands; None if at once.
 
         Raises:
-            SetcmasError: It is no model file, or has a mistake.
+            SetcmasError: The model file is missing or has a mistake.
         """
         if self.model is None:
             return None
         names = model_names(self.model, max(robots))
         if strangers := [name for name in names if not (name == UNICYCLE or is_model_file(name))]:
             raise SetcmasError(
-                f"--model '{strangers[0]}' cannot move emulated TurtleBot3s; it must be a file "
-                'such as setcmas identify writes, model.yaml'
+                f"--model '{strangers[0]}' cannot move emulated TurtleBot3s; it must be a "
+                'model.yaml written by setcmas identify'
             )
         return fleet_model(robot_models([names[robot - 1] for robot in robots], robots))
 
 
 def check_emulated_mocap(mocap: Mocap) -> None:
-    """See that a motion capture system can be emulated.
+    """Check that a motion capture system can be emulated.
 
     Raises:
         SetcmasError: It does not send a topic per body, or messages that are not standard.
@@ -94,19 +94,19 @@ def check_emulated_mocap(mocap: Mocap) -> None:
 def emulated_start_poses(
     arena: Arena, nb_robots: int, given: StartPoseOptions | None = None
 ) -> Floats:
-    """Return start poses: those of a simulation, drawn together until they fit into the arena.
+    """Return the start poses of a simulation, scaled to fit into the arena.
 
     Args:
-        arena: Where robots may be.
+        arena: The arena.
         nb_robots: Size of the fleet.
-        given: Poses to be taken as they are.
+        given: Poses to take as they are.
 
     Returns:
         Rows x, y in m and theta in rad, shape (3, nb_robots).
 
     Raises:
-        SetcmasError: A given pose is malformed, or for a robot that is not in the fleet, or there
-            is no room for random ones.
+        SetcmasError: A given pose is malformed or of no robot in the fleet, or there is no room
+            for random ones.
     """
     defaults = start_poses(nb_robots)
     middle = np.array([[arena.xmin + arena.xmax], [arena.ymin + arena.ymax]]) / 2

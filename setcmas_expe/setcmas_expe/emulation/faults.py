@@ -1,4 +1,4 @@
-"""Faults of an emulated lab, and the line of text that orders one."""
+"""Faults of an emulated lab, and the text message that injects one."""
 
 from __future__ import annotations
 
@@ -32,54 +32,48 @@ PURPOSES = {
     ZERO: 'it sends position 0, quaternion 0',
     NAN: 'it sends values that are not numbers',
     FROZEN: 'it repeats the last pose',
-    JUMP: 'it sees the robot 1 m beside its place',
-    SWAP: 'it takes the robot for the next one, and the next one for the robot',
+    JUMP: 'it sees the robot 1 m off its place',
+    SWAP: 'it swaps the names of the robot and the next one',
     LATE: 'its poses arrive 1 s late',
     DRIFT: 'its poses drift away at 0.3 m/s',
     GLIDE: 'its poses glide away at 2 m/s',
-    FALLEN: 'its marker body has fallen off, and lies there',
+    FALLEN: 'its marker body has fallen off',
     MIRRORED: 'the y axis of its poses points the other way',
     TURNED: 'its body is turned by 90 degrees',
-    SLOW: 'it is seen twice a second',
-    LIFT: 'somebody lifts the robot by 15 cm; its wheels turn in the air',
-    BLOCKED: 'something holds the robot while its wheels turn',
-    STALLED: 'its wheels stand, whatever they are commanded',
+    SLOW: 'motion capture sees it twice a second',
+    LIFT: 'the robot is lifted by 15 cm; its wheels turn in the air',
+    BLOCKED: 'the robot is held while its wheels turn',
+    STALLED: 'its wheels do not turn',
     OFF: 'the robot is switched off, and then on again',
     UNGUARDED: 'its guard hangs',
-    PUSH: 'somebody pushes the robot out of the arena, away from the centre',
+    PUSH: 'the robot is pushed out of the arena',
 }
-"""Every fault by name, and what happens then."""
+"""What happens in each fault, by name."""
 
 OF_MOCAP = PURPOSES.keys() - {PUSH, BLOCKED, STALLED, OFF, UNGUARDED}
-"""Those that motion capture shows; the others befall the robot itself."""
+"""Faults of motion capture; the others are of the robot itself."""
 
 DEFAULT_S = 3.0
-"""How long a fault lasts unless told, in s."""
+"""Default duration of a fault in s."""
 
 _FORM = f"it must be 'KIND ROBOT [SECONDS]' with one of {', '.join(PURPOSES)}"
 
 
 @dataclass(frozen=True)
 class Fault:
-    """A fault of one robot, or of what the motion capture system tells of it.
-
-    Attributes:
-        kind: One of PURPOSES.
-        robot: Number of the robot.
-        duration: How long it lasts, in s.
-    """
+    """A fault (one of PURPOSES) of a robot, or of its poses, for a duration in s."""
 
     kind: str
     robot: int
     duration: float = DEFAULT_S
 
     def __str__(self) -> str:
-        """Return the text that `parse_fault` understands."""
+        """Return the text that `parse_fault` reads."""
         return f'{self.kind} {self.robot} {self.duration:g}'
 
 
 def parse_fault(text: str) -> Fault:
-    """Return the fault that a text such as 'dropout 2 3.0' orders.
+    """Return the fault in a text such as 'dropout 2 3.0'.
 
     Raises:
         SetcmasError: The text has another form.

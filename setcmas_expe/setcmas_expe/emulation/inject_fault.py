@@ -1,4 +1,4 @@
-"""Order of a fault to an emulated lab.
+"""Injects a fault into an emulated lab.
 
 Run as `ros2 run setcmas_expe inject_fault dropout 2 3.0`.
 """
@@ -20,7 +20,7 @@ from setcmas_simu.ros.process import FleetNode, RosProcess, node_main
 
 _DISCOVERY_S = 3.0
 _SENDING_S = 2.0
-_LONGEST_S = 60  # of all, on a busy machine; seen once: it never ended, as its lab just had
+_LONGEST_S = 60  # for the whole command, in case the lab ends meanwhile
 
 
 def _inject(process: RosProcess, args: argparse.Namespace) -> None:
@@ -40,7 +40,7 @@ def _inject(process: RosProcess, args: argparse.Namespace) -> None:
 
 
 def main(argv: list[str] | None = None) -> int:
-    """Order a fault; returns the exit status."""
+    """Inject a fault; return the exit status."""
     parser = argparse.ArgumentParser(prog='inject_fault', description=__doc__)
     parser.add_argument('kind', choices=list(PURPOSES))
     parser.add_argument('robot')

@@ -1,4 +1,4 @@
-"""Decisions of a guard: whose commands it follows, whether it lets them through, and why not."""
+"""Decisions of a guard: which process it follows, whether its robot may move, and why not."""
 
 from __future__ import annotations
 
@@ -8,28 +8,46 @@ from dataclasses import dataclass
 
 from setcmas_ctrl.driving.fleet_pause import BY_WISH
 
+UNHEARD = 'its base does not listen; is its bringup running?'
+
+
+class State(enum.Enum):
+    """What a guard lets its robot do."""
+
+    IDLE = 'idle'
+    """No process commands the robot."""
+    PAUSED = 'paused'
+    FOLLOWING = 'following'
+    SILENT = 'silent'
+    """Its commands ended or come late; it waits for a start."""
+    RIVAL = 'rival'
+    """A second process may command it; it waits for a start."""
+    HELD = 'held'
+    """It missed the pause that must come before a start."""
+    EMERGENCY = 'emergency'
+
 
 class Source:
-    """Pins who commands a robot, by the identifier that DDS gives to a process.
+    """Pins the process that commands a robot, by its DDS identifier.
 
-    Who sent a message cannot be told (rclpy does not say), so nobody is followed while there are
-    several. The operator's pause node stands by to command zero: it does not count.
+    rclpy does not say who sent a message, so the guard follows none of several. The pause node is
+    ready to command zero and does not count.
 
     Attributes:
-        pinned: The process that is followed; empty if there is none.
+        pinned: The process that the guard follows; empty if there is none.
     """
 
     def __init__(self) -> None:
-        """Begin without any."""
+        """Start without one."""
         self.pinned = b''
 
     def conflict(self, found: AbstractSet[bytes], operator: bytes | None, free: bool) -> str:
-        """Return why nobody is to be followed; empty if there is one, or none.
+        """Return why the guard must follow no process; empty if there is one, or none.
 
         Args:
             found: The processes that publish commands.
-            operator: That of the pause node; None if it is not known.
-            free: Whether the robot may move now: then nobody may take the place of another.
+            operator: The process of the pause node; None if unknown.
+            free: Whether the robot may move now: then no process may replace another.
         """
         rest = found - {operator} if len(found) > 1 else found
         if len(rest) > 1:
@@ -42,35 +60,16 @@ class Source:
         return ''
 
 
-UNHEARD = 'its base does not listen; is its bringup running?'
-
-
-class State(enum.Enum):
-    """What a guard lets its robot do."""
-
-    IDLE = 'idle'
-    """Nobody commands the robot."""
-    PAUSED = 'paused'
-    FOLLOWING = 'following'
-    SILENT = 'silent'
-    """Its commands have ended, or come late; it stands until it is started again."""
-    RIVAL = 'rival'
-    """Somebody else may command it; it stands until it is started again."""
-    HELD = 'held'
-    """It missed the pause that must come before a start."""
-    EMERGENCY = 'emergency'
-
-
 @dataclass(frozen=True)
 class Situation:
     """What a guard knows at a moment.
 
     Attributes:
         emergency: Whether an emergency stop is held.
-        intruder: Who else publishes what only the guard may; empty if nobody.
-        conflict: Why nobody's commands are to be followed; empty if somebody's are.
+        intruder: Who else publishes to the base; empty if none.
+        conflict: Why the guard must follow no process; empty if it may.
         is_heard: Whether the base listens.
-        is_commanded: Whether there is somebody who commands the robot.
+        is_commanded: Whether a process commands the robot.
         has_ended: Whether there is no command to follow.
         ending: Why there is none.
     """
@@ -84,36 +83,36 @@ class Situation:
     ending: str
 
 
-class Standing:
-    """Why a robot stands; whatever stopped it, it waits for a pause and then a start.
+class StartLatch:
+    """Keeps a robot stopped, whatever stopped it, until a pause and then a start.
 
     Attributes:
-        is_free: Whether commands are let through.
+        is_free: Whether commands pass.
     """
 
     def __init__(self, resumes: bool) -> None:
-        """Begin with a robot that stands.
+        """Start with a stopped robot.
 
         Args:
-            resumes: Whether it goes on by itself when commands come again after a silence.
+            resumes: Whether the robot resumes when commands come back after a silence.
         """
         self._resumes = resumes
         self._was = State.HELD
-        self._is_let_go = self.is_free = False
+        self._was_started = self.is_free = False
 
-    def hold(self, situation: Situation) -> str:
-        """Return why the robot must wait for a start; empty if it need not."""
+    def reason_to_wait(self, situation: Situation) -> str:
+        """Return why the robot must wait for a start from now on; empty if it need not."""
         state, why = _trouble(situation)
-        if state is State.SILENT and (self._resumes or not self._is_let_go):
+        if state is State.SILENT and (self._resumes or not self._was_started):
             return ''
         if state is not None:  # an emergency stop is over once it is released
             self._was = State.HELD if state is State.EMERGENCY else state
         return why
 
     def decide(self, situation: Situation, paused: str) -> tuple[State, str]:
-        """Return what the robot is let do, and why it stands, by the pause state then."""
+        """Return what the robot may do, and why it stands, given why robots are paused."""
         state, reason = self._decided(situation, paused)
-        self._is_let_go, self.is_free = not paused, state is State.FOLLOWING
+        self._was_started, self.is_free = not paused, state is State.FOLLOWING
         return state, reason
 
     def _decided(self, situation: Situation, paused: str) -> tuple[State, str]:

@@ -1,8 +1,8 @@
-"""Guard on a robot's own computer: lets commands through to its base, or stops it.
+"""Guard on a robot's own computer: passes commands on to its base, or stops it.
 
-A TurtleBot3 keeps its last velocity when whatever commanded it, or the network, dies. Where its
-base listens to the guard's topic (cmd_vel_guarded), the guard decides; where it listens to
-cmd_vel itself, the guard commands zero in between, and can switch the motors off.
+A TurtleBot3 keeps its last velocity when its commander or the network dies. Where its base
+listens to the guard's topic (cmd_vel_guarded), the guard decides; where it listens to cmd_vel
+directly, the guard commands zero in between, and can switch the motors off.
 
 Run as `ros2 run setcmas_expe cmd_vel_guard --ros-args -r __ns:=/tb3_1`.
 """
@@ -25,7 +25,7 @@ from rclpy.publisher import Publisher
 
 from setcmas_ctrl.driving.fleet_pause import EmergencyWatch, PauseWatch
 from setcmas_expe.guard.guard_commands import SILENCE_S, Commands, StopOnSilence, ramped
-from setcmas_expe.guard.guard_decision import Situation, Source, Standing, State
+from setcmas_expe.guard.guard_decision import Situation, Source, StartLatch, State
 from setcmas_expe.guard.guard_watch import GuardReport, Power
 from setcmas_expe.guard.motor_power import MotorPower
 from setcmas_expe.guard.surroundings import Base, Surroundings
@@ -47,60 +47,58 @@ and brakes it with 2.5 (turtlebot3_navigation2, param/jazzy/burger.yaml)."""
 
 @dataclass(frozen=True, kw_only=True)
 class GuardOptions(Options):
-    """What a guard listens to, and what it lets through."""
+    """What a guard receives, and what it passes on."""
 
     cmd_vel_type: str = option(
         OneOf((AUTO, *CMD_VEL_TYPES)),
         'message type of cmd_vel',
         default=AUTO,
-        default_text=f'{CMD_VEL_TYPES[0]}; of a base that hears cmd_vel itself, what it takes',
+        default_text=f'{CMD_VEL_TYPES[0]}, or that of a base that listens directly',
     )
     silence: float = option(
-        DURATION,
-        'silence from which the robot is stopped',
-        default=SILENCE_S,
+        DURATION, 'stop the robot after this long without a command', default=SILENCE_S
     )
-    limits: str = option(OneOf(tuple(MODELS)), 'how fast the robot may be', default='burger')
+    limits: str = option(OneOf(tuple(MODELS)), 'speed limits of the robot', default='burger')
     accel: float = option(
         Number(above=0, unit='m/s^2', finite=True),
-        'how soon a wheel may gain speed',
+        'largest acceleration of a wheel',
         default=ACCEL,
     )
-    resume: bool = flag('follow again after a silence, without anybody who starts the robot again')
+    resume: bool = flag('resume when commands come back')
 
 
-def live() -> None:
-    """Tell systemd that this service lives, as sd_notify(3) has it; nobody, if there is none."""
+def feed_watchdog() -> None:
+    """Tell systemd that this service is alive (sd_notify(3)), if systemd started it."""
     address = os.environ.get('NOTIFY_SOCKET', '')
     if not address:
         return
     where = f'\0{address[1:]}' if address.startswith('@') else address
     kind = socket.SOCK_DGRAM | socket.SOCK_NONBLOCK
-    # Whatever keeps systemd from hearing is no reason to let the robot go.
+    # An error here is no reason to stop guarding the robot.
     with contextlib.suppress(OSError), socket.socket(socket.AF_UNIX, kind) as systemd:
         systemd.sendto(b'WATCHDOG=1', where)
 
 
 RATE_HZ = 20.0
-"""Rate of steps in Hz, while somebody commands the robot."""
+"""Rate of steps in Hz, while a process commands the robot."""
 
 IDLE_RATE_HZ = 10.0
 """Rate of steps in Hz otherwise."""
 
 FIGHT_RATE_HZ = 200.0
-"""Rate of steps in Hz while somebody drives the base past the guard: who speaks last wins."""
+"""Rate of steps in Hz while an intruder drives the base: the base obeys the last command."""
 
 _REPORT_EVERY_S = 0.2
 _LOOK_EVERY_S = 0.5
 _LONGEST_STEP_S = 0.1
-_LAST_WORDS_S = 0.3
+_LAST_ZERO_S = 0.3
 _FIGHTS_S = 0.5
 _STOP = (0.0, 0.0)
 _DEFENDED = (State.EMERGENCY, State.RIVAL)
 
 
 class CmdVelGuard(FleetNode):
-    """Decides what reaches the wheels of one robot. It is stepped; no executor need serve it."""
+    """Decides what reaches the wheels of one robot; it is stepped and needs no executor."""
 
     def __init__(
         self, options: GuardOptions | None = None, namespace: str | None = None, now: float = 0.0
@@ -108,8 +106,8 @@ class CmdVelGuard(FleetNode):
         """Create the node.
 
         Args:
-            options: What it lets through.
-            namespace: The robot's; the one that `--ros-args` gives by default.
+            options: What it passes on.
+            namespace: The robot's; by default the one that `--ros-args` gives.
             now: Time in s on a steady clock.
         """
         super().__init__(topics.CMD_VEL_GUARD_NODE, namespace=namespace)
@@ -121,7 +119,7 @@ class CmdVelGuard(FleetNode):
         self._emergency = EmergencyWatch(self)
         self._power = MotorPower(self)
         self._pause = PauseWatch(self, latches=True)
-        self._standing = Standing(options.resume)
+        self._latch = StartLatch(options.resume)
         self._report = GuardReport(State.IDLE, '', False, Power.UNKNOWN, '')
         self._reports = self.create_publisher(DiagnosticStatus, topics.GUARD_STATE, qos.STATE)
         self._sent = _STOP
@@ -131,20 +129,20 @@ class CmdVelGuard(FleetNode):
         self._use(self._base, now)
 
     def step(self, now: float) -> None:
-        """Decide on what has come, and command the base; `now` is in s on a steady clock."""
+        """Decide on new messages and command the base; `now` is in s on a steady clock."""
         if now - self._looked >= _LOOK_EVERY_S:
             self._looked = now
             if (base := self._surroundings.base()) != self._base:
                 self.stop()
-                self._heard.close()
+                self._cmd_vel.close()
                 for publisher in self._to_base:
                     self.destroy_publisher(publisher)
                 self._use(base, now)
-                self._pause.hold('its base listens elsewhere than before')
+                self._pause.hold('its base listens to another topic than before')
         self._now = now
-        self._heard.take()
-        before, standing = self._report.state, self._standing
-        conflict = self._surroundings.impostor or self._conflict(standing.is_free)
+        self._cmd_vel.take()
+        before, latch = self._report.state, self._latch
+        conflict = self._surroundings.impostor or self._conflict(latch.is_free)
         situation = Situation(
             emergency=self._emergency.take(),
             intruder=self._surroundings.intruder(),
@@ -154,32 +152,32 @@ class CmdVelGuard(FleetNode):
             has_ended=self._has_ended(now),
             ending=self._commands.trouble,
         )
-        if why := standing.hold(situation):
+        if why := latch.reason_to_wait(situation):
             self._pause.hold(why)
-        state, reason = standing.decide(situation, self._pause.reason())
+        state, reason = latch.decide(situation, self._pause.reason())
         if situation.intruder:
             self._fights_until = now + _FIGHTS_S
         self._switch(situation, before, state)
         self._power.step(now)
         self._command(state, now)
-        self._tell(state, reason, now)
+        self._publish_report(state, reason, now)
         self._stepped = now
 
     @property
     def period(self) -> float:
-        """Time in s to the next step: a Raspberry Pi has other things to do than to idle."""
+        """Time in s to the next step, longer while nothing commands the robot."""
         if self._now < self._fights_until:
             return 1.0 / FIGHT_RATE_HZ
         return 1.0 / (IDLE_RATE_HZ if self._report.state is State.IDLE else RATE_HZ)
 
     def stop(self) -> None:
-        """Stop the robot, whatever was heard of its commands, before nobody speaks to its base."""
+        """Stop the robot before the publishers to its base close."""
         self._publish(*_STOP)
         for publisher in self._to_base:
-            publisher.wait_for_all_acked(Duration(seconds=_LAST_WORDS_S))
+            publisher.wait_for_all_acked(Duration(seconds=_LAST_ZERO_S))
 
     def _conflict(self, is_free: bool) -> str:
-        """Return why nobody's commands are to be followed; empty if somebody's are."""
+        """Return why the guard must follow no process; empty if it may."""
         pinned, operator = self._source.pinned, self._surroundings.operator()
         conflict = self._source.conflict(self._surroundings.commanders(), operator, is_free)
         if conflict or self._source.pinned != pinned:
@@ -189,36 +187,36 @@ class CmdVelGuard(FleetNode):
         return self._surroundings.stranger([pinned, operator or b'']) or conflict
 
     def _use(self, base: Base, now: float) -> None:
-        """Speak to the base where it listens, and as it does."""
+        """Publish to the base on its topics, with its type of message."""
         self._base = base
         chosen = self._options.cmd_vel_type
-        hears = chosen if chosen != AUTO else base.kind if base.is_open else CMD_VEL_TYPES[0]
-        self._heard: PolledTopic = PolledTopic(
-            self, TYPES[hears], topics.CMD_VEL, self._on_cmd_vel, qos.ROBOT_COMMAND
+        kind = chosen if chosen != AUTO else base.kind if base.is_open else CMD_VEL_TYPES[0]
+        self._cmd_vel: PolledTopic = PolledTopic(
+            self, TYPES[kind], topics.CMD_VEL, self._on_cmd_vel, qos.ROBOT_COMMAND
         )
-        # Zeros for a base that only seems to hear cmd_vel go where it may hear them, too.
-        spoken = [topics.CMD_VEL_GUARDED, *([topics.CMD_VEL] if base.is_open else [])]
+        # A base that only seems to listen to cmd_vel gets zeros on the guard's topic, too.
+        names = [topics.CMD_VEL_GUARDED, *([topics.CMD_VEL] if base.is_open else [])]
         self._to_base: list[Publisher] = [
-            self.create_publisher(TYPES[base.kind], topic, qos.COMMAND) for topic in spoken
+            self.create_publisher(TYPES[base.kind], topic, qos.COMMAND) for topic in names
         ]
         self._frame = f'{self.get_namespace().strip("/")}/base_footprint'
         self._commands.forget()
-        # The robot may be moving, and whoever commanded it dead: nobody can ask it.
+        # The robot may be moving although its commander is dead.
         self._silence = StopOnSilence(now, self._options.silence)
         if base.is_there:
-            way = 'hears it itself' if base.is_open else f'hears {topics.CMD_VEL_GUARDED} alone'
+            way = 'also listens' if base.is_open else f'listens to {topics.CMD_VEL_GUARDED} alone'
             self.get_logger().info(
                 f'guarding {self._surroundings.cmd_vel}: the base {way} ({base.kind})'
             )
 
     def _has_ended(self, now: float) -> bool:
-        """Return whether there is nothing to follow any more."""
+        """Return whether there is no command to follow."""
         if self._base.is_open:
             return self._silence.must_stop(now)
         return self._commands.newest(now) is None
 
     def _switch(self, situation: Situation, before: State, state: State) -> None:
-        """Switch the motors: off for what zeros cannot stop, on only by a start or a release."""
+        """Switch the motors: off where zeros may not help, on only by a start or a release."""
         open_rival = situation.conflict and self._base.is_open
         if state is State.EMERGENCY or situation.intruder or open_rival:
             self._power.cut()
@@ -239,8 +237,8 @@ class CmdVelGuard(FleetNode):
         for publisher in self._to_base:
             publisher.publish(command(self._base.kind, V, omega, 0.0, self._frame))
 
-    def _tell(self, state: State, reason: str, now: float) -> None:
-        """Tell the state on the topic: at once if it is new; and people if it stops the robot."""
+    def _publish_report(self, state: State, reason: str, now: float) -> None:
+        """Publish the state, at once if it is new; log it if it stops the robot."""
         private = self._base.is_there and not self._base.is_open
         source = self._source.pinned.hex()
         report = GuardReport(state, reason, private, self._power.power, source)
@@ -259,8 +257,8 @@ class CmdVelGuard(FleetNode):
         stamp = 0.0
         if isinstance(message, TwistStamped):
             stamp = message.header.stamp.sec + 1e-9 * message.header.stamp.nanosec
-        self._commands.hear(V, omega, stamp, self._now)
-        self._silence.hear(V, omega, self._now)
+        self._commands.receive(V, omega, stamp, self._now)
+        self._silence.receive(V, omega, self._now)
         if self._base.is_open and self._report.state in _DEFENDED and (V, omega) != _STOP:
             self._fights_until = self._now + _FIGHTS_S
 
@@ -277,7 +275,7 @@ def _guard(process: RosProcess, args: argparse.Namespace) -> None:
 
     def step(now: float) -> None:
         guard.step(now)
-        live()
+        feed_watchdog()
         loop.period = guard.period
 
     loop = StepLoop(process, guard.period, step)

@@ -1,4 +1,4 @@
-"""Reports of a guard (guard_state), and the watch over it from another process."""
+"""Reports of a guard (guard_state), and the watch over it by another process."""
 
 from __future__ import annotations
 
@@ -14,9 +14,15 @@ from setcmas_simu.fleet import topics
 from setcmas_simu.ros import cmd_vel_topics, qos
 from setcmas_simu.ros.polling import PolledTopic
 
+SILENT_AFTER_S = 0.5
+"""Silence at which a guard counts as gone, in s; it reports five times a second."""
+
+MISSING = 'no cmd_vel_guard on it'
+_SILENT = 'its cmd_vel_guard is silent'
+
 
 class Power(enum.Enum):
-    """Whether a guard has switched the motors of its robot off."""
+    """Whether the guard has switched the motors of its robot on or off."""
 
     ON = 'on'
     OFF = 'off'
@@ -33,14 +39,14 @@ _LEVELS = {
 
 @dataclass(frozen=True)
 class GuardReport:
-    """What a guard says of itself.
+    """A report of a guard.
 
     Attributes:
         state: What it lets its robot do.
         reason: Why the robot stands, for people; empty if it need not.
         private: Whether the robot's base listens to the guard alone.
-        power: Whether its motors are on, as far as the guard has switched them.
-        source: GID of the publisher whose commands it follows, in hexadecimal; empty if none.
+        power: The motors, as far as the guard has switched them.
+        source: GID of the publisher that it follows, in hexadecimal; empty if none.
     """
 
     state: State
@@ -51,7 +57,7 @@ class GuardReport:
 
     @property
     def stops(self) -> bool:
-        """Whether it holds a robot that its bridge wants to move, until somebody starts it."""
+        """Whether it keeps its robot stopped until a start."""
         return self.state not in (State.IDLE, State.PAUSED, State.FOLLOWING)
 
     def message(self, name: str, topic: str) -> DiagnosticStatus:
@@ -72,7 +78,7 @@ class GuardReport:
 
     @classmethod
     def of(cls, message: DiagnosticStatus) -> GuardReport:
-        """Return what a message says; what is not understood counts as a robot that is held."""
+        """Return the report in a message; an invalid one means that the robot is held."""
         values = {item.key: item.value for item in message.values}
         try:
             state, power = State(values.get('state')), Power(values.get('motor_power'))
@@ -80,25 +86,18 @@ class GuardReport:
             state, power = State.HELD, Power.UNKNOWN
         reason = message.message
         if state is State.HELD and not reason:
-            reason = 'its report is not understood'
+            reason = 'its report is invalid'
         private = values.get('private') == 'yes'
         return cls(state, reason, private, power, values.get('source', ''))
 
 
-SILENT_AFTER_S = 0.5
-"""Silence in s from which a guard counts as gone; it reports five times a second."""
-
-MISSING = 'no cmd_vel_guard on it'
-_SILENT = 'its cmd_vel_guard is silent'
-
-
 class GuardWatch:
-    """Knows what the guard of a robot says.
+    """Watches the guard of a robot by its reports.
 
     Attributes:
-        report: What it said last; None before the first word.
-        intruder: Who else publishes what only the guard may; empty if nobody.
-        doubt: Why what is said as its guard is not believed; empty if it is.
+        report: Its last report; None before the first.
+        intruder: Who else publishes to the base; empty if none.
+        doubt: Why its reports cannot be trusted; empty if they can.
     """
 
     def __init__(self, node: Node, namespace: str) -> None:
@@ -106,67 +105,67 @@ class GuardWatch:
         self.report: GuardReport | None = None
         self._node = node
         self._topic = f'/{namespace}/{topics.GUARD_STATE}'
-        self._heard_by = f'/{namespace}/{topics.CMD_VEL}'
+        self._cmd_vel = f'/{namespace}/{topics.CMD_VEL}'
         self._guarded = f'/{namespace}/{topics.CMD_VEL_GUARDED}'
         self.intruder = self.doubt = ''
-        self._heard = self._now = -math.inf
+        self._received = self._now = -math.inf
         self._nb_senders = 0
         self._messages = PolledTopic(
             node, DiagnosticStatus, self._topic, self._on_report, qos.STATE
         )
 
     def take(self, now: float) -> None:
-        """Take what has come; `now` is in s on a steady clock."""
+        """Take new reports; `now` is in s on a steady clock."""
         self._now = now
         self._messages.take()
 
     def look_around(self) -> set[bytes]:
-        """See who speaks as the guard; returns the processes that may command zero as such."""
+        """Check who reports as the guard; return the processes that may command zero as such."""
         node = self._node
         found = cmd_vel_topics.publishers(node, self._topic)
         self._nb_senders = len(found)
-        hear = {one.participant for one in cmd_vel_topics.listeners(node, self._heard_by)}
-        guards = cmd_vel_topics.participants(node, self._guarded) & hear
-        speakers = {one.participant for one in found}
+        listeners = {one.participant for one in cmd_vel_topics.listeners(node, self._cmd_vel)}
+        guards = cmd_vel_topics.participants(node, self._guarded) & listeners
+        reporters = {one.participant for one in found}
         self.doubt = ''
         if len(found) > 1:
-            self.doubt = f'{len(found)} nodes speak as its guard'
-        elif speakers - guards:
-            self.doubt = f'{found[0].full_name} speaks as its guard, and is none'
-        known = speakers if speakers and not self.doubt else guards
+            self.doubt = f'{len(found)} nodes report as its guard'
+        elif reporters - guards:
+            self.doubt = f'{found[0].full_name} reports as its guard, but is none'
+        known = reporters if reporters and not self.doubt else guards
         past = cmd_vel_topics.strangers(node, self._guarded, known)
         self.intruder = f'{past[0]} commands it past its guard' if past else ''
-        return speakers if self.is_open and not self.doubt else set()
+        return reporters if self.is_open and not self.doubt else set()
 
     @property
     def is_open(self) -> bool:
-        """Whether the base of the robot hears cmd_vel itself, past its guard."""
+        """Whether the base of the robot receives cmd_vel directly, past its guard."""
         return self.report is not None and not self.report.private and not self.doubt
 
     def is_there(self) -> bool:
-        """Return whether it has been heard of late."""
-        return self._now - self._heard <= SILENT_AFTER_S
+        """Return whether it has reported recently."""
+        return self._now - self._received <= SILENT_AFTER_S
 
     @property
     def is_known(self) -> bool:
-        """Whether there is one, or was, even if it says nothing."""
+        """Whether there is or was one, even if it is silent."""
         return bool(self.report or self._nb_senders)
 
     @property
-    def heard_report(self) -> GuardReport | None:
-        """What it said of late; None if it said nothing."""
+    def recent_report(self) -> GuardReport | None:
+        """Its last report; None if it is silent."""
         return self.report if self.is_there() else None
 
     @property
     def has_ended(self) -> bool:
-        """Whether it has fallen silent, and its robot hears nobody else."""
+        """Whether it is silent, and its base listens to it alone."""
         return self.report is not None and self.report.private and not self.is_there()
 
     def trouble(self, demanded: bool) -> str:
         """Return why its robot must stand; empty if it need not.
 
         Args:
-            demanded: Whether there must be a guard.
+            demanded: Whether the robot must have a guard.
         """
         if self.doubt:
             return self.doubt
@@ -177,4 +176,4 @@ class GuardWatch:
 
     def _on_report(self, message: DiagnosticStatus) -> None:
         if not self.doubt:
-            self.report, self._heard = GuardReport.of(message), self._now
+            self.report, self._received = GuardReport.of(message), self._now

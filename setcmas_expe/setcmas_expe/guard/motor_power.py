@@ -1,4 +1,4 @@
-"""Switch of a TurtleBot3's motors, as its guard uses it (service motor_power)."""
+"""Switch of a TurtleBot3's motors (service motor_power)."""
 
 from __future__ import annotations
 
@@ -15,14 +15,14 @@ _UNANSWERED = 50
 
 
 class MotorPower:
-    """Asks the robot to switch its motors off, again and again: it may have been restarted.
+    """Asks the robot to switch its motors, off again and again: it may have been restarted.
 
     Attributes:
-        power: What the robot has answered last.
+        power: The robot's last answer.
     """
 
     def __init__(self, node: Node, service: str = topics.MOTOR_POWER) -> None:
-        """Find the service through a node, which no executor needs to serve."""
+        """Call the service through a node, which needs no executor."""
         self.power = Power.UNKNOWN
         self._wanted: Power | None = None
         self._client = node.create_client(SetBool, service)
@@ -30,19 +30,19 @@ class MotorPower:
         self._next = -math.inf
 
     def cut(self) -> None:
-        """Have the motors off from now on, and ask for it at once: somebody may switch them on."""
+        """Keep the motors off from now on: another process may switch them on."""
         self._wanted, self._next = Power.OFF, -math.inf
 
     def give(self) -> None:
-        """Have the motors on, whoever may have switched them off."""
+        """Switch the motors on, whoever switched them off."""
         self._wanted, self._next, self.power = Power.ON, -math.inf, Power.UNKNOWN
 
     def leave(self) -> None:
-        """Leave them as they are, to somebody else."""
+        """Leave the motors as they are."""
         self._wanted = None
 
     def step(self, now: float) -> None:
-        """Take the robot's answers, and ask if that is due; `now` is in s."""
+        """Take the robot's answers, and ask again when due; `now` is in s."""
         while self._take_answer():
             pass
         is_done = self._wanted in (None, self.power) and self._wanted is not Power.OFF

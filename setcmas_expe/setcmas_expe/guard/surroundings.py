@@ -15,11 +15,11 @@ from setcmas_simu.ros.cmd_vel_topics import Endpoint, OnlySender
 
 @dataclass(frozen=True)
 class Base:
-    """How the base of a robot listens to commands.
+    """How the base of a robot receives commands.
 
     Attributes:
         is_there: Whether it listens at all.
-        is_open: Whether it hears what anybody publishes on cmd_vel.
+        is_open: Whether it listens to cmd_vel directly.
         kind: Type of its messages.
     """
 
@@ -29,19 +29,19 @@ class Base:
 
 
 def base_of(
-    to_anybody: Collection[Endpoint], to_guard: Collection[Endpoint], robot: Collection[bytes]
+    to_cmd_vel: Collection[Endpoint], to_guard: Collection[Endpoint], robot: Collection[bytes]
 ) -> Base:
-    """Return how a base listens; who sends odometry is it, where others look on.
+    """Return how a base listens; of several listeners, it is the one that sends odometry.
 
     Args:
-        to_anybody: Who listens to cmd_vel, the guard aside.
-        to_guard: Who listens to the guard's topic.
+        to_cmd_vel: Listeners to cmd_vel, except the guard.
+        to_guard: Listeners to the guard's topic.
         robot: The processes that send the odometry of the wheels.
     """
-    found = [*to_anybody, *to_guard]
+    found = [*to_cmd_vel, *to_guard]
     base = [one for one in found if one.participant in robot] or found
     kinds = [kind for kind in CMD_VEL_TYPES if any(one.kind == kind for one in base)]
-    is_open = any(one in to_anybody for one in base)
+    is_open = any(one in to_cmd_vel for one in base)
     return Base(bool(kinds), is_open and bool(kinds), kinds[0] if kinds else CMD_VEL_TYPES[0])
 
 
@@ -50,8 +50,8 @@ class Surroundings:
 
     Attributes:
         cmd_vel: Full name of the topic of the bridge's commands.
-        guarded: Full name of the topic that the guard alone publishes.
-        impostor: Who else says that it is the robot; empty if nobody.
+        guarded: Full name of the guard's own topic.
+        impostor: Who else poses as the robot; empty if none.
     """
 
     def __init__(self, node: Node) -> None:
@@ -69,12 +69,12 @@ class Surroundings:
         return cmd_vel_topics.participants(self._node, self.cmd_vel) - {self._own}
 
     def intruder(self) -> str:
-        """Return who else publishes what only the guard may; empty if nobody."""
+        """Return who else publishes to the base; empty if none."""
         found = cmd_vel_topics.strangers(self._node, self.guarded, {self._own})
         return f'{found[0]} commands it past its guard' if found else ''
 
     def stranger(self, known: Collection[bytes]) -> str:
-        """Return who commands the robot and is none of these processes; empty if nobody."""
+        """Return who commands the robot except these processes; empty if none."""
         found = cmd_vel_topics.strangers(self._node, self.cmd_vel, {self._own, *known})
         return f'{found[0]} commands it' if found else ''
 
@@ -86,10 +86,10 @@ class Surroundings:
     def base(self) -> Base:
         """Return how the robot's base listens; an impostor does not change it."""
         self.impostor = self._odometry.impostor()
-        to_anybody = [
+        to_cmd_vel = [
             one
             for one in cmd_vel_topics.listeners(self._node, self.cmd_vel)
             if (one.participant, one.full_name) != (self._own, self._own_name)
         ]
         to_guard = cmd_vel_topics.listeners(self._node, self.guarded)
-        return base_of(to_anybody, to_guard, self._odometry.process)
+        return base_of(to_cmd_vel, to_guard, self._odometry.process)

@@ -16,22 +16,22 @@ from setcmas_simu.robots.arena import Arena, Obstacles
 from setcmas_simu.robots.model import VelocityLimits
 
 LOW_PERCENT = 15.0
-"""Charge from which people are told."""
+"""Charge below which users are warned."""
 
 
 class Battery:
     """Reads sensor_msgs/BatteryState.percentage.
 
-    The message says 0 to 1; turtlebot3_node sends 0 to 100. Only what has once been above 1 is
-    in percent, so that 0.04 is told as 4 %.
+    The message is defined as 0 to 1; turtlebot3_node sends 0 to 100. A value above 1 proves
+    percent; before that, 0.04 means 4 %.
     """
 
     def __init__(self) -> None:
-        """Know nothing yet."""
+        """Start without a measurement."""
         self._in_percent = False
 
     def percent(self, percentage: float) -> float | None:
-        """Return the charge in percent; None if it is not told."""
+        """Return the charge in percent; None if unknown."""
         if not math.isfinite(percentage):
             return None
         self._in_percent = self._in_percent or percentage > 1.0
@@ -39,8 +39,7 @@ class Battery:
 
 
 FILTER_MARGIN_M = 0.05
-"""By how much the filter keeps robots further apart than where they are stopped, in m."""
-
+"""Extra distance that the filter keeps between robots, beyond that at which they stop, in m."""
 
 _PLACES = 40  # along each side of the arena
 
@@ -50,7 +49,7 @@ class LabRobot:
     """A real robot.
 
     Attributes:
-        number: What control laws call it, from 1.
+        number: Its number in control laws, from 1.
         mocap_name: Name of its rigid body in the motion capture system.
         namespace: Namespace of the robot's own nodes, without a slash.
     """
@@ -61,7 +60,7 @@ class LabRobot:
 
     @classmethod
     def numbered(cls, number: int) -> LabRobot:
-        """Return the robot that is called tb3_<number> everywhere."""
+        """Return the robot named tb3_<number> everywhere."""
         return cls(number, robot_name(number), robot_name(number))
 
     def topic(self, name: str) -> str:
@@ -75,7 +74,7 @@ class Mocap:
 
     Attributes:
         preset: Name of its source, or 'custom'.
-        source: What its driver sends.
+        source: Topics and messages of its driver.
         y_up: Whether its y axis points upwards.
     """
 
@@ -90,7 +89,7 @@ class Mocap:
 
 @dataclass(frozen=True)
 class Timeouts:
-    """Ages in s from which what a robot depends on is too old."""
+    """Largest ages in s of what a robot depends on."""
 
     pose_s: float
     command_s: float
@@ -99,24 +98,24 @@ class Timeouts:
 
 @dataclass(frozen=True)
 class Lab:
-    """All that an experiment must know of its lab; `lab_file.load_lab` reads it.
+    """A lab; `lab_file.load_lab` reads it.
 
     Attributes:
         robots: The robots, numbered 1 to N in this order.
         mocap: The motion capture system.
         arena: Where robots may be.
         min_separation: Smallest distance between two robots' centres, in m.
-        obstacles: What robots must not touch.
+        obstacles: Obstacles for the robots.
         filter: The safety filter between control laws and robots: 'barrier' or 'none'.
-        limits: How fast robots are driven.
-        accel: How fast their forward speed may rise, in m/s^2; inf is no limit.
-        timeouts: When what a robot depends on is too old.
-        checks_motion: Whether motion capture is compared with what robots are commanded.
-        resumes: Whether robots go on by themselves once what stopped them is over.
+        limits: Speed limits of the robots.
+        accel: Largest rise of their forward speed, in m/s^2; inf is no limit.
+        timeouts: Largest ages of poses, commands and the pause state.
+        checks_motion: Whether robots must be seen to move as commanded.
+        resumes: Whether robots resume by themselves when the reason of a stop is gone.
         guarded: Whether every robot must have a cmd_vel_guard.
         cmd_vel_type: 'twist_stamped', 'twist', or 'auto' for what each robot listens to.
         joystick_button: Index of the button that starts and pauses, from 0.
-        joystick_topic: Where the joystick's messages come from.
+        joystick_topic: Topic of the joystick.
         static_peers: Addresses of the other machines, for networks without multicast.
         discovery_server: Its address:port; empty if there is none.
     """
@@ -145,10 +144,10 @@ class Lab:
         return len(self.robots)
 
     def safety(self, others: FilterOptions) -> FilterOptions:
-        """Return the options of the safety filter in this lab, with the others as given.
+        """Return the options of the safety filter in this lab, and the others as given.
 
         Raises:
-            ClashError: They do not go together.
+            ClashError: They contradict each other.
         """
         return replace(
             others,
@@ -160,7 +159,7 @@ class Lab:
         )
 
     def check_room(self) -> None:
-        """See that obstacles leave robots a place in the arena.
+        """Check that obstacles leave room in the arena.
 
         Raises:
             SetcmasError: They cover it.
@@ -175,7 +174,7 @@ class Lab:
             )
 
     def check_rate(self, rate: float) -> None:
-        """See that a rate of control in Hz lets no robot stop between two commands.
+        """Check that robots do not stop between two commands at a control rate in Hz.
 
         Raises:
             SetcmasError: It is too low.

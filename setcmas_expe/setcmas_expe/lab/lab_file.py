@@ -1,4 +1,4 @@
-"""Lab files: YAML, checked down to the line of each mistake."""
+"""Lab files: YAML, checked with the line of each mistake."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ from setcmas_simu.robots.model import ROBOT_MODELS, VelocityLimits
 from setcmas_simu.yaml_entries import Entry, read_entries
 
 DEFAULT_FILE = Path(str(resources.files('setcmas_expe') / 'config' / 'lab.yaml'))
-"""The lab file with every default, and a comment on each."""
+"""The lab file with all defaults and a comment on each."""
 
 _KEYS = (
     'robots',
@@ -55,21 +55,21 @@ _GROUPS = {
     'network': ('static_peers', 'discovery_server'),
 }
 _LIMITS = {'forward': 3.0, 'turn': 20.0, 'wheel': 3.0, 'wheel_separation': 2.0}
-"""What may be said of a robot of one's own, and the most that is plausible indoors."""
+"""Limits that describe another robot, and the largest plausible values indoors."""
 _TIMEOUTS_S = (0.3, 2.0)  # commands come every 0.2 s
-"""From the time between two commands of a controller to what is still safe."""
+"""Shortest and longest timeout: more than the time between two commands, and still safe."""
 _LARGEST_PORT = 65535
 _NAMESPACE = re.compile(r'[A-Za-z][A-Za-z0-9_]*(/[A-Za-z][A-Za-z0-9_]*)*')
 _ADDRESS = re.compile(r'[A-Za-z0-9_.:-]+')
 
 
 def load_lab(path: Path, nb_robots: int | None = None) -> Lab:
-    """Return the lab that a file describes; the default file gives what it leaves out.
+    """Return the lab in a file, completed by the default file.
 
     Args:
         path: The file.
-        nb_robots: How many of its robots take part; all by default. A file without a list of
-            robots has as many as wanted, by default 1.
+        nb_robots: How many of its robots take part; all by default. Without a list of robots in
+            the file, any number, by default 1.
 
     Raises:
         SetcmasError: The file has a mistake; the message names file and line.
@@ -128,7 +128,7 @@ def _robots(
     if not numbers or numbers[-1] != len(numbers):
         raise SetcmasError(
             f'{entry.file}, line {entry.line}: the robots have the numbers {numbers}; they '
-            'must be 1 to N without a gap, for control laws count their robots so'
+            'must be 1 to N without a gap'
         )
     if nb_robots and nb_robots > len(numbers):
         raise SetcmasError(
@@ -160,7 +160,7 @@ def _refuse_same(entry: Entry, robot: LabRobot, other: LabRobot) -> None:
         if value == getattr(other, key):
             raise SetcmasError(
                 f"{entry.file}, line {entry.line}: two robots have the {key} '{value}'; "
-                'each robot needs one of its own'
+                'each robot needs its own'
             )
 
 
@@ -178,14 +178,14 @@ def _mocap(fields: dict[str, Entry]) -> Mocap:
         source = replace(source, topic=topic)
     if 'type' in fields:
         if not source.per_body:
-            raise fields['type'].mistake(f'left out, for {name} has a type of its own')
+            raise fields['type'].mistake(f'left out: {name} has its own type')
         message_type, read = STANDARD[fields['type'].choice(STANDARD)]
         source = replace(source, message_type=message_type, read=read)
     return Mocap(name, source, fields['y_up'].flag())
 
 
 def _custom(fields: dict[str, Entry]) -> MocapSource:
-    """Return a source that the topic and the type of a lab file complete."""
+    """Return a source without topic and type, which the lab file gives."""
     missing = [key for key in ('topic', 'type') if key not in fields]
     if missing:
         known = ', '.join(MOCAP_SOURCES.offers())

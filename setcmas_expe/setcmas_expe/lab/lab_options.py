@@ -1,4 +1,4 @@
-"""Options that choose the lab of an experiment, for all its processes."""
+"""Options that choose the lab, for all processes of an experiment."""
 
 from __future__ import annotations
 
@@ -21,12 +21,12 @@ from setcmas_simu.robots.model import ROBOT_MODELS
 
 @dataclass(frozen=True, kw_only=True)
 class LabOptions(Options):
-    """Which lab it is; options override the lab file."""
+    """The lab file, and options that override it."""
 
     TITLE: ClassVar[str] = 'lab'
 
     lab: Path | None = option(
-        PathTo(), 'lab file', default=None, default_text='the one that comes with this'
+        PathTo(), 'lab file', default=None, default_text='the one of the package'
     )
     nb_robots: int | None = option(
         NB_ROBOTS, 'size of the fleet', default=None, default_text="the lab file's, or 1"
@@ -38,42 +38,39 @@ class LabOptions(Options):
         complete=names_and_files(MOCAP_SOURCES.offers),
     )
     limits: str | None = option(
-        OneOf(tuple(ROBOT_MODELS)), 'how fast robots are driven', default=None
+        OneOf(tuple(ROBOT_MODELS)), 'speed limits of the robots', default=None
     )
-    arena: Arena | None = option(Borders(), 'where robots may be (m)', default=None)
-    min_separation: float | None = option(LENGTH, 'between two robots, in m', default=None)
+    arena: Arena | None = option(Borders(), 'borders of the arena (m)', default=None)
+    min_separation: float | None = option(
+        LENGTH, 'smallest distance between two robots', default=None
+    )
     filter: str | None = option(
-        OneOf(FILTERS), 'keeps robots apart, in the arena and off obstacles', default=None
+        OneOf(FILTERS), 'keep robots apart, in the arena and off obstacles', default=None
     )
-    obstacles: str | None = option(ObstaclesKind(), 'what robots must not touch', default=None)
-    accel: float | None = option(
-        ACCELERATION, 'how fast the speed of a robot may rise', default=None
-    )
+    obstacles: str | None = option(ObstaclesKind(), 'obstacles for the robots', default=None)
+    accel: float | None = option(ACCELERATION, 'largest rise of forward speed', default=None)
     cmd_vel_type: str | None = option(
-        OneOf((AUTO, *CMD_VEL_TYPES)), 'what the robots listen to', default=None
+        OneOf((AUTO, *CMD_VEL_TYPES)), 'message type that the robots take', default=None
     )
     joystick_button: int | None = option(
-        Whole(metavar='B'), 'starts and pauses, counted from 0', default=None
+        Whole(metavar='B'),
+        'joystick button that starts and pauses (the first is 0)',
+        default=None,
     )
-    resume: bool = flag(
-        'robots go on by themselves once what stopped them is over, without anybody who starts '
-        'them again'
-    )
+    resume: bool = flag('robots resume by themselves when the reason of a stop is gone')
     without_guard: bool = flag(
-        'start robots that have no cmd_vel_guard, too: if this machine or the network dies, they '
-        'go on'
+        'allow robots without a cmd_vel_guard, which keep moving if this machine or the network '
+        'dies'
     )
-
     without_motion_check: bool = flag(
-        'do not compare what motion capture shows with what robots are commanded, nor let them '
-        'prove who they are'
+        'switch off the check that robots move as commanded, and their proof of who is who'
     )
 
     def chosen(self) -> Lab:
         """Return the lab.
 
         Raises:
-            SetcmasError: The lab file has a mistake, names do not suit its motion capture, or
+            SetcmasError: The lab file has a mistake, a name does not suit motion capture, or
                 obstacles leave no room.
         """
         lab = load_lab(self.lab or DEFAULT_FILE, self.nb_robots)

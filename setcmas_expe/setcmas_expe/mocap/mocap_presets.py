@@ -42,7 +42,7 @@ VICON = replace(
 
 
 def read_rigid_bodies(message: Any) -> Iterator[tuple[str, Sample]]:
-    """Read a mocap4r2_msgs/RigidBodies; the header of the whole frame counts."""
+    """Read a mocap4r2_msgs/RigidBodies, with the header of the whole frame."""
     for body in message.rigidbodies:
         pose = body.pose
         yield body.rigid_body_name, sample_of(message.header, pose.position, pose.orientation)
@@ -73,7 +73,7 @@ MOTION_CAPTURE_TRACKING = MocapSource(
 
 
 def read_transforms(message: Any) -> Iterator[tuple[str, Sample]]:
-    """Read a tf2_msgs/TFMessage; parents are not looked at."""
+    """Read a tf2_msgs/TFMessage; bodies are child frames, whatever the parents."""
     for one in message.transforms:
         transform = one.transform
         sample = sample_of(one.header, transform.translation, transform.rotation)

@@ -13,24 +13,23 @@ from setcmas_simu.robots.arena import Arena
 from setcmas_simu.robots.model import VelocityLimits
 
 _DRIFT = 1e-3
-"""By how much two clocks may drift apart, in s per s."""
+"""Largest drift between two clocks, in s per s."""
 
 
 class StampClock:
-    """Compares stamps with the time of arrival.
+    """Compares stamps of another machine's clock with times of arrival.
 
-    The smallest difference that was seen stands for a measurement that came at once; what exceeds
-    it is lateness. Stamps that go backwards mean that the clock was set: delay alone cannot
-    reverse them.
+    The smallest difference so far counts as no delay; what exceeds it is lateness. Stamps that go
+    backwards mean that the clock was set: delay alone cannot reverse them.
     """
 
     def __init__(self) -> None:
-        """Know nothing yet."""
+        """Start without a measurement."""
         self._offset: float | None = None
         self._stamp = self._now = 0.0
 
     def lateness(self, stamp: float, now: float) -> float:
-        """Return by how much a measurement is later than the promptest ones, in s.
+        """Return how much later than the promptest ones a measurement is, in s.
 
         Args:
             stamp: On the sender's clock in s; 0 if not given, which counts as prompt.
@@ -47,36 +46,36 @@ class StampClock:
 
 
 SLOWEST_HZ = 10.0
-"""Rate of measurements below which people are told, in Hz."""
+"""Rate of measurements below which users are warned, in Hz."""
 
 LONGEST_GAP_S = 0.25
-"""Time in s from one to the next, twice in a row, with which nobody can steer."""
+"""Longest time in s between measurements; two longer gaps in a row are too slow to steer."""
 
 _REMEMBERED = 20
 
 
 class Arrivals:
-    """Remembers when the last measurements came; in s on a steady clock."""
+    """Times of the last measurements, in s on a steady clock."""
 
     def __init__(self) -> None:
-        """Begin before the first."""
+        """Start without a measurement."""
         self._times: deque[float] = deque(maxlen=_REMEMBERED)
 
     def add(self, now: float) -> float:
-        """Note that one has come; returns the time in s since the one before, 0 at first."""
+        """Note a measurement; return the time in s since the previous one, 0 at first."""
         gap = now - self._times[-1] if self._times else 0.0
         self._times.append(now)
         return gap
 
     @property
     def rate(self) -> float:
-        """Measurements a second, by the usual gap; inf before there are some."""
+        """Measurements per second, by the median gap; inf before there are some."""
         gaps = self._gaps()
         return 1.0 / max(statistics.median(gaps), 1e-6) if len(gaps) > 2 else math.inf
 
     @property
     def gap(self) -> float:
-        """The shorter of the last two gaps in s, for one is a hiccup of the network; 0 before."""
+        """The shorter of the last two gaps in s (one may be the network's); 0 before."""
         gaps = self._gaps()[-2:]
         return min(gaps) if len(gaps) == 2 else 0.0
 
@@ -90,26 +89,26 @@ class Arrivals:
 
 
 NOISE_M = 0.03
-"""What a pose may differ by although the robot stands: noise, and a body that wobbles."""
+"""Largest difference between poses of a robot at rest, in m: noise, and a loose body."""
 
 BLIND_S = 0.8
-"""Time in s after which an unseen robot has stopped, so that it cannot be further away."""
+"""Time in s after which an unseen robot has stopped."""
 
 _NOISE_RAD = 0.25
-_LATE_S = 0.1  # by which one pose may be later than another: it moves on meanwhile
+_LATE_S = 0.1  # largest lateness of one pose compared with another
 _FASTER = 1.1  # wheels' radii
 _WINDOW_S = 0.5
 
 
 class Reach:
-    """Remembers the good poses of half a second; all times in s on one steady clock.
+    """How far from its recent poses a robot can be; all times in s on one steady clock.
 
-    A pose must be in reach of the last one, and of that half a second ago: what is small from one
-    frame to the next adds up to a speed that no robot has.
+    A pose must be in reach of the last one, and of that half a second ago: small steps from frame
+    to frame may add up to an impossible speed.
     """
 
     def __init__(self, limits: VelocityLimits) -> None:
-        """Take how fast the robot is."""
+        """Take the robot's speed limits."""
         self._limits = limits
         self._poses: deque[tuple[float, Pose]] = deque()
 
@@ -119,13 +118,13 @@ class Reach:
         return _FASTER * self._limits.V_max * step + NOISE_M
 
     def add(self, pose: Pose, measured: float) -> None:
-        """Note a good pose and when it was measured."""
+        """Note a good pose and its time."""
         self._poses.append((measured, pose))
         while self._poses[0][0] < measured - _WINDOW_S:
             self._poses.popleft()
 
     def start(self, pose: Pose, measured: float) -> None:
-        """Begin anew with a pose, for the robot was carried there."""
+        """Restart with a pose to which the robot was carried."""
         self._poses.clear()
         self.add(pose, measured)
 
@@ -152,34 +151,32 @@ FROZEN = 'frozen'
 LIFTED = 'lifted'
 SLOW = 'slow'
 
-_JUMPED_TROUBLE = 'it jumped (if somebody carried it: pause for a second, then start)'
+_JUMPED_TROUBLE = 'it jumped (if you carried it: pause for a second, then start)'
 
 FROZEN_S = 0.4
-"""Time in s over which equal poses of a robot that is told to move mean that it is not seen."""
+"""Time in s after which equal poses of a robot commanded to move mean that it is not seen."""
 
 LIFTED_M = 0.05
-"""Difference in height from the usual one at which a robot does not stand on the floor, in m."""
+"""Difference in m from the usual height at which a robot is off the floor."""
 
 _FROZEN_FRAMES = 4
 _FLOOR_S = 10.0  # time constant of the usual height: floors and calibrations slope
-_BAD_FOR_S = 0.1  # single bad frames are left out; only several in a row stop a robot
+_BAD_FOR_S = 0.1  # single bad frames are ignored
 _STEADY_S = 1.0
 _STEADY_M = 0.03
 _STEADY_RAD = 0.2
 
 
 class PoseTrack:
-    """Judges measurements one by one.
-
-    All times are in s on one steady clock.
+    """Judges measurements one by one; all times in s on one steady clock.
 
     Attributes:
         pose: The last good pose (x, y in m, heading in rad); None before the first.
         received: When it arrived; -inf before the first.
-        fault: Why poses are not believed at present; empty if they are.
-        rejected: How many measurements were bad, by reason, since this was last cleared.
-        jumped_to: Where the newest measurement is that was too far from the last good one.
-        arrivals: When measurements came, good and bad.
+        fault: Why poses are rejected at present; empty if they are not.
+        rejected: Number of rejected measurements by reason, until a reader clears it.
+        jumped_to: Newest measurement if it is too far from the last good pose; None if not.
+        arrivals: Times of all measurements, good and bad.
         swapped_with: The robot whose place this one seems to have taken; None if none.
     """
 
@@ -209,43 +206,43 @@ class PoseTrack:
 
     @property
     def trouble(self) -> str:
-        """Why poses are not believed at present, for people; empty if they are."""
+        """Why poses are rejected at present, for people; empty if they are not."""
         if self.swapped_with is not None:
             return f'it seems to have swapped places with robot {self.swapped_with}'
         if self.fault == LIFTED:
             return (
-                f'it was lifted (its body is at {self._z:.2f} m, usually at {self._height:.2f}): '
-                'set it down (a body that was moved: end, and begin anew)'
+                f'it was lifted (body at {self._z:.2f} m, usually {self._height:.2f}): set it '
+                'down; if you moved its body, restart the experiment'
             )
         if self.fault == SLOW:
             return (
-                'motion capture was silent about it twice in a row, for '
-                f'{self.arrivals.gap:.2f} s or longer; it must be {LONGEST_GAP_S:g} s at most'
+                f'two gaps of {self.arrivals.gap:.2f} s or more in a row (limit '
+                f'{LONGEST_GAP_S:g} s): check the network and the rate of motion capture'
             )
         return _JUMPED_TROUBLE if self.fault == JUMPED else self.fault
 
     @property
     def repeats(self) -> bool:
-        """Whether the newest measurements are equal, which is judged here alone."""
+        """Whether the newest measurements are equal."""
         return self._same_frames >= _FROZEN_FRAMES
 
     def age(self, now: float) -> float:
-        """Return how old the last good pose is, in s; inf before the first."""
+        """Return the age of the last good pose in s; inf before the first."""
         return now - self.received + self._lateness
 
     def note_command(self, moving: bool, paused: bool, now: float) -> None:
-        """Note whether the robot is told to move at present, and whether all are paused."""
+        """Note whether the robot is commanded to move now, and whether all are paused."""
         self._moving_since = min(self._moving_since, now) if moving else math.inf
         self._paused = paused
 
     def take(self, sample: Sample, now: float) -> bool:
-        """Judge a measurement (Z-up); returns whether it is good."""
+        """Judge a measurement (Z-up); return whether it is good."""
         lateness = self._clock.lateness(sample.stamp, now)
         pose = sample.planar()
         gap = self.arrivals.add(now)
         fault = fault_of(sample, self._arena) or self._fault_in_time(sample, pose, now, lateness)
         if fault in (JUMPED, LIFTED) and self._has_settled(pose, now):
-            # Nobody raises the floor; but a robot may have been seen in somebody's hand at first.
+            # The floor does not rise, but the first pose may be of a robot in a person's hand.
             self._z = sample.position[2]
             self._height = min(self._z, self._height or self._z)
             self._reach.start(pose, now - lateness)
@@ -265,7 +262,7 @@ class PoseTrack:
         self.rejected[fault] += 1
         self.jumped_to = pose if fault == JUMPED else None
         self._bad_since = min(self._bad_since, now)
-        # What has been watched for a while needs no further proof.
+        # A frozen pose was observed for a while already.
         if now - self._bad_since >= _BAD_FOR_S or fault == FROZEN:
             self.fault = fault
         if self.swapped_with is not None and fault != JUMPED:
@@ -297,15 +294,15 @@ class PoseTrack:
             self._last, self._same_since, self._same_frames = sample, now, 0
             self._frozen = False
         self._same_frames += 1
-        if self._paused:  # another try, once somebody has looked
+        if self._paused:  # try again after a person has looked
             self._frozen = False
         since = max(self._same_since, self._moving_since)
         if now - since >= FROZEN_S and self._same_frames >= _FROZEN_FRAMES:
-            self._frozen = True  # for as long as they are equal: the robot stands from now on
+            self._frozen = True  # as long as poses are equal: the robot stands from now on
         return self._frozen
 
     def _has_settled(self, pose: Pose, now: float) -> bool:
-        """Return whether a robot that was carried away stands still at its new place."""
+        """Return whether a carried robot stands still at its new place."""
         if not self._paused or self.swapped_with is not None:
             self._candidate = None
             return False
@@ -320,13 +317,7 @@ def _near(one: Pose, other: Pose) -> bool:
 
 
 def mark_swapped(tracks: dict[int, PoseTrack]) -> list[int]:
-    """Find robots that jumped to each other's places: exchanged names, not carried robots.
-
-    Two robots may have swapped, or more have moved up in a circle.
-
-    Returns:
-        The robots that were not marked before.
-    """
+    """Mark robots that jumped to each other's places, two or more in a circle; return new ones."""
     jumped = {number: track for number, track in tracks.items() if track.jumped_to}
     taken = {
         one: other
@@ -341,7 +332,7 @@ def mark_swapped(tracks: dict[int, PoseTrack]) -> list[int]:
 
 
 def _in_circle(one: int, taken: dict[int, int]) -> bool:
-    """Return whether the robot whose place was taken took a place, and so on back to the first."""
+    """Return whether following the taken places leads back to the first robot."""
     current: int | None = one
     for _ in taken:
         current = taken.get(current) if current is not None else None

@@ -1,4 +1,4 @@
-"""Receiver of motion capture: each measurement goes to whoever waits for its rigid body."""
+"""Receiver of motion capture: passes each measurement to the callback of its rigid body."""
 
 from __future__ import annotations
 
@@ -19,14 +19,14 @@ Take = Callable[[Sample], None]
 
 
 @dataclass
-class _Heard:
-    """What the last message on a topic was, and who sends there.
+class _Topic:
+    """The last message on a topic, and its senders.
 
     Attributes:
-        names: The bodies in it.
-        twice: Those that are in it twice.
+        names: The bodies in the message.
+        twice: Bodies that are in it twice.
         unreadable: Why it could not be read; empty if it could.
-        rivals: Who else sends on the topic; empty if nobody.
+        rivals: Who else sends on the topic; empty if none.
     """
 
     names: set[str] = field(default_factory=set)
@@ -36,7 +36,7 @@ class _Heard:
 
 
 class MocapReceiver:
-    """Subscribes to a source, and tells whose poses are not to be believed."""
+    """Subscribes to a source, and finds conflicts between senders."""
 
     def __init__(
         self,
@@ -52,7 +52,7 @@ class MocapReceiver:
             node: The node that listens.
             source: What the driver sends.
             y_up: Whether the y axis of the system points upwards.
-            bodies: Who takes the measurements of each body, Z-up.
+            bodies: Callback for the measurements (Z-up) of each body.
             profile: Quality of service, best effort.
 
         Raises:
@@ -62,39 +62,36 @@ class MocapReceiver:
         self._source = source
         self._y_up = y_up
         self._bodies = bodies
-        self._heard: dict[str, _Heard] = {}  # by topic: one that tells of all bodies is one
+        self._topics: dict[str, _Topic] = {}  # by name; one for all bodies, or one for each
         message_class = source.message_class()
         for body in bodies:
-            topic = source.topic_of(body)
-            if topic not in self._heard:
-                self._heard[topic] = heard = _Heard()
-                callback = partial(self._on_message, heard, body)
-                node.create_subscription(message_class, topic, callback, profile)
+            name = source.topic_of(body)
+            if name not in self._topics:
+                self._topics[name] = topic = _Topic()
+                callback = partial(self._on_message, topic, body)
+                node.create_subscription(message_class, name, callback, profile)
 
     def look_around(self) -> None:
-        """See who sends the poses.
-
-        A second sender may be an emulated lab or a bag that is played: its poses are as plausible.
-        """
-        for topic, heard in self._heard.items():
-            senders = self._node.count_publishers(topic)
+        """Check who sends the poses: a second sender may be an emulated lab or a played bag."""
+        for name, topic in self._topics.items():
+            senders = self._node.count_publishers(name)
             several = senders > 1 and not self._source.shared
-            heard.rivals = f'{senders} nodes send it on {topic}' if several else ''
+            topic.rivals = f'{senders} nodes send it on {name}' if several else ''
 
     def trouble(self, body: str) -> str:
-        """Return why no pose of a body is to be believed; empty if they may be."""
-        topic = self._source.topic_of(body)
-        heard = self._heard[topic]
-        if heard.unreadable:
-            return f'messages on {topic} cannot be read: {heard.unreadable}'
-        if body in heard.twice:
-            return f"two bodies are called '{body}' on {topic}"
-        return heard.rivals
+        """Return why no pose of a body can be trusted; empty if they can."""
+        name = self._source.topic_of(body)
+        topic = self._topics[name]
+        if topic.unreadable:
+            return f'messages on {name} cannot be read: {topic.unreadable}'
+        if body in topic.twice:
+            return f"two bodies are called '{body}' on {name}"
+        return topic.rivals
 
     def bodies(self) -> list[str]:
         """Return the names of the bodies that motion capture sends at present, sorted."""
         if not self._source.per_body:
-            return sorted(name for heard in self._heard.values() for name in heard.names)
+            return sorted(name for topic in self._topics.values() for name in topic.names)
         before, _, after = self._source.topic.partition(NAME)
         after = after.partition(NAME)[0]
         return sorted(
@@ -103,16 +100,16 @@ class MocapReceiver:
             if name.startswith(before) and after in name and self._node.count_publishers(name)
         )
 
-    def _on_message(self, heard: _Heard, body: str, message: Any) -> None:
+    def _on_message(self, topic: _Topic, body: str, message: Any) -> None:
         try:
             samples = self._source.samples(message, body)
-        except Exception as error:  # of a plugin; the bodies of other topics are seen
-            heard.unreadable = ' '.join(f'{type(error).__name__}: {error}'.split())
+        except Exception as error:  # of a plugin; other topics go on
+            topic.unreadable = ' '.join(f'{type(error).__name__}: {error}'.split())
             return
         times = Counter(name for name, _ in samples)
-        heard.unreadable = ''
-        heard.names = set(times)
-        heard.twice = {name for name, count in times.items() if count > 1}
+        topic.unreadable = ''
+        topic.names = set(times)
+        topic.twice = {name for name, count in times.items() if count > 1}
         for name, sample in samples:
-            if name in self._bodies and name not in heard.twice:
+            if name in self._bodies and name not in topic.twice:
                 self._bodies[name](sample.z_up() if self._y_up else sample)

@@ -18,7 +18,7 @@ TILTED = 'tilted (has the robot fallen over, or is y_up wrong in the lab file?)'
 FAR_AWAY = 'far outside the arena'
 
 FAR_M = 1.0
-"""Distance from the arena in m from which a pose is not believed any more."""
+"""Distance from the arena in m at which a pose is rejected."""
 
 _FILLER = 1e5  # m: no lab is that large
 _NORM_TOLERANCE = 0.02
@@ -27,14 +27,14 @@ _LARGEST_TILT = math.radians(45)
 
 @dataclass(frozen=True)
 class Sample:
-    """What a driver sent.
+    """One measurement by a driver.
 
     Attributes:
         position: x, y, z in m.
         orientation: Quaternion x, y, z, w.
         stamp: Time of the measurement on the driver's clock in s; 0 if it is not given.
-        twist: Linear velocity x, y, z (m/s), then turn rates about x, y, z (rad/s); None if the
-            driver does not give them.
+        twist: Linear velocity x, y, z (m/s) and turn rates about x, y, z (rad/s); None if not
+            given.
     """
 
     position: tuple[float, float, float]
@@ -43,10 +43,10 @@ class Sample:
     twist: tuple[float, float, float, float, float, float] | None = None
 
     def z_up(self) -> Sample:
-        """Return a measurement in Y-up axes, of world and body alike, in Z-up ones.
+        """Return a measurement in Y-up axes (of world and body) in Z-up ones.
 
-        A quarter turn about x takes (x, y, z) to (x, -z, y); conjugating a quaternion with it
-        does the same to its vector part.
+        A quarter turn about x takes (x, y, z) to (x, -z, y), and the vector part of a quaternion
+        likewise.
         """
         x, y, z = self.position
         qx, qy, qz, qw = self.orientation
@@ -61,12 +61,12 @@ class Sample:
         return (*self.position[:2], yaw_of_quaternion(*self.orientation))
 
     def same_place(self, other: Sample) -> bool:
-        """Return whether position and orientation are the same to the last bit."""
+        """Return whether position and orientation are exactly equal."""
         return self.position == other.position and self.orientation == other.orientation
 
 
 def fault_of(sample: Sample, arena: Arena) -> str | None:
-    """Return what is wrong with a measurement, whatever came before it; None if nothing."""
+    """Return what is wrong with a measurement by itself; None if nothing."""
     x, y, _ = sample.position
     if not all(map(math.isfinite, (*sample.position, *sample.orientation))):
         return NOT_FINITE

@@ -21,7 +21,7 @@ TRANSFORM_STAMPED = 'TransformStamped'
 
 
 def sample_of(header: Any, position: Any, orientation: Any) -> Sample:
-    """Return a measurement from the parts of a message; its frame_id is not trusted."""
+    """Return a measurement from the parts of a message, whatever its frame_id."""
     p, q = position, orientation
     stamp = header.stamp.sec + 1e-9 * header.stamp.nanosec
     return Sample((p.x, p.y, p.z), (q.x, q.y, q.z, q.w), stamp)
@@ -39,7 +39,7 @@ def read_transform_stamped(message: Any) -> Iterator[tuple[str, Sample]]:
 
 
 def read_odometry(message: Any) -> Iterator[tuple[str, Sample]]:
-    """Read a nav_msgs/Odometry; velocities that the driver leaves at zero are not given."""
+    """Read a nav_msgs/Odometry; all velocities zero means that the driver gives none."""
     pose, twist = message.pose.pose, message.twist.twist
     linear, angular = twist.linear, twist.angular
     velocities = (linear.x, linear.y, linear.z, angular.x, angular.y, angular.z)
@@ -52,14 +52,14 @@ STANDARD: dict[str, tuple[str, Read]] = {
     ODOMETRY: ('nav_msgs/msg/Odometry', read_odometry),
     TRANSFORM_STAMPED: ('geometry_msgs/msg/TransformStamped', read_transform_stamped),
 }
-"""Types that a lab file may name, and how each is read."""
+"""Types that a lab file may name, and their readers."""
 
 
 NAME = '{name}'
-"""Stands in a topic for the name of a rigid body."""
+"""Placeholder for the name of a rigid body in a topic."""
 
 CUSTOM = 'custom'
-"""The preset of a driver that is behind no door: topic and type are given."""
+"""The preset of a driver without a plugin: the lab file gives topic and type."""
 
 SILENCE = 'silence'
 REPEATED = 'the last pose, repeated'
@@ -77,14 +77,13 @@ class MocapSource:
 
     Attributes:
         topic: Full name of the topic. With {name}, each body has a topic of its own; without it,
-            one topic has messages about all bodies.
+            one topic serves all bodies.
         message_type: Type of the messages, such as 'geometry_msgs/msg/PoseStamped'.
-        read: Yields the name of each body in a message and what was measured of it, in the
-            driver's axes. Where each body has its topic, the name is left empty.
-        shared: Whether other nodes may send on the topic: it cannot be seen then that a second
-            driver does.
-        driver: Name and version of the driver that this was read from; empty if none.
-        lost_looks_like: What may arrive when the system has lost a body: SILENCE and the like.
+        read: Yields the name and the measurement of each body in a message, in the driver's axes;
+            the name is empty where each body has its topic.
+        shared: Whether other nodes may send on the topic, which hides a second driver.
+        driver: Name and version of the driver; empty if unknown.
+        lost_looks_like: Data that may arrive for a lost body: SILENCE and the like.
     """
 
     topic: str
@@ -100,11 +99,11 @@ class MocapSource:
         return NAME in self.topic
 
     def topic_of(self, body: str) -> str:
-        """Return the topic that tells of a body."""
+        """Return the topic of a body."""
         return self.topic.replace(NAME, body)
 
     def samples(self, message: Any, body: str) -> list[tuple[str, Sample]]:
-        """Return bodies and measurements in a message on the topic of a body."""
+        """Return the bodies and measurements in a message on the topic of a body."""
         return [(body if self.per_body else name, sample) for name, sample in self.read(message)]
 
     def message_class(self) -> Any:
@@ -124,7 +123,7 @@ class MocapSource:
 
     @property
     def body_must_be(self) -> str:
-        """What the name of a body must be."""
+        """Rule for the name of a body, for messages."""
         if not self.per_body:
             return 'a name'
         return (
@@ -133,7 +132,7 @@ class MocapSource:
         )
 
     def may_name(self, body: str) -> bool:
-        """Return whether a body may have this name, which may be part of its topic."""
+        """Return whether a body may have this name."""
         return bool(_BODY.fullmatch(body)) if self.per_body else bool(body)
 
 
@@ -141,13 +140,13 @@ def check_topic(topic: str, per_body: bool) -> str:
     """Return the topic of a source.
 
     Raises:
-        SetcmasError: It is no full name of a topic, or has {name} where it must not, or lacks it.
+        SetcmasError: It is no full name of a topic, or has or lacks {name} wrongly.
     """
     if (NAME in topic) != per_body or not _TOPIC.fullmatch(topic.replace(NAME, 'a')):
         wanted = f'with {NAME} for the rigid body, such as /vrpn_mocap/{NAME}/pose'
         raise SetcmasError(
             f"topic '{topic}' must be the full name of a topic "
-            + (wanted if per_body else 'that tells of all bodies, such as /poses')
+            + (wanted if per_body else 'of all bodies, such as /poses')
         )
     return topic
 
@@ -158,10 +157,10 @@ def per_body(topic: str, kind: str, *lost_looks_like: str) -> MocapSource:
 
 
 def checked_source(thing: object) -> MocapSource:
-    """Return what is behind the door as a source.
+    """Return a plugin as a source.
 
     Raises:
-        MisfitError: It is none.
+        MisfitError: It is not a source.
     """
     if not isinstance(thing, MocapSource):
         raise MisfitError(f'it is a {type(thing).__name__}; it must be a MocapSource')
@@ -175,4 +174,4 @@ def checked_source(thing: object) -> MocapSource:
 
 
 MOCAP_SOURCES = Door('setcmas.mocap_sources', 'mocap source', checked_source)
-"""The drivers that a lab file may name; `custom` is not among them."""
+"""The drivers that a lab file may name, except `custom`."""

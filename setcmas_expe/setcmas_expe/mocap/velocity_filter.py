@@ -25,9 +25,7 @@ class VelocityFilter:
         self._V = self._omega = 0.0
 
     def update(self, sample: Sample, now: float) -> tuple[float, float]:
-        """Return forward speed (m/s) and turn rate (rad/s) after a good measurement.
-
-        What the driver itself says is taken where it says something.
+        """Return forward speed (m/s) and turn rate (rad/s), by the driver if it gives them.
 
         Args:
             sample: The measurement, Z-up.
@@ -55,8 +53,8 @@ class VelocityFilter:
     def _forward(self, sample: Sample) -> float:
         """Return the forward speed of the driver's twist.
 
-        Some drivers give it in the body's axes, as ROS wants it, others in the world's; the one
-        that agrees with the differences is right.
+        Some drivers give it in the body's axes, as ROS wants, others in the world's; the reading
+        closer to the differences is right.
         """
         assert sample.twist is not None
         vx, vy = sample.twist[:2]

@@ -17,16 +17,20 @@ from setcmas_simu.fleet.fleet import robots_in_words
 from setcmas_simu.ros import qos
 
 OVER_AFTER_S = 0.5
-"""How long a reason must be gone until it counts as over: a robot at the edge comes and goes."""
+"""How long a reason must be gone to be over: a robot at the border comes and goes."""
+
+_REJECTED_EVERY_S = 1.0
+_GRAPH_EVERY_S = 2.0
+_SILENT_AFTER_S = 3.0
 
 
 class StopReports:
-    """Turns the reasons of each moment into messages that are not repeated."""
+    """Reports each stop and its reason once, and once when it is over."""
 
     def __init__(self, warn: Callable[[str], None]) -> None:
         """Report through a function that shows a message to the user."""
         self._warn = warn
-        self._told: dict[int, str] = {}
+        self._reported: dict[int, str] = {}
         self._gone_since: dict[int, float] = {}
 
     def update(self, reasons: Mapping[int, str], now: float) -> None:
@@ -36,32 +40,23 @@ class StopReports:
         for robot, reason in reasons.items():
             if reason:
                 self._gone_since.pop(robot, None)
-                if self._told.get(robot) != reason:
-                    self._told[robot] = reason
+                if self._reported.get(robot) != reason:
+                    self._reported[robot] = reason
                     started.setdefault(reason, []).append(robot)
             elif (
-                robot in self._told
+                robot in self._reported
                 and now - self._gone_since.setdefault(robot, now) >= OVER_AFTER_S
             ):
-                del self._told[robot], self._gone_since[robot]
+                del self._reported[robot], self._gone_since[robot]
                 over.append(robot)
         for reason, robots in started.items():
-            self._warn(f'{_robots(robots)} stopped: {reason}')
+            self._warn(f'{robots_in_words(sorted(robots))} stopped: {reason}')
         if over:
-            self._warn(f'{_robots(over)} free to move again')
-
-
-def _robots(robots: list[int]) -> str:
-    return robots_in_words(sorted(robots))
-
-
-_REJECTED_EVERY_S = 1.0
-_GRAPH_EVERY_S = 2.0
-_SILENT_AFTER_S = 3.0
+            self._warn(f'{robots_in_words(sorted(over))} free to move again')
 
 
 class BridgeReports:
-    """Says each thing once, or once a second where it counts."""
+    """Reports each event once, or once a second where its number counts."""
 
     def __init__(
         self,
@@ -74,7 +69,7 @@ class BridgeReports:
         Args:
             warn: Shows a message to the user.
             robots: The bridges of each robot.
-            resumes: Whether stopped robots go on by themselves; where not, the pause node tells.
+            resumes: Whether stopped robots resume by themselves; else the pause node reports.
         """
         self._warn = warn
         self._robots = robots
@@ -83,67 +78,62 @@ class BridgeReports:
         self._first: float | None = None
         self._next_rejected = self._next_graph = 0.0
         self._unheard: list[int] | None = None
-        self._told: set[tuple[str, int]] = set()
+        self._reported: set[tuple[str, int]] = set()
         self._pause_was_heard = False
         self._pause_is_silent = False
         self._was_paused = True
 
     def update(self, decisions: dict[int, Decision], pause_is_silent: bool, now: float) -> None:
-        """Take what was decided at a time (s, steady) and say what is new."""
+        """Take the decisions at a time (s, steady) and report news."""
         self._first = now if self._first is None else self._first
         paused = any(decision.state is State.PAUSED for decision in decisions.values())
         if self._was_paused and not paused:
-            self._tell_unguarded(
-                '{} started without a cmd_vel_guard: if this computer or its network dies, '
-                'nothing ends the last velocity'
-            )
+            self._warn_unguarded()
         self._was_paused = paused
         if not paused:
-            self._stops.update({robot: self._told_here(d) for robot, d in decisions.items()}, now)
-        self._tell_silence(pause_is_silent)
+            reasons = {
+                robot: '' if decision.lasting and not self._resumes else decision.reason
+                for robot, decision in decisions.items()
+            }
+            self._stops.update(reasons, now)
+        self._report_silence(pause_is_silent)
         if now >= self._next_rejected:
             self._next_rejected = now + _REJECTED_EVERY_S
-            self._tell_rejected()
+            self._report_rejected()
         if now >= self._next_graph:
             self._next_graph = now + _GRAPH_EVERY_S
             self._check_graph(now - self._first)
 
-    def _told_here(self, decision: Decision) -> str:
-        return '' if decision.lasting and not self._resumes else decision.reason
-
-    def _tell_silence(self, silent: bool) -> None:
+    def _report_silence(self, silent: bool) -> None:
         self._pause_was_heard = self._pause_was_heard or not silent
         if self._pause_was_heard and silent != self._pause_is_silent:
             self._pause_is_silent = silent
             self._warn(
-                'all robots stopped: nothing is heard of the pause node'
+                'all robots stopped: the pause node is silent'
                 if silent
-                else 'the pause node is heard again'
+                else 'the pause node is back'
             )
 
-    def _tell_rejected(self) -> None:
+    def _report_rejected(self) -> None:
         for mocap, _ in self._robots:
             rejected = mocap.track.rejected
             if rejected:
                 reasons = ', '.join(f'{count} {reason}' for reason, count in rejected.items())
-                self._warn(f'robot {mocap.robot}: poses left out: {reasons}')
+                self._warn(f'robot {mocap.robot}: poses rejected: {reasons}')
                 rejected.clear()
 
     def _check_graph(self, running_s: float) -> None:
-        unheard = [bridge.robot for _, bridge in self._robots if not bridge.is_heard]
-        if running_s < _SILENT_AFTER_S:  # others are still being discovered
+        if running_s < _SILENT_AFTER_S:  # discovery takes time
             return
+        unheard = [bridge.robot for _, bridge in self._robots if not bridge.is_heard]
         if unheard != self._unheard:
-            self._tell_unheard(unheard)
-        silent = [
-            bridge
-            for _, bridge in self._robots
-            if not bridge.guard.is_there() and not bridge.guard.doubt
-        ]
+            self._report_unheard(unheard)
+        bridges = [bridge for _, bridge in self._robots]
+        silent = [one for one in bridges if not one.guard.is_there() and not one.guard.doubt]
         self._once(
             'guard',
             [bridge.robot for bridge in silent if not bridge.guard.is_known],
-            'no cmd_vel_guard on {}; docs/lab.md tells how to install it on a robot',
+            'no cmd_vel_guard on {}: install it (docs/lab.md)',
         )
         self._once(
             'silent guard',
@@ -152,58 +142,59 @@ class BridgeReports:
         )
         self._once(
             'open',
-            [bridge.robot for _, bridge in self._robots if bridge.guard.is_open],
-            'the base of {} listens to cmd_vel itself, past its guard; docs/lab.md tells how to '
-            'remap it',
+            [bridge.robot for bridge in bridges if bridge.guard.is_open],
+            'the base of {} listens to cmd_vel directly, past its guard: remap it (docs/lab.md)',
         )
         for mocap, bridge in self._robots:
             if bridge.cmd_vel.mixed:
                 self._once('mixed', [bridge.robot], f'{bridge.cmd_vel.mixed} ({{}})')
             if bridge.battery is not None and bridge.battery < LOW_PERCENT:
-                told = f'the battery of {{}} is at {bridge.battery:.0f} %: charge it'
-                self._once('battery', [bridge.robot], told)
+                text = f'the battery of {{}} is at {bridge.battery:.0f} %: charge it'
+                self._once('battery', [bridge.robot], text)
             rate = mocap.track.arrivals.rate
             if rate < SLOWEST_HZ:
-                told = f'motion capture sends {{}} only {rate:.1f} times a second'
-                self._once('rate', [mocap.robot], f'{told}; let it send at {SLOWEST_HZ:g} Hz')
+                text = f'motion capture sends {{}} at {rate:.1f} Hz: it needs {SLOWEST_HZ:g} Hz'
+                self._once('rate', [mocap.robot], text)
 
-    def _tell_unguarded(self, message: str) -> None:
+    def _warn_unguarded(self) -> None:
         unguarded = [bridge.robot for _, bridge in self._robots if not bridge.guard.is_there()]
         if unguarded:
-            self._warn(message.format(robots_in_words(unguarded)))
+            self._warn(
+                f'{robots_in_words(unguarded)} started without a cmd_vel_guard: if this computer '
+                'or its network dies, the last velocity goes on'
+            )
 
-    def _tell_unheard(self, unheard: list[int]) -> None:
+    def _report_unheard(self, unheard: list[int]) -> None:
         if unheard:
             robot = next(b for _, b in self._robots if b.robot == unheard[0])
             self._warn(
                 f'nothing listens to the commands of {robots_in_words(unheard)} '
-                f'({robot.topic}): they will not move; is their bringup running, in this ROS '
-                'domain and namespace?'
+                f'({robot.topic}): is the bringup running, in this ROS domain and namespace?'
             )
         elif self._unheard:
             self._warn('all robots listen now')
         self._unheard = unheard
 
     def _once(self, topic: str, robots: list[int], message: str) -> None:
-        new = [robot for robot in robots if (topic, robot) not in self._told]
-        self._told |= {(topic, robot) for robot in new}
+        new = [robot for robot in robots if (topic, robot) not in self._reported]
+        self._reported |= {(topic, robot) for robot in new}
         if new:
             self._warn(message.format(robots_in_words(new)))
 
 
 class RobotDiagnostics:
-    """Publishes a status for each robot: OK, WARN (held at zero) or ERROR (lost).
+    """Publishes a status for each robot: OK, WARN (stopped) or ERROR (lost).
 
-    Anybody may send diagnostics, as a player of recordings does; a state has one sender.
+    /diagnostics may have other senders, such as a player of recordings; /bridge_state has one.
     """
 
     def __init__(self, node: Node) -> None:
         """Publish through a node."""
         self._node = node
-        self._publishers = (
+        self._publishers = [
             node.create_publisher(DiagnosticArray, topics.DIAGNOSTICS, qos.STATE),
             node.create_publisher(DiagnosticArray, topics.BRIDGE_STATE, qos.STATE),
-        )
+        ]
 
     def publish(
         self,
@@ -213,13 +204,13 @@ class RobotDiagnostics:
         held: str,
         now: float,
     ) -> None:
-        """Publish what was decided for the robots.
+        """Publish the decisions for the robots.
 
         Args:
             robots: The bridges of each robot.
-            decisions: What was decided, by robot.
+            decisions: The decision for each robot.
             runaways: Robots that do not stop.
-            held: Why the bridge pauses all robots, whatever the pause node says; empty if not.
+            held: Why the bridge itself pauses all robots; empty if it does not.
             now: Time in s on a steady clock.
         """
         message = DiagnosticArray()

@@ -64,7 +64,7 @@ def _border(lab: Lab) -> Marker:
 
 
 def _separation(robot: int, diameter: float) -> Marker:
-    # Half the separation around each robot: two robots are too near when their discs touch.
+    # Robots are too close when their discs touch.
     marker = Marker(ns='separation', id=robot, type=Marker.CYLINDER, action=Marker.ADD)
     marker.header.frame_id = topics.robot_frame(robot)
     marker.frame_locked = True
@@ -95,11 +95,11 @@ class SafetyStepper:
         """Prepare; nothing is sent before the first step.
 
         Args:
-            node: The node that owns what concerns the whole fleet.
-            lab: The rules.
+            node: The node for all topics of the whole fleet.
+            lab: The lab.
             mocaps: The mocap bridge of each robot.
             bridges: The cmd_vel bridge of each robot, in the same order.
-            proofs: What was proved of the robots before; None if nothing counts.
+            proofs: Earlier proofs of who is who; None to use and keep none.
 
         Raises:
             SetcmasError: The package of the messages of motion capture is not installed.
@@ -120,12 +120,12 @@ class SafetyStepper:
         robots = [mocap.robot for mocap in mocaps] if lab.checks_motion else []
         self._motion = MotionWatch(robots, proofs, self._warn)
         if not lab.checks_motion:
-            self._warn('what robots do is not compared with what they are commanded')
+            self._warn('the check that robots move as commanded is off')
         self._steps = 0
         self._stepped = -math.inf
 
     def stop(self) -> None:
-        """Command zero, several times in case one is lost; called while the process ends."""
+        """Command zero at the end of the process, several times in case one is lost."""
         for _ in range(_LAST_ZEROS):
             for _, bridge in self._robots:
                 bridge.send(_ZERO)
@@ -134,16 +134,14 @@ class SafetyStepper:
             bridge.cmd_vel.wait_until_sent()
 
     def step(self, now: float) -> None:
-        """Decide on what has come, and command the robots; `now` is in s on the steady clock."""
+        """Decide on new messages and command the robots; `now` is in s on the steady clock."""
         for _, bridge in self._robots:
             bridge.take(self._stepped, now)
         self._stepped = now
         if stalled_for := self._stalls.tick(time_since_boot()):
-            # Messages that waited meanwhile look new, and somebody may have come near a robot.
+            # Messages that waited look new, and a person may have come near a robot.
             self._pause.forget()
-            self._warn(
-                f'the bridge process was held up for {stalled_for:.1f} s: robots stay paused'
-            )
+            self._warn(f'the bridge process stalled for {stalled_for:.1f} s: robots stay paused')
         if self._steps % _LOOK_AROUND_EVERY == 0:
             self._look_around()
         paused = self._paused()
@@ -164,7 +162,7 @@ class SafetyStepper:
         self._steps += 1
 
     def _look_around(self) -> None:
-        """See who else is there."""
+        """Check who else takes part."""
         self._receiver.look_around()
         if self._node.count_subscribers(topics.EMULATED_FAULT):
             self._motion.keep_nothing()
@@ -173,14 +171,14 @@ class SafetyStepper:
 
     def _paused(self) -> str:
         """Return why all robots are paused; empty if they are not."""
-        # Whoever commands one robot past the checks may command them all.
+        # A process that commands one robot past the checks may command them all.
         if contested := next((bridge for _, bridge in self._robots if bridge.rival), None):
             self._pause.hold(f'robot {contested.robot}: {contested.rival}')
         paused = self._pause.reason()
         return STOPPED if self._emergency.take() else paused
 
     def _situations(self, paused: str, now: float) -> Iterator[tuple[int, Situation]]:
-        """Return what is known of each robot."""
+        """Yield the situation of each robot."""
         tracks = {mocap.robot: mocap.track for mocap, _ in self._robots}
         mark_swapped(tracks)
         self._motion.see(tracks, {bridge.robot: bridge.wheels for _, bridge in self._robots}, now)
@@ -210,26 +208,26 @@ class SafetyStepper:
     def _command(
         self, mocap: MocapBridge, bridge: CmdVelBridge, decision: Decision, now: float
     ) -> None:
-        """Send a robot its command, and see whether it stops."""
+        """Send a robot its command, and check that it stops."""
         bridge.send(decision)
         moving = decision.V != 0.0 or decision.omega != 0.0
         track = mocap.track
         track.note_command(moving, decision.state is State.PAUSED, now)
-        # A speed that is old, as after this process was held up, tells nothing of now.
+        # After a stall the last speed is too old to count.
         unknown = track.fault or track.age(now) > self._lab.timeouts.pose_s
         seen = (0.0, 0.0) if unknown else (mocap.speed, mocap.turn_rate)
         rolls = bridge.rolls(now)
-        told = [seen] if rolls is None else [seen, rolls] if any(rolls) else [rolls]
-        speed = max(self._lab.limits.faster_wheel(*one) for one in told)
+        measured = [seen] if rolls is None else [seen, rolls] if any(rolls) else [rolls]
+        speed = max(self._lab.limits.faster_wheel(*one) for one in measured)
         is_driven = bool(bridge.rival) or rolls is not None
         if self._runaways.update(bridge.robot, not moving, speed, is_driven, now):
             self._warn(
-                f'robot {bridge.robot} still moves ({speed:.2f} m/s), '
-                'although it is commanded zero: switch it off'
+                f'robot {bridge.robot} still moves ({speed:.2f} m/s) although it is commanded '
+                'zero: switch it off'
             )
 
     def _latch(self, decisions: dict[int, Decision]) -> None:
-        """Pause all robots, until a person starts them again, for what must not end by itself."""
+        """Pause all robots until a person starts them, if a robot stopped for a lasting reason."""
         stopped = {robot: one.reason for robot, one in decisions.items() if one.lasting}
         if stopped:
             reason = next(iter(stopped.values()))
@@ -268,9 +266,9 @@ def _bridge(process: RosProcess, args: argparse.Namespace) -> None:
     _greet(node, lab)
     try:
         announcer.announce([robot.number for robot in lab.robots], lab.nb_robots)
-        # Motion capture is called back in between: when a pose comes tells how fast it moves.
+        # Motion capture is called back in between: speeds need the times of arrival.
         StepLoop(process, 1.0 / RATE_HZ, stepper.step).run()
-    finally:  # whatever happens in a callback, robots get their zero
+    finally:  # also after an error in a callback
         stepper.stop()
 
 

@@ -1,7 +1,6 @@
 """Decisions of the cmd_vel bridge about a real robot, as pure functions.
 
-Whatever is missing, old, odd or contradictory means zero. Nothing here remembers anything, so a
-decision depends only on what is known at its moment.
+Data that are missing, old, odd or contradictory mean zero. No decision depends on an earlier one.
 """
 
 from __future__ import annotations
@@ -17,10 +16,10 @@ from setcmas_simu.fleet.fleet import robots_in_words
 
 
 class State(enum.Enum):
-    """What a robot is let do."""
+    """What a robot may do."""
 
     MOVING = 'moving'
-    """It moves, or is free to."""
+    """It may move."""
     PAUSED = 'paused'
     STOPPED = 'stopped'
 
@@ -29,30 +28,30 @@ RATE_HZ = 20.0
 """Rate of decisions and of commands to the robots, in Hz."""
 
 HOLD_S = 0.3
-"""How long a robot may follow one command, in s: until its guard stops it."""
+"""Longest time for which a robot follows one command, in s: then its guard stops it."""
 
 NOT_A_NUMBER = 'its command is not a number; has its law failed?'
 IN_OBSTACLE = 'inside an obstacle of the lab; carry it out'
-OUTSIDE = 'outside the arena; only motion back inside is let through'
+OUTSIDE = 'outside the arena; it may only move back inside'
 
 Direction = tuple[float, float]
 
 
 @dataclass(frozen=True)
 class Situation:
-    """What is known of one robot at a moment.
+    """What the bridge knows of one robot at a moment.
 
     Attributes:
         pose: Its last good pose (m, rad); None before the first.
         pose_age: Age of that pose in s.
-        pose_fault: Why its newest poses are not believed; empty if they are.
+        pose_fault: Why its newest poses are rejected; empty if they are not.
         V: Forward speed that its controller wants, in m/s.
         omega: Turn rate that its controller wants, in rad/s.
-        command_age: Age of that wish in s; inf before the first.
+        command_age: Age of that command in s; inf before the first.
         paused: Why all robots are paused; empty if they are not.
-        rival: Who else may move the robot, or move in its place; empty if nobody.
-        fault: Why the robot cannot be relied upon; empty if it can.
-        unseen: Robots that have not been seen since the start.
+        rival: Who else may move the robot, or move in its place; empty if none.
+        fault: Why the robot is not reliable; empty if it is.
+        unseen: Robots that motion capture has not seen yet.
         others: Last good poses of the other robots, by number.
     """
 
@@ -71,15 +70,15 @@ class Situation:
 
 @dataclass(frozen=True)
 class Decision:
-    """What a robot is commanded, and why.
+    """The command of a robot, and the reason.
 
     Attributes:
         V: Forward speed in m/s.
         omega: Turn rate in rad/s.
-        state: What it is let do.
-        reason: Why it is not free to move as wished; empty if it is.
-        lost: Whether that is because nobody knows where it is.
-        lasting: Whether it is to stand until a person starts it again.
+        state: What it may do.
+        reason: Why it may not move as wanted; empty if it may.
+        lost: Whether the reason is that its pose is unknown.
+        lasting: Whether it must stand until a person starts it again.
     """
 
     V: float
@@ -91,10 +90,10 @@ class Decision:
 
 
 def decide(situation: Situation, lab: Lab) -> Decision:
-    """Return what a robot is commanded now."""
-    held = _held(situation, lab)
-    if held:
-        return held
+    """Return the command of a robot now."""
+    stop = _stop(situation, lab)
+    if stop:
+        return stop
     assert situation.pose is not None
     V, omega = lab.limits.scaled_down(situation.V, situation.omega)
     reasons = []
@@ -107,11 +106,11 @@ def decide(situation: Situation, lab: Lab) -> Decision:
     if near:
         reasons.append(
             f'nearer than {lab.min_separation:g} m to {robots_in_words(near)}; '
-            'only motion apart is let through'
+            'it may only move away'
         )
         towards = [_direction(situation.pose, situation.others[other]) for other in near]
         allowed &= all(_recedes(situation.pose[2], V, omega, to) for to in towards)
-    # Turning on the spot leaves the robot where it is, and lets it face the way out.
+    # Turning on the spot is safe, and lets the robot face the way out.
     return Decision(
         V if allowed else 0.0,
         omega,
@@ -129,12 +128,12 @@ def robots_nearer(pose: Pose, others: Mapping[int, Pose], distance: float) -> li
     )
 
 
-def _held(situation: Situation, lab: Lab) -> Decision | None:
-    """Return the decision for a robot that must stand whatever it wants; None if there is none."""
+def _stop(situation: Situation, lab: Lab) -> Decision | None:
+    """Return the decision for a robot that must stand; None if it need not."""
     blind = _blindness(situation, lab.timeouts.pose_s)
     reason = blind or _unreadiness(situation, lab)
     if situation.paused:
-        # What else is wrong is told too: whoever starts ought to know.
+        # Report other problems too, before a person starts the robots.
         reasons = [situation.paused]
         if reason and reason not in situation.paused and not reason.endswith(situation.paused):
             reasons.append(reason)
@@ -145,7 +144,7 @@ def _held(situation: Situation, lab: Lab) -> Decision | None:
 
 
 def _unreadiness(situation: Situation, lab: Lab) -> str:
-    """Return why a robot whose pose is known must stand; empty if it need not."""
+    """Return why a robot with a known pose must stand; empty if it need not."""
     if situation.rival:
         return situation.rival
     if situation.fault:
@@ -161,28 +160,28 @@ def _unreadiness(situation: Situation, lab: Lab) -> str:
 
 
 def _blindness(situation: Situation, timeout_s: float) -> str:
-    """Return why nobody knows where the robot is; empty if it is known."""
+    """Return why the robot's pose is unknown; empty if it is known."""
     if situation.pose is None:
         return 'not seen yet'
     if situation.pose_fault:
-        return f'pose not believed: {situation.pose_fault}'
-    # The decision holds for a period. A comparison with NaN is false: the pose is not known then.
+        return f'pose rejected: {situation.pose_fault}'
+    # The decision holds for a period. A comparison with NaN is false: the pose is unknown then.
     fresh = situation.pose_age + 1.0 / RATE_HZ <= timeout_s
     return '' if fresh else f'no good pose for {timeout_s:g} s'
 
 
 def _direction(pose: Pose, other: Pose) -> Direction | None:
-    """Return the unit vector from a pose to another; None if they are at one place."""
+    """Return the unit vector from a pose to another; None if they coincide."""
     dx, dy = other[0] - pose[0], other[1] - pose[1]
     distance = math.hypot(dx, dy)
     return (dx / distance, dy / distance) if distance > 0 else None
 
 
 def _recedes(theta: float, V: float, omega: float, normal: Direction | None) -> bool:
-    """Return whether a robot that holds its command for HOLD_S never moves along a normal.
+    """Return whether a robot that follows its command for HOLD_S never moves along a normal.
 
-    Its direction sweeps from theta to theta + omega HOLD_S. The directions that do not lead along
-    the normal fill a half circle, which holds a sweep below pi if it holds both its ends.
+    Its direction sweeps from theta to theta + omega HOLD_S. The directions away from the normal
+    fill a half circle, which contains a sweep below pi if it contains both ends.
     """
     if V == 0.0:
         return True

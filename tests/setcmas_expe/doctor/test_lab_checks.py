@@ -69,13 +69,13 @@ def test_bodies_that_another_preset_would_hear_are_named():
         ('/tf', ['tf2_msgs/msg/TFMessage']),
     )
 
-    assert told == ['tf would hear /tf, with all bodies', 'vrpn would hear Blue, Red']
+    assert told == ['tf would receive /tf, with all bodies', 'vrpn would receive Blue, Red']
 
 
 def test_presets_that_hear_the_same_are_told_in_one_line():
     told = found('vicon', ('/Red/pose', POSE), ('/tb3_1/pose', POSE))
 
-    assert told == ['natnet or nokov or optitrack would hear Red, tb3_1']
+    assert told == ['natnet or nokov or optitrack would receive Red, tb3_1']
 
 
 GUARDED = GuardReport(State.IDLE, '', True, Power.UNKNOWN, '')

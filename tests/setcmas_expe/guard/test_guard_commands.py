@@ -20,8 +20,8 @@ BEHIND = 1000.0  # the clock of the sender
 def test_a_command_is_followed_until_silence_and_one_that_is_not_a_number_is_silence():
     commands = Commands()
     assert commands.newest(0.0) is None
-    commands.hear(*FORWARD, 10.0 - BEHIND, 10.0)
-    commands.hear(math.nan, 0.0, 10.2 - BEHIND, 10.2)
+    commands.receive(*FORWARD, 10.0 - BEHIND, 10.0)
+    commands.receive(math.nan, 0.0, 10.2 - BEHIND, 10.2)
     assert commands.newest(10.0 + SILENCE_S - 0.01) == FORWARD
     assert commands.newest(10.0 + SILENCE_S + 0.01) is None
     assert commands.trouble == ENDED
@@ -30,26 +30,26 @@ def test_a_command_is_followed_until_silence_and_one_that_is_not_a_number_is_sil
 def test_late_commands_are_not_followed_by_whatever_clock():
     commands = Commands()
     for step in range(20):
-        commands.hear(*FORWARD, step / 20 - BEHIND, step / 20 + 0.01)
-    commands.hear(0.2, 0.0, 1.0 - BEHIND, 1.0 + LATEST_S + 0.05)
+        commands.receive(*FORWARD, step / 20 - BEHIND, step / 20 + 0.01)
+    commands.receive(0.2, 0.0, 1.0 - BEHIND, 1.0 + LATEST_S + 0.05)
     assert commands.newest(1.2) == FORWARD
     for step in range(20, 40):
-        commands.hear(*FORWARD, step / 20 - BEHIND, step / 20 + 1.0)
+        commands.receive(*FORWARD, step / 20 - BEHIND, step / 20 + 1.0)
     assert commands.newest(2.95) is None
     assert commands.trouble == 'its commands come 1.0 s late'
 
-    commands.hear(*FORWARD, 3.0 - BEHIND, 3.0)
+    commands.receive(*FORWARD, 3.0 - BEHIND, 3.0)
     assert commands.newest(3.0) == FORWARD
 
 
 def test_silence_after_a_command_to_move_stops_the_robot_for_a_while():
     guard = StopOnSilence(9.9)
-    guard.hear(0.1, 0.0, 10.0)
+    guard.receive(0.1, 0.0, 10.0)
 
     assert not guard.must_stop(10.0 + SILENCE_S - 0.01)
     assert guard.must_stop(10.31)
     assert not guard.moving
-    guard.hear(0.0, 0.0, 10.32)  # its own zero
+    guard.receive(0.0, 0.0, 10.32)  # its own zero
     assert guard.must_stop(10.5)
     assert not guard.must_stop(10.4 + REPEAT_S)
 
@@ -66,7 +66,7 @@ def test_a_robot_that_moves_already_is_stopped():
 def test_silence_after_zero_is_nothing(commands):
     guard = StopOnSilence(9.9)
     for V, omega in commands:
-        guard.hear(V, omega, 10.0)
+        guard.receive(V, omega, 10.0)
 
     assert not any(guard.must_stop(10.0 + t) for t in (0.1, 0.4, 5.0))
 
@@ -74,15 +74,15 @@ def test_silence_after_zero_is_nothing(commands):
 def test_commands_that_keep_coming_are_left_alone():
     guard = StopOnSilence(9.9)
     for step in range(100):
-        guard.hear(0.0, 0.5, step / 20)
+        guard.receive(0.0, 0.5, step / 20)
         assert not guard.must_stop(step / 20 + 0.04)
 
 
 def test_a_new_command_ends_the_stop_at_once():
     guard = StopOnSilence(9.9)
-    guard.hear(0.1, 0.0, 10.0)
+    guard.receive(0.1, 0.0, 10.0)
     assert guard.must_stop(10.5)
-    guard.hear(0.1, 0.0, 10.6)
+    guard.receive(0.1, 0.0, 10.6)
 
     assert not guard.must_stop(10.65)
     assert guard.must_stop(11.0)
@@ -90,16 +90,16 @@ def test_a_new_command_ends_the_stop_at_once():
 
 def test_a_command_that_is_not_a_number_does_not_keep_a_robot_going():
     guard = StopOnSilence(9.9)
-    guard.hear(0.1, 0.0, 10.0)
-    guard.hear(math.nan, 0.0, 10.2)
+    guard.receive(0.1, 0.0, 10.0)
+    guard.receive(math.nan, 0.0, 10.2)
 
     assert guard.must_stop(10.31)
 
 
 def test_an_infinite_command_sets_a_robot_going_and_is_ended():
     guard = StopOnSilence(9.9)
-    guard.hear(math.inf, 0.0, 10.0)
-    guard.hear(math.inf, 0.0, 10.2)
+    guard.receive(math.inf, 0.0, 10.0)
+    guard.receive(math.inf, 0.0, 10.2)
 
     assert guard.must_stop(10.31)
 

@@ -3,8 +3,7 @@ from dataclasses import replace
 import pytest
 
 from setcmas_ctrl.driving.fleet_pause import BY_WISH, NOT_STARTED, SILENT
-from setcmas_expe.guard.guard_decision import Situation, Source, Standing
-from setcmas_expe.guard.guard_watch import State
+from setcmas_expe.guard.guard_decision import Situation, Source, StartLatch, State
 
 BRIDGE, PAUSE, ROGUE = b'bridge', b'pause', b'rogue'
 
@@ -56,22 +55,22 @@ WELL = Situation(
     ],
 )
 def test_what_a_robot_is_let_do(changes, paused, state):
-    standing = Standing(resumes=False)
+    latch = StartLatch(resumes=False)
     situation = replace(WELL, **changes)
-    assert standing.decide(situation, paused)[0] is state
-    assert standing.is_free is (state is State.FOLLOWING)
+    assert latch.decide(situation, paused)[0] is state
+    assert latch.is_free is (state is State.FOLLOWING)
 
 
 def test_the_state_says_what_stopped_the_robot_until_it_is_paused():
-    standing = Standing(resumes=False)
-    standing.decide(WELL, '')
-    assert standing.hold(replace(WELL, has_ended=True)) == 'ended'
-    assert standing.decide(WELL, f'{BY_WISH}: ended') == (State.SILENT, 'ended')
-    standing.decide(WELL, BY_WISH)
-    assert standing.decide(WELL, NOT_STARTED)[0] is State.HELD
+    latch = StartLatch(resumes=False)
+    latch.decide(WELL, '')
+    assert latch.reason_to_wait(replace(WELL, has_ended=True)) == 'ended'
+    assert latch.decide(WELL, f'{BY_WISH}: ended') == (State.SILENT, 'ended')
+    latch.decide(WELL, BY_WISH)
+    assert latch.decide(WELL, NOT_STARTED)[0] is State.HELD
 
 
 def test_one_that_resumes_waits_for_no_start_after_a_silence():
-    standing = Standing(resumes=True)
-    standing.decide(WELL, '')
-    assert standing.hold(replace(WELL, has_ended=True)) == ''
+    latch = StartLatch(resumes=True)
+    latch.decide(WELL, '')
+    assert latch.reason_to_wait(replace(WELL, has_ended=True)) == ''

@@ -16,7 +16,7 @@ from std_msgs.msg import Bool
 from std_srvs.srv import SetBool
 
 from setcmas_expe.guard.guard_decision import State
-from setcmas_expe.guard.guard_node import live
+from setcmas_expe.guard.guard_node import feed_watchdog
 from setcmas_expe.guard.guard_watch import GuardReport, Power
 from setcmas_simu.ros import qos
 from setcmas_simu.ros.cmd_vel_topics import velocities
@@ -29,9 +29,9 @@ def test_systemd_is_told_that_the_guard_lives(tmp_path, monkeypatch):
     monkeypatch.setenv('NOTIFY_SOCKET', address)
     with socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM) as systemd:
         systemd.bind(address)
-        live()
+        feed_watchdog()
         assert systemd.recv(100) == b'WATCHDOG=1'
-    live()  # it has ended: no harm
+    feed_watchdog()  # it has ended: no harm
 
 
 GUARD = [sys.executable, '-m', 'setcmas_expe.guard.guard_node']

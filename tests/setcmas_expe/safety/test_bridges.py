@@ -47,7 +47,7 @@ def test_a_robot_moves_only_while_all_that_it_needs_is_there(start, peer, lab):
     peer.wait_for(lambda: 'robot 1 free to move again' in process.output())
     lab.poses[1] = (0.0, 0.0, 0.0)  # what a Vicon system sends for a lost body
     lab.wait_for_command(1, STOP)
-    peer.wait_for(lambda: 'robot 1: poses left out: ' in process.output())
+    peer.wait_for(lambda: 'robot 1: poses rejected: ' in process.output())
     assert 'exactly zero' in process.output()
 
     for wanted, reason in ((None, 'no command for 0.5 s'), ((math.nan, 0.1), 'not a number')):
@@ -60,7 +60,7 @@ def test_a_robot_moves_only_while_all_that_it_needs_is_there(start, peer, lab):
     lab.noise = 0.0
     lab.wait_for_command(1, STOP)
     lab.wait_for_command(2, STOP)
-    peer.wait_for(lambda: 'stopped: pose not believed: frozen' in process.output())
+    peer.wait_for(lambda: 'stopped: pose rejected: frozen' in process.output())
     lab.noise = 1e-5
 
     let_go(lab)
@@ -70,7 +70,7 @@ def test_a_robot_moves_only_while_all_that_it_needs_is_there(start, peer, lab):
     let_go(lab)
     lab.paused = None
     lab.wait_for_command(1, STOP)
-    peer.wait_for(lambda: 'nothing is heard of the pause node' in process.output())
+    peer.wait_for(lambda: 'the pause node is silent' in process.output())
 
     let_go(lab)
     for robot in (1, 2):

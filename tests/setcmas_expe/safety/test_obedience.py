@@ -9,7 +9,7 @@ def judged(commanded, wheels, seconds=1.0, silent_from=9.9):
     obedience, step = Obedience(IDEAL), 0
     while step / 20 <= seconds:
         if step / 20 < silent_from:
-            obedience.hear(*wheels, step / 20)
+            obedience.measure(*wheels, step / 20)
         verdict = obedience.update(*commanded, step / 20)
         step += 1
     return verdict
@@ -19,14 +19,14 @@ def judged(commanded, wheels, seconds=1.0, silent_from=9.9):
     ('commanded', 'wheels', 'seconds', 'told'),
     [
         ((0.1, 0.0), (0.1, 0.0), 1.0, ''),
-        ((-0.1, 0.0), (0.0, 0.0), 1.0, 'stand'),
-        ((0.0, 1.0), (0.0, 0.0), 1.0, 'stand'),
+        ((-0.1, 0.0), (0.0, 0.0), 1.0, 'do not turn'),
+        ((0.0, 1.0), (0.0, 0.0), 1.0, 'do not turn'),
         ((0.0, -1.0), (0.0, -1.0), 1.0, ''),
         ((0.1, 0.0), (0.0, 0.0), 0.6, ''),
         ((0.04, 0.0), (0.0, 0.0), 1.0, ''),
         ((0.0, 0.0), (0.0, 0.0), 1.0, ''),
-        ((0.0, 0.0), (-0.1, 0.0), 1.0, 'turn'),
-        ((0.0, 0.0), (0.0, 0.5), 1.0, 'turn'),
+        ((0.0, 0.0), (-0.1, 0.0), 1.0, 'wheels turn'),
+        ((0.0, 0.0), (0.0, 0.5), 1.0, 'wheels turn'),
         ((0.0, 0.0), (0.0, 0.3), 1.0, ''),
         ((0.0, 0.0), (0.1, 0.0), 0.6, ''),
     ],
@@ -44,7 +44,7 @@ def test_a_robot_that_was_heard_and_is_silent_is_off_and_one_that_never_was_tell
 
 def test_a_robot_that_is_switched_off_while_it_drives_does_not_turn_its_wheels():
     obedience = Obedience(IDEAL)
-    obedience.hear(0.2, 0.0, 0.0)
+    obedience.measure(0.2, 0.0, 0.0)
     assert not obedience.update(0.0, 0.0, 0.0)
     assert not obedience.update(0.0, 0.0, 0.9)
 

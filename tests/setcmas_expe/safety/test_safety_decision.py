@@ -60,7 +60,7 @@ def test_a_robot_that_nothing_speaks_against_gets_its_command():
         ({'fault': 'its wheels stand'}, State.STOPPED, 'its wheels stand', False),
         ({'pose': None, 'unseen': (1,)}, State.STOPPED, 'not seen yet', True),
         ({'pose': None}, State.STOPPED, 'not seen yet', True),
-        ({'pose_fault': 'frozen'}, State.STOPPED, 'pose not believed: frozen', True),
+        ({'pose_fault': 'frozen'}, State.STOPPED, 'pose rejected: frozen', True),
         ({'pose_age': 0.51}, State.STOPPED, 'no good pose for 0.5 s', True),
         ({'pose_age': math.inf}, State.STOPPED, 'no good pose', True),
         ({'pose_age': math.nan}, State.STOPPED, 'no good pose', True),
@@ -200,7 +200,7 @@ def test_too_near_says_to_whom_and_counts_the_edge_as_far_enough():
     edge = decision(others={2: (LAB.min_separation, 0.0, 0.0)})
 
     assert near.state == State.STOPPED
-    assert 'nearer than 0.35 m to robots 2-3; only motion apart' in near.reason
+    assert 'nearer than 0.35 m to robots 2-3; it may only move away' in near.reason
     assert edge.state == State.MOVING
 
 
