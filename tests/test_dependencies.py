@@ -36,7 +36,7 @@ SYSTEM_PACKAGES = {'PIL': 'pil', 'yaml': 'yaml'}
 
 PIP_KEYS = {
     'cloudpickle', 'daqp', 'joblib', 'landlockpy', 'mcap', 'msgspec', 'pyseccomp', 'rosbags',
-    'simpleeval', 'viser',
+    'simpleeval', 'viser', 'websockets',
 }  # fmt: skip
 """Modules that beside a sourced ROS come from PyPI; their keys are `python3-NAME-pip`."""
 

@@ -1,12 +1,13 @@
 """Write a run as one page to hand in: replay, charts, plots, metrics and the script.
 
-The page opens in any browser, from a mail too, without a server and without a network. With a
-second run, such as an experiment beside its simulation, it shows that one as ghosts, and what
-differs.
+The page opens in any browser, from a mail too, without a server and without a network, and it
+prints well. A second run, such as the simulation of an experiment, is drawn over the first one,
+and the page lists the differences.
 
 Examples:
   setcmas report out                             out.html
   setcmas report simulation experiment -o lab.html
+  setcmas report out --overwrite                 out.html again
 """
 
 from __future__ import annotations
@@ -27,25 +28,26 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         type=Path,
         nargs='+',
         metavar='DIR',
-        help='a run, and another one beside it: folders of runs or of CSV files, or bags',
+        help='a run, or two to compare: folders of runs or of CSV files, or bags',
     )
     parser.add_argument(
         '-o',
         '--output',
         type=Path,
         metavar='FILE.html',
-        help='the page (default: named after the run, in this folder)',
+        help='the page (default: named after the runs, in this folder)',
     )
+    parser.add_argument('--overwrite', action='store_true', help='overwrite an existing page')
 
 
 def main(args: argparse.Namespace) -> int:
     """Write the page; returns the exit status."""
-    from setcmas_tools.report.files import check_page, page_named_after, write_report
+    from setcmas_tools.page.report import check_page, page_named_after, write_report
 
     if len(args.runs) > 2:
         raise SetcmasError(f'{len(args.runs)} runs are given; there must be one or two')
-    page = args.output or page_named_after(args.runs[0])
-    check_page(page)
+    page = args.output or page_named_after(args.runs)
+    check_page(page, args.overwrite)
     write_report(args.runs, page, _tell)
     print(page)
     return 0

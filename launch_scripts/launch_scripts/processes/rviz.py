@@ -17,7 +17,7 @@ from setcmas_simu.errors import SetcmasError
 from setcmas_simu.options.group import Options, flag, option
 from setcmas_simu.options.kinds import PathTo, Robots
 from setcmas_simu.simulator.rviz_config import rviz_config
-from setcmas_tools.view.page.desktop import has_display
+from setcmas_tools.page.browser import has_display
 
 _RVIZ = 'rviz2'
 _ROBOTS_IF_UNKNOWN = 8

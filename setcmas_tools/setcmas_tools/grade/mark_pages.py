@@ -12,13 +12,12 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from jinja2 import Environment
+from jinja2 import ChoiceLoader, Environment, PackageLoader, StrictUndefined
 from tabulate import tabulate
 
 from setcmas_tools.grade.check import student_view
 from setcmas_tools.grade.mark_pictures import path_picture
 from setcmas_tools.grade.marks import CriterionMark, Failure, Marks
-from setcmas_tools.pages.page import rendered, templates, write_page
 
 _LONGEST = 80
 
@@ -190,6 +189,7 @@ def _short(text: str) -> str:
 
 CLASS_PAGE = 'index.html'
 STUDENTS = 'students'
+_CONTROL = re.compile(r'[\x00-\x08\x0b-\x1f\x7f-\x9f]')
 
 
 def write_pages(marks: Sequence[Marks], folder: Path) -> Path:
@@ -209,9 +209,9 @@ def write_pages(marks: Sequence[Marks], folder: Path) -> Path:
         if old.stem not in names:
             old.unlink()
     for one, name in zip(marks, names, strict=True):
-        write_page(students / f'{name}.html', student_page(one))
+        _write(students / f'{name}.html', student_page(one))
     page = folder / CLASS_PAGE
-    write_page(page, class_page(marks, [f'{STUDENTS}/{name}.html' for name in names]))
+    _write(page, class_page(marks, [f'{STUDENTS}/{name}.html' for name in names]))
     return page
 
 
@@ -239,12 +239,23 @@ def class_page(marks: Sequence[Marks], links: Sequence[str]) -> str:
 
 
 def _page(template: str, **known: Any) -> str:
-    return rendered(_templates(), template, **known)
+    """Return a page without control characters."""
+    text = _templates().get_template(template).render(**known)
+    return _CONTROL.sub('\N{REPLACEMENT CHARACTER}', text)
 
 
 @functools.cache
 def _templates() -> Environment:
-    found = templates(__package__)
+    """Return the templates of this folder, and the style of the page of a run."""
+    found = Environment(
+        loader=ChoiceLoader([PackageLoader(__package__), PackageLoader('setcmas_tools.page')]),
+        autoescape=True,  # names, messages and scripts may hold HTML
+        undefined=StrictUndefined,
+    )
     found.filters |= {'points': points_text, 'picture': path_picture, 'remark': remark}
     found.globals['share'] = share
     return found
+
+
+def _write(path: Path, text: str) -> None:
+    path.write_text(text, encoding='utf-8', errors='replace', newline='\n')

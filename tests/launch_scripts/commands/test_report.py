@@ -6,7 +6,7 @@ import pytest
 from report_pages import HOSTILE, LAW
 
 from launch_scripts.cli import main
-from setcmas_tools import simulate
+from setcmas_tools.offline.engine import simulate
 
 SIZES = [(1366, 768), (1920, 1080), (390, 844)]
 NEEDS_CHROMIUM = pytest.mark.skipif(not shutil.which('chromium'), reason='chromium is missing')
@@ -24,12 +24,15 @@ def folder(tmp_path_factory):
     return folder
 
 
-def test_the_page_is_named_after_its_run(folder, monkeypatch, capsys):
+def test_the_page_is_named_after_its_run_and_not_overwritten(folder, monkeypatch, capsys):
     monkeypatch.chdir(folder)
 
     assert main(['report', 'well']) == 0
     assert capsys.readouterr().out == 'well.html\n'
     assert '<title>consensus, 3 robots</title>' in (folder / 'well.html').read_text()
+    assert main(['report', 'well']) == 2
+    assert capsys.readouterr().err.endswith("'well.html' exists; --overwrite replaces it\n")
+    assert main(['report', 'well', '--overwrite']) == 0
 
 
 @pytest.mark.parametrize(
@@ -87,7 +90,10 @@ def test_a_browser_shows_the_run_at_any_time(folder):
                     assert float(shown[place]) == pytest.approx(float(row[name]), abs=6e-4)
 
         expect(2.3)
-        set_bar = "bar.value = arguments[0]; bar.dispatchEvent(new Event('input'))"
+        set_bar = (
+            "const bar = document.getElementById('bar'); bar.value = arguments[0];"
+            "bar.dispatchEvent(new Event('input'))"
+        )
         browser.execute_script(set_bar, 4.1)
         expect(4.1)
         keys = browser.find_element(By.TAG_NAME, 'body')
@@ -123,22 +129,15 @@ def test_a_browser_shows_the_run_at_any_time(folder):
 
 
 @NEEDS_CHROMIUM
-def test_a_robot_that_is_clicked_tells_of_itself_and_space_plays(folder):
+def test_a_selected_robot_is_described_and_space_plays(folder):
     from browser import open_browser, wait_for
     from selenium.webdriver.common.by import By
 
     with open_browser(1366, 768) as browser:
         browser.get((folder / 'failed.html').as_uri())
-        place = browser.execute_script(
-            'plane.scrollIntoView();'
-            'const pose = poseAt(run.robots[1], now), box = plane.getBoundingClientRect();'
-            'return [box.left + px(pose.x), box.top + py(pose.y)]'
-        )
-        click = {'x': place[0], 'y': place[1], 'button': 'left', 'clickCount': 1}
-        for kind in ('mousePressed', 'mouseReleased'):
-            browser.execute_cdp_cmd('Input.dispatchMouseEvent', {'type': kind, **click})
+        browser.find_elements(By.CSS_SELECTOR, '#robots button')[1].click()
         assert browser.find_element(By.ID, 'about').text.startswith('tb3_2\nat (5.000')
 
-        browser.find_element(By.TAG_NAME, 'body').send_keys(' ')
+        browser.find_element(By.ID, 'plane').send_keys(' ')
         wait_for(lambda: browser.find_element(By.ID, 'now').text == 't = 5.0 s')
         wait_for(lambda: browser.find_element(By.ID, 'play').text == '▶')

@@ -3,8 +3,6 @@ from processes import run_setcmas
 
 from setcmas_tools import simulate
 
-pytest.importorskip('viser')
-
 
 @pytest.fixture(scope='module')
 def run(tmp_path_factory):
@@ -16,9 +14,8 @@ def test_what_cannot_be_shown_is_told_in_a_line(run):
         ([f'{run}/none'], 'there is no'),
         ([run, run, run], '3 runs are given; they must be one or two'),
         ([run, '--at', 'noon'], "'noon'"),
-        (['--at', '3'], '--at is for a run that is over; name its folder'),
-        ([run, '--beside'], '--beside is for two runs'),
-        ([run, '--write-rviz', 'x.rviz'], '--write-rviz is for robots that run'),
+        (['--at', '3'], '--at is for a finished run; name its folder'),
+        ([run, '--write-rviz', 'x.rviz'], '--write-rviz is for running robots'),
     ):
         done = run_setcmas('view', *arguments)
         assert done.returncode == 2, done.stderr

@@ -3,7 +3,6 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from setcmas_tools import Run, simulate
 from setcmas_tools.compare.experiment_verdict import (
     Reached,
     delay_of,
@@ -13,10 +12,12 @@ from setcmas_tools.compare.experiment_verdict import (
     verdicts,
 )
 from setcmas_tools.compare.robot_drive import Drive
-from setcmas_tools.report.page import report_page
-from setcmas_tools.report.pair import Pair
+from setcmas_tools.offline.engine import simulate
+from setcmas_tools.page.pair import Pair
+from setcmas_tools.page.report import report_page
 from setcmas_tools.run.communication_record import CommunicationRecord, Counts
 from setcmas_tools.run.law_output import safety_record
+from setcmas_tools.run.run import Run
 
 T_DELAYED = np.arange(300) / 10
 

@@ -21,7 +21,7 @@ def test_the_wheel_has_all_packages_with_their_data_and_a_right_record():
         'setcmas_tools/grade/templates/student.html',
         'setcmas_tools/platforms/templates/gradescope/setup.sh.jinja',
         'setcmas_tools/pages/templates/base.css',
-        'setcmas_tools/report/templates/player.js',
+        'setcmas_tools/page/templates/player.js',
     }
     for path in (f'{stem}.dist-info/METADATA', 'setcmas_simu/errors.py'):
         digest = base64.urlsafe_b64encode(hashlib.sha256(wheel.read(path)).digest())

@@ -1,0 +1,1 @@
+"""Page of a run, the only one: handed in as a file, served once finished, or live."""

@@ -1,0 +1,101 @@
+"""Browser that shows a served page: where it finds the page, and when it is opened."""
+
+from __future__ import annotations
+
+import os
+import sys
+import time
+import webbrowser
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import ClassVar
+
+from setcmas_simu.options.group import Options, flag, option
+from setcmas_simu.options.kinds import Kind, Number, Whole
+
+EVERYWHERE = {'0.0.0.0': '127.0.0.1', '::': '::1'}
+"""Addresses that mean all of a machine's, and how the machine itself is reached then."""
+HOST = '127.0.0.1'
+PORT = 8080
+_RECONNECT_S = 2.5
+"""How long a page that is still open from the last time gets to come back by itself."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class BrowserOptions(Options):
+    """Where the page is served, and what its buttons do."""
+
+    TITLE: ClassVar[str] = 'page'
+
+    host: str = option(
+        Kind(metavar='ADDRESS'),
+        'address to serve the page at; with 0.0.0.0 others on the network can see it, and press '
+        'its buttons with the token that is part of the address',
+        default=HOST,
+        default_text=f'{HOST}, this machine only',
+    )
+    port: int = option(
+        Whole(1, 65535, metavar='PORT'),
+        'port of the page; the next free one if it is taken',
+        default=PORT,
+    )
+    read_only: bool = flag('no buttons that start, pause, stop or reset robots')
+
+    @property
+    def is_local(self) -> bool:
+        """Whether the page is for this machine only."""
+        return self.host in ('127.0.0.1', 'localhost', '::1')
+
+    @property
+    def needs_token(self) -> bool:
+        """Whether the page is for those only who know its whole address."""
+        return not (self.is_local or self.read_only)
+
+
+@dataclass(frozen=True, kw_only=True)
+class FinishedRunOptions(Options):
+    """What the page of a finished run shows at first."""
+
+    TITLE: ClassVar[str] = 'finished run'
+
+    at: float | None = option(
+        Number(unit='s', finite=True),
+        'time of the run to open at',
+        default=None,
+        default_text='its beginning',
+    )
+
+
+def has_display(environment: Mapping[str, str], platform: str) -> bool:
+    """Return whether windows can be opened at all.
+
+    Args:
+        environment: Variables, as in os.environ.
+        platform: As sys.platform.
+    """
+    if platform in ('win32', 'darwin'):
+        return True
+    return bool(environment.get('DISPLAY') or environment.get('WAYLAND_DISPLAY'))
+
+
+def may_open_windows(environment: Mapping[str, str], platform: str) -> bool:
+    """Return whether the user sits in front of the display: not over ssh, not in CI."""
+    elsewhere = ('SSH_CONNECTION', 'SSH_TTY', 'CI')
+    return has_display(environment, platform) and not any(map(environment.get, elsewhere))
+
+
+class Opener:
+    """Opens the page in a browser, unless a browser shows it soon."""
+
+    def __init__(self, url: str) -> None:
+        """Give a page that is open already its time from now on."""
+        self._url = url
+        self._begin = time.monotonic()
+        self._opened = not may_open_windows(os.environ, sys.platform)
+
+    def look(self, is_shown: bool) -> None:
+        """Open the page, if it is time to and no browser shows it."""
+        self._opened = self._opened or is_shown
+        if not self._opened and time.monotonic() - self._begin > _RECONNECT_S:
+            self._opened = True
+            webbrowser.open(self._url)

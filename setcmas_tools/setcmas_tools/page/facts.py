@@ -1,0 +1,174 @@
+"""Facts of a run in words: outcome, command, origin, and its scripts with their failures."""
+
+from __future__ import annotations
+
+import shlex
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from setcmas_simu.fleet.fleet import robots_in_words
+from setcmas_simu.reports.reports import ScriptFailure
+from setcmas_tools.compare.run_distance import flat
+from setcmas_tools.run.inputs import RunInput
+from setcmas_tools.run.run import Run
+from setcmas_tools.run.run_info import State
+
+_OPTIONS = {'algo': 'control law', 'ctc': 'triggering condition', 'model': 'robot model'}
+
+
+@dataclass(frozen=True)
+class Facts:
+    """A run in words.
+
+    Attributes:
+        line: Duration and date.
+        outcome: How it ended.
+        well: Whether it is complete.
+        detail: More about the outcome.
+        failures: What went wrong in scripts.
+        links: Whether there is a record of communication.
+        command: The command line; empty if there was none.
+        origin: What it was made with, by name.
+        parameters: The options that are set, by name.
+    """
+
+    line: str
+    outcome: str
+    well: bool
+    detail: str
+    failures: list[Mark]
+    links: bool
+    command: str
+    origin: dict[str, Any]
+    parameters: dict[str, Any]
+
+
+def facts_of(run: Run) -> Facts:
+    """Return the facts of a run."""
+    info = run.info
+    duration = float(run.table.t[-1]) - max(0.0, float(run.table.t[0]))
+    start = f'{round(duration, 1):g} s', (info.started or '').replace('T', ' ').partition('+')[0]
+    kept = {key: value for key, value in flat(info.parameters).items() if value not in (None, [])}
+    outcome = str(run.outcome).partition('\n')[0]
+    return Facts(
+        line=', started '.join(part for part in start if part),
+        outcome=outcome,
+        well=run.outcome.state is State.COMPLETE,
+        detail='' if run.outcome.detail in outcome else run.outcome.detail,
+        failures=marks_of(info.failures or []),
+        links=run.record is not None,
+        command=shlex.join(info.command),
+        origin=_origin(run),
+        parameters=kept,
+    )
+
+
+def _origin(run: Run) -> dict[str, Any]:
+    origin = run.info.origin
+    made = {'setcmas': origin.setcmas, **origin.versions, **origin.host} if origin else {}
+    names = {'name': 'computer'}
+    return {names.get(key, key): value for key, value in made.items()} | {'seed': run.info.seed}
+
+
+@dataclass(frozen=True)
+class Mark:
+    """What went wrong in a line, for some robots.
+
+    Attributes:
+        robot: The first of them.
+        robots: Which, in words.
+        t: When first, in s.
+        when: From when until when, in words.
+        text: What went wrong, in a line.
+        place: File and line, in words; empty if they are not known.
+    """
+
+    robot: int
+    robots: str
+    t: float
+    when: str
+    text: str
+    place: str
+
+
+@dataclass(frozen=True)
+class Listing:
+    """A script.
+
+    Attributes:
+        name: Its file name.
+        what: What it is, and for which robots.
+        lines: Its lines with what went wrong in each.
+    """
+
+    name: str
+    what: str
+    lines: list[tuple[str, list[Mark]]]
+
+    @property
+    def failed(self) -> bool:
+        """Whether something went wrong in it."""
+        return any(marks for _, marks in self.lines)
+
+
+def listings(run: Run) -> list[Listing]:
+    """Return the scripts of a run, control laws first, each with its helper modules."""
+    return [
+        _listing(run, given, file, content)
+        for option in _OPTIONS
+        for given in run.inputs
+        if given.option == option
+        for file, content in zip(given.files, given.contents, strict=True)
+    ]
+
+
+def _listing(run: Run, given: RunInput, file: Path, content: bytes) -> Listing:
+    what = _OPTIONS[given.option] if file == given.path else f'module of {given.path.name}'
+    robots = f' of {robots_in_words(list(given.robots))}' if given.robots else ''
+    failures = [
+        one
+        for one in run.info.failures or []
+        if one.script == file.name and (not given.robots or one.robot in given.robots)
+    ]
+    lines = content.decode(errors='replace').splitlines() or ['']
+    marked = [
+        (line, marks_of([one for one in failures if one.line == number and _quotes(one, line)]))
+        for number, line in enumerate(lines, 1)
+    ]
+    return Listing(file.name, f'{what}{robots}', marked)
+
+
+def _quotes(failure: ScriptFailure, line: str) -> bool:
+    """Return whether a failure arose in this version of a line: `--watch` loads others."""
+    return not line.strip() or line.strip() in failure.text
+
+
+def marks_of(failures: list[ScriptFailure]) -> list[Mark]:
+    """Return what went wrong, robots together that failed alike, sorted by time."""
+    alike: dict[tuple[str, int | None, str], list[ScriptFailure]] = {}
+    for one in failures:
+        kind = first_line(one).partition(':')[0]  # what follows may have numbers in it
+        alike.setdefault((one.script, one.line, kind), []).append(one)
+    marks = [_mark(ones) for ones in alike.values()]
+    return sorted(marks, key=lambda mark: mark.t)
+
+
+def _mark(ones: list[ScriptFailure]) -> Mark:
+    first = min(ones, key=lambda one: one.t)
+    robots = robots_in_words(sorted({one.robot for one in ones}))
+    times = len([one for one in ones if one.robot == first.robot])
+    ends = [one.until for one in ones]
+    until = 'to the end' if None in ends else f'to {max(end or 0.0 for end in ends):.1f} s'
+    again = f', {times} times' if times > 1 else ''
+    place = f'{first.script}, line {first.line}' if first.line else first.script
+    when = f't = {first.t:.1f} s {until}{again}'
+    return Mark(first.robot, robots, first.t, when, first_line(first), place)
+
+
+def first_line(failure: ScriptFailure) -> str:
+    """Return what went wrong in a line, without its place."""
+    text, place = failure.text.partition('\n')[0], f'{failure.script}, line {failure.line}'
+    for before in (f'{place}: ', f'{failure.script}: '):
+        text = text.removeprefix(before)
+    return text.removesuffix(f' at {place}')

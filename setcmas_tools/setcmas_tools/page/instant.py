@@ -1,0 +1,260 @@
+"""One robot at an instant: what it did, what its law wanted, and what it knew."""
+
+from __future__ import annotations
+
+import heapq
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from setcmas_ctrl.communication.channel import Channel
+from setcmas_ctrl.communication.communication_options import CommunicationOptions
+from setcmas_ctrl.communication.communication_settings import chosen_communication
+from setcmas_ctrl.communication.links import Links
+from setcmas_ctrl.filter.barrier import Verdict
+from setcmas_simu.arrays import Floats
+from setcmas_simu.errors import SetcmasError
+from setcmas_simu.reports.reports import Function, ScriptFailure
+from setcmas_tools.measures.motion_metrics import SATURATION_TOLERANCE, largest_speed
+from setcmas_tools.page.history import NewestRows, RunHistory
+from setcmas_tools.run.communication_record import CommunicationRecord
+from setcmas_tools.run.fleet_motion import SAME_TIME_S
+from setcmas_tools.run.run import Run
+
+Velocity = tuple[float, float]
+_LOST = 'not recorded: messages were lost or changed at random while the run went in real time'
+_CHANNEL = 'not recorded: what delayed, lost or changed messages is not known'
+_OTHERS = 'not recorded: messages went in another way than the record tells'
+_SENT, _CONNECTED, _ASKED = range(3)
+_Event = tuple[float, int, Any]
+
+
+@dataclass(frozen=True)
+class RobotInstant:
+    """A robot at a time; None for what is not recorded.
+
+    Attributes:
+        robot: Its number.
+        t: The time in s.
+        called_at: When its law was called last, in s.
+        wanted: What its law then wanted after saturation: vx, vy in m/s.
+        saturated: Whether that was the largest speed that robots are asked for.
+        allowed: What the safety filter let through: vx, vy in m/s; None without one.
+        verdict: What the filter did.
+        state: What an experiment let it do, such as 'moving' or 'paused'.
+        overruled: Whether the filter or the experiment did not let it do what its law wanted.
+        failure: The failure of its law, if it failed then.
+        known: What it then knew of the fleet: rows x, y, theta by robots' numbers from 1, NaN for
+            robots that it did not hear.
+        unknown: Why `known` is None.
+    """
+
+    robot: int
+    t: float
+    called_at: float | None
+    wanted: tuple[float, float] | None
+    saturated: bool | None
+    allowed: tuple[float, float] | None
+    verdict: Verdict | None
+    state: str | None
+    overruled: bool | None
+    failure: ScriptFailure | None
+    known: Floats | None
+    unknown: str
+
+
+class Instants:
+    """Robots at instants of a run."""
+
+    def __init__(self, history: RunHistory) -> None:
+        """Look up the run's commands."""
+        self._history = history
+        self._commands = history.run.commands
+        commands = self._commands
+        self._newest = NewestRows(commands.t, commands.robot) if commands else None
+        self._knowledge = Knowledge(history)
+        self._fastest = _fastest(history.run)
+
+    def of(self, robot: int, t: float) -> RobotInstant:
+        """Return a robot at a time in s."""
+        history = self._history
+        row = self._newest.row(robot, t) if self._newest else None
+        called_at, wanted, allowed, verdict = self._command(row)
+        state, held = history.safety(robot, t) or (None, None)
+        changed = None if verdict is None else verdict is not Verdict.KEPT
+        called = t if called_at is None else called_at
+        known, unknown = self._knowledge.of(robot, called)
+        return RobotInstant(
+            robot=robot,
+            t=t,
+            called_at=called_at,
+            wanted=wanted,
+            saturated=self._is_saturated(wanted),
+            allowed=allowed,
+            verdict=verdict,
+            state=state,
+            overruled=None if held is None and changed is None else bool(held or changed),
+            failure=failure_at(history.run, robot, called),
+            known=known,
+            unknown=unknown,
+        )
+
+    def _command(
+        self, row: int | None
+    ) -> tuple[float | None, Velocity | None, Velocity | None, Verdict | None]:
+        """Return when a law was called, what it wanted, what was allowed, and the verdict."""
+        commands = self._commands
+        if commands is None or row is None:
+            return None, None, None, None
+        t, wanted = float(commands.t[row]), (float(commands.vx[row]), float(commands.vy[row]))
+        filtered = commands.allowed
+        if filtered is None:
+            return t, wanted, None, None
+        allowed = float(filtered.vx[row]), float(filtered.vy[row])
+        return t, wanted, allowed, Verdict(int(filtered.verdict[row]))
+
+    def _is_saturated(self, wanted: Velocity | None) -> bool | None:
+        if wanted is None or self._fastest is None:
+            return None
+        return math.hypot(*wanted) >= self._fastest * (1 - SATURATION_TOLERANCE)
+
+
+def _fastest(run: Run) -> float | None:
+    try:
+        return largest_speed(run)
+    except SetcmasError:
+        return None
+
+
+def failure_at(run: Run, robot: int, t: float) -> ScriptFailure | None:
+    """Return the failure of a robot's law that went on at a time in s; None if it worked."""
+    end = run.info.reloads[0].t if run.info.reloads else math.inf  # another version is not told of
+    for one in reversed(run.info.failures or []):
+        until = end if one.until is None else one.until
+        mine = one.robot == robot and one.function is Function.CONTROL
+        if mine and one.t - SAME_TIME_S <= t < until - SAME_TIME_S:
+            return one
+    return None
+
+
+class Knowledge:
+    """What robots knew at the calls of their laws.
+
+    Without a record of communication each robot knows the newest poses of all. With one, the same
+    links that the controllers use are played again: what was sent when, and who heard whom, is in
+    the record, and the random numbers follow from the seed.
+    """
+
+    def __init__(self, history: RunHistory) -> None:
+        """Prepare; a robot's links are played when it is asked for."""
+        self._history = history
+        self._heard: dict[int, tuple[Floats, Floats] | str] = {}
+
+    def of(self, robot: int, t: float) -> tuple[Floats | None, str]:
+        """Return what a robot knew at a time in s, or why that cannot be told.
+
+        Returns:
+            Rows x, y in m and theta in rad by robots' numbers from 1, shape (3, N), NaN for
+            robots that it did not hear; and an empty text. Or None, and a reason.
+        """
+        record, newest = self._history.run.record, self._by_number(self._history.newest(t))
+        if record is None:
+            return newest, ''
+        if robot not in self._heard:
+            self._heard[robot] = self._played(robot, record)
+        heard = self._heard[robot]
+        if isinstance(heard, str):
+            return None, heard
+        times, poses = heard
+        call = int(np.searchsorted(times, t + SAME_TIME_S, side='right')) - 1
+        known = poses[max(0, call)].copy()
+        known[:, robot - 1] = newest[:, robot - 1]
+        return known, ''
+
+    def _played(self, robot: int, record: CommunicationRecord) -> tuple[Floats, Floats] | str:
+        """Return what a robot heard, shape (C, 3, N), at the C calls of its law."""
+        run, size = self._history.run, self._size
+        channel = _channel(run, size)
+        if channel is None:
+            return _CHANNEL
+        if channel.is_random and run.info.started:
+            return _LOST  # how many messages went before the first call is not recorded
+        links = Links([robot], channel, run.info.seed)
+        own = np.zeros((3, 1))
+        times, poses = [], []
+        for t, kind, told in self._events(robot, record):
+            if kind == _SENT:
+                links.send(told, self._by_number(self._history.newest(t))[:, told], t)
+            elif kind == _ASKED:
+                times.append(t)
+                poses.append(links.heard(own, t)[0].copy())
+            elif times:
+                links.connect(told, t)
+            else:
+                links.begin(told)
+        if channel.is_random and not _agrees(links, robot, record):
+            return _OTHERS
+        return np.array(times), np.array(poses)
+
+    def _events(self, robot: int, record: CommunicationRecord) -> Iterator[_Event]:
+        """Yield what happened, sorted by time; at one time states are sent first."""
+        run, size = self._history.run, self._size
+        changes = np.unique(record.changes[:, 0]).tolist()
+        commands = run.commands
+        calls = commands.t[commands.robot == robot] if commands else run.table.of(robot).t
+        connected = ((t, _CONNECTED, record.adjacency(t, size)) for t in changes)
+        asked = ((t, _ASKED, None) for t in calls[calls >= 0.0].tolist())
+        yield from heapq.merge(_sent(run, record), connected, asked, key=lambda one: one[:2])
+
+    @property
+    def _size(self) -> int:
+        adjacency = self._history.adjacency(0.0)
+        assert adjacency is not None
+        return len(adjacency)
+
+    def _by_number(self, poses: Floats) -> Floats:
+        """Return poses of the run's robots by the numbers of robots."""
+        robots = self._history.robots
+        size = robots[-1] if self._history.run.record is None else self._size
+        result = np.full((3, size), np.nan)
+        result[:, np.array(robots) - 1] = poses
+        return result
+
+
+def _sent(run: Run, record: CommunicationRecord) -> Iterator[_Event]:
+    """Yield when states were sent, with the columns of the robots that sent them."""
+    t, robots = run.table.t, run.table.robot
+    if record.is_event_triggered:
+        t, robots, sent = record.triggers.T
+        t, robots = t[sent == 1], robots[sent == 1].astype(int)
+    starts = np.flatnonzero(np.diff(t, prepend=-np.inf) > 0)
+    for first, last in zip(starts, [*starts[1:], len(t)], strict=True):
+        yield float(t[first]), _SENT, np.unique(robots[first:last]) - 1
+
+
+def _channel(run: Run, size: int) -> Channel | None:
+    """Return what happens to messages on their way; None if the run does not tell."""
+    names = ('graph', 'delay', 'loss', 'noise')
+    told = {name: run.parameters[name] for name in names if name in run.parameters}
+    files = [given.path for given in run.inputs if given.option == 'graph']
+    if files:
+        told['graph'] = files[0]
+    if not told:
+        return None
+    try:
+        return chosen_communication(size, CommunicationOptions(**told), run.info.seed).channel
+    except (SetcmasError, TypeError):
+        return None
+
+
+def _agrees(links: Links, robot: int, record: CommunicationRecord) -> bool:
+    """Return whether as many messages of each sender arrived as the record tells."""
+    counts = links.counts
+    return all(
+        (told.received, told.lost) == (counts.received[0, sender - 1], counts.lost[0, sender - 1])
+        for (receiver, sender), told in record.links.items()
+        if receiver == robot
+    )

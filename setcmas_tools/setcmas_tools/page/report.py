@@ -1,0 +1,200 @@
+"""Page of one run, or of two: a file that opens from a mail, without server and network."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from pathlib import Path
+
+from setcmas_simu.errors import SetcmasError
+from setcmas_tools.page.content import run_content
+from setcmas_tools.page.document import checkbox, document, element, escaped, stage
+from setcmas_tools.page.facts import Facts, Listing, Mark, facts_of, listings
+from setcmas_tools.page.pair import Pair, embedded_pictures
+from setcmas_tools.run.run import Run
+from setcmas_tools.run.run_folder import find_run
+
+_ENDINGS = ('.html', '.htm')
+
+
+def page_named_after(runs: Sequence[Path]) -> Path:
+    """Return the page of a run, or of two, in the current folder.
+
+    Raises:
+        SetcmasError: There is no run.
+    """
+    return Path('_'.join(dict.fromkeys(map(_name_of, runs))) + '.html')
+
+
+def check_page(page: Path, overwrite: bool = False) -> None:
+    """Check that a page can be written to a file.
+
+    Raises:
+        SetcmasError: It cannot.
+    """
+    if page.suffix.lower() not in _ENDINGS:
+        raise SetcmasError(f"the page '{page}' must end with .html")
+    if not page.parent.is_dir():
+        raise SetcmasError(
+            f"the page '{page}' cannot be written: there is no folder '{page.parent}'; create it"
+        )
+    if page.exists() and not overwrite:
+        raise SetcmasError(f"'{page}' exists; --overwrite replaces it")
+
+
+def write_report(paths: Sequence[Path], page: Path, warn: Callable[[str], None]) -> None:
+    """Write the page of a run, or of two.
+
+    Args:
+        paths: The runs.
+        page: The file.
+        warn: Shows what is left out.
+
+    Raises:
+        SetcmasError: A run cannot be read, or the file cannot be written.
+    """
+    text = report_page(loaded_pair(paths, warn))
+    try:
+        page.write_text(text, encoding='utf-8', errors='replace', newline='\n')
+    except OSError as error:
+        raise SetcmasError(f"'{page}' cannot be written: {error.strerror}") from error
+
+
+def loaded_pair(paths: Sequence[Path], warn: Callable[[str], None]) -> Pair:
+    """Load a run, or two.
+
+    Raises:
+        SetcmasError: One cannot be read.
+    """
+    names = [_name_of(path) for path in paths]
+    if len(set(names)) < len(names):
+        names = [f'{name} ({path})' for name, path in zip(names, paths, strict=True)]
+    runs = [Run.load(path, warn) for path in paths]
+    if len(runs) == 1:
+        return Pair(names[0], runs[0], warn=warn, paths=paths)
+    return Pair(names[0], runs[0], names[1], runs[1], warn, paths)
+
+
+def _name_of(path: Path) -> str:
+    """Return the name of a run's folder or recording.
+
+    Raises:
+        SetcmasError: There is no run.
+    """
+    source = find_run(path)
+    return source.stem.rstrip('_') or source.folder.resolve().name or 'run'
+
+
+def report_page(pair: Pair) -> str:
+    """Return the page of a run, or of a run with another one over it."""
+    facts, other = facts_of(pair.run), facts_of(pair.other) if pair.other else None
+    body = [
+        _header(pair, facts, other),
+        *_failures(facts),
+        _stage(pair, facts),
+        *_metrics(pair),
+        *_plots(pair),
+        *map(_script, listings(pair.run)),
+        *_origin(facts),
+    ]
+    return document(pair.run.title, body, run_content(pair.run, pair.other))
+
+
+def _header(pair: Pair, facts: Facts, other: Facts | None) -> str:
+    lines = [
+        element('p', pair.name, 'soft'),
+        element('h1', pair.run.title),
+        element('p', facts.line, 'soft'),
+    ]
+    if other and pair.other:
+        text = f'compared with {pair.other_name}: {pair.other.title}, {other.line}, '
+        outcome = element('span', other.outcome, _quality(other.well))
+        lines.append(f'<p class="soft">{escaped(text)}{outcome}</p>')
+    outcome = element('p', facts.outcome, f'outcome {_quality(facts.well)}')
+    return f'<header>\n<div>\n{_joined(lines)}\n</div>\n{outcome}\n</header>'
+
+
+def _quality(well: bool) -> str:
+    return 'good' if well else 'bad'
+
+
+def _failures(facts: Facts) -> Iterator[str]:
+    lines = [
+        f'<p>{_marked(mark)} {element("span", mark.place and f"({mark.place})", "soft")}</p>'
+        for mark in facts.failures
+    ]
+    if facts.detail and not lines:
+        lines = [element('p', facts.detail)]
+    if lines:
+        yield f'<div class="note failure">\n{_joined(lines)}\n</div>'
+
+
+def _marked(mark: Mark) -> str:
+    """Return a failure with a button that shows the time when it arose."""
+    button = f'<button class="time" data-t="{mark.t:g}" data-robot="{mark.robot}">'
+    return f'{button}{escaped(f"{mark.robots}, {mark.when}")}</button> {escaped(mark.text)}'
+
+
+def _stage(pair: Pair, facts: Facts) -> str:
+    options = [checkbox('links', 'links')] if facts.links else []
+    if not pair.other:
+        return stage(options)
+    options.append(checkbox('ghosts', f'{pair.other_name} (pale, dotted)'))
+    note = element('p', f'Dashed lines in the charts: {pair.other_name}.', 'soft')
+    return stage(options, note)
+
+
+def _metrics(pair: Pair) -> Iterator[str]:
+    table, remarks = pair.metrics('html')
+    yield '<section>\n<h2>Metrics</h2>'
+    if pair.beside:
+        yield element('p', f'{pair.beside}.')
+    yield f'<div class="scroll metrics">{table}</div>'
+    yield from _paragraphs(remarks)
+    if pair.verdict:
+        yield element('h2', 'Experiment against simulation')
+        yield f'<div class="scroll metrics">{pair.verdict.table("html")}</div>'
+        yield from _paragraphs(pair.verdict.lines)
+    if pair.differences:
+        yield element('h2', 'What differs')
+        yield f'<pre>{element("code", _joined(pair.differences))}</pre>'
+    yield '</section>'
+
+
+def _plots(pair: Pair) -> Iterator[str]:
+    yield '<section>\n<h2>Plots</h2>\n<div class="scroll plots">'
+    for picture in embedded_pictures(pair):
+        yield f'<img src="{picture.address}" alt="{escaped(picture.name)}">'
+    yield '</div>\n</section>'
+
+
+def _script(listing: Listing) -> str:
+    name = f'{escaped(listing.name)} {element("span", listing.what, "soft")}'
+    lines = []
+    for number, (text, marks) in enumerate(listing.lines, 1):
+        kind = ' class="at"' if marks else ''
+        lines.append(f'<span{kind}><i>{number}</i> {escaped(text)}</span>')
+        lines.extend(f'<span class="mark">{_marked(mark)}</span>' for mark in marks)
+    text = f'<h2>{name}</h2>\n<pre>{"".join(lines)}</pre>'
+    return f'<section class="listing">\n{text}\n</section>'
+
+
+def _origin(facts: Facts) -> Iterator[str]:
+    yield '<section>\n<h2>How it was made</h2>'
+    if facts.command:
+        yield f'<pre>{element("code", facts.command)}</pre>'
+    yield _terms(facts.origin.items())
+    options = f'<summary>All options</summary>\n{_terms(facts.parameters.items())}'
+    yield f'<details>\n{options}\n</details>\n</section>'
+
+
+def _terms(entries: Iterable[tuple[str, object]]) -> str:
+    lines = (element('dt', name) + element('dd', value) for name, value in entries)
+    return f'<dl>\n{_joined(lines)}\n</dl>'
+
+
+def _paragraphs(lines: Iterable[str]) -> Iterator[str]:
+    return (element('p', line) for line in lines)
+
+
+def _joined(lines: Iterable[str]) -> str:
+    return '\n'.join(lines)

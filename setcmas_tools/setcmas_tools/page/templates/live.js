@@ -1,0 +1,67 @@
+// A run that goes on: what the server of the page reports, and what its buttons ask for.
+
+import {reach, reachAtLeast} from './camera.js';
+import {find} from './canvas.js';
+import {addFrame, addLinks, addRobot, addSent, addShape, addState, byNumber, forgetAll, run} from './history.js';
+import {meet, player, redraw, toPresent} from './player.js';
+
+const AGAIN_MS = 1000;
+let socket = null, status = {};
+
+// What each kind of message does; all have a time in s, of which the newest picture is a little behind.
+const TAKES = {
+  begin: () => { forgetAll(); reachAtLeast(status.real); player.selected = null; toPresent(); },
+  looks: ({robots}) => robots.forEach(look => {
+    const robot = byNumber.get(look.number);
+    if (robot) Object.assign(robot, look); else addRobot(look);
+  }),
+  frame: message => {
+    addFrame(message);
+    for (let k = 0; k < message.poses.length; k += 4) reach(message.poses[k] / run.scale, message.poses[k + 1] / run.scale);
+  },
+  states: ({t, states}) => states.forEach(([number, kind, label, words]) => addState(number, {t, kind, label, words})),
+  sent: ({t, numbers}) => numbers.forEach(number => addSent(number, t)),
+  links: ({changes}) => addLinks(changes),
+  shapes: ({t, shapes}) => shapes.forEach(([key, shape]) => {
+    addShape(key, t, shape);
+    if (shape && shape.kind === 'lines' && !shape.robot) shape.places.forEach(([a, b, c, d]) => { reach(a, b); reach(c, d); });
+  }),
+  now: ({t}) => meet(t),
+  status: message => {
+    if (message.real !== status.real) reachAtLeast(message.real);
+    status = message;
+    showStatus();
+  },
+};
+
+function write(id, text) { if (find(id).textContent !== text) find(id).textContent = text; }
+function showStatus() {
+  const {title, detail, state, paused, stopped, real, ended} = status;
+  write('title', title); write('detail', detail); write('state', state);
+  document.title = title;
+  find('state').className = 'outcome ' + (stopped ? 'bad' : paused ? 'some' : 'good');
+  if (!run.live.commands) return;
+  find('stop').hidden = !real; find('stop').disabled = stopped;
+  find('stop').textContent = stopped ? 'STOPPED: press R twice in the terminal' : 'EMERGENCY STOP';
+  find('pause').hidden = ended; find('pause').textContent = paused && !real ? 'Start' : 'Pause';
+  find('pause').disabled = real && paused;
+  find('reset').hidden = real || ended;
+}
+function ask(action) {
+  if (socket && socket.readyState === WebSocket.OPEN) socket.send(JSON.stringify(action));
+}
+
+export function connect() {
+  socket = new WebSocket(`${location.protocol.replace('http', 'ws')}//${location.host}/live`);
+  socket.addEventListener('message', ({data}) => JSON.parse(data).forEach(message => TAKES[message.kind](message)));
+  socket.addEventListener('close', () => {
+    write('state', 'no connection to setcmas view; trying again');
+    find('state').className = 'outcome bad';
+    setTimeout(connect, AGAIN_MS);
+  });
+}
+export function addCommands() {
+  find('stop').addEventListener('click', () => ask({kind: 'stop'}));
+  find('pause').addEventListener('click', () => ask({kind: 'pause', on: status.real || !status.paused}));
+  find('reset').addEventListener('click', () => { ask({kind: 'reset'}); redraw(); });
+}

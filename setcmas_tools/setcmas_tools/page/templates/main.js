@@ -1,0 +1,62 @@
+// The page: its elements, keys and address, and what each of them does.
+
+import {camera, farther, nearer, pan, showAll, steer} from './camera.js';
+import {find} from './canvas.js';
+import {addCharts} from './charts.js';
+import {byNumber, first, isLive, run} from './history.js';
+import {addCommands, connect} from './live.js';
+import {robotAt} from './plane.js';
+import {back, faster, forth, move, player, redraw, select, start, toBegin, toEnd, toPresent, toggle} from './player.js';
+
+const PAN_PX = 40;
+const KEYS = {
+  ' ': toggle, ArrowRight: forth, ArrowLeft: back, Home: toBegin, End: toEnd, '+': () => faster(1), '=': () => faster(1), '-': () => faster(-1),
+  z: () => then(nearer), Z: () => then(farther), 0: () => then(showAll),
+};
+const SHIFTED = {ArrowLeft: [PAN_PX, 0], ArrowRight: [-PAN_PX, 0], ArrowUp: [0, PAN_PX], ArrowDown: [0, -PAN_PX]};
+function then(change) { change(); redraw(); }
+
+document.addEventListener('keydown', event => {
+  if (event.ctrlKey || event.altKey || event.metaKey || event.target.tagName === 'SELECT') return;
+  if (event.key === ' ' && event.target.matches('button, input[type=checkbox], summary')) return;  // it presses that
+  const shifted = event.shiftKey && SHIFTED[event.key], does = shifted ? () => then(() => pan(...shifted)) : KEYS[event.key];
+  if (!does) return;
+  event.preventDefault();
+  does();
+});
+const CLICKS = {
+  play: toggle, back, forth, latest: toPresent,
+  nearer: () => then(nearer), farther: () => then(farther), whole: () => then(showAll),
+};
+for (const [id, does] of Object.entries(CLICKS)) find(id).addEventListener('click', does);
+find('bar').addEventListener('input', () => move(+find('bar').value));
+find('plane').addEventListener('click', event => {
+  const robot = robotAt(event.offsetX, event.offsetY);
+  if (robot) select(robot);
+});
+steer(find('plane'), redraw);
+for (const choice of document.querySelectorAll('#shown input, #shown select')) choice.addEventListener('change', () => {
+  camera.followed = find('follow').checked ? player.selected : null;
+  redraw();
+});
+for (const link of document.querySelectorAll('[data-t]')) link.addEventListener('click', () => {
+  player.selected = byNumber.get(+link.dataset.robot) || player.selected;
+  move(+link.dataset.t);
+  find('replay').scrollIntoView();
+});
+function followAddress() {
+  const asked = /^#t=(-?[\d.]+)$/.exec(location.hash);
+  move(asked ? +asked[1] : first());
+}
+for (const kind of ['resize', 'beforeprint']) window.addEventListener(kind, redraw);
+
+addCharts(move);
+if (isLive) {
+  run.clock = [];
+  connect();
+  if (run.live.commands) addCommands();
+} else {
+  window.addEventListener('hashchange', followAddress);
+  followAddress();
+}
+start();

@@ -1,0 +1,185 @@
+// The plane at a time: ground, drawings, links, trails, robots.
+
+import {aim, camera, px, py} from './camera.js';
+import {EDGE, INK, KINDS, LINE, SOFT, digitsOf, find, roundStep, sized} from './canvas.js';
+import {byNumber, callAt, indexAt, lastSent, linksAt, others, poseAt, robots, run, shapes, stateAt} from './history.js';
+
+const FLASH_S = 0.5, MOST_NUMBERS = 20, MOST_TRAIL_POINTS = 25_000, ARROW_S = 1.5;
+const OBSTACLE = '#d0d7de', BORDER = '#8c959f';
+
+function path(pen, points, close) {
+  pen.beginPath();
+  points.forEach(([x, y], k) => k ? pen.lineTo(px(x), py(y)) : pen.moveTo(px(x), py(y)));
+  if (close) pen.closePath();
+}
+function disc(pen, x, y, radius, fill, stroke) {
+  pen.beginPath();
+  pen.arc(px(x), py(y), radius, 0, 2 * Math.PI);
+  if (fill) { pen.fillStyle = fill; pen.fill(); }
+  if (stroke) { pen.strokeStyle = stroke; pen.stroke(); }
+}
+
+function drawGrid(pen, width, height) {
+  const gap = roundStep(Math.max(width, height) / camera.scale, Math.max(4, Math.max(width, height) / 70)), digits = digitsOf(gap);
+  const halfX = width / 2 / camera.scale, halfY = height / 2 / camera.scale;
+  pen.lineWidth = 1; pen.strokeStyle = LINE; pen.fillStyle = SOFT;
+  pen.textAlign = 'center';
+  for (let k = Math.ceil((camera.x - halfX) / gap); k * gap < camera.x + halfX; k++) {
+    const x = px(k * gap);
+    pen.beginPath(); pen.moveTo(x, 0); pen.lineTo(x, height); pen.stroke();
+    if (x > 40 && x < width - 40) pen.fillText((k * gap).toFixed(digits), x, height - 5);
+  }
+  pen.textAlign = 'left';
+  for (let k = Math.ceil((camera.y - halfY) / gap); k * gap < camera.y + halfY; k++) {
+    const y = py(k * gap);
+    pen.beginPath(); pen.moveTo(0, y); pen.lineTo(width, y); pen.stroke();
+    if (y > 32 && y < height - 24) pen.fillText((k * gap).toFixed(digits), 4, y - 3);
+  }
+  pen.textAlign = 'right'; pen.fillText('x (m)', width - 4, height - 5);
+  pen.textAlign = 'left'; pen.fillText('y (m)', 4, 12);
+}
+function drawGround(pen) {
+  const {arena, discs, polygons, references} = run.plane;
+  pen.lineWidth = 1.5; pen.strokeStyle = BORDER; pen.fillStyle = OBSTACLE;
+  if (arena) { const [a, b, c, d] = arena; path(pen, [[a, c], [b, c], [b, d], [a, d]], true); pen.stroke(); }
+  for (const corners of polygons) { path(pen, corners, true); pen.fill(); pen.stroke(); }
+  for (const [x, y, radius] of discs) disc(pen, x, y, radius * camera.scale, OBSTACLE, BORDER);
+  for (const one of references) {
+    pen.strokeStyle = one.colour; pen.lineWidth = 1.3;
+    if (one.joined) { pen.setLineDash([2, 4]); path(pen, one.points); pen.stroke(); pen.setLineDash([]); }
+    if (one.marked) for (const [x, y] of one.points) pen.strokeRect(px(x) - 4, py(y) - 4, 8, 8);
+  }
+}
+
+// Shapes of scripts: each draws one place of a shape, with its colour and size.
+const SHAPES = {
+  discs: (pen, [x, y], colour, [width]) => disc(pen, x, y, Math.max(2, width / 2 * camera.scale), colour),
+  boxes: (pen, place, colour, size) => turned(pen, place, size, [[-0.5, -0.5], [0.5, -0.5], [0.5, 0.5], [-0.5, 0.5]], colour),
+  arrows: (pen, place, colour, size) => turned(pen, place, size, [[0, -0.2], [0.7, -0.2], [0.7, -0.5], [1, 0], [0.7, 0.5], [0.7, 0.2], [0, 0.2]], colour),
+  lines: (pen, [x, y, toX, toY], colour, [width]) => {
+    pen.strokeStyle = colour; pen.lineWidth = Math.max(1.2, width * camera.scale);
+    path(pen, [[x, y], [toX, toY]]); pen.stroke();
+  },
+  texts: (pen, [x, y], colour, size, {text}) => { pen.fillStyle = colour; pen.textAlign = 'center'; pen.fillText(text, px(x), py(y)); },
+};
+function turned(pen, [x, y, theta], [length, width], corners, colour) {
+  const cos = Math.cos(theta), sin = Math.sin(theta);
+  path(pen, corners.map(([a, b]) => [x + a * length * cos - b * width * sin, y + a * length * sin + b * width * cos]), true);
+  pen.fillStyle = colour; pen.fill();
+}
+// A place in a robot's frame, in that of the world.
+function inWorld({x, y, theta}, place) {
+  const cos = Math.cos(theta), sin = Math.sin(theta), [a, b, c, d] = place;
+  const moved = [x + a * cos - b * sin, y + a * sin + b * cos];
+  return d === undefined ? [...moved, (c || 0) + theta] : [...moved, x + c * cos - d * sin, y + c * sin + d * cos];
+}
+function drawShapes(pen, now) {
+  for (const shape of shapes) {
+    if (shape.from > now + 1e-6 || shape.to <= now + 1e-6) continue;
+    const pose = shape.robot && byNumber.get(shape.robot)?.pose;
+    if (shape.robot && !pose) continue;
+    pen.globalAlpha = shape.alpha;
+    shape.places.forEach((place, k) => {
+      const colour = shape.colours[k % shape.colours.length];
+      SHAPES[shape.kind](pen, pose ? inWorld(pose, place) : place, colour, shape.size, shape);
+    });
+  }
+  pen.globalAlpha = 1;
+}
+
+function drawLinks(pen, now) {
+  const weights = linksAt(now), shade = Math.max(0.04, Math.min(0.4, 16 / weights.size));
+  pen.lineWidth = 1; pen.strokeStyle = `rgba(87, 96, 106, ${shade})`;
+  pen.beginPath();
+  for (const pair of weights.keys()) {
+    const [receiver, sender] = pair.split(' ').map(number => byNumber.get(+number)?.pose);
+    if (!receiver || !sender) continue;
+    pen.moveTo(px(receiver.x), py(receiver.y)); pen.lineTo(px(sender.x), py(sender.y));
+  }
+  pen.stroke();
+}
+function drawTrail(pen, robot, now, length, dashed) {
+  const end = indexAt(now), begin = length === Infinity ? 0 : indexAt(now - length);
+  const each = Math.max(1, Math.ceil((end - begin) * robots.length / MOST_TRAIL_POINTS));
+  let leg = null;
+  pen.beginPath();
+  for (let k = Math.ceil(begin / each) * each; k <= end; k += each) {
+    if (isNaN(robot.x[k])) { leg = null; continue; }
+    if (robot.leg[k] === leg) pen.lineTo(px(robot.x[k]), py(robot.y[k])); else pen.moveTo(px(robot.x[k]), py(robot.y[k]));
+    leg = robot.leg[k];
+  }
+  if (robot.pose && leg === robot.leg[end]) pen.lineTo(px(robot.pose.x), py(robot.pose.y));
+  if (dashed) pen.setLineDash([1, 5]);
+  if (robot.bright && !dashed) { pen.strokeStyle = EDGE; pen.lineWidth = 3.2; pen.stroke(); }
+  pen.strokeStyle = robot.colour; pen.lineWidth = 2; pen.stroke();
+  pen.setLineDash([]);
+}
+function drawRobot(pen, robot, size, ghost) {
+  const {pose} = robot;
+  if (!pose) return;
+  const cos = size * Math.cos(pose.theta), sin = size * Math.sin(pose.theta), x = px(pose.x), y = py(pose.y);
+  pen.beginPath();
+  robot.outline.forEach(([a, b], k) => {
+    if (k) pen.lineTo(x + a * cos - b * sin, y - a * sin - b * cos); else pen.moveTo(x + a * cos - b * sin, y - a * sin - b * cos);
+  });
+  pen.closePath();
+  pen.globalAlpha = ghost ? 0.35 : 1;
+  pen.fillStyle = robot.colour; pen.fill();
+  pen.strokeStyle = INK; pen.lineWidth = 1; pen.stroke();
+  pen.globalAlpha = 1;
+}
+function drawSigns(pen, robot, size, now) {
+  const {pose} = robot;
+  if (!pose) return;
+  const {kind} = stateAt(robot, now), age = now - lastSent(robot, now);
+  pen.lineWidth = 2.5;
+  if (kind && kind !== 'saturated') disc(pen, pose.x, pose.y, size * 1.7, null, KINDS[kind]);
+  if (age <= FLASH_S) disc(pen, pose.x, pose.y, size * (1.3 + 2 * age / FLASH_S), null, `rgba(230, 115, 0, ${1 - age / FLASH_S})`);
+  pen.fillStyle = INK; pen.textAlign = 'left';
+  if (robots.length <= MOST_NUMBERS) pen.fillText(robot.number, px(pose.x) + size + 2, py(pose.y) - size);
+}
+function drawSelected(pen, robot, size, now) {
+  const pose = robot && robot.pose, call = pose && callAt(robot, now);
+  if (!pose) return;
+  pen.lineWidth = 2;
+  disc(pen, pose.x, pose.y, size * 2.1, null, INK);
+  if (!call) return;
+  pen.lineWidth = 1.3;
+  for (const one of call.calls.known || []) {
+    if (isNaN(one.x[call.place])) continue;
+    const point = [one.x[call.place], one.y[call.place]];
+    pen.strokeStyle = SOFT; pen.setLineDash([3, 3]);
+    path(pen, [[pose.x, pose.y], point]); pen.stroke(); pen.setLineDash([]);
+    disc(pen, ...point, size * 0.6, '#fff', byNumber.get(one.number)?.colour || SOFT);
+  }
+  pen.strokeStyle = INK; pen.lineWidth = 2;  // its velocity as the way of so many seconds
+  path(pen, [[pose.x, pose.y], [pose.x + ARROW_S * call.vx, pose.y + ARROW_S * call.vy]]); pen.stroke();
+}
+
+// Half the side of a robot's symbol in px: one that can be seen, or as many times its true size as chosen.
+const halfOf = (robot, times) => times ? times * robot.metres * camera.scale : Math.max(5, 0.07 * camera.scale, Math.min(camera.width, camera.height) * 0.016);
+
+export function drawPlane(now, selected) {
+  const {pen, width, height} = sized(find('plane')), place = indexAt(now);
+  for (const robot of [...robots, ...others]) robot.pose = poseAt(robot, now, place);
+  aim(width, height);
+  const times = +find('size').value, trail = +find('trails').value;
+  const isShown = id => !find(id) || find(id).checked;
+  drawGrid(pen, width, height);
+  drawGround(pen);
+  drawShapes(pen, now);
+  if (run.plane.links && isShown('links')) drawLinks(pen, now);
+  const ghosts = isShown('ghosts') ? others : [], drawn = [...robots].reverse();  // those with colours of their own on top
+  if (trail) { ghosts.forEach(robot => drawTrail(pen, robot, now, trail, true)); drawn.forEach(robot => drawTrail(pen, robot, now, trail)); }
+  ghosts.forEach(robot => drawRobot(pen, robot, halfOf(robot, times), true));
+  drawn.forEach(robot => drawRobot(pen, robot, halfOf(robot, times)));
+  drawn.forEach(robot => drawSigns(pen, robot, halfOf(robot, times), now));
+  drawSelected(pen, selected, selected && halfOf(selected, times), now);
+}
+
+// The robot that is drawn nearest to a place on the canvas; null if none is near.
+export function robotAt(x, y) {
+  const near = robots.filter(robot => robot.pose)
+    .map(robot => [robot, Math.hypot(px(robot.pose.x) - x, py(robot.pose.y) - y)]).sort((a, b) => a[1] - b[1])[0];
+  return near && near[1] < 24 ? near[0] : null;
+}

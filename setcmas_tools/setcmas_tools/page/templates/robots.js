@@ -1,0 +1,71 @@
+// The table of the robots, and everything that is known of the selected one.
+
+import {find, number} from './canvas.js';
+import {callAt, poseAt, robots, stateAt, wrapped} from './history.js';
+
+const rows = new Map();
+const UNKNOWN = {x: NaN, y: NaN, theta: NaN, v: NaN};
+
+function addRow(robot, select) {
+  const row = document.createElement('tr'), head = document.createElement('th'), button = document.createElement('button');
+  head.scope = 'row';
+  button.textContent = robot.name;
+  button.style.setProperty('--colour', robot.colour);
+  button.addEventListener('click', () => select(robot));
+  head.append(button);
+  row.append(head);
+  for (let k = 0; k < 5; k++) row.insertCell();
+  return {row, button, texts: []};
+}
+
+// As many rows as robots, in their order.
+function matchRows(select) {
+  for (const [robot, {row}] of rows) if (!robots.includes(robot)) { row.remove(); rows.delete(robot); }
+  if (rows.size === robots.length) return;
+  for (const robot of robots) {
+    if (!rows.has(robot)) rows.set(robot, addRow(robot, select));
+    find('robots').append(rows.get(robot).row);
+  }
+}
+export function fillRows(now, selected, select) {
+  matchRows(select);
+  for (const [robot, {row, button, texts}] of rows) {
+    const pose = poseAt(robot, now) || UNKNOWN, {kind, label} = stateAt(robot, now);
+    const fresh = [number(pose.x, 3), number(pose.y, 3), number(wrapped(pose.theta), 2), number(pose.v, 3), label];
+    fresh.forEach((text, k) => { if (text !== texts[k]) row.cells[k + 1].textContent = texts[k] = text; });
+    const look = (robot === selected ? 'selected ' : '') + kind;
+    if (row.className !== look) { row.className = look; button.setAttribute('aria-pressed', robot === selected); }
+  }
+}
+
+function line(...parts) {
+  const row = find('about').appendChild(document.createElement('p'));
+  row.textContent = parts.join('');
+  return row;
+}
+export function fillAbout(now, selected) {
+  find('about').replaceChildren();
+  if (!selected) { line('Select a robot, here or in the picture: what it did and knew, and what its law wanted.'); return; }
+  const pose = poseAt(selected, now), call = callAt(selected, now), {kind, words} = stateAt(selected, now);
+  line(selected.name).className = 'name';
+  if (pose) line(`at (${number(pose.x, 3)}, ${number(pose.y, 3)}) m, heading ${number(wrapped(pose.theta), 3)} rad, speed ${number(pose.v, 3)} m/s`,
+    isNaN(pose.omega) ? '' : `, turn rate ${number(pose.omega, 3)} rad/s`);
+  else line('unknown at this time');
+  if (call) aboutCall(call); else if (!words) line('No call of its law is recorded until now.');
+  if (words) line(words).className = kind;
+  if (call) aboutKnown(call);
+}
+function aboutCall({calls, place, kind, t, vx, vy}) {
+  if (kind !== 'failed') line(`Its law, called at t = ${number(t, 2)} s, wanted (${number(vx, 3)}, ${number(vy, 3)}) m/s, `,
+    `a speed of ${number(Math.hypot(vx, vy), 3)} m/s.`);
+  if (calls.allowedX) line(`The safety filter let through (${number(calls.allowedX[place], 3)}, ${number(calls.allowedY[place], 3)}) m/s.`);
+}
+function aboutKnown({calls, place}) {
+  if (calls.unknown) { line('What it knew of the others: ', calls.unknown, '.'); return; }
+  if (!calls.known) { line('It knew where all others were at that call.'); return; }
+  line('It knew of the others:');
+  for (const one of calls.known) {
+    const where = isNaN(one.x[place]) ? 'an unknown place' : `(${number(one.x[place], 3)}, ${number(one.y[place], 3)}) m`;
+    line(`${one.name} at ${where}`).className = 'known';
+  }
+}

@@ -1,1 +1,0 @@
-"""Pages that open without a server: their templates, and what makes them safe to open."""

@@ -1,1 +1,0 @@
-"""Runs at an instant: where robots were, what they knew, what happened to them."""

@@ -1,1 +1,0 @@
-"""Report: a run as one page that opens without a server."""

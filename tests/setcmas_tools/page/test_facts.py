@@ -1,0 +1,85 @@
+from dataclasses import replace
+
+from report_pages import HOSTILE, LAW
+
+from setcmas_simu.reports.reports import Function, ScriptFailure
+from setcmas_tools.page.facts import facts_of, listings, marks_of
+from setcmas_tools.run.origin import this_origin
+from setcmas_tools.run.run import Run
+from setcmas_tools.run.run_info import Outcome, RunInfo, State
+
+
+def test_a_failed_run_says_so_with_command_and_versions(failed_run):
+    info = RunInfo(
+        ['setcmas', 'run', '--algo', 'my law.py'],
+        failed_run.outcome,
+        {'nb_robots': 3, 'range': None, 'set': {'K': 1}},
+        seed=7,
+        started='2026-11-21T16:02:11+0000',
+        origin=this_origin(),
+    )
+    facts = facts_of(Run(failed_run.tables, info))
+
+    assert facts.line == '4 s, started 2026-11-21 16:02:11'
+    assert not facts.well
+    assert facts.outcome == 'complete, but law.py failed for robots 1,3'
+    assert facts.command == "setcmas run --algo 'my law.py'"
+    assert facts.parameters == {'nb_robots': 3, 'set.K': 1}
+    assert facts.origin['seed'] == 7
+    assert facts.origin['numpy']
+
+
+def test_a_run_that_died_tells_of_what(failed_run):
+    outcome = Outcome(State.DIED, detail='tb3_1: killed\n    9 | x')
+    facts = facts_of(Run(failed_run.tables, RunInfo(outcome=outcome)))
+
+    assert (facts.outcome, facts.detail) == ('died: tb3_1: killed', 'tb3_1: killed\n    9 | x')
+
+
+def test_an_outcome_that_tells_all_is_told_once(failed_run):
+    outcome = Outcome(State.DIED, detail='tb3_1: killed')
+    facts = facts_of(Run(failed_run.tables, RunInfo(outcome=outcome)))
+
+    assert (facts.outcome, facts.detail) == ('died: tb3_1: killed', '')
+
+
+def failure(t, robot, until=None, text='KeyError: 1', line=7):
+    told = f'law.py, line {line}: {text}\n    {line} | x'
+    return ScriptFailure(t, robot, Function.CONTROL, 'law.py', line, told, until)
+
+
+def test_failures_stand_at_their_lines(failed_run):
+    [listing] = listings(failed_run)
+    marked = {n: marks for n, (_, marks) in enumerate(listing.lines, 1) if marks}
+
+    assert [text for text, _ in listing.lines] == LAW.splitlines()
+    assert list(marked) == [8, 10]
+    [first], [second] = marked.values()
+    assert (first.robots, first.when) == ('robot 1', 't = 2.2 s to the end')
+    assert first.text.startswith('IndexError: index 7 is out of bounds')
+    assert (second.robot, second.t, second.when) == (3, 1.2, 't = 1.2 s to 1.6 s')
+    assert second.text == f'ValueError: {HOSTILE}'
+
+
+def test_a_line_of_another_version_is_not_marked(failed_run):
+    [mine, *others] = failed_run.inputs
+    newer = replace(failed_run, inputs=(mine, *others))
+    before = mine.contents
+    mine.contents = [before[0].replace(b'poses[0, 7]', b'poses[0, 0]')]
+    try:
+        [listing] = listings(newer)
+    finally:
+        mine.contents = before
+
+    assert [n for n, (_, marks) in enumerate(listing.lines, 1) if marks] == [10]
+
+
+def test_robots_that_fail_alike_are_told_together_and_by_time():
+    marks = marks_of([
+        failure(2.0, 4), failure(1.0, 2, 1.4), failure(3.0, 2, 3.2), failure(0.5, 1, 0.7, 'Oh'),
+    ])  # fmt: skip
+
+    assert [(one.robots, one.when, one.text) for one in marks] == [
+        ('robot 1', 't = 0.5 s to 0.7 s', 'Oh'),
+        ('robots 2,4', 't = 1.0 s to the end, 2 times', 'KeyError: 1'),
+    ]

@@ -1,0 +1,108 @@
+"""The page as a file: what is on it, and what must never be."""
+
+import base64
+import hashlib
+import re
+
+import pytest
+from report_pages import HOSTILE, Page
+
+from setcmas_simu.errors import SetcmasError
+from setcmas_tools.offline.engine import simulate
+from setcmas_tools.page.pair import Pair
+from setcmas_tools.page.report import check_page, page_named_after, report_page, write_report
+
+MOST_BYTES = 1_000_000
+
+
+@pytest.fixture(scope='module')
+def page(failed_run):
+    return report_page(Pair('failed', failed_run))
+
+
+def test_what_comes_from_the_run_is_text(page):
+    read = Page(page)
+
+    assert read.shown.count(HOSTILE) >= 4  # docstring, line, and both places of the message
+    assert [tag for tag, _ in read.elements].count('script') == 2
+    for tag, attributes in read.elements:
+        assert not [name for name in attributes if name.startswith('on')]
+        if tag == 'img':
+            assert attributes['src'].startswith(('data:image/png;', 'data:image/svg+xml;'))
+
+
+def test_only_its_own_script_may_run_and_nothing_is_fetched(page):
+    policy = re.search(r'content="(default-src[^"]*)"', page)[1].replace('&#39;', "'")
+    script = page.rpartition('<script type="module">')[2].partition('</script>')[0]
+    digest = base64.b64encode(hashlib.sha256(script.encode()).digest()).decode()
+
+    assert f"script-src 'sha256-{digest}'" in policy
+    assert policy.startswith("default-src 'none';")
+    assert 'http' not in policy
+    assert not re.findall(r'(?:src|href)="(?!data:)', page)
+
+
+def test_a_run_of_a_minute_with_eight_robots_fits_into_a_mail():
+    run = simulate('consensus', 8, 60.0, event_triggered=True, delay=0.2)
+
+    assert len(report_page(Pair('run', run)).encode()) < MOST_BYTES
+
+
+def test_the_other_run_is_there_with_what_differs(failed_run):
+    other = simulate('consensus', 3, 4.0)
+    read = Page(report_page(Pair('failed', failed_run, 'other', other)))
+
+    assert len(read.data['others']) == 3
+    assert 'compared with other: consensus, 3 robots, 4 s, complete' in read.shown
+    assert 'What differs' in read.shown
+    assert 'delay: 0.3 -> 0.0' in read.shown
+    assert 'other is nearest' in read.shown
+
+
+def test_runs_with_nothing_in_common_get_a_page_too(failed_run):
+    from runs import run_of
+
+    from setcmas_tools.run.fleet_motion import fleet_table
+
+    told = []
+    stranger = run_of(fleet_table([[t / 10, 9, 0, 0, 0, 0, 0] for t in range(30)]))
+    pair = Pair('failed', failed_run, 'stranger', stranger, told.append)
+
+    assert Page(report_page(pair)).data['others'][0]['number'] == 9
+    assert told == ['no robot is in both runs long enough to compare them']
+
+
+def test_a_page_is_named_after_its_run(failed, tmp_path):
+    for path in (failed, failed / 'csv', failed / 'csv' / 'fleet.csv'):
+        assert str(page_named_after([path])) == 'failed.html'
+
+
+def test_two_runs_have_a_page_of_their_own(failed, failed_run, tmp_path):
+    other = failed_run.save(tmp_path / 'other')
+
+    assert str(page_named_after([failed, other])) == 'failed_other.html'
+
+
+def test_an_existing_page_is_overwritten_only_when_asked(tmp_path):
+    page = tmp_path / 'out.html'
+    page.touch()
+
+    with pytest.raises(SetcmasError, match=r"out\.html' exists; --overwrite"):
+        check_page(page)
+    check_page(page, overwrite=True)
+
+
+@pytest.mark.parametrize(
+    ('page', 'message'),
+    [('out.pdf', r"the page '.*out\.pdf' must end with \.html"), ('no/out.html', 'no folder')],
+)
+def test_a_page_that_cannot_be_written_is_told_before(tmp_path, page, message):
+    with pytest.raises(SetcmasError, match=message):
+        check_page(tmp_path / page)
+
+
+def test_a_folder_in_the_way_is_told(failed, tmp_path):
+    (tmp_path / 'run.html').mkdir()
+
+    with pytest.raises(SetcmasError, match=r"run\.html' cannot be written: Is a directory"):
+        write_report([failed], tmp_path / 'run.html', print)

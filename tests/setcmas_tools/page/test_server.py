@@ -1,0 +1,235 @@
+"""The server of a page: what it answers, and every request and message that it refuses."""
+
+import contextlib
+import http.client
+import json
+import socket
+import time
+
+import pytest
+from processes import TIMEOUT_S
+from websockets.exceptions import ConnectionClosed, InvalidStatus
+from websockets.sync.client import connect
+
+from setcmas_tools.page import server as page_server
+from setcmas_tools.page.feed import Feed
+from setcmas_tools.page.server import PageServer, Pause, Reset, Stop, refusal
+
+NAMES = {'localhost', 'lab-pc', 'lab-pc.local'}
+
+
+@pytest.mark.parametrize(
+    ('host', 'origin'),
+    [
+        ('127.0.0.1:8080', None),
+        ('127.0.0.1:8080', 'http://127.0.0.1:8080'),
+        ('localhost:9000', 'http://localhost:9000'),  # a port that ssh forwards
+        ('192.168.1.7:8080', 'http://192.168.1.7:8080'),
+        ('[::1]:8080', 'http://[::1]:8080'),
+        ('Lab-PC.local:8080', 'http://lab-pc.local:8080'),
+    ],
+)
+def test_the_page_itself_and_programs_are_answered(host, origin):
+    assert refusal(host, origin, NAMES) == ''
+
+
+@pytest.mark.parametrize(
+    ('host', 'origin', 'reason'),
+    [
+        ('127.0.0.1:8080', 'https://evil.example', 'evil.example'),
+        ('127.0.0.1:8080', 'http://127.0.0.1:8888', '8888'),  # another program's page
+        ('127.0.0.1:8080', 'null', 'null'),  # a file, a frame in a sandbox
+        ('127.0.0.1:8080', 'http://127.0.0.1:8080.evil.example', 'evil.example'),
+        ('evil.example:8080', 'http://evil.example:8080', 'not called'),  # DNS rebinding
+        ('127.0.0.1.evil.example', None, 'not called'),
+        ('', None, 'not called'),
+        ('[::1', None, 'not called'),
+        ('127.0.0.1:8080', 'http://[::1', 'may not'),
+    ],
+)
+def test_pages_of_others_are_refused(host, origin, reason):
+    assert reason in refusal(host, origin, NAMES)
+
+
+def test_the_names_of_this_machine(monkeypatch):
+    monkeypatch.setattr(page_server.socket, 'gethostname', lambda: 'Lab-PC.univ.example')
+
+    names = page_server.names_of_this_machine()
+
+    assert names == {'localhost', 'lab-pc', 'lab-pc.local', 'lab-pc.univ.example'}
+
+
+@pytest.fixture
+def serve(request):
+    """Serve a page; the server ends with the test."""
+
+    def start(**options):
+        feed = Feed() if options.get('takes_actions') is not None else None
+        server = PageServer('<p>page</p>', '127.0.0.1', 18990, feed=feed, **options)
+        request.addfinalizer(server.stop)
+        return server
+
+    return start
+
+
+@pytest.fixture
+def live(serve):
+    return serve(takes_actions=True)
+
+
+def get(server, path='/', **headers):
+    connection = http.client.HTTPConnection('127.0.0.1', server.port, timeout=TIMEOUT_S)
+    with contextlib.closing(connection):
+        connection.request('GET', path, headers=headers)
+        answer = connection.getresponse()
+        return answer.status, answer.headers, answer.read().decode()
+
+
+def talk(server, origin=None, headers=None):
+    url = f'ws://127.0.0.1:{server.port}/live'
+    return connect(url, origin=origin, additional_headers=headers, max_size=None)
+
+
+def expect_closed(connection):
+    with contextlib.suppress(ConnectionClosed):
+        while True:
+            connection.recv(timeout=TIMEOUT_S)
+    assert connection.close_code
+
+
+def test_there_is_one_page_which_no_other_page_may_hold(serve):
+    server = serve()
+    status, headers, text = get(server)
+
+    assert (status, text, headers['X-Frame-Options']) == (200, '<p>page</p>', 'DENY')
+    for path in ('/live', '/x', '/../../etc/passwd', '/%2e%2e/etc/passwd', '//', '/page.html'):
+        assert get(server, path)[0] == 404
+    status, _, text = get(server, Host=f'evil.example:{server.port}')
+    assert status == 403
+    assert 'open it by its address' in text
+
+
+def test_a_taken_port_is_passed_over(serve):
+    assert serve().port != serve().port
+
+
+def test_a_page_from_elsewhere_gets_no_websocket(live):
+    with talk(live, live.url) as own:
+        assert own.recv(timeout=TIMEOUT_S)
+    with pytest.raises(InvalidStatus) as refused:
+        talk(live, 'https://evil.example')
+
+    assert refused.value.response.status_code == 403
+
+
+def test_a_page_with_a_token_is_for_those_who_know_its_address(serve):
+    server = serve(takes_actions=True, needs_token=True)
+    address, _, query = server.url.partition('/?')
+
+    assert get(server)[0] == get(server, '/?token=guessed')[0] == 403
+    status, headers, _ = get(server, f'/?{query}')
+    assert status == 200
+    kept = {'Cookie': headers['Set-Cookie'].partition(';')[0]}
+    assert get(server, **kept)[0] == 200
+    assert get(server, Cookie=f'setcmas_{server.port}=guessed')[0] == 403
+    with pytest.raises(InvalidStatus):
+        talk(server, address)
+    with talk(server, address, kept) as own:
+        assert own.recv(timeout=TIMEOUT_S)
+
+
+def test_buttons_ask_for_actions(live):
+    with talk(live) as page:
+        for kind, own in (('pause', {'on': True}), ('reset', {}), ('stop', {})):
+            page.send(json.dumps({'kind': kind, **own}))
+        actions = [live.actions.get(timeout=TIMEOUT_S) for _ in range(3)]
+
+    assert actions == [Pause(True), Reset(), Stop()]
+
+
+@pytest.mark.parametrize(
+    'message',
+    [
+        '', '{', '[]', 'null', 'NaN', '{"kind": "start"}', '{"kind": "pause"}',
+        '{"kind": "pause", "on": 1}', '{"kind": "pause", "on": NaN}',
+        '{"kind": "pause", "on": true, "by": "x"}', '{"kind": "reset", "kind": "x"}',
+        '{"on": true}', '[' * 200, '{"kind": "' + 'x' * 300 + '"}', b'{"kind": "stop"}', b'\xff',
+    ],
+)  # fmt: skip
+def test_any_other_message_closes_its_own_connection_only(live, message):
+    with talk(live) as other, talk(live) as page:
+        page.recv(timeout=TIMEOUT_S)
+        page.send(message)
+        expect_closed(page)
+        other.send('{"kind": "stop"}')
+        assert live.actions.get(timeout=TIMEOUT_S) == Stop()
+    assert live.actions.empty()
+
+
+def test_a_page_without_buttons_takes_no_action(serve):
+    server = serve(takes_actions=False)
+    with talk(server) as page:
+        page.send('{"kind": "stop"}')
+        expect_closed(page)
+
+    assert server.actions.empty()
+
+
+def test_junk_and_slow_requests_do_not_keep_others_from_the_page(live):
+    junk = (
+        b'\x16\x03\x01' * 50,
+        b'GET / HTTP/9\r\n\r\n',
+        b'POST / HTTP/1.1\r\n\r\n',
+        b'\0' * 9000,
+    )
+    with contextlib.ExitStack() as stack:
+        for content in (*junk, *[b'GET / HT'] * 60):
+            one = stack.enter_context(socket.create_connection(('127.0.0.1', live.port)))
+            one.sendall(content)
+        assert get(live)[0] == 200
+
+
+def test_fifty_pages_of_which_half_read_nothing_delay_no_message(live):
+    with contextlib.ExitStack() as stack:
+        pages = [stack.enter_context(talk(live)) for _ in range(50)]
+        frame = {'kind': 'frame', 't': 1.0, 'numbers': [1] * 2000, 'poses': [9] * 8000, 'put': []}
+        begin = time.thread_time()
+        for number in range(50):
+            live.send([frame | {'t': float(number)}])
+        assert time.thread_time() - begin < 1.0  # of this thread, which is that of ROS
+        live.send([{'kind': 'now', 't': 7.5}])
+        for page in pages[:25]:
+            while json.loads(page.recv(timeout=TIMEOUT_S))[-1] != {'kind': 'now', 't': 7.5}:
+                pass
+
+
+def test_a_page_that_comes_later_gets_what_it_missed(live):
+    live.send([
+        {'kind': 'looks', 'robots': [{'number': 2}]},
+        {'kind': 'frame', 't': 1.0, 'numbers': [2], 'poses': [1, 2, 3, 4], 'put': []},
+        {'kind': 'shapes', 't': 1.0, 'shapes': [['a', {'kind': 'discs'}], ['b', {}], ['a', None]]},
+        {'kind': 'links', 'changes': [[1.0, 1, 2, 0.5], [1.0, 2, 1, 0.5], [1.1, 2, 1, 0.0]]},
+        {'kind': 'status', 'title': 'two'},
+    ])  # fmt: skip
+    with talk(live) as page:
+        messages = json.loads(page.recv(timeout=TIMEOUT_S))
+
+    found = {message['kind']: message for message in messages}
+    assert [message['kind'] for message in messages][:2] == ['status', 'begin']
+    assert found['frame']['poses'] == [1, 2, 3, 4]
+    assert found['looks']['robots'] == [{'number': 2}]
+    assert found['links']['changes'] == [[1.0, 1, 2, 0.5]]
+    assert found['shapes']['shapes'] == []
+
+
+def test_the_past_is_bounded_and_ends_with_the_run():
+    feed = Feed()
+    for number in range(3000):
+        feed.take([{'kind': 'frame', 't': number / 10, 'numbers': [], 'poses': [], 'put': []}])
+    frames = [one for one in json.loads(feed.snapshot()) if one['kind'] == 'frame']
+
+    assert len(frames) <= 601
+    assert frames[-1]['t'] == 299.9
+    assert frames[0]['t'] >= 179.0
+    feed.take([{'kind': 'begin'}])
+    assert not [one for one in json.loads(feed.snapshot()) if one['kind'] == 'frame']
