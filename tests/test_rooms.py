@@ -61,7 +61,6 @@ MAY_IMPORT_ROS = [
     'setcmas_simu.simulator.simulator',
     'setcmas_simu.simulator.simulator_guard',
     'setcmas_simu.simulator.virtual_robot',
-    'setcmas_tools.bags.bag_writer',
     'setcmas_tools.bags.player',
     'setcmas_tools.bags.recorded_topic',
     'setcmas_tools.bags.recorder',

@@ -5,10 +5,11 @@ from __future__ import annotations
 import contextlib
 import re
 from collections import Counter
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 from rosbags.interfaces import Connection, Qos
 from rosbags.rosbag1 import Reader as Ros1Reader
@@ -16,7 +17,12 @@ from rosbags.rosbag2 import Reader as Ros2Reader
 
 from setcmas_simu.errors import SetcmasError
 from setcmas_tools.bags.bag_sources import BagSource, IndexedSource, McapSalvage, one_line
-from setcmas_tools.bags.message_types import BagTypes, MessageType, UnresolvedTypeError
+from setcmas_tools.bags.message_types import (
+    BagTypes,
+    MessageType,
+    UndecodableError,
+    UnresolvedTypeError,
+)
 
 _BAGS = 'a rosbag2 folder, an .mcap or a .db3 file, or a ROS 1 .bag file'
 
@@ -157,6 +163,15 @@ class BagTopic:
     offered_qos: tuple[Qos, ...] = ()
 
 
+Taker = Callable[[int, Any], None]
+"""Takes the time of a message in ns from the bag's start, and the message."""
+
+Message = tuple[BagTopic, int, bytes]
+"""Topic, receive time in ns, and the serialised message."""
+
+Progress = Callable[[Iterator[Message]], Iterator[Message]]
+
+
 class Bag:
     """A bag that is open for reading.
 
@@ -193,13 +208,42 @@ class Bag:
         """A line for each thing that cannot be read; complete once `messages` has ended."""
         return self._left_out + [n for source in self._sources for n in source.notices]
 
-    def messages(self) -> Iterator[tuple[BagTopic, int, bytes]]:
+    def messages(self) -> Iterator[Message]:
         """Yield topic, receive time (ns) and bytes of each message, file after file."""
         for source in self._sources:
             topics = {c.id: self._topics.get(_key(c)) for c in source.connections}
             for connection, time_ns, data in source.messages():
                 if topic := topics[connection.id]:
                     yield topic, time_ns, data
+
+    def deliver(
+        self, takers: Mapping[BagTopic, Sequence[Taker]], shown: Progress = iter
+    ) -> list[str]:
+        """Decode the messages of some topics, and hand them to functions.
+
+        Args:
+            takers: The functions by topic; a topic without any is not decoded.
+            shown: Shows the progress of an iterator.
+
+        Returns:
+            A line for each topic with messages that cannot be decoded.
+        """
+        wrong: dict[BagTopic, int] = {}
+        lines = {}
+        for topic, time_ns, data in shown(self.messages()):
+            if own := takers.get(topic):
+                try:
+                    message = topic.type.decode(data)
+                except UndecodableError as error:
+                    wrong[topic] = wrong.get(topic, 0) + 1
+                    lines[topic] = (
+                        f'topic {topic.name}: {wrong[topic]:,} of {topic.count:,} messages are '
+                        f'left out, their bytes are not a {topic.type.name} ({error})'
+                    )
+                    continue
+                for take in own:
+                    take(time_ns - self.start_ns, message)
+        return [lines[topic] for topic in self.topics if topic in lines]
 
     def _resolve(self) -> dict[tuple[str, str], BagTopic]:
         connections: dict[tuple[str, str], Connection] = {}

@@ -1,24 +1,30 @@
-"""Writer of a rosbag2 bag that stays readable when its recorder is killed."""
+"""Writer of a rosbag2 bag that stays readable when its recorder is killed, with transforms."""
 
 from __future__ import annotations
 
 import contextlib
-import struct
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from types import TracebackType
-from typing import Literal, NamedTuple, cast
+from typing import Any, Literal, cast
 
-from rclpy.qos import DurabilityPolicy, QoSProfile
-from rosbags.interfaces import Connection, Qos
+from rosbags.interfaces import (
+    Connection,
+    Qos,
+    QosDurability,
+    QosHistory,
+    QosLiveliness,
+    QosReliability,
+    QosTime,
+)
 from rosbags.rosbag2 import StoragePlugin, Writer, WriterError
 from rosbags.rosbag2.storage_mcap import McapWriter
+from rosbags.serde import SerdeError
 
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet.topics import TF, TF_STATIC, WORLD_FRAME
 from setcmas_tools.bags.bag import DERIVED
 from setcmas_tools.bags.message_types import Definition, MessageDefinitions
-from setcmas_tools.bags.recorded_topic import stored_qos
 
 _BAG_VERSION: Literal[9] = 9  # that of ROS 2 Jazzy
 
@@ -136,99 +142,17 @@ class BagWriter:
         self._storage.bio.flush()
 
 
-_LITTLE_ENDIAN = b'\0\1\0\0'  # the header of plain CDR
-_HEADER = len(_LITTLE_ENDIAN)
-_STAMP = 8  # bytes: seconds and nanoseconds
-_POSE = 56  # bytes: position and orientation, which a Transform has in the same order
-_ORIGIN = struct.pack('<7d', 0, 0, 0, 0, 0, 0, 1)
+_ODOMETRY = 'nav_msgs/msg/Odometry'
+_TF_MESSAGE = 'tf2_msgs/msg/TFMessage'
+_DEPTHS = {TF: 100, TF_STATIC: 1}  # as tf2's broadcasters offer them
 _BASE_LINK_HEIGHT_M = 0.01  # base_joint in turtlebot3_burger.urdf
 
 
-class Transform(NamedTuple):
-    """A geometry_msgs/TransformStamped, its numbers as bytes of CDR.
-
-    Attributes:
-        stamp: Its time.
-        parent: Frame in which the pose is.
-        child: Frame whose pose it is.
-        pose: Translation (m) and quaternion x, y, z, w.
-    """
-
-    stamp: bytes
-    parent: str
-    child: str
-    pose: bytes
-
-
-def transform_of(odometry: bytes) -> Transform | None:
-    """Return the transform that a serialised Odometry tells; None unless it is in the world."""
-    if odometry[:_HEADER] != _LITTLE_ENDIAN:
-        return None
-    parent, at = _text(odometry, _HEADER + _STAMP)
-    child, at = _text(odometry, at)
-    at = _aligned(at, 8)
-    pose = odometry[at : at + _POSE]
-    if parent != WORLD_FRAME or not child or len(pose) < _POSE:
-        return None
-    return Transform(odometry[_HEADER : _HEADER + _STAMP], parent, child, pose)
-
-
-def base_link_of(transform: Transform) -> Transform | None:
-    """Return where the base_link is in a base_footprint, which stays so; None for other frames."""
-    robot, slash, frame = transform.child.rpartition('/')
-    if frame != 'base_footprint':
-        return None
-    pose = struct.pack('<d', 0) * 2 + struct.pack('<d', _BASE_LINK_HEIGHT_M) + _ORIGIN[24:]
-    return Transform(transform.stamp, transform.child, f'{robot}{slash}base_link', pose)
-
-
-def tf_message(transforms: Iterable[Transform]) -> bytes:
-    """Return a serialised tf2_msgs/TFMessage."""
-    listed = list(transforms)
-    data = bytearray(_LITTLE_ENDIAN + struct.pack('<I', len(listed)))
-    for transform in listed:
-        _pad(data, 4)
-        data += transform.stamp
-        for frame in (transform.parent, transform.child):
-            _pad(data, 4)
-            text = frame.encode() + b'\0'
-            data += struct.pack('<I', len(text)) + text
-        _pad(data, 8)
-        data += transform.pose
-    return bytes(data)
-
-
-def _text(data: bytes, at: int) -> tuple[str, int]:
-    """Return the text that begins at an offset, or after it, and the offset of its end."""
-    at = _aligned(at, 4)
-    if len(data) < at + 4:
-        return '', at
-    (length,) = struct.unpack_from('<I', data, at)
-    end = at + 4 + length
-    return data[at + 4 : end - 1].decode(errors='replace'), end
-
-
-def _aligned(at: int, size: int) -> int:
-    """Return the first offset from `at` on that is aligned; CDR counts from its header's end."""
-    return at + (_HEADER - at) % size
-
-
-def _pad(data: bytearray, size: int) -> None:
-    data += bytes((_HEADER - len(data)) % size)
-
-
-_TYPE = 'tf2_msgs/msg/TFMessage'
-_QOS = {  # as tf2's broadcasters offer it
-    TF: QoSProfile(depth=100),
-    TF_STATIC: QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL),
-}
-
-
 class TransformRecorder:
-    """Writes transforms for programs that show a recording, and know no odometry.
+    """Writes transforms of recorded odometry, for programs that show transforms only.
 
     Attributes:
-        wanted: Whether they are to be written: not where somebody publishes them.
+        wanted: Whether to write them; not where other nodes publish them.
     """
 
     def __init__(self, writer: BagWriter) -> None:
@@ -236,25 +160,35 @@ class TransformRecorder:
         self.wanted = True
         self._writer = writer
         self._connections: dict[str, Connection] = {}
-        self._now: list[Transform] = []
+        self._definitions = MessageDefinitions([])
+        self._now: list[Any] = []
         self._known: set[str] = set()
-        self._base_links: list[Transform] = []
+        self._base_links: list[Any] = []
 
     def take(self, odometry: bytes) -> None:
-        """Take an odometry that has just been written.
+        """Take an odometry that has just been written; ignore it unless it is in the world.
 
         Raises:
             OSError: The disk is full, or fails.
         """
-        transform = transform_of(odometry) if self.wanted else None
-        if transform is None:
+        if not self.wanted:
             return
-        if self._now and transform.stamp != self._now[0].stamp:
+        try:
+            message: Any = self._definitions.store.deserialize_cdr(odometry, _ODOMETRY)
+        except SerdeError:
+            return
+        if message.header.frame_id != WORLD_FRAME or not message.child_frame_id:
+            return
+        if self._now and message.header.stamp != self._now[0].header.stamp:
             self.write()
-        self._now.append(transform)
+        pose = message.pose.pose
+        place = (pose.position.x, pose.position.y, pose.position.z)
+        self._now.append(
+            self._transform(message.header, message.child_frame_id, place, pose.orientation)
+        )
 
     def write(self) -> None:
-        """Write what was taken, robots of one time in one message.
+        """Write the transforms so far, robots of one time in one message.
 
         Raises:
             OSError: The disk is full, or fails.
@@ -263,20 +197,58 @@ class TransformRecorder:
         if not transforms or not self.wanted:
             return
         self._write(TF, transforms)
-        new = {one.child: one for one in transforms if one.child not in self._known}
+        new = {
+            one.child_frame_id: one for one in transforms if one.child_frame_id not in self._known
+        }
         self._known |= new.keys()
-        if links := [link for one in new.values() if (link := base_link_of(one))]:
+        if links := [link for one in new.values() if (link := self._base_link(one))]:
             self._base_links += links  # all in one message: it is latched, and the last one counts
             self._write(TF_STATIC, self._base_links)
 
-    def _write(self, topic: str, transforms: list[Transform]) -> None:
+    def _base_link(self, transform: Any) -> Any | None:
+        """Return the fixed base_link of a base_footprint; None for other frames."""
+        robot, slash, frame = transform.child_frame_id.rpartition('/')
+        if frame != 'base_footprint':
+            return None
+        header = self._made(
+            'std_msgs/msg/Header', transform.header.stamp, transform.child_frame_id
+        )
+        upright = self._made('geometry_msgs/msg/Quaternion', 0.0, 0.0, 0.0, 1.0)
+        place = (0.0, 0.0, _BASE_LINK_HEIGHT_M)
+        return self._transform(header, f'{robot}{slash}base_link', place, upright)
+
+    def _transform(
+        self, header: Any, child: str, place: tuple[float, float, float], rotation: Any
+    ) -> Any:
+        translation = self._made('geometry_msgs/msg/Vector3', *place)
+        transform = self._made('geometry_msgs/msg/Transform', translation, rotation)
+        return self._made('geometry_msgs/msg/TransformStamped', header, child, transform)
+
+    def _made(self, msgtype: str, *fields: Any) -> Any:
+        return self._definitions.store.types[msgtype](*fields)
+
+    def _write(self, topic: str, transforms: list[Any]) -> None:
         if topic not in self._connections:
+            known = self._definitions.of(_TF_MESSAGE)
             self._connections[topic] = self._writer.add_topic(
-                topic, _TYPE, _definition(), stored_qos([_QOS[topic]])
+                topic, _TF_MESSAGE, Definition(DERIVED + known.text, known.digest), [_qos(topic)]
             )
-        self._writer.write(self._connections[topic], self._writer.end_ns, tf_message(transforms))
+        message = self._made(_TF_MESSAGE, transforms)
+        data = self._definitions.store.serialize_cdr(message, _TF_MESSAGE)
+        self._writer.write(self._connections[topic], self._writer.end_ns, bytes(data))
 
 
-def _definition() -> Definition:
-    known = MessageDefinitions([]).of(_TYPE)
-    return Definition(DERIVED + known.text, known.digest)
+def _qos(topic: str) -> Qos:
+    durability = QosDurability.TRANSIENT_LOCAL if topic == TF_STATIC else QosDurability.VOLATILE
+    never = QosTime(0, 0)
+    return Qos(
+        QosHistory.KEEP_LAST,
+        _DEPTHS[topic],
+        QosReliability.RELIABLE,
+        durability,
+        never,
+        never,
+        QosLiveliness.SYSTEM_DEFAULT,
+        never,
+        False,
+    )

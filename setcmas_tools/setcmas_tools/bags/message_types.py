@@ -156,7 +156,11 @@ class Definition:
 
 
 class MessageDefinitions:
-    """Finds definitions: those of ROS 2 Jazzy are built in, others are installed .msg files."""
+    """Finds definitions: those of ROS 2 Jazzy are built in, others are installed .msg files.
+
+    Attributes:
+        store: The types with a known definition.
+    """
 
     def __init__(self, prefixes: list[Path] | None = None) -> None:
         """Start with the built-in ones.
@@ -166,7 +170,7 @@ class MessageDefinitions:
                 sourced ROS workspaces and of this Python environment.
         """
         self._prefixes = installed_prefixes() if prefixes is None else prefixes
-        self._store = get_typestore(Stores.ROS2_JAZZY)
+        self.store = get_typestore(Stores.ROS2_JAZZY)
 
     def of(self, msgtype: str) -> Definition:
         """Return the definition of a type such as `nav_msgs/msg/Odometry`.
@@ -175,9 +179,9 @@ class MessageDefinitions:
             UnknownDefinitionError: It is neither built in nor installed, or is malformed.
         """
         try:
-            self._store.register(self._missing(msgtype))
-            text, _ = self._store.generate_msgdef(msgtype, ros_version=2)
-            return Definition(text, self._store.hash_rihs01(msgtype))
+            self.store.register(self._missing(msgtype))
+            text, _ = self.store.generate_msgdef(msgtype, ros_version=2)
+            return Definition(text, self.store.hash_rihs01(msgtype))
         except (TypesysError, KeyError) as error:
             raise UnknownDefinitionError(f'its definition is malformed: {error}') from error
 
@@ -187,7 +191,7 @@ class MessageDefinitions:
         waiting = [msgtype]
         while waiting:
             name = waiting.pop()
-            if name not in found and name not in self._store.fielddefs:
+            if name not in found and name not in self.store.fielddefs:
                 found |= get_types_from_msg(self._text(name), name)
                 waiting += [part for _, desc in found[name][1] for part in _part_names(desc)]
         return found

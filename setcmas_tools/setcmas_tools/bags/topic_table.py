@@ -268,10 +268,14 @@ _ROWS_IN_MEMORY = 2_000
 _LONGEST_CELL = 2**31 - 1
 
 
-class CsvTable:
+class TopicTable:
     """A CSV file: first column t (s), then the flattened message; every row has every column.
 
     Columns of arrays of varying length are known only at the end: rows are filled up then.
+
+    Attributes:
+        path: The file.
+        nb_rows: Number of rows so far.
     """
 
     def __init__(self, path: Path, flattener: Flattener) -> None:
@@ -281,11 +285,11 @@ class CsvTable:
             path: A file that does not exist.
             flattener: That of the messages' type.
         """
-        self._path = path
+        self.path = path
         self._flattener = flattener
         self._lines: list[str] = []
         self._write_row = _row_writer(self._lines.append)
-        self._nb_rows = 0
+        self.nb_rows = 0
         # Lengths of arrays, each with the number of the first row that has them.
         self._lengths: list[tuple[int, Lengths]] = []
 
@@ -300,9 +304,9 @@ class CsvTable:
             columns = self._flattener.columns(lengths)
             self._write_row(['t', *(name for _, name in columns)])
         if not self._lengths or lengths != self._lengths[-1][1]:
-            self._lengths.append((self._nb_rows, lengths))
+            self._lengths.append((self.nb_rows, lengths))
         self._write_row([seconds_text(time_ns), *cells])
-        self._nb_rows += 1
+        self.nb_rows += 1
         if len(self._lines) >= _ROWS_IN_MEMORY:
             self._write_lines()
 
@@ -317,16 +321,16 @@ class CsvTable:
             self._fill_up_rows()
 
     def _write_lines(self) -> None:
-        with self._path.open('a', encoding='utf-8', newline='') as file:
+        with self.path.open('a', encoding='utf-8', newline='') as file:
             file.writelines(self._lines)
         self._lines.clear()
 
     def _fill_up_rows(self) -> None:
         different = {lengths for _, lengths in self._lengths}
         columns = sorted({c for lengths in different for c in self._flattener.columns(lengths)})
-        filled = self._path.with_name(f'{self._path.name}.filled')
+        filled = self.path.with_name(f'{self.path.name}.filled')
         with (
-            self._path.open(encoding='utf-8', newline='') as source,
+            self.path.open(encoding='utf-8', newline='') as source,
             filled.open('w', encoding='utf-8', newline='') as target,
         ):
             csv.field_size_limit(_LONGEST_CELL)  # a robot description is longer than the default
@@ -334,12 +338,12 @@ class CsvTable:
             next(rows)
             write_row = _row_writer(target.write)
             write_row(['t', *(name for _, name in columns)])
-            for (first, lengths), (end, _) in pairwise([*self._lengths, (self._nb_rows, ())]):
+            for (first, lengths), (end, _) in pairwise([*self._lengths, (self.nb_rows, ())]):
                 own = self._flattener.columns(lengths)
                 for t, *cells in islice(rows, end - first):
                     of_column = dict(zip(own, cells, strict=True))
                     write_row([t, *(of_column.get(column, '') for column in columns)])
-        filled.replace(self._path)
+        filled.replace(self.path)
 
 
 def _row_writer(write: Callable[[str], object]) -> Callable[[list[Any]], object]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from array import array
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -15,8 +16,7 @@ from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet import topics
 from setcmas_simu.robots.model import KOMEGA, RobotModel
 from setcmas_simu.robots.models import NO_LIMITS, model_names, robot_models
-from setcmas_tools.bags.bag import open_bag
-from setcmas_tools.bags.message_types import UndecodableError
+from setcmas_tools.bags.bag import BagTopic, Taker, open_bag
 from setcmas_tools.run.csv_columns import COMMANDS
 from setcmas_tools.run.fleet_motion import FleetTable, gaps
 from setcmas_tools.run.law_output import Commands
@@ -132,21 +132,13 @@ def _recorded(path: Path, warn: Callable[[str], None]) -> dict[int, Drive]:
         has_mocap = any(name.startswith('/mocap/') for name, _ in named)
         wheels = FleetSamples(row for row in named if not row[0].startswith('/mocap/'))
         twists = {name: array('d') for name, kind in named if kind in _TWISTS}
-        for topic, time_ns, data in bag.messages():
-            since_ns = time_ns - bag.start_ns
-            takers = [
-                one.collector(topic.name) for one in ([seen, wheels] if has_mocap else [seen])
-            ]
-            if not any(takers) and topic.name not in twists:
-                continue
-            try:
-                message = topic.type.decode(data)
-            except UndecodableError:
-                continue
-            for collect in filter(None, takers):
-                collect(since_ns, message)
+        takers: dict[BagTopic, list[Taker]] = {}
+        for topic in bag.topics:
+            own_takers = [one.collector(topic.name) for one in (seen, *([wheels] * has_mocap))]
+            takers[topic] = [taker for taker in own_takers if taker]
             if topic.name in twists:
-                twists[topic.name].extend((since_ns / 1e9, *_velocities(message)))
+                takers[topic].append(partial(_take_twist, twists[topic.name]))
+        bag.deliver(takers)
         for notice in bag.notices:
             warn(notice)
     table, own = seen.table(), wheels.table() if has_mocap else None
@@ -162,9 +154,9 @@ def _recorded(path: Path, warn: Callable[[str], None]) -> dict[int, Drive]:
     }
 
 
-def _velocities(message: Any) -> tuple[float, float]:
+def _take_twist(rows: array[float], time_ns: int, message: Any) -> None:
     twist = getattr(message, 'twist', message)
-    return float(twist.linear.x), float(twist.angular.z)
+    rows.extend((time_ns / 1e9, twist.linear.x, twist.angular.z))
 
 
 def _drive(

@@ -8,15 +8,15 @@ import tempfile
 from collections import Counter
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
 from setcmas_simu.errors import SetcmasError
-from setcmas_tools.bags.bag import Bag, BagTopic, open_bag
-from setcmas_tools.bags.message_types import UndecodableError
-from setcmas_tools.bags.topic_table import CsvTable, flattener
+from setcmas_tools.bags.bag import Bag, Message, open_bag
+from setcmas_tools.bags.topic_table import TopicTable, flattener
 from setcmas_tools.run.csv_columns import FLEET
 from setcmas_tools.run.run_folder import stem_of_bag
-from setcmas_tools.run.run_samples import Collect, RunSamples
+from setcmas_tools.run.run_samples import RunSamples
 from setcmas_tools.run.run_tables import FILE_NAMES, write_tables
 
 _LONG_BAG = 50_000
@@ -98,60 +98,30 @@ def _write_files(bag: Bag, unfinished: Path, folder: Path) -> ConversionReport:
     topics = [topic for topic in bag.topics if not topic.derived]
     names = file_names(topic.name for topic in topics)
     samples = RunSamples((topic.name, topic.type.name) for topic in topics)
-    jobs = {
-        topic: _TopicJob(topic, unfinished / name, samples.collectors(topic.name, topic.type.name))
+    files = {
+        topic: TopicTable(unfinished / name, flattener(topic.type.store, topic.type.name))
         for topic, name in zip(topics, names, strict=True)
     }
-    for topic, time_ns, data in _with_progress(bag):
-        if job := jobs.get(topic):
-            job.take(time_ns - bag.start_ns, data)
-    written = [job for job in jobs.values() if job.finish()]
+    takers = {
+        topic: [file.add, *samples.collectors(topic.name, topic.type.name)]
+        for topic, file in files.items()
+    }
+    undecodable = bag.deliver(takers, partial(_with_progress, bag.count))
+    written = [file for file in files.values() if file.nb_rows]
+    for file in written:
+        file.finish()
     if tables := samples.tables():
         write_tables(tables, unfinished)
-    for file in sorted(unfinished.iterdir()):
-        file.replace(folder / file.name)
+    for path in sorted(unfinished.iterdir()):
+        path.replace(folder / path.name)
     return ConversionReport(
         folder,
-        [folder / job.path.name for job in written],
+        [folder / file.path.name for file in written],
         folder / FLEET.name if tables else None,
-        sum(job.nb_rows for job in written),
+        sum(file.nb_rows for file in written),
         (bag.end_ns - bag.start_ns) / 1e9,
-        bag.notices + [job.notice for job in jobs.values() if job.notice],
+        bag.notices + undecodable,
     )
-
-
-class _TopicJob:
-    """What happens to the messages of one topic."""
-
-    def __init__(self, topic: BagTopic, path: Path, collect: list[Collect]) -> None:
-        self.topic = topic
-        self.path = path
-        self.nb_rows = 0
-        self.notice = ''
-        self._collect = collect
-        self._decode = topic.type.decode
-        self._table = CsvTable(path, flattener(topic.type.store, topic.type.name))
-        self._nb_undecodable = 0
-
-    def take(self, time_ns: int, data: bytes) -> None:
-        try:
-            message = self._decode(data)
-        except UndecodableError as error:
-            self._nb_undecodable += 1
-            self.notice = (
-                f'topic {self.topic.name}: {self._nb_undecodable:,} of {self.topic.count:,} '
-                f'messages are left out, their bytes are not a {self.topic.type.name} ({error})'
-            )
-            return
-        self._table.add(time_ns, message)
-        self.nb_rows += 1
-        for collect in self._collect:
-            collect(time_ns, message)
-
-    def finish(self) -> bool:
-        if self.nb_rows:
-            self._table.finish()
-        return self.nb_rows > 0
 
 
 def file_names(topics: Iterable[str]) -> list[str]:
@@ -174,9 +144,9 @@ def file_names(topics: Iterable[str]) -> list[str]:
     return names
 
 
-def _with_progress(bag: Bag) -> Iterator[tuple[BagTopic, int, bytes]]:
-    if bag.count < _LONG_BAG or not sys.stderr.isatty():
-        return bag.messages()
+def _with_progress(count: int, messages: Iterator[Message]) -> Iterator[Message]:
+    if count < _LONG_BAG or not sys.stderr.isatty():
+        return messages
     from tqdm import tqdm  # only the long bags pay for its import
 
-    return iter(tqdm(bag.messages(), total=bag.count, unit=' messages', unit_scale=True))
+    return iter(tqdm(messages, total=count, unit=' messages', unit_scale=True))

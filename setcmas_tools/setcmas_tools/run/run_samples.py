@@ -18,8 +18,7 @@ from setcmas_simu.arrays import Floats
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet import topics
 from setcmas_simu.fleet.planar_pose import yaw_of_quaternion
-from setcmas_tools.bags.bag import open_bag
-from setcmas_tools.bags.message_types import UndecodableError
+from setcmas_tools.bags.bag import Taker, open_bag
 from setcmas_tools.run.communication_record import CommunicationRecord, Counts, record_of
 from setcmas_tools.run.fleet_motion import FleetTable, fleet_table
 from setcmas_tools.run.law_output import (
@@ -36,12 +35,9 @@ _ODOMETRY = 'nav_msgs/msg/Odometry'
 _MOTION_CAPTURE = '/mocap'
 _NB_NUMBERS = 10  # t, robot, x, y, a quaternion, v, omega
 
-Collect = Callable[[int, Any], None]
-"""Takes the time of a message in ns from the bag's start, and the message."""
-
 
 class FleetSamples:
-    """Collects what makes fleet.csv: odometry of each robot and the time of the first command.
+    """Takers what makes fleet.csv: odometry of each robot and the time of the first command.
 
     Odometry of motion capture goes before the robot's own, which drifts.
     """
@@ -65,7 +61,7 @@ class FleetSamples:
             if robot and msgtype == _ODOMETRY and self._odometry.get(robot, '/tb3') >= '/tb3':
                 self._odometry[robot] = name
 
-    def collector(self, topic: str) -> Collect | None:
+    def collector(self, topic: str) -> Taker | None:
         """Return the function that takes the messages of a topic; None if it is not of use."""
         if topic == topics.PAUSED:
             return self._take_pause
@@ -125,7 +121,7 @@ _NB_COUNTS = 4
 
 
 class CommunicationSamples:
-    """Collects triggers, graphs, and the counts of links."""
+    """Takers triggers, graphs, and the counts of links."""
 
     def __init__(self) -> None:
         """Start without any message."""
@@ -133,7 +129,7 @@ class CommunicationSamples:
         self._counts: dict[int, Floats] = {}
         self._graphs: list[tuple[int, Floats]] = []
 
-    def collector(self, topic: str, msgtype: str) -> Collect | None:
+    def collector(self, topic: str, msgtype: str) -> Taker | None:
         """Return the function that takes the messages of a topic; None if it is not of use."""
         if topic == topics.COMMUNICATION_GRAPH and msgtype == _MATRIX:
             return self._take_graph
@@ -214,7 +210,7 @@ _SPHERE_TYPE = 2
 
 
 class RunSamples:
-    """Collects what makes the tables of a run: motion, commands, communication, and so on."""
+    """Takers what makes the tables of a run: motion, commands, communication, and so on."""
 
     def __init__(self, bag_topics: Iterable[tuple[str, str]]) -> None:
         """Choose the topics.
@@ -230,7 +226,7 @@ class RunSamples:
         self._references: References | None = None
         self._safety: list[SafetyRow] = []
 
-    def collectors(self, topic: str, msgtype: str) -> list[Collect]:
+    def collectors(self, topic: str, msgtype: str) -> list[Taker]:
         """Return the functions that take the messages of a topic; none if it is not of use."""
         found = [
             self._fleet.collector(topic),
@@ -261,7 +257,7 @@ class RunSamples:
         rows = [(t - start, robot, state, over) for t, robot, state, over in self._safety]
         return safety_record(rows) if rows else None
 
-    def _own_collector(self, topic: str, msgtype: str) -> Collect | None:
+    def _own_collector(self, topic: str, msgtype: str) -> Taker | None:
         if topic == topics.TASK and msgtype == _TEXT:
             return self._take_task
         if topic == topics.DIAGNOSTICS and msgtype == _STATUSES:
@@ -329,15 +325,8 @@ def read_bag(path: Path, warn: Callable[[str], None]) -> RunTables:
     """
     with open_bag(path) as bag:
         samples = RunSamples((topic.name, topic.type.name) for topic in bag.topics)
-        jobs = {topic: samples.collectors(topic.name, topic.type.name) for topic in bag.topics}
-        for topic, time_ns, data in bag.messages():
-            if jobs[topic]:
-                try:
-                    message = topic.type.decode(data)
-                except UndecodableError:
-                    continue  # bag_to_csv counts them
-                for collect in jobs[topic]:
-                    collect(time_ns - bag.start_ns, message)
+        # `convert` reports the messages that cannot be decoded.
+        bag.deliver({t: samples.collectors(t.name, t.type.name) for t in bag.topics})
         for notice in bag.notices:
             warn(notice)
     if tables := samples.tables():

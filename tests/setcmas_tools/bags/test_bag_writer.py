@@ -15,7 +15,7 @@ from rosbags.typesys import Stores, get_typestore
 
 from setcmas_simu.errors import SetcmasError
 from setcmas_tools.bags.bag import open_bag
-from setcmas_tools.bags.bag_writer import BagWriter, base_link_of, tf_message, transform_of
+from setcmas_tools.bags.bag_writer import BagWriter, TransformRecorder
 from setcmas_tools.bags.message_types import MessageDefinitions
 
 POINT = 'geometry_msgs/msg/Point32'
@@ -166,15 +166,34 @@ def odometry(child, parent='world'):
     return bytes(STORE.serialize_cdr(message, 'nav_msgs/msg/Odometry'))
 
 
-def read(data):
-    return STORE.deserialize_cdr(data, 'tf2_msgs/msg/TFMessage').transforms
+@pytest.fixture
+def recorded(tmp_path):
+    """Return the transforms by topic that are written for odometry."""
+
+    def recorded(*odometry):
+        found = {'/tf': [], '/tf_static': []}
+        with BagWriter(tmp_path / 'bag') as writer:
+            point = writer.add_topic('/p', POINT, MessageDefinitions().of(POINT), [LATCHED])
+            writer.write(point, 1, b'')
+            recorder = TransformRecorder(writer)
+            for data in odometry:
+                recorder.take(data)
+            recorder.write()
+        with open_bag(tmp_path / 'bag') as bag:
+            for topic, _, data in bag.messages():
+                if topic.name in found:
+                    assert topic.derived
+                    found[topic.name].append(topic.type.decode(data).transforms)
+        return found
+
+    return recorded
 
 
 @pytest.mark.parametrize(
     'children', [('tb3_1/base_footprint', 'tb3_10/base_footprint'), 'abcdefgh']
 )
-def test_the_poses_of_odometry_are_read_as_transforms(children):
-    transforms = read(tf_message([transform_of(odometry(child)) for child in children]))
+def test_transforms_have_the_poses_of_the_odometry(recorded, children):
+    (transforms,) = recorded(*map(odometry, children))['/tf']
 
     assert [one.child_frame_id for one in transforms] == list(children)
     for one in transforms:
@@ -195,16 +214,15 @@ def test_the_poses_of_odometry_are_read_as_transforms(children):
         pytest.param(odometry(''), id='no child'),
     ],
 )
-def test_what_is_no_pose_in_the_world_is_left_out(data):
-    assert transform_of(data) is None
+def test_odometry_without_a_pose_in_the_world_makes_no_transform(recorded, data):
+    assert recorded(data) == {'/tf': [], '/tf_static': []}
 
 
-def test_base_link_stands_above_the_base_footprint():
-    (link,) = read(tf_message([base_link_of(transform_of(odometry('tb3_3/base_footprint')))]))
+def test_base_link_is_above_the_base_footprint(recorded):
+    ((link,),) = recorded(odometry('tb3_3/base_footprint'), odometry('tb3_4'))['/tf_static']
 
     assert (link.header.frame_id, link.child_frame_id) == (
         'tb3_3/base_footprint',
         'tb3_3/base_link',
     )
     assert (link.transform.translation.z, link.transform.rotation.w) == (0.01, 1.0)
-    assert base_link_of(transform_of(odometry('tb3_3'))) is None

@@ -8,7 +8,7 @@ import pytest
 from rosbags.rosbag2 import StoragePlugin, Writer
 
 from setcmas_simu.errors import SetcmasError
-from setcmas_tools.bags.topic_table import CsvTable
+from setcmas_tools.bags.topic_table import TopicTable
 from setcmas_tools.run import bag_conversion
 from setcmas_tools.run.bag_conversion import convert, file_names
 from setcmas_tools.run.run_tables import read_fleet
@@ -207,7 +207,7 @@ def test_an_interrupted_conversion_leaves_the_earlier_files(
         if next(rows, None) is None:
             raise KeyboardInterrupt
 
-    monkeypatch.setattr(CsvTable, 'add', add)
+    monkeypatch.setattr(TopicTable, 'add', add)
     with pytest.raises(KeyboardInterrupt):
         convert(bag)
 
