@@ -71,7 +71,6 @@ MAY_IMPORT_ROS = [
 
 SCENARIOS = [
     'launch_scripts.commands.test_agreement',
-    'launch_scripts.commands.test_communication_run',
     'launch_scripts.test_packages',
     'setcmas_ctrl.controller.test_experiment',
     'setcmas_ctrl.controller.test_failures',

@@ -168,16 +168,6 @@ def test_a_script_that_fails_while_loading_ends_the_run_with_status_2(start, tmp
     assert not (tmp_path / 'out').exists()
 
 
-def test_an_earlier_run_is_kept(domain, tmp_path):
-    (tmp_path / 'out').mkdir()
-    (tmp_path / 'out' / 'run.yaml').touch()
-
-    result = run_here('run', '--no-plots', '--algo', 'consensus', '--output', 'out', cwd=tmp_path)
-
-    assert result.returncode == 2
-    assert 'holds an earlier run' in result.stderr
-
-
 def test_files_of_the_user_do_not_hide_those_of_python(start, tmp_path):
     for name in ('random', 'numpy', 'queue', 'rclpy'):
         (tmp_path / f'{name}.py').write_text('raise RuntimeError("hidden")\n')
@@ -205,20 +195,6 @@ def test_three_terminals(start, tmp_path):
     assert plots.returncode == 0, plots.stderr
     assert table(tmp_path / 'csv' / 'fleet.csv')
     assert all(Path(tmp_path, line).is_file() for line in plots.stdout.splitlines())
-
-
-def test_a_run_that_a_script_ends_with_status_2_is_kept_and_told(start, tmp_path):
-    (tmp_path / 'law.py').write_text(
-        'import os\ndef control(i, n, p, t):\n'
-        '    if t > 2:\n        os._exit(2)\n    return 0.1, 0\n'
-    )
-    process = start(
-        *SETCMAS, 'run', '--no-plots', '--algo', 'law', '--output', 'out', cwd=tmp_path
-    )
-
-    assert process.wait() == 1
-    assert 'ended by itself with exit status 2' in process.output()
-    assert table(tmp_path / 'out' / 'csv' / 'fleet.csv')
 
 
 def test_a_gain_of_the_command_line_and_a_script_that_is_edited_meanwhile(start, tmp_path):

@@ -117,13 +117,6 @@ def test_a_closed_window_leaves_the_robots_alone(start, tmp_path):
     assert simu.end(signal.SIGINT) == 0
 
 
-def test_a_mistake_is_told_with_rviz_too(domain):
-    result = run_here('ctrl', '--algo', 'consensus', '--robots', 'x', '--rviz')
-
-    assert result.returncode == 2
-    assert "--robots is 'x'; it must be numbers from 1" in result.stderr
-
-
 def test_a_file_for_rviz(tmp_path):
     written = run_here('view', '--write-rviz', 'fleet.rviz', '--robots', '2,4-5', cwd=tmp_path)
     real = run_here('view', '--write-rviz', 'real.rviz', '--experiment', cwd=tmp_path)

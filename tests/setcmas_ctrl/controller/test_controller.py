@@ -114,13 +114,6 @@ def test_a_part_of_an_announced_fleet_waits_for_the_rest(start):
     process.wait_for_output('controlling robots 1-4')
 
 
-def test_it_says_which_odometry_it_waits_for(start, peer):
-    start(*SIMU, '--nb-robots', '4', '--robots', '1,4')
-    process = start(*CTRL, '--algo', 'consensus', '--nb-robots', '4')
-
-    process.wait_for_output('waiting for the odometry of robots 2-3')
-
-
 def test_it_says_that_it_waits_for_a_fleet_and_goes_on_when_there_is_one(start):
     process = start(*CTRL, '--algo', 'consensus')
     process.wait_for_output('waiting for a fleet')

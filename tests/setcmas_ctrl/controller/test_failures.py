@@ -69,48 +69,6 @@ def test_the_last_command_is_zero(start, peer, script, signum):
     assert 'Traceback' not in process.output()
 
 
-def test_a_failing_robot_stands_while_the_others_go_on(start, peer, script):
-    law = script(
-        """
-        def control(robotNo, nbRobots, poses, t):
-            if robotNo == 2:
-                return poses[0, 99], 0
-            return 0.2, 0
-        """
-    )
-    start(*SIMU, '--nb-robots', '3')
-    odometry = [peer.odometry(robot) for robot in (1, 2, 3)]
-    process = start(*CTRL, '--algo', law)
-    peer.wait_for(lambda: all(odometry) and odometry[2][-1].twist.twist.linear.x > 0.1)
-    start_of_second = position(odometry[1][0])
-    peer.wait_for_new(odometry[1], 20)
-
-    assert position(odometry[1][-1]) == start_of_second
-    assert position(odometry[0][-1]) != position(odometry[0][0])
-    output = process.output()
-    assert output.count('IndexError') == 1
-    assert 'tb3_2 at t = 0.0 s: law.py, line 4: IndexError' in output
-    assert '4 | return poses[0, 99], 0' in output
-    assert process.end() == 1
-
-
-def test_a_script_that_raises_keyboard_interrupt_stops_its_own_robot_only(start, peer, script):
-    law = script(
-        """
-        def control(robotNo, nbRobots, poses, t):
-            if robotNo == 1:
-                raise KeyboardInterrupt
-            return 0.2, 0
-        """
-    )
-    start(*SIMU, '--nb-robots', '2')
-    command = peer.cmd_vel(2)
-    process = start(*CTRL, '--algo', law)
-    peer.wait_for(lambda: len(command) > 5 and velocity(command[-1])[0] > 0.1)
-
-    assert 'law.py, line 4: KeyboardInterrupt' in process.output()
-
-
 def test_a_stuck_script_is_located_and_no_command_is_sent_meanwhile(start, peer, script):
     law = script(
         """

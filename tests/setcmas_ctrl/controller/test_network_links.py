@@ -142,20 +142,6 @@ def test_failing_scripts_and_unheard_robots_are_told(start, peer, script):
     assert 'ZeroDivisionError in when.py, line 2 occurred' in process.output()
 
 
-def test_a_condition_that_hangs_is_located_and_ends_with_the_process(start, script):
-    when = script(
-        'def ctc(pos, last_pos, t):\n    while t > 0.5:\n        pass\n    return False\n',
-        'when.py',
-    )
-    start(*SIMU, '--nb-robots', '2').wait_for_output('simulating')
-    process = start(*CTRL, '--algo', 'consensus', '--event-triggered', '--ctc', when)
-
-    output = process.wait_for_output('ctc has not returned for')
-    assert 'it is at when.py, line ' in output
-    assert process.end() == 1
-    assert 'Traceback' not in process.output()
-
-
 def test_a_slow_condition_is_told_as_a_slow_law_is(start, script):
     when = script(
         'import time\ndef ctc(pos, last_pos, t):\n    time.sleep(0.15)\n    return True\n',

@@ -29,10 +29,11 @@ def expected(path, when):
 
 LOADING = [path for path in SCRIPTS if expected(path, 'load')]
 RUNNING = [path for path in SCRIPTS if expected(path, 'run')]
-TIMED = [
-    BAD / f'{name}.py' for name in ('endless_loop', 'endless_while_loading', 'sleeps', 'slow')
+IN_A_CONTROLLER = [
+    BAD / f'{name}.py'
+    for name in ('endless_loop', 'endless_while_loading', 'keyboard_interrupt', 'sleeps', 'slow')
 ]
-"""Scripts that only a process which goes with the clock can tell of."""
+"""Scripts whose mistakes only a controller process can report: calls that last, and Ctrl-C."""
 
 # A few of the others over ROS too: what they say is found by the same code, in another process.
 LOADING_OVER_ROS = [BAD / f'{name}.py' for name in ('syntax_error', 'exits_while_loading')]
@@ -42,7 +43,7 @@ RUNNING_OVER_ROS = [BAD / f'{name}.py' for name in ('exits', 'fails_for_a_while'
 def test_every_script_says_what_to_expect():
     assert sorted(LOADING + RUNNING) == SCRIPTS
     assert len(SCRIPTS) >= 20
-    assert {*TIMED, *RUNNING_OVER_ROS} <= set(RUNNING)
+    assert {*IN_A_CONTROLLER, *RUNNING_OVER_ROS} <= set(RUNNING)
     assert set(LOADING_OVER_ROS) <= set(LOADING)
 
 
@@ -56,7 +57,9 @@ def test_mistakes_that_are_found_while_loading(path):
     assert 'Traceback' not in str(error.value)
 
 
-@pytest.mark.parametrize('path', sorted(set(RUNNING) - set(TIMED)), ids=lambda path: path.stem)
+@pytest.mark.parametrize(
+    'path', sorted(set(RUNNING) - set(IN_A_CONTROLLER)), ids=lambda path: path.stem
+)
 def test_mistakes_that_are_found_while_running(path):
     said = []
     simulate(path, nb_robots=2, duration=5, warn=said.append)
@@ -80,7 +83,7 @@ def test_mistakes_that_are_found_while_a_controller_loads(start):
 
 
 def test_mistakes_that_are_found_while_a_controller_runs(start):
-    paths = TIMED + RUNNING_OVER_ROS
+    paths = IN_A_CONTROLLER + RUNNING_OVER_ROS
     fleet = str(len(paths))
     start(*SIMU, '--nb-robots', fleet).wait_for_output('simulating')
     processes = [
@@ -151,26 +154,6 @@ def test_a_script_that_takes_all_memory_stops_its_own_robot_only(start, peer, sc
     peer.wait_for(lambda: len(command) > 5 and velocity(command[-1])[0] > 0.1)
     assert 'law.py, line 10: ' in process.wait_for_output('MemoryError')
     assert process.end() == 1
-
-
-@pytest.mark.parametrize(
-    ('last_words', 'told'),
-    [
-        ('os._exit(1)', 'ended by itself with exit status 1'),
-        ('os.kill(os.getpid(), 9)', 'was killed by SIGKILL (out of memory?)'),
-        ('os.abort()', 'was killed by SIGABRT'),
-    ],
-)
-def test_a_script_that_kills_its_process_is_told_by_the_launcher(start, script, last_words, told):
-    law = script(
-        f'import os\ndef control(i, n, p, t):\n    print("last words")\n    {last_words}\n'
-    )
-    start(*SIMU, '--nb-robots', '1')
-    process = start(*SETCMAS, 'ctrl', '--algo', law)
-
-    assert process.wait() != 0
-    assert told in process.output()
-    assert 'tb3_1: last words' in process.output()
 
 
 def test_ctrl_c_ends_a_script_that_never_finishes_loading(start, script):

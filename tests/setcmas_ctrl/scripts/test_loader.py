@@ -1,6 +1,5 @@
 import os
 import signal
-import sys
 import textwrap
 
 import pytest
@@ -160,40 +159,6 @@ def test_every_robot_gets_a_module_of_its_own(folder):
 
     assert [first(1, 2, None, 0)[0] for _ in range(3)] == [1, 2, 3]
     assert second(2, 2, None, 0) == (1, 0)
-
-
-def test_helper_modules_are_fresh_for_every_robot_too(folder):
-    script(folder, 'state = []\n', 'helper_with_state.py')
-    path = script(
-        folder,
-        """
-        import helper_with_state
-        def control(robotNo, nbRobots, poses, t):
-            helper_with_state.state.append(robotNo)
-            return len(helper_with_state.state), 0
-        """,
-    )
-    first, second = load_control(path, 1), load_control(path, 2)
-
-    assert first(1, 2, None, 0) == (1, 0)
-    assert second(2, 2, None, 0) == (1, 0)
-    assert 'helper_with_state' not in sys.modules
-
-
-def test_helper_packages_are_fresh_for_every_robot_too(folder):
-    (folder / 'my_package').mkdir()
-    (folder / 'my_package' / '__init__.py').write_text('state = []\n')
-    path = script(
-        folder,
-        """
-        import my_package
-        def control(robotNo, nbRobots, poses, t):
-            my_package.state.append(robotNo)
-            return len(my_package.state), 0
-        """,
-    )
-
-    assert [load_control(path, robot)(robot, 2, None, 0)[0] for robot in (1, 2)] == [1, 1]
 
 
 def test_a_name_too_long_for_a_file_is_not_found(folder):

@@ -29,34 +29,6 @@ def flatten(store, tmp_path):
     return flatten
 
 
-def test_odometry(make, flatten):
-    fields = {
-        'header.stamp.sec': 1_700_000_000,
-        'header.stamp.nanosec': 123_456_789,
-        'header.frame_id': 'world',
-        'pose.pose.position.x': 0.1,
-        'pose.pose.orientation.z': math.sin(0.6),
-        'pose.pose.orientation.w': math.cos(0.6),
-        'twist.covariance': np.arange(36.0),
-    }
-    columns = flatten(make(ODOMETRY, fields))
-
-    assert list(columns)[:4] == [
-        'header.stamp',
-        'header.frame_id',
-        'child_frame_id',
-        'pose.pose.position.x',
-    ]
-    assert list(columns)[-1] == 'yaw'
-    assert len(columns) == 3 + 3 + 4 + 36 + 6 + 36 + 1
-    assert columns['header.stamp'] == '1700000000.123456789'
-    assert columns['header.frame_id'] == 'world'
-    assert columns['pose.pose.position.x'] == '0.1'
-    assert columns['pose.covariance[35]'] == '0.0'
-    assert columns['twist.covariance[35]'] == '35.0'
-    assert float(columns['yaw']) == pytest.approx(1.2)
-
-
 @pytest.mark.parametrize(
     ('msgtype', 'path'),
     [

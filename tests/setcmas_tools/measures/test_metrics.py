@@ -1,5 +1,4 @@
 import math
-from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -10,8 +9,7 @@ from runs import measure
 from launch_scripts.cli import main
 from setcmas_ctrl.control.references import References
 from setcmas_simu.errors import SetcmasError
-from setcmas_tools import simulate
-from setcmas_tools.measures.metrics import MOST_ROBOTS_IN_ROWS, as_dict, write_yaml
+from setcmas_tools.measures.metrics import MOST_ROBOTS_IN_ROWS, as_dict
 from setcmas_tools.run.communication_record import Counts, record_of
 from setcmas_tools.run.run_info import RunInfo, write_info
 from setcmas_tools.run.run_tables import write_communication
@@ -79,20 +77,6 @@ def test_a_handful_of_rows(t):
     assert all(map(math.isfinite, numbers(as_dict(metrics))))
     assert metrics['robots'][2].largest_speed_m_s is None
     assert str(metrics)
-
-
-def test_equal_runs_give_equal_files_whatever_the_calls_took(tmp_path):
-    run = simulate('leader_follower_formation', 3, 5)
-    for name, seconds in (('a', 1e-3), ('b', 2e-3)):
-        times = np.full(3, seconds)
-        write_yaml(replace(run, call_time=times).metrics(), tmp_path / name)
-
-    text = (tmp_path / 'a').read_text()
-    assert text == (tmp_path / 'b').read_text()
-    assert 'call' not in text
-    assert list(yaml.safe_load(text))[:5] == [
-        'task', 'duration_s', 'vnom_m_s', 'communication', 'robots',
-    ]  # fmt: skip
 
 
 @pytest.mark.parametrize('nb_robots', [1, 8, MOST_ROBOTS_IN_ROWS, MOST_ROBOTS_IN_ROWS + 1])

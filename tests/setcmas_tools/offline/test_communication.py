@@ -141,17 +141,6 @@ def test_robots_out_of_range_are_not_heard():
     assert run.record.links[1, 2].sent == 81  # from 2 s to 10 s
 
 
-def test_the_same_seed_gives_the_same_run_and_another_one_another():
-    imperfect = {'loss': 0.3, 'noise': 0.02, 'delay': 0.2, 'event_triggered': True, 'range': 8.0}
-    first, second, third = (
-        simulate('consensus', 6, 20.0, seed=seed, **imperfect) for seed in (1, 1, 2)
-    )
-
-    np.testing.assert_array_equal(first.poses, second.poses)
-    assert first.record.links == second.record.links
-    assert not np.array_equal(first.poses, third.poses)
-
-
 def test_what_is_sent_is_received_or_lost():
     run = simulate('consensus', 6, 30.0, graph='ring', loss=0.3)
     links = run.record.links.values()

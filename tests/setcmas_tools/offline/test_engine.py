@@ -5,8 +5,6 @@ from dataclasses import fields
 
 import numpy as np
 import pytest
-from ros1_recordings import WP_NAV
-from runs import distance
 
 from setcmas_ctrl.communication.communication_options import CommunicationOptions
 from setcmas_ctrl.control.control_options import GainOptions
@@ -16,7 +14,6 @@ from setcmas_simu.fleet.start_poses import RandomPoses
 from setcmas_simu.simulator.simulator_options import SimulationOptions
 from setcmas_tools import simulate
 from setcmas_tools.run.run_folder import RunOptions
-from setcmas_tools.run.run_tables import read_fleet
 
 
 def forward(robotNo, nbRobots, poses, t):
@@ -88,13 +85,6 @@ def test_the_table_has_a_row_for_each_robot_at_each_time():
     np.testing.assert_array_equal(table.of(3).x, run.poses[:, 0, 2])
     np.testing.assert_array_equal(table.of(3).theta, run.poses[:, 2, 2])
     np.testing.assert_array_equal(table.of(2).omega, run.omega[:, 1])
-
-
-def test_equal_runs_are_equal_to_the_last_bit():
-    first, second = (simulate('leader_follower_formation', 5, 20.0) for _ in range(2))
-
-    for name in ('t', 'poses', 'V', 'omega', 'velocities'):
-        assert (getattr(first, name) == getattr(second, name)).all()
 
 
 def test_start_poses_limits_and_gains():
@@ -199,19 +189,8 @@ def test_ros_is_not_imported():
     assert result.stdout == '[]\n', result.stderr
 
 
-def test_nav_wp_follows_the_recording_of_the_ros_1_stack():
-    run = simulate('nav_wp', duration=60, poses=[[5], [5], [0]])
-
-    assert distance(run, read_fleet(WP_NAV)) < 0.05
-
-
 def test_a_run_tells_of_itself_in_one_line():
     assert repr(simulate(forward, 2, 1.0)) == 'Run(forward, 2 robots, 1 s, complete)'
-
-
-def test_no_robots_make_no_run():
-    with pytest.raises(SetcmasError, match='nb_robots is 0'):
-        simulate(forward, 0)
 
 
 def test_defaults_are_those_of_the_options():

@@ -214,13 +214,6 @@ def test_an_interrupted_conversion_leaves_the_earlier_files(
     assert [path.read_bytes() for path in (tmp_path / 'csv').iterdir()] == [before]
 
 
-def test_equal_bags_give_equal_bytes(tmp_path, write_bag, run):
-    folders = [convert(write_bag(tmp_path / name, run)).folder for name in ('a', 'b')]
-
-    for first in folders[0].iterdir():
-        assert first.read_bytes() == (folders[1] / first.name).read_bytes()
-
-
 def test_output_that_cannot_be_written(tmp_path, write_bag, points):
     bag = write_bag(tmp_path / 'bag', points)
     (tmp_path / 'taken').write_text('a file')
