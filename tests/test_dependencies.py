@@ -22,6 +22,7 @@ EXTRAS = {
     'launch_scripts/launch_scripts/terminal/status_display.py': 'lab',
     'setcmas_ctrl/setcmas_ctrl/filter': 'filter',
     'setcmas_expe/setcmas_expe/pause/joystick_reader.py': 'lab',
+    'setcmas_tools/setcmas_tools/compare/response_fit.py': 'identify',
     'setcmas_tools/setcmas_tools/grade': 'grade',
     'setcmas_tools/setcmas_tools/run/run.py': 'notebook',
     'setcmas_tools/setcmas_tools/study': 'cluster',
@@ -40,7 +41,7 @@ PIP_KEYS = {
 }  # fmt: skip
 """Modules that beside a sourced ROS come from PyPI; their keys are `python3-NAME-pip`."""
 
-EXTRAS_BESIDE_ROS = ('filter', 'grade', 'lab', 'notebook', 'study', 'view')
+EXTRAS_BESIDE_ROS = ('filter', 'grade', 'identify', 'lab', 'notebook', 'study', 'view')
 """Extras whose packages package.xml requires: there is no choice with rosdep."""
 
 

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from setcmas_simu.arrays import Floats
+from setcmas_simu.errors import needs
 from setcmas_simu.robots.identified_robot import LONGEST_DELAY_S, Response
 
 
@@ -77,7 +78,8 @@ _MOST_EARLY_S = 0.15
 """How long before a command a simulation may show its motion: a step at 10 Hz, and jitter."""
 
 _AT_ONCE_S = 0.02
-_ITERATIONS = 25
+_LEAST = np.array([-np.inf, 0.0, 0.0])  # gain, lag, delay
+_MOST = np.array([np.inf, LONGEST_DELAY_S, LONGEST_DELAY_S])
 _PROBE_S = 2e-3
 _SINGULAR = 1e5
 _LEAST_SIGMA = 1e-12
@@ -139,9 +141,9 @@ def fitted(measured: Measured, lag: float | None = None) -> Fit:
 
     Speeds are simulated from the commands alone, an output-error model (Ljung, System
     Identification, 2nd edition, 1999, section 4.2). The best point of a grid of lags and delays,
-    each with the gain of linear least squares, is where Levenberg's and Marquardt's method begins
-    (section 10.2). Standard errors are those of section 9.4, for as many windows as do not
-    overlap; the quality is 1 - |y - model| / |y - mean| (section 16.4 has its square).
+    each with the gain of linear least squares, is the start of `scipy.optimize.least_squares`.
+    Standard errors are those of section 9.4, for as many windows as do not overlap; the quality
+    is 1 - |y - model| / |y - mean| (section 16.4 has its square).
 
     A simulation gives a whole step to the command that it hears within it, so its poses may seem
     to answer before the command. Where neither lag nor delay shows, the gain is that of the best
@@ -150,10 +152,13 @@ def fitted(measured: Measured, lag: float | None = None) -> Fit:
     Args:
         measured: At least a window.
         lag: The lag in s if it is known.
+
+    Raises:
+        SetcmasError: scipy is missing.
     """
     lags = _LAGS_S if lag is None else np.array([lag])
     free = np.array([True, lag is None, True])
-    best = _descended(measured, _best(measured, lags, _DELAYS_S), free)
+    best = _nearest(measured, _best(measured, lags, _DELAYS_S), free)
     if best.lag + best.delay < _AT_ONCE_S:
         early = _best(measured, np.zeros(1), np.linspace(-_MOST_EARLY_S, 0.0, 151))
         best = early if early.delay < 0.0 else best
@@ -178,23 +183,28 @@ def _best(measured: Measured, lags: Floats, delays: Floats) -> Response:
     return best
 
 
-def _descended(measured: Measured, begin: Response, free: NDArray[np.bool_]) -> Response:
-    """Return the minimum of the squares near a point, by what is free of gain, lag and delay."""
-    best, e, damping = begin, measured.y - measured.predicted(begin), 1e-3
-    for _ in range(_ITERATIONS):
-        J = _jacobian(measured, best)[:, free]
-        normal = J.T @ J
-        step = np.zeros(3)
-        damped = normal + damping * np.diag(np.diag(normal) + 1e-12)
-        step[free] = np.linalg.solve(damped, J.T @ e)
-        gain, lag, delay = np.array([best.gain, best.lag, best.delay]) + step
-        tried = Response(float(gain), *np.clip([lag, delay], 0.0, LONGEST_DELAY_S).tolist())
-        error = measured.y - measured.predicted(tried)
-        if error @ error < e @ e:
-            best, e, damping = tried, error, 0.3 * damping
-        else:
-            damping *= 10.0
-    return best
+def _nearest(measured: Measured, begin: Response, free: NDArray[np.bool_]) -> Response:
+    """Return the least squares near a response, over what is free of gain, lag and delay.
+
+    Raises:
+        SetcmasError: scipy is missing.
+    """
+    with needs('identify'):
+        from scipy.optimize import least_squares
+    start = np.array([begin.gain, begin.lag, begin.delay])
+
+    def response(values: Floats) -> Response:
+        all_values = start.copy()
+        all_values[free] = values
+        return Response(*all_values.tolist())
+
+    found = least_squares(
+        lambda values: measured.predicted(response(values)) - measured.y,
+        start[free],
+        jac=lambda values: _jacobian(measured, response(values))[:, free],
+        bounds=(_LEAST[free], _MOST[free]),
+    )
+    return response(found.x)
 
 
 def _jacobian(measured: Measured, at: Response) -> Floats:

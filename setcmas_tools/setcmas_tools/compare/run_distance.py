@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import filecmp
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -17,12 +17,15 @@ from setcmas_tools.measures.metrics import Metrics, as_dict, measure
 from setcmas_tools.run.fleet_motion import FleetGrid
 from setcmas_tools.run.run import Run
 
+RATE_HZ = 10
+"""Samples a second of the runs that are compared."""
+
 LARGEST_SHIFT_S = 10.0
-"""Runs that do the same later than this are not brought together."""
+"""Largest shift in time between two runs."""
 
 _NOTHING_IN_COMMON = 'no robot is in both runs long enough to compare them'
-_RATE_HZ = 10.0
 _LEAST_COMMON = 0.5  # of the shorter run
+_LEAST_LIKENESS = 0.5
 
 
 @dataclass(frozen=True)
@@ -70,26 +73,68 @@ def best_shift(reference: Run, run: Run) -> Shifted:
     if not common:
         raise SetcmasError(_NOTHING_IN_COMMON)
     ours, theirs = (_positions(one.counted_grid, common) for one in (reference, run))
-    least = max(1.0, _LEAST_COMMON * min(len(ours), len(theirs)))
-    most = round(LARGEST_SHIFT_S * _RATE_HZ)
     found = []
-    for steps in sorted(range(-most, most + 1), key=abs):
-        begin, end = max(0, -steps), min(len(ours), len(theirs) - steps)
-        if end - begin < least:
-            continue
-        distances = np.linalg.norm(ours[begin:end] - theirs[begin + steps : end + steps], axis=2)
+    for steps, mine, others in shifts(len(ours), len(theirs)):
+        distances = np.linalg.norm(ours[mine] - theirs[others], axis=2)
         if np.isfinite(distances).any():
-            found.append((_rms(distances), steps, begin, distances))
+            found.append((_rms(distances), steps, mine.start, distances))
     if not found:
         raise SetcmasError(_NOTHING_IN_COMMON)
     _, steps, begin, distances = min(found, key=lambda one: one[0])  # of equals the first
-    t = (np.arange(len(distances)) + begin) / _RATE_HZ
-    return Shifted(steps / _RATE_HZ, t, dict(zip(common, distances.T, strict=True)))
+    t = (np.arange(len(distances)) + begin) / RATE_HZ
+    return Shifted(steps / RATE_HZ, t, dict(zip(common, distances.T, strict=True)))
+
+
+def delay_of(reference: Floats, run: Floats) -> float | None:
+    """Return how much later the speeds of a run change than those of a reference, in s.
+
+    The delay maximises the mean correlation coefficient of speed and turn rate
+    (cross-correlation: Ljung, System Identification, 1999, section 6.1).
+
+    Args:
+        reference: Rows of speeds and turn rates, `RATE_HZ` a second, shape (2, K).
+        run: The same of the other run, shape (2, L).
+
+    Returns:
+        None if the speeds are not alike, or do not change.
+    """
+    found = {
+        steps: _likeness(reference[:, mine], run[:, others])
+        for steps, mine, others in shifts(reference.shape[1], run.shape[1])
+    }
+    best = max(found, key=lambda steps: found[steps], default=0)
+    return best / RATE_HZ if found and found[best] >= _LEAST_LIKENESS else None
+
+
+def shifts(ours: int, theirs: int) -> Iterator[tuple[int, slice, slice]]:
+    """Yield shifts of two runs in samples, the smallest first, and the samples that then meet.
+
+    Args:
+        ours: Number of samples of the reference, `RATE_HZ` a second.
+        theirs: That of the run, which is later by a positive shift.
+    """
+    least = max(1.0, _LEAST_COMMON * min(ours, theirs))
+    most = round(LARGEST_SHIFT_S * RATE_HZ)
+    for steps in sorted(range(-most, most + 1), key=abs):
+        begin, end = max(0, -steps), min(ours, theirs - steps)
+        if end - begin >= least:
+            yield steps, slice(begin, end), slice(begin + steps, end + steps)
+
+
+def _likeness(one: Floats, other: Floats) -> float:
+    """Return the mean correlation coefficient of rows; rows that do not change do not count."""
+    known = np.isfinite(one + other).all(axis=0)
+    found = [
+        float(np.corrcoef(row, column)[0, 1])
+        for row, column in zip(one[:, known], other[:, known], strict=True)
+        if len(row) > 2 and np.ptp(row) > 0.0 and np.ptp(column) > 0.0
+    ]
+    return float(np.mean(found)) if found else 0.0
 
 
 def _positions(grid: FleetGrid, robots: list[int]) -> Floats:
     """Return x and y of robots from t = 0 on, shape (K, N, 2)."""
-    steps = np.round(grid.t * _RATE_HZ).astype(int)
+    steps = np.round(grid.t * RATE_HZ).astype(int)
     rows = [grid.robots.index(robot) for robot in robots]
     positions = np.full((int(steps.max(initial=-1)) + 1, len(robots), 2), np.nan)
     positions[steps] = np.stack([grid.x[rows], grid.y[rows]], axis=2).transpose(1, 0, 2)
