@@ -1,4 +1,4 @@
-"""Canvas of the drawing functions of control scripts: none until a process gives one."""
+"""Canvas of control scripts' drawing functions; a process that shows drawings sets one."""
 
 from __future__ import annotations
 
@@ -26,10 +26,10 @@ class Sphere(NamedTuple):
 def sphere(
     x: float, y: float, z: float, diameter: float, colour: Sequence[float], alpha: float
 ) -> Sphere:
-    """Return a sphere of what a script gave; the same mistakes are told with and without ROS.
+    """Return a sphere from a script's arguments; checked alike with and without ROS.
 
     Raises:
-        TypeError: A value is not a number, or the colour is not three of them.
+        TypeError: A value is not a number, or the colour has not three numbers.
     """
     try:
         red, green, blue = map(float, colour)
@@ -39,15 +39,15 @@ def sphere(
     except (TypeError, ValueError):
         raise TypeError(
             f'publish_marker got x={x!r}, y={y!r}, z={z!r}, color={colour!r}, scale={diameter!r}, '
-            f'alpha={alpha!r}; they must be numbers, and color [red, green, blue] from 0 to 1'
+            f'alpha={alpha!r}; must be numbers, and color [red, green, blue] from 0 to 1'
         ) from None
 
 
 def checked_topic(robot: int, name: str) -> tuple[int, str]:
-    """Return the robot and the topic name that a script draws on, if they can be ones.
+    """Check the robot and the topic name that a script draws on, and return them.
 
     Raises:
-        TypeError: They cannot.
+        TypeError: They are invalid.
         ValueError: The topic belongs to the robot itself.
     """
     try:
@@ -56,13 +56,13 @@ def checked_topic(robot: int, name: str) -> tuple[int, str]:
             raise ValueError
     except (TypeError, ValueError):
         raise TypeError(
-            f'publish_marker got robotNo={robot!r}, marker_name={name!r}; they must be the number '
-            "of a robot and a name of letters, digits and _, such as 'wp_ref'"
+            f'publish_marker got robotNo={robot!r}, marker_name={name!r}; must be a robot number '
+            "and a name of letters, digits and _, such as 'wp_ref'"
         ) from None
     if name in topics.OF_ROBOT:
         raise ValueError(
-            f'publish_marker got marker_name={name!r}, which is a topic of the robot itself; '
-            "it must be another name, such as 'wp_ref'"
+            f'publish_marker got marker_name={name!r}, a topic of the robot itself; '
+            "choose another name, such as 'wp_ref'"
         )
     return number, name
 
@@ -71,11 +71,11 @@ class Canvas(Protocol):
     """Shows spheres to the user."""
 
     def show(self, robot: int, name: str, sphere: Sphere) -> None:
-        """Show a sphere in place of the last one of this robot and name."""
+        """Show a sphere in place of the previous one of this robot and name."""
 
     def extend_trail(self, robot: int, name: str, sphere: Sphere) -> None:
         """Add a sphere to the trail of this robot and name."""
 
 
 canvas: Canvas | None = None
-"""The canvas of this process; None draws nothing."""
+"""Canvas of this process; None draws nothing."""

@@ -1,10 +1,10 @@
-"""Network as a control script may ask about it: `from setcmas_ctrl import network`.
+"""Communication network, for control scripts: `from setcmas_ctrl import network`.
 
     def control(robotNo, nbRobots, poses, t):
-        for j in network.neighbours():            # robots that this robot hears
+            for j in network.neighbours():            # robots whose states this robot receives
             weight = network.adjacency()[robotNo - 1, j - 1]
 
-The answers are those for the robot whose `control` is being called, at this time.
+The answers are for the robot whose `control` is running, at the current time.
 """
 
 from __future__ import annotations
@@ -12,33 +12,33 @@ from __future__ import annotations
 from setcmas_ctrl.communication import graph as communication_graph
 from setcmas_simu.arrays import Floats
 
-# Robots of a process share this module: each call of a control law sets the two anew.
+# All robots of a process share this module: each call of a control law sets both anew.
 _robot = 0
 _adjacency: Floats | None = None
 
 
 def neighbours() -> list[int]:
-    """Return the numbers of the robots that this robot hears, sorted.
+    """Return the numbers of the robots whose states this robot receives, sorted.
 
     Raises:
-        RuntimeError: No `control` is being called.
+        RuntimeError: Called outside `control`.
     """
     return communication_graph.neighbours(adjacency(), _robot)
 
 
 def adjacency() -> Floats:
-    """Return the adjacency matrix: [i - 1, j - 1] is the weight with which i hears j, 0 if not.
+    """Return the adjacency matrix: [i - 1, j - 1] is the weight that i gives j, 0 without a link.
 
     Returns:
         A read-only array of shape (nbRobots, nbRobots).
 
     Raises:
-        RuntimeError: No `control` is being called.
+        RuntimeError: Called outside `control`.
     """
     if _adjacency is None:
         raise RuntimeError(
-            'network answers only while setcmas calls control; '
-            'to try a function by itself: from setcmas_tools import simulate'
+            'network works only while setcmas calls control; '
+            'to try a function alone: from setcmas_tools import simulate'
         )
     return _adjacency
 
@@ -47,18 +47,18 @@ def laplacian() -> Floats:
     """Return the Laplacian of the graph, diag(sum_j a_ij) - A, shape (nbRobots, nbRobots).
 
     Raises:
-        RuntimeError: No `control` is being called.
+        RuntimeError: Called outside `control`.
     """
     return communication_graph.laplacian(adjacency())
 
 
 def begin_call(robot: int, matrix: Floats) -> None:
-    """Answer for a robot from now on (for those who call control laws)."""
+    """Answer for a robot from now on (for callers of control laws)."""
     global _robot, _adjacency
     _robot, _adjacency = robot, matrix
 
 
 def end_call() -> None:
-    """Answer no more."""
+    """Stop answering."""
     global _adjacency
     _adjacency = None

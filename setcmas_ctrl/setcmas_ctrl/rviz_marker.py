@@ -1,4 +1,4 @@
-"""Drawing for control scripts: one marker, kept up to date on /tb3_i/<marker_name>."""
+"""Drawing for control scripts: one marker, updated on /tb3_i/<marker_name>."""
 
 from __future__ import annotations
 
@@ -19,16 +19,16 @@ def publish_marker(
 ) -> None:
     """Show a sphere; the next call with the same robot and name moves it.
 
-    Offline runs keep it in drawings.csv.
+    Offline runs write it to drawings.csv.
 
     Args:
         x: Position of the centre in the world frame, in m.
         y: As x.
         z: As x.
-        robotNo: Number of the robot that the marker belongs to.
+        robotNo: Number of the marker's robot.
         color: Red, green and blue, each in [0, 1].
         scale: Diameter in m.
-        marker_name: Last part of the topic's name, such as 'wp_ref'.
+        marker_name: Last part of the topic name, such as 'wp_ref'.
         alpha: Opacity in [0, 1].
     """
     sphere = drawing.sphere(x, y, z, scale, color, alpha)

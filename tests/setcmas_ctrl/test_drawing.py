@@ -28,19 +28,19 @@ def test_mistakes_in_drawing_are_told_without_ros_too(script, module, arguments)
     call = f'{module}.publish_marker({arguments})'
     path = script(f'import {module}\ndef control(i, n, p, t):\n    {call}\n    return 0, 0\n')
 
-    with pytest.raises(TypeError, match=r'they must be numbers, and color \[red, green, blue\]'):
+    with pytest.raises(TypeError, match=r'must be numbers, and color \[red, green, blue\]'):
         load_control(Path(path), 1)(1, 1, None, 0.0)
 
 
 @pytest.mark.parametrize(
     ('arguments', 'message'),
     [
-        ('1, 2, 0, i, marker_name="my ref"', 'they must be the number of a robot and a name'),
-        ('1, 2, 0, i, marker_name=""', 'they must be the number of a robot and a name'),
-        ('1, 2, 0, i, marker_name=3', 'they must be the number of a robot and a name'),
-        ('1, 2, 0, "tb3_1"', 'they must be the number of a robot and a name'),
-        ('1, 2, 0, 0.5', 'they must be the number of a robot and a name'),
-        ('1, 2, 0, i, marker_name="odom"', 'is a topic of the robot itself'),
+        ('1, 2, 0, i, marker_name="my ref"', 'must be a robot number and a name'),
+        ('1, 2, 0, i, marker_name=""', 'must be a robot number and a name'),
+        ('1, 2, 0, i, marker_name=3', 'must be a robot number and a name'),
+        ('1, 2, 0, "tb3_1"', 'must be a robot number and a name'),
+        ('1, 2, 0, 0.5', 'must be a robot number and a name'),
+        ('1, 2, 0, i, marker_name="odom"', 'a topic of the robot itself'),
     ],
 )
 def test_names_that_cannot_be_drawn_on_are_told_without_ros_too(script, arguments, message):

@@ -59,7 +59,7 @@ def test_numbers_are_those_of_the_built_in_law(path):
 SOLUTIONS = {
     'consensus': [('        pass\n', '        v += -K / nbRobots * (p - positions[:, j])\n')],
     'nav_wp': [
-        ('    # TODO 1: choose v\n', '    v = KP * (w - p)\n'),
+        ('    # TODO 1: compute v\n', '    v = KP * (w - p)\n'),
         (
             '    return v[0]',
             '    if np.linalg.norm(w - p) < REACHED:\n'

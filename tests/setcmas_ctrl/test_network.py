@@ -62,15 +62,15 @@ def test_a_law_that_uses_what_it_does_not_hear_is_told_so(tmp_path):
     reports.failed(2, 0.0, error.value)
 
     assert 'control returned a value that is not finite' in said[0]
-    assert 'tb3_2 does not hear robot 4: poses is NaN there' in said[0]
+    assert 'tb3_2 receives nothing from robot 4: poses has NaN there' in said[0]
     assert 'network.neighbours()' in said[0]
-    assert 'tb3_2 is commanded zero' in said[0]
+    assert 'tb3_2 gets zero velocity' in said[0]
 
 
 def test_other_failures_say_nothing_of_the_network(tmp_path):
     with pytest.raises(ControlError) as error:
         law(tmp_path, 'return 1 / 0 * poses')(np.full((3, 4), np.nan), 0.0)
-    assert 'hear' not in str(error.value)
+    assert 'receives' not in str(error.value)
     with pytest.raises(ControlError) as error:
         law(tmp_path, 'return np.inf, 0')(POSES, 0.0)
-    assert 'hear' not in str(error.value)
+    assert 'receives' not in str(error.value)

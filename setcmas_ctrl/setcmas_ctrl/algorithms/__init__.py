@@ -1,1 +1,1 @@
-"""Built-in control laws: what `setcmas ctrl --algo NAME` runs."""
+"""Built-in control laws, for `--algo NAME`."""

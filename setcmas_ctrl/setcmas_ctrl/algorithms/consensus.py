@@ -1,11 +1,11 @@
 """Consensus: all robots meet at the average of their positions.
 
-Each robot moves towards the average of itself and the robots that it hears:
+Each robot moves towards the average position of itself and its neighbours:
 
     v_i = -K / (1 + sum_j a_ij) sum_j a_ij (p_i - p_j)
 
-with the weights a_ij of the graph (--graph). In the complete graph that is -(K/N) times the sum
-over all others, and the positions converge to their average with rate K.
+where a_ij are the weights of the graph (--graph). In the complete graph the gain is K/N, and the
+positions converge to their average at the rate K.
 Source: Olfati-Saber and Murray, Consensus problems in networks of agents with switching topology
 and time-delays, IEEE Transactions on Automatic Control 49(9), 2004; the gain of a neighbourhood as
 in Jadbabaie, Lin and Morse, Coordination of groups of mobile autonomous agents using nearest
@@ -17,16 +17,16 @@ import numpy as np
 from setcmas_ctrl import network
 from setcmas_ctrl.control.saturation import dead_band
 
-task = 'consensus'  # what it is measured by, and drawn with
+task = 'consensus'  # selects its metrics and plots
 
 K = 0.5  # gain (1/s)
 
 
 def control(robotNo, nbRobots, poses, t):
-    """Return the velocity (vx, vy) in m/s that leads the robot to those it hears."""
+    """Return the velocity (vx, vy) in m/s that moves the robot towards its neighbours."""
     weights = network.adjacency()[robotNo - 1]
     positions = poses[:2]
     gaps = positions[:, robotNo - 1, None] - positions
-    gaps[np.isnan(gaps)] = 0.0  # of robots that it does not hear, or has not heard yet
+    gaps[np.isnan(gaps)] = 0.0  # of robots from which it has received nothing
     vx, vy = -K / (1 + weights.sum()) * gaps @ weights
     return dead_band(vx, vy)

@@ -1,12 +1,12 @@
-"""Leader-follower formation by distances: robots keep equal distances, robot 1 leads the way.
+"""Leader-follower formation by distances: robots keep equal distances and follow robot 1.
 
-The leader (robot 1) goes to its waypoint w; follower i moves with it and corrects its distances
-to all the others towards D:
+The leader (robot 1) goes to its waypoint w; follower i moves with it and drives its distances
+to all other robots towards D:
 
     v_1 = v_L = KL (w - p_1)
     v_i = v_L - (KF/N) sum_j (|p_i - p_j|^2 - D^2) (p_i - p_j)
 
-All distances can be equal for three robots only; with more the robots settle where the sum is 0.
+All distances can only be equal for up to three robots; more robots settle where the sum is 0.
 Source: S. Bertrand, SETCMAS, European Control Conference 2024; distance-based formation control
 as in Krick, Broucke and Francis, Stabilisation of infinitesimally rigid formations of multi-robot
 networks, International Journal of Control 82(3), 2009.
@@ -17,13 +17,13 @@ import rviz_marker
 
 from setcmas_ctrl.control.saturation import dead_band
 
-task = 'distances'  # what it is measured by, and drawn with
+task = 'distances'  # selects its metrics and plots
 
 WPL = [[2, 2], [-2, 2], [-2, -2], [2, -2], [2, 2]]  # waypoints of the leader (m)
 REACHED = 0.10  # a waypoint counts as reached at this distance (m)
 KL = 0.8  # gain of the leader (1/s)
 KF = 0.5  # gain of the followers (1/(m^2 s))
-D = 3.0  # wanted distance between robots (m)
+D = 3.0  # desired distance between robots (m)
 
 current = 0  # index of the leader's waypoint; every robot keeps its own
 

@@ -1,6 +1,6 @@
 """Leader-follower formation: followers keep fixed places around a leader that visits waypoints.
 
-The leader (robot 1) goes to its waypoint w, follower i to its place d_i beside the leader:
+The leader (robot 1) goes to its waypoint w, follower i to its place d_i relative to the leader:
 
     v_1 = v_L = KL (w - p_1)
     v_i = -KF ((p_i - p_1) - d_i) + v_L
@@ -16,7 +16,7 @@ import rviz_marker
 
 from setcmas_ctrl.control.saturation import dead_band
 
-task = 'formation'  # what it is measured by, and drawn with
+task = 'formation'  # selects its metrics and plots
 
 WPL = [[2, 2], [-2, 2], [-2, -2], [2, -2], [2, 2]]  # waypoints of the leader (m)
 REACHED = 0.10  # a waypoint counts as reached at this distance (m)
@@ -25,7 +25,7 @@ KF = 1.5  # gain of the followers (1/s)
 PLACES = [(-1.5, 0.866), (-1.5, -0.866), (1.5, -0.866), (1.5, 0.866)]  # of robots 2 to 5 (m)
 
 current = 0  # index of the leader's waypoint; every robot keeps its own
-place = None  # where this robot goes beside the leader (m)
+place = None  # place of this robot relative to the leader (m)
 
 
 def places_of(followers):
@@ -40,7 +40,7 @@ def places_of(followers):
 
 
 def references(nbRobots):
-    """Return the places of the followers, and where the leader goes, for metrics and plots."""
+    """Return the places of the followers, for metrics and plots."""
     return {'PLACES': places_of(max(1, nbRobots - 1))}
 
 

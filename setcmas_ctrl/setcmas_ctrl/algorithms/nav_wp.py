@@ -1,10 +1,10 @@
-"""Waypoint navigation: each robot visits the same list of waypoints, over and over.
+"""Waypoint navigation: each robot visits the same list of waypoints again and again.
 
 Proportional control of a single integrator p' = v towards the current waypoint w:
 
     v = KP (w - p)
 
-The next waypoint is taken once the robot is within 0.10 m of the current one.
+The robot continues with the next waypoint within 0.10 m of the current one.
 Source: S. Bertrand, SETCMAS, European Control Conference 2024; proportional regulation of a
 single integrator as in Mesbahi and Egerstedt, Graph Theoretic Methods in Multiagent Networks,
 2010, chapter 3.
@@ -15,7 +15,7 @@ import rviz_marker
 
 from setcmas_ctrl.control.saturation import dead_band
 
-task = 'waypoints'  # what it is measured by, and drawn with
+task = 'waypoints'  # selects its metrics and plots
 
 WPL = [[2, 2], [-2, 2], [-2, -2], [2, -2], [2, 2]]  # waypoints (m)
 KP = 0.8  # gain (1/s)
@@ -25,7 +25,7 @@ current = 0  # index of the current waypoint
 
 
 def control(robotNo, nbRobots, poses, t):
-    """Return the velocity (vx, vy) in m/s that leads the robot to its current waypoint."""
+    """Return the velocity (vx, vy) in m/s that moves the robot to its current waypoint."""
     global current
     waypoint = WPL[current]
     rviz_marker.publish_marker(

@@ -1,7 +1,7 @@
-"""Trajectory tracking: each robot follows a point that goes round a circle.
+"""Trajectory tracking: each robot follows a point that moves on a circle.
 
 The reference is r(t) = R (cos(W t), sin(W t)), with t counted from the script's first call.
-Proportional control with the reference's velocity fed forward:
+Proportional control with feedforward of the reference's velocity:
 
     v = KP (r - p) + dr/dt
 
@@ -14,7 +14,7 @@ import rviz_marker_array
 
 from setcmas_ctrl.control.saturation import dead_band
 
-task = 'tracking'  # what it is measured by, and drawn with
+task = 'tracking'  # selects its metrics and plots
 
 R = 2.0  # radius of the circle (m)
 W = 0.2  # angular rate along the circle (rad/s)

@@ -12,12 +12,12 @@ from setcmas_simu.arrays import Floats
 
 @dataclass(frozen=True)
 class LinkChannel:
-    """How one link differs from the others; None where it does not.
+    """Properties of one link; None where they are those of all links.
 
     Attributes:
-        receiver: Number of the robot that hears.
-        sender: Number of the robot that is heard.
-        delay: In s.
+        receiver: Number of the receiving robot.
+        sender: Number of the sending robot.
+        delay: Delay in s.
         loss: Probability that a message is lost.
         noise: Standard deviation of the noise on each coordinate of a received position, in m.
     """
@@ -31,11 +31,11 @@ class LinkChannel:
 
 @dataclass(frozen=True)
 class Channel:
-    """The links of a fleet, [i][j] of each matrix for robot i + 1 that hears robot j + 1.
+    """Properties of all links; row i, column j is the link to robot i + 1 from robot j + 1.
 
     Attributes:
-        delay: In s, shape (N, N).
-        loss: Probabilities from 0 to 1, shape (N, N).
+        delay: Delays in s, shape (N, N).
+        loss: Probabilities of loss, shape (N, N).
         noise: Standard deviations in m, shape (N, N).
     """
 
@@ -52,7 +52,7 @@ class Channel:
         noise: float = 0.0,
         links: Iterable[LinkChannel] = (),
     ) -> Channel:
-        """Return links that are all alike, but for those that are named."""
+        """Return equal links, except for those listed in `links`."""
         shape = (nb_robots, nb_robots)
         channel = cls(np.full(shape, delay), np.full(shape, loss), np.full(shape, noise))
         for link in links:
@@ -63,10 +63,10 @@ class Channel:
 
     @property
     def is_random(self) -> bool:
-        """Whether messages may be lost or changed."""
+        """Whether links lose or change messages at random."""
         return bool(self.loss.any() or self.noise.any())
 
     @property
     def is_perfect(self) -> bool:
-        """Whether every message arrives at once and as it was."""
+        """Whether every message arrives at once and unchanged."""
         return not (self.is_random or self.delay.any())

@@ -22,14 +22,14 @@ from setcmas_simu.errors import SetcmasError
 
 @dataclass(frozen=True)
 class Communication:
-    """How a fleet communicates.
+    """Communication of a fleet.
 
     Attributes:
         graph: Who hears whom.
-        channel: What happens to messages on their way.
+        channel: Delay, loss and noise of the links.
         event_triggered: Whether robots send their state only when a condition triggers.
-        seed: Chooses the random numbers of the links.
-        threshold: That of the default condition in m.
+        seed: Seed of the links' random numbers.
+        threshold: Threshold of the default condition in m.
     """
 
     graph: CommunicationGraph
@@ -41,17 +41,17 @@ class Communication:
 
     @property
     def is_ideal(self) -> bool:
-        """Whether all robots know the newest pose of each other, as in the ROS 1 stack."""
+        """Whether all robots know all newest poses, as in the ROS 1 stack."""
         return self.reaches_all and not self.event_triggered
 
     @property
     def reaches_all(self) -> bool:
-        """Whether each message arrives at every robot, at once and as it was."""
+        """Whether each message reaches every robot at once and unchanged."""
         return self.graph.is_complete and self.channel.is_perfect
 
     @property
     def needs_all_poses(self) -> bool:
-        """Whether it takes the newest pose of every robot to tell who hears what."""
+        """Whether the links depend on the newest pose of every robot."""
         return self.graph.needs_places or not self.event_triggered
 
     @property
@@ -61,7 +61,7 @@ class Communication:
 
     @property
     def condition_script(self) -> Path | None:
-        """The script of the triggering condition, if it is one."""
+        """Script of the triggering condition; None if it is no script."""
         condition = self._condition
         return Path(condition) if isinstance(condition, (str, Path)) else None
 
@@ -70,10 +70,10 @@ class Communication:
         return Links(receivers, self.channel, self.seed)
 
     def broadcast(self, robot: int, reports: ErrorReports) -> Broadcast:
-        """Return what decides when a robot sends its state.
+        """Return the object that decides when a robot sends its state.
 
         Raises:
-            SetcmasError: The condition cannot be loaded.
+            SetcmasError: The condition does not load.
         """
         if script := self.condition_script:
             return Broadcast.of_script(robot, script, reports)
@@ -87,15 +87,15 @@ class Communication:
 def chosen_communication(
     nb_robots: int, options: CommunicationOptions | None = None, seed: int = 0
 ) -> Communication:
-    """Return how a fleet of nb_robots communicates.
+    """Return the communication of a fleet of nb_robots.
 
     Args:
         nb_robots: Size of the fleet.
-        options: Who hears whom, when, and how badly; None is all, at once, as it was.
-        seed: Chooses the random numbers of the links.
+        options: Options of a command; None is ideal communication.
+        seed: Seed of the links' random numbers.
 
     Raises:
-        SetcmasError: The graph does not suit the fleet, or there is no such condition.
+        SetcmasError: The graph does not suit the fleet, or the condition does not exist.
     """
     chosen = options or CommunicationOptions()
     description = graph_description(chosen.graph)
@@ -111,14 +111,14 @@ def chosen_communication(
 
 
 def check_communication(options: CommunicationOptions, nb_robots: int | None) -> None:
-    """See that options can be followed, before anything starts.
+    """Check options of communication before anything starts.
 
     Args:
-        options: Those of a command.
-        nb_robots: Size of the fleet, if it is known already.
+        options: Options of a command.
+        nb_robots: Size of the fleet, if known.
 
     Raises:
-        SetcmasError: They cannot.
+        SetcmasError: An option is invalid.
     """
     condition = options.found().ctc
     if isinstance(condition, (str, Path)):
@@ -129,10 +129,10 @@ def check_communication(options: CommunicationOptions, nb_robots: int | None) ->
 
 
 def graph_description(graph: Graph) -> GraphDescription:
-    """Return what a preset's name, a graph file or an adjacency matrix says.
+    """Return the graph of a preset's name, a graph file or an adjacency matrix.
 
     Raises:
-        SetcmasError: There is no such preset or file, or the file is malformed.
+        SetcmasError: The preset or file does not exist, or the file is malformed.
     """
     if not isinstance(graph, (str, Path)):
         build = partial(checked_adjacency, graph)
@@ -145,13 +145,13 @@ def graph_description(graph: Graph) -> GraphDescription:
         near = difflib.get_close_matches(_preset(graph), PRESETS, n=2)
         hint = f'did you mean {" or ".join(near)}? ' if near else ''
         raise SetcmasError(
-            f"graph '{graph}' is unknown; {hint}it must be {', '.join(PRESETS)} or a YAML file"
+            f"unknown graph '{graph}'; {hint}it must be {', '.join(PRESETS)} or a YAML file"
         )
     return load_graph(path)
 
 
 def graph_file(graph: str | Path) -> Path | None:
-    """Return the file that `--graph` means, which may not exist; None if it is a preset."""
+    """Return the file in `--graph`, whether or not it exists; None for a preset."""
     return None if _preset(graph) in PRESETS else Path(graph)
 
 

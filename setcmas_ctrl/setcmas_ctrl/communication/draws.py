@@ -1,4 +1,4 @@
-"""Random numbers of messages: hashes of what each message is, whatever was drawn before."""
+"""Random numbers of messages: each is a hash of the message's identity, independent of order."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ _BITS = 53  # of a float's significand
 
 
 def streams(*parts: ArrayLike) -> Words:
-    """Return a stream of random words for each combination of whole numbers, such as a link's.
+    """Return a stream of random words for each combination of whole numbers, such as a link.
 
     Args:
         parts: Arrays of whole numbers that broadcast to a shape (n,).
@@ -29,13 +29,13 @@ def streams(*parts: ArrayLike) -> Words:
 
 
 def word(stream: Words, index: NDArray[Any]) -> Words:
-    """Return the words at places of streams, uniform in 0 .. 2^64 - 1.
+    """Return random words at given indices of streams, uniform in 0 .. 2^64 - 1.
 
     SplitMix64, whose output is a hash of a counter (Steele, Lea and Flood, Fast splittable
     pseudorandom number generators, OOPSLA 2014; the finaliser is Stafford's variant 13).
 
     Args:
-        stream: As `streams` gives them, shape (n,).
+        stream: Streams from `streams`, shape (n,).
         index: Whole numbers from 0, of a shape that broadcasts to (n,) or (k, n).
     """
     words: Words = index.astype(np.uint64) * _GAMMA + stream
@@ -48,21 +48,21 @@ def word(stream: Words, index: NDArray[Any]) -> Words:
 
 
 def thresholds(probability: Floats) -> Words:
-    """Return what `happens` compares words with, shape as that of the probabilities."""
+    """Return thresholds for `happens` from probabilities, the same shape."""
     return np.ceil(probability * 2.0**_BITS).astype(np.uint64)
 
 
 def happens(words: Words, threshold: Words) -> NDArray[np.bool_]:
-    """Return whether events happen: a uniform number in [0, 1) is below their probability."""
+    """Return whether each event happens: its uniform number in [0, 1) is below its probability."""
     result: NDArray[np.bool_] = words >> (64 - _BITS) < threshold
     return result
 
 
 def normal(words: Words) -> Floats:
-    """Return two independent standard normal numbers for each pair of words, shapes (2, n).
+    """Return two independent standard normal numbers per pair of words, shape (2, n).
 
-    The transform of Box and Muller (Annals of Mathematical Statistics 29(2), 1958). The words are
-    equal on every machine, the numbers as far as its logarithm, sine and cosine are.
+    Box-Muller transform (Annals of Mathematical Statistics 29(2), 1958). The words are the same on
+    every machine; the numbers are as far as its logarithm, sine and cosine are.
     """
     u, v = (words >> (64 - _BITS)) * 2.0**-_BITS
     result: Floats = np.empty(words.shape)

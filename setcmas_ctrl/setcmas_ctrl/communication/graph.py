@@ -21,31 +21,31 @@ _SAME_TIME_S = 1e-9
 
 @lru_cache(maxsize=8)
 def complete(nb_robots: int) -> Floats:
-    """Return the adjacency matrix in which every robot hears every other; it is read-only."""
+    """Return the adjacency matrix of the complete graph; it is read-only."""
     return _read_only(1.0 - np.eye(nb_robots))
 
 
 def directed_ring(nb_robots: int) -> Floats:
-    """Return the adjacency matrix in which robot i hears robot i + 1, and the last the first."""
+    """Return the adjacency matrix of a directed ring: robot i receives from i + 1."""
     ahead: Floats = np.roll(np.eye(nb_robots), 1, axis=1)
-    np.fill_diagonal(ahead, 0.0)  # of a single robot
+    np.fill_diagonal(ahead, 0.0)  # for a single robot
     return ahead
 
 
 def ring(nb_robots: int) -> Floats:
-    """Return the adjacency matrix in which robots hear the next and the one before, in a ring."""
+    """Return the adjacency matrix of an undirected ring."""
     ahead = directed_ring(nb_robots)
     both: Floats = np.maximum(ahead, ahead.T)
     return both
 
 
 def path(nb_robots: int) -> Floats:
-    """Return the adjacency matrix of a ring that is open between the last robot and the first."""
+    """Return the adjacency matrix of a ring without the link between the last and first robot."""
     return np.eye(nb_robots, k=1) + np.eye(nb_robots, k=-1)
 
 
 def star(nb_robots: int) -> Floats:
-    """Return the adjacency matrix in which robot 1 and each of the others hear each other."""
+    """Return the adjacency matrix of a star with robot 1 in its centre."""
     adjacency = np.zeros((nb_robots, nb_robots))
     adjacency[0, 1:] = adjacency[1:, 0] = 1.0
     return adjacency
@@ -58,15 +58,15 @@ PRESETS: dict[str, Callable[[int], Floats]] = {
     'star': star,
     'directed_ring': directed_ring,
 }
-"""The graphs that have a name, by it: number of robots to adjacency matrix."""
+"""Preset graphs by name: functions from number of robots to adjacency matrix."""
 
 
 def checked_adjacency(matrix: ArrayLike, nb_robots: int) -> Floats:
-    """Return a matrix of weights as a read-only array of shape (N, N).
+    """Check a matrix of weights and return it as a read-only array of shape (N, N).
 
     Raises:
-        SetcmasError: It is no matrix of numbers, has another shape, a weight that is negative or
-            not finite, or a robot that hears itself.
+        SetcmasError: The matrix has the wrong shape, a weight that is negative or not finite, or
+            a diagonal that is not 0.
     """
     try:
         adjacency = np.array(matrix, dtype=float)
@@ -80,23 +80,25 @@ def checked_adjacency(matrix: ArrayLike, nb_robots: int) -> Floats:
     if not (np.isfinite(adjacency) & (adjacency >= 0)).all():
         raise SetcmasError('weights of the adjacency matrix must be finite and not negative')
     if adjacency.diagonal().any():
-        raise SetcmasError('the diagonal of the adjacency matrix must be 0: no robot hears itself')
+        raise SetcmasError(
+            'the diagonal of the adjacency matrix must be 0: robots have no links to themselves'
+        )
     return _read_only(adjacency)
 
 
 def with_known_rows(weights: Floats, adjacency: Floats) -> Floats:
-    """Return an adjacency matrix with what a controller process tells of the robots it controls.
+    """Update an adjacency matrix with the rows that a controller process has published.
 
     Args:
-        weights: The matrix that it published, shape (N, N); NaN where it does not know.
-        adjacency: What was known before, shape (N, N).
+        weights: The published matrix, shape (N, N); NaN in rows of other processes.
+        adjacency: The matrix before, shape (N, N).
     """
     result: Floats = np.where(np.isnan(weights), adjacency, weights)
     return result
 
 
 def neighbours(adjacency: Floats, robot: int) -> list[int]:
-    """Return the numbers of the robots that a robot hears, sorted."""
+    """Return the sorted numbers of a robot's neighbours, from which it receives."""
     return [int(index) + 1 for index in np.flatnonzero(adjacency[robot - 1])]
 
 
@@ -106,7 +108,7 @@ def laplacian(adjacency: Floats) -> Floats:
     Source: Olfati-Saber and Murray, IEEE Transactions on Automatic Control 49(9), 2004.
 
     Args:
-        adjacency: a_ij is the weight with which robot i hears robot j, shape (N, N).
+        adjacency: Weights, shape (N, N); a_ij is the weight that robot i gives robot j.
     """
     result: Floats = np.diag(adjacency.sum(axis=1)) - adjacency
     return result
@@ -122,7 +124,7 @@ class Segment:
 
 
 class CommunicationGraph:
-    """Who hears whom at each time: a graph for each segment of time, cut off at a range."""
+    """Graph as a function of time: one graph per segment, with links up to a range."""
 
     def __init__(
         self, segments: Sequence[Segment], repeat: bool = False, reach: float = math.inf
@@ -130,9 +132,9 @@ class CommunicationGraph:
         """Prepare.
 
         Args:
-            segments: One after the other from t = 0 on; the last one stays.
-            repeat: Whether they start again after the last one instead.
-            reach: Distance in m beyond which robots do not hear each other.
+            segments: Consecutive segments from t = 0; the last one stays.
+            repeat: Whether the segments repeat instead.
+            reach: Range of the links in m.
         """
         self._segments = segments
         self._reach = reach
@@ -142,29 +144,29 @@ class CommunicationGraph:
 
     @property
     def is_complete(self) -> bool:
-        """Whether every robot hears every other with weight 1 at all times."""
+        """Whether the graph is complete, with weights 1, at all times."""
         everybody = complete(len(self._segments[0].adjacency))
         same = all(np.array_equal(part.adjacency, everybody) for part in self._segments)
         return same and not self.needs_places
 
     @property
     def needs_places(self) -> bool:
-        """Whether who hears whom depends on where robots are."""
+        """Whether the graph depends on the robots' positions."""
         return self._reach < math.inf
 
     def segment(self, t: float) -> Segment:
-        """Return the segment of a time t in s since the run started."""
+        """Return the segment at time t in s."""
         if self._period < math.inf:
             t = math.fmod(t + _SAME_TIME_S, self._period)
         return self._segments[max(0, bisect_right(self._begins, t + _SAME_TIME_S) - 1)]
 
     def adjacency(self, t: float, positions: Floats) -> Floats:
-        """Return the weights with which each robot (row) hears each other (column).
+        """Return the weight that each robot (row) gives each other robot (column).
 
         Args:
             t: Time since the run started, in s.
-            positions: Rows x, y in m, shape (2, N); NaN for a robot whose place is not known,
-                which is out of range.
+            positions: Rows x, y in m, shape (2, N); a robot with NaN, whose position is unknown,
+                is out of range.
 
         Returns:
             A read-only array of shape (N, N), the same object while nothing changes.
@@ -186,19 +188,19 @@ Change = tuple[float, int, int, float]
 
 
 class GraphChanges:
-    """Notes the links whose weight changes.
+    """Records the links whose weight changes.
 
     Attributes:
         rows: Time in s, receiver, sender and new weight of each change.
     """
 
     def __init__(self, nb_robots: int) -> None:
-        """Start without any link."""
+        """Start without links."""
         self.rows: list[Change] = []
         self._last: Floats = np.zeros((nb_robots, nb_robots))
 
     def note(self, t: float, adjacency: Floats) -> bool:
-        """Note the graph of a time t (s), shape (N, N); returns whether it is another one."""
+        """Record the graph at a time t (s), shape (N, N); return whether it has changed."""
         if adjacency is self._last or np.array_equal(adjacency, self._last):
             return False
         for i, j in zip(*np.nonzero(adjacency != self._last), strict=True):

@@ -1,6 +1,6 @@
-"""Communication graphs in YAML files: matrices or lists of links, switching, imperfect links.
+"""Communication graphs in YAML files: matrices or edges, switching graphs, imperfect links.
 
-docs/communication.md tells the format.
+docs/communication.md describes the format.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from setcmas_simu.errors import SetcmasError
 from setcmas_simu.yaml_entries import Entry, read_entries
 
 _LINK = re.compile(r'\s*([1-9]\d{0,3})\s*(-|<-|->)\s*([1-9]\d{0,3})\s*')
-_LINK_FORM = "'1 - 2' (robots 1 and 2 hear each other), '1 <- 2' (1 hears 2) or '2 -> 1'"
+_LINK_FORM = "'1 - 2' (both directions), '1 <- 2' (1 receives from 2) or '2 -> 1' (the same)"
 _GRAPH_KEYS = ('graph', 'adjacency', 'edges')
 
 Build = Callable[[int], Floats]
@@ -30,11 +30,11 @@ Pairs = list[tuple[int, int]]
 
 @dataclass(frozen=True)
 class GraphDescription:
-    """What is said of a graph, for fleets of any size that suits it.
+    """Content of a graph file, for any suitable fleet size.
 
     Attributes:
-        repeat: Whether the segments start again after the last one.
-        links: The links that differ from the others.
+        repeat: Whether the segments repeat after the last one.
+        links: Links whose properties differ from the others.
     """
 
     repeat: bool
@@ -44,11 +44,11 @@ class GraphDescription:
     _largest_robot: int = 0
 
     def segments(self, nb_robots: int) -> list[Segment]:
-        """Return the graphs of a fleet.
+        """Return the graphs for a fleet.
 
         Raises:
-            SetcmasError: The file names a robot that is not in the fleet, or holds a matrix of
-                another size.
+            SetcmasError: The file names a robot outside the fleet, or has a matrix of another
+                size.
         """
         if self._largest and self._largest_robot > nb_robots:
             raise self._largest.error(
@@ -64,13 +64,13 @@ def load_graph(path: Path) -> GraphDescription:
     """Read a graph file.
 
     Raises:
-        SetcmasError: It cannot be read or has another form; the message tells the line.
+        SetcmasError: The file cannot be read, or is malformed; the message has the line.
     """
     return _Parser().parse(read_entries(path))
 
 
 class _Parser:
-    """Turns the entries of a file into graphs, and remembers the largest robot it names."""
+    """Turns the entries of a file into graphs, and finds the largest robot number."""
 
     def __init__(self) -> None:
         self._largest: Entry | None = None
@@ -81,7 +81,7 @@ class _Parser:
         if 'segments' in keys:
             for key in _GRAPH_KEYS:
                 if key in keys:
-                    raise keys[key].error(f"'{key}' belongs into the segments")
+                    raise keys[key].error(f"'{key}' belongs in the segments")
             segments = [self._segment(entry, k) for k, entry in self._numbered(keys['segments'])]
         else:
             if 'repeat' in keys:
@@ -90,7 +90,7 @@ class _Parser:
         repeat = 'repeat' in keys and keys['repeat'].flag()
         ends = [duration for _, duration, _ in segments]
         if math.inf in (ends if repeat else ends[:-1]):
-            raise keys['segments'].error('every segment but the last needs a duration (s)')
+            raise keys['segments'].error('every segment except the last needs a duration (s)')
         links = _items(keys['links']) if 'links' in keys else []
         channels = [channel for entry in links for channel in self._channels(entry)]
         return GraphDescription(repeat, channels, segments, self._largest, self._largest_robot)
@@ -140,7 +140,7 @@ class _Parser:
             pairs, weight = self._edge(item)
             for receiver, sender in pairs:
                 if (receiver, sender) in weights:
-                    raise item.error(f"'{receiver} <- {sender}' is there twice; leave one out")
+                    raise item.error(f"'{receiver} <- {sender}' appears twice; remove one")
                 weights[receiver, sender] = weight
 
         def build(nb_robots: int) -> Floats:
@@ -166,7 +166,7 @@ class _Parser:
             raise entry.mistake(_LINK_FORM)
         first, arrow, second = int(found[1]), found[2], int(found[3])
         if first == second:
-            raise entry.error(f"'{text}': no robot hears itself")
+            raise entry.error(f"'{text}': robots have no links to themselves")
         if max(first, second) > self._largest_robot:
             self._largest, self._largest_robot = entry, max(first, second)
         both = [(first, second), (second, first)]
@@ -175,7 +175,7 @@ class _Parser:
     def _channels(self, entry: Entry) -> list[LinkChannel]:
         keys = entry.fields(('link', 'delay', 'loss', 'noise'))
         if 'link' not in keys:
-            raise entry.error(f"it has no 'link'; it must be {_LINK_FORM}")
+            raise entry.error(f"'link' is missing; it must be {_LINK_FORM}")
         values: dict[str, Any] = {
             name: keys[name].number(least=0.0, most=most)
             for name, most in (('delay', math.inf), ('loss', 1.0), ('noise', math.inf))
@@ -189,5 +189,5 @@ class _Parser:
 
 def _items(entry: Entry) -> list[Entry]:
     if not (items := entry.items()):
-        raise entry.mistake('a list that is not empty')
+        raise entry.mistake('a non-empty list')
     return items

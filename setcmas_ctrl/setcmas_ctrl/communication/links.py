@@ -1,4 +1,4 @@
-"""Imperfect links: messages under way, and what each robot has heard last."""
+"""Imperfect links: messages in transit, and the last state that each robot has received."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ class Links:
     the last state of the sender is sent over it once more: it is latched.
 
     Attributes:
-        counts: What went over the links since `begin`.
+        counts: Counts of messages since `begin`.
     """
 
     def __init__(self, receivers: Sequence[int], channel: Channel, seed: int) -> None:
@@ -58,34 +58,34 @@ class Links:
         self._last_sent = np.full((3, nb_robots), np.nan)
         self._numbers = np.full(nb_robots, -1)
         self._times_up = np.zeros(shape, dtype=int)
-        # A queue for each delay: within one, messages arrive in the order in which they were sent.
+        # A queue per delay: with equal delays, messages arrive in the order of sending.
         self._on_the_way: dict[float, deque[Messages]] = {
             delay: deque() for delay in np.unique(self._channel.delay).tolist()
         }
         self.counts = LinkCounts.zero(*shape)
         self._flat = LinkCounts(*(count.reshape(-1) for count in vars(self.counts).values()))
-        self._all_heard = False  # whether a message has arrived over each link that is up
+        self._all_received = False  # whether each link that is up has delivered a message
 
     @property
     def last_sent(self) -> Floats:
-        """What each robot has sent last: rows x, y, theta, shape (3, N); NaN for nothing yet."""
+        """Last state sent by each robot: rows x, y, theta, shape (3, N); NaN for none yet."""
         return self._last_sent
 
     def begin(self, adjacency: Floats) -> None:
         """Bring up the links of a graph at the start of the run."""
         self._wire(adjacency, self._wanted(adjacency))
         routes = self._routes[self._numbers[self._routes.senders] >= 0]
-        self._flat_held[routes.held] = self._as_heard(routes)
+        self._flat_held[routes.held] = self._with_noise(routes)
 
     def connect(self, adjacency: Floats, now: float) -> None:
-        """Bring links up and down as a graph wants it; `now` is in s on any steady clock."""
+        """Bring links up and down to match a graph; `now` is in s on any steady clock."""
         if adjacency is self._adjacency:
             return
         wanted = self._wanted(adjacency)
         if np.array_equal(wanted, self._up):
             self._adjacency = adjacency
             return
-        self._deliver(now)  # what has arrived before a link goes down is not lost
+        self._deliver(now)  # messages that arrived before a link goes down are not lost
         rows, senders = np.nonzero(self._up & ~wanted)
         self._held[rows, :, senders] = np.nan
         new = wanted & ~self._up & (self._numbers >= 0)
@@ -95,10 +95,10 @@ class Links:
         self._carry(self._routes_of(new, streams), now)
 
     def send(self, senders: Sequence[int] | Indices, poses: Floats, now: float) -> None:
-        """Take messages that robots broadcast.
+        """Send messages that robots broadcast.
 
         Args:
-            senders: Columns of the robots that send, sorted.
+            senders: Columns of the sending robots, sorted.
             poses: Their poses: rows x, y in m and theta in rad, shape (3, number of senders).
             now: Time in s.
         """
@@ -108,15 +108,15 @@ class Links:
         self._last_sent[:, columns] = poses
         self._carry(self._routes.sent_by(columns, len(self._numbers)), now)
 
-    def heard(self, own_poses: Floats, now: float) -> Floats:
-        """Return the poses that each receiver knows at a time, its own one exactly.
+    def known_poses(self, own_poses: Floats, now: float) -> Floats:
+        """Return the poses that each receiver knows at a time, with its own pose exact.
 
         Args:
             own_poses: Poses of the receivers, shape (3, R).
             now: Time in s, not before that of earlier calls.
 
         Returns:
-            Shape (R, 3, N), NaN for robots that are not heard; valid until the next call.
+            Shape (R, 3, N), NaN for unknown robots; valid until the next call.
         """
         self._deliver(now)
         self._flat_held[self._own] = own_poses
@@ -128,7 +128,7 @@ class Links:
     def _wire(self, adjacency: Floats, up: NDArray[np.bool_]) -> None:
         self._adjacency, self._up = adjacency, up
         self._routes = self._routes_of(up, self._streams)
-        self._all_heard = False
+        self._all_received = False
 
     def _routes_of(self, up: NDArray[np.bool_], streams: draws.Words) -> Routes:
         return Routes.of(up, self._channel, streams)
@@ -139,14 +139,14 @@ class Links:
                 self._arrive(queue.popleft())
 
     def _carry(self, routes: Routes, now: float) -> None:
-        """Send the last states of the senders over links."""
+        """Send the senders' last states over links."""
         self._flat.sent[routes.cells] += 1
         lost = None
         if self._is_lossy:
             words = draws.word(routes.streams, self._numbers[routes.senders] * _DRAWS)
             lost = draws.happens(words, routes.loss)
             self._flat.lost[routes.cells] += lost
-        poses = self._as_heard(routes)
+        poses = self._with_noise(routes)
         for delay, queue in self._on_the_way.items():
             which = self._arriving(routes, lost, delay)
             cells, held = routes.cells[which], routes.held[:, which]
@@ -157,13 +157,13 @@ class Links:
                 self._arrive(messages)
 
     def _arriving(self, routes: Routes, lost: NDArray[np.bool_] | None, delay: float) -> Choice:
-        """Return on which of some links messages arrive after a delay in s."""
+        """Return the links on which messages arrive after a delay in s."""
         if len(self._on_the_way) == 1:
             return slice(None) if lost is None else (~lost).nonzero()[0]
         late: NDArray[np.bool_] = routes.delay == delay
         return late if lost is None else late & ~lost
 
-    def _as_heard(self, routes: Routes) -> Floats:
+    def _with_noise(self, routes: Routes) -> Floats:
         poses = self._last_sent[:, routes.senders]
         if self._is_noisy:
             words = draws.word(routes.streams, self._numbers[routes.senders] * _DRAWS + _OF_NOISE)
@@ -177,9 +177,9 @@ class Links:
             up = self._up.reshape(-1)[cells]
             counts.lost[cells[~up]] += 1
             cells, held, poses = cells[up], held[:, up], poses[:, up]
-        if not self._all_heard:
+        if not self._all_received:
             counts.first[cells[np.isnan(counts.first[cells])]] = arrival
-            self._all_heard = not np.isnan(counts.first[self._routes.cells]).any()
+            self._all_received = not np.isnan(counts.first[self._routes.cells]).any()
         counts.last[cells] = arrival
         counts.received[cells] += 1
         self._flat_held[held] = poses
@@ -189,11 +189,11 @@ class Messages(NamedTuple):
     """Messages that arrive together.
 
     Attributes:
-        arrival: When, in s.
-        cells: As in `Routes`, of the links that they are on, shape (n,).
+        arrival: Time of arrival in s.
+        cells: Their links, as in `Routes`, shape (n,).
         held: As in `Routes`, shape (3, n).
-        poses: What they say: rows x, y in m and theta in rad, shape (3, n).
-        routes: The links that were up when they were sent.
+        poses: Transmitted poses: rows x, y in m and theta in rad, shape (3, n).
+        routes: Links that were up at the time of sending.
     """
 
     arrival: float

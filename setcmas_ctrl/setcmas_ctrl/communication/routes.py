@@ -15,14 +15,14 @@ from setcmas_simu.arrays import Floats
 
 @dataclass
 class LinkCounts:
-    """What went over links; rows are receivers, columns are senders.
+    """Counts of messages on links; rows are receivers, columns are senders.
 
     Attributes:
-        sent: Messages that were sent while the receiver heard the sender.
-        received: Those that have arrived.
-        lost: Those that never will.
-        first: Time at which the first one arrived in s, NaN if none has.
-        last: Time at which the last one arrived in s, NaN if none has.
+        sent: Messages sent while the link was up.
+        received: Messages that arrived.
+        lost: Messages that were lost.
+        first: Time of the first arrival in s; NaN if none.
+        last: Time of the last arrival in s; NaN if none.
     """
 
     sent: NDArray[np.int64]
@@ -53,7 +53,7 @@ Choice = slice | Indices | NDArray[np.bool_]
 
 @dataclass(frozen=True, slots=True)
 class Routes:
-    """Some links from N senders to each of R receivers, sorted by sender.
+    """Links from N senders to R receivers, sorted by sender.
 
     Attributes:
         senders: Columns of the senders, shape (n,).
@@ -62,7 +62,7 @@ class Routes:
         delay: In s, shape (n,).
         loss: Thresholds of `draws.happens`, shape (n,).
         noise: Standard deviations in m, shape (n,).
-        streams: Of random words, shape (n,).
+        streams: Streams of random words, shape (n,).
     """
 
     senders: Indices
@@ -95,7 +95,7 @@ class Routes:
         )
 
     def __getitem__(self, which: Choice) -> Routes:
-        """Return some of the links."""
+        """Return a selection of the links."""
         return Routes(
             self.senders[which],
             self.cells[which],

@@ -1,12 +1,12 @@
-"""Event-triggered broadcast: a robot sends its state when a condition on the last sent holds.
+"""Event-triggered broadcast: a robot sends its state when a condition holds.
 
-A student's condition is a function `ctc` in a script, in one of two forms:
+The student's condition is a function `ctc` in a script, in one of two forms:
 
     def ctc(pos, last_pos, t): -> bool
     def ctc(pos, vit, last_pos, last_vit, t): -> bool
 
 pos: position x, y, 0 in m; vit: velocity vx, vy, 0 in m/s, both in the world frame; last_pos and
-last_vit: those of the state that was sent last; t: time since the run started, in s.
+last_vit: the same in the last state sent; t: time since the start of the run, in s.
 """
 
 from __future__ import annotations
@@ -37,10 +37,10 @@ State = tuple[tuple[float, float, float], float]
 """Pose x, y in m and theta in rad, and forward speed in m/s."""
 
 THRESHOLD_M = 0.25
-"""Default distance from the position sent last at which a robot sends its state, in m."""
+"""Default distance in m from the last position sent at which a robot sends its state."""
 
 CTC = 'ctc(pos, last_pos, t)'
-"""The function that a script with a condition must have, in its short form."""
+"""The function that a script with a condition must define, in its short form."""
 
 CONSEQUENCE = 'sends its state whenever the condition fails'
 """What happens to a robot whose condition fails."""
@@ -51,7 +51,7 @@ _FORMS = f'{CTC} or ctc(pos, vit, last_pos, last_vit, t)'
 def further_than(threshold: float) -> Condition:
     """Return the condition of the ROS 1 stack (Bertrand, ECC 2024).
 
-    It triggers when the robot is further than the threshold (m) from where it sent its state last.
+    It triggers when the robot is further than the threshold (m) from the last position it sent.
     """
 
     def ctc(pos: Floats, last_pos: Floats, t: float) -> bool:
@@ -65,13 +65,13 @@ def have_gone_far(positions: Floats, sent: Floats, threshold: float) -> NDArray[
     """Return where the condition of the ROS 1 stack triggers, for a whole fleet.
 
     Args:
-        positions: Rows x, y in m, and others that do not count, shape (2 or more, ...).
-        sent: The same as sent last, NaN where nothing was sent yet.
+        positions: Rows x, y in m; further rows are ignored; shape (2 or more, ...).
+        sent: The same in the last states sent; NaN where nothing was sent yet.
         threshold: Distance in m.
     """
     dx, dy = positions[:2] - sent[:2]
     stay: NDArray[np.bool_] = np.sqrt(dx * dx + dy * dy) <= threshold
-    return ~stay  # comparisons with NaN are false: the first state is sent
+    return ~stay  # comparisons with NaN are false, so the first state is sent
 
 
 def takes_velocities(condition: Any, name: str) -> bool:
@@ -79,7 +79,7 @@ def takes_velocities(condition: Any, name: str) -> bool:
 
     Args:
         condition: The function.
-        name: What to call its script in messages.
+        name: Name of its script in messages.
 
     Raises:
         SetcmasError: It has neither form.
@@ -99,7 +99,7 @@ def takes_velocities(condition: Any, name: str) -> bool:
 
 
 class Broadcast:
-    """Decides for one robot at each odometry whether its state is sent.
+    """Decides at each odometry whether one robot sends its state.
 
     Attributes:
         robot: Number of the robot.
@@ -111,9 +111,9 @@ class Broadcast:
 
         Args:
             robot: Number of the robot.
-            condition: A function of one of the two forms.
+            condition: A function in one of the two forms.
             path: Its script.
-            reports: Takes its errors.
+            reports: Receives its errors.
 
         Raises:
             SetcmasError: The condition has neither form.
@@ -131,13 +131,13 @@ class Broadcast:
         """Load the condition of a robot from a script.
 
         Raises:
-            SetcmasError: The script cannot be loaded, or has no `ctc` of one of the two forms.
+            SetcmasError: The script does not load, or has no `ctc` in one of the two forms.
         """
         script = load_script(path, robot, expected=CTC)
         return cls(robot, vars(script).get('ctc'), path, reports)
 
     def is_triggered(self, pose: tuple[float, float, float], V: float, t: float) -> bool:
-        """Return whether the robot sends its state now; a condition that fails says yes.
+        """Return whether the robot sends its state now; True if the condition fails.
 
         Args:
             pose: x, y in m and theta in rad.
@@ -151,13 +151,13 @@ class Broadcast:
         return triggered
 
     def failed(self, error: BaseException, t: float) -> bool:
-        """Report an error that the condition raised at time t (s); the state is sent: True."""
+        """Report an exception from the condition at time t (s); return True, to send the state."""
         self._failing = True
         self._reports.failed(self.robot, t, failure_of(error, self.path))
         return True
 
     def _asked(self, state: State, last: State, t: float) -> bool:
-        # New arrays each time: a script must not be able to change what was sent.
+        # New arrays each time, so that a script cannot change the stored state.
         arguments = [_position(state), _position(last)]
         if self._with_velocities:
             arguments = [_position(state), _velocity(state), _position(last), _velocity(last)]
@@ -169,7 +169,7 @@ class Broadcast:
             self._failing = True
             self._reports.failed(self.robot, t, error)
             return True
-        except BaseException as error:  # whatever a script raises, the robots go on
+        except BaseException as error:  # whatever a script raises, the robots continue
             return self.failed(error, t)
         if self._failing:
             self._failing = False
@@ -178,10 +178,10 @@ class Broadcast:
 
 
 def checked_answer(result: Any, path: Path) -> bool:
-    """Return what a condition returned as a bool; 0 and 1 will do.
+    """Convert the result of a condition to a bool; 0 and 1 are accepted.
 
     Args:
-        result: What it returned.
+        result: Its return value.
         path: Its script.
 
     Raises:

@@ -1,1 +1,1 @@
-"""Control laws and the maths between a law and its robot."""
+"""Control laws, and the maths between a law and its robot."""

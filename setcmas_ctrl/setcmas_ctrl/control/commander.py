@@ -1,4 +1,4 @@
-"""Commander: from the velocities that control laws want to the commands of their robots."""
+"""Commander: converts velocities of control laws to commands of their robots."""
 
 from __future__ import annotations
 
@@ -21,13 +21,13 @@ from setcmas_simu.robots.unicycle import Unicycle
 
 @dataclass(frozen=True)
 class Commanded:
-    """What R robots are commanded.
+    """Commands of R robots.
 
     Attributes:
-        wanted: What the laws want after saturation: rows vx, vy in m/s, shape (2, R).
+        wanted: Velocities of the laws after saturation: rows vx, vy in m/s, shape (2, R).
         commands: Speeds forward and to the left (m/s) and turn rates (rad/s), shape (3, R).
-        allowed: What the filter lets through: rows vx, vy and a `Verdict`, shape (3, R); None
-            without a filter.
+        allowed: Velocities after the safety filter: rows vx, vy and a `Verdict`, shape (3, R);
+            None without a filter.
     """
 
     wanted: Floats
@@ -36,11 +36,11 @@ class Commanded:
 
 
 class Commander:
-    """Turns wanted velocities into commands, offline and over ROS.
+    """Converts velocities of control laws to commands, offline and over ROS.
 
     Attributes:
-        gains: How fast robots follow their laws.
-        limits: Those of unicycles whose model has none, if they are known.
+        gains: How robots follow their laws.
+        limits: Limits of unicycles whose model has none, if known.
     """
 
     def __init__(
@@ -51,17 +51,17 @@ class Commander:
         nb_robots: int,
         report: Callable[[str], None] = print,
     ) -> None:
-        """Prepare; `use` tells how the robots move.
+        """Prepare; `use` sets the robot models.
 
         Args:
-            gains: How fast robots follow their laws.
+            gains: How robots follow their laws.
             options: The safety filter.
-            robots: Numbers of the R robots that are commanded.
+            robots: Numbers of the R commanded robots.
             nb_robots: Size of the fleet, N.
-            report: Takes a line when robots block each other.
+            report: Called with a message when robots block each other.
 
         Raises:
-            SetcmasError: The filter has no such guarantee at this rate.
+            SetcmasError: The filter cannot guarantee safety at this rate.
         """
         self.gains = gains
         self.limits: VelocityLimits | None = None
@@ -71,21 +71,21 @@ class Commander:
         self._models: list[RobotModel] = []
         self._last: Floats = np.zeros((3, len(robots)))
         self._filter = None
-        if options.is_on:  # its solver is loaded if it is needed
+        if options.is_on:  # loads the solver only if needed
             from setcmas_ctrl.filter.barrier import BarrierFilter
 
             self._filter = BarrierFilter(options, robots, nb_robots)
             if options.gamma > gains.rate:
                 raise SetcmasError(
-                    f'gamma is {options.gamma:g}; it must be at most the rate of control, '
-                    f'{gains.rate:g} Hz, for robots could use up more than the distance left'
+                    f'gamma is {options.gamma:g}; it must be at most the control rate, '
+                    f'{gains.rate:g} Hz, or robots could come too close within one period'
                 )
 
     def use(self, models: Sequence[RobotModel]) -> None:
-        """Move the R robots from now on as these models do.
+        """Set the models of the R robots.
 
         Raises:
-            SetcmasError: Some move in a way that cannot be filtered.
+            SetcmasError: The filter cannot handle the motion of some robots.
         """
         if list(models) != self._models:
             self._models = list(models)
@@ -95,16 +95,16 @@ class Commander:
                 self._filter.use([limited if _is_unlimited(one) else one for one in models])
 
     def stand(self) -> Commanded:
-        """Return the commands of robots that stand."""
+        """Return zero commands."""
         self._last = np.zeros((3, len(self._own)))
         return Commanded(np.zeros((2, len(self._own))), self._last)
 
     def __call__(self, velocities: Floats, poses: Floats, t: float) -> Commanded:
-        """Return the commands for a period.
+        """Return the commands for one period.
 
         Args:
-            velocities: What the laws want: rows vx, vy in m/s, shape (2, R).
-            poses: Rows x, y in m and theta in rad of the fleet, shape (3, N).
+            velocities: Velocities of the laws: rows vx, vy in m/s, shape (2, R).
+            poses: Poses of the fleet: rows x, y in m and theta in rad, shape (3, N).
             t: Time in s.
         """
         gains, Ts = self.gains, 1.0 / self.gains.rate
@@ -128,5 +128,5 @@ class Commander:
 
 
 def _is_unlimited(model: RobotModel) -> bool:
-    """Return whether a model is a unicycle whose limits are told elsewhere."""
+    """Return whether a model is a unicycle whose limits are set elsewhere."""
     return isinstance(model, Unicycle) and model.limits == IDEAL

@@ -1,4 +1,4 @@
-"""Control law of one robot: the call of the student's function, and checks of its result."""
+"""Control law of one robot: calls the student's function and checks its result."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from setcmas_ctrl.scripts.script_errors import (
     quoted_line,
     safe_text,
     scripts_own,
-    unheard_robots,
+    unknown_robots_note,
 )
 from setcmas_ctrl.scripts.script_settings import Settings
 from setcmas_simu.arrays import Floats
@@ -44,7 +44,7 @@ class ControlLaw:
         path: The script, or the file of the function.
         is_script: Whether it is a script.
         robot: Number of the robot.
-        names: The names of the top level there.
+        names: Its top-level names and their values.
     """
 
     def __init__(
@@ -56,10 +56,10 @@ class ControlLaw:
             path: The script.
             robot: Number of the robot.
             nb_robots: Size of the fleet.
-            settings: Values to take the place of the script's own (`--set`).
+            settings: Values that replace the script's own (`--set`).
 
         Raises:
-            SetcmasError: The script cannot be loaded.
+            SetcmasError: The script does not load.
         """
         self.path = path
         self.is_script = True
@@ -71,12 +71,12 @@ class ControlLaw:
 
     @property
     def files(self) -> list[Path]:
-        """The script, and the helper modules beside it that it has imported so far."""
+        """The script, and its helper modules imported so far."""
         return [self.path, *helper_files(self._module)]
 
     @classmethod
     def of_function(cls, control: Callable[..., Any], robot: int, nb_robots: int) -> ControlLaw:
-        """Return the control law that a function `control` is, for a robot.
+        """Return a control law that calls a function `control` for a robot.
 
         Raises:
             SetcmasError: The function does not take four arguments.
@@ -97,30 +97,30 @@ class ControlLaw:
         t: float,
         adjacency: Floats | None = None,
     ) -> Velocity:
-        """Return the velocity (vx, vy) in m/s that the script asks for.
+        """Return the velocity (vx, vy) in m/s from the script.
 
         Args:
-            poses: Rows x, y in m and theta in rad, shape (3, N), NaN for robots that this one
-                does not hear; the script gets a copy.
+            poses: Rows x, y in m and theta in rad, shape (3, N), NaN for robots whose poses
+                this robot does not know; the script gets a copy.
             t: Time since the run started, in s.
-            adjacency: What `network` tells of, shape (N, N), read-only; None is complete.
+            adjacency: Adjacency matrix for `network`, shape (N, N), read-only; None is complete.
 
         Raises:
-            ControlError: The script raised, or returned anything but two finite numbers.
+            ControlError: The script raised, or did not return two finite numbers.
         """
         network.begin_call(
             self.robot, complete(self._nb_robots) if adjacency is None else adjacency
         )
         try:
             result = self._control(self.robot, self._nb_robots, poses.copy(), t)
-        except (StopCall, AbandonCall, ControlError):  # the last of one that lives elsewhere
+        except (StopCall, AbandonCall, ControlError):  # ControlError: from another law
             raise
-        except BaseException as error:  # whatever a script raises, the other robots go on
+        except BaseException as error:  # whatever a script raises, the other robots continue
             if isinstance(error, KeyboardInterrupt) and not scripts_own(error):
                 raise
             failure = self.failure(error)
             if isinstance(error, _RAISED_BY_NAN):
-                text = f'{failure}{unheard_robots(self.robot, poses)}'
+                text = f'{failure}{unknown_robots_note(self.robot, poses)}'
                 failure = ControlError(text, failure.key, place=failure.place)
             raise failure from error
         finally:
@@ -135,7 +135,7 @@ class ControlLaw:
             line = self._first_line
             message = f'{self.path.name}: {error}; {_EXPECTED}{quoted_line(self.path, line)}'
             if 'not finite' in str(error):
-                message += unheard_robots(self.robot, poses)
+                message += unknown_robots_note(self.robot, poses)
             kind = str(error).partition(':')[0]
             key = ('result', kind, type(result).__name__)
             raise ControlError(message, key, place=(self.path, line)) from error
@@ -146,17 +146,17 @@ class ControlLaw:
         return code.co_firstlineno if code else None
 
     def failure(self, error: BaseException) -> ControlError:
-        """Return what to tell of an error that the script raised."""
+        """Return the ControlError for an exception from the script."""
         return failure_of(error, self.path)
 
 
 def checked_velocity(result: Any) -> Velocity:
-    """Return what `control` returned as two floats.
+    """Convert the result of `control` to two floats.
 
-    Tuples, lists, arrays, numpy scalars and integers will do.
+    Accepts tuples, lists, arrays, numpy scalars and integers.
 
     Raises:
-        ValueError: It is not two finite numbers; the message says what it is.
+        ValueError: It is not two finite numbers; the message says what it is instead.
     """
     if result is None:
         raise ValueError('control returned None: is a return missing?')
@@ -165,7 +165,7 @@ def checked_velocity(result: Any) -> Velocity:
     except (StopCall, AbandonCall):
         raise
     except BaseException:  # it may be an object of the script's own
-        raise ValueError(f'control returned values of unlike shapes: {_short(result)}') from None
+        raise ValueError(f'control returned values of unequal shapes: {_short(result)}') from None
     if type(array) is not np.ndarray and np.ma.is_masked(array):
         raise ValueError(f'control returned a masked value: {_short(result)}')
     if array.dtype.kind not in 'iufb':
@@ -199,5 +199,5 @@ def _finite(vx: float, vy: float, result: Any) -> Velocity:
 
 def _short(value: Any) -> str:
     text = ' '.join(safe_text(repr, value).split())
-    text = re.sub(r'np\.\w+\(([^()]*)\)', r'\1', text)  # nan rather than np.float64(nan)
+    text = re.sub(r'np\.\w+\(([^()]*)\)', r'\1', text)  # nan instead of np.float64(nan)
     return text if len(text) <= 60 else f'{text[:57]}...'

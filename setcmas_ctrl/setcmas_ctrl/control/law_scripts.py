@@ -20,10 +20,10 @@ from setcmas_simu.fleet.per_robot import (
 
 
 class LawScripts:
-    """Which robot runs which control script, and the values that `--set` gives each script.
+    """The control script of each robot, and the values that `--set` gives to each script.
 
     Attributes:
-        paths: The scripts, each once.
+        paths: The scripts, without repetition.
     """
 
     def __init__(
@@ -32,12 +32,12 @@ class LawScripts:
         """Find and compile the scripts.
 
         Args:
-            algo: What `--algo` says.
-            exercise: Whether names mean exercises.
-            settings: Values for names of the scripts; each goes to the scripts that assign it.
+            algo: Value of `--algo`.
+            exercise: Whether names are those of exercises.
+            settings: New values by name; each goes to the scripts that assign the name.
 
         Raises:
-            SetcmasError: A script is missing or has a mistake, or none assigns a name.
+            SetcmasError: A script is missing or invalid, or no script assigns a name.
         """
         self._algo = algo
         named = parse_per_robot(algo, '--algo') if is_per_robot(algo) else None
@@ -51,10 +51,10 @@ class LawScripts:
 
     @property
     def notes(self) -> list[str]:
-        """What to say of scripts that hide a built-in law, or are not filled in yet."""
+        """Notes on scripts that hide a built-in law or are not filled in yet."""
         hiding = [
-            f'--algo {name} is {path.name} in this folder, which hides the built-in law of that '
-            'name; rename the file to run that one'
+            f'--algo {name} runs {path.name} in this folder instead of the built-in law {name}; '
+            'to run the built-in law, rename the file'
             for name, path in self._found.items()
             if name in ALGORITHMS and path.parent == Path.cwd()
         ]
@@ -62,7 +62,7 @@ class LawScripts:
 
     @property
     def title(self) -> str:
-        """The scripts' names without their suffix, such as 'leader, follower'."""
+        """Names of the scripts without their suffix, such as 'leader, follower'."""
         return ', '.join(path.stem for path in self.paths)
 
     @property
@@ -72,14 +72,14 @@ class LawScripts:
 
     @property
     def text(self) -> str:
-        """What means these scripts to `--algo`, wherever they were found."""
+        """Value of `--algo` for these scripts that works in any folder."""
         if not self._by_robot:
             return str(self.paths[0])
         return format_per_robot({robot: str(path) for robot, path in self._by_robot.items()})
 
     @property
     def robots_of(self) -> dict[Path, tuple[int, ...]]:
-        """The robots of each script; none where one script is for all robots."""
+        """The robots of each script; empty if one script is for all robots."""
         by_robot = self._by_robot or {}
         return {
             path: tuple(sorted(robot for robot, own in by_robot.items() if own == path))
@@ -87,14 +87,14 @@ class LawScripts:
         }
 
     def check(self, nb_robots: int, others: Collection[int] = ()) -> None:
-        """See that each robot of a fleet has a script, and no other one.
+        """Check that exactly the robots of the fleet have a script.
 
         Args:
             nb_robots: Size of the fleet.
-            others: Robots that need none.
+            others: Robots that need no script.
 
         Raises:
-            SetcmasError: It is not so.
+            SetcmasError: A robot has no script, or a script is for a robot outside the fleet.
         """
         if self._by_robot is None:
             return
@@ -112,20 +112,20 @@ class LawScripts:
         return self._by_robot[robot] if self._by_robot else self.paths[0]
 
     def law(self, robot: int, nb_robots: int) -> ControlLaw:
-        """Return the control law of a robot of a fleet, with a state of its own.
+        """Return the control law of a robot, with its own state.
 
         Raises:
-            SetcmasError: The script cannot be loaded.
+            SetcmasError: The script does not load.
         """
         path = self.script(robot)
         return ControlLaw(path, robot, nb_robots, self._settings[path])
 
     def _shared_out(self, settings: Settings) -> Mapping[Path, Settings]:
-        """Return which script gets which settings."""
+        """Return the settings of each script."""
         if len(self.paths) == 1 or not settings:
             return dict.fromkeys(self.paths, settings)
         for path in self.paths:
-            compile_script(path)  # a mistake is told before its names are looked for
+            compile_script(path)  # report its mistakes before looking for names
         names = {path: names_to_set(path) for path in self.paths}
         for name in settings:
             if not any(name in own for own in names.values()):

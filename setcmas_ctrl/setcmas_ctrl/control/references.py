@@ -15,16 +15,16 @@ from setcmas_simu.doors import Door, instance_of
 from setcmas_simu.errors import SetcmasError
 
 Kind = Callable[[Any], Any]
-"""Returns a reference as numbers and lists; raises ValueError, saying what it must be."""
+"""Converts a reference to numbers and lists; raises ValueError with what it must be."""
 
 
 @dataclass(frozen=True)
 class TaskNames:
-    """The references that a task takes from a control law.
+    """The references of a task.
 
     Attributes:
-        names: The kind of each reference by its name.
-        defaults: Values of those that a law may leave out; None leaves out the reference.
+        names: Converter of each reference, by its name.
+        defaults: Values of optional references; None omits the reference.
     """
 
     names: Mapping[str, Kind] = field(default_factory=dict)
@@ -32,16 +32,16 @@ class TaskNames:
 
 
 TASKS = Door('setcmas.tasks', 'task', instance_of(TaskNames))
-"""The tasks that are installed; each is imported when a law says its name."""
+"""Installed tasks; each is imported when a law names it."""
 
 
 @dataclass(frozen=True)
 class References:
-    """What the robots were to reach.
+    """What the robots should achieve.
 
     Attributes:
         task: Name of the task.
-        values: Numbers and lists of numbers by the names that the task gives them.
+        values: Numbers and lists of numbers by their names in the task.
     """
 
     task: str
@@ -53,24 +53,24 @@ class References:
 
     @classmethod
     def decoded(cls, text: str) -> References:
-        """Return the references of a line of JSON.
+        """Read the references from a line of JSON.
 
         Raises:
-            ValueError: It is none.
+            ValueError: The line is invalid.
         """
         return msgspec.json.decode(text, type=cls)
 
 
 def references_of(names: Mapping[str, Any], script: Path, nb_robots: int) -> References | None:
-    """Return what a loaded control script tells of its task; None if it tells of none.
+    """Return task and references of a loaded control script; None if it has no task.
 
     Args:
-        names: The names of its top level.
+        names: Its top-level names and values.
         script: The script.
         nb_robots: Size of the fleet.
 
     Raises:
-        SetcmasError: There is no such task, or a reference is missing or is not what it must be.
+        SetcmasError: The task is unknown, or a reference is missing or invalid.
     """
     task = names.get('task')
     if task is None:
@@ -81,38 +81,38 @@ def references_of(names: Mapping[str, Any], script: Path, nb_robots: int) -> Ref
     return checked_references(task, {**names, **own}, script.name)
 
 
-def told_references(
+def references_of_fleet(
     scripts: Iterable[tuple[Mapping[str, Any], Path]], nb_robots: int, warn: Callable[[str], None]
 ) -> References | None:
-    """Return what the first script that tells of a task tells; a mistake is a warning.
+    """Return the references of the first script with a task; mistakes give a warning.
 
-    Scripts of the ROS 1 stack may have a `task` of another meaning, and run all the same.
+    Scripts of the ROS 1 stack may use the name `task` for something else; they run anyway.
 
     Args:
-        scripts: The names of the top level of each loaded script, and its file.
+        scripts: Top-level names of each loaded script, and its file.
         nb_robots: Size of the fleet.
         warn: Shows a message to the user.
     """
     for names, script in scripts:
         try:
-            if told := references_of(names, script, nb_robots):
-                return told
+            if found := references_of(names, script, nb_robots):
+                return found
         except SetcmasError as error:
-            warn(f'{error}; the run goes on without a task')
+            warn(f'{error}; the run continues without a task')
             return None
     return None
 
 
 def checked_references(task: str, given: Mapping[str, Any], script: str) -> References:
-    """Return the references that a task takes from names and their values.
+    """Return the references of a task from names and their values.
 
     Args:
         task: Name of the task.
-        given: Values by name; those that the task does not need are ignored.
-        script: What the script is called in messages.
+        given: Values by name; superfluous names are ignored.
+        script: Name of the script in messages.
 
     Raises:
-        SetcmasError: There is no such task, or a reference is missing or is not what it must be.
+        SetcmasError: The task is unknown, or a reference is missing or invalid.
     """
     try:
         wanted = TASKS.get(task)
@@ -128,20 +128,20 @@ def checked_references(task: str, given: Mapping[str, Any], script: str) -> Refe
     return References(task, values)
 
 
-def _own_references(told: Any, nb_robots: int, path: Path) -> Mapping[str, Any]:
-    if callable(told):
+def _own_references(given: Any, nb_robots: int, path: Path) -> Mapping[str, Any]:
+    if callable(given):
         try:
-            told = told(nb_robots)
+            given = given(nb_robots)
         except (KeyboardInterrupt, StopCall, AbandonCall):
             raise
-        except BaseException as error:  # of any kind, in a user's function
+        except BaseException as error:  # a user's function may raise anything
             raise SetcmasError(describe_failure(error, path)) from error
-    if told is not None and not isinstance(told, Mapping):
+    if given is not None and not isinstance(given, Mapping):
         raise SetcmasError(
-            f'{path.name}: references are a {type(told).__name__}; they must be a dictionary '
+            f'{path.name}: references are a {type(given).__name__}; they must be a dictionary '
             'of names and values'
         )
-    return told or {}
+    return given or {}
 
 
 def _checked(kind: Callable[[Any], Any], name: str, value: Any, script: str) -> Any:
@@ -157,10 +157,10 @@ def _short(value: Any) -> str:
 
 
 def number(value: Any) -> float:
-    """Return a reference that is a finite number.
+    """Check that a reference is a finite number.
 
     Raises:
-        ValueError: It is not one; the message says what it must be.
+        ValueError: It is not; the message says what it must be.
     """
     try:
         result = float(value)
@@ -172,10 +172,10 @@ def number(value: Any) -> float:
 
 
 def points(value: Any) -> list[list[float]]:
-    """Return a reference that is a list of points in the plane, at least one.
+    """Check that a reference is a non-empty list of points in the plane.
 
     Raises:
-        ValueError: It is not one; the message says what it must be.
+        ValueError: It is not; the message says what it must be.
     """
     try:
         result = np.array(value, dtype=float)

@@ -38,12 +38,12 @@ def dead_band(vx: float, vy: float, slow: float = SLOW) -> tuple[float, float]:
 
 
 def limited_rise(commands: Floats, before: Floats, most: float) -> Floats:
-    """Return commands whose speeds are not much above those before; slowing down is never limited.
+    """Limit how much speeds may rise over the previous commands; never limit slowing down.
 
     Args:
         commands: Speeds forward and to the left (m/s) and turn rates (rad/s), shape (3, N).
-        before: The commands before them.
-        most: By how much the speed in the direction of a command may rise, in m/s.
+        before: The previous commands.
+        most: Largest rise in m/s of the speed in the direction of a command.
 
     Returns:
         The commands, with the same turn rates.

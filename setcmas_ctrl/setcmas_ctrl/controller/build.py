@@ -38,7 +38,7 @@ def build(known: Prepared) -> tuple[ControlStepper, StepLoop | LockstepLoop]:
     _show_obstacles(known)
     if known.wanted.safety.is_on:
         for controller in controllers:
-            controller.tell_allowed(profile)
+            controller.add_allowed_topic(profile)
     odometry = _odometry(known)
     followers = _followers(known)
     pause = _pause(known, followers)

@@ -1,7 +1,7 @@
-"""The controller: poses of the fleet in, the velocity that a control script wants out.
+"""The controller: poses of the fleet in, velocities of a control script out.
 
-A process holds a controller and a si_to_uni node for each of its robots, and an
-event_triggered_comm node if it is to. Run as
+A process holds a controller node and a si_to_uni node for each of its robots, and with
+--event-triggered an event_triggered_comm node. Start it with
 `ros2 run setcmas_ctrl controller --algo consensus`.
 """
 
@@ -33,24 +33,24 @@ from setcmas_simu.ros.process import FleetNode, RosProcess, node_main
 from setcmas_simu.ros.step_loop import StepLoop
 
 PARAMETERS = {name: name for name in ('vnom', 'komega', 'rate')}
-"""The options that are parameters of the process's node, by the parameter's name."""
+"""The options that are parameters of the process's node, by parameter name."""
 
 
 def _keep_rate(rate: float, gains: GainOptions) -> None:
-    """See that nobody changes the rate of an experiment.
+    """Check that the rate of an experiment does not change.
 
     Raises:
-        SetcmasError: Somebody does.
+        SetcmasError: It would change.
     """
     if gains.rate != rate:
         raise SetcmasError(
-            f'rate is {rate:g} Hz for the whole experiment, since robots stop without commands '
-            'in time; start it again with another --rate'
+            f'rate is fixed at {rate:g} Hz during an experiment, because robots stop when '
+            'commands are late; restart it with another --rate'
         )
 
 
 def main(argv: list[str] | None = None) -> int:
-    """Control robots until a signal arrives; returns the exit status."""
+    """Control robots until a signal arrives; return the exit status."""
     parser = argparse.ArgumentParser(prog='controller', description=__doc__)
     LawOptions.add_to(parser)
     ControllerOptions.add_to(parser)
@@ -72,7 +72,7 @@ def _control(process: RosProcess, args: argparse.Namespace) -> int:
             stepper, loop = build(prepare(process, node, wanted))
         except StopCall:
             return 0
-        process.take_signals()  # scripts may have taken them while they were loaded
+        process.take_signals()  # scripts may have changed the handlers while loading
         end_stuck_script(process, stepper.watch, stepper.stop)
         try:
             with contextlib.suppress(StopCall):
@@ -90,7 +90,7 @@ def _heed(
     stepper: ControlStepper,
     loop: StepLoop | LockstepLoop,
 ) -> None:
-    """Let parameters be set while the laws are called, but for those of a run in lockstep."""
+    """Allow changes of parameters while the laws run, except in lockstep."""
     if isinstance(loop, StepLoop):
         parameters.on_change = partial(_follow, stepper, loop)
         _follow(stepper, loop, parameters.options)  # they may have changed meanwhile

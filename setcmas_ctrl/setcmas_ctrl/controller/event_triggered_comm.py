@@ -1,7 +1,7 @@
-"""Event-triggered broadcast: a robot's odometry in, its state out when a condition triggers.
+"""Event-triggered broadcast: sends a robot's state when a condition triggers.
 
-A controller process that is started with --event-triggered holds such a node for each of its
-robots. On its own: `ros2 run setcmas_ctrl event_triggered_comm --robots 1-2 --ctc my_condition`.
+With --event-triggered, a controller process holds such a node for each of its robots. To start it
+alone: `ros2 run setcmas_ctrl event_triggered_comm --robots 1-2 --ctc my_condition`.
 """
 
 from __future__ import annotations
@@ -38,11 +38,11 @@ _LOOK_EVERY_S = 0.01
 
 
 class EventTriggeredComm(FleetNode):
-    """Broadcasts the state of one robot when its condition triggers, and tells each decision.
+    """Broadcasts the state of one robot when its condition triggers, and publishes each decision.
 
     Attributes:
         robot: Number of the robot.
-        sent: The time of the state that was sent last in ns; NONE for none.
+        sent: Stamp of the last state sent in ns; NONE if none was sent.
     """
 
     def __init__(
@@ -55,10 +55,10 @@ class EventTriggeredComm(FleetNode):
         """Create the node in the robot's namespace.
 
         Args:
-            broadcast: Decides.
+            broadcast: Decides whether to send.
             clock: Returns the time since the run started, in s.
-            watch: Watches the calls of the condition.
-            lockstep: Whether a recorder that comes late is to get everything.
+            watch: Monitors calls of the condition.
+            lockstep: Whether late recorders still get everything.
         """
         super().__init__('event_triggered_comm', namespace=topics.robot_name(broadcast.robot))
         self.robot = broadcast.robot
@@ -68,7 +68,7 @@ class EventTriggeredComm(FleetNode):
         self._watch = watch
         events, states = (qos.LOCKSTEP_STATE,) * 2 if lockstep else (qos.EVENT, qos.LATCHED)
         self._events = self.create_publisher(UInt16, topics.TRIG_EVENT, events)
-        # Latched: who starts late holds the state that was sent last.
+        # Latched: late subscribers get the last state sent.
         self._states = self.create_publisher(Odometry, topics.TRIG_ODOM, states)
 
     def take(self, state: State) -> None:
@@ -85,9 +85,9 @@ class EventTriggeredComm(FleetNode):
         try:
             with self._watch.call(one.robot, one.path, Function.CONDITION):
                 return one.is_triggered(pose, V, t)
-        except AbandonCall:  # a new control law is there, the condition stays
+        except AbandonCall:  # a new control law was saved; the condition stays
             return True
-        except KeyboardInterrupt as error:  # signals raise StopCall: it is the script's
+        except KeyboardInterrupt as error:  # signals raise StopCall, so the script raised this
             return one.failed(error, t)
 
 
@@ -100,10 +100,10 @@ def broadcasters(
     watch: CallWatch,
     lockstep: bool = False,
 ) -> list[EventTriggeredComm]:
-    """Return a node for each robot, which takes its odometry.
+    """Return a broadcasting node for each robot.
 
     Raises:
-        SetcmasError: A triggering condition cannot be loaded.
+        SetcmasError: A triggering condition does not load.
     """
     nodes = []
     path = communication.condition_script or Path(CTC)
@@ -117,7 +117,7 @@ def broadcasters(
 
 
 def main(argv: list[str] | None = None) -> int:
-    """Broadcast until a signal arrives; returns the exit status."""
+    """Broadcast until a signal arrives; return the exit status."""
     parser = argparse.ArgumentParser(prog='event_triggered_comm', description=__doc__)
     parser.add_argument('--robots', default='1', metavar='LIST', help='such as 1-4 (default: 1)')
     parser.add_argument('--ctc', metavar='FILE', help='script with ctc(pos, last_pos, t)')
@@ -125,7 +125,7 @@ def main(argv: list[str] | None = None) -> int:
         '--odometry-topic',
         default=f'/{{name}}/{topics.ODOM}',
         metavar='TOPIC',
-        help='where states come from; {name} is the robot (default: %(default)s)',
+        help='topic of the states; {name} is the robot (default: %(default)s)',
     )
     return node_main(parser, _serve, argv)
 
@@ -134,7 +134,7 @@ def _serve(process: RosProcess, args: argparse.Namespace) -> int:
     with named_output():
         node = FleetNode('broadcasters')
         reports = ErrorReports(node.get_logger().warning, CONSEQUENCE)
-        with contextlib.suppress(StopCall):  # a signal has ended a call that would not return
+        with contextlib.suppress(StopCall):  # a signal ended a stuck call
             _broadcast(args, process, node, reports)
     return SCRIPT_FAILED if reports.failed_robots else 0
 
@@ -156,7 +156,7 @@ def _broadcast(
     end_stuck_script(process, watch)
     begin = time.monotonic()
     broadcasters(robots, chosen, odometry, reports, lambda: time.monotonic() - begin, watch)
-    process.take_signals()  # scripts may have taken them while they were loaded
+    process.take_signals()  # scripts may have changed the handlers while loading
     process.add(node)
     node.get_logger().info(f'broadcasting for {robots_in_words(robots)}; Ctrl-C stops')
     StepLoop(process, _LOOK_EVERY_S, odometry.take).run()

@@ -1,4 +1,4 @@
-"""Watch over a controller's robots in the ROS graph: listeners, rivals, latecomers."""
+"""Monitor of the ROS graph around a controller's robots: listeners, rivals, latecomers."""
 
 from __future__ import annotations
 
@@ -17,13 +17,13 @@ from setcmas_simu.fleet.topics import RECORDER_NODES
 from setcmas_simu.ros.fleet_topic import FleetListener
 
 _ROUND_EVERY_S = 2.0
-_LOOKS = 8  # at robots in a step
-_PATIENCE_S = 2.0  # a robot that nobody hears for longer is told
-_FORGOTTEN_AFTER_S = 6.0  # a second more than the lease in config/fastdds_network.xml
+_LOOKS = 8  # robots checked per step
+_PATIENCE_S = 2.0  # time without a listener before a warning
+_FORGOTTEN_AFTER_S = 6.0  # one second more than the lease in config/fastdds_network.xml
 
 
 class GraphWatch:
-    """Looks at the graph now and then, and tells each oddity once."""
+    """Checks the graph now and then, and reports each problem once."""
 
     def __init__(
         self,
@@ -36,9 +36,9 @@ class GraphWatch:
         """Prepare.
 
         Args:
-            node: The node through which the graph is seen.
+            node: Node through which to look at the graph.
             odometry: The fleet that this process knows.
-            announced: The robots that are announced, those that come later too.
+            announced: Announced robots, including later ones.
             followers: The si_to_uni nodes of this process.
             warn: Shows a message to the user.
         """
@@ -50,24 +50,24 @@ class GraphWatch:
         self._begin = time.monotonic()
         self._next_round = 0.0
         self._to_look_at: list[SiToUni] = []
-        self._unheard: set[int] = set()
-        self._unheard_before: set[int] = set()
+        self._unconnected: set[int] = set()
+        self._unconnected_before: set[int] = set()
         self._rivals: dict[int, str] = {}
-        self._unheard_since = 0.0
-        self._unheard_told = False
+        self._unconnected_since = 0.0
+        self._unconnected_reported = False
         self._contested: set[int] = set()
-        self._mixed_told: set[int] = set()
+        self._mixed_reported: set[int] = set()
         self._known = set(range(1, odometry.poses.shape[1] + 1))
 
-    def all_heard(self) -> Callable[[], bool]:
-        """Return what tells whether every robot listens; the type of cmd_vel follows it."""
+    def all_connected(self) -> Callable[[], bool]:
+        """Return a check whether all robots listen, which also adapts the type of cmd_vel."""
         return self._all(lambda follower: follower.cmd_vel.follow_listeners())
 
     def all_recorded(self) -> Callable[[], bool]:
-        """Return what tells whether a recorder listens to every robot's commands and poses.
+        """Return a function that checks whether a recorder listens to all commands and poses.
 
-        A recorder finds the processes of a fleet one after another: that it knows this one does
-        not mean that it knows the robots already.
+        A recorder discovers the processes of a fleet one by one: it may know this process before
+        it knows the robots.
         """
         return self._all(
             lambda follower: all(
@@ -78,8 +78,8 @@ class GraphWatch:
             )
         )
 
-    def recorded_if_they_can_be(self) -> Callable[[], bool]:
-        """Return what tells the same, or true if there is no recorder."""
+    def recorder_connected(self) -> Callable[[], bool]:
+        """Return the same check, or True without a recorder."""
         recorded = self.all_recorded()
         return lambda: not self.has_recorder() or recorded()
 
@@ -88,14 +88,14 @@ class GraphWatch:
         return bool(set(RECORDER_NODES) & set(self._node.get_node_names()))
 
     def are_recorded(self, publishers: Iterable[Publisher]) -> bool:
-        """Return whether a recorder gets all that some publishers send, or there is none."""
+        """Return whether a recorder receives everything from some publishers, or none exists."""
         return not self.has_recorder() or all(
             self._recorder_listens(one.topic_name, one.qos_profile.durability)
             for one in publishers
         )
 
     def _all(self, holds: Callable[[SiToUni], bool]) -> Callable[[], bool]:
-        """Return what asks, of each robot until it is so, whether something holds."""
+        """Return a function that checks a condition for each robot until it holds for all."""
         left = list(self._followers)
 
         def all_hold() -> bool:
@@ -108,7 +108,7 @@ class GraphWatch:
         self, topic: str, durability: DurabilityPolicy = DurabilityPolicy.VOLATILE
     ) -> bool:
         listeners = self._node.get_subscriptions_info_by_topic(topic)
-        # What was sent before comes to those who ask for it, as a recorder soon does.
+        # Latched messages reach a recorder when it subscribes, which it soon does.
         return any(
             info.node_name in RECORDER_NODES
             and durability in (DurabilityPolicy.VOLATILE, info.qos_profile.durability)
@@ -116,46 +116,50 @@ class GraphWatch:
         )
 
     def check(self) -> None:
-        """Look at some robots; tell what a round over all of them has shown.
+        """Check some robots; report the result after a round over all robots.
 
-        A look at a topic takes the longer the more topics there are, so that a step could not
-        look at all robots of a large fleet.
+        Checking a topic takes longer the more topics there are, so one step cannot check all
+        robots of a large fleet.
         """
         now = time.monotonic()
         if not self._to_look_at and now >= self._next_round:
             self._next_round = now + _ROUND_EVERY_S
             self._to_look_at = list(self._followers)
-            self._unheard, self._rivals = set(), {}
+            self._unconnected, self._rivals = set(), {}
         some, self._to_look_at = self._to_look_at[:_LOOKS], self._to_look_at[_LOOKS:]
         for follower in some:
             self._look_at(follower, now)
         if some and not self._to_look_at:
-            self._notice_unheard(now)
+            self._notice_unconnected(now)
             self._notice_latecomers()
             self._notice_rivals()
 
     def _look_at(self, follower: SiToUni, now: float) -> None:
         robot, cmd_vel = follower.robot, follower.cmd_vel
         if not cmd_vel.follow_listeners():
-            self._unheard.add(robot)
-        if cmd_vel.mixed and robot not in self._mixed_told:
-            self._mixed_told.add(robot)
+            self._unconnected.add(robot)
+        if cmd_vel.mixed and robot not in self._mixed_reported:
+            self._mixed_reported.add(robot)
             self._warn(f'{cmd_vel.mixed}; choose with --cmd-vel-type')
-        # Who was killed before is seen for a while.
+        # A killed process stays in the graph for a while.
         is_over = now - self._begin > _FORGOTTEN_AFTER_S
         if is_over and robot not in self._contested and (names := cmd_vel.other_commanders()):
             self._rivals[robot] = names[0]
 
-    def _notice_unheard(self, now: float) -> None:
-        unheard = self._unheard
-        if unheard != self._unheard_before:
-            self._unheard_before, self._unheard_since = unheard, now
-            self._unheard_told = False
-        elif unheard and not self._unheard_told and now - self._unheard_since > _PATIENCE_S:
-            self._unheard_told = True
+    def _notice_unconnected(self, now: float) -> None:
+        unconnected = self._unconnected
+        if unconnected != self._unconnected_before:
+            self._unconnected_before, self._unconnected_since = unconnected, now
+            self._unconnected_reported = False
+        elif (
+            unconnected
+            and not self._unconnected_reported
+            and now - self._unconnected_since > _PATIENCE_S
+        ):
+            self._unconnected_reported = True
             self._warn(
-                f'nothing listens to cmd_vel of {robots_in_words(sorted(unheard))}, '
-                'or only for messages of another type: commands do not arrive'
+                f'nothing listens to cmd_vel of {robots_in_words(sorted(unconnected))}, '
+                'or only with another message type: commands do not arrive'
             )
 
     def _notice_latecomers(self) -> None:
@@ -167,14 +171,14 @@ class GraphWatch:
         if latecomers := present - self._known:
             self._known |= latecomers
             self._warn(
-                f'{robots_in_words(sorted(latecomers), "have")} appeared; this controller does '
-                'not control all of them: start it again, or with --nb-robots'
+                f'{robots_in_words(sorted(latecomers), "have")} appeared; this controller '
+                'does not control all of them: restart it, if necessary with --nb-robots'
             )
 
     def _notice_rivals(self) -> None:
         if self._rivals:
             self._contested |= set(self._rivals)
             self._warn(
-                f'another controller commands {robots_in_words(sorted(self._rivals))} too '
-                f'({next(iter(self._rivals.values()))}): they fight; stop one of them'
+                f'another controller also commands {robots_in_words(sorted(self._rivals))} '
+                f'({next(iter(self._rivals.values()))}); stop one of them'
             )

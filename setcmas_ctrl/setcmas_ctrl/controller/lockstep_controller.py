@@ -1,4 +1,4 @@
-"""Loop of a controller in lockstep: an answer to each state of the robots."""
+"""Loop of a controller in lockstep: answers each state of the robots."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ _RECORDER_WAIT_S = 5.0
 
 
 class LockstepLoop:
-    """Calls the control laws when they are due in the time of a simulator, as offline runs do."""
+    """Calls the control laws at the times of a simulator, as offline runs do."""
 
     def __init__(
         self,
@@ -35,27 +35,27 @@ class LockstepLoop:
         broadcasters: Sequence[EventTriggeredComm],
         graph: GraphWatch,
         rate: float,
-        told: Lockstep,
+        announced: Lockstep,
     ) -> None:
-        """Give the stepper the time of the simulator.
+        """Give the simulator's time to the stepper.
 
         Args:
-            process: Is served now and then, and says when to stop.
+            process: Served now and then; ends the loop when it stops.
             node: Holds the subscriptions.
             odometry: The states of the fleet.
             stepper: Calls the laws.
-            broadcasters: Send the states of this process's robots, if not all are heard.
-            graph: Knows who listens.
+            broadcasters: Send the states of event-triggered robots of this process.
+            graph: Knows the listeners.
             rate: Rate of control in Hz.
-            told: What the simulator has announced of its time.
+            announced: Time of the simulator, as announced.
         """
         self._process = process
         self._node = node
         self._odometry = odometry
         self._stepper = stepper
         self._broadcasters = broadcasters
-        self._nb_steps = told.nb_steps
-        self._ticks = stepper.clock = Ticks(told.robot_rate)
+        self._nb_steps = announced.nb_steps
+        self._ticks = stepper.clock = Ticks(announced.robot_rate)
         self._rate = rate
         self._answerer = Answerer(node, stepper.robots)
         if stepper.communication:
@@ -67,7 +67,7 @@ class LockstepLoop:
         self._commanded = NONE
 
     def run(self) -> None:
-        """Answer until the process is to stop."""
+        """Answer until the process must stop."""
         self._synchronise()
         self._stepper.follow_clock()
         while not self._process.stopping:
@@ -80,11 +80,11 @@ class LockstepLoop:
             self._next_tick()
 
     def leave(self) -> None:
-        """Tell the simulator not to wait any more."""
+        """Ask the simulator to stop waiting for this process."""
         self._answerer.leave()
 
     def _synchronise(self) -> None:
-        """Go to the tick of the states that are known, and to the first call that is due then."""
+        """Set the clock to the newest states, and find the next call due."""
         self._ticks.go_to(self._ticks.count_of(int(self._odometry.stamps.max())))
         self._calls = math.ceil(self._ticks.time * self._rate - _SAME_TIME_S)
 
@@ -100,7 +100,7 @@ class LockstepLoop:
         """Wait for the next state of every robot, and take it."""
         waiting = [topic.subscription for topic in self._odometry.topics]
         while waiting and not self._process.stopping:
-            # The last one comes last: often the others are there by then.
+            # Wait for the last robot first: the others have usually arrived by then.
             if wait_for_any(self._node, waiting[-1:], _WAIT_S):
                 ready = wait_for_any(self._node, waiting, 0.0)
                 waiting = [one for i, one in enumerate(waiting) if i not in ready]
@@ -109,11 +109,11 @@ class LockstepLoop:
             self._ticks.go_to(self._ticks.count + 1)
             self._stepper.take()
             if self._odometry.stamps.max() != self._ticks.stamp():
-                self._synchronise()  # with a simulator that was started again
+                self._synchronise()  # with a restarted simulator
 
     def _await_recorder(self) -> None:
-        """Wait until a recorder, if there is one, listens to new topics of this process."""
-        # Later ones are drawings, which come one by one.
+        """Wait until the recorder, if there is one, subscribes to new topics of this process."""
+        # Later topics are those of drawings, which appear one by one.
         nodes = [self._node] if self._recorded else self._nodes
         published = {one.topic_name: one for node in nodes for one in node.publishers}
         if new := published.keys() - {topics.LOCKSTEP} - self._recorded:
@@ -122,7 +122,7 @@ class LockstepLoop:
             self._recorded |= new
 
     def _await_sent_states(self) -> None:
-        """Wait until the states that robots of this process have sent are heard by themselves."""
+        """Wait until this process receives the states that its own robots have sent."""
         communication = self._stepper.communication
         while communication and not self._process.stopping:
             stamps = communication.stamps

@@ -15,7 +15,7 @@ from std_msgs.msg import String
 from visualization_msgs.msg import Marker, MarkerArray
 
 from setcmas_ctrl.control.control_law import ControlLaw
-from setcmas_ctrl.control.references import told_references
+from setcmas_ctrl.control.references import references_of_fleet
 from setcmas_ctrl.drawing import Sphere
 from setcmas_simu.fleet import topics
 from setcmas_simu.robots.arena import Arena, Obstacles
@@ -23,29 +23,29 @@ from setcmas_simu.ros import messages, qos
 
 
 class TaskTopic:
-    """Publishes the task and its references as JSON, latched."""
+    """Publishes the task and its references as latched JSON."""
 
     def __init__(self, node: Node, nb_robots: int) -> None:
-        """Publish through a node, for a fleet of nb_robots."""
+        """Create the publisher on a node, for a fleet of nb_robots."""
         self._nb_robots = nb_robots
         self._warn = node.get_logger().warning
         self._publisher = node.create_publisher(String, topics.TASK, qos.LATCHED)
 
-    def tell(self, laws: Sequence[ControlLaw]) -> None:
-        """Publish what the first law tells that tells of a task; a mistake is a warning."""
+    def publish(self, laws: Sequence[ControlLaw]) -> None:
+        """Publish the task of the first law that has one; mistakes give a warning."""
         scripts = [(law.names, law.path) for law in laws]
-        if references := told_references(scripts, self._nb_robots, self._warn):
+        if references := references_of_fleet(scripts, self._nb_robots, self._warn):
             self._publisher.publish(String(data=references.encoded()))
 
 
 TRAIL_LENGTH = 500
-"""Number of spheres that a trail keeps."""
+"""Number of spheres in a trail."""
 
 _TRAIL = QoSProfile(depth=TRAIL_LENGTH, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 
 
 class MarkerCanvas:
-    """Publishes each drawing on /tb3_i/<name>, so that displays that come late see it too.
+    """Publishes each drawing on /tb3_i/<name>, latched for displays that start later.
 
     Attributes:
         profile: Quality of service of markers.
@@ -56,14 +56,14 @@ class MarkerCanvas:
         self.profile = qos.LATCHED
         self._node = node
         self._publishers: dict[tuple[int, str, type], Publisher] = {}
-        # A trail is many messages of one sphere each, which do not grow; ids go round, so that
-        # in RViz a new sphere takes the place of the oldest.
+        # A trail consists of messages of one sphere each, so messages do not grow. Their ids
+        # repeat, so that RViz replaces the oldest sphere.
         self._ids: defaultdict[tuple[int, str], itertools.cycle[int]] = defaultdict(
             lambda: itertools.cycle(range(TRAIL_LENGTH))
         )
 
     def show(self, robot: int, name: str, sphere: Sphere) -> None:
-        """Show a sphere in place of the last one of this robot and name."""
+        """Show a sphere in place of the previous one of this robot and name."""
         self._publisher(robot, name, Marker).publish(self._marker(robot, name, sphere, 0))
 
     def extend_trail(self, robot: int, name: str, sphere: Sphere) -> None:
@@ -75,7 +75,7 @@ class MarkerCanvas:
         key = (robot, name, kind)
         if key not in self._publishers:
             other = Marker if kind is MarkerArray else MarkerArray
-            # A topic has one type; scripts may use one name for a marker and for a trail.
+            # A topic has one type; a script may use the same name for a marker and a trail.
             suffix = (
                 f'_{kind.__name__.lower()}' if (robot, name, other) in self._publishers else ''
             )
@@ -105,7 +105,7 @@ _HEIGHT_M = 0.2
 
 
 def publish_obstacles(node: Node, obstacles: Obstacles, arena: Arena | None) -> None:
-    """Publish what robots are kept off, if there is anything, kept for late displays."""
+    """Publish obstacles and arena, if there are any, latched for late displays."""
     markers = [_disc(*disc) for disc in obstacles.discs]
     markers += [_outline(polygon.corners) for polygon in obstacles.polygons]
     if arena:

@@ -1,4 +1,4 @@
-"""Communication of a controller process: what its robots hear over graphs and imperfect links."""
+"""Communication of a controller process: what its robots receive over graph and links."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from std_msgs.msg import Float32MultiArray, Float64MultiArray, MultiArrayDimensi
 
 from setcmas_ctrl.communication.communication_settings import Communication
 from setcmas_ctrl.communication.graph import GraphChanges
-from setcmas_ctrl.driving.odometry import FleetOdometry, State, told_state
+from setcmas_ctrl.driving.odometry import FleetOdometry, State, read_state
 from setcmas_simu.arrays import Floats
 from setcmas_simu.fleet import topics
 from setcmas_simu.ros import qos
@@ -23,12 +23,12 @@ from setcmas_simu.simulator.lockstep import NONE
 
 _COUNTS_EVERY_S = 1.0
 _GRAPH_EVERY_S = 0.2
-_LAST_WORDS_S = 0.3
+_LAST_COUNTS_S = 0.3
 _TIMER_JITTER_S = 0.02
 
 
 class FleetCommunication:
-    """Takes the states that robots send, and hands out what each receiver knows."""
+    """Takes the states that robots send, and provides the states that each receiver knows."""
 
     def __init__(
         self,
@@ -38,14 +38,14 @@ class FleetCommunication:
         robots: list[int],
         profile: QoSProfile = qos.LATCHED,
     ) -> None:
-        """Subscribe to what the robots of the fleet send.
+        """Subscribe to the states that the robots of the fleet send.
 
         Args:
             node: Holds subscriptions and publishers.
-            odometry: The robots' states; those of all robots if communication is periodic.
+            odometry: States of the robots; of all robots if communication is periodic.
             communication: How the fleet communicates.
-            robots: The receivers: the robots that this process controls.
-            profile: Quality of service of the graph that is told.
+            robots: The receivers: robots that this process controls.
+            profile: Quality of service of the published graph.
         """
         self._odometry = odometry
         self._communication = communication
@@ -57,7 +57,7 @@ class FleetCommunication:
         self._segment = ''
         self._warn = node.get_logger().info
         self.jitter_s = _TIMER_JITTER_S
-        """A step that comes so much too early counts as in time."""
+        """A step this much too early counts as on time."""
         self._begun = False
         self._next_graph = self._next_counts = 0.0
         self._graph_publisher = None
@@ -72,7 +72,7 @@ class FleetCommunication:
             for robot in robots
         ]
         self.stamps = np.full(self._nb_robots, NONE)
-        """Times of the states that robots have sent when triggered, in ns, shape (N,)."""
+        """Stamps of the states that event-triggered robots have sent, in ns, shape (N,)."""
         self._states: list[PolledTopic] = []
         self._listen(node)
 
@@ -88,12 +88,12 @@ class FleetCommunication:
                 self._odometry.listen(robot, partial(self._send, robot))
 
     def take(self) -> None:
-        """Take the states that robots have sent; odometry has been taken before."""
+        """Take the states that robots have sent; call after taking odometry."""
         for topic in self._states:
             topic.take()
 
     def _on_state(self, robot: int, data: bytes) -> None:
-        if state := told_state(data):
+        if state := read_state(data):
             self.stamps[robot - 1] = read_stamp(data)
             self._send(robot, state)
 
@@ -104,16 +104,16 @@ class FleetCommunication:
         """Return the robots that have not sent a state yet."""
         return [int(i) + 1 for i in np.flatnonzero(np.isnan(self._links.last_sent[0]))]
 
-    def heard(self, t: float) -> tuple[Floats, Floats]:
-        """Return what each receiver knows at time t (s) of the run, and the adjacency matrix.
+    def known_poses(self, t: float) -> tuple[Floats, Floats]:
+        """Return the poses that each receiver knows at time t (s), and the adjacency matrix.
 
         Returns:
-            Poses by receiver, shape (R, 3, N), NaN for robots that are not heard; and (N, N).
+            Poses by receiver, shape (R, 3, N), NaN for unknown robots; and the matrix (N, N).
         """
         now = self._odometry.now
-        # A step of t = 9.9998 s is the one that offline is of t = 10 s, when a graph may switch.
+        # A step at t = 9.9998 s corresponds to t = 10 s offline, when a graph may switch.
         t += self.jitter_s
-        self._tell_segment(t)
+        self._report_segment(t)
         poses = self._odometry.poses
         adjacency = self._communication.graph.adjacency(t, poses[:2])
         if not self._begun:
@@ -123,28 +123,28 @@ class FleetCommunication:
             self._links.connect(adjacency, now)
         if now >= self._next_graph and self._graph.note(t, adjacency):
             self._next_graph = now + _GRAPH_EVERY_S - 0.01
-            self._graph.rows.clear()  # the recorder keeps them
+            self._graph.rows.clear()  # the recorder stores them
             self._publish_graph(adjacency)
         if now >= self._next_counts:
             self._next_counts = now + _COUNTS_EVERY_S
             self._publish_counts()
-        return self._links.heard(poses[:, self._own], now), adjacency
+        return self._links.known_poses(poses[:, self._own], now), adjacency
 
-    def _tell_segment(self, t: float) -> None:
+    def _report_segment(self, t: float) -> None:
         segment = self._communication.graph.segment(t).name
         if segment != self._segment and self._graph_publisher:
             self._segment = segment
             self._warn(f'graph at t = {t:.1f} s: {segment}')
 
     def stop(self) -> None:
-        """Publish the final counts, and wait, but not for long, until they have arrived."""
+        """Publish the final counts, and wait briefly until they have arrived."""
         self._publish_counts()
         for publisher in self._counts_publishers:
-            publisher.wait_for_all_acked(Duration(seconds=_LAST_WORDS_S))
+            publisher.wait_for_all_acked(Duration(seconds=_LAST_COUNTS_S))
 
     def _publish_graph(self, adjacency: Floats) -> None:
         if self._graph_publisher:
-            # Another process knows what its robots hear, at a time t of its own.
+            # Another process publishes the rows of its own robots, at its own time t.
             weights = np.full_like(adjacency, np.nan)
             weights[self._own] = adjacency[self._own]
             message = Float32MultiArray(data=weights.ravel().tolist())

@@ -12,7 +12,7 @@ from typing import NoReturn
 
 from setcmas_ctrl.communication.triggering import CONSEQUENCE
 from setcmas_ctrl.scripts.call_watch import CallWatch
-from setcmas_ctrl.scripts.script_errors import STANDS, ErrorReports, StopCall
+from setcmas_ctrl.scripts.script_errors import STOPPED, ErrorReports, StopCall
 from setcmas_simu.reports.launcher import Launcher
 from setcmas_simu.reports.reports import Ended, Failed, Function, ScriptCall
 from setcmas_simu.ros.process import RosProcess
@@ -21,12 +21,12 @@ from setcmas_simu.ros.process import RosProcess
 def end_stuck_script(
     process: RosProcess, watch: CallWatch, stop: Callable[[], None] = lambda: None
 ) -> None:
-    """Let a stop signal end a call of a script, even one that swallows exceptions.
+    """Make a stop signal end a script's call, even one that swallows exceptions.
 
     Args:
         process: Handles the signals.
         watch: Knows whether a call is running.
-        stop: Called before the process is ended by force.
+        stop: Called before the process is killed.
     """
     signals = 0
 
@@ -44,19 +44,19 @@ def end_stuck_script(
 
 
 def end_process(status: int) -> NoReturn:
-    """End this process with an exit status, whatever threads scripts may have started."""
+    """End this process with an exit status, despite running threads of scripts."""
     sys.stdout.flush()
     sys.stderr.flush()
     os._exit(status)
 
 
 class ScriptOutcomes:
-    """Keeps which calls have failed or hung, over all versions of a script.
+    """Collects failed and stuck calls over all versions of a script.
 
     Attributes:
-        watch: Knows which calls have hung.
-        laws: Takes the errors of control laws.
-        conditions: Takes the errors of triggering conditions.
+        watch: Knows the stuck calls.
+        laws: Receives errors of control laws.
+        conditions: Receives errors of triggering conditions.
     """
 
     def __init__(
@@ -71,10 +71,10 @@ class ScriptOutcomes:
 
         Args:
             warn: Shows a message to the user.
-            watch: Knows which calls have hung.
-            launcher: Is told of each error that is new, and of all at the end.
+            watch: Knows the stuck calls.
+            launcher: Receives each new error, and all of them at the end.
             laws: The script of each robot's control law.
-            condition: The script of the triggering condition.
+            condition: Script of the triggering condition.
         """
         self._warn = warn
         self.watch = watch
@@ -90,31 +90,31 @@ class ScriptOutcomes:
             partial(self._note, conditions, Function.CONDITION),
             Function.CONDITION,
         )
-        self._first = self.laws, self.conditions  # those of later versions count t from 0 again
+        self._first = self.laws, self.conditions  # in later versions t starts at 0 again
 
     @property
     def failed(self) -> tuple[ScriptCall, ...]:
-        """The calls that have failed, or hung, at some time, and what could not be loaded."""
+        """Calls that have failed or hung at some time, and scripts that did not load."""
         failed = [*self._failed, *self.watch.have_been_stuck, *self._unloaded]
         return tuple(dict.fromkeys(failed))
 
     def begin_anew(self, loaded: bool) -> None:
-        """Count the errors of a new version of the scripts from zero; it may not be loaded."""
+        """Restart the counts of errors for a new version, which may have failed to load."""
         self._unloaded = [] if loaded else self._loadings()
-        self._tell_counts(self.laws)
+        self._show_counts(self.laws)
         self.laws = self._reports_of_laws()
 
     def end(self) -> None:
-        """Say what was counted, and tell the launcher how it was."""
-        self._tell_counts(self.laws)
-        self._tell_counts(self.conditions)
+        """Show the counts, and report the outcome to the launcher."""
+        self._show_counts(self.laws)
+        self._show_counts(self.conditions)
         failures = sorted(
             (one for reports in self._first for one in reports.failures), key=attrgetter('t')
         )
         self._launcher.report(Ended(self.failed, tuple(failures)))
 
     def _reports_of_laws(self) -> ErrorReports:
-        return ErrorReports(self._warn, STANDS, partial(self._note, self._laws, Function.CONTROL))
+        return ErrorReports(self._warn, STOPPED, partial(self._note, self._laws, Function.CONTROL))
 
     def _loadings(self) -> list[ScriptCall]:
         return [
@@ -128,6 +128,6 @@ class ScriptOutcomes:
         self._failed.append(call)
         self._launcher.report(Failed(call, text))
 
-    def _tell_counts(self, reports: ErrorReports) -> None:
+    def _show_counts(self, reports: ErrorReports) -> None:
         for line in reports.summary():
             self._warn(line)

@@ -30,10 +30,10 @@ from setcmas_simu.reports.reports import Reloaded
 
 
 class LawLoader:
-    """Loads the laws of the robots of this process, each time with fresh state.
+    """Loads the laws of this process's robots, each time with fresh state.
 
     Attributes:
-        watch: Knows whether a script is stuck while it is loaded.
+        watch: Knows whether a script is stuck while it loads.
     """
 
     def __init__(
@@ -49,29 +49,29 @@ class LawLoader:
 
         Args:
             scripts: The control scripts.
-            seed: Chooses their random numbers.
+            seed: Seed of their random numbers.
             robots: The robots of this process.
             nb_robots: Size of the fleet.
-            watch: Watches the scripts.
-            task: Is told the task of the laws.
+            watch: Monitors the scripts.
+            task: Publishes the task of the laws.
         """
         self.watch = watch
         self._scripts = scripts
-        self._seed = (seed + robots[0] - 1) % 2**32  # in another process, other numbers
+        self._seed = (seed + robots[0] - 1) % 2**32  # different in each process
         self._robots = robots
         self._nb_robots = nb_robots
         self._task = task
 
     def load(self) -> list[ControlLaw]:
-        """Return a new law of each robot, and tell their task.
+        """Return a new law for each robot, and publish their task.
 
         Raises:
-            SetcmasError: A script cannot be loaded, or has shut ROS down.
+            SetcmasError: A script does not load, or has shut down ROS.
         """
         seed_scripts(self._seed)
         laws = [self._law(robot) for robot in self._robots]
         with self.watch.loading(laws[0].robot, laws[0].path):
-            self._task.tell(laws)
+            self._task.publish(laws)
         return laws
 
     def _law(self, robot: int) -> ControlLaw:
@@ -80,22 +80,22 @@ class LawLoader:
             law = self._scripts.law(robot, self._nb_robots)
         if not rclpy.ok():
             raise SetcmasError(
-                f'{script.name} has shut ROS down while loading: leave out rclpy.shutdown'
+                f'{script.name} has shut down ROS while loading: remove rclpy.shutdown'
             )
         return law
 
 
 _POLL_EVERY_S = 0.1
-_ATTEMPTS = 8  # to end a stuck call, several a second
+_ATTEMPTS = 8  # to end a stuck call, several per second
 
 
 class ScriptReloader:
-    """Exchanges the control laws of a process for those of the script's newest version.
+    """Replaces the control laws of a process by the newest version of the script.
 
-    The new laws start as in a new run: fresh state, t = 0 unless other processes have a t, the
-    same random numbers; robots keep their poses. A version that cannot be loaded leaves the
-    robots at zero until the next one. While an experiment is not paused (topic /paused), a new
-    version has to wait.
+    The new laws start as in a new run: fresh state, the same random numbers, and t = 0 unless
+    other processes share t; robots keep their poses. If a version does not load, the robots stop
+    until the next version. In an experiment that is not paused (topic /paused), a new version
+    waits for the pause.
     """
 
     def __init__(
@@ -110,12 +110,12 @@ class ScriptReloader:
         """Watch the script and the helper modules that it has imported.
 
         Args:
-            node: The node that owns the timer and the messages to the user.
+            node: Node for the timer and messages to the user.
             stepper: Calls the laws.
-            laws: The laws that it calls now.
-            loader: Loads new ones, and knows whether a call is stuck.
-            pause_timeout_s: Age in s from which the last word of the pause node is too old.
-            launcher: Is told of each version.
+            laws: The current laws.
+            loader: Loads new laws, and knows whether a call is stuck.
+            pause_timeout_s: Longest silence of the pause node before robots stop.
+            launcher: Receives a report for each version.
         """
         self._node = node
         self._stepper = stepper
@@ -125,7 +125,7 @@ class ScriptReloader:
         self._launcher = launcher
         self._scripts = list(dict.fromkeys(law.path for law in laws))
         self._files = FileWatch(self._scripts)
-        self._is_new = self._told_to_wait = False
+        self._is_new = self._asked_to_pause = False
         self._attempts = 0
         self._last_moving = -math.inf
         clock = Clock(clock_type=ClockType.STEADY_TIME)
@@ -136,7 +136,7 @@ class ScriptReloader:
         loader.watch.while_stuck = self._poll_while_stuck
 
     def _poll(self) -> None:
-        # Without laws: a module that was missing may appear.
+        # Without laws, poll too: a missing module may appear.
         self._files.watch(self._watched_files(), new_are_saved=not self._laws)
         self._is_new = self._files.poll(time.monotonic()) or self._is_new
         if not self._is_new:
@@ -144,53 +144,53 @@ class ScriptReloader:
         if self._is_moving():
             self._ask_to_pause()
             return
-        self._is_new = self._told_to_wait = False
+        self._is_new = self._asked_to_pause = False
         self._attempts = 0
         self._reload()
 
     def _watched_files(self) -> set[Path]:
         if self._laws:
             return {file for law in self._laws for file in law.files}
-        # What a version that cannot be loaded would have imported is not known.
+        # The imports of a version that does not load are unknown.
         beside = {file for script in self._scripts for file in script.parent.glob('*.py')}
         return {*self._scripts, *beside}
 
     def _saved(self) -> str:
-        """Return the names of the scripts that were saved; of all, if it was a helper module."""
+        """Return the names of the saved scripts; of all scripts if a helper module was saved."""
         saved = [script for script in self._scripts if script in self._files.saved]
         return ', '.join(script.name for script in saved or self._scripts)
 
     def _reload(self) -> None:
         try:
             self._laws = self._loader.load()
-        except AbandonCall:  # it never finished, and there is a newer version already
+        except AbandonCall:  # loading was stuck, and a newer version exists
             self._laws = []
         except SetcmasError as error:
             self._laws = []
             self._node.get_logger().warning(
-                f'{self._saved()} was saved with a mistake; its robots are commanded zero '
-                f'until it is saved without:\n    {error}'
+                f'{self._saved()} was saved with a mistake; its robots get zero velocity '
+                f'until you correct it:\n    {error}'
             )
         else:
             robots = robots_in_words([law.robot for law in self._laws])
             self._node.get_logger().info(
-                f'{self._saved()} was saved and is loaded again for {robots}; '
-                f't {"goes on, as other controllers do" if self._stepper.shares_t else "= 0"}'
+                f'{self._saved()} was saved and reloaded for {robots}; '
+                f't {"continues, as in other controllers" if self._stepper.shares_t else "= 0"}'
             )
         self._launcher.report(Reloaded(self._laws != []))
         self._files.watch(self._watched_files())
         self._stepper.use(self._laws)
 
     def _poll_while_stuck(self) -> None:
-        # On the thread of the watch: the thread that polls otherwise is the one that is stuck.
+        # Runs on the watch's thread, because the usual thread is stuck.
         self._is_new = self._files.poll(time.monotonic()) or self._is_new
         if self._is_new:
             self._attempts += 1
             signal.pthread_kill(self._thread, signal.SIGUSR1)
         if self._attempts == _ATTEMPTS:
             self._node.get_logger().warning(
-                f'{self._saved()} was saved, but its earlier version cannot be ended: does it '
-                'have a bare except? Press Ctrl-C and start again'
+                f'{self._saved()} was saved, but its earlier version does not end: does it '
+                'have a bare except? Press Ctrl-C and restart'
             )
 
     def _abandon_stuck_call(self, *_: object) -> None:
@@ -201,11 +201,11 @@ class ScriptReloader:
         return time.monotonic() - self._last_moving < self._pause_timeout_s
 
     def _ask_to_pause(self) -> None:
-        if not self._told_to_wait:
-            self._told_to_wait = True
+        if not self._asked_to_pause:
+            self._asked_to_pause = True
             self._node.get_logger().warning(
-                f'{self._saved()} was saved, but the experiment is not paused: the robots go '
-                'on with the earlier version; the new one is loaded when you pause'
+                f'{self._saved()} was saved, but the experiment is not paused: the robots '
+                'keep the earlier version; pause to load the new one'
             )
 
     def _on_paused(self, message: Bool) -> None:

@@ -1,4 +1,4 @@
-"""Stepper of a controller process: one step that evaluates the laws of all its robots."""
+"""Stepper of a controller process: evaluates the laws of all its robots in one step."""
 
 from __future__ import annotations
 
@@ -34,15 +34,15 @@ from setcmas_simu.ros.step_loop import Clock, SteadyClock
 
 _NOTHING = (math.nan, 0.0, math.nan)
 _LISTENERS_WAIT_S = 2.0
-_ENDS_ALL = 'and the other robots of this process cannot be commanded any more: it ends'
-_RECORDER_WAIT_S = 15.0  # of a machine that reads everything from its disk for the first time
+_ENDS_ALL = 'this process ends, because it cannot command any robot any more'
+_RECORDER_WAIT_S = 15.0  # enough for a machine that loads everything from disk first
 
 
 class ControlStepper:
-    """Calls the control laws at a fixed rate, all with the same poses and the same time.
+    """Calls the control laws at a fixed rate, all with the same poses and time.
 
     Attributes:
-        clock: The time that is followed.
+        clock: The clock that it follows.
     """
 
     def __init__(
@@ -55,17 +55,17 @@ class ControlStepper:
         graph: GraphWatch,
         pause: PauseWatch | None = None,
     ) -> None:
-        """Prepare; nothing is called before the first step.
+        """Prepare; the first step makes the first call.
 
         Args:
-            node: The node that owns the messages to the user.
+            node: Node for messages to the user.
             odometry: The poses of the fleet.
-            robots: The controller of each robot of this process, and its si_to_uni node.
-            commander: Turns what the laws want into commands.
-            outcomes: Takes the errors of the scripts; its watch watches the calls.
-            graph: Looks who listens, and who else is there.
-            pause: In an experiment, says when the laws are held; in a simulation they are while
-                all robots are paused. Their time stands still then.
+            robots: Controller and si_to_uni node of each robot of this process.
+            commander: Converts velocities of the laws to commands.
+            outcomes: Receives errors of the scripts; its watch monitors the calls.
+            graph: Finds listeners and other commanders.
+            pause: Pauses the laws of an experiment; in a simulation they pause while all
+                robots are paused. During a pause t stands still.
         """
         self._node = node
         self._odometry = odometry
@@ -84,7 +84,7 @@ class ControlStepper:
             own = list(self.robots)
             self._time_topic = FleetTimeTopic(node, own, self._time, lambda: self.clock.now())
         self.communication: FleetCommunication | None = None
-        """What each robot hears of the fleet; None if all robots know all poses."""
+        """What each robot knows of the fleet; None if all robots know all poses."""
         self._stepped = 0.0
         self._graph = graph
         self._lost = LostRobots(self.robots, odometry, self._warn)
@@ -96,26 +96,26 @@ class ControlStepper:
         """Wait until all poses are known and the robots listen.
 
         Args:
-            process: Is served meanwhile.
-            recorded: Whether a recorder is sure to come, and is waited for.
-            lockstep: Whether the robots wait for the laws, so that there is no step to fall into.
+            process: Served while waiting.
+            recorded: Whether a recorder will come; then wait for it.
+            lockstep: Whether the robots wait for the laws, which makes synchronising unnecessary.
         """
         experiment = self._pause is not None
         wait_for_poses(process, self._odometry, self.take, self._warn, experiment)
         if self.communication:
             wait_for_states(process, self.communication, self.take, self._warn)
-        # A robot, and a recorder if there is or will be one, are to get the very first command.
-        process.spin_until(self._graph.all_heard(), _LISTENERS_WAIT_S)
+        # The robots, and a recorder if there is one, must get the very first command.
+        process.spin_until(self._graph.all_connected(), _LISTENERS_WAIT_S)
         if recorded:
             process.spin_until(self._graph.all_recorded(), _RECORDER_WAIT_S)
         else:
-            process.spin_until(self._graph.recorded_if_they_can_be(), _LISTENERS_WAIT_S)
+            process.spin_until(self._graph.recorder_connected(), _LISTENERS_WAIT_S)
         if self._time_topic and not lockstep:
             self._time_topic.wait_for_others(process)
         if process.stopping:
             return
-        # Said before: the time that it takes must not come between the odometry and t = 0.
-        law = ', '.join(dict.fromkeys(one.law.path.stem for one in self._controllers))
+        # Log now, not between the odometry and t = 0: logging takes time.
+        law = ', '.join(dict.fromkeys(each.law.path.stem for each in self._controllers))
         self._node.get_logger().info(
             f'controlling {robots_in_words(list(self.robots))} with {law} '
             f'at {self._commander.gains.rate:g} Hz; Ctrl-C stops'
@@ -137,21 +137,21 @@ class ControlStepper:
         return tuple(controller.robot for controller in self._controllers)
 
     def follow_clock(self) -> None:
-        """Let t be the time of the clock, which other processes follow too."""
+        """Use the clock's time as t, as other processes do."""
         self._time.follow_clock()
 
     @property
     def t(self) -> float:
-        """Time of the control laws in s: 0 before their first call, held while they are."""
+        """Time t of the control laws in s: 0 before their first call, constant while paused."""
         return self._time.at(self.clock.now())
 
     @property
     def shares_t(self) -> bool:
-        """Whether other processes have the same t."""
+        """Whether other processes use the same t."""
         return self._time.is_shared(self.clock.now())
 
     def use(self, laws: list[ControlLaw]) -> None:
-        """Go on with other laws, with t and errors anew; none: all robots stand."""
+        """Replace the laws, and reset t and errors; without laws all robots stop."""
         self.outcomes.begin_anew(loaded=laws != [])
         self._has_laws = laws != []
         for controller, law in zip(self._controllers, laws, strict=False):
@@ -159,7 +159,7 @@ class ControlStepper:
         self._time.begin_anew()
 
     def follow(self, gains: GainOptions) -> None:
-        """Let the robots follow from now on by other gains."""
+        """Use other gains from now on."""
         self._commander.gains = gains
 
     def stop(self) -> None:
@@ -172,13 +172,13 @@ class ControlStepper:
             self.communication.stop()
 
     def take(self) -> None:
-        """Take what has come: poses, wishes to pause a robot, states that robots have sent."""
+        """Take pending messages: poses, pause requests, states that robots have sent."""
         self._take(self.clock.now())
 
     def step(self, now: float) -> None:
-        """Take what has come, call the laws, and command the robots; `now` is in s."""
+        """Take messages, call the laws, and command the robots; `now` is in s."""
         self._take(now)
-        # Odometry cannot come in while a step takes its time.
+        # A step cannot receive odometry while it runs.
         self._lost.look(POSE_TIMEOUT_S + now - self._stepped)
         with self.watch.step():
             held = self._is_held()
@@ -188,9 +188,9 @@ class ControlStepper:
             else:
                 self._control(t)
         if self._time_topic:
-            self._time_topic.tell()
+            self._time_topic.publish()
         self._stepped = now
-        self._take_signals()  # scripts may have taken them
+        self._take_signals()  # scripts may have changed the handlers
         self._graph.check()
 
     def _take(self, now: float) -> None:
@@ -206,14 +206,14 @@ class ControlStepper:
         return all(follower.paused for follower in self._followers)
 
     def _stand(self) -> None:
-        """Command zero without calling the laws: a reference must not run away meanwhile."""
+        """Command zero without calling the laws, so that references do not run ahead."""
         self._command(self._commander.stand())
 
     def _control(self, t: float) -> None:
         poses: Iterable[Floats] = repeat(self._odometry.poses.copy())
         adjacency = None
         if self.communication:
-            poses, adjacency = self.communication.heard(t)
+            poses, adjacency = self.communication.known_poses(t)
         velocities, idle = [], set()
         for controller, known in zip(self._controllers, poses, strict=False):
             velocity = None
@@ -235,7 +235,7 @@ class ControlStepper:
         self._command(self._commander(wanted, self._odometry.poses, t), idle)
 
     def _command(self, commanded: Commanded, idle: Collection[int] = ()) -> None:
-        """Publish what the laws want, and what of it is allowed, and command the robots."""
+        """Publish wanted and allowed velocities, and command the robots."""
         for controller, velocity in zip(
             self._controllers, commanded.wanted.T.tolist(), strict=True
         ):
@@ -246,16 +246,16 @@ class ControlStepper:
             ):
                 controller.publish_allowed(*allowed)
         for follower, command in zip(self._followers, commanded.commands.T.tolist(), strict=True):
-            # A law that fails is not one that lets its robot stand: in an experiment the bridge
+            # A failing law differs from a law that returns zero: in an experiment the bridge
             # stops the robot until a person starts it again.
             nothing = self._pause is not None and follower.robot in idle
             follower.command(*(_NOTHING if nothing else command))
 
     def _check_ros(self, controller: Controller, t: float) -> None:
-        """See that the script has not ended ROS in this process: no robot could be commanded.
+        """Check that no script has shut down ROS in this process.
 
         Raises:
-            StopCall: It has; the process ends.
+            StopCall: ROS is shut down; the process ends.
         """
         if not self._node.context.ok():
             name = controller.law.path.name

@@ -1,1 +1,1 @@
-"""Nodes that drive one robot each, its model, its pause, and their stand-in."""
+"""Nodes that drive one robot each, with its model and its pause; and their stand-in."""

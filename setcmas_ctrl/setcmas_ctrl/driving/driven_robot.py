@@ -26,7 +26,7 @@ from setcmas_simu.ros.process import FleetNode
 
 
 class Controller(FleetNode):
-    """Publishes the velocity that one robot's control law wants."""
+    """Publishes the velocity of one robot's control law."""
 
     def __init__(self, law: ControlLaw, profile: QoSProfile = qos.COMMAND) -> None:
         """Create the node in the robot's namespace."""
@@ -37,13 +37,13 @@ class Controller(FleetNode):
         self._allowed: Publisher | None = None
         self._message = Point32()
 
-    def tell_allowed(self, profile: QoSProfile) -> None:
-        """Have a topic for what the safety filter lets through."""
+    def add_allowed_topic(self, profile: QoSProfile) -> None:
+        """Create the topic for velocities after the safety filter."""
         topic = topics.CMD_CART_VEL_ALLOWED
         self._allowed = self.create_publisher(Point32, topic, profile)
 
     def publish_allowed(self, vx: float, vy: float, verdict: float) -> None:
-        """Publish what the safety filter lets through, in m/s, and its verdict."""
+        """Publish the velocity after the safety filter, in m/s, and the filter's verdict."""
         if self._allowed:
             self._allowed.publish(Point32(x=vx, y=vy, z=verdict))
 
@@ -57,13 +57,13 @@ NODE_NAME = 'si_to_uni'
 
 
 class SiToUni(FleetNode):
-    """Commands one robot; zero while it is paused, and when the process ends.
+    """Commands one robot; zero while it is paused and when the process ends.
 
     Attributes:
         robot: Number of the robot.
-        paused: Whether it is held at zero.
-        stopped: Whether it stays so: an emergency stop.
-        model: How it turns velocities into commands.
+        paused: Whether it is paused.
+        stopped: Whether an emergency stop holds it.
+        model: Converts velocities to commands.
     """
 
     def __init__(
@@ -78,7 +78,7 @@ class SiToUni(FleetNode):
         Args:
             robot: Number of the robot.
             cmd_vel_type: 'twist', 'twist_stamped', or 'auto' for what the robot listens to.
-            topic: Name of the robot's topic that takes the commands.
+            topic: Name of the robot's command topic.
             profile: Quality of service of the commands.
         """
         super().__init__(NODE_NAME, namespace=topics.robot_name(robot))
@@ -99,17 +99,17 @@ class SiToUni(FleetNode):
         self._offered: list[PolledService] = []
 
     def offer_services(self) -> None:
-        """Offer `~/pause`, which does what the topic does, and says so."""
+        """Offer the service `~/pause`, the same as the topic but with a response."""
         self._offered.append(PolledService(self, SetBool, '~/pause', self._answer_pause))
 
     def take(self) -> None:
-        """Take the wishes to pause the robot that have come."""
+        """Take pending pause requests."""
         self._pauses.take()
         for service in self._offered:
             service.take()
 
     def pause(self, paused: bool) -> None:
-        """Hold the robot at zero velocity, or let it go on."""
+        """Pause or resume the robot."""
         self.paused = paused or self.stopped
         if self.paused:
             self.cmd_vel.publish(0.0, 0.0)
@@ -136,19 +136,19 @@ class SiToUni(FleetNode):
 
 
 class DrivenModels:
-    """Gives the nodes that command robots the robots' models."""
+    """Sets the robot models of the nodes that command robots."""
 
     def __init__(self, followers: Sequence[SiToUni], warn: Callable[[str], None]) -> None:
-        """Take the nodes, which drive unicycles so far; `warn` shows a message to the user."""
+        """Start with unicycles; `warn` shows a message to the user."""
         self._followers = {follower.robot: follower for follower in followers}
         self._warn = warn
-        self._told: set[str] = set()
+        self._reported: set[str] = set()
 
     def use(self, names: Sequence[str]) -> None:
-        """Drive the robots by models, one name for each robot of the fleet.
+        """Use these models, one name for each robot of the fleet.
 
         Raises:
-            SetcmasError: There is no such model, or a script cannot be loaded.
+            SetcmasError: A model is unknown, or a script does not load.
         """
         robots = list(self._followers)
         models = robot_models([names[robot - 1] for robot in robots], robots, warn=self._warn)
@@ -156,7 +156,7 @@ class DrivenModels:
             self._followers[robot].model = model
 
     def follow(self, announced: FleetListener) -> None:
-        """Drive the robots by the models that are announced, now and later."""
+        """Use the announced models, now and after each new announcement."""
         announced.on_change = lambda: self._take(announced.models)
         self._take(announced.models)
 
@@ -165,18 +165,18 @@ class DrivenModels:
             robots = [robot for robot in self._followers if models.get(robot) == name]
             try:
                 if is_script(name):
-                    raise SetcmasError(f'if {name} has a command of its own, add --model {name}')
+                    raise SetcmasError(f'if {name} defines command(), add --model {name}')
                 for robot, model in zip(
                     robots, robot_models([name] * len(robots), robots), strict=True
                 ):
                     self._followers[robot].model = model
             except SetcmasError as error:
-                self._tell(name, robots, error)
+                self._report(name, robots, error)
 
-    def _tell(self, name: str, robots: list[int], error: SetcmasError) -> None:
-        if robots and name not in self._told:
-            self._told.add(name)
+    def _report(self, name: str, robots: list[int], error: SetcmasError) -> None:
+        if robots and name not in self._reported:
+            self._reported.add(name)
             self._warn(
                 f'{robots_in_words(sorted(robots))}: the simulator '
-                f"says '{name}'; driven as unicycles: {error}"
+                f"announces model '{name}'; driven as unicycles: {error}"
             )

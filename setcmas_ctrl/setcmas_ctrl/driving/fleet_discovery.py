@@ -26,12 +26,12 @@ def robots_with_odometry(
     topic_of: Callable[[int], str] = topics.odometry_topic,
     known: Container[int] = (),
 ) -> list[int]:
-    """Return the numbers of the robots whose odometry somebody publishes, sorted.
+    """Return the sorted numbers of robots with odometry publishers.
 
     Args:
-        node: The node through which the graph is seen.
-        topic_of: Gives the topic of each robot's odometry.
-        known: Robots that are left out.
+        node: Node through which to look at the ROS graph.
+        topic_of: Returns the odometry topic of a robot.
+        known: Robots to leave out.
     """
     robots = [
         robot
@@ -46,15 +46,15 @@ def robots_with_odometry(
 
 
 def wait_for_fleet(process: RosProcess, node: Node, listener: FleetListener) -> int:
-    """Return the size of the fleet that is announced; where nobody announces, guess and say so.
+    """Wait for the announced fleet size; guess it, with a warning, if there is no announcer.
 
     Args:
-        process: Serves the subscriptions meanwhile.
-        node: The node through which the graph is seen.
-        listener: Takes announcements.
+        process: Served while waiting.
+        node: Node through which to look at the ROS graph.
+        listener: Receives announcements.
 
     Returns:
-        Size of the fleet; 0 if the process was asked to stop meanwhile.
+        Size of the fleet; 0 if the process must stop.
     """
     fleet = _Fleet(node, listener)
     while not process.stopping and not process.spin_until(fleet.is_known, _REMIND_EVERY_S):
@@ -65,10 +65,10 @@ def wait_for_fleet(process: RosProcess, node: Node, listener: FleetListener) -> 
 
 
 def wait_for_source(process: RosProcess, node: Node, listener: FleetListener, pid: int) -> bool:
-    """Wait until a process of this machine has announced its robots.
+    """Wait for the simulator or lab with a process ID on this machine.
 
     Returns:
-        Whether it has; False if this process was asked to stop meanwhile.
+        Whether it has announced its robots; False if this process must stop.
     """
     source = own_source(Kind.SIMULATOR, pid)
     while not process.stopping and not process.spin_until(
@@ -82,16 +82,16 @@ def wait_for_source(process: RosProcess, node: Node, listener: FleetListener, pi
 def wait_for_announcement(
     process: RosProcess, node: Node, listener: FleetListener, nb_robots: int
 ) -> bool:
-    """Wait until the time that robots follow is known: it is announced, if anybody announces any.
+    """Wait until the robots' simulated time is known, if there is an announcer.
 
     Returns:
-        Whether it is known; False if this process was asked to stop meanwhile.
+        Whether it is known; False if this process must stop.
     """
 
     def is_known() -> bool:
-        # Who has discovered the odometry of a simulator knows of its announcer.
-        nobody = node.count_publishers(topics.FLEET) == 0
-        return bool(listener.take()) or (nobody and bool(robots_with_odometry(node)))
+        # Whoever has discovered the odometry of a simulator has also discovered its announcer.
+        none_announces = node.count_publishers(topics.FLEET) == 0
+        return bool(listener.take()) or (none_announces and bool(robots_with_odometry(node)))
 
     while not process.spin_until(is_known, _REMIND_EVERY_S) and not process.stopping:
         node.get_logger().warning(
@@ -102,7 +102,7 @@ def wait_for_announcement(
 
 
 class _Fleet:
-    """What is announced; and the robots in sight, for the case that nobody announces any."""
+    """The announced robots, or else the robots with odometry."""
 
     def __init__(self, node: Node, listener: FleetListener) -> None:
         self.nb_robots = 0
@@ -115,34 +115,34 @@ class _Fleet:
         self._subscriptions: dict[int, Subscription] = {}
 
     def is_known(self) -> bool:
-        """Look at what is announced, and at the graph; return whether the fleet is known."""
+        """Check announcements and the graph; return whether the fleet is known."""
         if self._announced.take():
             self._note_change(len(self._announced.by_source) != self._nb_announcements)
             self._nb_announcements = len(self._announced.by_source)
-            # Who was killed stays on the graph for a while, and will not announce anything.
+            # A killed process stays in the graph for a while and will not announce anything.
             if self._announced.announced_by_all or self._settled():
                 self.nb_robots = self._announced.nb_robots
-        elif self._announced.announced_by_all:  # that is, nobody is there who would
+        elif self._announced.announced_by_all:  # so there is no announcer
             self._guess()
         return self.nb_robots > 0
 
     def remind(self) -> None:
-        """Say what is missing."""
+        """Log what is missing."""
         if silent := sorted(self._robots - self._heard):
             message = (
                 f'{robots_in_words(sorted(self._robots), "are")} there, but '
-                f'{topics.odometry_topic(silent[0])} is silent; is their simulator held up?'
+                f'{topics.odometry_topic(silent[0])} is silent; does their simulator hang?'
             )
         else:
             message = (
-                f'waiting for a fleet: nobody announces one on {topics.FLEET}, and nothing '
-                f'publishes {topics.odometry_topic(1)} yet; '
-                'is setcmas simu running, in the same ROS domain?'
+                f'waiting for a fleet: no announcement on {topics.FLEET}, and no '
+                f'publisher of {topics.odometry_topic(1)}; '
+                'is setcmas simu running in the same ROS domain?'
             )
         self._node.get_logger().warning(message)
 
     def close(self) -> None:
-        """Listen no more to robots."""
+        """Unsubscribe from odometry."""
         for subscription in self._subscriptions.values():
             self._node.destroy_subscription(subscription)
 
@@ -155,9 +155,9 @@ class _Fleet:
         if robots and robots <= self._heard and self._settled():
             self.nb_robots = max(robots)
             self._node.get_logger().warning(
-                f'nobody announces a fleet on {topics.FLEET}: '
-                f'{robots_in_words(sorted(robots), "are")} taken for all of it, because odometry '
-                'is heard; --nb-robots says how many there are'
+                f'no announcement on {topics.FLEET}: '
+                f'assuming that the fleet is {robots_in_words(sorted(robots))}, because only they '
+                'have odometry; to set its size, use --nb-robots'
             )
 
     def _note_change(self, changed: bool) -> None:
@@ -177,12 +177,12 @@ class _Fleet:
 
 
 class LostRobots:
-    """Says whose odometry is too old; tells it, and when it is back."""
+    """Reports robots whose odometry becomes too old, and when it returns."""
 
     def __init__(
         self, robots: Sequence[int], odometry: FleetOdometry, warn: Callable[[str], None]
     ) -> None:
-        """Begin with none lost; `warn` shows a message to the user."""
+        """Start without lost robots; `warn` shows a message to the user."""
         self._robots = robots
         self._odometry = odometry
         self._warn = warn
@@ -193,12 +193,12 @@ class LostRobots:
         return robot in self._lost
 
     def look(self, timeout_s: float) -> None:
-        """Look whose odometry is older than a time in s."""
+        """Find robots whose odometry is older than a time in s."""
         for robot in self._robots:
             age = self._odometry.age(robot)
             if age > timeout_s and robot not in self._lost:
                 self._lost.add(robot)
-                self._warn(f'robot {robot}: no odometry for {age:.1f} s; it is commanded zero')
+                self._warn(f'robot {robot}: no odometry for {age:.1f} s; it gets zero velocity')
             elif age <= timeout_s and robot in self._lost:
                 self._lost.remove(robot)
                 self._warn(f'robot {robot}: odometry is back')

@@ -19,12 +19,12 @@ from setcmas_simu.ros.polling import PolledTopic
 
 
 class FleetPause:
-    """Pauses robots, or lets them go on; tells the launcher, as it may come from elsewhere."""
+    """Pauses and resumes robots, and reports it to the launcher."""
 
     def __init__(
         self, node: Node, followers: Sequence[SiToUni], launcher: Launcher, in_lockstep: bool
     ) -> None:
-        """Listen through a node, whose name the service bears; a pause in lockstep stops time."""
+        """Subscribe and offer the service through a node; in lockstep a pause stops time."""
         self._followers = followers
         self._launcher = launcher
         self._stopped = False
@@ -37,7 +37,7 @@ class FleetPause:
     def _on_stop(self, message: Bool) -> None:
         if message.data and not self._stopped:
             self._pause(True, topics.EMERGENCY_STOP)
-            print('emergency stop: it ends with this process', flush=True)
+            print('emergency stop: to continue, start this process again', flush=True)
             self._stopped = True
             for follower in self._followers:
                 follower.stopped = True
@@ -58,34 +58,34 @@ class FleetPause:
         self._pause(request.data, 'service')
         response.success = request.data or not self._stopped
         paused = request.data or self._stopped
-        response.message = f'all robots are {"paused" if paused else "let go"}'
+        response.message = f'all robots are {"paused" if paused else "resumed"}'
         return response
 
 
 SURE_AFTER_S = 0.25
-"""Time in s for which nothing but go has come until it counts: who sent a message cannot be known,
-but a pause node that means pause says so in between, ten times a second."""
+"""Time in s with only "go" messages before it counts: the sender of a message is unknown, but a
+pause node that means pause repeats it ten times a second."""
 
 BY_WISH = 'paused'
-SILENT = 'paused: nothing is heard of the pause node'
-NOT_STARTED = 'paused: the pause node says go, but was not heard to pause first'
-SEVERAL = 'paused: several pause nodes send /paused; is another experiment in this ROS domain?'
+SILENT = 'paused: no message from the pause node'
+NOT_STARTED = 'paused: the pause node says go, but has not said pause before'
+SEVERAL = 'paused: several pause nodes publish /paused; is another experiment in this ROS domain?'
 
 
 class PauseWatch:
-    """The pause state that a process acts upon: paused unless told otherwise, all the time."""
+    """Pause state of this process: paused unless a pause node keeps saying go."""
 
     def __init__(
         self, node: Node, timeout_s: float = PAUSE_TIMEOUT_S, latches: bool = False
     ) -> None:
-        """Listen through a node.
+        """Subscribe through a node.
 
         Args:
             node: The node.
-            timeout_s: Age in s from which the last word of the pause node is too old.
-            latches: Whether, at first and after every silence or contradiction, go counts only
-                once pause has been heard: robots do not start by themselves because a message
-                comes back, or because somebody else's pause node says go.
+            timeout_s: Longest silence of the pause node before robots stop.
+            latches: Whether go counts only after pause, at first and after each silence or
+                contradiction: robots must not start by themselves when messages come back, or
+                because another pause node says go.
         """
         self._node = node
         self._timeout_s = timeout_s
@@ -98,15 +98,15 @@ class PauseWatch:
         self._topic = PolledTopic(node, Bool, topics.PAUSED, self._on_paused, qos.EVENT)
 
     def reason(self) -> str:
-        """Return why robots are paused, by what has come; empty if they are not."""
+        """Return why robots are paused; '' if they are not."""
         now = time.monotonic()
-        # Who latches takes a message for as old as it can be: it came after the last look.
+        # If it latches, count the message as old as possible: it came after the last check.
         self._comes_from, self._looked = self._looked if self._latches else now, now
         self._topic.take()
         trouble = self._trouble()
         if trouble:
             if trouble == SEVERAL and self._may_go:
-                self._held = SEVERAL  # for whoever asks once they are gone
+                self._held = SEVERAL  # also for later checks, when they are gone
             self._may_go = not self._latches
             return trouble
         if self._paused:
@@ -118,17 +118,17 @@ class PauseWatch:
         return BY_WISH if now - self._go_since < SURE_AFTER_S else ''
 
     def hold(self, why: str) -> None:
-        """Pause, until the pause node says pause and then go again."""
+        """Pause until the pause node says pause and then go again."""
         self._may_go = False
         self._held = f'{BY_WISH}: {why}'
 
     def forget(self) -> None:
-        """Let all that has come count as nothing: this process was held up since."""
+        """Forget all messages, because this process was suspended meanwhile."""
         self._topic.take()
         self._received = -float('inf')
 
     def _trouble(self) -> str:
-        # Asked every time: between two looks, a second pause node could start the robots.
+        # Check every time: a second pause node could start the robots between two checks.
         if self._node.count_publishers(topics.PAUSED) > 1:
             return SEVERAL
         silent = time.monotonic() - self._received > self._timeout_s
@@ -146,23 +146,23 @@ STOPPED = 'emergency stop'
 
 
 class EmergencyWatch:
-    """Holds an emergency stop until the pause node that has taken it over lets go.
+    """Latches an emergency stop until the pause node that took it over releases it.
 
-    Anybody may stop. Only a pause node that said "stopped" since, and is the only one in sight,
-    ends it by saying "not stopped": one that comes later, or somebody else's, does not.
+    Any node may stop the robots. Only a pause node that has since said "stopped", and that is the
+    only one, ends the stop by saying "not stopped"; a later or different pause node cannot.
 
     Attributes:
-        stopped: Whether robots must stand, by what has come.
+        stopped: Whether robots must stop.
     """
 
     def __init__(self, node: Node) -> None:
-        """Listen through a node."""
+        """Subscribe through a node."""
         self._node = node
         self.stopped = False
         self._holder: bytes | None = None
         self._free_since: float | None = None
         stop, state = topics.EMERGENCY_STOP, topics.EMERGENCY_STOPPED
-        # Who publishes without latching matches only the one, who latched it earlier the other.
+        # The first profile matches publishers without latching, the second latching ones.
         self._topics = [
             PolledTopic(node, Bool, stop, self._on_stop, qos.EVENT),
             PolledTopic(node, Bool, stop, self._on_stop, qos.LATCHED),
@@ -170,7 +170,7 @@ class EmergencyWatch:
         ]
 
     def take(self) -> bool:
-        """Take what has come; returns whether robots must stand."""
+        """Take messages; return whether robots must stop."""
         for topic in self._topics:
             topic.take()
         return self.stopped
@@ -184,7 +184,7 @@ class EmergencyWatch:
         if message.data:
             self.stopped, self._holder, self._free_since = True, source, None
         elif self._holder is not None and self._holder == source:
-            # Who sent a message cannot be known: the holder repeats its own in between.
+            # Messages do not name their sender, but the pause node repeats its own in between.
             now = time.monotonic()
             self._free_since = self._free_since or now
             if now - self._free_since >= SURE_AFTER_S:

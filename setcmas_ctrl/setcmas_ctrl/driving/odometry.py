@@ -1,4 +1,4 @@
-"""Newest pose of each robot of a fleet, by one subscription each."""
+"""Newest pose of each robot of a fleet, from one subscription per robot."""
 
 from __future__ import annotations
 
@@ -25,12 +25,12 @@ Pose = tuple[float, float, float]
 
 
 class State(NamedTuple):
-    """What an odometry tells of a robot.
+    """State of a robot from its odometry.
 
     Attributes:
         pose: x, y in m and theta in rad.
         V: Forward speed in m/s.
-        odometry: The message that tells it, encoded.
+        odometry: The encoded message.
     """
 
     pose: Pose
@@ -41,7 +41,7 @@ class State(NamedTuple):
 Listener = Callable[[State], None]
 
 POSE_TIMEOUT_S = 1.0
-"""Age in s from which a robot's own pose is too old to command it."""
+"""Age in s after which a robot's own pose is too old to command it."""
 
 
 class FleetOdometry:
@@ -50,7 +50,7 @@ class FleetOdometry:
     Attributes:
         poses: Rows x, y in m and theta in rad, shape (3, N); NaN for robots not seen yet.
         stamps: Times of the newest odometry in ns, shape (N,); NONE for robots not seen yet.
-        now: Time in s at which `take` was called last.
+        now: Time in s of the last `take`.
     """
 
     def __init__(
@@ -61,12 +61,12 @@ class FleetOdometry:
         robots: Iterable[int] | None = None,
         profile: QoSProfile = qos.STATE,
     ) -> None:
-        """Subscribe to the odometry of robots; `take` takes what has come.
+        """Subscribe to the odometry of robots; `take` takes new messages.
 
         Args:
-            node: The node that subscribes.
+            node: The subscribing node.
             nb_robots: Number of robots in the fleet.
-            topic_of: Gives the topic of each robot's poses.
+            topic_of: Returns the odometry topic of a robot.
             robots: The robots to follow; None is the whole fleet.
             profile: Quality of service.
         """
@@ -97,11 +97,11 @@ class FleetOdometry:
             topic.take()
 
     def listen(self, robot: int, listener: Listener) -> None:
-        """Call a function with each state of a robot that is taken."""
+        """Call a function with each new state of a robot."""
         self._listeners[robot - 1].append(listener)
 
     def missing(self) -> list[int]:
-        """Return the robots that are followed and have not been seen yet."""
+        """Return the followed robots without a pose yet."""
         if self._complete:
             return []
         missing = [robot for robot in self._followed if np.isinf(self._received[robot - 1])]
@@ -109,20 +109,20 @@ class FleetOdometry:
         return missing
 
     def age(self, robot: int) -> float:
-        """Return how long before the last `take` a robot was last seen, in s."""
+        """Return the age in s of a robot's pose at the last `take`."""
         return self.now - float(self._received[robot - 1])
 
     def _on_odometry(self, index: int, data: bytes) -> None:
         self.stamps[index] = read_stamp(data)
-        if state := told_state(data):
+        if state := read_state(data):
             self.poses[:, index] = state.pose
             self._received[index] = self.now
             for listener in self._listeners[index]:
                 listener(state)
 
 
-def told_state(data: bytes) -> State | None:
-    """Return what an encoded odometry tells; None if its pose is not finite."""
+def read_state(data: bytes) -> State | None:
+    """Return the state in an encoded odometry; None if its pose is not finite."""
     (x, y), quaternion, V, _ = read_odometry(data)
     pose = (x, y, yaw_of_quaternion(*quaternion))
     return State(pose, V, data) if all(map(math.isfinite, pose)) else None

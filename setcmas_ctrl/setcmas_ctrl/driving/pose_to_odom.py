@@ -1,6 +1,6 @@
-"""Odometry from poses: for sources that send PoseStamped, such as motion capture drivers.
+"""Odometry from poses, for sources that publish PoseStamped, such as motion capture drivers.
 
-Run as `ros2 run setcmas_ctrl pose_to_odom --robots 1-2 --pose-topic /vrpn_mocap/{name}/pose`.
+Start: `ros2 run setcmas_ctrl pose_to_odom --robots 1-2 --pose-topic /vrpn_mocap/{name}/pose`.
 """
 
 from __future__ import annotations
@@ -23,14 +23,14 @@ _LONGEST_STEP_S = 1.0
 
 
 class PoseToOdom(FleetNode):
-    """Republishes the poses of one robot as odometry, with velocities by backward differences."""
+    """Publishes the poses of one robot as odometry, with velocities by backward differences."""
 
     def __init__(self, robot: int, pose_topic: str) -> None:
         """Create the node in the robot's namespace.
 
         Args:
             robot: Number of the robot.
-            pose_topic: Where its poses come from; `{name}` stands for the robot's name.
+            pose_topic: Topic of its poses; `{name}` is the robot's name.
         """
         super().__init__('pose_to_odom', namespace=topics.robot_name(robot))
         self._last: tuple[float, tuple[float, float, float]] | None = None
@@ -58,7 +58,7 @@ class PoseToOdom(FleetNode):
         if self._last is None:
             return 0.0, 0.0
         step = stamp - self._last[0]
-        # Repeated stamps and gaps give no usable difference.
+        # Repeated stamps and gaps give no useful difference.
         if not _SHORTEST_STEP_S <= step <= _LONGEST_STEP_S:
             return 0.0, 0.0
         V, omega = velocities_between(self._last[1], pose, step)
@@ -66,14 +66,14 @@ class PoseToOdom(FleetNode):
 
 
 def main(argv: list[str] | None = None) -> int:
-    """Republish until a signal arrives; returns the exit status."""
+    """Republish until a signal arrives; return the exit status."""
     parser = argparse.ArgumentParser(prog='pose_to_odom', description=__doc__)
     parser.add_argument('--robots', default='1', metavar='LIST', help='such as 1-4 (default: 1)')
     parser.add_argument(
         '--pose-topic',
         default=f'/{{name}}/{topics.POSE}',
         metavar='TOPIC',
-        help='where poses come from; {name} is the robot (default: %(default)s)',
+        help='topic of the poses; {name} is the robot (default: %(default)s)',
     )
     return node_main(parser, _republish, argv)
 

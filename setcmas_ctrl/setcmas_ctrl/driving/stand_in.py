@@ -1,6 +1,6 @@
-"""Stand-in for a controller that hangs or has died: it commands zero to its robots, once.
+"""Stand-in for a controller that hangs or has died: commands zero velocity once.
 
-Run as `ros2 run setcmas_ctrl stand_in --robots 1-8`; the launcher does it.
+The launcher starts it as `ros2 run setcmas_ctrl stand_in --robots 1-8`.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ _LISTENERS_WAIT_S = 2.0
 
 
 def main(argv: list[str] | None = None) -> int:
-    """Command zero; returns the exit status."""
+    """Command zero velocity; return the exit status."""
     parser = argparse.ArgumentParser(prog='stand_in', description=__doc__)
     parser.add_argument('--robots', required=True, metavar='LIST', help='such as 1-4')
     return node_main(parser, _stop_robots, argv)
@@ -35,17 +35,17 @@ def _stop_robots(process: RosProcess, args: argparse.Namespace) -> None:
         )
         for robot in parse_robots(args.robots)
     ]
-    process.spin_until(lambda: _are_heard(cmd_vels), _LISTENERS_WAIT_S)
+    process.spin_until(lambda: _all_connected(cmd_vels), _LISTENERS_WAIT_S)
     for cmd_vel in cmd_vels:
         cmd_vel.publish(0.0, 0.0)
     for cmd_vel in cmd_vels:
         cmd_vel.wait_until_sent()
 
 
-def _are_heard(cmd_vels: list[CmdVelPublisher]) -> bool:
-    """Let every one take the type of what listens; returns whether something listens to all."""
-    unheard = [cmd_vel for cmd_vel in cmd_vels if not cmd_vel.follow_listeners()]
-    return not unheard
+def _all_connected(cmd_vels: list[CmdVelPublisher]) -> bool:
+    """Match the type of each listener; return whether every robot listens."""
+    unconnected = [cmd_vel for cmd_vel in cmd_vels if not cmd_vel.follow_listeners()]
+    return not unconnected
 
 
 if __name__ == '__main__':

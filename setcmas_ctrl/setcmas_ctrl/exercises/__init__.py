@@ -1,1 +1,1 @@
-"""Exercises: control laws whose maths is left to fill in (`--exercise`)."""
+"""Exercises: control laws whose maths students fill in (`--exercise`)."""

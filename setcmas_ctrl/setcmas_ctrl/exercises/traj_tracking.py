@@ -1,31 +1,31 @@
-"""Exercise: trajectory tracking. Each robot is to follow a point that goes round a circle.
+"""Exercise: trajectory tracking. Each robot follows a point that moves on a circle.
 
 Goal
-    The reference r(t) = R (cos(W t), sin(W t)) moves. Keep the robot's position p on it: a robot
-    that only runs after the point (proportional control) stays behind for ever.
+    The reference r(t) = R (cos(W t), sin(W t)) moves. Keep the robot's position p on it:
+    with proportional control alone, the robot always lags behind.
 
 Formulas to implement
     r(t) = R (cos(W t), sin(W t))                           (TODO 1)
-    dr/dt, by hand on paper first                           (TODO 2)
+    dr/dt, first on paper                                   (TODO 2)
     v = KP (r - p) + dr/dt                                  (TODO 3)
 
 What to observe
-    1. Run with v = KP (r - p) alone. How far behind does the robot stay? Theory says |dr/dt| / KP.
-    2. Add dr/dt (feedforward). What is left of the error, and where does it come from?
-    3. Let the point go faster (--set W=0.4). Which speed can the robot no longer follow?
+    1. Run with v = KP (r - p) alone. How far does the robot lag behind? In theory |dr/dt| / KP.
+    2. Add dr/dt (feedforward). Which error remains, and where does it come from?
+    3. Make the point faster (--set W=0.4). From which speed on can the robot not follow?
 
 Commands
     setcmas new my_tracking --from traj_tracking --exercise     a copy of this file to edit
-    setcmas check my_tracking                                   what is right, and what is missing
+    setcmas check my_tracking                                   checks your solution
     setcmas run --algo my_tracking --pose 1:2,0,1.57 --duration 60
-    setcmas metrics DIR --task tracking                         the error, over the last half
+    setcmas metrics DIR --task tracking                         mean error over the second half
 """
 
 import numpy as np
 import rviz_marker_array
 
-task = 'tracking'  # what it is measured by, and drawn with
-exercise = 'traj_tracking'  # what setcmas check marks it by
+task = 'tracking'  # selects its metrics and plots
+exercise = 'traj_tracking'  # selects the tests of setcmas check
 
 R = 2.0  # radius of the circle (m)
 W = 0.2  # angular rate along the circle (rad/s)
@@ -37,6 +37,6 @@ def control(robotNo, nbRobots, poses, t):
     p = poses[:2, robotNo - 1]  # position of this robot (m)
     r = np.array([R, 0.0])  # TODO 1: where is the reference at time t?
     rviz_marker_array.publish_marker(r[0], r[1], 0, robotNo, [1, 1, 0], 0.1, 'traj_ref')
-    r_dot = np.zeros(2)  # TODO 2: how fast does it move?
-    v = np.zeros(2)  # TODO 3: choose v
+    r_dot = np.zeros(2)  # TODO 2: what is its velocity?
+    v = np.zeros(2)  # TODO 3: compute v
     return v[0], v[1]

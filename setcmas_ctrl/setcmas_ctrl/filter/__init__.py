@@ -1,1 +1,1 @@
-"""The safety filter between control laws and robots: barrier certificates."""
+"""Safety filter between control laws and robots: barrier certificates."""

@@ -22,7 +22,7 @@ from setcmas_simu.robots.model import RobotModel
 
 
 class Verdict(enum.IntEnum):
-    """What became of the velocity that a law wants."""
+    """What the safety filter did to a wanted velocity."""
 
     KEPT = 0
     CHANGED = 1
@@ -31,19 +31,19 @@ class Verdict(enum.IntEnum):
 
 
 _TOLERATED = 0.05
-"""More in m/s than points go, for what the solver and the watch of deadlocks tolerate."""
+"""Margin in m/s over the speed of points: tolerance of the solver and the deadlock monitor."""
 
 
 @dataclass(frozen=True)
 class Allowed:
-    """What R robots are allowed for a period.
+    """What the filter allows R robots for one period.
 
     Attributes:
         commands: Speeds forward and to the left (m/s) and turn rates (rad/s), shape (3, R).
-        velocities: Rows vx, vy in m/s, shape (2, R): what is wanted, or the velocity of the
-            robot's point that has taken its place.
-        verdicts: What became of what is wanted, values of `Verdict`, shape (R,).
-        blocks: Robots that block each other, to tell of now.
+        velocities: Rows vx, vy in m/s, shape (2, R): the wanted velocity, or the velocity of the
+            robot's control point that replaces it.
+        verdicts: Verdict on each wanted velocity, values of `Verdict`, shape (R,).
+        blocks: New groups of robots that block each other.
     """
 
     commands: Floats
@@ -59,9 +59,9 @@ class BarrierFilter:
         """Prepare.
 
         Args:
-            options: What is kept free.
-            robots: Numbers of the R robots that are commanded. Those of other processes are only
-                known to be there, and are trusted to do their half.
+            options: Options of the filter.
+            robots: Numbers of the R commanded robots. Only the presence of other processes' robots
+                is known; they are trusted to do their half.
             nb_robots: Size of the fleet, N.
         """
         self._options = options
@@ -77,11 +77,11 @@ class BarrierFilter:
         self._started = False
 
     def use(self, models: Sequence[RobotModel]) -> None:
-        """Move the R robots from now on as these models do.
+        """Set the models of the R robots.
 
         Raises:
-            SetcmasError: Some move in a way that cannot be filtered, or their points are so far
-                ahead that they could pass each other.
+            SetcmasError: The filter cannot handle some robots' motion, or their control points are
+                so far ahead that they could pass each other.
         """
         check_motions(self._robots, models)
         options = self._options
@@ -95,7 +95,7 @@ class BarrierFilter:
         self._clearance = Clearance(separation, options.gamma, self._movers.ahead, self._is_own)
 
     def doubt(self, poses: Floats) -> str:
-        """Return who starts too near for the guarantee, once; empty if nobody does.
+        """Return a warning about robots that start too close for the guarantee, once; '' if none.
 
         Args:
             poses: Rows x, y in m and theta in rad of the fleet, shape (3, N).
@@ -111,8 +111,8 @@ class BarrierFilter:
         separation = self._clearance.separation
         far = separation + 4.0 * self._movers.ahead.max()
         return (
-            f'{robots_in_words([int(robot) + 1 for robot in near])} start too near others: the '
-            f'safety filter promises {separation:g} m for sure if they start {far:g} m apart'
+            f'{robots_in_words([int(robot) + 1 for robot in near])} start too close to others: '
+            f'the safety filter guarantees {separation:g} m only if they start {far:g} m apart'
         )
 
     def __call__(
@@ -124,14 +124,14 @@ class BarrierFilter:
         before: Floats,
         now: Now,
     ) -> Allowed:
-        """Return what robots are allowed for a period.
+        """Return what robots are allowed for one period.
 
         Args:
             wanted: Rows vx, vy in m/s, shape (2, R).
-            follow: Returns the commands for velocities, (3, R) for (2, R).
+            follow: Returns commands for velocities, (3, R) for (2, R).
             poses: Rows x, y in m and theta in rad of the fleet, shape (3, N).
-            fastest: Largest speed in m/s.
-            before: The last commands, shape (3, R).
+            fastest: Speed limit in m/s.
+            before: The previous commands, shape (3, R).
             now: Time and period.
         """
         movers, clearance, own = self._movers, self._clearance, self._own
@@ -150,7 +150,7 @@ class BarrierFilter:
         hindered = rows.chosen(rows.excess(moved) > 0.0).has(len(most))
         found: Floats | None = moved
         if hindered.any():
-            aim = moved.copy()  # who is in the way is to go as its law wants if it can
+            aim = moved.copy()  # a blocking robot goes as its law wants if possible
             aim[:, own] = np.where(hindered[own], directed, moved[:, own])
             limits = movers.limits(moved, commands, poses, now.period)
             rises = self._rises(moved, before, poses, now.period)
@@ -165,7 +165,7 @@ class BarrierFilter:
             verdicts[:] = Verdict.NO_SOLUTION
         if changed.any():
             safe = movers.commands(allowed, poses, now.period)
-            known = np.isfinite(safe).all(axis=0)  # where a pose is not, its robot stands
+            known = np.isfinite(safe).all(axis=0)  # a robot without a pose stops
             commands = np.where(changed, np.where(known, safe, 0.0), commands)
         return Allowed(commands, velocities, verdicts, blocks)
 
@@ -178,7 +178,7 @@ class BarrierFilter:
         most: Floats,
         near: Indices,
     ) -> Floats | None:
-        """Return the velocities nearest to the aim; where safety needs it, of any rise."""
+        """Return the velocities closest to the aim; safety may exceed the acceleration limit."""
         found = self._project(aim, Rows.joined([rows, *rises]), most, near)
         if found is None and rises:
             found = self._project(moved, rows, most, near)
@@ -191,7 +191,7 @@ class BarrierFilter:
         return [self._movers.rises(moved, before, poses, self._options.accel * Ts)]
 
     def _look(self, wanted: Floats, velocities: Floats, rows: Rows, now: Now) -> list[Block]:
-        """Look who is blocked, and turn them; velocities are (2, R)."""
+        """Find blocked robots, and start their detours; velocities are (2, R)."""
         fleet = np.zeros((2, 2, len(self._is_own)))
         fleet[:, :, self._own] = wanted, velocities
         blocks = self._watch.look(fleet[0], fleet[1], rows, now)

@@ -15,14 +15,14 @@ from setcmas_simu.errors import SetcmasError, needs
 from setcmas_simu.robots.arena import Arena, Obstacles
 
 NOBODY = -1
-"""Stands for the second point of a constraint that has none."""
+"""Index in place of the second point in constraints of one point."""
 
 Indices = NDArray[np.intp]
 
 
 @dataclass(frozen=True)
 class Rows:
-    """Constraints a (u_i - u_j) <= b on velocities u in m/s; u_j is left out where j is NOBODY.
+    """Constraints a (u_i - u_j) <= b on velocities u in m/s; without u_j where j is NOBODY.
 
     Attributes:
         i: First points, shape (R,).
@@ -52,28 +52,28 @@ class Rows:
         )
 
     def excess(self, velocities: Floats) -> Floats:
-        """Return by how much velocities (2, N) break each constraint, in m/s, shape (R,)."""
-        known = np.hstack([velocities, np.zeros((2, 1))])  # NOBODY's is the last
+        """Return how much velocities (2, N) violate each constraint, in m/s, shape (R,)."""
+        known = np.hstack([velocities, np.zeros((2, 1))])  # the last column is NOBODY's
         relative = known[:, self.i] - known[:, self.j]
         excess: Floats = self.a[0] * relative[0] + self.a[1] * relative[1] - self.b
         return excess
 
     def chosen(self, which: NDArray[np.bool_]) -> Rows:
-        """Return some of them, chosen by a mask, shape (R,)."""
+        """Return the constraints in a mask, shape (R,)."""
         return Rows(self.i[which], self.j[which], self.a[:, which], self.b[which])
 
     def has(self, nb_points: int) -> NDArray[np.bool_]:
-        """Return which of the N points they are of, shape (N,)."""
-        has = np.zeros(nb_points + 1, dtype=bool)  # NOBODY's is the last
+        """Return a mask of the N points that have a constraint, shape (N,)."""
+        has = np.zeros(nb_points + 1, dtype=bool)  # the last entry is NOBODY's
         has[self.i] = has[self.j] = True
         return has[:-1]
 
     def matrix(self, places: Indices, nb_points: int) -> Floats:
-        """Return them as a matrix on vx, vy of some points in turn, shape (R, 2 nb_points).
+        """Return the constraints as a matrix on vx, vy of some points, shape (R, 2 nb_points).
 
         Args:
-            places: The place of each point among these, shape (N,).
-            nb_points: Number of these.
+            places: Index of each point among these, shape (N,).
+            nb_points: Number of these points.
         """
         matrix = np.zeros((len(self.i), 2 * nb_points))
         rows = np.arange(len(self.i))
@@ -86,22 +86,22 @@ class Rows:
 
 
 _RECOVERY = 0.1
-"""Speed in m/s at which points that are nearer than allowed must go apart, at most."""
+"""Largest speed in m/s at which points that are too close must separate."""
 
 _MARGIN_M = 1e-5
-"""What the tolerance of the solver may use up."""
+"""Margin for the tolerance of the solver."""
 
 
 @dataclass(frozen=True)
 class Clearance:
-    """What is kept free around robots.
+    """Distances to keep around robots.
 
     Attributes:
-        separation: Least distance of the centres of two robots in m; half of it is the least
-            one to an obstacle.
-        gamma: How fast a distance that is left may be used up, in 1/s.
-        ahead: How far the point of each robot is ahead of its centre in m, shape (N,).
-        own: Which robots are decided about, shape (N,).
+        separation: Minimum distance between the centres of two robots in m; half of it is the
+            minimum distance to obstacles.
+        gamma: Rate at which robots may use up the remaining distance, in 1/s.
+        ahead: Distance from each robot's centre to its control point in m, shape (N,).
+        own: Mask of the robots that this process commands, shape (N,).
     """
 
     separation: float
@@ -111,7 +111,7 @@ class Clearance:
 
     @cached_property
     def _pairs(self) -> tuple[Indices, Indices]:
-        """The pairs that count, an own robot first."""
+        """Pairs with at least one own robot, own robot first."""
         first, second = np.triu_indices(len(self.own), 1)
         counted = self.own[first] | self.own[second]
         first, second = first[counted], second[counted]
@@ -119,9 +119,9 @@ class Clearance:
         return np.where(swap, second, first), np.where(swap, first, second)
 
     def near(self, points: Floats, speed: float) -> Indices:
-        """Return which of the pairs of points (2, N) need a constraint, their places.
+        """Return the indices of the pairs of points (2, N) that need a constraint.
 
-        Others are so far from each other that points of at most this speed (m/s) cannot break it.
+        Other pairs are too far apart for points of at most this speed (m/s) to break it.
         """
         i, j = self._pairs
         used_up = 2.0 * speed / self.gamma * (1.0 if self.own.all() else 2.0)
@@ -130,10 +130,10 @@ class Clearance:
         return np.flatnonzero((x[j] - x[i]) ** 2 + (y[j] - y[i]) ** 2 < far * far)
 
     def of_pairs(self, points: Floats, centres: Floats, which: Indices) -> Rows:
-        """Return the constraints of some pairs of points (2, N), by their places.
+        """Return the constraints of some pairs of points (2, N), by their indices.
 
-        What the point of an own robot and that of another process must do is halved between them.
-        Points that have passed each other are to go back, along the line of the centres (2, N).
+        An own robot and one of another process each take half of the constraint. Points that have
+        passed each other must go back, along the line of the centres (2, N).
         """
         i, j = (ends[which] for ends in self._pairs)
         normal, distance = _apart(points, centres, i, j)
@@ -142,7 +142,7 @@ class Clearance:
         return Rows(i, np.where(alone, NOBODY, j), normal, np.where(alone, 0.5 * bound, bound))
 
     def too_near(self, points: Floats, centres: Floats) -> Indices:
-        """Return which robots' points are too near for their centres to stay apart, sorted."""
+        """Return the robots whose control points are too close for their centres to stay apart."""
         i, j = self._pairs
         _, distance = _apart(points, centres, i, j)
         near = distance < self.separation + self.ahead[i] + self.ahead[j] - _MARGIN_M
@@ -170,7 +170,7 @@ class Clearance:
         )
 
     def of_obstacles(self, points: Floats, obstacles: Obstacles) -> Rows:
-        """Return the constraints of points (2, N) among obstacles: one a disc, one a side."""
+        """Return the constraints of points (2, N) among obstacles: one per disc, one per side."""
         own = np.flatnonzero(self.own)
         parts = []
         for x, y, radius in obstacles.discs:
@@ -192,7 +192,7 @@ class Clearance:
 
 
 def _apart(points: Floats, centres: Floats, i: Indices, j: Indices) -> tuple[Floats, Floats]:
-    """Return unit vectors between points, and distances, below 0 of points that crossed."""
+    """Return unit vectors between points, and distances, negative for points that crossed."""
     offset, between = points[:, j] - points[:, i], centres[:, j] - centres[:, i]
     crossed = (offset * between).sum(axis=0) < 0.0
     line = np.where(crossed, between, offset)
@@ -202,10 +202,10 @@ def _apart(points: Floats, centres: Floats, i: Indices, j: Indices) -> tuple[Flo
 
 
 def nearest_points(points: Floats, start: Floats, end: Floats) -> Floats:
-    """Return the points of a segment from start (2,) to end (2,) that are nearest to others.
+    """Return the points of a segment from start (2,) to end (2,) closest to given points.
 
     Args:
-        points: The others, shape (2, N).
+        points: The given points, shape (2, N).
         start: One end.
         end: The other.
 
@@ -225,7 +225,7 @@ def check_starts(options: FilterOptions, poses: Floats) -> None:
     """Check, if the filter is on, that it is installed, and that all robots start where they may.
 
     Args:
-        options: Those of the filter.
+        options: Options of the filter.
         poses: Start poses of the fleet, shape (3, N).
 
     Raises:
@@ -240,9 +240,9 @@ def check_starts(options: FilterOptions, poses: Floats) -> None:
     for robot, (x, y) in enumerate(poses[:2].T.tolist(), start=1):
         at = f'robot {robot} starts at ({x:g}, {y:g}) m,'
         if options.arena and Arena(*options.arena).distance(x, y):
-            raise SetcmasError(f'{at} outside the arena; give it another pose, or a larger arena')
+            raise SetcmasError(f'{at} outside the arena; move it, or enlarge the arena')
         if obstacles.contain(x, y):
-            raise SetcmasError(f'{at} inside an obstacle; give it another pose')
+            raise SetcmasError(f'{at} inside an obstacle; move it')
     _check_distances(poses, options.min_separation or SEPARATION_M)
 
 
@@ -251,7 +251,7 @@ def _check_distances(poses: Floats, separation: float) -> None:
     distances = np.hypot(*(poses[:2, j] - poses[:2, i]))
     for pair in np.flatnonzero(distances < separation - _ROUNDING_M)[:1]:
         raise SetcmasError(
-            f'robots {i[pair] + 1} and {j[pair] + 1} start {distances[pair]:.3g} m apart; with '
-            f'the safety filter it must be at least {separation:g} m: give them other poses, or '
-            'a smaller min_separation'
+            f'robots {i[pair] + 1} and {j[pair] + 1} start {distances[pair]:.3g} m apart; the '
+            f'safety filter needs at least {separation:g} m: move them apart, or reduce '
+            'min_separation'
         )

@@ -1,4 +1,4 @@
-"""Deadlock: robots that want to move and stand for each other's sake."""
+"""Deadlock: robots that want to move but stop because of each other."""
 
 from __future__ import annotations
 
@@ -13,19 +13,19 @@ from setcmas_ctrl.filter.clearance import NOBODY, Indices, Rows
 from setcmas_simu.arrays import Floats
 
 BLOCKED_S = 1.0
-"""How long a robot stands before it counts as blocked, in s."""
+"""Time in s without moving after which a robot counts as blocked."""
 
-_TOLD_S = 2.0  # a group must not change for so long
-_STANDS = 0.1  # share of the wanted speed below which a robot stands
-_SLOWEST = 0.01  # m/s: who wants less wants to stand
+_STABLE_S = 2.0  # a group is reported after this long without a change
+_STOPPED = 0.1  # share of the wanted speed below which a robot counts as stopped
+_SLOWEST = 0.01  # m/s: a law with a lower speed wants its robot to stop
 _TOUCHES = 0.01  # m/s
-_TURNS_S = 0.4  # which a robot stands before it turns
+_TURNS_S = 0.4  # time stopped before a robot starts its detour
 _RIGHT = math.radians(80.0)
-_STRAIGHT_S = 0.4  # for which its way is free before it goes on
+_STRAIGHT_S = 0.4  # time with a free path before it ends its detour
 
 
 class Now(NamedTuple):
-    """A moment of control: its time and the period that begins, in s."""
+    """A control step: its time and period, in s."""
 
     t: float
     period: float
@@ -33,18 +33,18 @@ class Now(NamedTuple):
 
 @dataclass(frozen=True)
 class Block:
-    """Robots that block each other.
+    """A group of robots that block each other.
 
     Attributes:
-        robots: Their numbers, sorted; one alone is blocked by who or what stands in its way.
-        since: Since when, in s.
+        robots: Their sorted numbers; a single robot is blocked by another robot or an obstacle.
+        since: Start of the block in s.
     """
 
     robots: tuple[int, ...]
     since: float
 
     def __str__(self) -> str:
-        """Return what a user is told."""
+        """Return the message for the user."""
         *others, last = map(str, self.robots)
         if not others:
             return f'robot {last} has been blocked since {self.since:.1f} s'
@@ -53,34 +53,35 @@ class Block:
 
 
 class DeadlockWatch:
-    """Recognises who is blocked, and by whom.
+    """Finds blocked robots, and who blocks them.
 
     Attributes:
-        standing_s: For how long each robot has stood although it wants to move, in s, shape (N,).
+        standing_s: How long each robot has been stopped although it wants to move, in s, shape
+            (N,).
     """
 
     def __init__(self, nb_robots: int) -> None:
-        """Begin with robots that are free."""
+        """Start with free robots."""
         self.standing_s: Floats = np.zeros(nb_robots)
         self._groups: dict[tuple[int, ...], float] = {}
-        self._told: list[set[int]] = []
+        self._reported: list[set[int]] = []
 
     @property
     def blocked(self) -> NDArray[np.bool_]:
-        """Which robots are blocked, shape (N,)."""
+        """Mask of the blocked robots, shape (N,)."""
         return self.standing_s > BLOCKED_S
 
     def look(self, wanted: Floats, allowed: Floats, rows: Rows, now: Now) -> list[Block]:
-        """Take what robots want and may do; returns the blocks to tell of, each once.
+        """Update with wanted and allowed velocities; return new blocks, each once.
 
         Args:
             wanted: Rows vx, vy in m/s, shape (2, N).
-            allowed: The same of the points that are moved.
+            allowed: The same for the control points.
             rows: The constraints.
             now: Time and period.
         """
         speeds = np.hypot(wanted[0], wanted[1])
-        stands = (speeds > _SLOWEST) & (np.hypot(allowed[0], allowed[1]) < _STANDS * speeds)
+        stands = (speeds > _SLOWEST) & (np.hypot(allowed[0], allowed[1]) < _STOPPED * speeds)
         self.standing_s = np.where(stands, self.standing_s + now.period, 0.0)
         if not self.blocked.any():
             self._groups = {}
@@ -91,9 +92,10 @@ class DeadlockWatch:
         new = [
             group
             for group, since in self._groups.items()
-            if now.t - since >= _TOLD_S and not any(told.issuperset(group) for told in self._told)
+            if now.t - since >= _STABLE_S
+            and not any(old.issuperset(group) for old in self._reported)
         ]
-        self._told += map(set, new)
+        self._reported += map(set, new)
         end = now.t + now.period
         return [
             Block(one, max(0.0, end - float(self.standing_s[np.array(one) - 1].min())))
@@ -101,7 +103,7 @@ class DeadlockWatch:
         ]
 
     def _linked(self, touching: Rows) -> list[tuple[int, ...]]:
-        """Return the numbers of the blocked robots in groups that constraints link."""
+        """Return the numbers of the blocked robots in groups linked by constraints."""
         blocked = self.blocked
         linked = (touching.j != NOBODY) & blocked[touching.i] & blocked[touching.j]
         i, j = touching.i[linked], touching.j[linked]
@@ -117,22 +119,22 @@ class DeadlockWatch:
 
 
 class Detour:
-    """Turns robots that stand to the right until their way is free: a roundabout of their own."""
+    """Turns stopped robots to the right until their way is free, as in a roundabout."""
 
     def __init__(self, nb_robots: int) -> None:
-        """Begin with robots that go straight."""
+        """Start with robots that go straight."""
         self._turns = np.zeros(nb_robots, dtype=bool)
         self._free_s: Floats = np.zeros(nb_robots)
 
     def turned(self, wanted: Floats, own: Indices) -> Floats:
-        """Return the velocities (2, R) of some robots, to the right of what is wanted."""
+        """Return the velocities (2, R) of some robots, turned right from the wanted ones."""
         right = np.where(self._turns[own], _RIGHT, 0.0)
         cos, sin = np.cos(right), np.sin(right)
         vx, vy = wanted
         return np.stack([cos * vx + sin * vy, cos * vy - sin * vx])
 
     def look(self, wanted: Floats, standing_s: Floats, rows: Rows, now: Now) -> None:
-        """Take what robots want and for how long they have stood, as `DeadlockWatch` knows it."""
+        """Update with wanted velocities and times stopped, as in `DeadlockWatch`."""
         towards = rows.a[0] * wanted[0, rows.i] + rows.a[1] * wanted[1, rows.i]
         back = -rows.a[0] * wanted[0, rows.j] - rows.a[1] * wanted[1, rows.j]
         hindered = np.zeros(len(standing_s), dtype=bool)

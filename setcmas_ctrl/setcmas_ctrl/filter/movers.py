@@ -16,16 +16,16 @@ from setcmas_simu.robots.models import fleet_model
 
 
 def velocities_of_points(commands: Floats, theta: Floats, ahead: Floats, Ts: float) -> Floats:
-    """Return the mean velocities of the points over a period in which commands are held.
+    """Return the mean velocities of the points over a period with constant commands.
 
-    A point moves by V Ts sinc(phi/2) e(phi/2) + l (e(phi) - e(0)) in the robot's frame, with the
-    turn phi = omega Ts and e(a) = (cos a, sin a): the exact motion on an arc of a circle.
+    In the robot's frame a point moves by V Ts sinc(phi/2) e(phi/2) + l (e(phi) - e(0)), with the
+    turn phi = omega Ts and e(a) = (cos a, sin a): the exact motion on a circular arc.
 
     Args:
-        commands: Forward speeds (m/s), speeds to the left, which are ignored, and turn rates
-            (rad/s), shape (3, N).
+        commands: Forward speeds (m/s), speeds to the left (ignored) and turn rates (rad/s),
+            shape (3, N).
         theta: Headings in rad, shape (N,).
-        ahead: How far in front the points are in m, above 0, shape (N,).
+        ahead: Distances of the points from the axles in m, above 0, shape (N,).
         Ts: Period in s.
 
     Returns:
@@ -38,16 +38,16 @@ def velocities_of_points(commands: Floats, theta: Floats, ahead: Floats, Ts: flo
 
 
 def commands_of_points(velocities: Floats, theta: Floats, ahead: Floats, Ts: float) -> Floats:
-    """Return the commands that move the points by velocities held over a period.
+    """Return the commands that give the points constant velocities over a period.
 
-    The inverse of `velocities_of_points`: with the way (a, b) of a point in the robot's frame,
-    tan(phi/2) = b / (2 l + a). For a short period it becomes the near-identity diffeomorphism
-    V = a / Ts, omega = b / (l Ts) (Olfati-Saber, CDC 2002).
+    The inverse of `velocities_of_points`: with the displacement (a, b) of a point in the robot's
+    frame, tan(phi/2) = b / (2 l + a). For a short period it becomes the near-identity
+    diffeomorphism V = a / Ts, omega = b / (l Ts) (Olfati-Saber, CDC 2002).
 
     Args:
         velocities: Rows vx, vy in m/s in the world frame, shape (2, N).
         theta: Headings in rad, shape (N,).
-        ahead: How far in front the points are in m, above 0, shape (N,).
+        ahead: Distances of the points from the axles in m, above 0, shape (N,).
         Ts: Period in s.
 
     Returns:
@@ -80,42 +80,42 @@ def _sinc(angles: Floats) -> Floats:
 
 
 _FASTEST_TURN = 2.6
-"""Turn rate in rad/s that is asked of a robot without limits: that of a TurtleBot3 Burger."""
+"""Turn rate limit in rad/s for robots without limits: that of a TurtleBot3 Burger."""
 
 
 def check_motions(robots: Sequence[int], models: Sequence[RobotModel]) -> None:
-    """See that robots move in a way that can be filtered.
+    """Check that the filter can handle the motion of robots.
 
     Raises:
-        SetcmasError: Some do not.
+        SetcmasError: It cannot.
     """
     pairs = zip(robots, models, strict=True)
     others = [robot for robot, model in pairs if model.motion is Motion.OTHER]
     if others:
         raise SetcmasError(
-            'the safety filter is for robots that turn on the spot or go in every direction; '
-            f'{robots_in_words(others)} cannot: take --filter none or another --model'
+            'the safety filter needs robots that turn on the spot or move in any direction; '
+            f'{robots_in_words(others)} cannot: use --filter none or another --model'
         )
 
 
 class Movers:
-    """The points of the R robots that a process commands, in a fleet of N.
+    """Control points of the R robots that a process commands, in a fleet of N.
 
     Attributes:
-        ahead: How far each robot's point is ahead of its centre in m, shape (N,).
+        ahead: Distance from each robot's centre to its control point in m, shape (N,).
     """
 
     def __init__(
         self, own: Floats, nb_robots: int, models: Sequence[RobotModel], lookahead: float
     ) -> None:
-        """Choose the points.
+        """Choose the control points.
 
         Args:
-            own: Columns of the robots among those of the fleet, shape (R,).
+            own: Columns of the robots in the fleet, shape (R,).
             nb_robots: Size of the fleet.
-            models: How each of the R robots moves.
-            lookahead: How far ahead the points of unicycles are in m; those of robots of other
-                processes count as unicycles.
+            models: Models of the R robots.
+            lookahead: Distance from the centre of a unicycle to its control point in m; robots
+                of other processes count as unicycles.
         """
         turns = [model.motion is Motion.UNICYCLE for model in models]
         self._own = own
@@ -133,7 +133,7 @@ class Movers:
         self.V_max[own] = [model.V_max for model in models]
 
     def within_limits(self, commands: Floats) -> Floats:
-        """Return commands (3, R) scaled down to what unicycles can do, on the same curves."""
+        """Scale commands (3, R) down to the limits of unicycles, on the same curves."""
         V, omega = np.abs(commands[[0, 2]][:, self._turns])
         excess = np.maximum.reduce(
             [
@@ -148,22 +148,22 @@ class Movers:
         return scaled
 
     def points(self, poses: Floats) -> Floats:
-        """Return the points, (2, N), of poses (3, N)."""
+        """Return the control points (2, N) at poses (3, N)."""
         points: Floats = poses[:2] + self.ahead * along(poses[2])
         return points
 
     def driven(self, commands: Floats, poses: Floats) -> Floats:
-        """Return the velocities of the R robots' centres, (2, R), by commands (3, R)."""
+        """Return the velocities (2, R) of the R robots' centres under commands (3, R)."""
         theta = poses[2, self._own]
         driven: Floats = commands[0] * along(theta) + commands[1] * across(theta)
         return driven
 
     def velocities(self, wanted: Floats, commands: Floats, poses: Floats, Ts: float) -> Floats:
-        """Return how the points will move, (2, N); those of other processes stand.
+        """Return the velocities of the control points, (2, N); 0 for other processes' robots.
 
         Args:
-            wanted: Velocities of the robots that go in every direction, shape (2, R).
-            commands: Their commands for these, shape (3, R).
+            wanted: Velocities of robots that move in any direction, shape (2, R).
+            commands: Their commands for these velocities, shape (3, R).
             poses: The poses of the fleet, shape (3, N).
             Ts: Period in s.
         """
@@ -175,7 +175,7 @@ class Movers:
         return moved
 
     def commands(self, velocities: Floats, poses: Floats, Ts: float) -> Floats:
-        """Return the commands (3, R) that move the points by velocities (2, N) for a period."""
+        """Return the commands (3, R) that give the points velocities (2, N) for a period."""
         own = self._own
         commands = self._model.command(velocities[:, own], poses[:, own], 0.0)
         commands[:, self._turns] = commands_of_points(
@@ -184,7 +184,7 @@ class Movers:
         return commands
 
     def limits(self, velocities: Floats, commands: Floats, poses: Floats, Ts: float) -> Rows:
-        """Return the limits of turn rates and wheels; what is wanted is never beyond them."""
+        """Return the limits of turn rates and wheels; wanted velocities satisfy them."""
         forward, left = along(poses[2, self._unicycles]), across(poses[2, self._unicycles])
         wanted = velocities[:, self._unicycles]
         turns = np.minimum(np.maximum(self._turn_max, np.abs(commands[2, self._turns])), 3.0 / Ts)
@@ -206,13 +206,13 @@ class Movers:
         )
 
     def rises(self, velocities: Floats, before: Floats, poses: Floats, most: float) -> Rows:
-        """Return the limits of rising speeds; slowing down has none.
+        """Return constraints on accelerations; slowing down has none.
 
         Args:
-            velocities: Those that are wanted of the points, (2, N), never beyond the limits.
-            before: The last commands, shape (3, R).
+            velocities: Wanted velocities of the points, (2, N), within the limits.
+            before: The previous commands, shape (3, R).
             poses: The poses of the fleet, shape (3, N).
-            most: By how much a speed may rise, in m/s.
+            most: Largest rise of a speed, in m/s.
         """
         theta = poses[2, self._own]
         every = np.ones_like(self._turns)
@@ -221,7 +221,7 @@ class Movers:
             (along(theta), before[0], every),
             (across(theta), before[1], ~self._turns),
         ):
-            share = np.where(self._turns, most, most / math.sqrt(2.0))  # two axes: the corner
+            share = np.where(self._turns, most, most / math.sqrt(2.0))  # worst case of two axes
             for side in (1, -1):
                 a = (side * axis)[:, which]
                 b = (np.maximum(0.0, side * last) + share)[which]

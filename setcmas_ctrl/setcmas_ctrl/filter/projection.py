@@ -1,4 +1,4 @@
-"""Projection of velocities on what is allowed: the smallest change, by a quadratic program."""
+"""Projection of velocities onto the allowed set: the smallest change, by a quadratic program."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from setcmas_simu.arrays import Floats
 from setcmas_simu.errors import needs
 
 _SOLVED = 1
-_TOLERANCE = 2e-6  # of the solver: 1e-6
+_TOLERANCE = 2e-6  # the solver's is 1e-6
 _ALMOST = 1.001
 _SAME = 1e-9  # m/s
 _MOST_ROUNDS = 50
@@ -19,11 +19,11 @@ Mask = NDArray[np.bool_]
 
 
 class Projection:
-    """Finds the nearest velocities that break no constraint, period after period.
+    """Finds the closest velocities that satisfy all constraints, period after period.
 
-    Only constraints that a solution without them breaks come into the program, and those that
-    held robots up the period before; speed limits as tangents to circles. So points that are in
-    nobody's way keep what they want to the last bit.
+    The program only has constraints that the solution without them violates, and those active in
+    the previous period; speed limits enter as tangents to circles. So velocities that violate no
+    constraint stay unchanged to the last bit.
     """
 
     def __init__(self) -> None:
@@ -40,13 +40,13 @@ class Projection:
     def __call__(
         self, wanted: Floats, rows: Rows, fastest: Floats, near: Indices
     ) -> Floats | None:
-        """Return the velocities, shape (2, N); None if there are none.
+        """Return the velocities, shape (2, N); None if the constraints are infeasible.
 
         Args:
             wanted: Rows vx, vy in m/s, shape (2, N).
-            rows: The constraints: first those of pairs, then others in the same order each time.
-            fastest: Largest speeds in m/s, those wanted at least, shape (N,).
-            near: Places among all pairs, sorted, of those that have a constraint.
+            rows: The constraints: first those of pairs, then others, always in the same order.
+            fastest: Speed limits in m/s, at least the wanted speeds, shape (N,).
+            near: Sorted indices of the pairs that have a constraint.
         """
         nb_rows = len(rows.b)
         active = self._guess(near, nb_rows - len(near))
@@ -68,14 +68,14 @@ class Projection:
         return None
 
     def _guess(self, near: Indices, nb_others: int) -> Mask:
-        """Return which constraints will hold robots up: those that did the period before."""
+        """Guess the active constraints: those active in the previous period."""
         same = len(self._others) == nb_others
         others = self._others if same else np.zeros(nb_others, dtype=bool)
         return np.concatenate([np.isin(near, self._pairs, assume_unique=True), others])
 
 
 def _broken(velocities: Floats, rows: Rows, fastest: Floats) -> tuple[Rows, Mask]:
-    """Return the constraints, with tangents at points that are too fast, and which are broken."""
+    """Return the constraints, with tangents for points that are too fast, and a violation mask."""
     broken = rows.excess(velocities) > _TOLERANCE
     speeds = np.hypot(velocities[0], velocities[1])
     fast = np.flatnonzero(speeds > fastest * _ALMOST)
@@ -90,12 +90,12 @@ def _lengthened(mask: Mask, length: int) -> Mask:
 
 
 def _solved(wanted: Floats, rows: Rows, active: Mask) -> tuple[Floats, Mask] | None:
-    """Return the velocities of all points, and which constraints hold them; None: there are none.
+    """Return the velocities of all points, and the active constraints; None if infeasible.
 
     Args:
         wanted: As for `Projection`.
-        rows: Constraints that some points have.
-        active: Which of them will hold the points, as far as that can be guessed.
+        rows: Constraints of some points.
+        active: Guess of the active constraints.
     """
     import daqp
 

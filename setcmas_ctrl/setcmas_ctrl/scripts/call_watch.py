@@ -22,14 +22,14 @@ _REPORT_EVERY_S = 5.0
 
 
 class SlowCalls:
-    """Adds up, script by script, how long the calls of a control period take.
+    """Adds up the duration of each script's calls in a control period.
 
     Attributes:
         period: Control period in s.
     """
 
     def __init__(self, period: float, warn: Callable[[str], None]) -> None:
-        """Report through a function that shows a message to the user.
+        """Set the period and the function that shows messages.
 
         Args:
             period: Control period in s.
@@ -44,20 +44,20 @@ class SlowCalls:
         self._next_report: dict[Path, float] = {}
 
     def add(self, path: Path, robot: int, duration: float) -> None:
-        """Note that a call of a script for a robot has taken a duration (s)."""
+        """Record a call of a script for a robot and its duration in s."""
         self._spent[path][robot] += duration
 
     def end_period(self, now: float) -> None:
-        """End a control period at a time (s), and tell of scripts that were slow in it."""
+        """End a control period at a time in s, and report scripts that were too slow."""
         for path, spent in self._spent.items():
             if sum(spent.values()) > self.period:
                 self._times[path] += 1
                 if now >= self._next_report.get(path, now):
                     self._next_report[path] = now + _REPORT_EVERY_S
-                    self._tell(path, spent)
+                    self._report(path, spent)
         self._spent.clear()
 
-    def _tell(self, path: Path, spent: Mapping[int, float]) -> None:
+    def _report(self, path: Path, spent: Mapping[int, float]) -> None:
         longest, robot = max((duration, robot) for robot, duration in spent.items())
         count = f'{self._times[path]} time' + ('s' if self._times[path] > 1 else '')
         robots = f'{len(spent)} robot{"s" * (len(spent) > 1)}'
@@ -69,7 +69,7 @@ class SlowCalls:
 
 
 STUCK_S = 2.0
-"""Duration in s from which a call counts as stuck."""
+"""Duration in s after which a call counts as stuck."""
 
 
 class _Call(NamedTuple):
@@ -83,10 +83,10 @@ class _Call(NamedTuple):
 
 
 class CallWatch:
-    """Times each call on the thread that makes it, from a thread of its own.
+    """Times the calls of the main thread, from its own thread.
 
     Attributes:
-        slow: Tells of calls that take too long together.
+        slow: Reports calls that together take too long.
     """
 
     def __init__(
@@ -96,20 +96,20 @@ class CallWatch:
         launcher: Launcher,
         stuck_s: float = STUCK_S,
     ) -> None:
-        """Start to watch.
+        """Start the monitor.
 
         Args:
-            period: Control period in s, which the calls for all robots are to fit into.
+            period: Control period in s, in which the calls for all robots must fit.
             warn: Shows a message to the user; called from either thread.
-            launcher: Is told which call is running, and which is stuck.
-            stuck_s: Duration in s from which a call is stuck.
+            launcher: Receives the current call, and reports of stuck calls.
+            stuck_s: Duration in s after which a call counts as stuck.
         """
         self._warn = warn
         self._stuck_s = stuck_s
         self.while_stuck: Callable[[], None] | None = None
-        """Called now and then, from the watching thread, while a call is stuck."""
+        """Called now and then, from the monitor's thread, while a call is stuck."""
         self.have_been_stuck: list[ScriptCall] = []
-        """Calls of functions of a script that have been stuck at some time."""
+        """Calls that have been stuck at some time."""
         self._launcher = launcher
         self._is_copy = False
         if hasattr(os, 'register_at_fork'):
@@ -127,7 +127,7 @@ class CallWatch:
     def call(
         self, robot: int, path: Path, function: Function = Function.CONTROL
     ) -> Iterator[None]:
-        """Watch what runs inside as a call for a robot.
+        """Monitor the code inside as a call for a robot.
 
         Args:
             robot: Number of the robot.
@@ -147,12 +147,12 @@ class CallWatch:
                 self.slow.add(call.path, robot, time.monotonic() - call.started)
 
     def loading(self, robot: int, path: Path) -> contextlib.AbstractContextManager[None]:
-        """Watch what runs inside as the loading of a script for a robot."""
+        """Monitor the code inside as the loading of a script for a robot."""
         return self.call(robot, path, Function.LOADING)
 
     @contextlib.contextmanager
     def step(self) -> Iterator[None]:
-        """Watch what runs inside as the control step that ends a control period."""
+        """Monitor the code inside as the control step that ends a control period."""
         self._counting = True
         try:
             yield
@@ -161,25 +161,25 @@ class CallWatch:
 
     @property
     def running_s(self) -> float:
-        """For how long the present call has been running, in s; 0 between calls."""
+        """How long the current call has been running, in s; 0 between calls."""
         call = self._call
         return time.monotonic() - call.started if call else 0.0
 
     def close(self) -> None:
-        """Stop to watch."""
+        """Stop the monitor."""
         self._closed.set()
         self._thread.join()
 
     def is_stuck(self) -> bool:
-        """Return whether the present call is stuck."""
+        """Return whether the current call is stuck."""
         return self.running_s > self._stuck_s
 
     def _note_copy(self) -> None:
         self._is_copy = True
 
     def _end_copy(self, call: _Call) -> NoReturn:
-        """End this process, which a script has forked: it must not control robots, too."""
-        text = f'{call.path.name} called os.fork: the copy of the process is ended'
+        """End this process, which a script has forked, so that it does not control robots too."""
+        text = f'{call.path.name} called os.fork; the child process was ended'
         self._launcher.report(Failed(call.described(), text))
         print(f'{robot_name(call.robot)}: {text}', file=sys.stderr, flush=True)
         os._exit(1)
@@ -191,11 +191,11 @@ class CallWatch:
                 continue
             if call != self._stuck:
                 self._stuck = call
-                self._tell(call)
+                self._report(call)
             if self.while_stuck:
                 self.while_stuck()
 
-    def _tell(self, call: _Call) -> None:
+    def _report(self, call: _Call) -> None:
         described = call.described()
         if call.function is not Function.LOADING:
             self.have_been_stuck.append(described)
@@ -213,5 +213,5 @@ class CallWatch:
         self._warn(
             f'{robot_name(call.robot)}: {late} for {self._stuck_s:g} s; '
             f'it is at {place}{quoted_line(file, line)}\n'
-            '    no robot of this process is commanded until it returns; Ctrl-C stops'
+            '    the robots of this process get no commands until it returns; Ctrl-C stops'
         )

@@ -1,4 +1,4 @@
-"""Exercise that a script is a copy of, and whether its maths is filled in yet."""
+"""The exercise that a script solves, and whether the student has filled it in."""
 
 from __future__ import annotations
 
@@ -10,30 +10,30 @@ from setcmas_ctrl.scripts.output import plain_values
 from setcmas_simu.errors import SetcmasError
 
 _FILLED_IN = ('control', 'ctc')
-"""The functions that exercises leave to fill in."""
+"""The functions that students fill in."""
 
 
 def exercise_of(script: Path) -> str:
-    """Return the name of the exercise that a script is for; empty if it is for none.
+    """Return the exercise that a script solves; '' if none.
 
-    The script says so in a line such as exercise = 'consensus', or by its own name.
+    The script names it in a line such as exercise = 'consensus', or by its file name.
 
     Raises:
         SetcmasError: The script cannot be read.
     """
-    told = plain_values(script).get('exercise', script.stem)
-    return told if isinstance(told, str) and told in EXERCISES else ''
+    name = plain_values(script).get('exercise', script.stem)
+    return name if isinstance(name, str) and name in EXERCISES else ''
 
 
 def is_unfilled(script: Path, exercise: str = '') -> bool:
-    """Return whether the maths of a script is still that of the exercise.
+    """Return whether a script's maths is still that of the empty exercise.
 
-    Comments, docstrings and everything outside of `control` and `ctc` do not count. A script that
-    cannot be read is told of where it is loaded.
+    Only `control` and `ctc` count, without comments and docstrings. Errors of a script that cannot
+    be read are reported when it is loaded.
 
     Args:
         script: The script.
-        exercise: The exercise that it may be a copy of; what it says itself by default.
+        exercise: Name of the exercise; by default the one that the script names.
     """
     try:
         name = exercise or exercise_of(script)
@@ -43,14 +43,14 @@ def is_unfilled(script: Path, exercise: str = '') -> bool:
 
 
 def unfilled_note(script: Path) -> str:
-    """Return a line that says that a script is not filled in yet; empty if it is."""
+    """Return a note that a script is not filled in yet; '' if it is."""
     if not is_unfilled(script):
         return ''
     name = exercise_of(script)
     if script == EXERCISES.file(name):
         copy = f'setcmas new my_{name} --from {name} --exercise'
-        return f'exercise {name} is not filled in yet; {copy} writes a copy to do that in'
-    return f'{script.name} is not filled in yet; replace what is marked TODO'
+        return f'exercise {name} is not filled in yet; copy it with {copy}'
+    return f'{script.name} is not filled in yet; replace the parts marked TODO'
 
 
 def _functions(script: Path) -> list[str]:

@@ -1,4 +1,4 @@
-"""Watch over files that are being edited: whole, saved versions only."""
+"""Monitor of files during editing; reports only complete, saved versions."""
 
 from __future__ import annotations
 
@@ -7,19 +7,19 @@ from collections.abc import Iterable
 from pathlib import Path
 
 SETTLED_S = 0.25
-"""For how long in s files must stay as they are before they count as saved."""
+"""Time in s without changes after which files count as saved."""
 
-_ODD_SETTLED_S = 2.0  # editors delete or empty a file for a moment before they write it
+_ODD_SETTLED_S = 2.0  # editors may briefly delete or empty a file before they write it
 
 _Signature = tuple[int, int, int]
 _GONE: _Signature = (0, 0, 0)
 
 
 class FileWatch:
-    """Compares files with what they were when they were last looked at.
+    """Compares files with their state at the last check.
 
     Attributes:
-        saved: The files that had been saved when `poll` last said so.
+        saved: The files that the last successful `poll` found saved.
     """
 
     def __init__(self, files: Iterable[Path]) -> None:
@@ -31,11 +31,11 @@ class FileWatch:
         self.watch(files)
 
     def watch(self, files: Iterable[Path], new_are_saved: bool = False) -> None:
-        """Watch these files; those that are watched already keep what they are compared with.
+        """Watch these files; files watched before keep their recorded state.
 
         Args:
             files: The files.
-            new_are_saved: Whether one that was not watched before counts as saved now.
+            new_are_saved: Whether files not watched before count as saved now.
         """
         self._seen = {
             file: self._seen.get(file, _GONE if new_are_saved else _signature(file))
@@ -43,10 +43,10 @@ class FileWatch:
         }
 
     def poll(self, now: float) -> bool:
-        """Return whether a file has been saved, once for each time.
+        """Return True once after each save of a file.
 
         Args:
-            now: Time of a clock of the caller's in s.
+            now: Time in s of any steady clock.
         """
         current = {file: _signature(file) for file in self._seen}
         if current == self._seen:

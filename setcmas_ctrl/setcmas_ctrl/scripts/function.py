@@ -1,4 +1,4 @@
-"""Function that a script must have: found before the script runs, checked afterwards."""
+"""The function that a script must define: checked before and after the script runs."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ from setcmas_simu.errors import SetcmasError
 Control = Callable[..., Any]
 
 CONTROL = 'control(robotNo, nbRobots, poses, t)'
-"""The function that a control script has."""
+"""The function that a control script must define."""
 
 _OPTIONS = {'control': '--algo', 'ctc': '--event-triggered --ctc', 'step': '--model'}
 _COUNTS = {2: 'two', 3: 'three', 4: 'four'}
 
 
 def check_defines(tree: ast.Module, expected: str, path: Path) -> None:
-    """See that a script gives its function a meaning, as far as can be told without running it.
+    """Check that a script defines a function, as far as possible without running it.
 
     Args:
         tree: The script.
@@ -29,7 +29,7 @@ def check_defines(tree: ast.Module, expected: str, path: Path) -> None:
         path: The script's file.
 
     Raises:
-        SetcmasError: It does not.
+        SetcmasError: The function is missing.
     """
     name = expected.partition('(')[0]
     if not _may_define(tree, name):
@@ -39,16 +39,16 @@ def check_defines(tree: ast.Module, expected: str, path: Path) -> None:
 
 
 def checked_function(function: Any, expected: str, result: str, path: Path) -> Control:
-    """Return what a script has under a function's name if it is a function of its arguments.
+    """Return a script's function if it takes the expected arguments.
 
     Args:
-        function: What the script has; None if it has nothing.
+        function: The script's object with this name; None if there is none.
         expected: The function with its parameters, such as CONTROL.
-        result: What it returns, for messages.
+        result: Its return value, for messages.
         path: The script's file.
 
     Raises:
-        SetcmasError: It cannot be called so.
+        SetcmasError: It cannot be called with these arguments.
     """
     name, _, parameters = expected.partition('(')
     if not callable(function):
@@ -62,7 +62,7 @@ def checked_function(function: Any, expected: str, result: str, path: Path) -> C
     checked: Control = function
     try:
         signature = inspect.signature(function)
-    except (TypeError, ValueError):  # some callables written in C tell nothing of themselves
+    except (TypeError, ValueError):  # some callables written in C have no signature
         return checked
     count = parameters.count(',') + 1
     try:
@@ -76,10 +76,10 @@ def checked_function(function: Any, expected: str, result: str, path: Path) -> C
 
 
 def checked_control(control: Any, path: Path) -> Control:
-    """Return a script's `control` if it is a function of four arguments.
+    """Return a script's `control` if it takes four arguments.
 
     Raises:
-        SetcmasError: It cannot.
+        SetcmasError: It does not.
     """
     return checked_function(control, CONTROL, 'vx, vy', path)
 
@@ -101,7 +101,7 @@ def _may_define(tree: ast.Module, name: str) -> bool:
 
 
 def _hint(tree: ast.Module, name: str, path: Path) -> str:
-    """Return a hint at what the script may be, or may call its function; empty if at nothing."""
+    """Return a hint: the script is of another kind, or misspells its function; '' if unknown."""
     functions = {
         node.name.lower(): node for node in tree.body if isinstance(node, ast.FunctionDef)
     }

@@ -23,7 +23,7 @@ _LOCK = threading.RLock()
 
 
 def robot_of_frame(frame: types.FrameType) -> int | None:
-    """Return the robot whose script, or helper module of it, a frame runs; None if none."""
+    """Return the robot whose script or helper module a frame runs; None if it is no script."""
     imports = frame.f_builtins.get(_OWNER)
     return imports.robot if imports else None
 
@@ -39,11 +39,11 @@ class ScriptImports(MetaPathFinder):
 
     Attributes:
         robot: Number of the robot.
-        builtins: What the script is to be run with as its builtins.
+        builtins: Builtins to run the script with.
     """
 
     def __init__(self, folder: Path, robot: int) -> None:
-        """Prepare for one robot; helper modules are those beside the script, in its folder."""
+        """Prepare for one robot; helper modules are those in the script's folder."""
         self.robot = robot
         self._folder = str(folder)
         self._modules: dict[str, types.ModuleType] = dict(_DRAWING)
@@ -53,14 +53,14 @@ class ScriptImports(MetaPathFinder):
 
     @property
     def files(self) -> list[Path]:
-        """The files of the helper modules that have been imported so far."""
+        """Files of the helper modules imported so far."""
         files = [getattr(self._modules.get(name), '__file__', None) for name in self._found]
         return [Path(file) for file in files if file]
 
     def find_spec(
         self, name: str, path: Sequence[str] | None = None, target: types.ModuleType | None = None
     ) -> ModuleSpec | None:
-        """Find a module beside the script, or in a package there (called by Python)."""
+        """Find a module in the script's folder, or in a package there (called by Python)."""
         del target
         if path is not None and name.partition('.')[0] not in self._found:
             return None
@@ -102,7 +102,7 @@ class ScriptImports(MetaPathFinder):
 
     @contextlib.contextmanager
     def _in_sys_modules(self) -> Iterator[None]:
-        """Let Python's import know this robot's helper modules, and forget them afterwards."""
+        """Show this robot's helper modules to Python's import, inside this context only."""
         with _LOCK:
             if self._depth == 0:
                 sys.meta_path.insert(0, self)
@@ -124,14 +124,14 @@ class ScriptImports(MetaPathFinder):
 
 
 class _HelperLoader(SourceFileLoader):
-    """Loads a helper module with the builtins of a robot."""
+    """Loads a helper module with a robot's builtins."""
 
     def __init__(self, name: str, path: str, robot_builtins: dict[str, Any]) -> None:
         super().__init__(name, path)
         self._builtins = robot_builtins
 
     def get_code(self, fullname: str) -> types.CodeType:
-        # Not from __pycache__: its time stamps are too coarse for files that are being edited.
+        # Not from __pycache__: its time stamps are too coarse while a file is edited.
         path = self.get_filename(fullname)
         return self.source_to_code(self.get_data(path), path)
 
@@ -141,12 +141,12 @@ class _HelperLoader(SourceFileLoader):
 
 
 def with_helpers(file: Path) -> list[Path]:
-    """Return a file, and if it is a script the modules beside it that it imports."""
+    """Return a file and, if it is a script, the helper modules in its folder that it imports."""
     return [file, *(helper_modules(file) if file.suffix == '.py' else [])]
 
 
 def helper_modules(script: Path) -> list[Path]:
-    """Return the modules beside a script that it imports, and those that they import, sorted."""
+    """Return all modules in a script's folder that it imports, directly or not, sorted."""
     found = {script}
     waiting = [script]
     while waiting:
@@ -157,11 +157,11 @@ def helper_modules(script: Path) -> list[Path]:
 
 
 def _imported(file: Path, folder: Path) -> Iterator[Path]:
-    """Yield the files below a folder that the import statements of a file may mean."""
+    """Yield the files in a folder that a file may import."""
     try:
         statements = _import_statements(file.read_bytes())
     except (OSError, SyntaxError, ValueError):
-        return  # what is wrong with it is told when it is imported
+        return  # its syntax error is reported when it is imported
     for node in statements:
         for base, name in _names(node, file, folder):
             path = base
@@ -178,7 +178,7 @@ def _import_statements(source: bytes) -> list[ast.Import | ast.ImportFrom]:
 
 
 def _names(node: ast.Import | ast.ImportFrom, file: Path, folder: Path) -> list[tuple[Path, str]]:
-    """Return the modules that a statement imports, and where each is looked for."""
+    """Return the modules that a statement imports, each with its folder."""
     if isinstance(node, ast.Import):
         return [(folder, alias.name) for alias in node.names]
     base = folder

@@ -38,32 +38,32 @@ SEED = 0
 
 
 def seed_scripts(value: int) -> None:
-    """Seed the generators that scripts use: those of `random` and `numpy.random`."""
+    """Seed `random` and `numpy.random` for control scripts."""
     random.seed(value)
     np.random.seed(value)
 
 
 ALGORITHMS = ScriptDoor('setcmas.algorithms', 'control law')
 EXERCISES = ScriptDoor('setcmas.exercises', 'exercise')
-"""Scripts whose maths is left to fill in."""
+"""Scripts whose maths students fill in."""
 
 _MOST_NAMES = 10
-_doubts: dict[Path, list[str]] = {}  # what Python found odd in the syntax of each script
-_told: set[str] = set()
-_compiled: dict[Path, tuple[object, types.CodeType]] = {}  # of each script, and what it is of
+_syntax_warnings: dict[Path, list[str]] = {}  # of each script
+_shown: set[str] = set()
+_compiled: dict[Path, tuple[object, types.CodeType]] = {}  # code of each script, with its key
 
 
 def find_script(name: str, exercise: bool = False) -> Path:
-    """Return the script that `--algo NAME` means.
+    """Return the script for `--algo NAME`.
 
-    In this order: a path to a file; NAME.py in the current folder; if `exercise`, an exercise;
-    a control law that ships or that a plugin offers.
+    In this order: a path to a file; NAME.py in the current folder; with `exercise`, an exercise;
+    a built-in control law or one of a plugin.
 
     Raises:
-        SetcmasError: There is none; the message offers the nearest names.
+        SetcmasError: There is no such script; the message suggests similar names.
     """
     for path in (Path(name), Path(f'{name}.py')):
-        with contextlib.suppress(OSError):  # such as a name too long to be one
+        with contextlib.suppress(OSError):  # such as a name that is too long
             if path.is_file():
                 return _no_notebook(path.resolve())
     doors = {'exercises': EXERCISES} if exercise else {}
@@ -78,7 +78,7 @@ def find_script(name: str, exercise: bool = False) -> Path:
     near = difflib.get_close_matches(Path(name).stem, known, n=3)
     hint = f'did you mean {" or ".join(near)}? ' if near else ''
     raise SetcmasError(
-        f"control script '{name}' was not found; {hint}"
+        f"control script '{name}' not found; {hint}"
         + '; '.join(f'{title}: {_first(stems)}' for title, stems in names.items())
     )
 
@@ -95,7 +95,7 @@ def scripts_in(folder: Path) -> list[Path]:
 
 
 def _may_be_law(path: Path) -> bool:
-    """Return whether a script defines a control law, or has a mistake that hides it."""
+    """Return whether a script defines a control law, or cannot be parsed."""
     try:
         check_defines(ast.parse(path.read_bytes()), CONTROL, path)
     except SetcmasError:
@@ -108,46 +108,46 @@ def _may_be_law(path: Path) -> bool:
 def _no_notebook(path: Path) -> Path:
     if path.suffix == '.ipynb':
         raise SetcmasError(
-            f"'{path.name}' is a notebook; begin its cell with `%%writefile {path.stem}.py`, and "
-            f'give --algo {path.stem}.py'
+            f"'{path.name}' is a notebook; start its cell with `%%writefile {path.stem}.py` and "
+            f'use --algo {path.stem}.py'
         )
     return path
 
 
 def _refuse_other_kinds(path: Path) -> None:
-    """Tell of a path that is there and no file."""
+    """Refuse a path that exists but is no file."""
     try:
         mode = path.stat().st_mode
     except PermissionError as error:
         raise SetcmasError(f"control script '{path}' cannot be read: {error.strerror}") from error
     except (OSError, ValueError):
         return
-    kind = 'a folder' if stat.S_ISDIR(mode) else 'no regular file'
+    kind = 'a folder' if stat.S_ISDIR(mode) else 'not a regular file'
     raise SetcmasError(f"control script '{path}' is {kind}; it must be a .py file")
 
 
 def names_to_set(path: Path) -> list[str]:
-    """Return the module-level names of a script, which compiles, that `--set` may change."""
+    """Return the module-level names of a valid script that `--set` may change."""
     return plain_names(_read(path), path.name)
 
 
 def compile_script(
     path: Path, expected: str = CONTROL, settings: Settings | None = None
 ) -> types.CodeType:
-    """Compile a script without running it, and see that it gives its function a meaning.
+    """Compile a script without running it, and check that it defines its function.
 
     Args:
         path: The script.
-        expected: The function that it must have, with its parameters.
-        settings: Values to take the place of the script's own (`--set`).
+        expected: The function that it must define, with its parameters.
+        settings: Values that replace the script's own (`--set`).
 
     Raises:
-        SetcmasError: It cannot be read, has a syntax error, does not have the function, or does
-            not have a name that is to be set.
+        SetcmasError: The script cannot be read, has a syntax error, or lacks the function or
+        a name that is to be set.
     """
     source = _read(path)
     what = source, expected, repr(settings)
-    # Errors quote what was run, even when the file has been edited meanwhile.
+    # Errors quote the code that ran, even after an edit of the file.
     linecache.cache[str(path)] = (len(source), None, source.splitlines(keepends=True), str(path))
     compiled = _compiled.get(path)
     if not compiled or compiled[0] != what:
@@ -157,7 +157,7 @@ def compile_script(
 
 def _compile(path: Path, source: str, expected: str, settings: Settings | None) -> types.CodeType:
     try:
-        with warnings.catch_warnings(record=True) as doubts:
+        with warnings.catch_warnings(record=True) as found:
             warnings.simplefilter('always', SyntaxWarning)
             tree = ast.parse(source, str(path))
             code = compile(tree, str(path), 'exec')
@@ -171,16 +171,16 @@ def _compile(path: Path, source: str, expected: str, settings: Settings | None) 
     if settings:
         apply_settings(tree, source, settings, path.name)
         code = compile(tree, str(path), 'exec')
-    _doubts[path] = [f'{path.name}, line {doubt.lineno}: {doubt.message}' for doubt in doubts]
+    _syntax_warnings[path] = [f'{path.name}, line {each.lineno}: {each.message}' for each in found]
     return code
 
 
-def _tell_doubts(path: Path) -> None:
-    """Show what Python finds odd in a script, once for all robots."""
-    for doubt in _doubts.get(path, ()):
-        if doubt not in _told:
-            _told.add(doubt)
-            print(f'warning: {doubt}', file=sys.stderr, flush=True)
+def _show_syntax_warnings(path: Path) -> None:
+    """Show Python's syntax warnings for a script, once for all robots."""
+    for warning in _syntax_warnings.get(path, ()):
+        if warning not in _shown:
+            _shown.add(warning)
+            print(f'warning: {warning}', file=sys.stderr, flush=True)
 
 
 def _read(path: Path) -> str:
@@ -191,11 +191,11 @@ def _read(path: Path) -> str:
         raise SetcmasError(f"control script '{path}' cannot be read: {error.strerror}") from error
     except UnicodeDecodeError as error:
         raise SetcmasError(
-            f'{path.name} is not written in {error.encoding} '
+            f'{path.name} is not encoded in {error.encoding} '
             f'(byte {error.object[error.start]:#x}); save it as UTF-8, or name its encoding in '
             'its first line, such as # -*- coding: latin-1 -*-'
         ) from error
-    except SyntaxError as error:  # neither UTF-8 nor another encoding that is known
+    except SyntaxError as error:  # neither UTF-8 nor another known encoding
         reason = error.msg.partition(' for ')[0]
         raise SetcmasError(f'{path.name} has an {reason}; save it as UTF-8') from error
 
@@ -205,21 +205,21 @@ def load_script(
 ) -> types.ModuleType:
     """Run a script in a fresh module for one robot and return the module.
 
-    Helper modules beside the script are fresh for every robot too, because scripts keep their
-    state in module globals.
+    Helper modules in its folder are fresh for every robot too, because scripts keep their state in
+    module globals.
 
     Args:
         path: The script.
         robot: Number of the robot.
-        expected: The function that it must have, with its parameters.
-        settings: Values to take the place of the script's own (`--set`).
+        expected: The function that it must define, with its parameters.
+        settings: Values that replace the script's own (`--set`).
 
     Raises:
-        SetcmasError: The script cannot be read, or fails while it is loaded.
+        SetcmasError: The script cannot be read, or raises while it loads.
     """
     settings = settings or {}
     code = compile_script(path, expected, settings)
-    _tell_doubts(path)
+    _show_syntax_warnings(path)
     module = _fresh_module(path, robot, settings)
     try:
         exec(code, module.__dict__)
@@ -228,7 +228,7 @@ def load_script(
     except BaseException as error:
         if isinstance(error, KeyboardInterrupt) and not scripts_own(error):
             raise
-        # What fails for one robot alone is told with its name.
+        # If it fails only for a later robot, the message names the robot.
         name = f'{robot_name(robot)}: ' if robot > 1 else ''
         raise SetcmasError(f'{name}{describe_failure(error, path)}') from error
     for name in settings:
@@ -238,7 +238,7 @@ def load_script(
 
 
 def _fresh_module(path: Path, robot: int, settings: Settings) -> types.ModuleType:
-    """Return the empty module in which a script runs for a robot, with imports of its own."""
+    """Return an empty module for a robot's script, with its own imports."""
 
     def setting(name: str, own: Any) -> Any:
         return converted(name, own, settings[name], path.name)
@@ -251,7 +251,7 @@ def _fresh_module(path: Path, robot: int, settings: Settings) -> types.ModuleTyp
     sys.modules[module.__name__] = module
     folder = str(path.parent)
     if folder not in sys.path:
-        sys.path.append(folder)  # for importlib.import_module and the like
+        sys.path.append(folder)  # for importlib.import_module and similar
     for place, finder in list(sys.path_importer_cache.items()):
         if place.startswith(folder) and isinstance(finder, FileFinder):
             finder.invalidate_caches()  # a helper module may be new

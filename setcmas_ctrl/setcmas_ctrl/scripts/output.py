@@ -23,7 +23,7 @@ from setcmas_simu.fleet.topics import robot_name
 
 
 def plain_values(script: Path) -> dict[str, Any]:
-    """Return the plain values that a script gives to names of its top level, without running it.
+    """Return the plain values that a script assigns at its top level, without running it.
 
     Raises:
         SetcmasError: The script cannot be read, or is not Python.
@@ -45,13 +45,13 @@ def plain_values(script: Path) -> dict[str, Any]:
 
 _LONGEST_LINE = 16 * 1024
 _MOST_LINES = 10_000
-"""Lines of a robot that are shown in a second; more would hold up the run."""
+"""Lines that a robot may print per second; more would slow the run."""
 
 
 class _ThisThread(threading.local):
-    naming = False  # whether a line with its name is on its way through further streams
-    # print() uses sys.stdout without holding it (CPython issue 130163): that it lives until the
-    # call returns, although the naming ends meanwhile, is seen to by what wrote there last.
+    naming = False  # whether a named line is passing through further streams
+    # print() uses sys.stdout without holding it (CPython issue 130163): this reference of the last
+    # writer keeps it alive until the call returns, even if the context ends meanwhile.
     output: ScriptOutput | None = None
 
 
@@ -59,7 +59,7 @@ _this_thread = _ThisThread()
 
 
 class _Flow:
-    """Count of the lines that a robot's script prints in a second."""
+    """Counts the lines that a robot's script prints per second."""
 
     def __init__(self) -> None:
         self.left_out = 0
@@ -67,7 +67,7 @@ class _Flow:
         self._shown = 0
 
     def has_room(self, lines: int) -> bool:
-        """Return whether so many more lines are to be shown; counts them."""
+        """Return whether this many more lines may be shown, and count them."""
         second = int(time.monotonic())
         if second != self._second:
             self._second, self._shown = second, 0
@@ -79,22 +79,22 @@ class _Flow:
 
 
 class ScriptOutput:
-    """Stands for sys.stdout or sys.stderr; what is not printed by a script passes unchanged."""
+    """Replaces sys.stdout or sys.stderr; output that comes from no script passes unchanged."""
 
     def __init__(self, stream: IO[str]) -> None:
-        """Write to a stream."""
+        """Wrap a stream."""
         self._stream = stream
         self._lock = threading.RLock()
-        # Of each robot and thread: the beginning of a line that has no end yet.
+        # Unfinished lines of each robot and thread.
         self._begun: defaultdict[tuple[int, int], str] = defaultdict(str)
         self._flow: defaultdict[int, _Flow] = defaultdict(_Flow)
 
     def __getattr__(self, name: str) -> Any:
-        """Have everything else that the stream has."""
+        """Pass everything else to the stream."""
         return getattr(self._stream, name)
 
     def write(self, text: str) -> int:
-        """Write a text; lines of scripts get their robot's name."""
+        """Write a text; put the robot's name before lines of scripts."""
         _this_thread.output = self
         robot = None if _this_thread.naming else _writing_robot()
         if robot is None:
@@ -112,15 +112,15 @@ class ScriptOutput:
         return len(text)
 
     def writelines(self, texts: Iterable[str]) -> None:
-        """Write texts one after the other."""
+        """Write several texts."""
         for text in texts:
             self.write(text)
 
     def close(self) -> None:
-        """Stay open: a script that closes its output is not alone with it."""
+        """Stay open: other scripts write to this stream too."""
 
     def end_lines(self) -> None:
-        """Write the beginnings of lines that are still without an end."""
+        """Write unfinished lines."""
         with self._lock:
             for (robot, _), text in self._begun.items():
                 if text:
@@ -150,8 +150,8 @@ def _writing_robot() -> int | None:
     return None
 
 
-def _tell_thread_failure(failure: threading.ExceptHookArgs) -> None:
-    """Tell in one message that a thread has failed, and of which robot it is (if of one)."""
+def _show_thread_failure(failure: threading.ExceptHookArgs) -> None:
+    """Show the failure of a thread in one message, with its robot if it belongs to a script."""
     error = failure.exc_value
     frames = [frame for frame, _ in traceback.walk_tb(failure.exc_traceback)]
     ours = [frame for frame in frames if robot_of_frame(frame) is not None]
@@ -165,10 +165,10 @@ def _tell_thread_failure(failure: threading.ExceptHookArgs) -> None:
 
 @contextlib.contextmanager
 def _warnings_once() -> Iterator[None]:
-    """Tell each warning once per place, for all robots: each has a module of its own."""
-    tell, told = warnings.showwarning, set[tuple[str, str, int]]()
+    """Show each warning once per line for all robots, although each has its own module."""
+    show, shown = warnings.showwarning, set[tuple[str, str, int]]()
 
-    def tell_once(
+    def show_once(
         message: Warning | str,
         category: type[Warning],
         filename: str,
@@ -176,21 +176,21 @@ def _warnings_once() -> Iterator[None]:
         file: TextIO | None = None,
         line: str | None = None,
     ) -> None:
-        if (place := (str(message), filename, lineno)) not in told:
-            told.add(place)
-            tell(message, category, filename, lineno, file, line)
+        if (place := (str(message), filename, lineno)) not in shown:
+            shown.add(place)
+            show(message, category, filename, lineno, file, line)
 
-    warnings.showwarning = tell_once
+    warnings.showwarning = show_once
     try:
         yield
     finally:
-        warnings.showwarning = tell
+        warnings.showwarning = show
 
 
 @contextlib.contextmanager
 def named_output() -> Iterator[None]:
-    """Put the robot's name before what scripts print, or their threads fail with, inside."""
-    hook, threading.excepthook = threading.excepthook, _tell_thread_failure
+    """Put the robot's name before output of scripts and failures of their threads, inside."""
+    hook, threading.excepthook = threading.excepthook, _show_thread_failure
     stdout, stderr = ScriptOutput(sys.stdout), ScriptOutput(sys.stderr)
     with (
         _warnings_once(),

@@ -1,15 +1,15 @@
-"""A robot that a user's script moves: `--model my_robot.py`.
+"""A robot that moves as a user's script says: `--model my_robot.py`.
 
-The script has a function `step`, and may have two others:
+The script defines a function `step`, and optionally two others:
 
     def step(state, command, Ts): return x, y, theta, ...
     def start(x, y, theta): return x, y, theta, ...
     def command(velocity, pose): return V, omega
 
-state: what step or start returned last, the pose x, y (m), theta (rad) first; without start it is
-the pose. command: speeds forward and to the left (m/s) and turn rate (rad/s), as cmd_vel carries
-them. velocity: vx, vy (m/s) in the world frame. Without command the robot is driven as a unicycle
-is; command may return the speed to the left as well: forward, left, omega.
+state: the last return value of step or start, with the pose x, y (m), theta (rad) first; without
+start, the pose. command: speeds forward and to the left (m/s) and turn rate (rad/s), as on
+cmd_vel. velocity: vx, vy (m/s) in the world frame. Without command, the robot is driven as a
+unicycle; command may also return the speed to the left: forward, left, omega.
 """
 
 from __future__ import annotations
@@ -37,20 +37,20 @@ from setcmas_simu.robots.model import POSE, TWIST, Motion, RobotModel
 from setcmas_simu.robots.unicycle import BURGER_SHAPE, velocities_between
 
 STEP = 'step(state, command, Ts)'
-"""The function that a robot script has."""
+"""The function that a robot script must define."""
 
 _OPTIONAL = {'start': 'start(x, y, theta)', 'command': 'command(velocity, pose)'}
-_STANDS = 'stands; this stops no other robot'
+_STOPS = 'stops; the other robots continue'
 
 
 on_call: Callable[[int], object] = int
-"""Is told for which robot a function of a script is called next; it does nothing by default."""
+"""Called with the robot's number before each call of a script; by default does nothing."""
 
 
 class ScriptRobot(RobotModel):
-    """One robot, moved by a script that is loaded for it alone; drawn as a unicycle is.
+    """One robot with its own copy of a script; drawn as a unicycle.
 
-    Its state has the rows of POSE and TWIST, then what the script's own has beyond the pose.
+    Its state has the rows of POSE and TWIST, then the script's values after the pose.
     """
 
     shape = BURGER_SHAPE
@@ -64,7 +64,7 @@ class ScriptRobot(RobotModel):
             warn: Shows messages about failures.
 
         Raises:
-            SetcmasError: The script cannot be loaded, or has no such functions.
+            SetcmasError: The script does not load, or lacks a function.
         """
         self._path = path.resolve()
         self._robot = robot
@@ -78,14 +78,14 @@ class ScriptRobot(RobotModel):
         if 'command' in self._own:
             self.motion = Motion.FREE  # as far as the script says
         self.failed = False
-        self._reports = ErrorReports(warn, _STANDS)
+        self._reports = ErrorReports(warn, _STOPS)
         self._t = 0.0
 
     def start(self, poses: Floats) -> Floats:
-        """Return the state (3 + 3 or more, 1) of the robot that stands at a pose (3, 1).
+        """Return the state (3 + 3 or more, 1) of the robot at rest at a pose (3, 1).
 
         Raises:
-            SetcmasError: The `start` of the script fails.
+            SetcmasError: The script's `start` fails.
         """
         state = super().start(poses)
         if 'start' not in self._own:
@@ -111,7 +111,7 @@ class ScriptRobot(RobotModel):
         return commands
 
     def step(self, states: Floats, commands: Floats, Ts: float) -> Floats:
-        """Return the state a period later; the robot stands if the script fails."""
+        """Return the state one period later; the robot stops if the script fails."""
         later: Floats = states.copy()
         later[TWIST] = 0.0
         own = np.concatenate([states[POSE, 0], states[TWIST.stop :, 0]])
@@ -125,7 +125,7 @@ class ScriptRobot(RobotModel):
     def _called(
         self, function: Callable[..., Any], arguments: tuple[Any, ...], sizes: tuple[int, ...]
     ) -> Floats | None:
-        """Return the numbers that a function of the script returns; None if it fails."""
+        """Call a function of the script; return its numbers, or None if it fails."""
         on_call(self._robot)
         try:
             result = _numbers(function(*arguments), sizes, function.__name__)
@@ -135,7 +135,7 @@ class ScriptRobot(RobotModel):
             key = ('result', function.__name__, '')
             self._fail(ControlError(f'{self._path.name}: {error}', key))
             return None
-        except BaseException as error:  # whatever a script raises, the other robots go on
+        except BaseException as error:  # whatever a script raises, the other robots continue
             self._fail(failure_of(error, self._path))
             return None
         self._reports.succeeded(self._robot, self._t)
@@ -147,7 +147,7 @@ class ScriptRobot(RobotModel):
 
 
 class _ResultError(Exception):
-    """What a function returned is of no use."""
+    """A function returned something invalid."""
 
 
 def _numbers(result: Any, sizes: range | tuple[int, ...], function: str) -> Floats:
@@ -158,7 +158,7 @@ def _numbers(result: Any, sizes: range | tuple[int, ...], function: str) -> Floa
     if numbers.size not in sizes or not np.isfinite(numbers).all():
         shown = ' '.join(safe_text(repr, result).split())[:60]
         count = ' or '.join(map(str, sizes)) if isinstance(sizes, tuple) else '3 or more'
-        raise _ResultError(f'{function} returned {shown}; it must be {count} finite numbers')
+        raise _ResultError(f'{function} returned {shown}; it must return {count} finite numbers')
     return numbers
 
 

@@ -22,15 +22,15 @@ from setcmas_simu.reports.reports import Function, ScriptFailure
 
 
 class StopCall(BaseException):
-    """Raised in a call of a script by the signal that ends the process."""
+    """Raised in a running call by the signal that ends the process."""
 
 
 class AbandonCall(BaseException):
-    """Raised in a stuck call of a script when a new version of the script is there."""
+    """Raised in a stuck call when a new version of the script was saved."""
 
 
 def scripts_own(_: KeyboardInterrupt) -> bool:
-    """Return whether a KeyboardInterrupt is the script's own, as Ctrl-C is handled otherwise."""
+    """Return whether a script raised a KeyboardInterrupt itself; Ctrl-C is handled elsewhere."""
     return signal.getsignal(signal.SIGINT) is not signal.default_int_handler
 
 
@@ -38,18 +38,18 @@ _LONGEST_TEXT = 300
 
 
 def quoted_line(path: Path | str, line: int | None, indented: bool = False) -> str:
-    """Return a new line that quotes a line of a script; empty where there is none."""
+    """Return a line break and a quotation of a script's line; '' if the line does not exist."""
     source = linecache.getline(str(path), line).rstrip() if line else ''
     source = source if indented else source.strip()
     return f'\n    {line} | {source}' if source else ''
 
 
 def script_place(error: BaseException, path: Path) -> tuple[Path, int | None]:
-    """Return where in the student's code an error arose.
+    """Return the place of an error in the student's code.
 
     Returns:
-        The innermost file, the script or a helper module of it, that the error passed through,
-        and the line there; the script and None if it passed through neither.
+        The innermost file (the script or a helper module) that the error passed through, and
+        the line there; the script and None if there is no such file.
     """
     places = places_in(traceback.walk_tb(error.__traceback__), path)
     return places[-1] if places else (path, None)
@@ -58,28 +58,28 @@ def script_place(error: BaseException, path: Path) -> tuple[Path, int | None]:
 def places_in(
     frames: Iterable[tuple[types.FrameType, int]], path: Path
 ) -> list[tuple[Path, int | None]]:
-    """Return files and lines of those frames that run the script or a helper module of it."""
+    """Return files and lines of the frames that run the script or a helper module."""
     return [
         (Path(frame.f_code.co_filename), line)
         for frame, line in frames
         if frame.f_code.co_filename == str(path)
-        # Code that a script makes of texts has no file.
+        # Code that a script compiles from strings has no file.
         or (robot_of_frame(frame) is not None and not frame.f_code.co_filename.startswith('<'))
     ]
 
 
 def describe_failure(error: BaseException, path: Path) -> str:
-    """Return a message with script, line, the kind of error, and the student's own line.
+    """Return a message with the script, the line, the type of the error, and a quotation.
 
     Args:
-        error: What compiling, loading or calling the script raised.
+        error: Exception from compiling, loading or calling the script.
         path: The script.
     """
     try:
         return _described(error, path)
     except (StopCall, AbandonCall):
         raise
-    except BaseException:  # an exception of the script's own may hold anything
+    except BaseException:  # a script's own exception class may do anything
         return f'{path.name}: {type(error).__name__}'
 
 
@@ -95,50 +95,50 @@ def _described(error: BaseException, path: Path) -> str:
 
 
 def _advice(error: BaseException) -> str:
-    """Return what to do about an error that comes of how scripts are run; empty for others."""
+    """Return advice for errors due to the way scripts run; '' for others."""
     if isinstance(error, EOFError):
-        return '; a script cannot be asked anything: input() and sys.stdin have nothing to read'
+        return '; scripts have no input: input() and sys.stdin have nothing to read'
     if isinstance(error, ImportError) and 'relative import' in str(error):
         return '; write `from helper import ...` without the dot'
     return ''
 
 
 def described_place(file: Path, line: int | None, path: Path) -> str:
-    """Return file and line in words, with the script if the file is a helper module."""
+    """Return file and line as text, with the script's name for a helper module."""
     place = f'{file.name}, line {line}' if line else file.name
     return place if file == path else f'{place} (imported by {path.name})'
 
 
-def unheard_robots(robot: int, poses: Floats) -> str:
-    """Return a new line that names the robots whose poses a robot does not know, or nothing.
+def unknown_robots_note(robot: int, poses: Floats) -> str:
+    """Return a line break and the robots whose poses a robot does not know; '' if it knows all.
 
     Args:
         robot: Number of the robot whose script was called.
-        poses: What the script was given, shape (3, N), NaN for robots that are not heard.
+        poses: Poses passed to the script, shape (3, N); NaN for unknown robots.
     """
-    unheard = (np.flatnonzero(np.isnan(poses).any(axis=0)) + 1).tolist()
-    if not unheard:
+    unknown = (np.flatnonzero(np.isnan(poses).any(axis=0)) + 1).tolist()
+    if not unknown:
         return ''
-    robots = robots_in_words(unheard)
+    robots = robots_in_words(unknown)
     return (
-        f'\n    {robot_name(robot)} does not hear {robots}: poses is NaN there; '
-        'network.neighbours() tells whom it hears (from setcmas_ctrl import network)'
+        f'\n    {robot_name(robot)} receives nothing from {robots}: poses has NaN there; '
+        'use network.neighbours() (from setcmas_ctrl import network)'
     )
 
 
 def summarise(error: BaseException) -> str:
-    """Return the kind and the text of an error on one line, which is not endless."""
+    """Return type and message of an error on one line of limited length."""
     text = ' '.join(safe_text(str, error).split())
     text = text if len(text) <= _LONGEST_TEXT else f'{text[:_LONGEST_TEXT]}...'
     if isinstance(error, SystemExit):
-        text = f'the script ended itself with exit({text})'
+        text = f'the script called exit({text})'
     return f'{type(error).__name__}: {text}' if text else type(error).__name__
 
 
 def safe_text(describe: Callable[[Any], str], value: Any) -> str:
-    """Return str or repr of a value of a script, which may fail as anything in a script may.
+    """Return str or repr of a script's value; this call of the script's code may fail.
 
-    What a terminal cannot show (surrogates, control characters) is escaped.
+    Escapes what terminals cannot show: surrogates and control characters.
     """
     try:
         text = str.encode(describe(value), 'utf-8', 'backslashreplace').decode()
@@ -157,9 +157,9 @@ class ControlError(Exception):
     """A call of `control` failed.
 
     Attributes:
-        key: The same for errors that a student would call the same.
-        consequence: What happens to the robot, after its name; empty if it is as usual.
-        place: File and line that failed, if they are known.
+        key: Identifies the error; the same for what a student would call the same error.
+        consequence: What happens to the robot, to follow its name; '' for the usual consequence.
+        place: File and line of the error, if known.
     """
 
     def __init__(
@@ -169,7 +169,7 @@ class ControlError(Exception):
         consequence: str = '',
         place: tuple[Path, int | None] | None = None,
     ) -> None:
-        """Store the message, what identifies the error, what comes of it, and where it was."""
+        """Store message, key, consequence and place."""
         super().__init__(message)
         self.key = key
         self.consequence = consequence
@@ -177,52 +177,52 @@ class ControlError(Exception):
 
 
 def failure_of(error: BaseException, path: Path) -> ControlError:
-    """Return what to tell of an error that a function of a script raised."""
+    """Return the ControlError for an exception from a function of a script."""
     place = script_place(error, path)
     return ControlError(describe_failure(error, path), (type(error).__name__, *place), place=place)
 
 
-STANDS = 'is commanded zero; this stops no other robot'
+STOPPED = 'gets zero velocity; the other robots continue'
 """What happens to a robot whose control law fails."""
 
 MOST_FAILURES = 500
-"""So many are kept with their times; a law may fail and work again at each other call."""
+"""Largest number of failures to keep; a law may fail at every other call."""
 
 
 class ErrorReports:
-    """Turns the errors of a fleet's scripts into messages that are not repeated.
+    """Turns errors of a fleet's scripts into messages without repetition.
 
     Attributes:
-        failures: When which script failed for whom, the first ones, sorted by time.
+        failures: Periods of failed calls, the first ones, sorted by time.
     """
 
     def __init__(
         self,
         warn: Callable[[str], None],
-        consequence: str = STANDS,
+        consequence: str = STOPPED,
         on_new: Callable[[int, str], None] = lambda *_: None,
         function: Function = Function.CONTROL,
     ) -> None:
-        """Report through a function that shows a message to the user.
+        """Set the functions that receive messages and errors.
 
         Args:
             warn: Shows a message to the user.
-            consequence: What happens to a robot whose script fails, after its name.
-            on_new: Takes robot and text of an error that is new for the robot.
-            function: What of a script is called.
+            consequence: What happens to a robot whose script fails, to follow its name.
+            on_new: Called with robot and message for each error that is new to the robot.
+            function: The function of the script.
         """
         self.failures: list[ScriptFailure] = []
         self._function = function
-        self._open: dict[int, tuple[int, object]] = {}  # by robot, which failure goes on, its key
+        self._open: dict[int, tuple[int, object]] = {}  # by robot: its current failure and the key
         self._warn = warn
         self._on_new = on_new
         self._consequence = consequence
         self._counts: Counter[tuple[int, object]] = Counter()
         self._failing: Counter[int] = Counter()
-        self._first: dict[str, int] = {}  # the robot for which a text was shown
+        self._first: dict[str, int] = {}  # first robot with each message
 
     def failed(self, robot: int, t: float, error: ControlError) -> None:
-        """Note that a robot's script failed at time t (s)."""
+        """Record a failed call of a robot's script at time t (s)."""
         self._keep(robot, t, error)
         self._failing[robot] += 1
         self._counts[robot, error.key] += 1
@@ -237,7 +237,7 @@ class ErrorReports:
                 self._warn(f'{name} at t = {t:.1f} s: the same error as {robot_name(first)}')
 
     def succeeded(self, robot: int, t: float) -> None:
-        """Note that a robot's script did its work at time t (s)."""
+        """Record a successful call of a robot's script at time t (s)."""
         if robot in self._failing:
             self._close(robot, t)
             count = self._failing.pop(robot)
@@ -246,7 +246,7 @@ class ErrorReports:
 
     def _keep(self, robot: int, t: float, error: ControlError) -> None:
         if robot in self._open and self._open[robot][1] == error.key:
-            return  # the text may hold other numbers
+            return  # the same error; its message may have other numbers
         self._close(robot, t)
         if len(self.failures) < MOST_FAILURES:
             file, line = error.place or (None, None)
@@ -264,11 +264,11 @@ class ErrorReports:
 
     @property
     def failed_robots(self) -> list[int]:
-        """The robots whose script has failed at some time, sorted."""
+        """Robots whose script has failed at some time, sorted."""
         return sorted({robot for robot, _ in self._counts})
 
     def summary(self) -> list[str]:
-        """Return a line for each error that occurred more than once to a robot."""
+        """Return a line for each error that a robot had more than once."""
         robots_of: defaultdict[object, list[int]] = defaultdict(list)
         for (robot, key), count in self._counts.items():
             if count > 1:
@@ -286,4 +286,4 @@ def _name(key: object) -> str:
     if isinstance(key, tuple) and key[0] != 'result':
         kind, file, line = key
         return f'{kind} in {file.name}, line {line}' if line else str(kind)
-    return 'a result that is of no use'
+    return 'an invalid result'

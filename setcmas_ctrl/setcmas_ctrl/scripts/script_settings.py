@@ -1,7 +1,7 @@
-"""Values for names of a script (`--set kp=1.2 --set 'WPL=[[1,1],[2,2]]'`) in place of its own.
+"""Values that replace a script's own: `--set kp=1.2 --set 'WPL=[[1,1],[2,2]]'`.
 
-A value takes the place of the script's own wherever the top level of the script assigns the name,
-so that what the script derives from it (`PERIOD = 2 * pi / W`) follows.
+A new value replaces the script's wherever its top level assigns the name, so that values derived
+from it (`PERIOD = 2 * pi / W`) follow.
 """
 
 from __future__ import annotations
@@ -22,14 +22,14 @@ from setcmas_simu.errors import SetcmasError
 Settings = Mapping[str, Any]
 
 CALL = '__setcmas_setting__'
-"""The builtin that the added lines call with a name and the script's own value."""
+"""Builtin that the added lines call with a name and the script's own value."""
 
-# YAML 1.1 reads 1e-3 as a text.
+# YAML 1.1 reads 1e-3 as text.
 _NUMBER = re.compile(r'[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?')
 _KINDS: tuple[tuple[type | tuple[type, ...], str], ...] = (
     ((bool, np.bool_), 'true or false'),
     ((int, float, np.number), 'a number'),
-    (str, 'a text'),
+    (str, 'a string'),
     ((list, tuple, np.ndarray), 'a list'),
     (dict, 'a mapping'),
     (type(None), 'nothing'),
@@ -38,7 +38,7 @@ _FORM = "NAME=VALUE, such as kp=1.2 or 'WPL=[[1, 1], [2, 2]]'"
 
 
 def parse_settings(texts: Sequence[str]) -> dict[str, Any]:
-    """Return the names and values of texts such as 'kp=1.2'; the last of a name counts.
+    """Return names and values from texts such as 'kp=1.2'; the last value of a name counts.
 
     Raises:
         SetcmasError: A text has another form.
@@ -47,13 +47,13 @@ def parse_settings(texts: Sequence[str]) -> dict[str, Any]:
     for text in texts:
         name, equals, value = text.partition('=')
         if not (equals and name.strip().isidentifier() and value.strip()):
-            raise SetcmasError(f"--set '{text}' is not understood; it must be {_FORM}")
+            raise SetcmasError(f"invalid --set '{text}'; must be {_FORM}")
         try:
             settings[name.strip()] = _with_numbers(yaml.safe_load(value))
         except yaml.YAMLError as error:
-            reason = getattr(error, 'problem', None) or 'it is not YAML'
+            reason = getattr(error, 'problem', None) or 'not YAML'
             raise SetcmasError(
-                f"--set '{text}': the value cannot be read ({reason}); it must be {_FORM}"
+                f"--set '{text}': invalid value ({reason}); must be {_FORM}"
             ) from error
     return settings
 
@@ -67,20 +67,20 @@ def _with_numbers(value: Any) -> Any:
 
 
 def apply_settings(tree: ast.Module, source: str, settings: Settings, script: str) -> None:
-    """Let a script take other values for names of its top level: `W = 0.5` gets a next line.
+    """Make a script use other values: `W = 0.5` gets another line after it.
 
-    A mapping as the script's variables would do without the lines, but Python passes it over for
+    A mapping as the script's variables would avoid the extra lines, but Python bypasses it for
     names that a function declares `global`.
 
     Args:
-        tree: The script, not compiled yet; it is changed.
+        tree: The script before compilation; it is changed.
         source: Its text.
         settings: The names and their values.
-        script: What the script is called in messages.
+        script: Name of the script in messages.
 
     Raises:
-        SetcmasError: The script does not assign a name, or gives it a value of another kind, as
-            far as can be told without running it.
+        SetcmasError: The script does not assign a name, or assigns a value of another kind, as
+            far as can be seen without running it.
     """
     symbols = _symbols(source, script)
     plain = plain_names(source, script)
@@ -93,7 +93,7 @@ def apply_settings(tree: ast.Module, source: str, settings: Settings, script: st
 
 
 def plain_names(source: str, script: str) -> list[str]:
-    """Return the names that the top level of a script assigns, so that they can be set."""
+    """Return the names that a script assigns at its top level, which `--set` may change."""
     return [name for name, symbol in _symbols(source, script).items() if _is_variable(symbol)]
 
 
@@ -102,7 +102,7 @@ def _symbols(source: str, script: str) -> dict[str, symtable.Symbol]:
 
 
 class _NextLines(ast.NodeTransformer):
-    """Adds a line behind each statement of the top level that assigns a name that is set."""
+    """Adds a line after each top-level statement that assigns a name to be set."""
 
     def __init__(self, settings: Settings) -> None:
         self._settings = settings
@@ -124,7 +124,7 @@ class _NextLines(ast.NodeTransformer):
 
 
 def _assigns(node: ast.stmt, name: str) -> bool:
-    """Return whether a statement itself, not those inside it, assigns a name."""
+    """Return whether a statement itself, not a statement inside it, assigns a name."""
     inner = (ast.stmt, ast.excepthandler, ast.match_case)
     own = [part for part in ast.iter_child_nodes(node) if not isinstance(part, inner)]
     return any(
@@ -141,9 +141,9 @@ def _is_variable(symbol: symtable.Symbol) -> bool:
 def _refusal(name: str, symbol: symtable.Symbol | None, plain: list[str], script: str) -> str:
     names = ', '.join(sorted(plain)) or 'none'
     if symbol and symbol.is_imported():
-        return f'{script} imports it; it must be a name that {script} itself assigns: {names}'
+        return f'{script} imports it; choose a name that {script} assigns itself: {names}'
     if symbol and symbol.is_namespace():
-        return f'in {script} it is a function or a class; it must be a plain value: {names}'
+        return f'in {script} it is a function or a class; choose a plain value: {names}'
     lower = {own.lower(): own for own in plain}
     near = [lower[own] for own in difflib.get_close_matches(name.lower(), lower, n=3)]
     hint = f'did you mean {" or ".join(near)}? ' if near else ''
@@ -151,27 +151,27 @@ def _refusal(name: str, symbol: symtable.Symbol | None, plain: list[str], script
 
 
 def converted(name: str, own: Any, value: Any, script: str) -> Any:
-    """Return a value for a name, of the type that the script's own value has.
+    """Convert a new value to the type of the script's own value.
 
     Raises:
-        SetcmasError: It is of another kind, such as a text for a number.
+        SetcmasError: It is of another kind, such as a string for a number.
     """
     wanted, given = _kind(own), _kind(value)
     if wanted is None:
         raise SetcmasError(
-            f'--set {name}: in {script} it is a {type(own).__name__}; it must be a name '
+            f'--set {name}: in {script} it is a {type(own).__name__}; choose a name '
             'with a plain value'
         )
     if own is not None and wanted != given:
         raise SetcmasError(
-            f'--set {name}: {value!r} is {given or "no plain value"}; in {script} {name} is '
-            f'{own!r}, so it must be {wanted}'
+            f'--set {name}: {value!r} is {given or "no plain value"}; it must be {wanted}, '
+            f'since {script} has {name} = {own!r}'
         )
     if isinstance(own, np.ndarray):
         return np.array(value, dtype=np.result_type(own.dtype, np.asarray(value).dtype))
     if isinstance(own, tuple) and isinstance(value, list):
         return tuple(value)
-    return copy.deepcopy(value)  # every robot has its own
+    return copy.deepcopy(value)  # one for each robot
 
 
 def _kind(value: Any) -> str | None:
@@ -179,7 +179,7 @@ def _kind(value: Any) -> str | None:
 
 
 def _literals(tree: ast.Module, name: str) -> Iterator[Any]:
-    """Yield the values that the top level gives a name, where they stand there as such."""
+    """Yield the literal values that the top level assigns to a name."""
     for node in tree.body:
         if isinstance(node, (ast.Assign, ast.AnnAssign)) and node.value:
             targets = node.targets if isinstance(node, ast.Assign) else [node.target]

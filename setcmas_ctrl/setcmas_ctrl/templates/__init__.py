@@ -1,1 +1,1 @@
-"""What `setcmas new` writes."""
+"""Templates for `setcmas new`."""

@@ -1,20 +1,20 @@
-"""My control law: one line that says what the robots do (`setcmas list` shows it)."""
+"""My control law: describe in one line what the robots do (`setcmas list` shows it)."""
 
 import numpy as np
 
-K = 0.5  # gain (1/s); `--set K=1.2` tries another value without editing
+K = 0.5  # gain (1/s); change it for one run with `--set K=1.2`
 
-# State is kept in names out here. Every robot has its own copy of this file and its names.
+# Keep state in variables here. Every robot has its own copy of this file and its variables.
 calls = 0
 
 
 def control(robotNo, nbRobots, poses, t):
-    """Return the velocity (vx, vy) in m/s, in the world frame, of robot number robotNo.
+    """Return the velocity (vx, vy) of robot robotNo, in m/s in the world frame.
 
     Called five times a second for every robot.
 
     robotNo: number of this robot, from 1 to nbRobots
-    poses: a column for each robot; rows x (m), y (m) and heading theta (rad)
+    poses: one column per robot; rows x (m), y (m) and heading theta (rad)
     t: time since the start of the run (s), the same for all robots
     """
     global calls
@@ -26,7 +26,7 @@ def control(robotNo, nbRobots, poses, t):
     vx = K * (centre_x - x)
     vy = K * (centre_y - y)
 
-    # What a script prints is shown with the robot's name before it.
+    # The terminal shows the robot's name before each printed line.
     if calls == 1:
         print(f'I start at ({x:.1f}, {y:.1f}) m')
 

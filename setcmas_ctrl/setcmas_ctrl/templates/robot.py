@@ -1,4 +1,4 @@
-"""My robot: one line that says how it moves."""
+"""My robot: describe in one line how it moves."""
 
 import math
 
@@ -6,7 +6,7 @@ LARGEST_TURN_RATE = 1.0  # rad/s
 
 
 def step(state, command, Ts):
-    """Return where the robot is a period later: x (m), y (m) and heading theta (rad).
+    """Return the pose of the robot one period later: x (m), y (m) and heading theta (rad).
 
     Called ten times a second for every robot; every robot has its own copy of this file.
 
@@ -24,14 +24,14 @@ def step(state, command, Ts):
     return x, y, theta
 
 
-# A robot whose state is more than its pose, such as one that takes time to speed up, says how it
-# starts; step then gets, and returns, as many numbers:
+# If the state has more than the pose, such as the speed of a robot that accelerates slowly, define
+# the state at the start; step then gets and returns as many numbers:
 #
 # def start(x, y, theta):
 #     return x, y, theta, 0.0
 #
-# A robot is driven as a unicycle, which turns towards the velocity that the control law wants. One
-# that goes sideways turns velocities (m/s, world frame) into commands itself:
+# By default the robot is driven as a unicycle: it turns towards the velocity that the control law
+# returns. A robot that can move sideways converts velocities (m/s, world frame) into commands:
 #
 # def command(velocity, pose):
 #     vx, vy = velocity

@@ -45,7 +45,7 @@ def yaw_of_quaternion(x: float | Numbers, y: float | Numbers, z: Numbers, w: Num
     return yaw
 
 
-def as_heard(poses: Floats) -> Floats:
+def through_quaternion(poses: Floats) -> Floats:
     """Return poses as messages carry them: the heading passes through a quaternion.
 
     Args:

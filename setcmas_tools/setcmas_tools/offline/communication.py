@@ -88,7 +88,7 @@ class OfflineCommunication:
         notes.end()
         return np.array(results)
 
-    def heard(self, poses: Floats, t: float) -> tuple[Floats, Floats]:
+    def known_poses(self, poses: Floats, t: float) -> tuple[Floats, Floats]:
         """Return what each robot knows at time t (s), and the adjacency matrix.
 
         Args:
@@ -105,7 +105,7 @@ class OfflineCommunication:
         else:
             self._links.connect(adjacency, t)
         self._changes.note(t, adjacency)
-        return self._links.heard(poses, t), adjacency
+        return self._links.known_poses(poses, t), adjacency
 
     def record(self) -> CommunicationRecord:
         """Return what went over the links."""

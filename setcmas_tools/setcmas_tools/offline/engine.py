@@ -19,7 +19,7 @@ from setcmas_ctrl.scripts.loader import SEED, seed_scripts
 from setcmas_ctrl.scripts.output import named_output
 from setcmas_ctrl.scripts.script_settings import Settings
 from setcmas_simu.arrays import Floats
-from setcmas_simu.fleet.planar_pose import as_heard
+from setcmas_simu.fleet.planar_pose import through_quaternion
 from setcmas_simu.reports.reports import Function
 from setcmas_simu.robots.model import KOMEGA
 from setcmas_simu.robots.models import NO_LIMITS, fleet_model
@@ -184,7 +184,7 @@ def _moved(
     states = notes.new_states(nb_steps + 1, 6, nb_robots)
     states[0] = fleet.states[:6]
     notes.done = 1
-    poses = as_heard(fleet.poses)
+    poses = through_quaternion(fleet.poses)
     if radio:
         radio.measure(poses, fleet.states[3], 0.0)
 
@@ -198,8 +198,8 @@ def _moved(
         if progress:
             progress(float(t[step]))
         if not radio:
-            return as_heard(fleet.poses)
-        heard = as_heard(later[:, :3].transpose(1, 0, 2))
+            return through_quaternion(fleet.poses)
+        heard = through_quaternion(later[:, :3].transpose(1, 0, 2))
         for k, now in enumerate(t[done + 1 : step + 1].tolist()):
             radio.measure(heard[:, k], later[k, 3], now)
         return heard[:, -1]
@@ -209,7 +209,7 @@ def _moved(
         if step > done:
             poses, done = advance(done, step), step
         drawings.t = now
-        heard = radio.heard(poses, now) if radio else ()
+        heard = radio.known_poses(poses, now) if radio else ()
         commanded = controllers(poses, now, *heard)
         velocities[call, :2] = commanded.wanted
         if commanded.allowed is not None:

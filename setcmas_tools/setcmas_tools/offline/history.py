@@ -28,7 +28,7 @@ def motion(t: Floats, poses: Floats, V: Floats, omega: Floats) -> FleetTable:
         omega: Turn rates over that step in rad/s, shape (K, N).
     """
     times, robots = _rows(t, poses.shape[2])
-    x, y, theta = as_heard(poses.transpose(1, 0, 2).reshape(3, -1))
+    x, y, theta = through_quaternion(poses.transpose(1, 0, 2).reshape(3, -1))
     return FleetTable(times, robots, x, y, theta, V.ravel(), omega.ravel())
 
 

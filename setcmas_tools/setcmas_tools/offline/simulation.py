@@ -14,7 +14,7 @@ from setcmas_ctrl.communication.communication_options import CommunicationOption
 from setcmas_ctrl.communication.communication_settings import chosen_communication
 from setcmas_ctrl.control.control_law import ControlLaw
 from setcmas_ctrl.control.control_options import GainOptions
-from setcmas_ctrl.control.references import References, told_references
+from setcmas_ctrl.control.references import References, references_of_fleet
 from setcmas_ctrl.filter.clearance import check_starts
 from setcmas_ctrl.filter.filter_options import FilterOptions
 from setcmas_ctrl.scripts.script_errors import ErrorReports
@@ -114,7 +114,7 @@ class Simulation:
         self.models = robot_models(self._names, robots, self._given['limits'], self.warn)
         self.laws = load_laws(self._given['algo'], self.nb_robots, self._given['settings'])
         scripts = [(law.names, law.path) for law in self.laws]
-        self._references = told_references(scripts, self.nb_robots, self.warn)
+        self._references = references_of_fleet(scripts, self.nb_robots, self.warn)
 
     def run(
         self,

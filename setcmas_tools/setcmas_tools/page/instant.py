@@ -190,7 +190,7 @@ class Knowledge:
                 links.send(told, self._by_number(self._history.newest(t))[:, told], t)
             elif kind == _ASKED:
                 times.append(t)
-                poses.append(links.heard(own, t)[0].copy())
+                poses.append(links.known_poses(own, t)[0].copy())
             elif times:
                 links.connect(told, t)
             else:

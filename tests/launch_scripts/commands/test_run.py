@@ -208,7 +208,7 @@ def test_a_gain_of_the_command_line_and_a_script_that_is_edited_meanwhile(start,
     process.wait_for_output('[ctrl] tb3_2: loaded 0.2\n')
     process.wait_for_output('[ctrl] controlling')
     law.write_text(text.replace('V, 0', '-V, 0'))
-    process.wait_for_output('law.py was saved and is loaded again for robots 1-2')
+    process.wait_for_output('law.py was saved and reloaded for robots 1-2')
 
     assert process.wait() == 0, process.output()
     record = yaml.safe_load((tmp_path / 'out' / 'run.yaml').read_text())

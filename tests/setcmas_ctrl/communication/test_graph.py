@@ -120,7 +120,7 @@ def test_a_graph_cannot_be_changed_by_those_who_get_it():
         ([[0, 1]], r'shape \(1, 2\).*needs \(2, 2\)'),
         ([[0, -1], [1, 0]], 'not negative'),
         ([[0, float('nan')], [1, 0]], 'finite'),
-        ([[1, 1], [1, 0]], 'no robot hears itself'),
+        ([[1, 1], [1, 0]], 'robots have no links to themselves'),
         ([[0, 1], [1]], 'not a square of numbers'),
         ([[0, 'a'], [1, 0]], "not a square of numbers: .*'a'"),
     ],

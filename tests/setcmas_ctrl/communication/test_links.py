@@ -25,13 +25,13 @@ def test_perfect_links_hand_over_the_newest_poses():
     links = begun()
     links.send(ALL, moved(1), 0.1)
 
-    np.testing.assert_array_equal(links.heard(moved(1), 0.2), [moved(1)] * 3)
+    np.testing.assert_array_equal(links.known_poses(moved(1), 0.2), [moved(1)] * 3)
     assert links.counts.received.tolist() == (1 - np.eye(3)).tolist()
     assert links.counts.lost.sum() == 0
 
 
 def test_robots_that_are_not_in_the_graph_are_nan():
-    heard = begun(path(3)).heard(POSES, 0.0)
+    heard = begun(path(3)).known_poses(POSES, 0.0)
 
     assert np.isnan(heard[0, :, 2]).all()
     assert np.isnan(heard[2, :, 0]).all()
@@ -42,7 +42,7 @@ def test_a_robot_always_knows_its_own_pose_exactly():
     links = begun(np.zeros((3, 3)), loss=1.0, noise=1.0, delay=5.0)
     own = moved(7)
 
-    heard = links.heard(own, 1.0)
+    heard = links.known_poses(own, 1.0)
 
     for robot in range(3):
         np.testing.assert_array_equal(heard[robot, :, robot], own[:, robot])
@@ -52,7 +52,7 @@ def test_a_robot_always_knows_its_own_pose_exactly():
 def test_what_was_sent_last_is_held():
     links = begun()
     links.send([1], moved(1)[:, [1]], 0.1)
-    heard = links.heard(moved(9), 5.0)
+    heard = links.known_poses(moved(9), 5.0)
 
     np.testing.assert_array_equal(heard[0, :, 1], moved(1)[:, 1])
     np.testing.assert_array_equal(heard[0, :, 2], POSES[:, 2])
@@ -63,7 +63,7 @@ def test_a_delayed_message_is_heard_when_it_arrives():
     seen = []
     for k in range(1, 9):
         links.send(ALL, moved(k), 0.1 * k)
-        seen.append(links.heard(moved(9), 0.1 * k)[0, 0, 1])
+        seen.append(links.known_poses(moved(9), 0.1 * k)[0, 0, 1])
 
     assert seen == pytest.approx([2.0, 2.0, 2.0, 2.1, 2.2, 2.3, 2.4, 2.5])
     assert links.counts.received[0, 1] == 5
@@ -80,11 +80,11 @@ def test_links_may_differ():
     links.begin(complete(3))
     links.send(ALL, moved(1), 0.0)
 
-    heard = links.heard(moved(1), 0.1)
+    heard = links.known_poses(moved(1), 0.1)
     assert heard[0, 0, 1] == 2.1
     assert heard[1, 0, 0] == 1.0
     assert heard[2, 0, 0] == 1.1
-    assert links.heard(moved(1), 0.5)[1, 0, 0] == 1.1
+    assert links.known_poses(moved(1), 0.5)[1, 0, 0] == 1.1
 
 
 def test_all_is_lost_on_a_dead_link_and_the_start_is_known():
@@ -92,7 +92,7 @@ def test_all_is_lost_on_a_dead_link_and_the_start_is_known():
     for k in range(1, 11):
         links.send(ALL, moved(k), 0.1 * k)
 
-    np.testing.assert_array_equal(links.heard(POSES, 2.0)[0], POSES)
+    np.testing.assert_array_equal(links.known_poses(POSES, 2.0)[0], POSES)
     assert (links.counts.lost == 10 * (1 - np.eye(3))).all()
     assert np.isnan(links.counts.mean_interval).all()
 
@@ -113,7 +113,7 @@ def test_noise_has_the_deviation_asked_for_and_spares_the_heading():
     errors = []
     for k in range(2000):
         links.send(ALL, POSES, 0.1 * k)
-        errors.append(links.heard(POSES, 0.1 * k)[0] - POSES)
+        errors.append(links.known_poses(POSES, 0.1 * k)[0] - POSES)
     errors = np.array(errors)
 
     assert (errors[:, 2] == 0).all()
@@ -128,7 +128,7 @@ def outcome(links, order, receivers=ALL):
     for k in range(50):
         for sender in order:
             links.send([sender], moved(k)[:, [sender]], 0.1 * k)
-    return links.heard(POSES[:, receivers], 9.0).copy(), links.counts.lost.copy()
+    return links.known_poses(POSES[:, receivers], 9.0).copy(), links.counts.lost.copy()
 
 
 def test_what_happens_to_a_message_depends_on_its_link_and_number_only():
@@ -156,8 +156,8 @@ def test_a_link_that_comes_up_brings_the_state_sent_last():
     links.send([2], moved(5)[:, [2]], 1.0)
     links.connect(complete(3), 2.0)
 
-    assert np.isnan(links.heard(POSES, 2.1)[0, 0, 2])
-    assert links.heard(POSES, 2.2)[0, 0, 2] == 3.5
+    assert np.isnan(links.known_poses(POSES, 2.1)[0, 0, 2])
+    assert links.known_poses(POSES, 2.2)[0, 0, 2] == 3.5
     assert links.counts.sent[0].tolist() == [0, 0, 1]
 
 
@@ -175,7 +175,7 @@ def test_a_link_that_goes_down_forgets_and_loses_what_is_on_its_way():
     links = begun(delay=0.2)
     links.send(ALL, moved(1), 1.0)
     links.connect(path(3), 1.1)
-    heard = links.heard(moved(1), 1.2)
+    heard = links.known_poses(moved(1), 1.2)
 
     assert np.isnan(heard[0, :, 2]).all()
     assert heard[0, 0, 1] == 2.1
@@ -187,7 +187,7 @@ def test_what_arrives_before_its_link_goes_down_is_not_lost():
     links.send(ALL, moved(1), 1.0)
     links.connect(path(3), 1.2)
 
-    assert np.isnan(links.heard(moved(1), 1.2)[0, :, 2]).all()
+    assert np.isnan(links.known_poses(moved(1), 1.2)[0, :, 2]).all()
     assert links.counts.lost.sum() == 0
     assert (links.counts.received == 1 - np.eye(3)).all()
 
@@ -198,7 +198,7 @@ def test_nothing_is_known_of_a_robot_that_never_sent():
     links.begin(complete(3))
 
     assert np.isnan(links.last_sent[0]).tolist() == [True, False, True]
-    assert np.isnan(links.heard(POSES[:, [0]], 0.0)[0, 0]).tolist() == [False, False, True]
+    assert np.isnan(links.known_poses(POSES[:, [0]], 0.0)[0, 0]).tolist() == [False, False, True]
 
 
 def test_messages_do_not_pile_up_while_nobody_asks():

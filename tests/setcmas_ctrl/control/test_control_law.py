@@ -46,7 +46,7 @@ def test_two_numbers_in_any_form_will_do(result):
         ((1j, 0), 'returned a tuple'),
         ((None, 1), 'returned a tuple'),
         ({}, 'returned a dict'),
-        ((1, [2, 3]), 'unlike shapes'),
+        ((1, [2, 3]), 'unequal shapes'),
         (np.zeros((3, 2)), 'returned 6 values'),
         (np.ma.array([1.0, 2.0], mask=[False, True]), r'returned a masked value'),
         ((np.ma.masked, 0.0), r'returned a masked value'),
@@ -115,7 +115,7 @@ def test_each_distinct_error_is_reported_once_and_counted(tmp_path):
 
     assert len(said) == 3
     assert said[0].startswith('tb3_2 at t = 0.0 s: law.py, line 3: ZeroDivisionError')
-    assert 'tb3_2 is commanded zero' in said[0]
+    assert 'tb3_2 gets zero velocity' in said[0]
     assert 'IndexError' in said[1]
     assert said[2] == 'tb3_2 at t = 2.0 s: works again after 5 calls'
     assert reports.summary() == [

@@ -53,7 +53,7 @@ def test_a_file_whose_name_begins_as_robots_do_is_meant_by_its_folder():
     [
         ('1:leader.py', {}, r"--algo '1:leader\.py' has no control law for robots 2-3; add it"),
         ('1-3:leader.py,4:follower.py', {}, '--algo names robot 4; the fleet has robots 1 to 3'),
-        ('1:leader.py,2-3:none.py', {}, r"control script 'none\.py' was not found"),
+        ('1:leader.py,2-3:none.py', {}, r"control script 'none\.py' not found"),
         ('1:leader.py,1-3:follower.py', {}, 'names robot 1 twice'),
         (
             '1:leader.py,2-3:follower.py',
@@ -75,4 +75,4 @@ def test_a_file_that_hides_a_built_in_law_is_told(tmp_path):
     assert LawScripts('leader').notes == []
     assert LawScripts('./consensus.py').notes == []
     (note,) = LawScripts('1:leader,2:consensus').notes
-    assert note.startswith('--algo consensus is consensus.py in this folder, which hides the')
+    assert note.startswith('--algo consensus runs consensus.py in this folder instead of the')

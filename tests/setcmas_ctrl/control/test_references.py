@@ -2,7 +2,7 @@ from pathlib import Path
 
 import pytest
 
-from setcmas_ctrl.control.references import References, references_of, told_references
+from setcmas_ctrl.control.references import References, references_of, references_of_fleet
 from setcmas_ctrl.scripts.loader import load_script
 from setcmas_simu.errors import SetcmasError
 from setcmas_tools import simulate
@@ -72,13 +72,15 @@ def test_a_mistake_is_told_in_a_line_and_the_run_goes_on(told, tmp_path, text, m
 
     assert run.references is None
     assert len(said) == 1
-    assert said[0].endswith('the run goes on without a task')
+    assert said[0].endswith('the run continues without a task')
 
 
 def test_the_first_law_that_tells_a_task_counts():
     laws = [({}, Path('a.py')), ({'task': 'distances', 'D': 2}, Path('b.py'))]
 
-    assert told_references(laws, 2, print) == References('distances', {'D': 2.0, 'REACHED': 0.1})
+    assert references_of_fleet(laws, 2, print) == References(
+        'distances', {'D': 2.0, 'REACHED': 0.1}
+    )
 
 
 @pytest.mark.parametrize('text', ['', '3', '{}', '{"task": 3, "values": {}}', '{"task": "a", "v'])

@@ -137,7 +137,7 @@ def test_a_robot_whose_odometry_ends_is_commanded_zero(start, peer, script):
         ('1 / 0\ndef control(a, b, c, d):\n    return 0, 0\n', 'line 1: ZeroDivisionError'),
         (
             'import rclpy\nrclpy.shutdown()\ndef control(a, b, c, d):\n    return 0, 0\n',
-            'law.py has shut ROS down while loading',
+            'law.py has shut down ROS while loading',
         ),
     ],
 )

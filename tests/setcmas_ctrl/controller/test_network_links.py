@@ -109,7 +109,14 @@ def test_a_graph_switches_at_the_step_at_which_it_does_offline(peer, script):
     )
     times = (0.0, 0.2003, 0.3997, 0.5997, 0.9999, 1.2004)  # as a timer of 5 Hz gives them
 
-    assert [bool(heard.heard(t)[1].any()) for t in times] == [True, True, False, True, False, True]
+    assert [bool(heard.known_poses(t)[1].any()) for t in times] == [
+        True,
+        True,
+        False,
+        True,
+        False,
+        True,
+    ]
 
 
 def test_a_process_tells_what_its_own_robots_hear(start, peer):
@@ -133,8 +140,8 @@ def test_failing_scripts_and_unheard_robots_are_told(start, peer, script):
     states = peer.listen(Odometry, '/tb3_3/trig_odom')
     peer.wait_for_new(states, 10)
 
-    output = process.wait_for_output('does not hear')
-    assert 'tb3_1 does not hear robot 3: poses is NaN there' in output
+    output = process.wait_for_output('receives nothing from')
+    assert 'tb3_1 receives nothing from robot 3: poses has NaN there' in output
     assert 'when.py, line 2: ZeroDivisionError' in output
     assert ' sends its state whenever the condition fails' in output
     assert process.end() == 1

@@ -51,7 +51,7 @@ def test_the_newest_version_controls_the_robots(start, peer, tmp_path):
     save(law, LAW.replace('SPEED', '0.2'))
     wait_for_velocity(0.1, 0.2)
     assert process.output().count('tb3_2: first call at t = 0\n') == 2
-    assert 'is loaded again for robots 1-2; t = 0' in process.output()
+    assert 'reloaded for robots 1-2; t = 0' in process.output()
     assert abs(position(odometry[-1])[0] - before[0]) < 0.2 * (time.time() - saved) + 0.2
 
     helper.write_text('V = 0.05\n')
@@ -92,7 +92,7 @@ def test_in_an_experiment_it_waits_for_the_pause(start, peer, tmp_path):
     peer.spin(0.3)
 
     save(law, 'def control(i, n, p, t):\n    return 0.2, 0\n')
-    peer.wait_for(lambda: 'the new one is loaded when you pause' in process.output())
+    peer.wait_for(lambda: 'pause to load the new one' in process.output())
     peer.wait_for_new(command, 5)
     assert command[-1].x == pytest.approx(0.1)
 
@@ -122,6 +122,6 @@ def test_a_loop_that_swallows_exceptions_is_ended_or_a_new_start_is_asked_for(
     process = start(*CTRL, '--algo', str(law), '--watch')
     process.wait_for_output('control has not returned')
     save(law, 'def control(i, n, p, t):\n    return 0.1, 0\n')
-    ends = ('is loaded again', 'was saved, but its earlier version cannot be ended')
+    ends = ('reloaded', 'was saved, but its earlier version does not end')
 
     peer.wait_for(lambda: any(end in process.output() for end in ends))

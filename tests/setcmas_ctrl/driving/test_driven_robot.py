@@ -104,7 +104,7 @@ def test_pause_holds_one_robot_or_the_fleet_at_zero_and_an_emergency_stop_to_the
     ctrl.wait_for_output('started by /pause')
 
     peer.publisher(Bool, '/emergency_stop', qos=qos.LATCHED).publish(Bool(data=True))
-    ctrl.wait_for_output('emergency stop: it ends with this process')
+    ctrl.wait_for_output('emergency stop: to continue, start this process again')
     peer.wait_for(lambda: stands(0) and stands(1))
     pause_all.publish(Bool(data=False))
     pause_first.publish(Bool(data=False))
@@ -122,7 +122,7 @@ def test_an_emergency_stop_holds_in_lockstep_too_while_time_goes_on(start, peer)
     peer.wait_for(lambda: odometry and odometry[-1].twist.twist.linear.x > 0.0)
 
     peer.publisher(Bool, '/emergency_stop', qos=qos.LATCHED).publish(Bool(data=True))
-    ctrl.wait_for_output('emergency stop: it ends with this process')
+    ctrl.wait_for_output('emergency stop: to continue, start this process again')
     peer.wait_for(lambda: odometry[-1].twist.twist.linear.x == 0.0)
     later = peer.wait_for_new(odometry, 20)
 
@@ -135,7 +135,7 @@ def test_a_second_controller_of_a_robot_is_noticed(start):
     first.wait_for_output('controlling')
     start(*CTRL, '--algo', 'nav_wp')
 
-    first.wait_for_output('another controller commands robot 1 too (/tb3_1/si_to_uni)')
+    first.wait_for_output('another controller also commands robot 1 (/tb3_1/si_to_uni)')
 
 
 def test_a_controller_that_was_killed_is_no_second_one(start, peer):
@@ -153,7 +153,7 @@ def test_a_controller_that_was_killed_is_no_second_one(start, peer):
     again = start(*CTRL, '--algo', 'nav_wp')
     again.wait_for_output('controlling')  # who was killed is still in the graph, as a rule
     peer.wait_for(lambda: commanders() and not commanders() & dead)
-    assert 'another controller commands' not in again.output()
+    assert 'another controller also commands' not in again.output()
 
 
 def test_the_type_of_the_commands_can_be_forced(start, peer):

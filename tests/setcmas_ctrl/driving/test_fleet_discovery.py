@@ -52,7 +52,7 @@ def test_an_announced_fleet_is_controlled_whole_however_slowly_it_is_discovered(
 
     peer.wait_for(lambda: 'controlling' in process.output())
     assert 'controlling robots 1-5' in process.output()
-    assert 'taken for all of it' not in process.output()
+    assert 'assuming that the fleet is' not in process.output()
 
 
 def test_where_nobody_announces_robots_are_guessed_and_that_is_told(start, peer, script):
@@ -60,7 +60,7 @@ def test_where_nobody_announces_robots_are_guessed_and_that_is_told(start, peer,
     process = start(*CTRL, '--algo', script(STAND))
 
     peer.wait_for(lambda: 'controlling' in process.output())
-    assert 'nobody announces a fleet on /fleet: robots 1-2 are taken for all' in process.output()
+    assert 'no announcement on /fleet: assuming that the fleet is robots 1-2' in process.output()
     assert 'controlling robots 1-2' in process.output()
 
 

@@ -34,14 +34,14 @@ def test_it_stands_still_while_it_is_held():
 
 def test_a_process_that_comes_later_joins_whatever_its_clock_says():
     time = FleetTime()
-    time.hear(57.0, 9.9)
+    time.synchronise(57.0, 9.9)
 
     assert time.step(10.0, held=False) == pytest.approx(57.1)
 
 
 def test_what_was_heard_long_ago_is_of_a_fleet_that_has_ended():
     time = FleetTime()
-    time.hear(57.0, 8.0)
+    time.synchronise(57.0, 8.0)
 
     assert time.step(10.0, held=False) == 0.0
 
@@ -51,7 +51,7 @@ def test_what_was_heard_long_ago_is_of_a_fleet_that_has_ended():
 )
 def test_the_latest_t_that_is_heard_is_that_of_the_fleet(heard, t):
     time = begun()
-    time.hear(heard, 105.0)
+    time.synchronise(heard, 105.0)
 
     assert time.at(105.0) == pytest.approx(t)
 
@@ -61,8 +61,8 @@ def test_two_that_are_held_do_not_push_each_other_on():
     for step in range(1, 50):
         first.step(100 + 0.2 * step, held=step > 5)
         second.step(50 + 0.2 * step + 0.1, held=step > 5)
-        first.hear(second.at(50 + 0.2 * step + 0.1), 100 + 0.2 * step + 0.13)
-        second.hear(first.at(100 + 0.2 * step + 0.1), 50 + 0.2 * step + 0.13)
+        first.synchronise(second.at(50 + 0.2 * step + 0.1), 100 + 0.2 * step + 0.13)
+        second.synchronise(first.at(100 + 0.2 * step + 0.1), 50 + 0.2 * step + 0.13)
 
     assert first.at(111.0) == pytest.approx(1.1, abs=0.021)
     assert second.at(61.0) == pytest.approx(1.1, abs=0.021)
@@ -70,7 +70,7 @@ def test_two_that_are_held_do_not_push_each_other_on():
 
 def test_laws_that_begin_anew_join_the_others_or_begin_at_0():
     alone, beside_another = begun(), begun()
-    beside_another.hear(0.9, 101.0)
+    beside_another.synchronise(0.9, 101.0)
     alone.begin_anew()
     beside_another.begin_anew()
 

@@ -156,7 +156,7 @@ def test_unicycles_whose_points_have_passed_each_other_go_back():
     least, _ = fleet.run(30.0)
 
     assert least > 0.24  # they backed off, and then went round
-    assert 'robots 1-2 start too near others' in fleet.told[0]
+    assert 'robots 1-2 start too close to others' in fleet.told[0]
 
 
 def test_points_that_could_pass_each_other_are_refused():

@@ -96,10 +96,16 @@ def test_a_script_may_turn_velocities_into_commands_itself(robot):
     ('text', 'message'),
     [
         ('def step(state, command, Ts):\n    return 1 / 0\n', 'my_robot.py, line 2: ZeroDivision'),
-        ('def step(state, command, Ts):\n    pass\n', 'step returned None; it must be 3 finite'),
-        ('def step(state, command, Ts):\n    return state[:2]\n', 'it must be 3 finite numbers'),
-        ('def step(s, c, Ts):\n    return s + float("nan")\n', 'it must be 3 finite numbers'),
-        ('def step(s, c, Ts):\n    raise SystemExit(0)\n', 'the script ended itself'),
+        (
+            'def step(state, command, Ts):\n    pass\n',
+            'step returned None; it must return 3 finite',
+        ),
+        (
+            'def step(state, command, Ts):\n    return state[:2]\n',
+            'it must return 3 finite numbers',
+        ),
+        ('def step(s, c, Ts):\n    return s + float("nan")\n', 'it must return 3 finite numbers'),
+        ('def step(s, c, Ts):\n    raise SystemExit(0)\n', 'the script called exit'),
     ],
 )
 def test_a_robot_whose_script_fails_stands_and_is_told_of_once(robot, said, text, message):
@@ -112,7 +118,7 @@ def test_a_robot_whose_script_fails_stands_and_is_told_of_once(robot, said, text
     assert len(said) == 1
     assert said[0].startswith('tb3_2 at t = 0.0 s: ')
     assert message in said[0]
-    assert 'tb3_2 stands; this stops no other robot' in said[0]
+    assert 'tb3_2 stops; the other robots continue' in said[0]
     assert script.failed
 
 
@@ -145,7 +151,7 @@ def test_a_start_that_fails_is_told_of(robot):
     script = robot('def step(s, c, t): pass\ndef start(x, y, theta): return x / 0')
     with pytest.raises(SetcmasError, match='line 2: ZeroDivisionError'):
         script.start(POSE)
-    with pytest.raises(SetcmasError, match=r'start returned 1\.0; it must be 3 or more'):
+    with pytest.raises(SetcmasError, match=r'start returned 1\.0; it must return 3 or more'):
         robot('def step(s, c, t): pass\ndef start(x, y, theta): return x').start(POSE)
 
 

@@ -59,7 +59,7 @@ def test_values_are_read_as_yaml_and_numbers_as_numbers(text, value):
 
 @pytest.mark.parametrize('text', ['a', 'a=', '=1', '1a=2', 'a b=2', 'a=[1', 'a=*'])
 def test_other_forms_are_refused_with_an_example(text):
-    with pytest.raises(SetcmasError, match=r'it must be NAME=VALUE, such as kp=1\.2') as caught:
+    with pytest.raises(SetcmasError, match=r'must be NAME=VALUE, such as kp=1\.2') as caught:
         parse_settings([text])
     assert '\n' not in str(caught.value)
 
@@ -113,12 +113,12 @@ def test_robots_do_not_share_a_value(tmp_path):
     [
         ('w=1', r"--set w: law\.py has no module-level name 'w'; did you mean W\? it has "),
         ('robotNo=1', 'has no module-level name'),
-        ('np=1', r'law\.py imports it; it must be a name that law\.py itself assigns: FAST, '),
+        ('np=1', r'law\.py imports it; choose a name that law\.py assigns itself: FAST, '),
         ('pi=3', 'imports it'),
         ('GAIN=3', 'imports it'),
         ('STARRED=3', 'has no module-level name'),
         ('control=1', 'it is a function'),
-        ('W=fast', "'fast' is a text; in law.py W is 0.5, so it must be a number"),
+        ('W=fast', "'fast' is a string; it must be a number, since law.py has W = 0.5"),
         ('W=[1]', 'is a list'),
         ('W=true', 'is true or false'),
         ('WPL=3', 'it must be a list'),

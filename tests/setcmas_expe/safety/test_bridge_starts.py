@@ -44,7 +44,7 @@ def see_it_stand(lab, reason):
 
 def test_a_go_of_an_earlier_experiment_starts_nothing(lab):
     lab.paused = False
-    see_it_stand(lab, 'was not heard to pause first')
+    see_it_stand(lab, 'has not said pause before')
 
     lab.let_go({1: GO})
 
@@ -55,7 +55,7 @@ def test_a_pause_node_that_is_heard_again_starts_nothing(lab):
     lab.wait_for_command(1, STOP)
 
     lab.paused = False
-    see_it_stand(lab, 'was not heard to pause first')
+    see_it_stand(lab, 'has not said pause before')
 
 
 def test_a_robot_that_was_stopped_waits_until_somebody_starts_it_again(lab):

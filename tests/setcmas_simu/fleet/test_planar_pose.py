@@ -2,8 +2,8 @@ import numpy as np
 import pytest
 
 from setcmas_simu.fleet.planar_pose import (
-    as_heard,
     quaternion_of_yaw,
+    through_quaternion,
     wrap_angle,
     yaw_of_quaternion,
 )
@@ -36,9 +36,11 @@ def test_quaternion_round_trip(yaw):
 def test_a_fleet_and_a_single_robot_have_the_same_heading_to_the_last_bit():
     theta = np.random.default_rng(0).uniform(-30, 30, 1001)
     theta[0] = -0.0
-    together = as_heard(np.stack([theta, theta, theta]))[2]
+    together = through_quaternion(np.stack([theta, theta, theta]))[2]
     single = [yaw_of_quaternion(0.0, 0.0, *quaternion_of_yaw(one)) for one in theta.tolist()]
-    by_column = [as_heard(np.array([[0.0], [0.0], [one]]))[2, 0] for one in theta.tolist()]
+    by_column = [
+        through_quaternion(np.array([[0.0], [0.0], [one]]))[2, 0] for one in theta.tolist()
+    ]
 
     assert together.tobytes() == np.array(single).tobytes() == np.array(by_column).tobytes()
     np.testing.assert_allclose(together, wrap_angle(theta), atol=1e-14)

@@ -177,7 +177,7 @@ def test_a_second_simulator_of_the_same_robots_refuses_to_start(start, peer):
     third.wait_for_output('simulating robots 5-6')
 
     peer.wait_for_new(odometry, 5)
-    assert 'fight' not in first.output()
+    assert 'two simulators move it' not in first.output()
 
 
 def test_a_simulator_refuses_robots_whose_odometry_others_publish(start, peer):

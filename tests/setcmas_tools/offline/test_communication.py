@@ -185,7 +185,7 @@ def test_a_law_that_reads_a_forbidden_column_is_told_whom_it_does_not_hear():
     run = simulate(law, 5, 1.0, graph='path', warn=said.append)
 
     assert run.failed_robots == [1, 2, 3, 4, 5]
-    assert 'tb3_2 does not hear robots 4-5' in said[1]
+    assert 'tb3_2 receives nothing from robots 4-5' in said[1]
 
 
 def test_a_law_that_stumbles_over_a_forbidden_column_is_told_so_too():
@@ -197,15 +197,15 @@ def test_a_law_that_stumbles_over_a_forbidden_column_is_told_so_too():
     simulate(law, 3, 1.0, graph='path', warn=said.append)
 
     assert 'cannot convert float NaN to integer' in said[0]
-    assert 'tb3_1 does not hear robot 3: poses is NaN there' in said[0]
+    assert 'tb3_1 receives nothing from robot 3: poses has NaN there' in said[0]
     assert 'NameError' in said[1]
-    assert 'does not hear' not in said[1]
+    assert 'receives nothing from' not in said[1]
 
 
 @pytest.mark.parametrize(
     ('options', 'message'),
     [
-        ({'graph': 'rong'}, 'is unknown'),
+        ({'graph': 'rong'}, 'unknown graph'),
         ({'graph': np.zeros((2, 2))}, r'needs \(3, 3\)'),
         ({'loss': -0.1}, 'loss is -0.1'),
         ({'ctc': lambda: 0}, '^ctc has an effect with event_triggered only'),

@@ -1,5 +1,5 @@
 # run: draws_a_name.py, line 7: TypeError: publish_marker got x=1
-# run: they must be numbers, and color [red, green, blue] from 0 to 1
+# run: must be numbers, and color [red, green, blue] from 0 to 1
 import rviz_marker
 
 

@@ -1,4 +1,4 @@
-# run: exits.py, line 6: SystemExit: the script ended itself with exit()
+# run: exits.py, line 6: SystemExit: the script called exit()
 import sys
 
 

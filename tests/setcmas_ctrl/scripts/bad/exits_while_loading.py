@@ -1,4 +1,4 @@
-# load: exits_while_loading.py, line 4: SystemExit: the script ended itself with exit()
+# load: exits_while_loading.py, line 4: SystemExit: the script called exit()
 import sys
 
 sys.exit()

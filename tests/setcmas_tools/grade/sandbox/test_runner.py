@@ -81,7 +81,7 @@ TRIGGERED = {'event_triggered': True}
 
 RUNS_ON = {
     'recursion': ('    return control(i, n, poses, t)', 'RecursionError'),
-    'exit': ('    exit()', 'ended itself with exit(None)'),
+    'exit': ('    exit()', 'called exit(None)'),
     'fork': ('    import os\n    while True: os.fork()', 'Operation not permitted'),
     'command': ('    import subprocess\n    subprocess.run(["ls"])', 'Operation not permitted'),
     'rubric': ('    open(RUBRIC)', "Permission denied: '{folder}/rubric.yaml'"),
