@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from setcmas_ctrl import drawing
 from setcmas_simu.arrays import Floats
-from setcmas_simu.fleet.planar_pose import as_heard
+from setcmas_simu.fleet.planar_pose import through_quaternion
 from setcmas_tools.run.fleet_motion import FleetTable
 from setcmas_tools.run.law_output import Commands, DrawingRecord, Filtered
 from setcmas_tools.run.run import Run
