@@ -18,10 +18,9 @@ import argparse
 import sys
 from pathlib import Path
 
-from launch_scripts.processes.rubric_runner import runs_apart
 from setcmas_ctrl.control.control_options import SCRIPT_FAILED
 from setcmas_ctrl.scripts.loader import find_script
-from setcmas_tools.offline.options import OfflineOptions
+from setcmas_tools.run.run_folder import OfflineOptions
 
 _ASCII = str.maketrans('✓✗', '+-')
 
@@ -49,7 +48,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def main(args: argparse.Namespace) -> int:
     """Check the law; returns the exit status."""
-    from setcmas_tools.grade.check import Check, chosen_rubric
+    from setcmas_tools.grade.check import Check, chosen_rubric, runs_apart
     from setcmas_tools.grade.mark_pictures import check_picture, write_picture
     from setcmas_tools.grade.marking import mark
     from setcmas_tools.grade.marks import Student

@@ -33,9 +33,8 @@ from setcmas_ctrl.filter.clearance import check_starts
 from setcmas_ctrl.filter.filter_options import FilterOptions
 from setcmas_simu.reports.reports import ScriptFailure
 from setcmas_simu.simulator.simulator_options import SimulationOptions
-from setcmas_tools.offline.options import OfflineOptions
 from setcmas_tools.run.inputs import run_inputs
-from setcmas_tools.run.run_folder import RunFolder
+from setcmas_tools.run.run_folder import OfflineOptions, RunFolder
 from setcmas_tools.run.run_info import Outcome, State
 
 if TYPE_CHECKING:
@@ -127,8 +126,8 @@ def _simulate(
     communication: CommunicationOptions,
 ) -> tuple[Run, float]:
     """Return the run, or what is left of it, and its time in s; scripts cannot harm us."""
-    from launch_scripts.processes.offline_process import BrokenRun, OfflineProcess
     from setcmas_tools.offline.history import remains
+    from setcmas_tools.offline.offline_run import BrokenRun, OfflineRun
 
     job = {
         'algo': scripts.text,
@@ -141,7 +140,7 @@ def _simulate(
     with (
         tqdm(total=args.duration, desc='running', bar_format=_BAR, disable=None) as bar,
         progress_output(),
-        OfflineProcess(job, scripts) as process,
+        OfflineRun(job, scripts) as offline_run,
     ):
 
         def show(states: int) -> None:
@@ -149,11 +148,11 @@ def _simulate(
 
         begin = time.perf_counter()
         try:
-            run = process.run(args.call_timeout, warn, show)
-            elapsed = process.elapsed or time.perf_counter() - begin
+            run = offline_run.result(args.call_timeout, warn, show)
+            elapsed = offline_run.elapsed or time.perf_counter() - begin
         except KeyboardInterrupt:
-            told = f'setcmas offline: stopped by the user{process.place()}'
-            states = process.states()
+            told = f'setcmas offline: stopped by the user{offline_run.place()}'
+            states = offline_run.states()
             if len(states) < 2:
                 warn(told)
                 raise

@@ -10,7 +10,6 @@ import sys
 import time
 from collections.abc import Callable, Sequence
 from contextlib import suppress
-from pathlib import Path
 from typing import TypeVar, cast
 
 from setcmas_expe.pause.console_protocol import Status, Wish
@@ -28,34 +27,6 @@ from setcmas_simu.reports.reports import (
     Stuck,
     encode,
 )
-
-_PR_SET_CHILD_SUBREAPER = 36
-
-
-def adopt_orphans() -> None:
-    """Become the parent of whatever is left by processes that this one has started (Linux)."""
-    if sys.platform == 'linux':
-        ctypes.CDLL(None).prctl(_PR_SET_CHILD_SUBREAPER, 1)
-
-
-def children() -> set[int]:
-    """Return the process numbers of this process's children; none where that cannot be told."""
-    found: set[int] = set()
-    for tasks in Path('/proc/self/task').glob('*/children'):
-        with suppress(OSError):
-            found |= {int(word) for word in tasks.read_text().split()}
-    return found
-
-
-def end_orphans(known: set[int]) -> None:
-    """End the children of this process but for known ones, and the children that those leave."""
-    while strangers := children() - known:
-        for pid in strangers:
-            with suppress(ProcessLookupError, PermissionError):
-                os.kill(pid, signal.SIGKILL)
-            with suppress(ChildProcessError):
-                os.waitpid(pid, 0)
-
 
 SILENT_S = 3.0
 """Duration in s from which a call hangs that the process itself says nothing of.

@@ -26,7 +26,6 @@ INJECT_FAULT = 'setcmas_expe.emulation.inject_fault'
 RECORDER = 'setcmas_tools.bags.recorder'
 PLAYER = 'setcmas_tools.bags.player'
 BROWSER_VIEW = 'setcmas_tools.view.main'
-OFFLINE_WORKER = 'setcmas_tools.offline.worker'
 
 PAGE = 'view'
 """What the process that serves the page is called."""

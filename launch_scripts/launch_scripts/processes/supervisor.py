@@ -18,9 +18,6 @@ from launch_scripts.processes.child_process import (
     SILENT_S,
     Child,
     ChildReport,
-    adopt_orphans,
-    children,
-    end_orphans,
     known_signals,
     prepare_child,
 )
@@ -32,6 +29,7 @@ from launch_scripts.terminal.terminal_output import (
     write_line,
 )
 from setcmas_simu.reports.reports import WRITES_S, LineDecoder, Recording
+from setcmas_tools.process_tree import adopt_orphans, children, end_orphans
 
 # Ctrl-Z too: a launcher that is asleep would leave its robots without supervision.
 STOP_SIGNALS = known_signals('SIGINT', 'SIGTERM', 'SIGHUP', 'SIGTSTP')

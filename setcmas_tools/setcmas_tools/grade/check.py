@@ -6,15 +6,20 @@ import base64
 import difflib
 import html
 import io
+import re
 import textwrap
 from collections.abc import Callable, Iterator, Sequence
+from contextlib import redirect_stderr
 from dataclasses import dataclass, replace
+from itertools import dropwhile, takewhile
 from pathlib import Path
 from typing import Any
 
+from setcmas_ctrl.control.law_scripts import LawScripts
 from setcmas_ctrl.scripts.exercise import exercise_of
 from setcmas_ctrl.scripts.loader import EXERCISES, find_script
 from setcmas_simu.errors import SetcmasError
+from setcmas_simu.robots.unicycle import RATE_HZ
 from setcmas_tools.grade.marking import mark
 from setcmas_tools.grade.marks import (
     CriterionMark,
@@ -28,6 +33,8 @@ from setcmas_tools.grade.marks import (
 from setcmas_tools.grade.rubric import Rubric, read_rubric, rubric_of_exercise
 from setcmas_tools.grade.rubric_scenarios import CONTROL, Scenario
 from setcmas_tools.offline.engine import simulate
+from setcmas_tools.offline.history import remains
+from setcmas_tools.run.run_info import Outcome, State
 
 _DIGITS = 4  # of points, as in marks
 
@@ -63,6 +70,7 @@ def _together(criteria: Sequence[CriterionMark], name: str) -> CriterionMark:
 _TICK, _CROSS = '✓', '✗'
 _WIDTH = 90
 _DPI = 55
+_OF_SCRIPT = re.compile(r'tb3_\d+: ')  # what it prints, and warnings such as numpy's
 
 
 @dataclass(frozen=True)
@@ -144,6 +152,42 @@ def runs_here(submission: Any, function: str = CONTROL) -> LawRunner:
         return ScenarioRun(made, Failure(messages[0]) if messages else None)
 
     return run
+
+
+def runs_apart(script: Path, rubric: Rubric, call_timeout: float) -> LawRunner:
+    """Return a runner of scenarios with a script in processes of their own.
+
+    Args:
+        script: The script; it can hang or die without harm.
+        rubric: Holds the scenarios.
+        call_timeout: Time in s after which a call that does not return ends a run.
+
+    Returns:
+        A runner that raises SetcmasError if the script cannot be loaded.
+    """
+    from setcmas_tools.offline.offline_run import BrokenRun, OfflineRun
+
+    def run(scenario: Scenario) -> ScenarioRun:
+        job = scenario.job(str(script), rubric.function)
+        printed = io.StringIO()
+        laws = LawScripts(str(job['algo']))
+        with redirect_stderr(printed), OfflineRun(job, laws) as offline_run:
+            made = offline_run.result(call_timeout, lambda _: None, lambda _: None)
+        if isinstance(made, BrokenRun):
+            outcome = Outcome(State.DIED, {}, {}, str(made))
+            rest = remains(made.states, job.get('robot_rate', RATE_HZ), outcome)
+            return ScenarioRun(rest, Failure(str(made)), is_complete=False)
+        message = _first_message(printed.getvalue())
+        return ScenarioRun(made, Failure(message) if message else None)
+
+    return run
+
+
+def _first_message(text: str) -> str:
+    """Return the first message that the script did not print itself, with its further lines."""
+    lines = (line for line in text.splitlines() if not _OF_SCRIPT.match(line))
+    first, *others = [*dropwhile(lambda line: line.startswith(' '), lines), '']
+    return '\n'.join([first, *takewhile(lambda line: line.startswith(' '), others)])
 
 
 def chosen_rubric(script: Path | None, rubric: str | Path | None) -> Rubric:

@@ -26,12 +26,11 @@ from setcmas_tools.grade.likeness import Print, fingerprint, likenesses
 from setcmas_tools.grade.marking import mark, unmarked
 from setcmas_tools.grade.marks import Failure, LawRunner, Marks
 from setcmas_tools.grade.rubric import Rubric
-from setcmas_tools.grade.sandbox.box import Box
-from setcmas_tools.grade.sandbox.confinement import obstacle
-from setcmas_tools.grade.sandbox.held import Times
-from setcmas_tools.grade.sandbox.runner import BoxRunner
+from setcmas_tools.grade.sandbox import SandboxRunner, Times, sandbox
 from setcmas_tools.grade.submissions import KEPT, Submission
-from setcmas_tools.offline.parent import end_with_parent
+from setcmas_tools.offline.confinement import obstacle
+from setcmas_tools.offline.host import Host
+from setcmas_tools.process_tree import end_with_parent
 
 Runners = Callable[[Path], LawRunner]
 """Returns what runs scenarios with a script."""
@@ -74,7 +73,7 @@ class Grader:
             return mark(rubric, runs(script), name, student, script)
 
 
-_own: tuple[Grader, Box]
+_own: tuple[Grader, Host]
 
 
 def begin(grader: Grader) -> None:
@@ -82,7 +81,7 @@ def begin(grader: Grader) -> None:
     global _own
     end_with_parent()
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the one that started it
-    _own = grader, Box(grader.folder, grader.confined)
+    _own = grader, sandbox(grader.folder, grader.confined)
 
 
 def graded(submission: Submission) -> Marks:
@@ -91,9 +90,9 @@ def graded(submission: Submission) -> Marks:
     Raises:
         SetcmasError: The rubric's solution fails, or a file of the rubric cannot be used.
     """
-    grader, box = _own
+    grader, host = _own
     times, function = grader.times, grader.rubric.function
-    run = BoxRunner(box, submission.script, submission.files, times, function)
+    run = SandboxRunner(host, submission.script, submission.files, times, function)
     try:
         return grader.marks(submission, lambda _: run)
     except (OSError, ValueError) as error:  # such as files whose names do not go together

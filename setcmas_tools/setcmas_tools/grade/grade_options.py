@@ -21,7 +21,7 @@ class GradeOptions(Options):
     )
     trust: bool = flag(
         'run submissions without a sandbox: they can do whatever you can; where the system has '
-        'none (Linux before 6.7, macOS) there is no other way'
+        'none (Linux before 5.19, macOS) there is no other way'
     )
     call_timeout: float = option(
         Number(above=0, unit='s'), 'end a run if a call of the script takes longer', default=10.0

@@ -16,8 +16,7 @@ from setcmas_simu.options.option import Form
 from setcmas_simu.yaml_entries import Entry
 from setcmas_tools.grade.criteria import Criterion, read_criteria
 from setcmas_tools.run.run_folder import RunOptions
-from setcmas_tools.study.study_job import OF_FILES
-from setcmas_tools.study.study_row import simulation_of
+from setcmas_tools.study.study_row import OF_FILES, simulation_of
 from setcmas_tools.study.variation import OPTIONS
 
 CONTROL, CTC = 'control', 'ctc'

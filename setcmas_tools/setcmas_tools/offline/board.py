@@ -14,7 +14,8 @@ import numpy as np
 from setcmas_simu.arrays import Floats
 from setcmas_simu.reports.reports import Function
 
-_HEAD = 64  # bytes
+HEAD = 64
+"""Size of the notes before the states, in bytes."""
 _CALLS, _ROBOT, _FUNCTION, _DONE, _STATES, _ROWS, _ROBOTS, _ELAPSED = range(8)
 _FUNCTIONS = tuple(Function)
 
@@ -25,7 +26,7 @@ class Board:
     def __init__(self, path: Path | None = None) -> None:
         """Open a board; a file is created if it is not there."""
         self._path = path
-        self._notes = memoryview(_mapped(path, _HEAD) if path else bytearray(_HEAD)).cast('q')
+        self._notes = memoryview(_mapped(path, HEAD) if path else bytearray(HEAD)).cast('q')
 
     @property
     def calls(self) -> int:
@@ -88,7 +89,7 @@ class Board:
         if self._path is None:
             return np.empty(shape)
         size = 8 * shape[0] * shape[1] * shape[2]
-        return np.frombuffer(_mapped(self._path, _HEAD + size), offset=_HEAD).reshape(shape)
+        return np.frombuffer(_mapped(self._path, HEAD + size), offset=HEAD).reshape(shape)
 
 
 def _mapped(path: Path, size: int) -> mmap.mmap:

@@ -10,7 +10,7 @@ from pathlib import Path
 
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.options.group import Options, flag, option
-from setcmas_simu.options.kinds import DURATION, PathTo
+from setcmas_simu.options.kinds import DURATION, Number, PathTo
 from setcmas_simu.reports.reports import ScriptFailure
 from setcmas_tools.run.csv_columns import FLEET
 from setcmas_tools.run.inputs import INPUTS, RunInput, entries
@@ -32,6 +32,17 @@ class RunOptions(Options):
     )
     plots: bool = flag('draw the plots', default=True)
     overwrite: bool = flag('replace an earlier run in that folder')
+
+
+@dataclass(frozen=True, kw_only=True)
+class OfflineOptions(Options):
+    """How long a call of a script may take in an offline run."""
+
+    call_timeout: float = option(
+        Number(above=0, unit='s'),
+        'end the run if a call of a script takes longer',
+        default=10.0,
+    )
 
 
 _BAG_ENDINGS = ('.mcap', '.db3', '.bag', '.active')

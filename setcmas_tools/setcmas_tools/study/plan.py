@@ -19,8 +19,7 @@ from setcmas_tools.run.run_info import RunInfo
 from setcmas_tools.study.case_table import SEED, CaseTable, read_cases, told_at
 from setcmas_tools.study.study_columns import COLUMNS
 from setcmas_tools.study.study_files import FILE_NAME, KeptFiles, StudyInfo, read_info
-from setcmas_tools.study.study_job import OF_FILES, located
-from setcmas_tools.study.study_row import arguments_of, simulation_of
+from setcmas_tools.study.study_row import OF_FILES, arguments_of, located, simulation_of
 from setcmas_tools.study.success import check_columns
 from setcmas_tools.study.variation import (
     Draw,

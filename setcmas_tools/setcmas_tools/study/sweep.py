@@ -19,11 +19,11 @@ from setcmas_tools.offline.engine import simulate
 from setcmas_tools.offline.fleet_laws import Algo
 from setcmas_tools.study.plan import Plan, Variation, make_plan
 from setcmas_tools.study.study import Study
-from setcmas_tools.study.study_engine import Workers
 from setcmas_tools.study.study_folder import prepare, written
-from setcmas_tools.study.study_job import Job, memory_of_each
 from setcmas_tools.study.study_options import SweepOptions
+from setcmas_tools.study.study_row import Job, memory_of_each
 from setcmas_tools.study.study_table import PartialTable
+from setcmas_tools.study.study_workers import Workers
 
 _NOT_OPTIONS = {'settings', 'warn', 'progress'}
 

@@ -8,8 +8,8 @@ from processes import SETCMAS, TIMEOUT_S, Process, run_setcmas
 
 from launch_scripts.cli import main
 from setcmas_ctrl.scripts.loader import ALGORITHMS
-from setcmas_tools.grade.sandbox.confinement import obstacle
 from setcmas_tools.grade.submissions import KEPT
+from setcmas_tools.offline.confinement import obstacle
 
 needs_sandbox = pytest.mark.skipif(bool(obstacle()), reason=obstacle())
 LAW = ALGORITHMS.file('consensus').read_text()

@@ -12,9 +12,9 @@ from setcmas_tools.grade.grade_options import GradeOptions
 from setcmas_tools.grade.marking import unmarked
 from setcmas_tools.grade.marks import Failure, Student
 from setcmas_tools.grade.rubric import rubric_of_exercise
-from setcmas_tools.grade.sandbox.confinement import obstacle
-from setcmas_tools.grade.sandbox.held import Times
+from setcmas_tools.grade.sandbox import Times
 from setcmas_tools.grade.submissions import KEPT, Submission
+from setcmas_tools.offline.confinement import obstacle
 
 pytestmark = pytest.mark.skipif(bool(obstacle()), reason=obstacle())
 

@@ -8,10 +8,8 @@ import pytest
 from setcmas_ctrl.scripts.loader import ALGORITHMS
 from setcmas_tools import simulate
 from setcmas_tools.grade.rubric_scenarios import CTC, Scenario
-from setcmas_tools.grade.sandbox.box import Box
-from setcmas_tools.grade.sandbox.confinement import obstacle
-from setcmas_tools.grade.sandbox.held import Times
-from setcmas_tools.grade.sandbox.runner import BoxRunner
+from setcmas_tools.grade.sandbox import SandboxRunner, Times, sandbox
+from setcmas_tools.offline.confinement import obstacle
 
 pytestmark = pytest.mark.skipif(bool(obstacle()), reason=obstacle())
 
@@ -24,14 +22,14 @@ LAWS = ('consensus', 'nav_wp', 'traj_tracking', 'leader_follower_formation')
 
 
 @pytest.fixture(scope='module')
-def box(tmp_path_factory):
-    with Box(tmp_path_factory.mktemp('boxes'), confined=True) as one:
+def host(tmp_path_factory):
+    with sandbox(tmp_path_factory.mktemp('sandbox'), confined=True) as one:
         yield one
 
 
-def run(box, script, scenario=SHORT, times=TIMES, **others):
+def run(host, script, scenario=SHORT, times=TIMES, **others):
     files = {'law.py': script} if isinstance(script, bytes) else {'law.py': script.encode()}
-    return BoxRunner(box, 'law.py', files, times, **others)(scenario)
+    return SandboxRunner(host, 'law.py', files, times, **others)(scenario)
 
 
 def still(i, n, poses, t):
@@ -44,16 +42,16 @@ def same(one, other):
 
 
 @pytest.mark.parametrize('law', [*LAWS, 'leader_follower_distance_formation'])
-def test_a_law_in_a_box_drives_as_it_does_offline_to_the_last_bit(box, law):
+def test_a_law_in_a_sandbox_drives_as_it_does_offline_to_the_last_bit(host, law):
     file = ALGORITHMS.file(law)
 
-    done = run(box, file.read_bytes(), FLEET)
+    done = run(host, file.read_bytes(), FLEET)
 
     assert same(done.run, simulate(file, **FLEET.arguments))
     assert done.failure is None
 
 
-def test_a_law_in_a_box_hears_and_draws_lots_as_it_does_offline(box, tmp_path):
+def test_a_law_in_a_sandbox_hears_and_draws_lots_as_it_does_offline(host, tmp_path):
     source = b'import random\nfrom setcmas_ctrl import network\nK = 1\n'
     source += b'def control(i, n, poses, t):\n'
     source += b'    return random.random(), K * len(network.neighbours()) * poses[0, i - 1]\n'
@@ -62,11 +60,11 @@ def test_a_law_in_a_box_hears_and_draws_lots_as_it_does_offline(box, tmp_path):
 
     own = simulate(tmp_path / 'law.py', **scenario.arguments)
 
-    assert same(run(box, source, scenario).run, own)
+    assert same(run(host, source, scenario).run, own)
 
 
 @pytest.mark.parametrize('speeds', [False, True])
-def test_a_condition_in_a_box_triggers_as_it_does_offline(box, tmp_path, speeds):
+def test_a_condition_in_a_sandbox_triggers_as_it_does_offline(host, tmp_path, speeds):
     arguments = 'pos, vit, last_pos, last_vit, t' if speeds else 'pos, last_pos, t'
     source = f'def ctc({arguments}):\n    return abs(pos - last_pos).sum() > 0.2\n'
     (tmp_path / 'law.py').write_text(source)
@@ -74,7 +72,7 @@ def test_a_condition_in_a_box_triggers_as_it_does_offline(box, tmp_path, speeds)
 
     own = simulate(**scenario.arguments, ctc=tmp_path / 'law.py')
 
-    assert same(run(box, source, scenario, function=CTC).run, own)
+    assert same(run(host, source, scenario, function=CTC).run, own)
 
 
 TRIGGERED = {'event_triggered': True}
@@ -119,6 +117,18 @@ RUNS_ON = {
         '    import fcntl\n    fcntl.ioctl(open("x", "w"), 0x40086602, b"\\x10\\0\\0\\0")',
         'not implemented',
     ),
+    'owner': (
+        '    import fcntl, os\n    fcntl.fcntl(open("x", "w"), fcntl.F_SETOWN, os.getppid())',
+        'not implemented',
+    ),
+    'truncate': (
+        '    import numpy, os\n    os.truncate(numpy.__file__, 0)',
+        'Operation not permitted',
+    ),
+    'open': (
+        '    import numpy, os\n    os.open(numpy.__file__, os.O_RDONLY | os.O_TRUNC)',
+        'not implemented',
+    ),
     'json': ('    print(\'{"score": 10}\')\n    return 1, 1, 1', 'control returned 3 values'),
     'result': ('    return float("inf"), 0', 'not finite'),
 }
@@ -132,9 +142,33 @@ ENDS = {
     'connection': ('    import os\n    os.write(3, bytes(range(99)))', 'on its connection'),
     'answers': (
         '    import os, struct\n'
-        '    for _ in range(9): os.write(3, struct.pack("<I4s", 4, b"full"))\n'
+        '    for _ in range(9): os.write(3, struct.pack("<Q4s", 4, b"full"))\n'
         '    os.close(3)',
-        'in a way that makes no sense',
+        'sent an invalid reply',
+    ),
+    'place': (
+        '    import _signal\n    open("where", "w").write(\n'
+        '        f\'(most recent call first):\\n  File "law.py", line {"9" * 5000} in x\\n\')\n'
+        '    _signal.raise_signal(9)',
+        'killed by SIGKILL',
+    ),
+    'line': (
+        '    import os, struct\n'
+        '    reply = b\'{"message": "x", "line": \' + b"9" * 4000 + b"}"\n'
+        '    os.write(3, struct.pack("<Q", len(reply)) + reply)\n'
+        '    os.close(3)',
+        'sent an invalid reply',
+    ),
+    'unlinked': (
+        '    import os, time\n    files = [open(str(k), "wb") for k in range(8)]\n'
+        '    for k in range(8):\n        files[k].write(bytes(2**24))\n        os.unlink(str(k))\n'
+        '    time.sleep(9)',
+        'wrote more than 64 MB',
+    ),
+    'steadily': (
+        '    import time\n    open(f"{i} {t}", "wb").write(bytes(2**24))\n    time.sleep(0.1)\n'
+        '    return 0, 0',
+        'wrote more than 64 MB',
     ),
     'files': (
         '    import time\n    for k in range(2000): open(str(k), "w").close()\n    time.sleep(9)',
@@ -166,70 +200,70 @@ SLOW = {
 }
 
 
-def is_named(box, body, told, tmp_path):
+def is_named(host, body, told, tmp_path):
     """See that a submission is told of, that nothing is left of it, and that others run on."""
     (tmp_path / 'rubric.yaml').write_text('secret')
     head = f'RUBRIC = {str(tmp_path / "rubric.yaml")!r}\ndef control(i, n, poses, t):\n'
 
-    done = run(box, f'{head}{body}\n')
+    done = run(host, f'{head}{body}\n')
 
     assert told.format(folder=tmp_path) in done.failure.message
     children = psutil.Process().children(recursive=True)
     assert not [one for one in children if one.ppid() != psutil.Process().pid]
-    fair = run(box, STILL)
+    fair = run(host, STILL)
     assert same(fair.run, simulate(still, **SHORT.arguments))
     return done
 
 
 @pytest.mark.parametrize('name', RUNS_ON)
-def test_what_a_submission_must_not_do_fails_and_is_told(box, tmp_path, name):
-    assert is_named(box, *RUNS_ON[name], tmp_path).is_complete
+def test_what_a_submission_must_not_do_fails_and_is_told(host, tmp_path, name):
+    assert is_named(host, *RUNS_ON[name], tmp_path).is_complete
     assert not Path('/tmp/forged').exists()
 
 
 @pytest.mark.parametrize('name', ENDS)
-def test_a_submission_that_ends_its_process_ends_its_run_alone(box, tmp_path, name):
-    assert not is_named(box, *ENDS[name], tmp_path).is_complete
+def test_a_submission_that_ends_its_process_ends_its_run_alone(host, tmp_path, name):
+    assert not is_named(host, *ENDS[name], tmp_path).is_complete
 
 
 @pytest.mark.nightly
 @pytest.mark.parametrize('name', SLOW)
-def test_a_submission_that_takes_too_much_is_ended(box, tmp_path, name):
-    is_named(box, *SLOW[name], tmp_path)
+def test_a_submission_that_takes_too_much_is_ended(host, tmp_path, name):
+    is_named(host, *SLOW[name], tmp_path)
 
 
-def test_an_endless_loop_is_told_with_its_line(box):
+def test_an_endless_loop_is_told_with_its_line(host):
     script = 'def control(i, n, poses, t):\n    while t > 0:\n        pass\n    return 0, 0\n'
 
-    failure = run(box, script, times=Times(0.3, 4.0)).failure
+    failure = run(host, script, times=Times(0.3, 4.0)).failure
 
     assert failure.message == 'control has not returned for 0.3 s'
     assert (failure.line, failure.robot, failure.t) in ((2, 1, 0.2), (3, 1, 0.2))
     assert failure.around[0] == 'def control(i, n, poses, t):'
 
 
-def test_forged_modules_and_streams_are_those_of_the_submission_alone(box):
+def test_forged_modules_and_streams_are_those_of_the_submission_alone(host):
     script = (
         'import sys, threading\nimport numpy as np\nimport setcmas_ctrl.control.saturation as s\n'
         'np.hypot = np.maximum = np.asarray = s.saturate = None\nsys.stdout = sys.stderr = None\n'
         'def forge():\n    while True: pass\nthreading.Thread(target=forge, daemon=True).start()\n'
     )
 
-    assert same(run(box, script + STILL).run, run(box, STILL).run)
+    assert same(run(host, script + STILL).run, run(host, STILL).run)
 
 
-def test_a_submission_may_write_in_its_home_that_is_new_for_each(box):
+def test_a_submission_may_write_in_its_home_that_is_new_for_each(host):
     script = 'import os\nassert not os.path.exists("log")\nlog = open("log", "w")\n'
     script += 'open(os.path.expanduser("~/other"), "w").write("x" * 99)\n'
 
     for _ in range(2):
-        done = run(box, f'{script}{STILL}', Scenario('one', (), {'duration': 1.0}))
+        done = run(host, f'{script}{STILL}', Scenario('one', (), {'duration': 1.0}))
         assert done.failure is None
 
 
-def test_a_box_whose_process_was_killed_goes_on_with_another(box):
-    run(box, STILL)
-    box._process.send_signal(signal.SIGKILL)
-    box._process.wait()
+def test_a_sandbox_whose_process_was_killed_goes_on_with_another(host):
+    run(host, STILL)
+    host.process.send_signal(signal.SIGKILL)
+    host.process.wait()
 
-    assert run(box, STILL).failure is None
+    assert run(host, STILL).failure is None

@@ -1,19 +1,33 @@
-"""Engine of studies: makes runs on this machine or on a cluster, in any order."""
+"""Workers of a study: make its runs on this machine or on a cluster, in any order.
+
+A thread has a host for scripts, which keeps its process from run to run: a run is made in a copy
+that has run nothing else, so rows depend neither on the order of runs nor on who makes them.
+"""
 
 from __future__ import annotations
 
+import os
+import sys
+import threading
 from collections.abc import Callable, Generator, Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 from setcmas_simu import __version__
 from setcmas_simu.errors import SetcmasError, needs
-from setcmas_tools.study.isolation import close_runners, make_row
-from setcmas_tools.study.study_job import Job
-from setcmas_tools.study.study_row import Row
+from setcmas_simu.fleet.topics import robot_name
+from setcmas_tools.offline.board import Board
+from setcmas_tools.offline.host import EndedError, Host, script_of
+from setcmas_tools.offline.script_call import Kind, ScriptCall, result_of
+from setcmas_tools.run.run_info import State
+from setcmas_tools.study.study_row import Job, Row, one_line
 
 _CONNECT_S = 10
+
+_of_thread = threading.local()
+_hosts: list[Host] = []
 
 
 @dataclass(frozen=True)
@@ -58,7 +72,7 @@ def _threads(jobs: int) -> Iterator[Callable[[], object]]:
     import joblib
 
     with joblib.parallel_config(backend='threading', n_jobs=jobs):
-        yield close_runners
+        yield close_hosts
 
 
 @contextmanager
@@ -73,7 +87,7 @@ def _dask(address: str) -> Iterator[Callable[[], object]]:
                 f"cluster '{address}' has {told}; its workers must have setcmas {__version__}"
             )
         with joblib.parallel_config(backend='dask', n_jobs=-1):
-            yield lambda: client.run(close_runners)
+            yield lambda: client.run(close_hosts)
 
 
 @contextmanager
@@ -93,3 +107,47 @@ def _client(address: str) -> Iterator[Any]:
 
 def _release() -> str:
     return __version__
+
+
+def make_row(job: Job) -> Row:
+    """Make a run by the host of this thread, and return its row, whatever its scripts do."""
+    host: Host | None = getattr(_of_thread, 'host', None)
+    if host not in _hosts:
+        path = os.pathsep.join(place or str(Path.cwd()) for place in sys.path)  # of functions
+        host = Host('setcmas_tools.study.study_row:warm_up', environment={'PYTHONPATH': path})
+        _of_thread.host = host
+        _hosts.append(host)
+    assert host
+    call = ScriptCall(job.row)
+    notes = call.begin(host, job.files, {'AS': job.memory})
+    scripts = job.scripts(host.folder)
+    try:
+        late = f'ended after {job.timeout:g} s (--timeout)'
+        message = host.receive(job.timeout, late, scripts)
+    except EndedError as error:
+        return _broken(job, notes, error, scripts)
+    finally:
+        host.end()
+    kind, result = result_of(message)
+    if kind is Kind.RESULT and isinstance(result, Row):
+        return result
+    state = State.NOT_STARTED if kind is Kind.MISTAKE else State.DIED
+    broken = '' if kind is Kind.MISTAKE else 'the script broke the simulation: '
+    return Row(run=job.run, state=state, message=one_line(f'{broken}{result}'))
+
+
+def close_hosts() -> None:
+    """End the processes of all threads."""
+    while _hosts:
+        _hosts.pop().close()
+
+
+def _broken(job: Job, notes: Board, error: EndedError, scripts: set[Path]) -> Row:
+    """Return the row of a run whose process has ended."""
+    robot, message = notes.robot, str(error)
+    if robot:
+        message = f'{robot_name(robot)}: {message}, in {notes.function.value}'
+    if found := script_of(error.places, scripts):
+        message += f' at {found[0].name}, line {found[1]}'
+    robots = str(robot or '')
+    return Row(run=job.run, state=State.DIED, robots=robots, message=one_line(message))

@@ -1,10 +1,11 @@
+import pickle
 import sys
 
 import pytest
 
-from setcmas_tools.grade.sandbox.box import Box
-from setcmas_tools.grade.sandbox.confinement import obstacle
-from setcmas_tools.grade.sandbox.job import LOADED, Job
+from setcmas_tools.grade.sandbox import sandbox
+from setcmas_tools.grade.sandboxed_script import LOADED, SandboxedScript
+from setcmas_tools.offline.confinement import obstacle
 
 pytestmark = pytest.mark.skipif(bool(obstacle()), reason=obstacle())
 
@@ -26,11 +27,11 @@ def test_nothing_of_a_submission_runs_before_it_is_confined(tmp_path):
     outside = tmp_path / 'outside'
     outside.mkdir()
     files = {'law.py': LAW, 'helper.py': b'V = 0.25\n', **forged(outside)}
-    with Box(tmp_path, confined=True) as box:
+    with sandbox(tmp_path, confined=True) as host:
         for _ in range(2):
-            box.hold(files, Job('law.py', False, 1, 1, {}, 5))
-            assert box.ask(b'', 10, 'late') == LOADED[False]
-            box._process.kill()  # what is started next finds the files of this one
-            box._process.wait()
+            host.begin(pickle.dumps(SandboxedScript('law.py', False, 1, 1, {})), files)
+            assert host.receive(10, 'late', ()) == LOADED[False]
+            host.process.kill()  # what is started next finds the files of this one
+            host.process.wait()
 
     assert list(outside.iterdir()) == []

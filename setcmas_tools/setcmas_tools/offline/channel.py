@@ -1,4 +1,4 @@
-"""Messages between the grader and a process that it does not trust: sized, bounded and timed."""
+"""Channel: messages between a process and one that it does not trust: sized, bounded and timed."""
 
 from __future__ import annotations
 
@@ -7,8 +7,11 @@ import struct
 import time
 from collections.abc import Callable
 
-_SIZE = struct.Struct('<I')
-_LOOK_S = 0.25
+LOOK_S = 0.1
+"""Time between two looks at the other side while it sends nothing."""
+
+_SIZE = struct.Struct('<Q')
+_PART = 1 << 20
 
 
 class ChannelError(Exception):
@@ -23,19 +26,20 @@ class Channel:
     """One end of a connection on which messages of bytes go both ways."""
 
     def __init__(self, end: socket.socket, most: int, look: Callable[[], float] = float) -> None:
-        """Speak through a socket.
+        """Use a socket.
 
         Args:
             end: The socket.
-            most: Size of the longest message that is taken, in bytes.
-            look: Called now and then while nothing comes; returns by how much later to give up,
+            most: Size of the longest message that is accepted, in bytes.
+            look: Called every `LOOK_S` while nothing comes; returns by how much later to give up,
                 in s, and may raise ChannelError.
         """
         self._end = end
         self._most = most
         self._look = look
-        self._rest = b''
-        end.settimeout(_LOOK_S)
+        self._size: int | None = None
+        self._rest = bytearray()
+        end.settimeout(LOOK_S)
 
     def send(self, message: bytes, deadline: float) -> None:
         """Send a message.
@@ -45,7 +49,7 @@ class Channel:
             deadline: When to give up, on the clock of `time.monotonic`.
 
         Raises:
-            ChannelError: The other side has ended, or takes nothing.
+            ChannelError: The other side has ended, or does not read.
         """
         left = memoryview(_SIZE.pack(len(message)) + message)
         while left:
@@ -57,7 +61,7 @@ class Channel:
                 raise ChannelError from error
 
     def receive(self, deadline: float) -> bytes:
-        """Return the next message.
+        """Return the next message; after LateError, the rest of it may still be received.
 
         Args:
             deadline: When to give up, on the clock of `time.monotonic`.
@@ -65,10 +69,13 @@ class Channel:
         Raises:
             ChannelError: The other side has ended, is late, or sends a message that is too long.
         """
-        (size,) = _SIZE.unpack(self._read(_SIZE.size, deadline))
-        if size > self._most:
+        if self._size is None:
+            (self._size,) = _SIZE.unpack(self._read(_SIZE.size, deadline))
+        if self._size > self._most:
             raise ChannelError('the script wrote on its connection with the grader')
-        return self._read(size, deadline)
+        message = self._read(self._size, deadline)
+        self._size = None
+        return message
 
     def close(self) -> None:
         """Send and receive no more."""
@@ -77,7 +84,7 @@ class Channel:
     def _read(self, size: int, deadline: float) -> bytes:
         while len(self._rest) < size:
             try:
-                part = self._end.recv(65536)
+                part = self._end.recv(_PART)
             except TimeoutError:
                 self._wait(deadline)
                 continue
@@ -88,7 +95,8 @@ class Channel:
             self._rest += part
             if len(self._rest) < size:
                 self._wait(deadline)
-        read, self._rest = self._rest[:size], self._rest[size:]
+        read = bytes(self._rest[:size])
+        del self._rest[:size]
         return read
 
     def _wait(self, deadline: float) -> None:

@@ -1,0 +1,245 @@
+"""Sandbox of submissions: the engine is here, their scripts in a process that can only answer."""
+
+from __future__ import annotations
+
+import math
+import pickle
+import re
+import time
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from struct import Struct
+from typing import Any, NoReturn
+
+import msgspec
+import numpy as np
+
+from setcmas_ctrl import network
+from setcmas_ctrl.scripts.loader import SEED
+from setcmas_ctrl.scripts.script_errors import ControlError, StopCall, safe_text
+from setcmas_simu.arrays import Floats
+from setcmas_tools.grade.marks import Failure, ScenarioRun
+from setcmas_tools.grade.rubric_scenarios import CONTROL, CTC, Scenario
+from setcmas_tools.grade.sandboxed_script import (
+    LOADED,
+    REQUEST,
+    TRIGGERED,
+    VELOCITY,
+    Refusal,
+    SandboxedScript,
+)
+from setcmas_tools.offline.confinement import FILE_SIZE, MEMORY, OPEN_FILES
+from setcmas_tools.offline.engine import simulate
+from setcmas_tools.offline.host import EndedError, Host, script_of
+from setcmas_tools.offline.host_process import Isolation
+
+_PLACE = re.compile(r'(\S+\.py), line (\d{1,9})')
+
+
+class LostError(StopCall):
+    """A run ends because its submission does not answer any more."""
+
+
+@dataclass(frozen=True)
+class Times:
+    """How long a submission may take.
+
+    Attributes:
+        call: For a call of a function, or for loading it, in s.
+        run: For a whole run, in s.
+    """
+
+    call: float = 10.0
+    run: float = 60.0
+
+
+def sandbox(folder: Path, confined: bool) -> Host:
+    """Return a host for the scripts of submissions.
+
+    Args:
+        folder: Gets its own folder.
+        confined: Whether the kernel keeps submissions in; else they are trusted.
+    """
+    isolation = Isolation.CONFINED if confined else Isolation.HOME
+    prepare = 'setcmas_tools.grade.sandboxed_script:import_for_scripts'
+    return Host(prepare, isolation, place=folder)
+
+
+@dataclass(frozen=True)
+class SandboxRunner:
+    """Runs scenarios with a submission whose script is in a sandbox.
+
+    Attributes:
+        host: The sandbox.
+        script: Name of its script.
+        files: Its files by their names, the script among them.
+        times: How long it may take.
+        function: CONTROL or CTC.
+    """
+
+    host: Host
+    script: str
+    files: Mapping[str, bytes]
+    times: Times
+    function: str = CONTROL
+
+    def __call__(self, scenario: Scenario) -> ScenarioRun:
+        """Return the run of a scenario with the submission."""
+        arguments = dict(scenario.arguments)
+        is_condition = self.function == CTC
+        work = SandboxedScript(
+            self.script,
+            is_condition,
+            arguments.get('nb_robots', 1),
+            arguments.get('seed', SEED),
+            {} if is_condition else arguments.pop('settings', {}),
+        )
+        scripts = SandboxedScripts(self.host, self.files, work, self.times)
+        fleet = replace(scenario, arguments=arguments)
+        try:
+            run = simulate(**scripts.job(fleet), warn=_ignore)
+        except LostError:
+            return ScenarioRun(None, self._located(scripts.failure), is_complete=False)
+        finally:
+            self.host.end()
+        return ScenarioRun(run, self._located(scripts.failure))
+
+    def _located(self, failure: Failure | None) -> Failure | None:
+        """Return a failure with the lines around it."""
+        if not failure:
+            return None
+        file, line = failure.script, failure.line
+        if not line and (found := _PLACE.search(failure.message)):
+            file, line = found[1], int(found[2])
+        source = self.files.get(file, b'').decode(errors='replace')
+        if not source or not line:
+            return replace(failure, script='', line=0)
+        return failure.at(file, line, source)
+
+
+class SandboxedScripts:
+    """The laws or the conditions of a fleet in a sandbox, as functions that the engine calls.
+
+    Attributes:
+        failure: The first error; None if there was none yet.
+    """
+
+    def __init__(
+        self, host: Host, files: Mapping[str, bytes], work: SandboxedScript, times: Times
+    ) -> None:
+        """Load them.
+
+        Args:
+            host: The sandbox.
+            files: The files of the submission.
+            work: What to load of them.
+            times: How long it may take.
+        """
+        self.failure: Failure | None = None
+        self._host = host
+        self._work = work
+        self._times = times
+        self._adjacency: Floats | None = None
+        limits = {
+            'AS': MEMORY, 'CPU': math.ceil(times.run), 'FSIZE': FILE_SIZE, 'NOFILE': OPEN_FILES,
+            'MSGQUEUE': 0, 'MEMLOCK': 0,
+        }  # fmt: skip
+        host.begin(pickle.dumps(work), files, limits)
+        self._folders = {(host.folder / name).parent for name in files}
+        self._deadline = time.monotonic() + times.run
+
+    def job(self, scenario: Scenario) -> dict[str, Any]:
+        """Return the arguments of `simulate` for a scenario, once everything is loaded.
+
+        Raises:
+            LostError: Something cannot be loaded.
+        """
+        answer = self._asked(b'', f'{self._work.script} has been loading', Failure(''))
+        kinds = {loaded: velocities for velocities, loaded in LOADED.items()}
+        if answer not in kinds:
+            self._lose(Failure(_refusal(answer).message))
+        robots = range(1, self._work.nb_robots + 1)
+        if self._work.is_condition:
+            conditions = {robot: self._condition(robot, kinds[answer]) for robot in robots}
+            return scenario.job(conditions, CTC)
+        return scenario.job({robot: self._law(robot) for robot in robots}, CONTROL)
+
+    def _law(self, robot: int) -> Callable[[int, int, Floats, float], tuple[float, float]]:
+        def control(robotNo: int, nbRobots: int, poses: Floats, t: float) -> tuple[float, float]:
+            del robotNo, nbRobots
+            adjacency = network.adjacency()
+            is_new = adjacency is not self._adjacency
+            self._adjacency = adjacency
+            arrays = (poses, adjacency) if is_new else (poses,)
+            vx, vy = self._answer(robot, t, arrays, VELOCITY, is_new)
+            return vx, vy
+
+        return control
+
+    def _condition(self, robot: int, velocities: bool) -> Callable[..., bool]:
+        def asked(*vectors: Floats, t: float) -> bool:
+            return bool(self._answer(robot, t, vectors, TRIGGERED)[0])
+
+        def ctc(pos: Floats, last_pos: Floats, t: float) -> bool:
+            return asked(pos, last_pos, t=t)
+
+        def long_ctc(
+            pos: Floats, vit: Floats, last_pos: Floats, last_vit: Floats, t: float
+        ) -> bool:
+            return asked(pos, vit, last_pos, last_vit, t=t)
+
+        return long_ctc if velocities else ctc
+
+    def _answer(
+        self, robot: int, t: float, arrays: Sequence[Floats], form: Struct, is_new: bool = False
+    ) -> tuple[Any, ...]:
+        """Return the numbers that the function of a robot answers.
+
+        Raises:
+            ControlError: It fails.
+            LostError: It will not answer any more.
+        """
+        request = REQUEST.pack(robot, is_new, t)
+        request += b''.join(np.asarray(array, dtype=float).tobytes() for array in arrays)
+        here = Failure('', robot=robot, t=t)
+        name = CTC if self._work.is_condition else CONTROL
+        answer = self._asked(request, f'{name} has not returned', here)
+        if len(answer) == form.size:
+            return form.unpack(answer)
+        refusal = _refusal(answer)
+        message, place = refusal.message, (Path(refusal.file), refusal.line)
+        if not self.failure:
+            self.failure = replace(here, message=message, script=refusal.file, line=refusal.line)
+        raise ControlError(message, (refusal.kind, *place), place=place)
+
+    def _asked(self, request: bytes, late: str, here: Failure) -> bytes:
+        left = self._deadline - time.monotonic()
+        timeout, text = self._times.call, f'{late} for {self._times.call:g} s'
+        if left < timeout:
+            timeout, text = left, f'the run takes longer than {self._times.run:g} s'
+        try:
+            if request:
+                self._host.send(request, timeout)
+            return self._host.receive(timeout, text, self._folders)
+        except EndedError as error:
+            file, line = script_of(error.places, self._folders) or (Path(), 0)
+            self._lose(replace(here, message=str(error), script=file.name, line=line))
+
+    def _lose(self, failure: Failure) -> NoReturn:
+        self.failure = self.failure or failure
+        raise LostError(failure.message)
+
+
+def _refusal(answer: bytes) -> Refusal:
+    """Return the reply of a submission that is no answer, without control characters."""
+    try:
+        sent = msgspec.json.decode(answer, type=Refusal)
+    except msgspec.MsgspecError:
+        return Refusal('the submission sent an invalid reply')
+    message, kind, file = (safe_text(str, one) for one in (sent.message, sent.kind, sent.file))
+    return Refusal(message, kind, file, sent.line)
+
+
+def _ignore(_: str) -> None:
+    """Print nothing: the first error is in the marks."""

@@ -1,0 +1,161 @@
+"""Script of a submission in the process that runs it: answers for each robot, and nothing else."""
+
+from __future__ import annotations
+
+import importlib
+import math
+import struct
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated, Any, cast
+
+import msgspec
+import numpy as np
+
+from setcmas_ctrl import drawing
+from setcmas_ctrl.communication.triggering import CTC, checked_answer, takes_velocities
+from setcmas_ctrl.control.control_law import ControlLaw
+from setcmas_ctrl.scripts.loader import load_script, seed_scripts
+from setcmas_ctrl.scripts.script_errors import ControlError, failure_of
+from setcmas_simu.arrays import Floats
+from setcmas_simu.errors import SetcmasError
+from setcmas_tools.offline.channel import Channel
+
+REQUEST = struct.Struct('<HHxxxxd')
+"""Number of a robot, whether a new adjacency matrix follows its poses, and time in s.
+
+The numbers of the arrays that the function takes follow.
+"""
+LOADED = {False: b'loaded', True: b'loaded, with velocities'}
+"""Answer of a script that is loaded, by whether its condition takes velocities."""
+VELOCITY = struct.Struct('<dd')
+"""Answer of a law; an answer of another size is a `Refusal`."""
+TRIGGERED = struct.Struct('<?')
+"""Answer of a condition."""
+
+_LONGEST_TEXT = 1500
+_FOR_SCRIPTS = (
+    'setcmas_ctrl.control.saturation',
+    'setcmas_ctrl.network',
+    'setcmas_ctrl.rviz_marker',
+    'setcmas_ctrl.rviz_marker_array',
+    'setcmas_simu.robots.model',
+)
+
+
+class Refusal(msgspec.Struct, frozen=True):
+    """Why there is no answer.
+
+    Attributes:
+        message: The error, as setcmas prints it.
+        kind: Its kind, such as ValueError.
+        file: Name of the file where it arose.
+        line: The line there; 0 if it is not known.
+    """
+
+    message: str
+    kind: str = ''
+    file: str = ''
+    line: Annotated[int, msgspec.Meta(ge=0, le=10**9)] = 0
+
+
+class _NoCanvas:
+    """Ignores what scripts draw; mistakes are found before it."""
+
+    def show(self, robot: int, name: str, sphere: drawing.Sphere) -> None:
+        """Ignore a sphere."""
+
+    def extend_trail(self, robot: int, name: str, sphere: drawing.Sphere) -> None:
+        """Ignore a point of a trail."""
+
+
+@dataclass(frozen=True)
+class SandboxedScript:
+    """Work of a copy of a host: loads a script for each robot, and answers until it is ended.
+
+    Attributes:
+        script: Name of the script, in the folder of the copy.
+        is_condition: Whether it is a triggering condition; else it is a control law.
+        nb_robots: Size of the fleet.
+        seed: Seed of the random numbers.
+        settings: Values for names of the script.
+    """
+
+    script: str
+    is_condition: bool
+    nb_robots: int
+    seed: int
+    settings: dict[str, Any]
+
+    def __call__(self, channel: Channel, _: Path) -> None:
+        """Answer in this process."""
+        drawing.canvas = _NoCanvas()
+        seed_scripts(self.seed)
+        try:
+            velocities, answer = self._conditions() if self.is_condition else self._laws()
+        except SetcmasError as error:
+            channel.send(_encoded(Refusal(str(error))), math.inf)
+            return
+        channel.send(LOADED[velocities], math.inf)
+        while True:
+            request = channel.receive(math.inf)
+            try:
+                reply = answer(request)
+            except ControlError as error:
+                reply = _encoded(_refusal(error))
+            channel.send(reply, math.inf)
+
+    def _laws(self) -> tuple[bool, Callable[[bytes], bytes]]:
+        """Return what answers for control laws, loaded as `simulate` does."""
+        path = Path(self.script).resolve()
+        robots = range(1, self.nb_robots + 1)
+        laws = [ControlLaw(path, robot, self.nb_robots, self.settings) for robot in robots]
+        adjacency: Floats = np.empty(0)
+
+        def answer(request: bytes) -> bytes:
+            nonlocal adjacency
+            robot, is_new, t = REQUEST.unpack_from(request)
+            numbers: Floats = np.frombuffer(request, offset=REQUEST.size)
+            if is_new:
+                adjacency = numbers[3 * self.nb_robots :].reshape(self.nb_robots, self.nb_robots)
+            poses = numbers[: 3 * self.nb_robots].reshape(3, self.nb_robots)
+            return VELOCITY.pack(*laws[robot - 1](poses, t, adjacency))
+
+        return False, answer
+
+    def _conditions(self) -> tuple[bool, Callable[[bytes], bytes]]:
+        """Return what answers for triggering conditions, and whether they take velocities."""
+        path = Path(self.script).resolve()
+        scripts = [load_script(path, robot, CTC) for robot in range(1, self.nb_robots + 1)]
+        conditions = [vars(script).get('ctc') for script in scripts]
+        with_velocities = [takes_velocities(one, path.name) for one in conditions]
+
+        def answer(request: bytes) -> bytes:
+            robot, _, t = REQUEST.unpack_from(request)
+            vectors = np.frombuffer(request, offset=REQUEST.size).reshape(-1, 3).copy()
+            try:
+                result = conditions[robot - 1](*vectors, t)
+            except BaseException as error:
+                raise failure_of(error, path) from error
+            return TRIGGERED.pack(checked_answer(result, path))
+
+        return with_velocities[0], answer
+
+
+def import_for_scripts() -> None:
+    """Import what scripts may import of setcmas, whose files they cannot read once confined."""
+    for name in _FOR_SCRIPTS:
+        importlib.import_module(name)
+
+
+def _refusal(error: ControlError) -> Refusal:
+    kind, file, line = cast(tuple[Any, Any, Any], error.key)
+    if kind == 'result':
+        return Refusal(str(error), f'{kind} {file} {line}')
+    return Refusal(str(error), kind, file.name, line or 0)
+
+
+def _encoded(refusal: Refusal) -> bytes:
+    short = msgspec.structs.replace(refusal, message=refusal.message[:_LONGEST_TEXT])
+    return msgspec.json.encode(short)

@@ -1,0 +1,194 @@
+"""Confinement of a process by the kernel: files (Landlock), system calls (seccomp), amounts.
+
+Landlock knows no UDP before its version 10, no signals before 6, no truncation before 3, and
+cannot forbid processes; seccomp can. Limits on the number of processes (RLIMIT_NPROC) do not bind
+root, as graders in a container are. So a confined process may start threads, but no process, opens
+no socket at all, and signals itself alone.
+"""
+
+from __future__ import annotations
+
+import errno
+import os
+import sys
+import sysconfig
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from contextlib import suppress
+from importlib.metadata import distributions
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from setcmas_simu.errors import install_command
+
+if TYPE_CHECKING:
+    from pyseccomp import SyscallFilter
+
+_LEAST_ABI = 2  # of Landlock: Linux 5.19, and Debian 12's 6.1
+_CLONE_THREAD = 0x10000
+_IOCTLS = (0x5401, 0x541B, 0x5421, 0x5451)
+"""TCGETS, FIONREAD, FIONBIO, FIOCLEX: others could make a file immutable, for one."""
+_FCNTLS = (*range(8), 36, 37, 38, 1030, 1032)
+"""Duplicates, flags and locks; others, such as F_SETOWN, could signal another process."""
+_WRITES = (1, 2)  # O_WRONLY, O_RDWR
+_TRUNCATES = 0x200
+_MODE = 3 | _TRUNCATES
+
+MEMORY = 1 << 30
+"""What a submission may take of memory, in bytes."""
+FILE_SIZE = 1 << 24
+"""Size of a file that it may write, in bytes."""
+OPEN_FILES = 64
+
+_PACKAGES = ('site-packages', 'dist-packages')
+_OURS = {'setcmas', 'setcmas_*', 'launch_scripts', '_setcmas*'}
+_SHARED = ('/lib', '/lib64', '/usr/lib', '/usr/lib64', '/usr/local/lib', f'{sys.base_prefix}/lib')
+_SINGLE = (
+    '/dev/null', '/dev/zero', '/dev/random', '/dev/urandom', '/etc/ld.so.cache', '/etc/localtime',
+    '/usr/share/zoneinfo',
+)  # fmt: skip
+_ALLOWED = """
+access alarm arch_prctl brk capget chdir clock_getres clock_gettime clock_nanosleep close
+close_range creat dup dup2 dup3 epoll_create epoll_create1 epoll_ctl epoll_pwait epoll_wait
+eventfd eventfd2 exit exit_group faccessat faccessat2 fadvise64 fdatasync flock fstat
+fstatfs fsync ftruncate futex get_mempolicy get_robust_list getcpu getcwd getdents getdents64
+getegid geteuid getgid getgroups getitimer getpgid getpgrp getpid getppid getpriority getrandom
+getresgid getresuid getrlimit getrusage getsid gettid gettimeofday getuid lseek lstat
+madvise mmap mprotect mremap msync munmap nanosleep newfstatat pause pipe pipe2 poll
+ppoll pread64 preadv pselect6 pwrite64 pwritev read readlink readlinkat readv recvfrom rename
+renameat renameat2 restart_syscall rseq rt_sigaction rt_sigpending rt_sigprocmask rt_sigreturn
+rt_sigsuspend rt_sigtimedwait sched_get_priority_max sched_get_priority_min sched_getaffinity
+sched_getparam sched_getscheduler sched_yield select sendto set_robust_list set_tid_address
+setitimer sigaltstack stat statfs statx sysinfo time times umask uname unlink unlinkat
+wait4 write writev
+"""
+_REFUSED = """
+accept bind chmod chown clone connect execve execveat fchmod fchmodat fork kill listen mkdir
+mkdirat ptrace sendmsg setrlimit socket socketpair tgkill tkill truncate vfork
+"""
+"""Refused as such; others are 'not implemented', for which libc has another way where it can."""
+
+
+def obstacle() -> str:
+    """Return why submissions cannot be confined on this machine; empty if they can."""
+    if sys.platform != 'linux':
+        return f'{sys.platform} has no Landlock'
+    try:
+        import landlockpy
+        import pyseccomp  # noqa: F401
+    except (ImportError, RuntimeError) as error:
+        return f'{error}: {install_command("grade")} and apt-get install libseccomp2 mend that'
+    try:
+        abi = landlockpy.abi_version()
+    except OSError:
+        return 'this kernel has no Landlock'
+    needed = f'{_LEAST_ABI} (Linux 5.19) is needed'
+    return '' if abi >= _LEAST_ABI else f'Landlock of this kernel is of version {abi}; {needed}'
+
+
+def confine_files(folder: Path) -> None:
+    """Let this process and its children write in a folder only, and read what `readable` says."""
+    from landlockpy import AccessFS, Ruleset, Scope
+
+    read = AccessFS.READ_FILE | AccessFS.READ_DIR | AccessFS.EXECUTE
+    write = read | AccessFS.WRITE_FILE | AccessFS.TRUNCATE | AccessFS.MAKE_REG
+    files, listed = readable()
+    with Ruleset(scoped=Scope.SIGNAL | Scope.ABSTRACT_UNIX_SOCKET) as rules:
+        for path in files:
+            rules.allow_path(path, read if path.is_dir() else read & ~AccessFS.READ_DIR)
+        for path in listed:
+            rules.allow_path(path, AccessFS.READ_DIR)
+        rules.allow_path('/dev/null', AccessFS.READ_FILE | AccessFS.WRITE_FILE)
+        rules.allow_path(folder, write | AccessFS.REMOVE_FILE)
+        rules.restrict()
+
+
+def readable() -> tuple[list[Path], list[Path]]:
+    """Return the files and folders that may be read, and the folders that may be listed only.
+
+    Packages of plugins are left out like our own: the solutions of a course may be in one.
+    """
+    standard = {Path(sysconfig.get_path(name)).resolve() for name in ('stdlib', 'platstdlib')}
+    packages = {Path(one).resolve() for one in sys.path if Path(one).name in _PACKAGES}
+    hidden = {folder / name for folder in standard for name in _PACKAGES} - packages
+    hidden |= {*_hidden(packages)}
+    listed: list[Path] = []
+    read = {path for root in standard | packages for path in _without(root, hidden, listed)}
+    for root in {Path(name).resolve() for name in _SHARED}:
+        inside = _without(root, {*hidden, *root.glob('python*')}, listed)
+        read |= {path for path in inside if path != root}
+    read |= {Path(name) for name in _SINGLE if Path(name).exists()}
+    return sorted(read), sorted({*listed, *packages})
+
+
+def _hidden(packages: Iterable[Path]) -> Iterator[Path]:
+    """Yield what must not be read in folders of packages."""
+    entries = [entry for one in distributions() for entry in one.entry_points]
+    plugins = {e.module.partition('.')[0] for e in entries if e.group.startswith('setcmas.')}
+    for folder in packages:
+        for name in _OURS | plugins:
+            yield from folder.glob(name)
+            yield from folder.glob(f'{name}.py')
+
+
+def _without(folder: Path, hidden: set[Path], listed: list[Path]) -> Iterator[Path]:
+    """Yield a folder, or what is in it where something there is hidden; notes such folders."""
+    if folder in hidden or not os.access(folder, os.R_OK):
+        return
+    if not any(path.is_relative_to(folder) for path in hidden):
+        yield folder
+        return
+    listed.append(folder)
+    for inside in folder.iterdir():
+        yield from _without(inside, hidden, listed)
+
+
+def call_filter() -> Callable[[], None]:
+    """Return a function that filters the system calls of its process for good."""
+    import pyseccomp as sc
+
+    rules = sc.SyscallFilter(sc.ERRNO(errno.ENOSYS))
+    refuse = sc.ERRNO(errno.EPERM)
+    thread = sc.Arg(0, sc.MASKED_EQ, _CLONE_THREAD, _CLONE_THREAD)
+    _add(rules, sc.ALLOW, 'clone', thread)
+    _add(rules, sc.ALLOW, 'prlimit64', sc.Arg(2, sc.EQ, 0))  # asks, and sets nothing
+    for request in _IOCTLS:
+        _add(rules, sc.ALLOW, 'ioctl', sc.Arg(1, sc.EQ, request))
+    for command in _FCNTLS:
+        _add(rules, sc.ALLOW, 'fcntl', sc.Arg(1, sc.EQ, command))
+    # Before its version 3 (Linux 6.2) Landlock lets truncate a file that may only be read.
+    for name, flags in (('open', 1), ('openat', 2)):
+        _add(rules, sc.ALLOW, name, sc.Arg(flags, sc.MASKED_EQ, _TRUNCATES, 0))
+        for mode in _WRITES:
+            opened = sc.Arg(flags, sc.MASKED_EQ, _MODE, mode | _TRUNCATES)
+            _add(rules, sc.ALLOW, name, opened)
+    for name in _ALLOWED.split():
+        _add(rules, sc.ALLOW, name)
+    for name in _REFUSED.split():
+        if name not in ('clone', 'kill', 'tgkill'):
+            _add(rules, refuse, name)
+    _add(rules, refuse, 'clone', sc.Arg(0, sc.MASKED_EQ, _CLONE_THREAD, 0))
+
+    def confine() -> None:
+        own = os.getpid()
+        for name in ('kill', 'tgkill'):
+            _add(rules, sc.ALLOW, name, sc.Arg(0, sc.EQ, own))
+            _add(rules, refuse, name, sc.Arg(0, sc.NE, own))
+        rules.load()
+
+    return confine
+
+
+def _add(rules: SyscallFilter, action: int, name: str, *arguments: object) -> None:
+    with suppress(OSError):  # this machine has no such call
+        rules.add_rule(action, name, *arguments)
+
+
+def limit_amounts(amounts: Mapping[str, int]) -> None:
+    """Limit what this process may take, such as {'AS': bytes of memory, 'CPU': seconds}."""
+    if sys.platform == 'win32':
+        return
+    import resource
+
+    for name, most in {'CORE': 0, **amounts}.items():
+        with suppress(AttributeError, ValueError, OSError):  # not every system has each
+            resource.setrlimit(getattr(resource, f'RLIMIT_{name}'), (most, most))

@@ -1,0 +1,204 @@
+"""Offline run in a process of its own: a script that hangs or dies ends it, not the command."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+import threading
+import time
+from collections.abc import Callable, Mapping
+from contextlib import ExitStack
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+from typing import IO, Any
+
+import numpy as np
+
+from setcmas_ctrl.control.law_scripts import LawScripts
+from setcmas_ctrl.scripts.call_watch import STUCK_S
+from setcmas_ctrl.scripts.output import named_output
+from setcmas_ctrl.scripts.script_errors import described_place, quoted_line
+from setcmas_simu.arrays import Floats
+from setcmas_simu.errors import SetcmasError
+from setcmas_simu.fleet.topics import robot_name
+from setcmas_simu.reports.reports import Function
+from setcmas_simu.robots.models import model_names
+from setcmas_tools.offline.engine import simulate
+from setcmas_tools.offline.host import EndedError, Host, script_of
+from setcmas_tools.offline.script_call import Kind, ScriptCall, only_here, result_of
+from setcmas_tools.run.run import Run
+
+_LOOK_S = 0.05
+_ANSWER_S = 0.5
+_output = ExitStack()
+"""Names the output of scripts until the process ends, for their threads print on."""
+
+
+@dataclass(frozen=True)
+class BrokenRun:
+    """What is left of a run that a script has ended.
+
+    Attributes:
+        states: As `Board.states`, as far as they came.
+        robot: Number of the robot whose script ended it; 0 if that is not known.
+        reason: How, with script and line.
+        function: What of the script was called.
+        file: Name of the file that it was in; empty if that is not known.
+        line: The line there; 0 if it is not known.
+    """
+
+    states: Floats
+    robot: int
+    reason: str
+    function: Function = Function.CONTROL
+    file: str = ''
+    line: int = 0
+
+    def __str__(self) -> str:
+        """Return what ended it, with the robot's name."""
+        return f'{robot_name(self.robot)}: {self.reason}' if self.robot else self.reason
+
+
+class OfflineRun:
+    """A run in a process; use as a context manager, which leaves nothing of it behind.
+
+    Attributes:
+        elapsed: How long the run has taken in s, without the start of the process; 0 if it broke.
+    """
+
+    def __init__(self, job: Mapping[str, Any], scripts: LawScripts) -> None:
+        """Start it.
+
+        Args:
+            job: Arguments of `simulate`.
+            scripts: The control scripts, in whose files the place is looked for.
+        """
+        self._scripts = scripts
+        names = {*model_names(job.get('model'), job.get('nb_robots', 1)), str(job.get('ctc'))}
+        others = [Path(name).resolve() for name in names if name.endswith('.py')]
+        self._paths = [*scripts.paths, *others]
+        self._folders = {path.parent for path in self._paths}
+        self.elapsed = 0.0
+        self._host = Host(
+            'setcmas_tools.offline.script_call:import_engine',
+            environment={'PYTHONUNBUFFERED': '1'},
+            output=subprocess.PIPE,
+        )
+        self._board = ScriptCall(partial(_simulated, dict(job))).begin(self._host)
+        process = self._host.process
+        assert process
+        assert process.stdout
+        assert process.stderr
+        self._readers = [
+            threading.Thread(target=_copy, args=(source, target), daemon=True)
+            for source, target in ((process.stdout, sys.stdout), (process.stderr, sys.stderr))
+        ]
+        for reader in self._readers:
+            reader.start()
+
+    def __enter__(self) -> OfflineRun:
+        """Return the run."""
+        return self
+
+    def __exit__(self, *exc_info: object) -> None:
+        """End the process, and what scripts have started in it."""
+        self._host.close()
+        for reader in self._readers:
+            reader.join(_ANSWER_S)
+
+    def result(
+        self, call_timeout: float, warn: Callable[[str], None], on_state: Callable[[int], None]
+    ) -> Run | BrokenRun:
+        """Wait for the end; returns the run, or a `BrokenRun`.
+
+        Args:
+            call_timeout: Time in s after which a call that does not return ends the run.
+            warn: Shows a message to the user.
+            on_state: Called now and then with the number of complete states.
+
+        Raises:
+            SetcmasError: The user's mistake that the process has found.
+        """
+        try:
+            message = self._message(call_timeout, warn, on_state)
+        except EndedError as error:
+            return self._broken(str(error), error.places)
+        on_state(self._board.done)
+        kind, result = result_of(message)
+        if kind is Kind.RESULT:
+            self.__exit__()  # with all that it has printed
+            run: Run
+            run, self.elapsed = result
+            return run
+        if kind is Kind.MISTAKE:
+            raise SetcmasError(result)
+        return self._broken(f'the script has broken the simulation itself: {result}', [])
+
+    def states(self) -> Floats:
+        """Return the states so far, as `Board.states`."""
+        return np.array(self._board.states())
+
+    def place(self) -> str:
+        """Return where in the script the process is now, or was last; empty if that is unknown."""
+        return self._described(self._host.places(self._folders), ' in ')
+
+    def _message(
+        self, call_timeout: float, warn: Callable[[str], None], on_state: Callable[[int], None]
+    ) -> bytes:
+        calls, since, warned = -1, time.monotonic(), False
+        while (message := self._host.poll(_LOOK_S)) is None:
+            on_state(self._board.done)
+            now = time.monotonic()
+            if self._board.calls != calls or not self._board.robot:
+                calls, since, warned = self._board.calls, now, False
+            elif now - since > call_timeout:
+                places = self._host.places(self._folders)
+                late = f'{self._late(call_timeout)} (--call-timeout)'
+                raise EndedError(late, self._host.end(), places)
+            elif now - since > STUCK_S and not warned:
+                warned = True
+                place = self._described(self._host.places(self._folders), '; it is at ')
+                warn(f'{robot_name(self._board.robot)}: {self._late(STUCK_S)}{place}')
+        return message
+
+    def _late(self, seconds: float) -> str:
+        if self._board.function is Function.LOADING:
+            script = self._scripts.script(self._board.robot)
+            return f'{script.name} has been loading for {seconds:g} s'
+        return f'{self._board.function.value} has not returned for {seconds:g} s'
+
+    def _broken(self, reason: str, places: list[tuple[Path, int]]) -> BrokenRun:
+        states = self.states()
+        self.__exit__()
+        file, line = script_of(places, self._folders) or (Path(), 0)
+        board, reason = self._board, f'{reason}{self._described(places, " at ")}'
+        return BrokenRun(states, board.robot, reason, board.function, file.name, line)
+
+    def _described(self, places: list[tuple[Path, int]], before: str) -> str:
+        """Return the place in the script with its line; empty if it is not known."""
+        if found := script_of(places, self._folders):
+            file, line = found
+            script = next(path for path in self._paths if path.parent == file.parent)
+            there = described_place(file, line, file if file in self._paths else script)
+            return f'{before}{there}{quoted_line(file, line)}'
+        return ''
+
+
+def _simulated(job: dict[str, Any], _: Path) -> tuple[Run, float]:
+    """Make a run in this process; returns it, and how long it has taken in s."""
+    _output.enter_context(named_output())
+    begin = time.perf_counter()
+    run = simulate(**job, warn=_warn, progress=only_here())
+    return run, time.perf_counter() - begin
+
+
+def _warn(message: str) -> None:
+    print(message, file=sys.stderr, flush=True)
+
+
+def _copy(source: IO[bytes], target: IO[str]) -> None:
+    with source:
+        for line in source:
+            target.write(line.decode(errors='replace'))
+            target.flush()

@@ -1,0 +1,88 @@
+"""Call of a function that runs scripts, in a copy of a host: its result, or where it stopped."""
+
+from __future__ import annotations
+
+import os
+import pickle
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from enum import Enum
+from pathlib import Path
+from typing import Any
+
+from setcmas_ctrl.scripts import robot_script
+from setcmas_ctrl.scripts.script_errors import summarise
+from setcmas_simu.errors import SetcmasError
+from setcmas_tools.offline import board
+from setcmas_tools.offline.channel import Channel
+from setcmas_tools.offline.host import Host
+
+_BOARD = 'board'
+_exit = os._exit
+
+
+class Kind(Enum):
+    """How a call ended: with a result, by the user's mistake, or by a script that broke it."""
+
+    RESULT = 'result'
+    MISTAKE = 'mistake'
+    BROKEN = 'broken'
+
+
+@dataclass(frozen=True)
+class ScriptCall:
+    """Work of a copy: calls a function, and sends its result.
+
+    Attributes:
+        function: The function; takes the folder of the host.
+    """
+
+    function: Callable[[Path], Any]
+
+    def begin(
+        self,
+        host: Host,
+        files: Mapping[str, bytes] | None = None,
+        limits: Mapping[str, int] | None = None,
+    ) -> board.Board:
+        """Begin it in a copy of a host; returns the board on which it notes how far it is."""
+        empty = {_BOARD: bytes(board.HEAD)}
+        host.begin(pickle.dumps(self), {**(files or {}), **empty}, limits)
+        return board.Board(host.folder / _BOARD)
+
+    def __call__(self, channel: Channel, folder: Path) -> None:
+        """Call the function in this process."""
+        board.current = board.Board(folder / _BOARD)
+        robot_script.on_call = board.current.begin
+        try:
+            kind, result = Kind.RESULT, self.function(folder)
+        except SetcmasError as error:
+            kind, result = Kind.MISTAKE, str(error)
+        except BaseException as error:  # a script has changed what the simulation is made of
+            kind, result = Kind.BROKEN, summarise(error)
+        channel.send(pickle.dumps((kind.value, result)), float('inf'))
+
+
+def result_of(message: bytes) -> tuple[Kind, Any]:
+    """Return how a call ended, and its result or a message, from what the copy has sent."""
+    try:
+        kind, result = pickle.loads(message)
+        return Kind(kind), result
+    except Exception as error:  # the script may have put anything into the result
+        return Kind.BROKEN, summarise(error)
+
+
+def only_here() -> Callable[[float], None]:
+    """Return what ends a copy of this process, which a script has forked, at its next step."""
+    process = os.getpid()
+
+    def check(_: float) -> None:
+        if os.getpid() != process:
+            _exit(0)
+
+    return check
+
+
+def import_engine() -> None:
+    """Import what simulated runs need."""
+    import setcmas_tools.offline.engine  # noqa: F401

@@ -1,0 +1,47 @@
+"""Process tree: a process that ends with its parent, and an end of all that a script started."""
+
+from __future__ import annotations
+
+import ctypes
+import os
+import signal
+import sys
+from contextlib import suppress
+from pathlib import Path
+
+_PR_SET_PDEATHSIG = 1
+_PR_SET_CHILD_SUBREAPER = 36
+
+
+def end_with_parent() -> None:
+    """Let the kernel end this process when the one that started it is gone (Linux)."""
+    if sys.platform == 'linux':
+        parent = os.getppid()
+        ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, signal.SIGKILL)
+        if os.getppid() != parent:
+            os._exit(1)
+
+
+def adopt_orphans() -> None:
+    """Become the parent of processes that descendants of this one leave behind (Linux)."""
+    if sys.platform == 'linux':
+        ctypes.CDLL(None).prctl(_PR_SET_CHILD_SUBREAPER, 1)
+
+
+def children() -> set[int]:
+    """Return the process IDs of the children of this process (Linux)."""
+    found: set[int] = set()
+    for tasks in Path('/proc/self/task').glob('*/children'):
+        with suppress(OSError):
+            found |= {int(word) for word in tasks.read_text().split()}
+    return found
+
+
+def end_orphans(known: set[int]) -> None:
+    """Kill the children of this process but for known ones, and the children that those leave."""
+    while strangers := children() - known:
+        for pid in strangers:
+            with suppress(ProcessLookupError, PermissionError):
+                os.kill(pid, signal.SIGKILL)
+            with suppress(ChildProcessError):
+                os.waitpid(pid, 0)
