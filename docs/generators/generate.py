@@ -39,7 +39,7 @@ def generated_files() -> dict[Path, str]:
     pages = {
         DOCS / 'commands.md': commands_page.text(),
         DOCS / 'topics.md': topics_page.text(),
-        DOCS / 'lab.md': mocap_page.text(),
+        DOCS / 'lab_setup.md': mocap_page.text(),
         DOCS / 'run_files.md': run_files_page.text(),
     }
     files = {path: spliced(path.read_text(), text) for path, text in pages.items()}

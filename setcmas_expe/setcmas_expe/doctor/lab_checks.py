@@ -241,7 +241,7 @@ class RobotCheck:
         if self.guard is None:
             advice = (
                 'a robot keeps its last velocity when this machine or the network dies; install '
-                'cmd_vel_guard on the robots (docs/lab.md), or start with --without-guard'
+                'cmd_vel_guard on the robots (docs/lab_setup.md), or start with --without-guard'
             )
             return [self._finding(PROBLEM, 'guard', 'not there', advice)]
         findings = []
@@ -250,8 +250,8 @@ class RobotCheck:
             findings.append(self._finding(NOTE, 'guard', self.guard.reason, advice))
         if not self.guard.private:
             advice = (
-                f'let its base listen to {CMD_VEL_GUARDED} alone (docs/lab.md): every machine on '
-                'the network can move it'
+                f'let its base listen to {CMD_VEL_GUARDED} alone (docs/lab_setup.md): now every '
+                'machine on the network can move it'
             )
             found = f'the base listens to {CMD_VEL} directly'
             findings.append(self._finding(NOTE, 'guard', found, advice))

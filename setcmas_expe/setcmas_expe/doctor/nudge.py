@@ -124,7 +124,7 @@ class Nudger:
             return rival, 'stop it first'
         self._watch.take_guards()
         if not self._watch.robot_guards[robot.number].is_there():
-            return 'no cmd_vel_guard on it', f'install it (docs/lab.md): {_UNGUARDED}'
+            return 'no cmd_vel_guard on it', f'install it (docs/lab_setup.md): {_UNGUARDED}'
         poses = self._watch.poses()
         unseen = [r for r in self._watch.robots if r not in poses or self._is_lost(r)]
         if unseen:

@@ -133,7 +133,7 @@ class BridgeReports:
         self._once(
             'guard',
             [bridge.robot for bridge in silent if not bridge.guard.is_known],
-            'no cmd_vel_guard on {}: install it (docs/lab.md)',
+            'no cmd_vel_guard on {}: install it (docs/lab_setup.md)',
         )
         self._once(
             'silent guard',
@@ -143,7 +143,7 @@ class BridgeReports:
         self._once(
             'open',
             [bridge.robot for bridge in bridges if bridge.guard.is_open],
-            'the base of {} listens to cmd_vel directly, past its guard: remap it (docs/lab.md)',
+            'the base of {} listens to cmd_vel directly: remap it (docs/lab_setup.md)',
         )
         for mocap, bridge in self._robots:
             if bridge.cmd_vel.mixed:
