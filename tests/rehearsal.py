@@ -16,7 +16,7 @@ from processes import SETCMAS, TIMEOUT_S
 from ros_peer import Peer
 from std_msgs.msg import String
 
-from setcmas_expe.pause.start_requests import REACTION_S
+from setcmas_expe.pause.presses import REACTION_S
 from setcmas_simu.fleet.planar_pose import yaw_of_quaternion
 from setcmas_simu.fleet.topics import truth_topic
 
@@ -24,7 +24,7 @@ LAW = Path(__file__).parent / 'setcmas_expe' / 'scripts' / 'rehearsal_law.py'
 POSES = ('--pose', '1:2.4,0,1.57', '--pose', '2:-0.6,0,1.57')
 CTRL = 'setcmas_ctrl.controller.controller'
 BRIDGES = 'setcmas_expe.safety.bridges'
-PAUSE = 'setcmas_expe.pause.main'
+PAUSE = 'setcmas_expe.pause.pause_node'
 STANDS_S = 0.4  # zero for this long is a stop
 
 

@@ -114,7 +114,7 @@ def test_topics_of_no_row_and_rows_of_no_topic_are_told(monkeypatch, tmp_path):
     import topics_page
 
     words = yaml.safe_load(topics_page.WORDS.read_text())
-    del words['experiment']['setcmas_expe.pause.node topics.PAUSED']
+    del words['experiment']['setcmas_expe.pause.pause_node topics.PAUSED']
     monkeypatch.setattr(topics_page, 'WORDS', tmp_path / 'topics.yaml')
     topics_page.WORDS.write_text(yaml.safe_dump(words))
 

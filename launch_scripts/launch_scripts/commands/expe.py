@@ -40,13 +40,13 @@ from setcmas_expe.emulation.emulation_options import (
 )
 from setcmas_expe.lab.lab import Lab
 from setcmas_expe.lab.lab_options import LabOptions
-from setcmas_expe.pause.console_protocol import Word
+from setcmas_expe.pause.console import Action
 from setcmas_simu.errors import SetcmasError
 
 _STOPS = {
-    ESC: (Word.EMERGENCY, 'by Esc'),
-    'e': (Word.EMERGENCY, 'by e'),
-    ' ': (Word.PAUSE, 'by space bar'),
+    ESC: (Action.EMERGENCY, 'by Esc'),
+    'e': (Action.EMERGENCY, 'by e'),
+    ' ': (Action.PAUSE, 'by space bar'),
 }
 """Of several that come at once the first counts: what stops, stops."""
 
@@ -144,12 +144,12 @@ def _run(
         starts = start_key.pressed(pressed, time.monotonic())
         if 'q' in keys:
             raise StoppedError
-        experiment.wish(*next((_STOPS[key] for key in _STOPS if key in keys), (Word.ALIVE,)))
+        experiment.request(*next((_STOPS[key] for key in _STOPS if key in keys), (Action.ALIVE,)))
         if pressed and set(pressed) == {'R'}:
             for _ in pressed:  # more than one: it is held down
-                experiment.wish(Word.RELEASE)
+                experiment.request(Action.RELEASE)
         elif starts:
-            experiment.wish(Word.START, 'by s')
+            experiment.request(Action.START, 'by s')
 
     try:
         supervisor.run(on_tick=serve_terminal)

@@ -20,7 +20,7 @@ from launch_scripts.processes.supervisor import Supervisor
 from launch_scripts.terminal.terminal_output import teller
 from setcmas_expe.lab.lab import Lab
 from setcmas_expe.lab.lab_options import LabOptions
-from setcmas_expe.pause.console_protocol import Status, Word
+from setcmas_expe.pause.console import Action, Status
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.options.group import spelled
 from setcmas_simu.robots.model import ROBOT_MODELS
@@ -75,7 +75,7 @@ class EmulatedRun(RecordedRun):
     def _start_when_ready(self, status: Status) -> None:
         ready = all(robot.ready for robot in status.robots)
         if status.paused and self._experiment.controlled and ready and not self.started:
-            self._experiment.wish(Word.GO, 'by command')
+            self._experiment.request(Action.GO, 'by command')
         self.started = self.started or not status.paused
         if status.paused != self.paused:
             self.paused, self._changed = status.paused, time.monotonic()
@@ -108,7 +108,7 @@ class EmulatedRun(RecordedRun):
 
     def tick(self) -> None:
         """Show the pause process that somebody is there; ten times a second."""
-        self._experiment.wish(Word.ALIVE)
+        self._experiment.request(Action.ALIVE)
 
     def finish(self) -> None:
         """Stop the robots and all that commands them."""

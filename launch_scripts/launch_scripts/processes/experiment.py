@@ -27,7 +27,7 @@ from setcmas_ctrl.filter.filter_options import FilterOptions
 from setcmas_expe.emulation.emulation_options import EmulationOptions
 from setcmas_expe.lab.lab import Lab
 from setcmas_expe.lab.lab_options import LabOptions
-from setcmas_expe.pause.console_protocol import Status, Wish, Word
+from setcmas_expe.pause.console import Action, OperatorRequest, Status
 from setcmas_expe.safety.body_proofs import ProofOptions
 from setcmas_simu.reports.reports import ScriptCall, ScriptFailure, Started
 
@@ -128,9 +128,9 @@ class Experiment:
         """Let who opened the page that the command itself has started start the robots."""
         page.on_report = self._on_page
 
-    def wish(self, word: Word, by: str = '') -> None:
+    def request(self, action: Action, by: str = '') -> None:
         """Tell the pause process what somebody wants; `by` says how, such as 'by space bar'."""
-        self._pause.tell(Wish(word, by))
+        self._pause.tell(OperatorRequest(action, by))
 
     def stop(self) -> int:
         """Stop the robots, then all processes; returns the exit status of the controllers.
@@ -141,10 +141,10 @@ class Experiment:
             return self._ctrl.exit_status
         self._stopped = True
         if self._bridges.running():
-            self.wish(Word.END)
+            self.request(Action.END)
             self._supervisor.stop(self._bridges)
         else:
-            self.wish(Word.HALT)
+            self.request(Action.HALT)
             self._supervisor.wait(_TAKE_OVER_S)
         self._supervisor.stop(self._ctrl, self._pause)
         return self._ctrl.exit_status
@@ -154,7 +154,7 @@ class Experiment:
         self._supervisor.stop(*self._emulated)
 
     def _on_page(self, report: ChildReport) -> None:
-        if isinstance(report, Wish) and report.word is Word.START:
+        if isinstance(report, OperatorRequest) and report.action is Action.START:
             self._pause.tell(msgspec.structs.replace(report, by='on the page'))
 
     def _on_report(self, report: ChildReport) -> None:

@@ -8,7 +8,7 @@ from typing import IO, cast
 import msgspec
 
 from launch_scripts.terminal.terminal_output import QueuedStream
-from setcmas_expe.pause.console_protocol import RobotStatus, Status
+from setcmas_expe.pause.console import RobotStatus, Status
 from setcmas_expe.safety.safety_decision import State
 from setcmas_simu.errors import needs
 

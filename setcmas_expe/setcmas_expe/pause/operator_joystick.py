@@ -1,17 +1,50 @@
-"""Joystick of the operator: a button that starts and pauses; all others are an emergency stop."""
+"""Joystick of the operator: one button starts and pauses, all others are an emergency stop."""
 
 from __future__ import annotations
 
+import math
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 from rclpy.node import Node
 from sensor_msgs.msg import Joy
 
 from setcmas_expe.lab.lab import Lab
-from setcmas_expe.pause.joystick import Joystick
 from setcmas_expe.pause.public_stops import Stops
 from setcmas_simu.ros import qos
+
+SILENT_AFTER_S = 0.5
+"""Silence at which a joystick counts as gone, in s; it sends 20 messages a second."""
+
+
+class Joystick:
+    """The buttons of a joystick.
+
+    Attributes:
+        held: Buttons (the first is 0) that went down and still are.
+    """
+
+    def __init__(self) -> None:
+        """Start without a joystick."""
+        self.held: frozenset[int] = frozenset()
+        self._down: frozenset[int] | None = None
+        self._heard = -math.inf
+
+    def pressed(self, buttons: Sequence[int], now: float) -> frozenset[int]:
+        """Take a message at a time (s); return the buttons that went down since the last one."""
+        self._heard = now
+        down = frozenset(button for button, state in enumerate(buttons) if state)
+        new = down - (down if self._down is None else self._down)
+        self._down, self.held = down, (self.held & down) | new
+        return new
+
+    def disappeared(self, now: float) -> bool:
+        """Return, once, whether the joystick has gone silent."""
+        if self._down is None or now - self._heard <= SILENT_AFTER_S:
+            return False
+        self._down, self.held = None, frozenset()
+        return True
+
 
 _BY = 'by joystick'
 
@@ -32,11 +65,11 @@ class OperatorJoystick:
 
         Args:
             node: The pause node.
-            lab: Which button counts.
-            stops: What is done when any other is pressed.
-            press: Takes a press of it.
-            starts: Whether a joystick is read here; without, one can only stop robots.
-            hold: Whether robots move only while it is held: then it counts all the time.
+            lab: The joystick's topic and start button.
+            stops: Called for any other button.
+            press: Called for a press of the start button.
+            starts: Whether `setcmas expe` reads a joystick; else joysticks can only stop robots.
+            hold: Whether robots move only while the button is held: then every message counts.
         """
         self._node = node
         self._topic, self._button = lab.joystick_topic, lab.joystick_button
@@ -48,15 +81,15 @@ class OperatorJoystick:
         node.create_subscription(Joy, self._topic, self._on_joy, qos.SENSOR)
 
     def disappeared(self) -> bool:
-        """Return, once, whether a joystick that was there has gone silent."""
+        """Return, once, whether the joystick has gone silent."""
         return self._buttons.disappeared(time.monotonic())
 
     @property
     def doubt(self) -> str:
-        """Why it starts nothing; empty if it may."""
+        """Why it cannot start robots; empty if it can."""
         if not self._starts:
-            return f'no joystick is read here, but {self._topic} is sent'
-        # Two that contradict each other look like a button that is pressed all the time.
+            return f'this experiment reads no joystick, but {self._topic} is published'
+        # Two contradicting joysticks look like a button that is pressed all the time.
         several = self._node.count_publishers(self._topic) > 1
         return f'several nodes publish {self._topic}' if several else ''
 
@@ -68,6 +101,6 @@ class OperatorJoystick:
             self._press(_BY)
         if self._button >= len(message.buttons):
             self._stops.hint(
-                f'the joystick has {len(message.buttons)} buttons, counted from 0; button '
-                f'{self._button} is not among them: set joystick.button in the lab file'
+                f'the joystick has no button {self._button} (its {len(message.buttons)} buttons '
+                'count from 0): set joystick.button in the lab file'
             )

@@ -1,4 +1,4 @@
-"""Topics and services with which anybody may stop the robots, and nobody start them."""
+"""Topics and services with which every process may stop the robots, and none start them."""
 
 from __future__ import annotations
 
@@ -15,18 +15,18 @@ from setcmas_expe.lab.lab import Lab
 from setcmas_simu.fleet import topics
 from setcmas_simu.ros import qos
 
-_WHO_STARTS = 'press s in its terminal, or start on the joystick or the page that it has opened'
+_WHO_STARTS = 'press s in the terminal of the experiment, or start on its joystick'
 
 
 @dataclass(frozen=True)
 class Stops:
-    """What a pause node does when it is asked to; each says how it was asked.
+    """Actions of the pause node; each takes how it was asked.
 
     Attributes:
         pause: Pauses the robots.
-        emergency: Is an emergency stop.
-        take_over: Makes an emergency stop the node's own that a guard holds.
-        hint: Tells people why nothing was done.
+        emergency: Stops the robots by an emergency stop.
+        take_over: Takes over the emergency stop of a guard.
+        hint: Shows the user why nothing was done.
     """
 
     pause: Callable[[str], None]
@@ -39,10 +39,10 @@ class PublicStops:
     """Listens to /pause, /emergency_stop, services of the same meaning, and the guards."""
 
     def __init__(self, node: Node, lab: Lab, stops: Stops) -> None:
-        """Listen through a node, whose name the services bear."""
+        """Listen through a node; the services are in its namespace."""
         self._stops = stops
         node.create_subscription(Bool, topics.FLEET_PAUSE, self._on_pause, qos.EVENT)
-        for profile in (qos.EVENT, qos.LATCHED_BY_MANY):  # each matches what the other does not
+        for profile in (qos.EVENT, qos.LATCHED_BY_MANY):  # each matches other publishers
             node.create_subscription(Bool, topics.EMERGENCY_STOP, self._on_stop, profile)
         for robot in lab.robots:
             node.create_subscription(

@@ -6,7 +6,7 @@ import argparse
 import sys
 import time
 
-from setcmas_expe.pause.console_protocol import UNKNOWN, Wish, Word
+from setcmas_expe.pause.console import UNKNOWN, Action, OperatorRequest
 from setcmas_expe.safety.stalls import time_since_boot
 from setcmas_simu.reports.reports import Ready
 from setcmas_simu.ros.process import FleetNode, RosProcess, node_main
@@ -87,7 +87,7 @@ class BrowserView:
     def _start(self, browser: int | None) -> None:
         # Over a topic, anybody could.
         made = time_since_boot() if self._browsers.is_prompt(browser) else UNKNOWN
-        self._process.launcher.report(Wish(Word.START, made=made))
+        self._process.launcher.report(OperatorRequest(Action.START, made=made))
 
     def _reset(self) -> None:
         assert self._commands

@@ -14,7 +14,7 @@ from processes import SETCMAS, TIMEOUT_S, run_here
 from terminals import Terminal
 
 from launch_scripts.terminal.keyboard import ALONE_S
-from setcmas_expe.pause.start_requests import REACTION_S
+from setcmas_expe.pause.presses import REACTION_S
 from setcmas_tools.run.run_tables import read_fleet
 
 pytest.importorskip('rclpy')

@@ -14,13 +14,13 @@ from std_msgs.msg import Bool
 from std_srvs.srv import SetBool, Trigger
 
 from launch_scripts.processes.supervisor import Supervisor
-from setcmas_expe.pause.console_protocol import OLD_AFTER_S, UNKNOWN, Status, Wish, Word
-from setcmas_expe.pause.start_requests import REACTION_S
+from setcmas_expe.pause.console import OLD_AFTER_S, UNKNOWN, Action, OperatorRequest, Status
+from setcmas_expe.pause.presses import REACTION_S
 from setcmas_expe.safety.stalls import time_since_boot
 from setcmas_simu.reports.reports import LineDecoder
 from setcmas_simu.ros import qos
 
-PAUSE = [sys.executable, '-m', 'setcmas_expe.pause.main']
+PAUSE = [sys.executable, '-m', 'setcmas_expe.pause.pause_node']
 
 
 class Bridge:
@@ -80,7 +80,7 @@ class Operator:
         peer.node.create_timer(0.1, self._on_timer)
 
     def tell(self, word, **made):
-        self._child.tell(Wish(Word(word), 'by key', **made))
+        self._child.tell(OperatorRequest(Action(word), 'by key', **made))
 
     def _on_timer(self):
         if self.alive:
@@ -219,7 +219,7 @@ def test_robots_move_only_while_a_button_is_held(operate, peer, bridge):
     peer.wait_for_new(paused, 10)
     assert goes(paused)
     buttons[7] = 0
-    operator.wait_for('nothing is held any more')
+    operator.wait_for('key or button released')
     buttons[7] = 1
     peer.wait_for(lambda: goes(paused))
     bridge.obeys, bridge.held = False, 'paused: robot 1: no command for 0.5 s'
@@ -343,7 +343,7 @@ def test_a_terminal_that_hangs_is_missed_and_what_it_sends_late_starts_nothing(
     peer.spin(REACTION_S)
     operator.tell('start')  # pressed some time ago
     operator.alive = True
-    late = 'not started: the terminal or the page was held up, and the press may be old'
+    late = 'not started: the key press arrived too late'
     peer.wait_for(lambda: late in operator.warnings())
     peer.wait_for_new(paused, 5)
     assert is_paused(paused)

@@ -1,4 +1,4 @@
-from setcmas_expe.pause.joystick import Joystick
+from setcmas_expe.pause.operator_joystick import Joystick
 
 UP, DOWN = [0] * 8, [0] * 7 + [1]
 

@@ -1,0 +1,153 @@
+"""Console of an experiment: messages between the terminal and the pause process."""
+
+from __future__ import annotations
+
+import enum
+import os
+import queue
+import sys
+import threading
+import time
+from collections.abc import Callable, Iterator
+
+import msgspec
+
+from setcmas_expe.safety.safety_decision import State
+from setcmas_expe.safety.stalls import time_since_boot
+from setcmas_simu.reports.reports import LineDecoder, Message
+
+SILENT_AFTER_S = 0.5
+"""Silence of the terminal that pauses, in s."""
+
+OLD_AFTER_S = 1.0
+"""Age of a press that was delayed between processes and starts nothing, in s."""
+
+UNKNOWN = 0.0
+"""Time of a press that may be old: that of the boot."""
+
+_CATCHES_UP_S = 0.2
+
+
+class Action(enum.Enum):
+    """What the operator wants."""
+
+    PAUSE = 'pause'
+
+    START = 'start'
+    """Start, by a key or a button; repeated while that is held."""
+
+    GO = 'go'
+    """Start, by a command that does so once everything is ready."""
+
+    EMERGENCY = 'emergency'
+    """Emergency stop."""
+
+    RELEASE = 'release'
+    """The first or the second press that releases the emergency stop."""
+
+    HALT = 'halt'
+    """The bridge process has died: command zero in its place."""
+
+    END = 'end'
+    """The experiment ends: pause, and ignore other processes that end."""
+
+    ALIVE = 'alive'
+    """The keyboard is served; sent several times a second."""
+
+
+_NEVER_LATE = (Action.START, Action.RELEASE)
+
+
+class OperatorRequest(Message, frozen=True):
+    """A message of the terminal.
+
+    Attributes:
+        by: How the operator made it, such as 'by space bar'.
+        made: When, in s since boot, on the clock of this machine.
+    """
+
+    action: Action
+    by: str = ''
+    made: float = msgspec.field(default_factory=time_since_boot)
+
+
+class RobotStatus(msgspec.Struct, frozen=True):
+    """A line of the terminal about a robot; texts as in /diagnostics.
+
+    Attributes:
+        runs_away: Whether it moves although it is commanded zero.
+        ready: Whether only the pause keeps it from moving, or it moves.
+    """
+
+    name: str
+    level: int
+    state: State
+    reason: str
+    pose_age: str
+    battery: str
+    speed: str
+    runs_away: bool
+    ready: bool
+
+
+class Status(Message, frozen=True):
+    """The pause state and a line for each robot, for the terminal."""
+
+    paused: bool
+    emergency: bool
+    why: str
+    robots: tuple[RobotStatus, ...]
+
+
+class ConsoleReader:
+    """Reads requests from standard input in a thread, and hands them out without waiting.
+
+    A press that comes after a silence, or that was made long ago, must not start anything: much
+    may have happened since.
+    """
+
+    def __init__(self, on_end: Callable[[], None]) -> None:
+        """Start to read; the thread calls `on_end` when the terminal's process is gone."""
+        self._requests: queue.SimpleQueue[OperatorRequest] = queue.SimpleQueue()
+        self._late: queue.SimpleQueue[Action] = queue.SimpleQueue()
+        self._received = time.monotonic()
+        self._was_silent = False
+        self._on_end = on_end
+        threading.Thread(target=self._read, name='console', daemon=True).start()
+
+    def requests(self) -> Iterator[OperatorRequest]:
+        """Yield the requests since the last call."""
+        while not self._requests.empty():
+            yield self._requests.get()
+
+    def late(self) -> Iterator[Action]:
+        """Yield the actions that came too late to count, since the last call."""
+        while not self._late.empty():
+            yield self._late.get()
+
+    @property
+    def stuck(self) -> bool:
+        """Whether the terminal was silent at the last check."""
+        return self._was_silent
+
+    def silent(self, now: float) -> bool:
+        """Return, once, whether the terminal is silent for too long."""
+        silent = now - self._received > SILENT_AFTER_S
+        first, self._was_silent = silent and not self._was_silent, silent
+        return first
+
+    def _read(self) -> None:
+        late_until = 0.0
+        decoder: LineDecoder[OperatorRequest] = LineDecoder(OperatorRequest)
+        while data := os.read(sys.stdin.fileno(), 4096):
+            for request in decoder.feed(data):
+                now = time.monotonic()
+                if now - self._received > SILENT_AFTER_S:
+                    late_until = now + _CATCHES_UP_S
+                self._received = now
+                old = now < late_until or time_since_boot() - request.made > OLD_AFTER_S
+                if old and request.action in _NEVER_LATE:
+                    self._late.put(request.action)
+                else:
+                    self._requests.put(request)
+        self._on_end()
