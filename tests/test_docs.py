@@ -118,7 +118,7 @@ def test_topics_of_no_row_and_rows_of_no_topic_are_told(monkeypatch, tmp_path):
     monkeypatch.setattr(topics_page, 'WORDS', tmp_path / 'topics.yaml')
     topics_page.WORDS.write_text(yaml.safe_dump(words))
 
-    with pytest.raises(ValueError, match=r'setcmas_expe\.pause\.node topics\.PAUSED'):
+    with pytest.raises(ValueError, match=r'setcmas_expe\.pause\.pause_node topics\.PAUSED'):
         topics_page.text()
 
 
