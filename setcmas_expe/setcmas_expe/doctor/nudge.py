@@ -213,10 +213,11 @@ class Nudger:
         """Command zero and pause for a while."""
         end = time.monotonic() + seconds
         self._motion.commanded({}, time.monotonic())
-        while time.monotonic() < end:
+        while (now := time.monotonic()) < end:
             self._paused.publish(Bool(data=True))
             commands.publish(0.0, 0.0)
-            time.sleep(_PERIOD_S)
+            self._process.spin_until(lambda: False, _PERIOD_S)  # poses must not queue up
+            time.sleep(max(0.0, now + _PERIOD_S - time.monotonic()))  # spins no more when stopping
 
     def _check(self, start: dict[int, Pose]) -> None:
         """Check that every robot is seen, and moves as commanded.
