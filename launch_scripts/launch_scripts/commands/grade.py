@@ -19,7 +19,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from launch_scripts.terminal.terminal_output import warn
-from setcmas_simu.errors import SetcmasError
+from setcmas_simu.errors import SetcmasError, needs
 from setcmas_tools.grade.grade_options import GradeOptions
 from setcmas_tools.platforms.grade_format import CLASS_FORMATS, GRADE_FORMATS, write_formats
 
@@ -120,6 +120,9 @@ def _grade(
     folder: Path,
     formats: Sequence[str],
 ) -> int:
+    with needs('grade'):  # before the class is graded, not when its pages are written
+        import jinja2  # noqa: F401
+
     from setcmas_tools.grade.class_grading import grade
     from setcmas_tools.grade.mark_pages import marks_table, write_pages
     from setcmas_tools.grade.submissions import find_submissions

@@ -15,13 +15,12 @@ from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import Any
 
-from tabulate import tabulate
-
 from setcmas_ctrl.control.references import TASKS, TaskNames
 from setcmas_ctrl.scripts.loader import ALGORITHMS, EXERCISES, scripts_in
 from setcmas_expe.mocap.sources import MOCAP_SOURCES, MocapSource
 from setcmas_simu.doors import Door, Offer, ScriptDoor, UnusableError
 from setcmas_simu.robots.models import MODELS
+from setcmas_simu.table import Table
 from setcmas_tools.grade.criteria import COMPARED
 from setcmas_tools.measures.metric import METRICS
 from setcmas_tools.platforms.grade_format import GRADE_FORMATS, GradeFormat
@@ -133,8 +132,7 @@ def _rows(
 
 
 def _print(title: str, rows: Iterable[tuple[str, ...]]) -> None:
-    table = tabulate(list(rows), tablefmt='plain', disable_numparse=True)
-    lines = table.splitlines() or ['none: setcmas new my_law writes one']
+    lines = str(Table(list(rows))).splitlines() or ['none: setcmas new my_law writes one']
     print(f'{title}:')
     for line in lines:
         print(f'  {line}'.rstrip())

@@ -10,8 +10,6 @@ import sys
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from tabulate import tabulate
-
 from setcmas_expe.doctor.findings import Finding, advice_lines, exit_status, table, verdict
 from setcmas_expe.doctor.machine_checks import environment_findings, ros_is_there
 from setcmas_expe.lab.lab import Lab
@@ -19,6 +17,7 @@ from setcmas_expe.lab.lab_options import LabOptions
 from setcmas_expe.safety.body_proofs import ProofOptions, Proofs
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.options.group import Options, flag
+from setcmas_simu.table import Table
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -66,7 +65,7 @@ def examine_lab(
         examination.watch(_WATCH_S)
         columns, rows, findings = examination.result()
         print(f'\nrobots of {name}')
-        print(tabulate(rows, columns, tablefmt='simple', disable_numparse=True), flush=True)
+        print(Table(rows, columns), flush=True)
         if findings:
             print(f'\n{table(findings)}', flush=True)
         if not process.stopping and (nudge or _confirmed(process)):

@@ -6,7 +6,7 @@ import textwrap
 from collections.abc import Iterable
 from dataclasses import dataclass
 
-from tabulate import tabulate
+from setcmas_simu.table import Table
 
 OK = 'ok'
 NOTE = 'note'
@@ -35,7 +35,7 @@ class Finding:
 def table(findings: Iterable[Finding]) -> str:
     """Return a table with a line for each finding."""
     rows = [(finding.level, finding.what, finding.found) for finding in findings]
-    return tabulate(rows, tablefmt='plain', disable_numparse=True)
+    return str(Table(rows))
 
 
 def advice_lines(findings: Iterable[Finding]) -> list[str]:

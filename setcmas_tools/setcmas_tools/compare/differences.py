@@ -7,9 +7,9 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 import numpy as np
-from tabulate import tabulate
 
 from setcmas_simu.fleet.fleet import format_robots
+from setcmas_simu.table import Table
 from setcmas_tools.compare.experiment_verdict import is_experiment
 from setcmas_tools.compare.run_distance import flat
 from setcmas_tools.measures.metrics import Metrics, as_dict
@@ -106,13 +106,12 @@ def _files(run: Run) -> dict[str, list[str]]:
     }
 
 
-def metrics_table(names: Sequence[str], metrics: Sequence[Metrics], form: str = 'simple') -> str:
+def metrics_table(names: Sequence[str], metrics: Sequence[Metrics]) -> Table:
     """Return a row for each number that some run has; numbers of each robot as their mean.
 
     Args:
         names: What the runs are called; the first is the reference.
         metrics: Theirs.
-        form: A format of tabulate, 'simple' or 'html', which is escaped.
     """
     columns = [flat(_means(as_dict(one))) for one in metrics]
     rows = []
@@ -121,8 +120,7 @@ def metrics_table(names: Sequence[str], metrics: Sequence[Metrics], form: str = 
         if any(_is_number(value) for value in values):
             rows.append([name.replace('.(mean)', ' (mean)'), *_cells(values)])
     heads = ['', names[0], *(head for name in names[1:] for head in (name, 'difference'))]
-    align = ['left', *['right'] * (len(heads) - 1)]
-    return tabulate(rows, heads, tablefmt=form, disable_numparse=True, colalign=align)
+    return Table(rows, heads, 'lr')
 
 
 def _cells(values: Sequence[Any]) -> list[str]:

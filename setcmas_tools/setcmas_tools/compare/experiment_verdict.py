@@ -7,11 +7,11 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from tabulate import tabulate
 
 from setcmas_simu.arrays import Floats
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet.topics import robot_name
+from setcmas_simu.table import Table
 from setcmas_tools.compare.robot_drive import Drive, drives, steps_of
 from setcmas_tools.compare.run_distance import RATE_HZ, Shifted, best_shift, delay_of
 from setcmas_tools.measures.safety_metrics import held
@@ -143,11 +143,10 @@ _HEADS = (
 )  # fmt: skip
 
 
-def verdict_table(found: Mapping[int, Verdict], form: str = 'simple') -> str:
-    """Return a row for each robot, in a format of tabulate; - stands for what is not known."""
+def verdict_table(found: Mapping[int, Verdict]) -> Table:
+    """Return a table with a row for each robot; - stands for an unknown value."""
     rows = [[robot_name(robot), *_cells(one)] for robot, one in found.items()]
-    align = ('left', *['right'] * (len(_HEADS) - 1))
-    return tabulate(rows, _HEADS, tablefmt=form, disable_numparse=True, colalign=align)
+    return Table(rows, _HEADS, 'lr')
 
 
 def _cells(one: Verdict) -> list[str]:
@@ -217,9 +216,9 @@ class ExperimentVerdict:
     found: Mapping[int, Verdict]
     hint: str = ''
 
-    def table(self, form: str = 'simple') -> str:
-        """Return a row for each robot, in a format of tabulate."""
-        return verdict_table(self.found, form)
+    def table(self) -> Table:
+        """Return a table with a row for each robot."""
+        return verdict_table(self.found)
 
     @property
     def lines(self) -> list[str]:

@@ -7,7 +7,6 @@ from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 
 import numpy as np
-from tabulate import tabulate
 
 from setcmas_simu.arrays import Floats
 from setcmas_simu.fleet.topics import robot_name
@@ -19,6 +18,7 @@ from setcmas_simu.robots.identified_robot import (
 )
 from setcmas_simu.robots.model import MODELS, limits_named
 from setcmas_simu.robots.models import is_model_file
+from setcmas_simu.table import Table
 from setcmas_tools.compare.response_fit import Fit, HeldCommand, Measured, fitted
 from setcmas_tools.compare.robot_drive import Drive, Steps, drives, steps_of
 from setcmas_tools.run.run import Run
@@ -176,8 +176,7 @@ def identified_table(found: Mapping[int, Identified]) -> str:
         for robot, one in found.items()
         for name, channel in one.channels.items()
     ]
-    align = ('left', 'left', *['right'] * 4, 'left')
-    return tabulate(rows, _HEADS, tablefmt='simple', disable_numparse=True, colalign=align)
+    return str(Table(rows, _HEADS, 'llrrrrl'))
 
 
 def _cells(channel: Channel) -> list[str]:

@@ -10,14 +10,16 @@ from collections import defaultdict
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from jinja2 import ChoiceLoader, Environment, PackageLoader, StrictUndefined
-from tabulate import tabulate
-
+from setcmas_simu.errors import needs
+from setcmas_simu.table import Table
 from setcmas_tools.grade.check import student_view
 from setcmas_tools.grade.mark_pictures import path_picture
 from setcmas_tools.grade.marks import CriterionMark, Failure, Marks
+
+if TYPE_CHECKING:
+    from jinja2 import Environment
 
 _LONGEST = 80
 
@@ -177,8 +179,7 @@ def marks_table(marks: Sequence[Marks]) -> str:
         for one in marks
     ]
     headers = ('student', f'points of {points_text(marks[0].max_score)}', 'remarks')
-    align = ('left', 'decimal', 'left')
-    return tabulate(rows, headers, tablefmt='simple', colalign=align, disable_numparse=True)
+    return str(Table(rows, headers, 'lrl'))
 
 
 def _short(text: str) -> str:
@@ -246,7 +247,14 @@ def _page(template: str, **known: Any) -> str:
 
 @functools.cache
 def _templates() -> Environment:
-    """Return the templates of this folder, and the style of the page of a run."""
+    """Return the templates of this folder, and the style of the page of a run.
+
+    Raises:
+        SetcmasError: jinja2 is missing.
+    """
+    with needs('grade'):
+        from jinja2 import ChoiceLoader, Environment, PackageLoader, StrictUndefined
+
     found = Environment(
         loader=ChoiceLoader([PackageLoader(__package__), PackageLoader('setcmas_tools.page')]),
         autoescape=True,  # names, messages and scripts may hold HTML

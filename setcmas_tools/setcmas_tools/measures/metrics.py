@@ -9,10 +9,10 @@ from typing import Any
 
 import numpy as np
 import yaml
-from tabulate import tabulate
 
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet.topics import robot_name
+from setcmas_simu.table import Table
 from setcmas_tools.measures.metric import METRICS, Columns, Measured
 from setcmas_tools.measures.motion_metrics import largest_speed
 from setcmas_tools.measures.task import task_of
@@ -24,7 +24,7 @@ MOST_ROBOTS_IN_ROWS = 50
 
 def table_lines(parts: Mapping[str, Measured], task: str | None) -> list[str]:
     """Return metrics as lines of text: a row for each robot, then what concerns the fleet."""
-    return [*robots_table(parts).splitlines(), *fleet_lines(parts, task)]
+    return [*str(robots_table(parts)).splitlines(), *fleet_lines(parts, task)]
 
 
 def fleet_lines(parts: Mapping[str, Measured], task: str | None) -> list[str]:
@@ -32,18 +32,13 @@ def fleet_lines(parts: Mapping[str, Measured], task: str | None) -> list[str]:
     return [line for part in parts.values() for line in part.lines(task)]
 
 
-def robots_table(parts: Mapping[str, Measured], form: str = 'simple') -> str:
-    """Return a table with a row for each robot; empty if there is nothing of robots.
-
-    Args:
-        parts: What was measured.
-        form: A format of tabulate, 'simple' or 'html', which is escaped.
-    """
+def robots_table(parts: Mapping[str, Measured]) -> Table:
+    """Return a table with a row for each robot; empty if no metric is of robots."""
     columns = {name: c for part in parts.values() for name, c in part.columns().items()}
-    return _robots_table(columns, form) if columns else ''
+    return _robots_table(columns) if columns else Table([])
 
 
-def _robots_table(columns: Columns, form: str) -> str:
+def _robots_table(columns: Columns) -> Table:
     robots = sorted({robot for _, values in columns.values() for robot in values})
     if len(robots) <= MOST_ROBOTS_IN_ROWS:
         rows = [
@@ -64,13 +59,7 @@ def _robots_table(columns: Columns, form: str) -> str:
             for name, of in summaries.items()
         ]
     headers = [f'{len(robots)}\nrobots' if len(rows) != len(robots) else 'robot']
-    return tabulate(
-        rows,
-        [*headers, *columns],
-        tablefmt=form,
-        disable_numparse=True,
-        colalign=('left', *['right'] * len(columns)),
-    )
+    return Table(rows, [*headers, *columns], 'lr')
 
 
 def _summary(

@@ -13,6 +13,7 @@ from matplotlib.figure import Figure
 from PIL import Image
 
 from setcmas_simu.errors import SetcmasError
+from setcmas_simu.table import Table
 from setcmas_tools.compare.differences import differences, metrics_table
 from setcmas_tools.compare.experiment_verdict import ExperimentVerdict, experiment_verdict
 from setcmas_tools.compare.pictures import drawn_pictures
@@ -75,20 +76,16 @@ class Pair:
             return None
         return experiment_verdict(self.paths, [self.run, self.other], self.warn)
 
-    def metrics(self, form: str) -> tuple[str, list[str]]:
-        """Return a table of metrics, and the lines below it.
-
-        Args:
-            form: A format of tabulate, 'simple' or 'html'.
-        """
+    def metrics(self) -> tuple[Table, list[str]]:
+        """Return a table of metrics, and the lines below it."""
         try:
             own = measure(self.run, self.warn)
             if self.other is None:
-                return robots_table(own.parts, form), fleet_lines(own.parts, own.task)
+                return robots_table(own.parts), fleet_lines(own.parts, own.task)
             both = [own, measure(self.other, self.warn)]
         except SetcmasError as error:
-            return '', [str(error)]
-        return metrics_table([self.name, self.other_name], both, form), []
+            return Table([]), [str(error)]
+        return metrics_table([self.name, self.other_name], both), []
 
     def figures(self) -> Iterator[tuple[str, Figure]]:
         """Yield the plots by name, those of both runs first; used within `plot_style`."""

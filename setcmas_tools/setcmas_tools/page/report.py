@@ -144,15 +144,15 @@ def _stage(pair: Pair, facts: Facts) -> str:
 
 
 def _metrics(pair: Pair) -> Iterator[str]:
-    table, remarks = pair.metrics('html')
+    table, remarks = pair.metrics()
     yield '<section>\n<h2>Metrics</h2>'
     if pair.beside:
         yield element('p', f'{pair.beside}.')
-    yield f'<div class="scroll metrics">{table}</div>'
+    yield f'<div class="scroll metrics">{table.html()}</div>'
     yield from _paragraphs(remarks)
     if pair.verdict:
         yield element('h2', 'Experiment against simulation')
-        yield f'<div class="scroll metrics">{pair.verdict.table("html")}</div>'
+        yield f'<div class="scroll metrics">{pair.verdict.table().html()}</div>'
         yield from _paragraphs(pair.verdict.lines)
     if pair.differences:
         yield element('h2', 'What differs')

@@ -10,6 +10,7 @@ import stat
 import zipfile
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
+from importlib import resources
 from importlib.metadata import Distribution, distribution
 from pathlib import Path
 
@@ -107,23 +108,14 @@ class Kit:
     options: str = ''
 
     def filled_in(self, format_: str) -> dict[str, str]:
-        """Return the scripts and instructions of a format by path, from its templates."""
-        # Imported late: formats are listed without their bundles.
-        from jinja2 import Environment, PackageLoader, StrictUndefined
-
-        # No autoescape: these are scripts, and all that is filled in is the teacher's.
-        templates = Environment(
-            loader=PackageLoader('setcmas_tools.platforms'),
-            undefined=StrictUndefined,
-            keep_trailing_newline=True,
-        )
-        paths = templates.list_templates(filter_func=lambda path: path.startswith(f'{format_}/'))
-        return {
-            path.removeprefix(f'{format_}/').removesuffix('.jinja'): (
-                templates.get_template(path).render(kit=self)
-            )
-            for path in paths
-        }
+        """Return the scripts and instructions of a format by name, from its templates."""
+        folder = resources.files('setcmas_tools.platforms') / 'templates' / format_
+        paths = [path for path in folder.iterdir() if path.name.endswith('.in')]
+        texts = {path.name.removesuffix('.in'): path.read_text(encoding='utf-8') for path in paths}
+        for field in ('wheel', 'rubric', 'options'):
+            mark, value = f'[[{field}]]', getattr(self, field)
+            texts = {name: text.replace(mark, value) for name, text in texts.items()}
+        return texts
 
 
 def rubric_files(

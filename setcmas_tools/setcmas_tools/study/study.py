@@ -10,10 +10,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from tabulate import tabulate
 
 from setcmas_simu.arrays import Floats
 from setcmas_simu.errors import SetcmasError
+from setcmas_simu.table import Table
 from setcmas_tools.run.run import Run, data_frame, tool
 from setcmas_tools.study.plan import Plan, read_plan
 from setcmas_tools.study.study_columns import COLUMNS
@@ -271,8 +271,12 @@ def summary(study: Study) -> str:
     metrics = [name for name in _FIRST if name in study.metrics] or study.metrics[:4]
     heads = [*names, 'runs', 'broken', *(f'median\n{name}' for name in metrics)]
     heads += ['success'] if study.plan.info.success else []
-    rows = [_summed_up(study, group, metrics) for group in groups]
-    return tabulate(rows, heads, tablefmt='simple', floatfmt='.4g')
+    rows = [[_cell(value) for value in _summed_up(study, group, metrics)] for group in groups]
+    return str(Table(rows, heads, 'r'))
+
+
+def _cell(value: object) -> str:
+    return f'{value:.4g}' if isinstance(value, float) else str(value)
 
 
 def _summed_up(study: Study, group: Group, metrics: Sequence[str]) -> list[Any]:

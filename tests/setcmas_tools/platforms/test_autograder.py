@@ -19,8 +19,8 @@ def test_the_wheel_has_all_packages_with_their_data_and_a_right_record():
         'launch_scripts/cli.py',
         'setcmas_ctrl/exercises/consensus.yaml',
         'setcmas_tools/grade/templates/student.html',
-        'setcmas_tools/platforms/templates/gradescope/setup.sh.jinja',
-        'setcmas_tools/pages/templates/base.css',
+        'setcmas_tools/platforms/templates/gradescope/setup.sh.in',
+        'setcmas_tools/page/templates/base.css',
         'setcmas_tools/page/templates/player.js',
     }
     for path in (f'{stem}.dist-info/METADATA', 'setcmas_simu/errors.py'):
