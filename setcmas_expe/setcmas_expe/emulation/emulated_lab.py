@@ -69,11 +69,7 @@ class EmulatedMocapDriver(FleetNode):
         super().__init__(f'{lab.mocap.preset}_driver')
         self._type = lab.mocap.source.message_class()
         self._bodies = [
-            self.create_publisher(
-                self._type,
-                lab.mocap.topic_of(robot),
-                qos.SENSOR,
-            )
+            self.create_publisher(self._type, lab.mocap.topic_of(robot), qos.SENSOR)
             for robot in lab.robots
         ]
 
@@ -177,19 +173,10 @@ class EmulatedLab(FleetNode):
         self._truth = Odometry()
         self._truth.header.frame_id = topics.WORLD_FRAME
         self._truth_publishers = [
-            self.create_publisher(
-                Odometry,
-                topics.truth_topic(number),
-                qos.EVENT,
-            )
+            self.create_publisher(Odometry, topics.truth_topic(number), qos.EVENT)
             for number in numbers
         ]
-        self.create_subscription(
-            String,
-            topics.EMULATED_FAULT,
-            self._on_fault,
-            qos.EVENT,
-        )
+        self.create_subscription(String, topics.EMULATED_FAULT, self._on_fault, qos.EVENT)
         self.period = 1.0 / max(_STEP_RATE_HZ, options.mocap_rate)
         """Time in s from step to step."""
         self._frames = Schedule(options.mocap_rate)

@@ -54,8 +54,7 @@ class EmulationOptions(StartPoseOptions):
         default=CMD_VEL_TYPES[0],
     )
     remapped: bool = flag(
-        'robots listen to their guard alone, as real ones should (default: yes)',
-        default=True,
+        'robots listen to their guard alone, as real ones should (default: yes)', default=True
     )
 
     def robot_model(self, robots: Sequence[int]) -> RobotModel | None:

@@ -53,9 +53,7 @@ class LabOptions(Options):
         OneOf((AUTO, *CMD_VEL_TYPES)), 'message type that the robots take', default=None
     )
     joystick_button: int | None = option(
-        Whole(metavar='B'),
-        'joystick button that starts and pauses (the first is 0)',
-        default=None,
+        Whole(metavar='B'), 'joystick button that starts and pauses (the first is 0)', default=None
     )
     resume: bool = flag('robots resume by themselves when the reason of a stop is gone')
     without_guard: bool = flag(

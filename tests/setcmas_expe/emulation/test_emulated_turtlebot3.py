@@ -15,8 +15,7 @@ def fleet(nb_robots=1, seed=0):
 
 
 @pytest.mark.parametrize(
-    ('sent', 'driven'),
-    [(0.119, 0.11), (-0.119, -0.11), (0.009, 0.0), (0.2, 0.2), (math.nan, 0.0)],
+    ('sent', 'driven'), [(0.119, 0.11), (-0.119, -0.11), (0.009, 0.0), (0.2, 0.2), (math.nan, 0.0)]
 )
 def test_commands_are_cut_to_hundredths(sent, driven):
     assert truncated(sent) == pytest.approx(driven)
