@@ -134,23 +134,3 @@ def test_the_type_and_the_namespace_of_the_robot_are_followed(start, peer, tmp_p
     let_go(lab)
     for message in ('all robots listen now', 'no cmd_vel_guard on robots 1-2'):
         peer.wait_for(lambda message=message: message in process.output())
-
-
-def test_swapped_names_stop_both_robots(start, peer, lab):
-    start(*BRIDGES, '--nb-robots', '2')
-    let_go(lab)
-    lab.poses = {1: lab.poses[2], 2: lab.poses[1]}
-    lab.wait_for_command(1, STOP)
-    lab.wait_for_command(2, STOP)
-
-    peer.wait_for(lambda: 'swapped places with robot 2' in lab.status(1)[0].message)
-
-
-def test_a_mistake_in_the_lab_file_is_one_line(start, tmp_path):
-    path = tmp_path / 'lab.yaml'
-    path.write_text('limits: segway\n')
-    process = start(*BRIDGES, '--lab', str(path))
-
-    assert process.wait() == 2
-    assert process.output().startswith(f'error: {path}, line 1: limits is')
-    assert len(process.output().splitlines()) == 1
