@@ -53,6 +53,7 @@ class Phase:
     duration: float
 
 
+STILL = Phase(0.0, 0.0, 0.3)  # until guards trust the start
 FORWARD = Phase(CRAWL_M_S, 0.0, 1.0)
 BACK = Phase(-CRAWL_M_S, 0.0, 1.0)
 LEFT = Phase(0.0, TURN_RATE, 1.0)
@@ -158,7 +159,8 @@ class Nudger:
     def _go(self, commands: CmdVelPublisher, robot: LabRobot) -> str:
         """Drive forward and back, twice if the first time does not prove the robot."""
         x, y, theta = self._watch.poses()[robot.number]
-        self._drive(commands, FORWARD, robot)
+        for phase in (STILL, FORWARD):
+            self._drive(commands, phase, robot)
         there = self._watch.poses()[robot.number]
         self._drive(commands, BACK, robot)
         for phase in (FORWARD, BACK):
