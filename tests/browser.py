@@ -1,4 +1,4 @@
-"""A real browser for tests of the browser view: headless Chromium from the system."""
+"""A real browser for tests of pages: headless Chromium from the system."""
 
 import contextlib
 import shutil
@@ -16,7 +16,7 @@ _ARGUMENTS = (
     '--use-angle=swiftshader',
     '--enable-unsafe-swiftshader',
     '--hide-scrollbars',
-    # viser knows a page once it has drawn; Chromium draws none that it believes hidden.
+    # Chromium draws no page that it believes hidden.
     '--disable-backgrounding-occluded-windows',
     '--disable-renderer-backgrounding',
     '--disable-background-timer-throttling',
@@ -76,30 +76,3 @@ def wait_for_text(browser, text: str, timeout: float = TIMEOUT_S) -> None:
     while text not in text_of(browser):
         assert time.monotonic() < deadline, f'{text!r} is not on the page:\n{text_of(browser)}'
         time.sleep(0.1)
-
-
-def buttons(browser) -> dict:
-    """Return the panel's buttons by what is written on them."""
-    found = browser.find_elements(By.TAG_NAME, 'button')
-    return {button.text: button for button in found if button.text}
-
-
-def close_notifications(browser) -> None:
-    """Close what covers the picture, such as the remark that there is no graphics card."""
-    for button in browser.find_elements(By.CSS_SELECTOR, '.mantine-Notification-closeButton'):
-        button.click()
-    wait_for(
-        lambda: not browser.find_elements(By.CSS_SELECTOR, '.mantine-Notification-closeButton')
-    )
-
-
-def choose(browser, chosen: str, option: str) -> None:
-    """Choose an option from the list in which another one is chosen now."""
-    browser.find_element(By.CSS_SELECTOR, f'input[value="{chosen}"]').click()
-
-    def found() -> list:
-        options = browser.find_elements(By.CSS_SELECTOR, '[role=option]')
-        return [one for one in options if one.text == option]
-
-    wait_for(found)
-    found()[0].click()

@@ -28,7 +28,6 @@ EXTRAS = {
     'setcmas_tools/setcmas_tools/offline/confinement.py': 'grade',
     'setcmas_tools/setcmas_tools/run/run.py': 'notebook',
     'setcmas_tools/setcmas_tools/study': 'cluster',
-    'setcmas_tools/setcmas_tools/view': 'view',
     'docs': 'docs',
     'tests': 'all',
 }
@@ -39,11 +38,11 @@ SYSTEM_PACKAGES = {'PIL': 'pil', 'yaml': 'yaml'}
 
 PIP_KEYS = {
     'cloudpickle', 'daqp', 'joblib', 'landlockpy', 'mcap', 'msgspec', 'pyseccomp', 'rosbags',
-    'simpleeval', 'viser', 'websockets',
+    'simpleeval', 'websockets',
 }  # fmt: skip
 """Modules that beside a sourced ROS come from PyPI; their keys are `python3-NAME-pip`."""
 
-EXTRAS_BESIDE_ROS = ('filter', 'grade', 'identify', 'lab', 'notebook', 'study', 'view')
+EXTRAS_BESIDE_ROS = ('filter', 'grade', 'identify', 'lab', 'notebook', 'study')
 """Extras whose packages package.xml requires: there is no choice with rosdep."""
 
 

@@ -64,9 +64,8 @@ MAY_IMPORT_ROS = [
     'setcmas_tools.bags.player',
     'setcmas_tools.bags.recorded_topic',
     'setcmas_tools.bags.recorder',
-    'setcmas_tools.view.commands',
-    'setcmas_tools.view.law_name',
-    'setcmas_tools.view.topics',
+    'setcmas_tools.page.commands',
+    'setcmas_tools.page.topics',
 ]
 
 SCENARIOS = [

@@ -22,7 +22,7 @@ VERBS = {
     'sweep': 'run offline many times, with parameters varied, into one table',
     'simu': 'simulate robots',
     'ctrl': 'run a control law on the robots',
-    'view': 'show robots on a page in the browser: those that run, or a run that is over',
+    'view': 'show running robots or a finished run on a page in the browser',
     'expe': 'drive real robots under motion capture, or an emulated lab',
     'doctor': 'check this machine, and a lab before an experiment',
     'fault': 'let something go wrong in an emulated lab',

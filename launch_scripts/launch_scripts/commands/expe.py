@@ -129,10 +129,9 @@ def _run(
         return death.exit_status
     experiment.on_status = display.show
     for name, command in views:
-        experiment.follow_page(supervisor.start(name, command, needed=False))
+        supervisor.start(name, command, needed=False)
     ways = ['s'] if keyboard.there else []
     ways += [f'button {lab.joystick_button} of the joystick'] if joystick else []
-    ways += ['the page'] if views else []
     _explain(supervisor, ways, keyboard.there, args.hold)
 
     start_key = StartKey(args.hold)

@@ -12,7 +12,7 @@ from collections.abc import Callable, Sequence
 from contextlib import suppress
 from typing import TypeVar, cast
 
-from setcmas_expe.pause.console import OperatorRequest, Status
+from setcmas_expe.pause.console import Status
 from setcmas_simu.reports.current_call import CurrentCall, shared_file
 from setcmas_simu.reports.launcher import VARIABLE as LAUNCHER_VARIABLE
 from setcmas_simu.reports.reports import (
@@ -106,7 +106,7 @@ class ScriptCalls:
             self._failed[call] = None
 
 
-ChildReport = Report | Status | OperatorRequest
+ChildReport = Report | Status
 """What a process may report."""
 
 AnyReport = TypeVar('AnyReport', bound=Message)

@@ -6,12 +6,11 @@ import argparse
 import json
 import subprocess
 import time
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
 
-from launch_scripts.processes.child_process import Child
 from launch_scripts.processes.environment import require_ros
 from launch_scripts.processes.experiment import Experiment
 from launch_scripts.processes.node_commands import node_command
@@ -55,22 +54,18 @@ class EmulatedRun(RecordedRun):
         args: argparse.Namespace,
         bag: Path,
         lab: Lab,
-        pages: Sequence[Child] = (),
     ) -> None:
-        """Start the processes; robots that somebody has paused can be started on the pages."""
+        """Start the processes."""
         self.started = False
         self.paused = True
         self._paused = ''
         self._changed = 0.0
-        self._pages = pages
         self._unready = ''
         super().__init__(supervisor, bag)
         told = emulated_lab_options(args)
         self._experiment = Experiment(supervisor, lab, args, told, recorded=True)
         self._experiment.on_status = self._start_when_ready
         self._experiment.on_script = self.reloads.take
-        for page in pages:
-            self._experiment.follow_page(page)
 
     def _start_when_ready(self, status: Status) -> None:
         ready = all(robot.ready for robot in status.robots)
@@ -101,10 +96,9 @@ class EmulatedRun(RecordedRun):
 
     @property
     def is_stuck(self) -> bool:
-        """Whether robots stay paused, at rest by now: no page is there to start them."""
+        """Whether robots stay paused, at rest by now: this command never starts them again."""
         at_rest = time.monotonic() - self._changed > _COMES_TO_REST_S
-        waits = any(page.running() for page in self._pages)
-        return self.started and self.paused and at_rest and not waits
+        return self.started and self.paused and at_rest
 
     def tick(self) -> None:
         """Show the pause process that somebody is there; ten times a second."""

@@ -8,8 +8,6 @@ import os
 from collections.abc import Callable
 from pathlib import Path
 
-import msgspec
-
 from launch_scripts.processes.child_process import Child, ChildReport
 from launch_scripts.processes.environment import closed_environment, lab_environment
 from launch_scripts.processes.foreground import start_emulated_lab
@@ -124,10 +122,6 @@ class Experiment:
         """When control laws and conditions failed, once the controllers ended."""
         return self._ctrl.calls.failures
 
-    def follow_page(self, page: Child) -> None:
-        """Let who opened the page that the command itself has started start the robots."""
-        page.on_report = self._on_page
-
     def request(self, action: Action, by: str = '') -> None:
         """Tell the pause process what somebody wants; `by` says how, such as 'by space bar'."""
         self._pause.tell(OperatorRequest(action, by))
@@ -152,10 +146,6 @@ class Experiment:
     def stop_lab(self) -> None:
         """Stop the emulated lab, after whatever records it."""
         self._supervisor.stop(*self._emulated)
-
-    def _on_page(self, report: ChildReport) -> None:
-        if isinstance(report, OperatorRequest) and report.action is Action.START:
-            self._pause.tell(msgspec.structs.replace(report, by='on the page'))
 
     def _on_report(self, report: ChildReport) -> None:
         if isinstance(report, Status):

@@ -25,7 +25,7 @@ DOCTOR = 'setcmas_expe.doctor.doctor_process'
 INJECT_FAULT = 'setcmas_expe.emulation.inject_fault'
 RECORDER = 'setcmas_tools.bags.recorder'
 PLAYER = 'setcmas_tools.bags.player'
-BROWSER_VIEW = 'setcmas_tools.view.main'
+BROWSER_VIEW = 'setcmas_tools.page.main'
 
 PAGE = 'view'
 """What the process that serves the page is called."""

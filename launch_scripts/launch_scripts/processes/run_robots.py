@@ -62,7 +62,7 @@ def run_robots(
     try:
         _wait_for(pages, supervisor)
         run = (
-            EmulatedRun(supervisor, args, folder.bag, lab, pages)
+            EmulatedRun(supervisor, args, folder.bag, lab)
             if lab
             else SimulatedRun(supervisor, args, folder.bag)
         )

@@ -22,9 +22,6 @@ SILENT_AFTER_S = 0.5
 OLD_AFTER_S = 1.0
 """Age of a press that was delayed between processes and starts nothing, in s."""
 
-UNKNOWN = 0.0
-"""Time of a press that may be old: that of the boot."""
-
 _CATCHES_UP_S = 0.2
 
 

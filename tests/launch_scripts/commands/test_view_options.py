@@ -1,6 +1,3 @@
-import re
-from pathlib import Path
-
 import pytest
 from processes import NO_WINDOWS, SETCMAS, TIMEOUT_S, run_setcmas
 
@@ -12,48 +9,26 @@ from launch_scripts.commands.view_options import (
     ViewOptions,
     choose_view,
 )
-from setcmas_simu.errors import SetcmasError
-from setcmas_tools.view.page.browser_options import INSTALL_VISER
 
 NO_RVIZ = 'rviz2 is not installed'
 
 
 @pytest.mark.parametrize(
-    ('view', 'rviz', 'attended', 'no_rviz', 'viser', 'choice'),
+    ('view', 'rviz', 'attended', 'no_rviz', 'choice'),
     [
-        (AUTO, False, True, '', True, Choice(rviz=True)),
-        (AUTO, False, True, NO_RVIZ, True, Choice(browser=True)),
-        (AUTO, False, False, '', True, Choice()),
-        (AUTO, True, True, '', True, Choice(rviz=True)),
-        (AUTO, True, False, NO_RVIZ, True, Choice(rviz=True)),  # its absence is told elsewhere
-        (BROWSER, False, False, '', True, Choice(browser=True)),
-        (BROWSER, True, True, '', True, Choice(rviz=True, browser=True)),
-        (NONE, False, True, '', True, Choice()),
-        (NONE, True, True, '', True, Choice(rviz=True)),
+        (AUTO, False, True, '', Choice(rviz=True)),
+        (AUTO, False, True, NO_RVIZ, Choice(browser=True)),
+        (AUTO, False, False, '', Choice()),
+        (AUTO, True, True, '', Choice(rviz=True)),
+        (AUTO, True, False, NO_RVIZ, Choice(rviz=True)),  # its absence is told elsewhere
+        (BROWSER, False, False, '', Choice(browser=True)),
+        (BROWSER, True, True, '', Choice(rviz=True, browser=True)),
+        (NONE, False, True, '', Choice()),
+        (NONE, True, True, '', Choice(rviz=True)),
     ],
 )
-def test_what_is_started(view, rviz, attended, no_rviz, viser, choice):
-    assert choose_view(ViewOptions(view=view, rviz=rviz), attended, no_rviz, viser) == choice
-
-
-def test_where_nothing_can_be_shown_that_is_said():
-    choice = choose_view(ViewOptions(), True, NO_RVIZ, False)
-
-    assert not choice.rviz
-    assert not choice.browser
-    assert INSTALL_VISER in choice.remark
-
-
-def test_the_viser_that_is_asked_for_is_that_of_the_extra():
-    project = (Path(__file__).parents[3] / 'pyproject.toml').read_text(encoding='utf-8')
-    asked = INSTALL_VISER.split("'")[1]
-
-    assert f'view = ["{asked}"' in project
-
-
-def test_a_page_that_is_wanted_needs_viser():
-    with pytest.raises(SetcmasError, match=re.escape(INSTALL_VISER)):
-        choose_view(ViewOptions(view=BROWSER), True, '', False)
+def test_what_is_started(view, rviz, attended, no_rviz, choice):
+    assert choose_view(ViewOptions(view=view, rviz=rviz), attended, no_rviz) == choice
 
 
 @pytest.mark.parametrize(
@@ -67,7 +42,6 @@ def test_a_page_that_is_wanted_needs_viser():
 )
 def test_mistakes_are_told_on_one_line(domain, arguments, message):
     pytest.importorskip('rclpy')
-    pytest.importorskip('viser')
 
     result = run_setcmas(*arguments)
 
@@ -79,13 +53,12 @@ def test_mistakes_are_told_on_one_line(domain, arguments, message):
 def test_the_page_beside_a_simulation_ends_with_it_and_not_the_other_way_round(start):
     psutil = pytest.importorskip('psutil')
     pytest.importorskip('rclpy')
-    pytest.importorskip('viser')
     process = start(*SETCMAS, 'simu', '--view', env=NO_WINDOWS)
     process.wait_for_output('browser view: http://127.0.0.1:')
     process.wait_for_output('simulating robot 1')
     nodes = psutil.Process(process.pid).children()
     page = next(
-        node for node in nodes if any('setcmas_tools.view.main' in word for word in node.cmdline())
+        node for node in nodes if any('setcmas_tools.page.main' in word for word in node.cmdline())
     )
 
     page.terminate()

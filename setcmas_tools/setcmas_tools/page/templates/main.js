@@ -3,7 +3,7 @@
 import {camera, farther, nearer, pan, showAll, steer} from './camera.js';
 import {find} from './canvas.js';
 import {addCharts} from './charts.js';
-import {byNumber, first, isLive, run} from './history.js';
+import {byNumber, first, isLive, linksAt, robots, run, shapes, times} from './history.js';
 import {addCommands, connect} from './live.js';
 import {robotAt} from './plane.js';
 import {back, faster, forth, move, player, redraw, select, start, toBegin, toEnd, toPresent, toggle} from './player.js';
@@ -49,6 +49,8 @@ function followAddress() {
   move(asked ? +asked[1] : first());
 }
 for (const kind of ['resize', 'beforeprint']) window.addEventListener(kind, redraw);
+
+window.page = {camera, linksAt, player, robots, shapes, times};  // for the console
 
 addCharts(move);
 if (isLive) {

@@ -1,4 +1,4 @@
-"""Topics of the browser view, new ones as they appear on the graph."""
+"""Topics of running robots, read into a live run."""
 
 from __future__ import annotations
 
@@ -22,16 +22,14 @@ from setcmas_simu.fleet import topics
 from setcmas_simu.fleet.planar_pose import yaw_of_quaternion
 from setcmas_simu.ros import qos
 from setcmas_simu.ros.fleet_topic import FleetListener
-from setcmas_simu.ros.polling import PolledTopic, suited_to
-from setcmas_tools.view.model import communication
-from setcmas_tools.view.model.departures import Departures
-from setcmas_tools.view.model.fleet_state import NO_PAIRS, FleetState
-from setcmas_tools.view.model.robot_states import Diagnosis
+from setcmas_simu.ros.messages import read_odometry
+from setcmas_simu.ros.polling import PolledTopic, suited_to, wait_for_any
+from setcmas_tools.page.live import Departures, Diagnosis, LiveRun
 
 _NEWEST = QoSProfile(depth=1, reliability=ReliabilityPolicy.BEST_EFFORT)
 _EVENTS = QoSProfile(depth=10, reliability=ReliabilityPolicy.BEST_EFFORT)
 _GRAPHS = QoSProfile(depth=10, durability=DurabilityPolicy.TRANSIENT_LOCAL)
-"""Of several controller processes, each of which tells what its own robots hear."""
+"""Of several controller processes, each of which has the rows of its own robots."""
 _MARKER_DEPTH = 500  # as many as a trail of a control script keeps for those who come late
 _KINDS = {
     'nav_msgs/msg/Odometry': Odometry,
@@ -41,13 +39,13 @@ _KINDS = {
 }
 
 
-class ViewedTopics:
-    """Keeps what is known of a fleet up to date."""
+class LiveTopics:
+    """Reads the topics of running robots, new ones as they appear."""
 
-    def __init__(self, node: Node, state: FleetState) -> None:
-        """Listen to what concerns the whole fleet; `look` finds the robots."""
+    def __init__(self, node: Node, run: LiveRun) -> None:
+        """Subscribe to the topics of the whole fleet; `look` finds the robots."""
         self._node = node
-        self._state = state
+        self._run = run
         self._now = time.monotonic()
         self._robots: dict[str, PolledTopic] = {}
         self._commands: dict[str, PolledTopic] = {}
@@ -79,42 +77,53 @@ class ViewedTopics:
         }
         mocap = [name for name in found if name.startswith('/mocap/')]
         if Odometry in found.values():  # else a run has ended, and stays what it was
-            self._state.real = bool(mocap)
+            self._run.real = bool(mocap)
         wanted = {name: kind for name, kind in found.items() if self._is_wanted(name, kind)}
         for name in self._robots.keys() - wanted.keys():
             self._robots.pop(name).close()
         self._follow_runs(Odometry in wanted.values())
-        if not self._state.ended:
+        if not self._run.ended:
             self._drop_what_is_gone(set(wanted))
         for name in wanted.keys() - self._robots.keys():
             self._robots[name] = self._subscribed(name, wanted[name])
         self._look_for_commands()
 
-    def _follow_runs(self, robots_there: bool) -> None:
-        """See that a run that has ended stays as it was until another one begins."""
-        if robots_there and self._state.ended:
-            self._state.begin()
-        elif not robots_there and self._state.fleet.robots:
-            self._state.ended = True
+    def _follow_runs(self, robots_present: bool) -> None:
+        """Keep an ended run as it was until another one begins."""
+        if robots_present and self._run.ended:
+            self._run.begin()
+        elif not robots_present and self._run.robots:
+            self._run.ended = True
 
-    def _drop_what_is_gone(self, there: set[str]) -> None:
-        """Forget what was drawn, and the communication graph, when who told it is gone."""
+    def _drop_what_is_gone(self, present: set[str]) -> None:
+        """Forget markers and the communication graph of publishers that are gone."""
         if self._node.count_publishers(topics.COMMUNICATION_GRAPH):
-            there = there | {topics.COMMUNICATION_GRAPH}
-        gone = self._departures.look(there, time.monotonic())
-        self._state.markers.drop_topics(gone)
-        if topics.COMMUNICATION_GRAPH in gone - there:
+            present = present | {topics.COMMUNICATION_GRAPH}
+        now = time.monotonic()
+        gone = self._departures.look(present, now)
+        self._run.markers.drop_topics(gone)
+        if topics.COMMUNICATION_GRAPH in gone - present:
             self._adjacency = np.empty((0, 0))
-            self._state.both, self._state.one_way = NO_PAIRS, NO_PAIRS
+            self._run.connect(self._adjacency, now)
+
+    def wait(self, timeout_s: float) -> None:
+        """Wait until a robot publishes its pose: those of a simulation do so together."""
+        names = [
+            name for name, topic in self._robots.items() if topic.subscription.msg_type is Odometry
+        ]
+        if names:
+            wait_for_any(self._node, [self._robots[names[0]].subscription], timeout_s)
+        else:
+            time.sleep(timeout_s)
 
     def take(self, now: float) -> None:
-        """Take what has come until a time in s."""
+        """Take the messages that have come until a time in s."""
         self._now = now
         for topic in (*self._robots.values(), *self._commands.values(), *self._fleet):
             topic.take()
         self._announced.take()
-        self._state.models = self._announced.models
-        self._state.announced = self._announced.robots
+        self._run.models = self._announced.models
+        self._run.announced = self._announced.robots
 
     def _is_wanted(self, name: str, kind: type) -> bool:
         robot = topics.robot_of(name)
@@ -125,7 +134,7 @@ class ViewedTopics:
         if kind is UInt16:
             return name == topics.robot_topic(robot, topics.TRIG_EVENT)
         # A real TurtleBot3 publishes the odometry of its wheels under the usual name.
-        real = self._state.real
+        real = self._run.real
         return name == (
             topics.mocap_topic(robot) if real else topics.robot_topic(robot, topics.ODOM)
         )
@@ -133,7 +142,8 @@ class ViewedTopics:
     def _subscribed(self, name: str, kind: type) -> PolledTopic:
         robot = topics.robot_of(name) or 0  # markers may be the fleet's
         if kind is Odometry:
-            return PolledTopic(self._node, kind, name, partial(self._on_odometry, robot), _NEWEST)
+            on_odometry = partial(self._on_odometry, robot)
+            return PolledTopic(self._node, kind, name, on_odometry, _NEWEST, encoded=True)
         if kind is UInt16:
             on_event = partial(self._on_trigger, robot)
             return PolledTopic(self._node, kind, name, on_event, _EVENTS)
@@ -142,48 +152,45 @@ class ViewedTopics:
         return PolledTopic(self._node, kind, name, on_markers, profile)
 
     def _look_for_commands(self) -> None:
-        """Listen to the commands of one robot, whose first one begins the run.
-
-        Before there are any: that is what the first one is heard by.
-        """
-        heard = next(iter(self._commands), None)
-        if heard and self._node.count_publishers(heard):
+        """Subscribe to the commands of one robot; the first command begins the run."""
+        subscribed = next(iter(self._commands), None)
+        if subscribed and self._node.count_publishers(subscribed):
             return
-        robots = self._announced.robots or self._state.fleet.robots or [1]
+        robots = self._announced.robots or self._run.robots or [1]
         names = [topics.robot_topic(robot, topics.CMD_CART_VEL) for robot in robots]
         commanded = (name for name in names if self._node.count_publishers(name))
-        name = next(commanded, heard or names[0])
-        if name != heard:
-            if heard:
-                self._commands.pop(heard).close()
+        name = next(commanded, subscribed or names[0])
+        if name != subscribed:
+            if subscribed:
+                self._commands.pop(subscribed).close()
             self._commands[name] = PolledTopic(
                 self._node, Point32, name, self._on_command, _NEWEST
             )
 
-    def _on_odometry(self, robot: int, message: Odometry) -> None:
-        position, q = message.pose.pose.position, message.pose.pose.orientation
-        pose = (position.x, position.y, yaw_of_quaternion(q.x, q.y, q.z, q.w))
-        self._state.fleet.see(robot, pose, message.twist.twist.linear.x, self._now)
+    def _on_odometry(self, robot: int, data: bytes) -> None:
+        odometry = read_odometry(data)
+        pose = (*odometry.position, yaw_of_quaternion(*odometry.quaternion))
+        self._run.see(robot, pose, odometry.V, self._now)
 
     def _on_command(self, _: Point32) -> None:
         # The time of the control laws stands still while they are paused.
-        self._state.clock.heard(self._now, self._state.states.paused(self._now))
+        self._run.clock.command(self._now, self._run.states.paused(self._now))
 
     def _on_clock(self, message: Clock) -> None:
-        self._state.clock.follow(message.clock.sec + 1e-9 * message.clock.nanosec)
+        self._run.clock.follow(message.clock.sec + 1e-9 * message.clock.nanosec)
 
     def _on_pause(self, message: Bool) -> None:
-        self._state.states.wish(message.data)
+        self._run.states.requested = message.data
 
     def _on_paused(self, message: Bool) -> None:
-        self._state.states.announce(message.data, self._now)
+        self._run.states.announce(message.data, self._now)
 
     def _on_stopped(self, message: Bool) -> None:
-        self._state.states.stopped = message.data
+        self._run.states.stopped = message.data
 
     def _on_trigger(self, robot: int, message: UInt16) -> None:
         if message.data:
-            self._state.flashes.trigger(robot, self._now)
+            self._run.trigger(robot)
 
     def _on_diagnostics(self, message: DiagnosticArray) -> None:
         for status in message.status:
@@ -192,25 +199,31 @@ class ViewedTopics:
                 values = {item.key: item.value for item in status.values}
                 level = int.from_bytes(status.level, 'little')
                 reason = status.message if level else ''
-                self._state.states.diagnose(
-                    robot, Diagnosis(level, values.get('state', ''), reason, self._now)
-                )
+                found = Diagnosis(level, values.get('state', ''), reason, self._now)
+                self._run.states.diagnoses[robot] = found
 
     def _on_graph(self, message: Float32MultiArray) -> None:
         sizes = [dimension.size for dimension in message.layout.dim]
-        if self._state.ended:
-            self._state.begin()  # its robots are about to be seen
-        weights = communication.matrix(sizes, message.data.tolist())
+        if self._run.ended:
+            self._run.begin()  # its robots are about to be seen
+        weights = _matrix(sizes, message.data.tolist())
         if weights is None:
             return
         if weights.shape == self._adjacency.shape:
             weights = with_known_rows(weights, self._adjacency)
         self._adjacency = weights
-        self._state.both, self._state.one_way = communication.links(weights)
+        self._run.connect(weights, self._now)
 
     def _on_marker(self, topic: str, marker: Marker) -> None:
-        self._state.markers.apply(topic, marker, self._now)
+        self._run.markers.apply(topic, marker, self._now)
 
     def _on_markers(self, topic: str, message: Any) -> None:
         for marker in message.markers:
             self._on_marker(topic, marker)
+
+
+def _matrix(sizes: list[int], data: list[float]) -> Floats | None:
+    """Return the N x N matrix of a message; None if its parts do not fit together."""
+    if len(sizes) != 2 or sizes[0] != sizes[1] or len(data) != sizes[0] * sizes[1]:
+        return None
+    return np.array(data, dtype=float).reshape(sizes)

@@ -4,18 +4,18 @@ pytest.importorskip('rclpy')
 
 from geometry_msgs.msg import Point32
 
-from setcmas_tools.view.model.fleet_state import FleetState
-from setcmas_tools.view.topics import ViewedTopics
+from setcmas_tools.page.live import LiveRun
+from setcmas_tools.page.topics import LiveTopics
 
 
 @pytest.fixture
 def state():
-    return FleetState()
+    return LiveRun(0.0)
 
 
 @pytest.fixture
 def viewed(peer, state):
-    topics = ViewedTopics(peer.node, state)
+    topics = LiveTopics(peer.node, state)
     topics.look()
     return topics
 
@@ -37,7 +37,7 @@ def test_the_very_first_command_begins_the_run(peer, viewed, state):
 
 
 def test_a_robot_with_another_number_may_be_the_only_one_that_is_commanded(peer, viewed, state):
-    state.fleet.see(3, (0.0, 0.0, 0.0), 0.0, 1.0)
+    state.see(3, (0.0, 0.0, 0.0), 0.0, 1.0)
     publisher = peer.publisher(Point32, '/tb3_3/cmd_cart_vel', listeners=0)
     peer.wait_for(lambda: peer.node.count_publishers('/tb3_3/cmd_cart_vel'))
     viewed.look()

@@ -1,0 +1,376 @@
+"""Live run: the state of running robots, and the messages that bring a page up to date."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Collection, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from setcmas_simu.arrays import Floats
+from setcmas_simu.fleet.fleet import robots_in_words
+from setcmas_simu.robots.models import UNICYCLE
+from setcmas_tools.measures.consensus_metrics import disagreement
+from setcmas_tools.page.content import SCALE, look_entry
+from setcmas_tools.page.markers import MarkerStore
+from setcmas_tools.run.fleet_motion import farthest_drive
+from setcmas_tools.run.run import stem_of_script
+
+LOST_S = 1.5
+"""Silence in s from which a robot counts as lost."""
+FORGOTTEN_S = 30.0
+"""Silence in s from which a robot is not shown any more."""
+GRACE_S = 3.0
+"""A run that ends takes its topics away one by one; their contents stay with it."""
+OK, WARN, ERROR = 0, 1, 2
+"""Levels, as of diagnostic_msgs/DiagnosticStatus."""
+CHARTS = (('Disagreement', 'm'), ('Least separation', 'm'), ('Mean speed', 'm/s'))
+"""Names and units of the numbers that each frame has."""
+
+Message = dict[str, Any]
+_MOVING_M_S = 0.005
+_SILENCE_S = 2.0
+_PAUSED_TIMEOUT_S = 0.5
+_DIAGNOSIS_TIMEOUT_S = 2.0
+_FARTHEST_M = 1e6
+_KINDS = {OK: '', WARN: 'stopped', ERROR: 'failed'}
+
+
+@dataclass
+class _Seen:
+    """Pose (m, rad), speed (m/s) and time (s) of the newest odometry of a robot."""
+
+    pose: tuple[float, float, float]
+    speed: float
+    time: float
+
+
+@dataclass(frozen=True)
+class Diagnosis:
+    """Level, state and reason that an experiment reports of a robot, at a time in s."""
+
+    level: int
+    state: str
+    reason: str
+    time: float
+
+
+class PauseStates:
+    """Pauses and stops, as they were requested and as an experiment reports them.
+
+    Attributes:
+        requested: Whether a pause was the last request; in a simulation it is what happens.
+        stopped: Whether the pause node of an experiment holds an emergency stop.
+    """
+
+    def __init__(self) -> None:
+        """Start with robots that are free to go."""
+        self.requested = self.stopped = False
+        self._paused = False
+        self._paused_time: float | None = None
+        self.diagnoses: dict[int, Diagnosis] = {}
+
+    def announce(self, paused: bool, now: float) -> None:
+        """Note the state that the pause node of an experiment reports."""
+        self._paused, self._paused_time = paused, now
+
+    def paused(self, now: float) -> bool:
+        """Return whether the fleet is paused; so it is when the pause node is silent."""
+        if self._paused_time is None:
+            return self.requested
+        return self._paused or now - self._paused_time > _PAUSED_TIMEOUT_S
+
+    def describe(self, robot: int, lost: bool, speed: float, now: float) -> tuple[int, str]:
+        """Return the level and the state of a robot in words.
+
+        Args:
+            robot: Its number.
+            lost: Whether it is silent.
+            speed: In m/s.
+            now: Time in s.
+        """
+        if lost:
+            return ERROR, 'lost'
+        found = self.diagnoses.get(robot)
+        if found and now - found.time <= _DIAGNOSIS_TIMEOUT_S:
+            parts = dict.fromkeys(filter(None, (found.state, found.reason)))  # each once
+            return found.level, ': '.join(parts)
+        if self.paused(now):
+            return WARN, 'paused'
+        return OK, 'moving' if abs(speed) >= _MOVING_M_S else 'standing'
+
+
+class RunClock:
+    """Time from the first command; it stops when commands end or are paused.
+
+    Where a simulation has a time of its own, that one counts.
+    """
+
+    def __init__(self) -> None:
+        """Start without a run."""
+        self._counted: float | None = None
+        self._last = 0.0
+        self._paused = False
+        self._simulated: float | None = None
+        self._first_simulated = 0.0
+
+    def follow(self, simulated: float) -> None:
+        """Note the time in s of a simulation."""
+        if self._simulated is None or simulated < self._first_simulated:
+            self._first_simulated = simulated
+        self._simulated = simulated
+
+    def command(self, now: float, paused: bool = False) -> None:
+        """Note that a command came at a time in s.
+
+        Args:
+            now: Time in s.
+            paused: Whether the control laws' own time stands still.
+        """
+        if self._counted is None or now - self._last > _SILENCE_S:
+            self._counted = 0.0
+        elif not self._paused:
+            self._counted += now - self._last
+        self._last, self._paused = now, paused
+
+    def describe(self, now: float) -> str:
+        """Return in words whether controllers command the robots."""
+        if self._counted is None:
+            return 'not controlled yet'
+        return 'control has ended' if now - self._last > _SILENCE_S else 'running'
+
+    def seconds(self, now: float) -> float | None:
+        """Return the time of the run in s; None before the first command."""
+        if self._counted is None:
+            return None
+        if self._simulated is not None:
+            return self._simulated - self._first_simulated
+        since = now - self._last
+        return self._counted + (0.0 if self._paused or since > _SILENCE_S else since)
+
+
+class Departures:
+    """Topics that have lost their publishers for good, or have new ones."""
+
+    def __init__(self) -> None:
+        """Start without topics."""
+        self._known: set[str] = set()
+        self._since: dict[str, float] = {}
+
+    def look(self, present: Collection[str], now: float) -> set[str]:
+        """Return the topics whose contents are out of date.
+
+        Args:
+            present: Those that have publishers.
+            now: Time in s.
+        """
+        for name in self._known.difference(present):
+            self._since.setdefault(name, now)
+        over = {name for name, since in self._since.items() if now - since >= GRACE_S}
+        dropped = over | self._since.keys() & set(present)
+        for name in dropped:
+            del self._since[name]
+        self._known = self._known.union(present) - over
+        return dropped
+
+
+class LiveRun:
+    """The state of running robots.
+
+    Attributes:
+        announced: Numbers of the robots that simulators and labs announce.
+        models: Names of the models of robots whose model is announced.
+        real: Whether this is an experiment, so that robots cannot be reset or started.
+        ended: Whether all robots are gone; the last state stays.
+        law: The control law, if it is known.
+    """
+
+    def __init__(self, now: float) -> None:
+        """Start without robots at a time in s."""
+        self._t0 = now
+        self.announced: list[int] = []
+        self.models: dict[int, str] = {}
+        self.real = self.ended = False
+        self.law = ''
+        self.markers = MarkerStore()
+        self.begin()
+
+    def begin(self) -> None:
+        """Forget the run that has ended: another one begins."""
+        self.states, self.clock = PauseStates(), RunClock()
+        self.ended, self.law = False, ''
+        self._seen: dict[int, _Seen] = {}
+        self._put: set[int] = set()
+        self._fresh = False
+        self._sent: set[int] = set()
+        self._links: dict[tuple[int, int], float] = {}
+        self._pending: list[Message] = [{'kind': 'begin'}]
+        self._reported_looks: dict[int, str] = {}
+        self._reported_states: dict[int, tuple[str, str, str]] = {}
+        self._reported_status: Message = {}
+
+    @property
+    def robots(self) -> list[int]:
+        """Numbers of the robots that have been seen, sorted."""
+        return sorted(self._seen)
+
+    def see(self, robot: int, pose: tuple[float, float, float], speed: float, now: float) -> None:
+        """Note where a robot is.
+
+        Args:
+            robot: Its number.
+            pose: x, y in m and theta in rad; ignored unless finite.
+            speed: Along its heading in m/s.
+            now: Time in s.
+        """
+        if not all(map(math.isfinite, (*pose, speed))):
+            return
+        last = self._seen.get(robot)
+        if last is None or now - last.time > LOST_S:
+            self._put.add(robot)
+        else:
+            step = max(now - last.time, 1e-3)
+            distance = math.hypot(pose[0] - last.pose[0], pose[1] - last.pose[1])
+            if distance > farthest_drive(max(abs(speed), abs(last.speed)), step):
+                self._put.add(robot)
+        self._seen[robot] = _Seen(pose, speed, now)
+        self._fresh = True
+
+    def trigger(self, robot: int) -> None:
+        """Note that a robot has sent its state."""
+        self._sent.add(robot)
+
+    def connect(self, weights: Floats, now: float) -> None:
+        """Note the links: row i hears column j, by robots' numbers from 1, shape (N, N)."""
+        known = np.nan_to_num(weights) * (1 - np.eye(len(weights)))
+        pairs = np.argwhere(known > 0).tolist()
+        links = {(i + 1, j + 1): round(float(known[i, j]), 4) for i, j in pairs}
+        changed = {pair: links.get(pair, 0.0) for pair in self._links.keys() | links.keys()}
+        t = self._t(now)
+        changes = [
+            [t, *pair, weight]
+            for pair, weight in changed.items()
+            if weight != self._links.get(pair, 0.0)
+        ]
+        self._links = links
+        if changes:
+            self._pending.append({'kind': 'links', 'changes': changes})
+
+    def messages(self, now: float) -> list[Message]:
+        """Return the changes since the last call, for a page at a time in s."""
+        if not self.ended:
+            self._forget(now)
+            self.markers.expire(now)
+        pending, self._pending = self._pending, []
+        found = [*pending, *self._looks(), *self._frame(now), *self._states(now)]
+        if self._sent:
+            found.append({'kind': 'sent', 't': self._t(now), 'numbers': sorted(self._sent)})
+            self._sent = set()
+        if changes := self.markers.take_changes():
+            found.append({'kind': 'shapes', 't': self._t(now), 'shapes': changes})
+        status = self._status(now)
+        if status != self._reported_status:
+            self._reported_status = status
+            found.append(status)
+        return [*found, {'kind': 'now', 't': self._t(now)}]
+
+    def _t(self, now: float) -> float:
+        return round(now - self._t0, 3)
+
+    def _forget(self, now: float) -> None:
+        silent = [r for r, seen in self._seen.items() if now - seen.time > FORGOTTEN_S]
+        for robot in silent:
+            del self._seen[robot]
+
+    def _lost(self, robots: Collection[int], now: float) -> NDArray[np.bool_]:
+        limit = math.inf if self.ended else LOST_S
+        return np.array([now - self._seen[robot].time > limit for robot in robots], bool)
+
+    def _looks(self) -> list[Message]:
+        models = {robot: self.models.get(robot, UNICYCLE) for robot in self.robots}
+        fresh = {r: name for r, name in models.items() if self._reported_looks.get(r) != name}
+        self._reported_looks |= fresh
+        looks = [look_entry(robot, name) for robot, name in fresh.items()]
+        return [{'kind': 'looks', 'robots': looks}] if looks else []
+
+    def _frame(self, now: float) -> list[Message]:
+        if not self._fresh:
+            return []
+        self._fresh = False
+        robots = self.robots
+        put, self._put = sorted(self._put), set()
+        seen = [self._seen[robot] for robot in robots]
+        rows: Floats = np.array([(*one.pose, one.speed) for one in seen])
+        whole = np.round(np.clip(rows, -_FARTHEST_M, _FARTHEST_M) * SCALE).astype(np.int64)
+        clock = self.clock.seconds(now)
+        return [
+            {
+                'kind': 'frame',
+                't': self._t(now),
+                'numbers': robots,
+                'poses': whole.ravel().tolist(),
+                'put': put,
+                'clock': None if clock is None else round(clock, 3),
+                'curves': _curves(rows[~self._lost(robots, now)]),
+            }
+        ]
+
+    def _states(self, now: float) -> list[Message]:
+        robots, changes = self.robots, []
+        for robot, lost in zip(robots, self._lost(robots, now).tolist(), strict=True):
+            level, text = OK, 'at the end'
+            if not self.ended:
+                level, text = self.states.describe(robot, lost, self._seen[robot].speed, now)
+            state = _KINDS.get(level, 'failed'), text.partition(':')[0], text
+            if self._reported_states.get(robot) != state:
+                self._reported_states[robot] = state
+                changes.append([robot, *state])
+        return [{'kind': 'states', 't': self._t(now), 'states': changes}] if changes else []
+
+    def _status(self, now: float) -> Message:
+        robots, paused = self.robots, self.states.paused(now)
+        lost = int(self._lost(robots, now).sum())
+        unseen = sorted(set(self.announced) - set(robots))
+        count = f'{len(robots)} robot{"" if len(robots) == 1 else "s"}'
+        state = 'paused' if paused else self.clock.describe(now)
+        if not robots:
+            state = 'waiting for robots'
+        if self.ended:
+            state = 'run ended'
+        elif self.states.stopped:
+            state = 'EMERGENCY STOP'
+        remarks = [f'{lost} lost'] if lost else []
+        if unseen and not self.ended:
+            remarks.append(f'{robots_in_words(unseen, "are")} announced, but not seen')
+        return {
+            'kind': 'status',
+            'title': f'{stem_of_script(self.law)}, {count}' if self.law else count,
+            'detail': '; '.join(remarks),
+            'state': state,
+            'paused': paused,
+            'stopped': self.states.stopped,
+            'real': self.real,
+            'ended': self.ended,
+        }
+
+
+def live_content(takes_actions: bool) -> Mapping[str, Any]:
+    """Return what the content of a live page has besides that of any page."""
+    charts = [{'name': name, 'unit': unit, 'values': {}} for name, unit in CHARTS]
+    return {'charts': charts, 'live': {'commands': takes_actions}}
+
+
+def _curves(rows: Floats) -> list[float | None]:
+    """Return the numbers of `CHARTS` for robots, rows x, y, theta, v, shape (N, 4)."""
+    if not len(rows):
+        return [None, None, None]
+    x, y, speed = rows[:, 0], rows[:, 1], float(np.abs(rows[:, 3]).mean())
+    if len(rows) < 2:
+        return [None, None, round(speed, 4)]
+    apart = np.hypot(x[:, None] - x, y[:, None] - y)
+    np.fill_diagonal(apart, np.inf)
+    spread = float(disagreement(x[:, None], y[:, None])[0])
+    return [round(spread, 4), round(float(apart.min()), 4), round(speed, 4)]

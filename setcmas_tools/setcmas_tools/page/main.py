@@ -1,0 +1,130 @@
+"""Live page process: running robots on a page until a signal asks to stop."""
+
+from __future__ import annotations
+
+import argparse
+import queue
+import sys
+import time
+
+from setcmas_simu.reports.reports import Ready
+from setcmas_simu.ros.process import FleetNode, RosProcess, node_main
+from setcmas_tools.page.browser import BrowserOptions, Opener
+from setcmas_tools.page.commands import FleetCommands, LawName
+from setcmas_tools.page.content import page_content
+from setcmas_tools.page.document import commands, document, element, stage
+from setcmas_tools.page.feed import Feed
+from setcmas_tools.page.live import LiveRun, live_content
+from setcmas_tools.page.server import PageServer, announce
+from setcmas_tools.page.topics import LiveTopics
+
+_LEAST_S, _LONGEST_S = 0.07, 0.1
+"""Between two pictures of a page that is open: as often as robots publish their poses."""
+_SETTLE_S = 0.004
+_IDLE_S = 0.5
+_LOOK_S = 1.0
+
+
+class LivePage:
+    """Reads topics, and sends the changes to the browsers that show the page."""
+
+    def __init__(self, process: RosProcess, server: PageServer, takes_actions: bool) -> None:
+        """Subscribe.
+
+        Args:
+            process: Asked whether to stop.
+            server: Of the page.
+            takes_actions: Whether its buttons command the robots.
+        """
+        self._process, self._server = process, server
+        node = FleetNode('browser_view')
+        self._run = LiveRun(time.monotonic())
+        self._topics = LiveTopics(node, self._run)
+        self._law = LawName(process, node, self._run)
+        self._commands = FleetCommands(node) if takes_actions else None
+
+    def run(self) -> None:
+        """Send messages until a signal asks to stop."""
+        next_look = 0.0
+        opener = Opener(self._server.url)
+        self._process.launcher.report(Ready())
+        while not self._process.stopping:
+            now = time.monotonic()
+            if now >= next_look:
+                next_look = now + _LOOK_S
+                self._look()
+            is_shown = self._server.has_viewers()
+            opener.look(is_shown)
+            self._obey()
+            self._topics.take(now)
+            self._server.send(self._run.messages(now))
+            self._wait(now, is_shown)
+
+    def _wait(self, now: float, is_shown: bool) -> None:
+        """Wait until robots publish again, or longer where no browser shows the page."""
+        if not is_shown:
+            until = now + _IDLE_S
+            while time.monotonic() < until and not self._server.has_viewers():
+                time.sleep(0.05)
+            return
+        time.sleep(max(0.0, now + _LEAST_S - time.monotonic()))
+        self._topics.wait(_LONGEST_S - _LEAST_S)
+        time.sleep(_SETTLE_S)  # the rest of the fleet
+
+    def _look(self) -> None:
+        self._topics.look()
+        self._law.look()
+        if self._commands and self._server.has_viewers():
+            self._commands.prepare()
+        # The pause node of an experiment repeats its state itself.
+        if self._commands and not self._run.real:
+            self._commands.follow_subscribers(self._run.states.requested)
+
+    def _obey(self) -> None:
+        while self._commands:
+            try:
+                action = self._server.actions.get_nowait()
+            except queue.Empty:
+                return
+            self._commands.prepare()
+            self._commands.obey(action, self._run.real)
+
+
+def live_page(takes_actions: bool) -> str:
+    """Return the page of running robots."""
+    titles = '<h1 id="title">setcmas</h1>\n<p class="soft" id="detail"></p>'
+    state = '<p class="outcome" id="state" role="status">connecting</p>'
+    header = f'<header>\n<div>\n{titles}\n</div>\n{state}\n</header>'
+    links = '<label><input type="checkbox" id="links" checked> links</label>'
+    noscript = f'<noscript>{element("p", "This page needs JavaScript.")}</noscript>'
+    body = [header, noscript, stage([links], commands=commands() if takes_actions else '')]
+    return document('setcmas', body, page_content(**live_content(takes_actions)))
+
+
+def main(argv: list[str] | None = None) -> int:
+    """Show running robots; returns the exit status."""
+    parser = argparse.ArgumentParser(prog='browser_view', description=__doc__)
+    BrowserOptions.add_to(parser)
+    return node_main(parser, _show, argv)
+
+
+def _show(process: RosProcess, args: argparse.Namespace) -> None:
+    options = BrowserOptions.of(args)
+    takes_actions = not options.read_only
+    server = PageServer(
+        live_page(takes_actions),
+        options.host,
+        options.port,
+        options.needs_token,
+        Feed(),
+        takes_actions,
+    )
+    try:
+        announce(server, options)
+        LivePage(process, server, takes_actions).run()
+    finally:
+        server.stop()
+
+
+if __name__ == '__main__':
+    sys.exit(main())

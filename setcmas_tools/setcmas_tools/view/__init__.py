@@ -1,1 +1,0 @@
-"""Browser view of a running fleet."""

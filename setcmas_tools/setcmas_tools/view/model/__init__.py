@@ -1,1 +1,0 @@
-"""State that the view shows."""

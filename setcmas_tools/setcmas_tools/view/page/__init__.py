@@ -1,1 +1,0 @@
-"""Page of the view: server, panel, buttons, cameras."""

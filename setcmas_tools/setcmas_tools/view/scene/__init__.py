@@ -1,1 +1,0 @@
-"""Scene of the view: shapes in three dimensions."""

@@ -1,0 +1,211 @@
+import math
+
+import numpy as np
+import pytest
+
+from setcmas_tools.page.content import SCALE
+from setcmas_tools.page.live import (
+    ERROR,
+    FORGOTTEN_S,
+    GRACE_S,
+    LOST_S,
+    OK,
+    WARN,
+    Departures,
+    Diagnosis,
+    LiveRun,
+    PauseStates,
+    RunClock,
+)
+
+
+@pytest.fixture
+def run():
+    return LiveRun(0.0)
+
+
+def by_kind(run, now):
+    return {message['kind']: message for message in run.messages(now)}
+
+
+def test_what_changes_is_sent_once(run):
+    run.see(2, (0.5, -1.0, 0.25), 0.1, 1.0)
+    first = by_kind(run, 1.0)
+
+    assert list(first) == ['begin', 'looks', 'frame', 'states', 'status', 'now']
+    assert [look['name'] for look in first['looks']['robots']] == ['tb3_2']
+    frame = first['frame']
+    assert (frame['t'], frame['numbers'], frame['put']) == (1.0, [2], [2])
+    assert [part / SCALE for part in frame['poses']] == [0.5, -1.0, 0.25, 0.1]
+    assert first['states']['states'] == [[2, '', 'moving', 'moving']]
+    assert first['status']['title'] == '1 robot'
+    assert list(by_kind(run, 1.1)) == ['now']
+    run.see(2, (0.51, -1.0, 0.25), 0.1, 1.1)
+    assert list(by_kind(run, 1.1)) == ['frame', 'now']
+
+
+def test_a_model_that_is_announced_later_changes_the_look(run):
+    run.see(1, (0.0, 0.0, 0.0), 0.0, 0.0)
+    unicycle = by_kind(run, 0.0)['looks']['robots'][0]['outline']
+    run.models = {1: 'car'}
+
+    assert by_kind(run, 0.1)['looks']['robots'][0]['outline'] != unicycle
+
+
+def test_a_robot_that_is_put_elsewhere_does_not_drive_there(run):
+    run.see(1, (0.0, 0.0, 0.0), 0.0, 0.0)
+    run.messages(0.0)
+    run.see(1, (0.04, 0.0, 0.0), 0.0, 0.1)
+    assert by_kind(run, 0.1)['frame']['put'] == []
+    run.see(1, (0.5, 0.0, 1.0), 0.0, 0.2)
+
+    assert by_kind(run, 0.2)['frame']['put'] == [1]
+
+
+def test_silent_robots_are_lost_and_later_forgotten(run):
+    run.announced = [1, 3, 4]
+    for robot in (1, 3):
+        run.see(robot, (float(robot), 0.0, 0.0), 0.0, 0.0)
+    run.messages(0.0)
+    run.see(1, (1.0, 0.0, 0.0), 0.3, LOST_S)
+    later = by_kind(run, LOST_S + 0.1)
+
+    assert [3, 'failed', 'lost', 'lost'] in later['states']['states']
+    assert later['status']['detail'] == '1 lost; robot 4 is announced, but not seen'
+    assert later['frame']['curves'][:2] == [None, None]  # of one robot
+    run.messages(FORGOTTEN_S + 0.1)
+    assert run.robots == [1]
+
+
+@pytest.mark.parametrize('wrong', [math.nan, math.inf])
+def test_poses_that_are_not_finite_are_ignored_and_large_ones_clipped(run, wrong):
+    run.see(1, (wrong, 0.0, 0.0), 0.0, 0.0)
+    run.see(2, (0.0, 0.0, 0.0), wrong, 0.0)
+    assert run.robots == []
+    run.see(3, (1e300, -1e300, 0.0), 0.0, 0.0)
+
+    assert by_kind(run, 0.0)['frame']['poses'][:2] == [1e6 * SCALE, -1e6 * SCALE]
+
+
+def test_each_frame_has_the_numbers_of_the_charts(run):
+    for robot, x in ((1, 0.0), (2, 2.0)):
+        run.see(robot, (x, 0.0, 0.0), 0.2, 0.0)
+
+    assert by_kind(run, 0.0)['frame']['curves'] == [1.0, 2.0, 0.2]
+
+
+def test_links_are_sent_as_changes(run):
+    run.messages(0.0)
+    run.connect(np.array([[9, 1, 0], [0.5, 0, 0], [math.nan, 0, 0]], float), 1.0)
+    changes = by_kind(run, 1.0)['links']['changes']
+    assert sorted(changes) == [[1.0, 1, 2, 1.0], [1.0, 2, 1, 0.5]]
+    run.connect(np.array([[0, 0], [0.5, 0]], float), 2.0)
+
+    assert by_kind(run, 2.0)['links']['changes'] == [[2.0, 1, 2, 0.0]]
+
+
+def test_broadcasts_are_sent_once(run):
+    run.trigger(3)
+
+    assert by_kind(run, 1.0)['sent']['numbers'] == [3]
+    assert 'sent' not in by_kind(run, 1.1)
+
+
+def test_an_ended_run_stays_until_another_one_begins(run):
+    run.see(1, (0.0, 0.0, 0.0), 0.0, 0.0)
+    run.ended = True
+    end = by_kind(run, 100.0)
+
+    assert end['status']['state'] == 'run ended'
+    assert end['states']['states'] == [[1, '', 'at the end', 'at the end']]
+    run.begin()
+    assert next(iter(by_kind(run, 101.0))) == 'begin'
+    assert run.robots == []
+
+
+def test_in_a_simulation_the_last_request_counts():
+    states = PauseStates()
+    assert states.describe(1, False, 0.2, 0.0) == (OK, 'moving')
+    assert states.describe(1, False, 0.0, 0.0) == (OK, 'standing')
+    states.requested = True
+
+    assert states.paused(100.0)
+    assert states.describe(1, False, 0.0, 100.0) == (WARN, 'paused')
+    assert states.describe(1, True, 0.0, 100.0) == (ERROR, 'lost')
+
+
+def test_in_an_experiment_the_pause_node_counts_and_its_silence_means_paused():
+    states = PauseStates()
+    states.requested = True
+    states.announce(False, 10.0)
+
+    assert not states.paused(10.4)
+    assert states.paused(10.6)
+
+
+def test_diagnostics_say_why_a_robot_is_stopped():
+    states = PauseStates()
+    states.diagnoses[1] = Diagnosis(WARN, 'stopped', 'pose 0.4 s old', 10.0)
+
+    assert states.describe(1, False, 0.3, 10.5) == (WARN, 'stopped: pose 0.4 s old')
+    assert states.describe(1, False, 0.3, 20.0) == (OK, 'moving')
+    states.diagnoses[1] = Diagnosis(WARN, 'paused', 'paused', 10.0)
+    assert states.describe(1, False, 0.0, 10.5) == (WARN, 'paused')
+
+
+def command(clock, first, last, paused=False):
+    for k in range(round(5 * first), round(5 * last) + 1):
+        clock.command(k / 5, paused)
+
+
+def test_the_clock_counts_from_the_first_command_and_holds_after_the_last():
+    clock = RunClock()
+    assert clock.seconds(3.0) is None
+    assert clock.describe(3.0) == 'not controlled yet'
+    command(clock, 10.0, 14.0)
+
+    assert clock.seconds(14.1) == pytest.approx(4.1)
+    assert clock.describe(14.1) == 'running'
+    assert clock.seconds(20.0) == pytest.approx(4.0)
+    assert clock.describe(20.0) == 'control has ended'
+    command(clock, 30.0, 31.0)  # another run
+    assert clock.seconds(31.0) == pytest.approx(1.0)
+
+
+def test_the_clock_stops_while_an_experiment_is_paused():
+    clock = RunClock()
+    command(clock, 0.0, 5.0, paused=True)
+    assert clock.seconds(5.1) == 0.0
+    command(clock, 5.2, 8.2)
+    command(clock, 8.4, 20.0, paused=True)
+
+    assert clock.seconds(20.1) == pytest.approx(3.2)
+
+
+def test_the_time_of_a_simulation_goes_before():
+    clock = RunClock()
+    clock.follow(1.0)
+    assert clock.seconds(0.0) is None
+    command(clock, 0.0, 0.2)
+    clock.follow(61.0)
+
+    assert clock.seconds(0.3) == 60.0
+
+
+def test_topics_that_are_gone_count_for_a_while():
+    topics = Departures()
+
+    assert not topics.look({'/a', '/b'}, 0.0)
+    assert not topics.look({'/b'}, 1.0)
+    assert not topics.look({'/b'}, 0.9 + GRACE_S)
+    assert topics.look({'/b'}, 1.0 + GRACE_S) == {'/a'}
+    assert not topics.look({'/a', '/b'}, 9.0)
+
+
+def test_a_topic_that_comes_back_has_another_publisher():
+    topics = Departures()
+    topics.look({'/a'}, 0.0)
+    topics.look({}, 1.0)
+
+    assert topics.look({'/a'}, 1.5) == {'/a'}
+    assert not topics.look({'/a'}, 9.0)
