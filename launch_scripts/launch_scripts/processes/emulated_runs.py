@@ -85,7 +85,7 @@ class EmulatedRun(RecordedRun):
         """What a run that has not started waits for."""
         if not self._experiment.controlled:
             return self._experiment.missing
-        return self._unready or 'nothing is heard of the bridge process'
+        return self._unready or 'the bridge process is silent'
 
     @property
     def trouble(self) -> str:

@@ -56,7 +56,7 @@ class StatusDisplay:
         """Show that robots no longer move for all that is known, where no news has come."""
         last = self._last
         if last and not last.paused and time.monotonic() - self._heard > _SILENT_AFTER_S:
-            why = 'nothing is heard of the pause node: the bridge stops the robots'
+            why = 'the pause node is silent: the bridge stops the robots'
             self.show(msgspec.structs.replace(last, paused=True, why=why))
 
     def _draw(self, status: Status) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import enum
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 from diagnostic_msgs.msg import DiagnosticStatus, KeyValue
@@ -37,6 +38,21 @@ _LEVELS = {
 }
 
 
+def diagnostic_status(
+    level: bytes, name: str, message: str, topic: str, values: Mapping[str, str]
+) -> DiagnosticStatus:
+    """Return a status with key-value pairs; its hardware ID is the robot's topic."""
+    pairs = [KeyValue(key=key, value=value) for key, value in values.items()]
+    return DiagnosticStatus(
+        level=level, name=name, message=message, hardware_id=topic, values=pairs
+    )
+
+
+def diagnostic_values(status: DiagnosticStatus) -> dict[str, str]:
+    """Return the key-value pairs of a status."""
+    return {item.key: item.value for item in status.values}
+
+
 @dataclass(frozen=True)
 class GuardReport:
     """A report of a guard.
@@ -68,18 +84,13 @@ class GuardReport:
             'motor_power': self.power.value,
             'source': self.source,
         }
-        return DiagnosticStatus(
-            level=_LEVELS.get(self.state, DiagnosticStatus.WARN),
-            name=name,
-            message=self.reason,
-            hardware_id=topic,
-            values=[KeyValue(key=key, value=value) for key, value in values.items()],
-        )
+        level = _LEVELS.get(self.state, DiagnosticStatus.WARN)
+        return diagnostic_status(level, name, self.reason, topic, values)
 
     @classmethod
     def of(cls, message: DiagnosticStatus) -> GuardReport:
         """Return the report in a message; an invalid one means that the robot is held."""
-        values = {item.key: item.value for item in message.values}
+        values = diagnostic_values(message)
         try:
             state, power = State(values.get('state')), Power(values.get('motor_power'))
         except ValueError:

@@ -8,6 +8,7 @@ from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from rclpy.node import Node
 
 from setcmas_ctrl.driving.fleet_pause import BY_WISH
+from setcmas_expe.guard.guard_watch import diagnostic_values
 from setcmas_expe.lab.lab import Lab
 from setcmas_expe.pause.console import RobotStatus
 from setcmas_expe.safety.robot_bridges import robot_commands
@@ -108,12 +109,11 @@ class BridgeWatch:
             self._received = time.monotonic()
             self._robots = tuple(map(_robot_status, ours))
             self._is_new = True
-            values = {item.key: item.value for item in ours[0].values}
-            self.held = values.get('held', '').removeprefix(f'{BY_WISH}: ')
+            self.held = diagnostic_values(ours[0]).get('held', '').removeprefix(f'{BY_WISH}: ')
 
 
 def _robot_status(status: DiagnosticStatus) -> RobotStatus:
-    values = {item.key: item.value for item in status.values}
+    values = diagnostic_values(status)
     known = {one.value: one for one in State}
     state = known.get(values.get('state', ''), State.STOPPED)
     return RobotStatus(

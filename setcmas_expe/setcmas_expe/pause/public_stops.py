@@ -11,6 +11,8 @@ from rclpy.node import Node
 from std_msgs.msg import Bool
 from std_srvs.srv import SetBool, Trigger
 
+from setcmas_expe.guard.guard_decision import State
+from setcmas_expe.guard.guard_watch import diagnostic_values
 from setcmas_expe.lab.lab import Lab
 from setcmas_simu.fleet import topics
 from setcmas_simu.ros import qos
@@ -68,7 +70,7 @@ class PublicStops:
             self._stops.hint(f'false on {topics.EMERGENCY_STOP} releases nothing: press R twice')
 
     def _on_guard(self, robot: int, status: DiagnosticStatus) -> None:
-        if any(item.key == 'state' and item.value == 'emergency' for item in status.values):
+        if diagnostic_values(status).get('state') == State.EMERGENCY.value:
             self._stops.take_over(f'that the guard of robot {robot} holds')
 
     def _answer_pause(

@@ -5,9 +5,10 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Collection, Mapping
 
-from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from rclpy.node import Node
 
+from setcmas_expe.guard.guard_watch import diagnostic_status
 from setcmas_expe.lab.lab import LOW_PERCENT
 from setcmas_expe.mocap.pose_track import SLOWEST_HZ
 from setcmas_expe.safety.robot_bridges import CmdVelBridge, MocapBridge
@@ -216,19 +217,24 @@ class RobotDiagnostics:
         message = DiagnosticArray()
         message.header.stamp = self._node.get_clock().now().to_msg()
         message.status = [
-            _status(mocap, bridge, decisions[bridge.robot], bridge.robot in runaways, now)
+            _status(mocap, bridge, decisions[bridge.robot], bridge.robot in runaways, held, now)
             for mocap, bridge in robots
         ]
-        for status in message.status:
-            status.values.append(KeyValue(key='held', value=held))
         for publisher in self._publishers:
             publisher.publish(message)
 
 
 def _status(
-    mocap: MocapBridge, bridge: CmdVelBridge, decision: Decision, runs_away: bool, now: float
+    mocap: MocapBridge,
+    bridge: CmdVelBridge,
+    decision: Decision,
+    runs_away: bool,
+    held: str,
+    now: float,
 ) -> DiagnosticStatus:
     level = DiagnosticStatus.OK if decision.state is State.MOVING else DiagnosticStatus.WARN
+    if decision.lost or runs_away:
+        level = DiagnosticStatus.ERROR
     age = mocap.track.age(now)
     values = {
         'state': decision.state.value,
@@ -236,11 +242,7 @@ def _status(
         'battery': '' if bridge.battery is None else f'{bridge.battery:.0f}',
         'speed': f'{mocap.speed:.3f}',
         'runs_away': 'yes' if runs_away else '',
+        'held': held,
     }
-    return DiagnosticStatus(
-        level=DiagnosticStatus.ERROR if decision.lost or runs_away else level,
-        name=topics.robot_name(bridge.robot),
-        message=decision.reason,
-        hardware_id=bridge.topic,
-        values=[KeyValue(key=key, value=value) for key, value in values.items()],
-    )
+    name = topics.robot_name(bridge.robot)
+    return diagnostic_status(level, name, decision.reason, bridge.topic, values)
