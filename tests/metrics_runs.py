@@ -32,7 +32,7 @@ def numbers(value):
 def write_run(folder, fleet, **parameters):
     (folder / 'csv').mkdir(parents=True)
     write_fleet(fleet, folder / 'csv' / 'fleet.csv')
-    write_info(RunInfo(parameters=parameters), folder)
+    write_info(RunInfo(scenario=parameters), folder)
     return folder
 
 

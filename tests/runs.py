@@ -14,7 +14,7 @@ from setcmas_tools.run.run_tables import RunTables
 
 def run_of(table, record=None, references=None, **parameters):
     tables = RunTables(table, communication=record, references=references)
-    return Run(tables, RunInfo(parameters=parameters))
+    return Run(tables, RunInfo(scenario=parameters))
 
 
 def measure(table, record=None, references=None, call_times=None, **parameters):

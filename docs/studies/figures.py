@@ -39,7 +39,7 @@ def thresholds(output: Path) -> Study:
     """Return the study of messages and settling time against the threshold of triggering."""
     return sweep(
         str(HERE / 'average.py'), NB_ROBOTS, 250.0,
-        vary={'threshold': 'log:0.04:1:9'}, settings={'K': 0.05}, seeds=SEEDS, graph='ring',
+        vary={'threshold': 'log:0.04:1:9'}, set={'K': 0.05}, seeds=SEEDS, graph='ring',
         random_poses='auto', event_triggered=True, output=output, **LINEAR,
     )  # fmt: skip
 
@@ -87,7 +87,7 @@ def draw_thresholds(study: Study) -> Figure:
     panels[0].set_yscale('log')
     panels[0].plot(d, NB_ROBOTS + way / d, 'k--', label=r'$N + \Sigma_i |p_i(0) - \bar{p}| / d$')
     slowest = algebraic_connectivity('ring')
-    settling = np.log(20) / (slowest * study.plan.info.parameters['set']['K'])
+    settling = np.log(20) / (slowest * study.plan.info.scenario['set']['K'])
     panels[1].axhline(
         settling,
         color='k',

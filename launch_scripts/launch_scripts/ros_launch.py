@@ -23,7 +23,7 @@ class LaunchArgument:
     Attributes:
         name: Its name.
         help: What it means.
-        flag: The option that it is, as typed.
+        flag: The option that it is, as typed; empty for a scenario file.
         is_switch: Whether the option has no value.
         several: Whether the option takes several values, which spaces separate here.
         repeated: Whether it is typed again for each of them.
@@ -42,6 +42,8 @@ class LaunchArgument:
             return []
         if self.is_switch:
             return [self.flag] if text.lower() in _YES else []
+        if not self.flag:
+            return [text]
         if self.repeated:
             return [f'{self.flag}={word}' for word in text.split()]
         return [self.flag, *text.split()] if self.several else [f'{self.flag}={text}']
@@ -53,14 +55,20 @@ def launch_arguments(verb: str) -> list[LaunchArgument]:
         LaunchArgument(
             action.dest,
             (action.help or '').replace('%%', '%'),
-            action.option_strings[-1] if action.nargs != 0 else action.option_strings[0],
+            _flag(action),
             action.nargs == 0,
             action.nargs in ('+', argparse.REMAINDER),
             isinstance(action, argparse._AppendAction),
         )
         for action in _parser(verb)._actions
-        if action.option_strings and action.dest != 'help'
+        if action.dest != 'help'
     ]
+
+
+def _flag(action: argparse.Action) -> str:
+    if not action.option_strings:
+        return ''
+    return action.option_strings[-1 if action.nargs != 0 else 0]
 
 
 def command_line(verb: str, values: Mapping[str, str]) -> list[str]:

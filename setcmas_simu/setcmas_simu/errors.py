@@ -1,8 +1,9 @@
-"""Errors that users can correct, such as the package of an extra that is missing."""
+"""Errors that users can correct, such as a missing package, and what was probably meant."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+import difflib
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 
 
@@ -30,3 +31,9 @@ def needs(extra: str) -> Iterator[None]:
     except ModuleNotFoundError as error:
         missing = f'{error.name} is needed and is missing'
         raise SetcmasError(f'{missing}; this installs it: {install_command(extra)}') from error
+
+
+def did_you_mean(name: object, known: Iterable[str], most: int = 1) -> str:
+    """Return the end of a message that offers the nearest names; empty if none is near."""
+    near = difflib.get_close_matches(str(name), list(known), n=most)
+    return f'; did you mean {" or ".join(near)}?' if near else ''

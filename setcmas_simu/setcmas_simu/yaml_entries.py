@@ -2,17 +2,18 @@
 
 from __future__ import annotations
 
-import difflib
 import math
+import os
 import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import yaml
 
-from setcmas_simu.errors import SetcmasError
+from setcmas_simu.errors import SetcmasError, did_you_mean
 
 _EXPONENT = re.compile(
     r'[-+]?[0-9]+(\.[0-9]*)?[eE][-+]?[0-9]+'
@@ -56,10 +57,9 @@ class Entry:
             raise self.mistake(f'a mapping with the keys {", ".join(known)}')
         for key, entry in self.value.items():
             if key not in known:
-                near = difflib.get_close_matches(str(key), known, n=1)
-                hint = f'; did you mean {near[0]}?' if near else ''
                 raise entry.error(
-                    f"there is no key '{entry.name}'; it must be one of {', '.join(known)}{hint}"
+                    f"there is no key '{entry.name}'; it must be one of {', '.join(known)}"
+                    f'{did_you_mean(key, known)}'
                 )
         return dict(self.value)
 
@@ -72,6 +72,29 @@ class Entry:
         if not isinstance(self.value, list):
             raise self.mistake('a list')
         return list(self.value)
+
+    def plain(self) -> Any:
+        """Return the value as Python has it: scalars, lists and dictionaries."""
+        if isinstance(self.value, dict):
+            return {key: entry.plain() for key, entry in self.value.items()}
+        if isinstance(self.value, list):
+            return [item.plain() for item in self.value]
+        if isinstance(self.value, str) and _EXPONENT.fullmatch(self.value):
+            return float(self.value)
+        return self.value
+
+    @contextmanager
+    def located(self) -> Iterator[None]:
+        """Let messages about this value begin with file and line.
+
+        Raises:
+            SetcmasError: There is such a message.
+        """
+        try:
+            yield
+        except SetcmasError as error:
+            told = str(error)
+            raise (error if told.startswith(f'{self.file}, line') else self.error(told)) from None
 
     def number(
         self, least: float = -math.inf, above: float = -math.inf, most: float = math.inf
@@ -130,10 +153,7 @@ class Entry:
         """
         words = list(accepted)
         if self.value not in words:
-            near = difflib.get_close_matches(str(self.value), words, n=1)
-            raise self.mistake(
-                'one of ' + ', '.join(words) + (f'; did you mean {near[0]}?' if near else '')
-            )
+            raise self.mistake(f'one of {", ".join(words)}{did_you_mean(self.value, words)}')
         return str(self.value)
 
 
@@ -153,16 +173,32 @@ def read_entries(path: Path) -> Entry:
         SetcmasError: The file cannot be read, is not YAML, or has a key twice.
     """
     try:
-        loader = yaml.SafeLoader(path.read_text(encoding='utf-8'))
-        node = loader.get_single_node()
-        return _entry(loader, path, node, '') if node else Entry(path, 1, '', {})
+        return entries_of(path.read_text(encoding='utf-8'), path)
     except OSError as error:
         raise SetcmasError(f"'{path}' cannot be read: {error.strerror}") from error
+    except UnicodeDecodeError as error:
+        raise SetcmasError(f"'{path}' is not YAML: {error}") from error
+
+
+def entries_of(text: str, path: Path) -> Entry:
+    """Return the content of a text in YAML; an empty one is an empty mapping.
+
+    Args:
+        text: The text.
+        path: The file that it is from.
+
+    Raises:
+        SetcmasError: It is not YAML, or has a key twice.
+    """
+    try:
+        loader = yaml.SafeLoader(text)
+        node = loader.get_single_node()
+        return _entry(loader, path, node, '') if node else Entry(path, 1, '', {})
     except yaml.MarkedYAMLError as error:
         mark = error.problem_mark or error.context_mark
         line = f', line {mark.line + 1}' if mark else ''
         raise SetcmasError(f'{path}{line}: not YAML: {error.problem}') from error
-    except (yaml.YAMLError, UnicodeDecodeError, RecursionError, ValueError) as error:
+    except (yaml.YAMLError, RecursionError, ValueError) as error:
         raise SetcmasError(f"'{path}' is not YAML: {' '.join(str(error).split())}") from error
 
 
@@ -186,3 +222,20 @@ def _entry(loader: yaml.SafeLoader, path: Path, node: yaml.Node, name: str) -> E
         value = _entry(loader, path, value_node, inner).value
         entries[key] = Entry(path, line_of_key, inner, value)
     return Entry(path, line, name, entries)
+
+
+def write_yaml(content: Mapping[str, Any], path: Path) -> None:
+    """Write a YAML file, whole or not at all.
+
+    Raises:
+        OSError: The file cannot be written.
+    """
+    text = yaml.safe_dump(
+        dict(content), sort_keys=False, allow_unicode=True, default_flow_style=None
+    )
+    part = path.with_name(f'.{path.name}.part')
+    with part.open('w', encoding='utf-8', newline='\n') as file:
+        file.write(text)
+        file.flush()
+        os.fsync(file.fileno())
+    part.replace(path)

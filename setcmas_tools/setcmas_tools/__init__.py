@@ -10,13 +10,15 @@ if TYPE_CHECKING:
     from setcmas_tools.grade.check import check
     from setcmas_tools.offline.engine import simulate
     from setcmas_tools.run.run import Run
+    from setcmas_tools.scenario.scenario import Scenario
     from setcmas_tools.study.study import Study
     from setcmas_tools.study.sweep import sweep
 
-__all__ = ['Run', 'Study', 'check', 'evaluate', 'simulate', 'sweep']
+__all__ = ['Run', 'Scenario', 'Study', 'check', 'evaluate', 'simulate', 'sweep']
 
 _HOMES = {
     'Run': 'setcmas_tools.run.run',
+    'Scenario': 'setcmas_tools.scenario.scenario',
     'Study': 'setcmas_tools.study.study',
     'check': 'setcmas_tools.grade.check',
     'evaluate': 'setcmas_tools.evaluation',

@@ -13,6 +13,7 @@ from __future__ import annotations
 
 import argparse
 
+from launch_scripts.commands.scenario_options import add_scenario_arguments, scenario_of
 from launch_scripts.commands.view_options import NONE, ViewOptions, view_beside
 from launch_scripts.processes.environment import require_ros
 from launch_scripts.processes.foreground import run_in_foreground
@@ -22,41 +23,32 @@ from launch_scripts.processes.node_commands import (
     node_command,
     ros_arguments,
 )
+from launch_scripts.processes.run_processes import controller_arguments
 from launch_scripts.processes.rviz import shown_robots
 from launch_scripts.terminal.terminal_output import warn
-from setcmas_ctrl.communication.communication_options import CommunicationOptions
-from setcmas_ctrl.communication.communication_settings import check_communication
-from setcmas_ctrl.control.control_options import FleetOptions, LawOptions
-from setcmas_ctrl.filter.filter_options import FilterOptions
-from setcmas_simu.robots.models import NO_LIMITS, check_models, model_names
+from setcmas_ctrl.control.control_options import ControllerOptions, FleetOptions, WatchOptions
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the options of the verb."""
-    LawOptions.add_to(parser)
-    FleetOptions.add_to(parser)
-    CommunicationOptions.add_to(parser)
-    FilterOptions.add_to(parser)
+    add_scenario_arguments(parser, parts=('law', 'communication', 'safety'))
+    FleetOptions.add_to(parser, quiet=True)
+    WatchOptions.add_to(parser)
     ViewOptions.add_to(parser, view=NONE)  # the simulator shows the robots already
     add_ros_arguments(parser)
 
 
 def main(args: argparse.Namespace) -> int:
     """Control until Ctrl-C; returns the exit status."""
-    law, fleet = LawOptions.of(args), FleetOptions.of(args)
-    communication, safety = CommunicationOptions.of(args), FilterOptions.of(args)
-    # Mistakes are told before anything starts.
-    scripts = law.scripts()
-    for note in (*scripts.notes, *safety.notes):
+    scenario = scenario_of(args)
+    fleet = FleetOptions.among({**scenario.robots.values(), **FleetOptions.typed(args)})
+    scenario.check()  # mistakes are found before anything starts
+    for note in (*scenario.notes, *scenario.safety.notes):
         warn(f'setcmas ctrl: {note}')
-    if fleet.nb_robots:
-        scripts.check(fleet.nb_robots)
-        check_models(model_names(fleet.model, fleet.nb_robots), NO_LIMITS)
     robots = shown_robots(fleet.robots, fleet.nb_robots)
-    check_communication(communication.found(law.exercise), fleet.nb_robots)
     require_ros()
     with view_beside(ViewOptions.of(args), robots) as companions:
-        arguments = law.arguments() + fleet.arguments() + communication.arguments()
-        arguments += safety.arguments()
+        options = ControllerOptions(**fleet.values(), watch=args.watch)
+        arguments = controller_arguments(scenario, options, scenario.safety)
         arguments += ros_arguments(args)
         return run_in_foreground('ctrl', node_command(CONTROLLER, arguments), companions)

@@ -4,6 +4,7 @@ The experiment starts paused: s starts it, the space bar pauses it, Esc or e is 
 It pauses itself, until somebody starts it again, when something that it depends on falls silent.
 
 Examples:
+  setcmas expe square.yaml --emulate
   setcmas expe --emulate --algo nav_wp           rehearse without any hardware
   setcmas expe --lab lab.yaml --algo consensus
   setcmas expe --mocap vicon --nb-robots 8 --algo consensus
@@ -14,9 +15,17 @@ from __future__ import annotations
 import argparse
 import sys
 import time
+from collections.abc import Callable
+from dataclasses import replace
 
+from launch_scripts.commands.scenario_options import (
+    add_scenario_arguments,
+    scenario_of,
+    typed_values,
+)
 from launch_scripts.commands.view_options import NONE, ViewOptions, view_beside
 from launch_scripts.processes.child_process import ChildDiedError
+from launch_scripts.processes.emulated_runs import lab_options
 from launch_scripts.processes.environment import require_ros
 from launch_scripts.processes.experiment import (
     Experiment,
@@ -28,11 +37,9 @@ from launch_scripts.processes.supervisor import StoppedError, Supervisor
 from launch_scripts.terminal.keyboard import ESC, Keyboard, StartKey, single_keys
 from launch_scripts.terminal.status_display import KEYS, StatusDisplay
 from launch_scripts.terminal.terminal_output import warn
-from setcmas_ctrl.communication.communication_options import CommunicationOptions
 from setcmas_ctrl.communication.communication_settings import check_communication
-from setcmas_ctrl.control.control_options import LawOptions
+from setcmas_ctrl.control.control_options import WatchOptions
 from setcmas_ctrl.filter.clearance import check_starts
-from setcmas_ctrl.filter.filter_options import OF_LAB, FilterOptions
 from setcmas_expe.emulation.emulation_options import (
     EmulationOptions,
     check_emulated_mocap,
@@ -42,6 +49,7 @@ from setcmas_expe.lab.lab import Lab
 from setcmas_expe.lab.lab_options import LabOptions
 from setcmas_expe.pause.console import Action
 from setcmas_simu.errors import SetcmasError
+from setcmas_tools.scenario.scenario import Scenario, options
 
 _STOPS = {
     ESC: (Action.EMERGENCY, 'by Esc'),
@@ -53,47 +61,31 @@ _STOPS = {
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the options of the verb."""
-    LawOptions.add_to(parser)
-    CommunicationOptions.add_to(parser)
-    LabOptions.add_to(parser)
-    FilterOptions.add_to(parser, without=OF_LAB)
+    parts = ('law', 'communication', 'safety', 'robots', 'lab')
+    add_scenario_arguments(parser, without=('cmd_timeout', 'robot_rate'), parts=parts)
+    WatchOptions.add_to(parser)
+    of_scenario = [name for name in LabOptions.options() if name in options()]
+    LabOptions.add_to(parser, without=of_scenario)
     parser.add_argument(
         '--hold',
         action='store_true',
         help="robots move only while s, the joystick's button or the page's button is held",
     )
     parser.add_argument('--no-joystick', action='store_true', help='do not look for a joystick')
-    group = parser.add_argument_group('emulated lab')
-    group.add_argument(
-        '--emulate', action='store_true', help='no hardware: an emulated lab on this machine'
-    )
-    EmulationOptions.add_to(
-        parser, without=('seed', 'mocap_rate', 'robot_cmd_vel_type', 'remapped')
-    )
     ViewOptions.add_to(parser, view=NONE)
 
 
 def main(args: argparse.Namespace) -> int:
     """Run the experiment; returns the exit status."""
-    law = LawOptions.of(args)
-    scripts = law.scripts()  # mistakes are told before anything starts
-    lab = LabOptions.of(args).chosen()
-    safety = lab.safety(FilterOptions.of(args))
-    lab.check_rate(law.rate)
-    scripts.check(lab.nb_robots)
-    for note in scripts.notes:
+    scenario = scenario_of(args)
+    of_lab = _lab_options(args, scenario)
+    lab = of_lab.chosen()
+    _check(args, scenario, lab)
+    for note in scenario.notes:
         warn(f'setcmas expe: {note}')
-    check_communication(CommunicationOptions.of(args).found(law.exercise), lab.nb_robots)
-    poses = EmulationOptions.of(args)
-    if args.emulate:
-        poses.robot_model([robot.number for robot in lab.robots])
-        check_emulated_mocap(lab.mocap)
-        check_starts(safety, emulated_start_poses(lab.arena, lab.nb_robots, poses))
-    elif poses.poses or poses.pose or poses.random_poses or poses.model:
-        raise SetcmasError('start poses and --model are for emulated robots: add --emulate')
     require_ros()
     lab.mocap.source.message_class()
-    environment = experiment_environment(lab, args.emulate)
+    environment = experiment_environment(lab, scenario.lab.emulate)
     numbers = [robot.number for robot in lab.robots]
     with (
         view_beside(ViewOptions.of(args), numbers, experiment=True) as views,
@@ -102,10 +94,64 @@ def main(args: argparse.Namespace) -> int:
     ):
         display = StatusDisplay(supervisor.stdout)
         supervisor.write = lambda line, _: display.write(line)
+
+        def experiment(joystick: list[str] | None) -> Experiment:
+            return Experiment(
+                supervisor,
+                lab,
+                scenario,
+                of_lab,
+                hold=args.hold,
+                watch=args.watch,
+                joystick=joystick,
+            )
+
         try:
-            return _run(supervisor, keyboard, display, lab, args, views)
+            return _run(supervisor, keyboard, display, lab, experiment, views, args)
         finally:
             display.close()
+
+
+def _lab_options(args: argparse.Namespace, scenario: Scenario) -> LabOptions:
+    """Return the options of the lab; a scenario file tightens what the lab file sets.
+
+    Raises:
+        SetcmasError: It loosens something.
+    """
+    own = {'cmd_vel_type': args.cmd_vel_type, 'joystick_button': args.joystick_button}
+    options = lab_options(scenario, **own)
+    typed = typed_values(args)
+    if not args.scenario:
+        return options
+    if not scenario.lab.emulate and scenario.lab.lab and 'lab' not in typed:
+        raise SetcmasError(f"'{args.scenario}' names a lab; in experiments add --lab instead")
+    sure = {'algo': '', 'lab': scenario.lab.lab, 'nb_robots': scenario.robots.nb_robots, **typed}
+    bounds = lab_options(Scenario.of(**sure), **own).chosen()
+    if scenario.safety.obstacles and 'obstacles' not in typed:
+        both = filter(None, (str(bounds.obstacles), scenario.safety.obstacles))
+        options = replace(options, obstacles='; '.join(both))
+    options.chosen().check_tightens(bounds)
+    return options
+
+
+def _check(args: argparse.Namespace, scenario: Scenario, lab: Lab) -> None:
+    """Check that an experiment can be made.
+
+    Raises:
+        SetcmasError: It cannot.
+    """
+    scenario.check()
+    scenario.law.check_laws(lab.nb_robots)
+    communication = scenario.communication.found(scenario.law.exercise)
+    check_communication(communication, lab.nb_robots)
+    safety = lab.safety(scenario.safety)
+    lab.check_rate(scenario.law.rate)
+    if scenario.lab.emulate:
+        EmulationOptions.among(scenario.values()).robot_model([one.number for one in lab.robots])
+        check_emulated_mocap(lab.mocap)
+        check_starts(safety, emulated_start_poses(lab.arena, lab.nb_robots, scenario.robots))
+    elif {'poses', 'pose', 'random_poses', 'model'} & typed_values(args).keys():
+        raise SetcmasError('start poses and --model are for emulated robots: add --emulate')
 
 
 def _run(
@@ -113,14 +159,13 @@ def _run(
     keyboard: Keyboard,
     display: StatusDisplay,
     lab: Lab,
-    args: argparse.Namespace,
+    start: Callable[[list[str] | None], Experiment],
     views: list[Companion],
+    args: argparse.Namespace,
 ) -> int:
     joystick = None if args.no_joystick else joystick_command(lab.joystick_topic)
     try:
-        experiment = Experiment(
-            supervisor, lab, args, LabOptions.of(args), hold=args.hold, joystick=joystick
-        )
+        experiment = start(joystick)
     except StoppedError:
         return 0
     except ChildDiedError as death:

@@ -4,6 +4,7 @@ Writes fleet.csv, the plots, the metrics and run.yaml, as `setcmas run` does; eq
 write equal files. Ctrl-C ends it early; what was simulated until then is written.
 
 Examples:
+  setcmas offline square.yaml --set K=2
   setcmas offline --algo consensus --nb-robots 8 --duration 60 --output out
   setcmas offline --algo my_law.py --nb-robots 3 --pose 1:1.0,2.0,1.57
   setcmas offline --algo consensus --nb-robots 5 --set K=1.2
@@ -16,60 +17,56 @@ from __future__ import annotations
 import argparse
 import sys
 import time
-from collections.abc import Mapping
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from tqdm import tqdm
 
-from launch_scripts.commands.earlier_run import with_earlier_run
-from launch_scripts.commands.run_options import add_run_arguments, output_folder, parameters
+from launch_scripts.commands.plot_options import FormatOptions
+from launch_scripts.commands.scenario_options import (
+    add_from_argument,
+    add_scenario_arguments,
+    earlier_run,
+    output_folder,
+    scenario_of,
+)
 from launch_scripts.terminal.terminal_output import progress_output, warn
-from setcmas_ctrl.communication.communication_options import CommunicationOptions
-from setcmas_ctrl.communication.communication_settings import check_communication
-from setcmas_ctrl.control.control_options import SCRIPT_FAILED, LawOptions
-from setcmas_ctrl.control.law_scripts import LawScripts
+from setcmas_ctrl.control.control_options import SCRIPT_FAILED
 from setcmas_ctrl.filter.clearance import check_starts
-from setcmas_ctrl.filter.filter_options import FilterOptions
 from setcmas_simu.reports.reports import ScriptFailure
-from setcmas_simu.simulator.simulator_options import SimulationOptions
-from setcmas_tools.run.inputs import run_inputs
-from setcmas_tools.run.run_folder import OfflineOptions, RunFolder
+from setcmas_tools.run.inputs import inputs_of, kept_record
+from setcmas_tools.run.run_folder import OfflineOptions, RunFolder, RunOptions
 from setcmas_tools.run.run_info import Outcome, State
+from setcmas_tools.scenario.scenario import Scenario
 
 if TYPE_CHECKING:
     from setcmas_tools.run.run import Run
 
-_AS_TYPED = (
-    'nb_robots', 'duration', 'model', 'limits', 'vnom', 'komega', 'rate', 'robot_rate', 'seed',
-)  # fmt: skip
 _STOPPED = 130
 _BAR = '{desc}: {percentage:3.0f}%|{bar}| {n:.0f}/{total:.0f} s'
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the options of the verb."""
-    add_run_arguments(parser, without=('watch', 'cmd_timeout', 'lockstep', 'rtf'))
+    RunOptions.add_to(parser)
+    FormatOptions.add_to(parser)
+    add_scenario_arguments(parser, without=('cmd_timeout', 'lockstep', 'rtf'))
+    add_from_argument(parser)
     OfflineOptions.add_to(parser)
 
 
 def main(args: argparse.Namespace) -> int:
     """Run, and write the results; returns the exit status."""
-    args, earlier = with_earlier_run(args)
-    law = LawOptions.of(args)
-    scripts = law.scripts()
-    scripts.check(args.nb_robots)
-    poses = SimulationOptions.of(args).simulated().start_poses  # mistakes are told before
-    safety = FilterOptions.of(args)
-    check_starts(safety, poses)
-    communication = CommunicationOptions.of(args).found(law.exercise)
-    for note in (*scripts.notes, *communication.notes, *safety.notes):
+    scenario, earlier = scenario_of(args), earlier_run(args)
+    scenario.check()  # mistakes are found before anything starts
+    check_starts(scenario.safety, scenario.robots.start_poses(scenario.nb_robots))
+    for note in (*scenario.notes, *scenario.safety.notes):
         warn(f'setcmas offline: {note}')
-    check_communication(communication, args.nb_robots)
-    inputs = run_inputs(args, scripts)
-    folder = RunFolder(output_folder(args, scripts), inputs)
+    scenario = scenario.found()
+    inputs = inputs_of(scenario)
+    folder = RunFolder(output_folder(args, scenario), inputs)
     folder.check(args.overwrite)
-    run, elapsed = _simulate(args, scripts, law.settings, communication)
+    run, elapsed = _simulate(scenario, args.call_timeout)
     # Imported late: help texts and completion do not wait for it.
     from setcmas_tools.compare.run_distance import compared
     from setcmas_tools.evaluation import evaluate
@@ -79,7 +76,7 @@ def main(args: argparse.Namespace) -> int:
     if not len(run.table.t):
         return _told(run)
     command = ['setcmas', *sys.argv[1:]]
-    info = replace(run.info, command=command, parameters=parameters(args, scripts))
+    info = replace(run.info, command=command, scenario=kept_record(scenario, inputs))
     replace(run, info=info, inputs=tuple(inputs)).save(folder.path, args.overwrite)
     # What is in the files is measured, so that `setcmas metrics` finds the same.
     saved = replace(Run.load(folder.path, warn), call_time=run.call_time)
@@ -119,36 +116,25 @@ def _written(seconds: float) -> str:
     return f'\n    the first {seconds:g} s are written' if seconds else ''
 
 
-def _simulate(
-    args: argparse.Namespace,
-    scripts: LawScripts,
-    settings: Mapping[str, Any],
-    communication: CommunicationOptions,
-) -> tuple[Run, float]:
+def _simulate(scenario: Scenario, call_timeout: float) -> tuple[Run, float]:
     """Return the run, or what is left of it, and its time in s; scripts cannot harm us."""
     from setcmas_tools.offline.history import remains
     from setcmas_tools.offline.offline_run import BrokenRun, OfflineRun
 
-    job = {
-        'algo': scripts.text,
-        'poses': SimulationOptions.of(args).start_poses(args.nb_robots),
-        'settings': settings,
-        **{name: getattr(args, name) for name in _AS_TYPED},
-        **communication.values(),
-        **FilterOptions.of(args).values(),
-    }
+    robot_rate, scripts = scenario.robots.robot_rate, scenario.law.scripts()
+    duration = scenario.time.duration
     with (
-        tqdm(total=args.duration, desc='running', bar_format=_BAR, disable=None) as bar,
+        tqdm(total=duration, desc='running', bar_format=_BAR, disable=None) as bar,
         progress_output(),
-        OfflineRun(job, scripts) as offline_run,
+        OfflineRun(scenario) as offline_run,
     ):
 
         def show(states: int) -> None:
-            bar.update(max(0, states - 1) / args.robot_rate - bar.n)
+            bar.update(max(0, states - 1) / robot_rate - bar.n)
 
         begin = time.perf_counter()
         try:
-            run = offline_run.result(args.call_timeout, warn, show)
+            run = offline_run.result(call_timeout, warn, show)
             elapsed = offline_run.elapsed or time.perf_counter() - begin
         except KeyboardInterrupt:
             told = f'setcmas offline: stopped by the user{offline_run.place()}'
@@ -156,14 +142,14 @@ def _simulate(
             if len(states) < 2:
                 warn(told)
                 raise
-            warn(f'{told}{_written((len(states) - 1) / args.robot_rate)}')
+            warn(f'{told}{_written((len(states) - 1) / robot_rate)}')
             elapsed = time.perf_counter() - begin
-            return remains(states, args.robot_rate, Outcome(State.STOPPED)), elapsed
+            return remains(states, robot_rate, Outcome(State.STOPPED)), elapsed
     if not isinstance(run, BrokenRun):
         return run, elapsed
     failed = {scripts.script(run.robot).name: [run.robot]} if run.robot else {}
     outcome = Outcome(State.DIED, failed, {}, str(run))
-    rest = remains(run.states, args.robot_rate, outcome)
-    t = max(0, len(run.states) - 1) / args.robot_rate
+    rest = remains(run.states, robot_rate, outcome)
+    t = max(0, len(run.states) - 1) / robot_rate
     ended = ScriptFailure(t, run.robot, run.function, run.file, run.line or None, run.reason)
     return replace(rest, info=replace(rest.info, failures=[ended])), elapsed

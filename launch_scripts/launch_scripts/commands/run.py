@@ -1,6 +1,7 @@
 """Simulate robots under a control law, record the run, and write its CSV files and plots.
 
 Examples:
+  setcmas run square.yaml
   setcmas run --algo consensus --nb-robots 8 --duration 40 --output out
   setcmas run --algo nav_wp --pose 1:5,5,0 --duration 60
   setcmas run --algo my_law.py --nb-robots 4 --limits burger --format pdf
@@ -19,11 +20,18 @@ from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 
-from launch_scripts.commands.earlier_run import with_earlier_run
-from launch_scripts.commands.run_options import add_run_arguments, output_folder, parameters
+from launch_scripts.commands.plot_options import FormatOptions
+from launch_scripts.commands.scenario_options import (
+    add_from_argument,
+    add_scenario_arguments,
+    earlier_run,
+    output_folder,
+    scenario_of,
+    typed_values,
+)
 from launch_scripts.commands.view_options import BROWSER, ViewOptions, view_beside
 from launch_scripts.processes.child_process import Child
-from launch_scripts.processes.emulated_runs import emulated_lab_options
+from launch_scripts.processes.emulated_runs import decided, in_lab, lab_options
 from launch_scripts.processes.environment import local_environment, require_ros
 from launch_scripts.processes.experiment import experiment_environment
 from launch_scripts.processes.node_commands import PAGE
@@ -31,78 +39,60 @@ from launch_scripts.processes.run_robots import STOPPED, run_robots
 from launch_scripts.processes.supervisor import StoppedError, Supervisor
 from launch_scripts.terminal.keyboard import Keyboard
 from launch_scripts.terminal.terminal_output import warn
-from setcmas_ctrl.communication.communication_options import CommunicationOptions
-from setcmas_ctrl.communication.communication_settings import check_communication
-from setcmas_ctrl.control.control_options import LawOptions
+from setcmas_ctrl.control.control_options import WatchOptions
 from setcmas_ctrl.filter.clearance import check_starts
-from setcmas_ctrl.filter.filter_options import FilterOptions
 from setcmas_expe.emulation.emulation_options import EmulationOptions, emulated_start_poses
 from setcmas_expe.lab.lab import Lab
-from setcmas_expe.lab.lab_file import DEFAULT_FILE
-from setcmas_expe.lab.lab_options import LabOptions
+from setcmas_expe.lab.lab_options import ExperimentOptions
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet.fleet import robots_in_words
 from setcmas_simu.options.group import spelled
-from setcmas_simu.simulator.simulator_options import SimulationOptions
-from setcmas_tools.run.inputs import run_inputs
-from setcmas_tools.run.run_folder import RunFolder
+from setcmas_tools.run.inputs import inputs_of, kept_record
+from setcmas_tools.run.run_folder import RunFolder, RunOptions
 from setcmas_tools.run.run_info import Outcome, RunInfo, State
+from setcmas_tools.scenario.scenario import Scenario
 
 _ENDED = (State.COMPLETE, State.FAILED)
 _OF_SIMULATED_ROBOTS = ('robot_rate', 'cmd_timeout', 'lockstep', 'rtf')
-_SHARED_WITH_LABS = (
-    'nb_robots',
-    'limits',
-    'arena',
-    'min_separation',
-    'filter',
-    'obstacles',
-    'accel',
-)
-_NOT_HERE = ('joystick_button', 'cmd_vel_type')
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the options of the verb."""
-    add_run_arguments(parser)
+    RunOptions.add_to(parser)
+    FormatOptions.add_to(parser)
+    add_scenario_arguments(parser, parts=tuple(Scenario.PARTS))
+    WatchOptions.add_to(parser)
+    add_from_argument(parser)
     ViewOptions.add_to(parser)
-    group = parser.add_argument_group('emulated lab')
-    group.add_argument(
-        '--emulate',
-        action='store_true',
-        help='an experiment in an emulated lab, with all its safety, instead of a simulation',
-    )
-    LabOptions.add_to(parser, without=(*_SHARED_WITH_LABS, *_NOT_HERE))
 
 
 def main(args: argparse.Namespace) -> int:
     """Do the whole job; returns the exit status."""
-    args, earlier = with_earlier_run(args)
-    law = LawOptions.of(args)
-    scripts = law.scripts()  # mistakes are told before anything starts
-    scripts.check(args.nb_robots)
-    communication = CommunicationOptions.of(args).found(law.exercise)
-    for note in (*scripts.notes, *communication.notes):
+    scenario, earlier = scenario_of(args), earlier_run(args)
+    scenario.check()  # mistakes are found before anything starts
+    for note in scenario.notes:
         warn(f'setcmas run: {note}')
-    robots = SimulationOptions.of(args).simulated().robots
-    check_communication(communication, args.nb_robots)
-    lab = _emulated_lab(args)
-    inputs = run_inputs(args, scripts, (args.lab or DEFAULT_FILE) if lab else None)
-    folder = RunFolder(output_folder(args, scripts), inputs)
+    lab = _emulated_lab(args, scenario)
+    if lab:
+        scenario = in_lab(scenario, lab)
+    found = scenario.found()
+    inputs = inputs_of(found)
+    folder = RunFolder(output_folder(args, found), inputs)
     folder.check(args.overwrite)
     require_ros("'setcmas offline' with the same options needs no ROS; ")
     info = RunInfo(
         ['setcmas', *sys.argv[1:]],
         Outcome(State.NOT_FINISHED),
-        parameters(args, scripts, lab),
-        args.seed,
+        kept_record(found, inputs),
+        decided(lab) if lab else None,
         started=time.strftime('%Y-%m-%dT%H:%M:%S%z'),
     )
+    robots = list(range(1, scenario.nb_robots + 1))
     view = ViewOptions.of(args)
     environment = experiment_environment(lab, emulated=True) if lab else local_environment()
     beside = view_beside(view, robots, experiment=lab is not None)
     with beside as views, Supervisor(environment, prefix=True) as supervisor:
-        status, outcome = run_robots(supervisor, args, folder, info, lab, views)
+        status, outcome = run_robots(supervisor, scenario, folder, info, lab, views, args.watch)
         stays = view.view == BROWSER and outcome is not None and outcome.state in _ENDED
         page = _page_that_stays(supervisor) if stays else None
         supervisor.stop(*[child for child in supervisor.children if child is not page])
@@ -163,31 +153,27 @@ def _show_until_told(supervisor: Supervisor, page: Child) -> None:
         supervisor.run(lambda: '\n' in keyboard.pressed() or not page.running())
 
 
-def _emulated_lab(args: argparse.Namespace) -> Lab | None:
+def _emulated_lab(args: argparse.Namespace, scenario: Scenario) -> Lab | None:
     """Return the lab of an emulated experiment; None for a simulation.
 
     Raises:
         SetcmasError: The lab file has a mistake, or options contradict each other.
     """
-    if not args.emulate:
-        safety = FilterOptions.of(args)
-        check_starts(safety, SimulationOptions.of(args).start_poses(args.nb_robots))
+    typed, safety, nb_robots = typed_values(args), scenario.safety, scenario.nb_robots
+    if not scenario.lab.emulate:
+        check_starts(safety, scenario.robots.start_poses(nb_robots))
         for note in safety.notes:
             warn(f'setcmas run: {note}')
-        for name in emulated_lab_options(args).changed():
-            if name not in _SHARED_WITH_LABS:
-                raise SetcmasError(f'{spelled(name)} is for an emulated lab: add --emulate')
+        if name := next((name for name in ExperimentOptions.options() if name in typed), ''):
+            raise SetcmasError(f'{spelled(name)} is for an emulated lab: add --emulate')
         return None
-    for name in SimulationOptions.of(args).changed():
-        if name in _OF_SIMULATED_ROBOTS:
-            raise SetcmasError(
-                f'{spelled(name)} is for simulated robots; it has no place in a lab'
-            )
-    lab = emulated_lab_options(args).chosen()
-    EmulationOptions.of(args).robot_model(range(1, lab.nb_robots + 1))
-    poses = emulated_start_poses(lab.arena, args.nb_robots, SimulationOptions.of(args))
-    check_starts(lab.safety(FilterOptions.of(args)), poses)
-    lab.check_rate(args.rate)
+    if name := next((name for name in _OF_SIMULATED_ROBOTS if name in typed), ''):
+        raise SetcmasError(f'{spelled(name)} is for simulated robots; it has no place in a lab')
+    lab = lab_options(scenario, nb_robots=nb_robots).chosen()
+    EmulationOptions.among(scenario.values()).robot_model(range(1, lab.nb_robots + 1))
+    poses = emulated_start_poses(lab.arena, nb_robots, scenario.robots)
+    check_starts(lab.safety(safety), poses)
+    lab.check_rate(scenario.law.rate)
     return lab
 
 
@@ -207,7 +193,7 @@ def _evaluate(
         return 1
     run = Run.load(folder.path, warn)
     folder.write_info(replace(info, references=run.references))
-    strangers = set(run.robots) - set(range(1, args.nb_robots + 1))
+    strangers = set(run.robots) - set(range(1, info.scenario['nb_robots'] + 1))
     if strangers:
         warn(
             f'setcmas run: the plots and the metrics show {robots_in_words(sorted(strangers))} '

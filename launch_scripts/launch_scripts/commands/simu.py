@@ -12,6 +12,7 @@ from __future__ import annotations
 import argparse
 from dataclasses import replace
 
+from launch_scripts.commands.scenario_options import add_scenario_arguments, scenario_of
 from launch_scripts.commands.view_options import ViewOptions, view_beside
 from launch_scripts.processes.environment import require_ros
 from launch_scripts.processes.foreground import run_in_foreground
@@ -21,22 +22,30 @@ from launch_scripts.processes.node_commands import (
     node_command,
     ros_arguments,
 )
+from setcmas_simu.options.group import typed_words
 from setcmas_simu.simulator.simulator_options import SimulationOptions
+from setcmas_tools.scenario.scenario import options
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the options of the verb."""
-    SimulationOptions.add_to(parser)
+    add_scenario_arguments(parser, without=('duration',), parts=('robots', 'time'))
+    of_scenario = [name for name in SimulationOptions.options() if name in options()]
+    SimulationOptions.add_to(parser, without=of_scenario)
     ViewOptions.add_to(parser)
     add_ros_arguments(parser)
 
 
 def main(args: argparse.Namespace) -> int:
     """Simulate until Ctrl-C; returns the exit status."""
-    options = SimulationOptions.of(args)
-    simulated = options.simulated()  # mistakes are told before anything starts
+    own = {'robots': args.robots, 'cmd_vel_type': args.cmd_vel_type}
+    scenario = scenario_of(args, needs_law=False)
+    values = {k: v for k, v in scenario.values().items() if k in SimulationOptions.options()}
+    with typed_words():
+        given = SimulationOptions(**own, **values)
+    simulated = given.simulated()  # mistakes are told before anything starts
     require_ros()
     with view_beside(ViewOptions.of(args), simulated.robots) as companions:
-        options = replace(options, nb_robots=options.fleet_size)
-        command = node_command(SIMULATOR, options.arguments() + ros_arguments(args))
+        given = replace(given, nb_robots=given.fleet_size)
+        command = node_command(SIMULATOR, given.arguments() + ros_arguments(args))
         return run_in_foreground('simu', command, companions)

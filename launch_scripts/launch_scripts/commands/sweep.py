@@ -6,6 +6,7 @@ dies is a row that says so. A run of it is made again with --from FOLDER/NUMBER 
 or run.
 
 Examples:
+  setcmas sweep square.yaml --vary K=0.5,1,2
   setcmas sweep --algo consensus --nb-robots 8 --vary K=0.2:2:10 --seeds 20 --random-poses -o study
   setcmas sweep --algo consensus --nb-robots 8 --vary graph=ring,path --vary loss=0,0.2,0.4
   setcmas sweep --algo consensus --nb-robots 8 --seeds 500 --random-poses --dry-run
@@ -15,25 +16,20 @@ Examples:
 from __future__ import annotations
 
 import argparse
-from dataclasses import fields
 from pathlib import Path
 from typing import Any
 
 from launch_scripts.commands.plot_options import FormatOptions
-from launch_scripts.commands.run_options import add_law_arguments, output_folder
+from launch_scripts.commands.scenario_options import (
+    add_scenario_arguments,
+    output_folder,
+    scenario_of,
+)
 from launch_scripts.terminal.terminal_output import warn
-from setcmas_ctrl.communication.communication_options import CommunicationOptions
-from setcmas_ctrl.control.control_options import SCRIPT_FAILED, GainOptions, LawOptions
-from setcmas_ctrl.filter.filter_options import FilterOptions
+from setcmas_ctrl.control.control_options import SCRIPT_FAILED
 from setcmas_simu.errors import SetcmasError
 from setcmas_tools.run.run_folder import RunOptions
 from setcmas_tools.study.study_options import SweepOptions
-
-_AS_TYPED = (
-    'algo', 'exercise', 'nb_robots', 'duration', 'model', 'limits', 'robot_rate', 'poses', 'pose',
-    'random_poses', *(one.name for one in fields(GainOptions)),
-    *(one.name for group in (CommunicationOptions, FilterOptions) for one in fields(group)),
-)  # fmt: skip
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -41,7 +37,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     RunOptions.add_to(parser)
     FormatOptions.add_to(parser)
     SweepOptions.add_to(parser)
-    add_law_arguments(parser, without=('watch', 'cmd_timeout', 'lockstep', 'rtf'))
+    add_scenario_arguments(parser, without=('cmd_timeout', 'lockstep', 'rtf'))
 
 
 def main(args: argparse.Namespace) -> int:
@@ -52,19 +48,16 @@ def main(args: argparse.Namespace) -> int:
     from setcmas_tools.study.success import check_columns
     from setcmas_tools.study.sweep import carry_out
 
-    law, options = LawOptions.of(args), SweepOptions.of(args)
-    CommunicationOptions.of(args)
-    FilterOptions.of(args)
-    parameters = {name: getattr(args, name) for name in _AS_TYPED} | {'set': dict(law.settings)}
+    scenario, options = scenario_of(args), SweepOptions.of(args)
     varied = list(map(_named, options.vary))
     check_names([name for name, _ in varied], seeds=1)
-    plan = make_plan(parameters, dict(varied), options.cases, options.seeds, options.success)
+    plan = make_plan(scenario, dict(varied), options.cases, options.seeds, options.success)
     for metric in options.metric:
         check_columns(metric, [], '--metric')
     if options.dry_run:
         print(runs_in_words(len(plan.cases)))
         return 0
-    folder = output_folder(args, law.scripts())
+    folder = output_folder(args, scenario.found())
     try:
         study = carry_out(plan, folder, options, args.overwrite)
     except KeyboardInterrupt:

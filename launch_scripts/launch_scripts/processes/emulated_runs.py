@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import argparse
-import json
+import math
 import subprocess
 import time
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable
+from dataclasses import asdict
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
@@ -17,27 +17,57 @@ from launch_scripts.processes.node_commands import node_command
 from launch_scripts.processes.run_processes import RecordedRun
 from launch_scripts.processes.supervisor import Supervisor
 from launch_scripts.terminal.terminal_output import teller
+from setcmas_expe.emulation.emulation_options import emulated_start_poses
 from setcmas_expe.lab.lab import Lab
+from setcmas_expe.lab.lab_file import DEFAULT_FILE
 from setcmas_expe.lab.lab_options import LabOptions
 from setcmas_expe.pause.console import Action, Status
 from setcmas_simu.errors import SetcmasError
-from setcmas_simu.options.group import spelled
 from setcmas_simu.robots.model import ROBOT_MODELS
+from setcmas_simu.robots.models import NO_LIMITS
 from setcmas_tools.grade.marks import Failure, LawRunner, ScenarioRun
 from setcmas_tools.grade.rubric import Rubric
-from setcmas_tools.grade.rubric_scenarios import CONTROL, Scenario
-from setcmas_tools.offline.given import pose_options
+from setcmas_tools.grade.rubric_scenarios import CONTROL, MarkedScenario
 from setcmas_tools.run.run import Run
 from setcmas_tools.run.run_info import State
-from setcmas_tools.study.variation import OPTIONS
+from setcmas_tools.scenario.scenario import Scenario
 
 _COMES_TO_REST_S = 2.0
 
 
-def emulated_lab_options(args: argparse.Namespace) -> LabOptions:
-    """Return the lab of an emulated run: its file, and the options that override it."""
-    limits = args.limits if args.limits in ROBOT_MODELS else None  # by default there are none
-    return LabOptions.of(argparse.Namespace(**{**vars(args), 'limits': limits}))
+def lab_options(scenario: Scenario, **others: Any) -> LabOptions:
+    """Return the options of an experiment's processes; unicycles without limits have the lab's.
+
+    Args:
+        scenario: The experiment.
+        others: Options that are no values of scenarios.
+    """
+    values = scenario.values()
+    if values['limits'] == NO_LIMITS:
+        values['limits'] = None
+    return LabOptions.among({**values, **others})
+
+
+def in_lab(scenario: Scenario, lab: Lab) -> Scenario:
+    """Return a scenario with what its emulated lab decides."""
+    known = (name for name, limits in ROBOT_MODELS.items() if limits == lab.limits)
+    return scenario.replace(
+        lab=scenario.lab.lab or DEFAULT_FILE,
+        poses=emulated_start_poses(lab.arena, scenario.nb_robots, scenario.robots),
+        pose=(),
+        random_poses=None,
+        limits=NO_LIMITS if scenario.robots.model else next(known, NO_LIMITS),
+        filter=lab.filter,
+        arena=lab.arena,
+        min_separation=lab.min_separation,
+        obstacles=str(lab.obstacles) or None,
+        accel=lab.accel if lab.accel < math.inf else None,
+    )
+
+
+def decided(lab: Lab) -> dict[str, Any]:
+    """Return what run.yaml records of a lab in place of the scenario's values."""
+    return {'limits': asdict(lab.limits), 'robot_rate': None}
 
 
 class EmulatedRun(RecordedRun):
@@ -51,9 +81,10 @@ class EmulatedRun(RecordedRun):
     def __init__(
         self,
         supervisor: Supervisor,
-        args: argparse.Namespace,
+        scenario: Scenario,
         bag: Path,
         lab: Lab,
+        watch: bool,
     ) -> None:
         """Start the processes."""
         self.started = False
@@ -62,8 +93,9 @@ class EmulatedRun(RecordedRun):
         self._changed = 0.0
         self._unready = ''
         super().__init__(supervisor, bag)
-        told = emulated_lab_options(args)
-        self._experiment = Experiment(supervisor, lab, args, told, recorded=True)
+        self._experiment = Experiment(
+            supervisor, lab, scenario, lab_options(scenario), recorded=True, watch=watch
+        )
         self._experiment.on_status = self._start_when_ready
         self._experiment.on_script = self.reloads.take
 
@@ -144,24 +176,24 @@ def _runs_emulated(script: Path | None, rubric: Rubric, tell: Callable[[str], No
     No script is the condition by default.
     """
 
-    def run(scenario: Scenario) -> ScenarioRun:
+    def run(scenario: MarkedScenario) -> ScenarioRun:
         name = script.name if script else 'the solution'
         tell(f'{name}, {scenario.name}: {scenario.seconds:g} s in the emulated lab')
-        job = scenario.job(str(script) if script else None, rubric.function)
-        done = _in_lab(job, script)
+        chosen = scenario.of(str(script) if script else None, rubric.function)
+        done = _in_lab(chosen, script)
         if done.failure and done.run and done.run.outcome.state is State.COMPLETE:
             # Something else than the script has stopped the robots, such as a machine too busy.
             tell(f'{done.failure.message}; once more')
-            done = _in_lab(job, script)
+            done = _in_lab(chosen, script)
         return done
 
     return run
 
 
-def _in_lab(job: Mapping[str, Any], script: Path | None) -> ScenarioRun:
+def _in_lab(scenario: Scenario, script: Path | None) -> ScenarioRun:
     with TemporaryDirectory(prefix='setcmas_') as folder:
         place = Path(folder, 'run')
-        options = [*command_line(job), '--output', str(place)]
+        options = [*command_line(scenario), '--output', str(place)]
         command = node_command('launch_scripts.cli', [*_RUN, *options])
         done = subprocess.run(command, capture_output=True, text=True, errors='replace')
         if done.returncode == _MISTAKEN or not (place / 'csv').is_dir():
@@ -187,21 +219,20 @@ def _run_solution(rubric: Rubric, tell: Callable[[str], None]) -> None:
         rubric.keep_solution(scenario, made.run)
 
 
-def command_line(job: Mapping[str, Any]) -> Iterator[str]:
-    """Yield the options of `setcmas run` that are some arguments of `simulate`.
+def command_line(scenario: Scenario) -> list[str]:
+    """Return the options of `setcmas run` that are a scenario, its start poses as they are here.
 
     Raises:
-        SetcmasError: An argument has no option, as a matrix has none.
+        SetcmasError: A value has no option, as a matrix has none.
     """
-    for name, value in job.items():
-        if name == 'poses':
-            yield from (f'--pose={text}' for text in pose_options(value))
-        elif name == 'settings':
-            yield from (f'--set={name}={json.dumps(one)}' for name, one in value.items())
-        elif name == 'graph' and not isinstance(value, str):
-            raise SetcmasError('graph is a matrix; in the emulated lab it must be a file')
-        elif value is not None:
-            yield from OPTIONS[name].typed(spelled(name), value)
+    if not isinstance(scenario.communication.graph, str):
+        raise SetcmasError('graph is a matrix; in the emulated lab it must be a file')
+    robots = scenario.robots
+    if robots.poses or robots.pose or robots.random_poses:
+        poses = robots.start_poses(scenario.nb_robots)
+        scenario = scenario.replace(poses=poses, pose=(), random_poses=None)
+    parts = (scenario.law, scenario.communication, scenario.safety, scenario.robots, scenario.time)
+    return list(dict.fromkeys(one for part in parts for one in part.arguments()))
 
 
 def _not_run(messages: str, script: Path | None) -> ScenarioRun:

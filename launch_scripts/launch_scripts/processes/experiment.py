@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import argparse
 import importlib.util
 import os
 from collections.abc import Callable
@@ -16,18 +15,18 @@ from launch_scripts.processes.node_commands import (
     CONTROLLER,
     JOYSTICK_READER,
     PAUSE,
-    law_arguments,
     node_command,
 )
+from launch_scripts.processes.run_processes import controller_arguments
 from launch_scripts.processes.supervisor import Supervisor
 from setcmas_ctrl.control.control_options import ControllerOptions
-from setcmas_ctrl.filter.filter_options import FilterOptions
 from setcmas_expe.emulation.emulation_options import EmulationOptions
 from setcmas_expe.lab.lab import Lab
 from setcmas_expe.lab.lab_options import LabOptions
 from setcmas_expe.pause.console import Action, OperatorRequest, Status
 from setcmas_expe.safety.body_proofs import ProofOptions
 from setcmas_simu.reports.reports import ScriptCall, ScriptFailure, Started
+from setcmas_tools.scenario.scenario import Scenario
 
 _TAKE_OVER_S = 0.5
 
@@ -52,10 +51,11 @@ class Experiment:
         self,
         supervisor: Supervisor,
         lab: Lab,
-        args: argparse.Namespace,
+        scenario: Scenario,
         lab_options: LabOptions,
         recorded: bool = False,
         hold: bool = False,
+        watch: bool = False,
         joystick: list[str] | None = None,
     ) -> None:
         """Start the processes.
@@ -63,10 +63,11 @@ class Experiment:
         Args:
             supervisor: Watches them.
             lab: The lab.
-            args: Parsed options of `setcmas expe` or `setcmas run`.
+            scenario: What is run.
             lab_options: What the processes are told of the lab.
             recorded: Whether the controllers wait for a recorder.
             hold: Whether robots move only while a key or a button is held.
+            watch: Whether scripts are loaded again when they are saved.
             joystick: The command that reads a joystick; None without one.
 
         Raises:
@@ -80,10 +81,10 @@ class Experiment:
         self.on_script: Callable[[ChildReport], None] = lambda _: None
         self._emulated: list[Child] = []
         told = lab_options.arguments()
-        if args.emulate:
-            emulation = EmulationOptions.of(args)
+        if scenario.lab.emulate:
+            emulation = EmulationOptions.among(scenario.values())
             self._emulated = [start_emulated_lab(supervisor, told + emulation.arguments())]
-        bridges = told + ProofOptions(emulated=args.emulate).arguments()
+        bridges = told + ProofOptions(emulated=scenario.lab.emulate).arguments()
         self._bridges = supervisor.start('bridge', node_command(BRIDGES, bridges))
         ways = ['--console', *(['--hold'] if hold else []), *(['--joystick'] if joystick else [])]
         pause = node_command(PAUSE, [*told, *ways])
@@ -97,8 +98,9 @@ class Experiment:
             pause_timeout=lab.timeouts.pause_s,
             recorded=recorded,
             limits=lab.limits,
+            watch=watch,
         )
-        laws = law_arguments(args, controllers, lab.safety(FilterOptions.of(args)))
+        laws = controller_arguments(scenario, controllers, lab.safety(scenario.safety))
         self._ctrl = supervisor.start('ctrl', node_command(CONTROLLER, laws))
         self._ctrl.on_report = lambda report: self.on_script(report)
 

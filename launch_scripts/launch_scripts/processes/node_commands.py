@@ -8,9 +8,6 @@ from collections.abc import Sequence
 
 from launch_scripts.processes.child_process import Child
 from launch_scripts.processes.supervisor import Supervisor
-from setcmas_ctrl.communication.communication_options import CommunicationOptions
-from setcmas_ctrl.control.control_options import ControllerOptions, LawOptions
-from setcmas_ctrl.filter.filter_options import FilterOptions
 from setcmas_simu.fleet.fleet import format_robots
 from setcmas_simu.reports.reports import Started
 
@@ -69,17 +66,3 @@ def stop_robots_of(supervisor: Supervisor, ctrl: Child) -> None:
     if started:
         robots = format_robots(list(started.robots))
         supervisor.run_aside(node_command(STAND_IN, ['--robots', robots]))
-
-
-def law_arguments(
-    args: argparse.Namespace, options: ControllerOptions, safety: FilterOptions
-) -> list[str]:
-    """Return the command line of a controller process.
-
-    Args:
-        args: Parsed options that choose the control law and the communication.
-        options: What the process is told besides.
-        safety: What keeps robots apart.
-    """
-    chosen = (LawOptions.of(args), CommunicationOptions.of(args), safety, options)
-    return [argument for group in chosen for argument in group.arguments()]

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import argparse
 import time
 from collections.abc import Callable, Sequence
 from functools import partial
@@ -13,7 +12,6 @@ from launch_scripts.processes.node_commands import (
     CONTROLLER,
     RECORDER,
     SIMULATOR,
-    law_arguments,
     node_command,
     stop_robots_of,
 )
@@ -36,6 +34,7 @@ from setcmas_simu.robots.models import NO_LIMITS
 from setcmas_simu.simulator.simulator_options import SimulationOptions, SimulatorOptions
 from setcmas_tools.bags.recording_options import RecorderOptions
 from setcmas_tools.run.run_info import Outcome
+from setcmas_tools.scenario.scenario import Scenario
 
 
 class ReloadTimes:
@@ -97,23 +96,24 @@ class SimulatedRun(RecordedRun):
     trouble = ''
     is_stuck = False
 
-    def __init__(self, supervisor: Supervisor, args: argparse.Namespace, bag: Path) -> None:
-        """Start the processes."""
+    def __init__(self, supervisor: Supervisor, scenario: Scenario, bag: Path, watch: bool) -> None:
+        """Start the processes; `watch` is whether scripts are loaded again when saved."""
         super().__init__(supervisor, bag)
-        told = SimulationOptions.of(args)
+        told = SimulationOptions.among(scenario.values())
         self._lockstep, self._rtf = told.lockstep, told.rtf
-        nb_steps = told.nb_steps(args.duration) if told.lockstep else None
+        nb_steps = told.nb_steps(scenario.time.duration) if told.lockstep else None
         lockstep = SimulatorOptions(recorded=told.lockstep, nb_steps=nb_steps)
         robots = node_command(SIMULATOR, told.arguments() + lockstep.arguments())
         self._simulator = supervisor.start('simu', robots)
         options = ControllerOptions(
-            nb_robots=args.nb_robots,
-            model=args.model,
-            limits=limits_named(args.limits) if args.limits != NO_LIMITS else None,
+            nb_robots=scenario.nb_robots,
+            model=told.model,
+            limits=limits_named(told.limits) if told.limits != NO_LIMITS else None,
+            watch=watch,
             recorded=True,
             simulator=self._simulator.process.pid,
         )
-        laws = node_command(CONTROLLER, law_arguments(args, options, FilterOptions.of(args)))
+        laws = node_command(CONTROLLER, controller_arguments(scenario, options, scenario.safety))
         self._ctrl = supervisor.start('ctrl', laws)
         self._ctrl.on_report = self.reloads.take
         self._ctrl.on_hang = partial(stop_robots_of, supervisor, self._ctrl)
@@ -157,6 +157,20 @@ class SimulatedRun(RecordedRun):
     def stop(self) -> None:
         """Stop all, controllers first: their last command, zero, is to be in the bag."""
         self._supervisor.stop(self._ctrl, self.recorder, self._simulator)
+
+
+def controller_arguments(
+    scenario: Scenario, options: ControllerOptions, safety: FilterOptions
+) -> list[str]:
+    """Return the command line of a controller process.
+
+    Args:
+        scenario: Has the control law and the communication.
+        options: What concerns the process.
+        safety: What keeps robots apart.
+    """
+    parts = (scenario.law, scenario.communication, safety, options)
+    return [argument for part in parts for argument in part.arguments()]
 
 
 def outcome_of(failed: Sequence[ScriptCall]) -> Outcome:

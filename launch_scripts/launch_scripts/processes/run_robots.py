@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import argparse
 import time
 from collections.abc import Sequence
 from dataclasses import replace
@@ -19,6 +18,7 @@ from setcmas_expe.lab.lab import Lab
 from setcmas_simu.reports.reports import Ready
 from setcmas_tools.run.run_folder import RunFolder
 from setcmas_tools.run.run_info import Outcome, RunInfo, State
+from setcmas_tools.scenario.scenario import Scenario
 
 STOPPED = 130
 """Exit status after Ctrl-C, as of shells."""
@@ -30,21 +30,23 @@ _ROUNDING_S = 1e-9
 
 def run_robots(
     supervisor: Supervisor,
-    args: argparse.Namespace,
+    scenario: Scenario,
     folder: RunFolder,
     info: RunInfo,
     lab: Lab | None,
     views: Sequence[tuple[str, list[str]]],
+    watch: bool,
 ) -> tuple[int, Outcome | None]:
     """Let the robots run, from the start of their processes to the end of these.
 
     Args:
         supervisor: Starts the processes.
-        args: Parsed options of `setcmas run`.
+        scenario: What is run.
         folder: Where the run goes.
         info: What it is.
         lab: That of an emulated experiment; None for a simulation.
         views: Pages and windows beside the robots.
+        watch: Whether scripts are loaded again when they are saved.
 
     Returns:
         The exit status so far, and how it ended; None if it has not begun.
@@ -62,9 +64,9 @@ def run_robots(
     try:
         _wait_for(pages, supervisor)
         run = (
-            EmulatedRun(supervisor, args, folder.bag, lab)
+            EmulatedRun(supervisor, scenario, folder.bag, lab, watch)
             if lab
-            else SimulatedRun(supervisor, args, folder.bag)
+            else SimulatedRun(supervisor, scenario, folder.bag, watch)
         )
         run.reloads.on_reload = folder.keep_reload
         deadline = time.monotonic() + _START_TIMEOUT_S
@@ -75,7 +77,7 @@ def run_robots(
                 f'{run.missing}'
             )
             return 1, Outcome(State.NOT_STARTED, detail=run.missing)
-        _show_progress(supervisor, args.duration, run)
+        _show_progress(supervisor, scenario.time.duration, run)
         trouble, is_stuck = run.trouble, run.is_stuck
         run.finish()
         folder.failures = list(run.failures)

@@ -16,18 +16,40 @@ from setcmas_ctrl.scripts.loader import EXERCISES
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.options.completion import names_and_files
 from setcmas_simu.options.group import ClashError, Options, flag, option
-from setcmas_simu.options.kinds import LENGTH, Kind, Number
+from setcmas_simu.options.kinds import LENGTH, NameOrFile, Number
 
 Graph = str | Path | ArrayLike
 Condition = str | Path | Callable[..., Any] | Mapping[int, Callable[..., Any]] | None
 
 
 @dataclass(frozen=True)
-class _Anything(Kind):
-    """A name or path on the command line; in Python also a matrix or a function."""
+class _Condition(NameOrFile):
+    """A script; in Python also a function, or one for each robot."""
+
+    def value(self, given: Any) -> Any:
+        """Return a path as a text."""
+        return str(given) if isinstance(given, Path) else given
 
     def accepts(self, value: Any) -> bool:
-        """Return True: what it must be is told where it is used."""
+        """Return True: errors of a condition are raised where it is loaded."""
+        return value is not None
+
+
+@dataclass(frozen=True)
+class _Graph(NameOrFile):
+    """A name or a file; in Python also a matrix."""
+
+    def value(self, given: Any) -> Any:
+        """Return a path as a text."""
+        return str(given) if isinstance(given, Path) else given
+
+    def located(self, value: Any, place: Callable[[str], str]) -> Any:
+        """Return a file in its place."""
+        names_file = isinstance(value, str) and ('.' in value or '/' in value)
+        return place(value) if names_file else value
+
+    def accepts(self, value: Any) -> bool:
+        """Return True: errors of a graph are raised where it is read."""
         return value is not None
 
 
@@ -39,7 +61,7 @@ class CommunicationOptions(Options):
 
     event_triggered: bool = flag('robots send their state only when a condition triggers')
     ctc: Condition = option(
-        _Anything(metavar='FILE'),
+        _Condition(metavar='FILE'),
         'script with the condition ctc(pos, last_pos, t), found as --algo is',
         default=None,
         default_text='further away from the position sent last than the threshold',
@@ -50,7 +72,7 @@ class CommunicationOptions(Options):
         default=THRESHOLD_M,
     )
     graph: Graph = option(
-        _Anything(metavar='NAME|FILE.yaml'),
+        _Graph(metavar='NAME|FILE.yaml'),
         f'who hears whom: {", ".join(PRESETS)}, or a file',
         default=COMPLETE,
         complete=names_and_files(lambda: PRESETS, ('yaml', 'yml')),

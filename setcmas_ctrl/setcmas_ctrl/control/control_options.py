@@ -2,22 +2,37 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import astuple, dataclass
+from pathlib import Path
 from typing import Any, ClassVar
 
 from setcmas_ctrl.control.law_scripts import LawScripts
 from setcmas_ctrl.control.saturation import VNOM
 from setcmas_ctrl.scripts.loader import ALGORITHMS, SEED
-from setcmas_ctrl.scripts.script_settings import parse_settings
+from setcmas_ctrl.scripts.script_settings import SettingsKind
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet.fleet import format_robots
 from setcmas_simu.fleet.topics import AUTO, CMD_VEL_TYPES
 from setcmas_simu.options.completion import names_and_files
 from setcmas_simu.options.group import Options, flag, option
-from setcmas_simu.options.kinds import NB_ROBOTS, RATE, SEEDS, Kind, Number, OneOf, Robots, Whole
+from setcmas_simu.options.kinds import (
+    NB_ROBOTS,
+    RATE,
+    SEEDS,
+    Kind,
+    NameOrFile,
+    Number,
+    OneOf,
+    Robots,
+    Whole,
+)
 from setcmas_simu.options.option import Form
 from setcmas_simu.robots.model import KOMEGA, VelocityLimits
+
+Law = str | Path | Callable[..., Any]
+Algo = Law | Mapping[int, Law]
+"""A control law of all robots, or a law for each."""
 
 RATE_HZ = 5.0
 """Default rate of control, in Hz."""
@@ -47,12 +62,30 @@ class GainOptions(Options):
     )
 
 
+@dataclass(frozen=True)
+class _LawName(NameOrFile):
+    """Names and files of control laws; in Python also functions, and a law for each robot."""
+
+    @property
+    def must_be(self) -> str:
+        """What names a law."""
+        return 'a control law by name, a script, or in Python a function'
+
+    def value(self, given: Any) -> Any:
+        """Return a path as a text."""
+        return str(given) if isinstance(given, Path) else given
+
+    def accepts(self, value: Any) -> bool:
+        """Return whether a value may be a law, or laws by robot."""
+        return isinstance(value, (str, Mapping)) or callable(value)
+
+
 @dataclass(frozen=True, kw_only=True)
 class LawOptions(GainOptions):
     """Which control law runs, and how."""
 
-    algo: str = option(
-        Kind(metavar='NAME'),
+    algo: Algo = option(
+        _LawName(metavar='NAME'),
         'control script: a path, NAME.py in this folder, or a built-in (see setcmas list); or '
         "one for each robot: '1:leader.py,2-8:follower.py'",
         complete=names_and_files(ALGORITHMS.offers, ('py',)),
@@ -60,26 +93,13 @@ class LawOptions(GainOptions):
     exercise: bool = flag(
         'let --algo NAME mean the exercise of that name, with its maths left to fill in'
     )
-    set: tuple[str, ...] = option(
-        Kind(metavar='NAME=VALUE'),
+    set: Mapping[str, Any] = option(
+        SettingsKind(metavar='NAME=VALUE'),
         'value of a module-level name of the script, such as kp=1.2; what the script '
         'derives from it follows; may be repeated',
         form=Form.REPEATED,
-        default=(),
+        default={},
     )
-    watch: bool = flag(
-        'load the script again whenever it is saved: fresh state, t = 0, robots where they '
-        'are (in experiments only while paused)'
-    )
-
-    @property
-    def settings(self) -> Mapping[str, Any]:
-        """What --set says, by name.
-
-        Raises:
-            SetcmasError: It is malformed.
-        """
-        return parse_settings(self.set)
 
     def scripts(self) -> LawScripts:
         """Return the control scripts, which can be compiled.
@@ -87,7 +107,50 @@ class LawOptions(GainOptions):
         Raises:
             SetcmasError: One is missing or has a mistake, or no script has a name of --set.
         """
-        return LawScripts(self.algo, self.exercise, self.settings)
+        return LawScripts(str(self.algo), self.exercise, self.set)
+
+    @property
+    def is_scripts(self) -> bool:
+        """Whether all laws are scripts, and none a function."""
+        return isinstance(self.algo, str) and self.algo != ''
+
+    def check(self) -> None:
+        """Check that there is a script to take settings."""
+        laws = self.algo.values() if isinstance(self.algo, Mapping) else [self.algo]
+        if self.set and all(map(callable, laws)):
+            raise SetcmasError('set is for scripts; a function takes none')
+
+    def check_laws(self, nb_robots: int | None) -> None:
+        """Check that scripts exist, can be compiled, and are there for each robot.
+
+        Raises:
+            SetcmasError: They are not.
+        """
+        if self.is_scripts:
+            scripts = LawScripts(str(self.algo), self.exercise)
+            if nb_robots is not None:
+                scripts.check(nb_robots)
+
+    def check_settings(self) -> None:
+        """Check that the scripts have the names of `set`.
+
+        Raises:
+            SetcmasError: They have not.
+        """
+        if self.is_scripts and self.set:
+            self.scripts()
+
+
+@dataclass(frozen=True, kw_only=True)
+class WatchOptions(Options):
+    """Whether a control script is loaded again while robots move."""
+
+    TITLE: ClassVar[str] = 'control law'
+
+    watch: bool = flag(
+        'reload the script on every save; its state and t restart, the robots stay (in '
+        'experiments only while paused)'
+    )
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -156,7 +219,7 @@ class _Limits(Kind):
 
 
 @dataclass(frozen=True, kw_only=True)
-class ControllerOptions(FleetOptions):
+class ControllerOptions(FleetOptions, WatchOptions):
     """What else a controller process is told by the command that starts it."""
 
     experiment: bool = flag(

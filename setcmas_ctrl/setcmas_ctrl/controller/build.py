@@ -52,7 +52,7 @@ def build(known: Prepared) -> tuple[ControlStepper, StepLoop | LockstepLoop]:
         graph,
         pause,
     )
-    if known.wanted.law.watch:
+    if known.wanted.options.watch:
         timeout = known.wanted.options.pause_timeout
         launcher = known.process.launcher
         ScriptReloader(known.node, stepper, known.laws, known.loader, timeout, launcher)

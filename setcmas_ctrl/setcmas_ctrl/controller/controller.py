@@ -63,7 +63,7 @@ def _control(process: RosProcess, args: argparse.Namespace) -> int:
     with named_output():
         node = FleetNode.of_process(topics.CONTROLLERS)
         parameters = ProcessParameters(node, LawOptions.of(args), PARAMETERS)
-        declare_fixed(node, topics.LAW, parameters.options.algo, 'the control law')
+        declare_fixed(node, topics.LAW, str(parameters.options.algo), 'the control law')
         parameters.warn_of_unknown()
         if args.experiment:
             parameters.check = partial(_keep_rate, parameters.options.rate)

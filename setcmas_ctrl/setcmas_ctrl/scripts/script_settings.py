@@ -9,15 +9,19 @@ from __future__ import annotations
 import ast
 import copy
 import difflib
+import json
 import re
 import symtable
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 import yaml
 
 from setcmas_simu.errors import SetcmasError
+from setcmas_simu.options.kinds import Kind
+from setcmas_simu.options.option import plain
 
 Settings = Mapping[str, Any]
 
@@ -37,25 +41,57 @@ _KINDS: tuple[tuple[type | tuple[type, ...], str], ...] = (
 _FORM = "NAME=VALUE, such as kp=1.2 or 'WPL=[[1, 1], [2, 2]]'"
 
 
-def parse_settings(texts: Sequence[str]) -> dict[str, Any]:
-    """Return names and values from texts such as 'kp=1.2'; the last value of a name counts.
+def parse_setting(text: str) -> tuple[str, Any]:
+    """Return the name and the value of a text such as 'kp=1.2'.
 
     Raises:
-        SetcmasError: A text has another form.
+        SetcmasError: It has another form.
     """
-    settings = {}
-    for text in texts:
-        name, equals, value = text.partition('=')
-        if not (equals and name.strip().isidentifier() and value.strip()):
-            raise SetcmasError(f"invalid --set '{text}'; must be {_FORM}")
-        try:
-            settings[name.strip()] = _with_numbers(yaml.safe_load(value))
-        except yaml.YAMLError as error:
-            reason = getattr(error, 'problem', None) or 'not YAML'
-            raise SetcmasError(
-                f"--set '{text}': invalid value ({reason}); must be {_FORM}"
-            ) from error
-    return settings
+    name, equals, value = text.partition('=')
+    if not (equals and name.strip().isidentifier() and value.strip()):
+        raise SetcmasError(f"invalid --set '{text}'; must be {_FORM}")
+    try:
+        return name.strip(), _with_numbers(yaml.safe_load(value))
+    except yaml.YAMLError as error:
+        reason = getattr(error, 'problem', None) or 'not YAML'
+        raise SetcmasError(f"--set '{text}': invalid value ({reason}); must be {_FORM}") from error
+
+
+@dataclass(frozen=True)
+class SettingsKind(Kind):
+    """Values for names of a script: typed as 'kp=1.2', a mapping in YAML and Python."""
+
+    @property
+    def must_be(self) -> str:
+        """The form."""
+        return 'a mapping from names of the script to values, such as {K: 1.2}'
+
+    def parse(self, text: str) -> tuple[str, Any]:
+        """Return a name and its value."""
+        return parse_setting(text)
+
+    def value(self, given: Any) -> Any:
+        """Return a mapping, or a name and its value."""
+        return dict(given) if isinstance(given, Mapping) else given
+
+    def gathered(self, values: Iterable[Any]) -> Any:
+        """Return values by name, the last of a name counts; or what is no name with a value."""
+        pairs = list(values)
+        return dict(pairs) if all(map(self.accepts, pairs)) else pairs
+
+    def spread(self, value: Any) -> Iterable[Any]:
+        """Return names with their values."""
+        if isinstance(value, (Mapping, list)):
+            return value.items() if isinstance(value, Mapping) else value
+        return [value]
+
+    def accepts(self, value: Any) -> bool:
+        """Return whether a value is a name with its value."""
+        return isinstance(value, tuple) and len(value) == 2 and str(value[0]).isidentifier()
+
+    def text(self, value: Any) -> str:
+        """Return what `parse` turns into a name and its value."""
+        return f'{value[0]}={json.dumps(plain(value[1]))}'
 
 
 def _with_numbers(value: Any) -> Any:

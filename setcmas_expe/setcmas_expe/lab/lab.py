@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+import operator
+from dataclasses import astuple, dataclass, replace
 from itertools import product
 
 import numpy as np
 
-from setcmas_ctrl.filter.filter_options import FilterOptions
+from setcmas_ctrl.filter.filter_options import NONE, FilterOptions
 from setcmas_expe.mocap.sources import MocapSource
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet.topics import robot_name
@@ -172,6 +173,35 @@ class Lab:
                 f'the obstacles cover the arena, {xmin:g} to {xmax:g} by {ymin:g} to {ymax:g} m; '
                 'they must leave robots a place'
             )
+
+    def check_tightens(self, bounds: Lab) -> None:
+        """Check that this lab allows nothing that another one forbids.
+
+        Raises:
+            SetcmasError: It does; the message names what.
+        """
+        (xmin, xmax, ymin, ymax), outer = self.arena, bounds.arena
+        inside = outer.distance(xmin, ymin) == outer.distance(xmax, ymax) == 0
+        own, most = astuple(self.limits), astuple(bounds.limits)
+        slower = all(map(operator.le, own[:3], most[:3]))
+        checks = {
+            'arena': (inside, f'inside {", ".join(f"{border:g}" for border in outer)} m'),
+            'min_separation': (
+                self.min_separation >= bounds.min_separation,
+                f'at least {bounds.min_separation:g} m',
+            ),
+            'filter': (self.filter == bounds.filter or bounds.filter == NONE, bounds.filter),
+            'limits': (slower, f'at most {bounds.limits.V_max:g} m/s and as slow in turns'),
+            'accel': (self.accel <= bounds.accel, f'at most {bounds.accel:g} m/s^2'),
+            'resume': (bounds.resumes or not self.resumes, 'false'),
+            'without_guard': (self.guarded or not bounds.guarded, 'false'),
+            'without_motion_check': (self.checks_motion or not bounds.checks_motion, 'false'),
+        }
+        for name, (tightens, accepted) in checks.items():
+            if not tightens:
+                raise SetcmasError(
+                    f'{name} of the scenario loosens what the lab file sets; it must be {accepted}'
+                )
 
     def check_rate(self, rate: float) -> None:
         """Check that robots do not stop between two commands at a control rate in Hz.

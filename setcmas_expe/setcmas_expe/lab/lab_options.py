@@ -20,22 +20,49 @@ from setcmas_simu.robots.model import ROBOT_MODELS
 
 
 @dataclass(frozen=True, kw_only=True)
-class LabOptions(Options):
-    """The lab file, and options that override it."""
+class LabChoice(Options):
+    """Which lab it is, and what it leaves out."""
 
     TITLE: ClassVar[str] = 'lab'
 
     lab: Path | None = option(
         PathTo(), 'lab file', default=None, default_text='the one of the package'
     )
-    nb_robots: int | None = option(
-        NB_ROBOTS, 'size of the fleet', default=None, default_text="the lab file's, or 1"
-    )
     mocap: str | None = option(
         Kind(metavar='NAME'),
         'motion capture driver (see setcmas list)',
         default=None,
         complete=names_and_files(MOCAP_SOURCES.offers),
+    )
+    resume: bool = flag('robots resume by themselves when the reason of a stop is gone')
+    without_guard: bool = flag(
+        'allow robots without a cmd_vel_guard, which keep moving if this machine or the network '
+        'dies'
+    )
+    without_motion_check: bool = flag(
+        'switch off the check that robots move as commanded, and their proof of who is who'
+    )
+
+
+@dataclass(frozen=True, kw_only=True)
+class ExperimentOptions(LabChoice):
+    """The lab of a scenario."""
+
+    TITLE: ClassVar[str] = 'lab'
+
+    emulate: bool = flag(
+        'an experiment in an emulated lab on this machine, with all its safety and no hardware'
+    )
+
+
+@dataclass(frozen=True, kw_only=True)
+class LabOptions(LabChoice):
+    """Which lab it is; options override the lab file."""
+
+    TITLE: ClassVar[str] = 'lab'
+
+    nb_robots: int | None = option(
+        NB_ROBOTS, 'size of the fleet', default=None, default_text="the lab file's, or 1"
     )
     limits: str | None = option(
         OneOf(tuple(ROBOT_MODELS)), 'speed limits of the robots', default=None
@@ -54,14 +81,6 @@ class LabOptions(Options):
     )
     joystick_button: int | None = option(
         Whole(metavar='B'), 'joystick button that starts and pauses (the first is 0)', default=None
-    )
-    resume: bool = flag('robots resume by themselves when the reason of a stop is gone')
-    without_guard: bool = flag(
-        'allow robots without a cmd_vel_guard, which keep moving if this machine or the network '
-        'dies'
-    )
-    without_motion_check: bool = flag(
-        'switch off the check that robots move as commanded, and their proof of who is who'
     )
 
     def chosen(self) -> Lab:

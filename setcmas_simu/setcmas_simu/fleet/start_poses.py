@@ -4,17 +4,20 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from setcmas_simu.arrays import Floats
 from setcmas_simu.errors import SetcmasError
+from setcmas_simu.fleet.per_robot import check_in_fleet
 from setcmas_simu.yaml_entries import Entry, read_entries
 
 Pose = tuple[float, float, float]
+GivenPoses = Path | Mapping[int, Pose] | Sequence[Pose]
 _FORM = 'x, y in m and theta in rad, such as [1.0, 2.0, 1.57]; theta is optional'
 
 
@@ -53,12 +56,9 @@ def poses_of_entry(content: Entry, nb_robots: int = 1) -> dict[int, Pose]:
         SetcmasError: The entry has another form, or too few poses.
     """
     if isinstance(content.value, list):
-        if 0 < len(content.value) < nb_robots:
-            raise content.error(
-                f'{len(content.value)} poses for {nb_robots} robots; add poses, or '
-                'place only some robots with a mapping such as '
-                "'3: [1, 2, 0]'"
-            )
+        if content.value:
+            with content.located():
+                _check_number(len(content.value), nb_robots)
         poses = dict(enumerate(content.value, start=1))
     elif isinstance(content.value, dict):
         poses = _by_number(content.value)
@@ -67,6 +67,14 @@ def poses_of_entry(content: Entry, nb_robots: int = 1) -> dict[int, Pose]:
     if not poses:
         raise content.mistake('a list of poses or a mapping from robots to poses')
     return {robot: _pose_of_entry(entry) for robot, entry in poses.items()}
+
+
+def _check_number(poses: int, nb_robots: int) -> None:
+    if poses < nb_robots:
+        raise SetcmasError(
+            f'{poses} poses for {nb_robots} robots; add poses, or place only some robots with a '
+            "mapping such as '3: [1, 2, 0]'"
+        )
 
 
 def _by_number(entries: dict[str, Entry]) -> dict[int, Entry]:
@@ -89,20 +97,37 @@ def _pose_of_entry(entry: Entry) -> Pose:
     return (x, y, theta)
 
 
+def poses_of_array(poses: ArrayLike, nb_robots: int) -> tuple[Pose, ...]:
+    """Return the start poses in an array with rows x, y in m and theta in rad.
+
+    Raises:
+        SetcmasError: It has not the shape (3, nb_robots), or numbers that are not finite.
+    """
+    array = np.array(poses, dtype=float)
+    if array.shape != (3, nb_robots) or not np.isfinite(array).all():
+        raise SetcmasError(
+            f'poses have shape {array.shape}; they must be finite numbers of shape '
+            f'(3, {nb_robots})'
+        )
+    return tuple((x, y, theta) for x, y, theta in array.T.tolist())
+
+
 def given_poses(
-    nb_robots: int, poses_file: Path | None = None, pose_options: Iterable[str] = ()
+    nb_robots: int,
+    poses: GivenPoses | None = None,
+    pose_options: Iterable[str] = (),
 ) -> dict[int, Pose]:
-    """Return start poses by robot: those of the file, replaced by single ones.
+    """Return start poses by robot: those of all, replaced by single ones.
 
     Args:
         nb_robots: Size of the fleet.
-        poses_file: A YAML file as `load_poses` reads it.
+        poses: Those of robots 1, 2, ..., those by robot, or a YAML file as `load_poses` reads it.
         pose_options: Texts as `parse_pose_option` reads them.
 
     Raises:
         SetcmasError: A pose is malformed, or its robot is not in the fleet.
     """
-    given = load_poses(poses_file, nb_robots) if poses_file else {}
+    given = _by_robot(poses, nb_robots) if poses is not None else {}
     # A file may serve fleets of several sizes; a single pose for a missing robot is a mistake.
     given = {robot: pose for robot, pose in given.items() if robot <= nb_robots}
     named: set[int] = set()
@@ -117,6 +142,16 @@ def given_poses(
         named.add(robot)
         given[robot] = pose
     return given
+
+
+def _by_robot(poses: GivenPoses, nb_robots: int) -> dict[int, Pose]:
+    if isinstance(poses, Path):
+        return load_poses(poses, nb_robots)
+    if isinstance(poses, Mapping):
+        check_in_fleet(poses, nb_robots, 'poses')
+        return dict(poses)
+    _check_number(len(poses), nb_robots)
+    return dict(enumerate(poses, start=1))
 
 
 def _pose(values: list[str], where: str) -> Pose:

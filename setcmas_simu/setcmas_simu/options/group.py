@@ -8,14 +8,14 @@ from __future__ import annotations
 
 import argparse
 import math
-from collections.abc import Container, Mapping
+from collections.abc import Container, Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import MISSING, Field, dataclass, field, fields
-from pathlib import Path
 from typing import Any, ClassVar, TypeVar
 
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.options.kinds import Kind
-from setcmas_simu.options.option import Form, Option
+from setcmas_simu.options.option import Form, Option, plain
 
 Group = TypeVar('Group', bound='Options')
 
@@ -24,12 +24,14 @@ class ClashError(SetcmasError):
     """Options that do not go together.
 
     Attributes:
+        names: Their names.
         typed: The message in the words of the command line.
     """
 
     def __init__(self, message: str, *names: str) -> None:
         """Fill the names of options into a message, in the words of Python."""
         super().__init__(message.format(*names))
+        self.names = names
         self.typed = message.format(*map(spelled, names))
 
 
@@ -47,7 +49,15 @@ def option(kind: Kind, help: str, *, default: Any = MISSING, **known: Any) -> An
         default: Its value where it is not given; it must be given if there is none.
         known: Further attributes of `Option`.
     """
-    return field(default=default, metadata={'option': Option(kind, help, **known)})
+    metadata = {'option': Option(kind, help, **known)}
+    if isinstance(default, dict):
+        return field(default_factory=default.copy, metadata=metadata)
+    return field(default=default, metadata=metadata)
+
+
+def default_of(one: Field[Any]) -> Any:
+    """Return the default of a field of a group; MISSING if there is none."""
+    return one.default if one.default_factory is MISSING else one.default_factory()
 
 
 def flag(help: str, default: bool = False, **known: Any) -> Any:  # noqa: A002
@@ -72,8 +82,8 @@ class Options:
         for one in fields(self):
             value = getattr(self, one.name)
             kept: Option = one.metadata['option']
-            if kept.form is Form.ONE and (value is not None or one.default is not None):
-                kept.kind.check(one.name, value)
+            if not kept.is_several and (value is not None or one.default is not None):
+                kept.check(one.name, value)
         self.check()
 
     def check(self) -> None:
@@ -85,21 +95,26 @@ class Options:
 
     @classmethod
     def add_to(
-        cls, parser: argparse.ArgumentParser, without: Container[str] = (), **defaults: Any
+        cls,
+        parser: argparse.ArgumentParser,
+        without: Container[str] = (),
+        quiet: bool = False,
+        **defaults: Any,
     ) -> None:
         """Add the options to a command line, those of the class itself first.
 
         Args:
             parser: That of the command line.
             without: Names of options that it does not have.
+            quiet: Whether parsed arguments lack an option that is not typed.
             defaults: Defaults that are others there.
         """
         group = _argument_group(parser, cls.TITLE)
         for one in _in_order(cls):
             if one.name not in without:
                 kept: Option = one.metadata['option']
-                default = defaults.get(one.name, one.default)
-                kept.add_to(group, one.name, kept.flag or spelled(one.name), default)
+                default = defaults.get(one.name, default_of(one))
+                kept.add_to(group, one.name, kept.flag or spelled(one.name), default, quiet)
 
     @classmethod
     def of(cls: type[Group], args: argparse.Namespace) -> Group:
@@ -108,11 +123,23 @@ class Options:
         Raises:
             SetcmasError: Options do not go together.
         """
-        given = {n: tuple(v) if isinstance(v, list) else v for n, v in vars(args).items()}
-        try:
-            return cls.among(given)
-        except ClashError as error:
-            raise SetcmasError(error.typed) from None
+        with typed_words():
+            return cls.among(cls.typed(args))
+
+    @classmethod
+    def typed(cls, args: argparse.Namespace) -> dict[str, Any]:
+        """Return the values in parsed arguments by name."""
+        found = {}
+        for name, one in cls.options().items():
+            if name in args:
+                value = getattr(args, name)
+                found[name] = one.kind.gathered(value) if isinstance(value, list) else value
+        return found
+
+    @classmethod
+    def options(cls) -> dict[str, Option]:
+        """Return the options by name, those of the class itself first."""
+        return {one.name: one.metadata['option'] for one in _in_order(cls)}
 
     @classmethod
     def among(cls: type[Group], values: Mapping[str, Any]) -> Group:
@@ -137,15 +164,15 @@ class Options:
     def _changed(self) -> dict[str, tuple[Option, Any]]:
         return {
             one.name: (one.metadata['option'], getattr(self, one.name))
-            for one in fields(self)
-            if getattr(self, one.name) != one.default
+            for one in _in_order(type(self))
+            if differs(getattr(self, one.name), default_of(one))
         }
 
     def record(self) -> dict[str, Any]:
         """Return what run.yaml records: the values by name, None for a default of inf."""
         values = {one.name: (getattr(self, one.name), one.default) for one in fields(self)}
         return {
-            name: None if default == math.inf == value else _plain(value)
+            name: None if default == math.inf and not differs(value, default) else plain(value)
             for name, (value, default) in values.items()
         }
 
@@ -164,8 +191,19 @@ def _argument_group(parser: argparse.ArgumentParser, title: str) -> argparse._Ar
     return next(titled, None) or parser.add_argument_group(title)
 
 
-def _plain(value: Any) -> Any:
-    """Return a value as YAML has it."""
-    if isinstance(value, tuple):
-        return [_plain(one) for one in value]
-    return str(value) if isinstance(value, Path) else value
+def differs(value: Any, other: Any) -> bool:
+    """Return whether two values of an option differ; matrices are compared as lists."""
+    return bool(plain(value) != plain(other))
+
+
+@contextmanager
+def typed_words() -> Iterator[None]:
+    """Let messages about options that do not go together use the words of the command line.
+
+    Raises:
+        SetcmasError: Options do not go together.
+    """
+    try:
+        yield
+    except ClashError as error:
+        raise SetcmasError(error.typed) from None

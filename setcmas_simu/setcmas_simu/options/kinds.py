@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
 from numbers import Integral, Real
 from pathlib import Path
@@ -10,6 +11,8 @@ from typing import Any
 
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet.fleet import format_robots, parse_robots
+from setcmas_simu.fleet.per_robot import mapped
+from setcmas_simu.yaml_entries import Entry
 
 
 @dataclass(frozen=True)
@@ -43,6 +46,40 @@ class Kind:
     def text(self, value: Any) -> str:
         """Return the text that `parse` turns into a value."""
         return str(value)
+
+    def value(self, given: Any) -> Any:
+        """Return the value that Python or YAML gives, a text as on a command line."""
+        return self.parse(given) if isinstance(given, str) else given
+
+    def read(self, entry: Entry, place: Callable[[str], str]) -> Any:
+        """Return the value of a YAML entry, which `check` judges.
+
+        Args:
+            entry: The entry.
+            place: Returns the path of a file, and a text that names none as it is.
+
+        Raises:
+            SetcmasError: A text or a file is malformed.
+        """
+        return self.value(self.located(entry.plain(), place))
+
+    def gathered(self, values: Iterable[Any]) -> Any:
+        """Return the value of an option that is typed several times."""
+        return tuple(values)
+
+    def spread(self, value: Any) -> Iterable[Any]:
+        """Return what `gathered` turns into the value of an option that is typed several times."""
+        return tuple(value)
+
+    def located(self, value: Any, place: Callable[[str], str]) -> Any:
+        """Return a value with each file that it names in its place.
+
+        Args:
+            value: The value, as YAML has it.
+            place: Returns the path of a file, and a text that names none as it is.
+        """
+        del place  # most values name no file
+        return value
 
     def check(self, name: str, value: Any) -> None:
         """See that a value is of this kind.
@@ -104,6 +141,11 @@ class Number(Kind):
         inside = self.above < number and self.least <= number <= self.most
         return inside and not (self.finite and math.isinf(number))
 
+    def value(self, given: Any) -> Any:
+        """Return a number as a float."""
+        is_number = isinstance(given, Real) and not isinstance(given, bool)
+        return float(given) if is_number else given
+
     def text(self, value: Any) -> str:
         """Return the shortest text that tells a number to the last bit."""
         return repr(float(value)).removesuffix('.0')
@@ -148,6 +190,11 @@ class Whole(Kind):
     def parse(self, text: str) -> int | str:
         """Return the number that a text tells."""
         return int(text) if text.removeprefix('-').isdecimal() else text
+
+    def value(self, given: Any) -> Any:
+        """Return a number as an int, also one that a range of a study has as a float."""
+        is_whole = isinstance(given, Real) and not isinstance(given, bool) and given % 1 == 0
+        return int(given) if is_whole else given
 
     def accepts(self, value: Any) -> bool:
         """Return whether a value is a whole number within the bounds."""
@@ -208,6 +255,19 @@ class PathTo(Kind):
     def accepts(self, value: Any) -> bool:
         """Return whether a value is a path."""
         return isinstance(value, Path)
+
+    def located(self, value: Any, place: Callable[[str], str]) -> Any:
+        """Return the file in its place."""
+        return place(value) if isinstance(value, str) else value
+
+
+@dataclass(frozen=True)
+class NameOrFile(Kind):
+    """Names and files, also some for each robot: '1:burger,2-4:my_robot.py'."""
+
+    def located(self, value: Any, place: Callable[[str], str]) -> Any:
+        """Return the files in their place."""
+        return mapped(value, place, 'it') if isinstance(value, str) else value
 
 
 @dataclass(frozen=True)

@@ -3,13 +3,17 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import MISSING, dataclass
 from enum import Enum
+from pathlib import Path
 from typing import Any
+
+import numpy as np
 
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.options.kinds import Kind
+from setcmas_simu.yaml_entries import Entry
 
 Completer = Callable[..., Iterable[str]]
 
@@ -48,8 +52,77 @@ class Option:
     flag: str = ''
     complete: Completer | None = None
 
-    def add_to(self, group: argparse._ArgumentGroup, name: str, flag: str, default: Any) -> None:
-        """Add the option to a command line; it is required if its default is MISSING."""
+    @property
+    def is_switch(self) -> bool:
+        """Whether it is true or false."""
+        return self.form in (Form.FLAG, Form.SWITCH)
+
+    @property
+    def is_several(self) -> bool:
+        """Whether it has several values."""
+        return self.form in (Form.REPEATED, Form.SEVERAL)
+
+    def value(self, given: Any) -> Any:
+        """Return the value that Python, YAML or a command line gives; `check` judges it.
+
+        Raises:
+            SetcmasError: A text is malformed.
+        """
+        if given is None or self.is_switch:
+            return given
+        if self.is_several and isinstance(given, (list, tuple, str)):
+            several = [given] if isinstance(given, str) else given
+            return self.kind.gathered(map(self.kind.value, several))
+        return self.kind.value(given)
+
+    def read(self, entry: Entry, place: Callable[[str], str]) -> Any:
+        """Return the value of a YAML entry.
+
+        Args:
+            entry: The entry.
+            place: Returns the path of a file, and a text that names none as it is.
+
+        Raises:
+            SetcmasError: It is none; the message names file and line.
+        """
+        with entry.located():
+            if self.form is Form.ONE:
+                value = self.kind.read(entry, place)
+            else:
+                value = self.value(entry.plain())
+            self.check(entry.name, value)
+            return value
+
+    def check(self, name: str, value: Any) -> None:
+        """Check a value.
+
+        Raises:
+            SetcmasError: It is none of this option.
+        """
+        if self.is_switch and not isinstance(value, bool):
+            raise SetcmasError(f'{name} is {value!r}; it must be true or false')
+        if self.is_switch:
+            return
+        for one in self.kind.spread(value) if self.is_several else [value]:
+            self.kind.check(name, one)
+
+    def add_to(
+        self,
+        group: argparse._ArgumentGroup,
+        name: str,
+        flag: str,
+        default: Any,
+        quiet: bool = False,
+    ) -> None:
+        """Add the option to a command line.
+
+        Args:
+            group: Takes the option.
+            name: Its name in the parsed arguments.
+            flag: What is typed.
+            default: Its default; it is required if that is MISSING.
+            quiet: Whether the parsed arguments lack it where it is not typed.
+        """
         known: dict[str, Any] = {'dest': name, 'help': self._help(default)}
         if self.form in (Form.FLAG, Form.SWITCH):
             switch = argparse.BooleanOptionalAction
@@ -60,6 +133,8 @@ class Option:
             known['metavar'] = self.kind.metavar or _of_unit(self.kind)
             known['choices'] = None if known['metavar'] else self.kind.choices or None
             known |= self._counted(default)
+        if quiet:
+            known |= {'default': argparse.SUPPRESS, 'required': False}
         action = group.add_argument(*filter(None, (self.short, flag)), **known)
         if self.complete:
             action.completer = self.complete  # type: ignore[attr-defined]  # argcomplete's
@@ -70,14 +145,14 @@ class Option:
             return [flag if value else f'--no-{flag[2:]}']
         if self.form is Form.SEVERAL:
             return [flag, *map(self.kind.text, value)]
-        several = value if self.form is Form.REPEATED else [value]
+        several = self.kind.spread(value) if self.form is Form.REPEATED else [value]
         return [f'{flag}={self.kind.text(one)}' for one in several]
 
     def _counted(self, default: Any) -> dict[str, Any]:
         if default is MISSING:
             return {'required': True}
         if self.form is Form.REPEATED:
-            return {'default': list(default), 'action': 'append'}
+            return {'default': [*self.kind.spread(default)], 'action': 'append'}
         if self.form is Form.SEVERAL:
             return {'default': default, 'nargs': '+'}
         if self.alone is not None:
@@ -94,14 +169,25 @@ class Option:
 
     def _type(self, flag: str) -> Callable[[str], Any]:
         def parse(text: str) -> Any:
-            value = self.kind.parse(text)
             try:
+                value = self.kind.parse(text)
                 self.kind.check(flag, value)
             except SetcmasError as error:
                 raise argparse.ArgumentError(None, str(error)) from error
             return value
 
         return parse
+
+
+def plain(value: Any) -> Any:
+    """Return a value of an option as YAML has it; a function stays one."""
+    if isinstance(value, Mapping):
+        return {key: plain(one) for key, one in value.items()}
+    if isinstance(value, (tuple, list)):
+        return [plain(one) for one in value]
+    if isinstance(value, (np.ndarray, np.generic)):
+        return value.tolist()
+    return str(value) if isinstance(value, Path) else value
 
 
 def _of_unit(kind: Kind) -> str | None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
 from itertools import combinations
 from numbers import Real
@@ -58,6 +58,11 @@ class Borders(Kind):
         except (TypeError, ValueError):
             return text
         return arena if self.accepts(arena) else text
+
+    def value(self, given: Any) -> Any:
+        """Return four borders as an arena."""
+        given = super().value(given)
+        return Arena(*map(float, given)) if self.accepts(given) else given
 
     def accepts(self, value: Any) -> bool:
         """Return whether a value has the four borders of a box of positive size."""
@@ -169,6 +174,17 @@ class ObstaclesKind(Kind):
         if text.endswith(_OF_FILES):
             return str(Obstacles.listed(read_entries(Path(text))))
         return text
+
+    def located(self, value: Any, place: Callable[[str], str]) -> Any:
+        """Return a file in its place."""
+        names_file = isinstance(value, str) and value.endswith(_OF_FILES)
+        return place(value) if names_file else value
+
+    def read(self, entry: Entry, place: Callable[[str], str]) -> Any:
+        """Return the obstacles of a text, a file or a list."""
+        if isinstance(entry.value, list):
+            return str(Obstacles.listed(entry))
+        return super().read(entry, place)
 
     def accepts(self, value: Any) -> bool:
         """Return whether a value is valid obstacle text."""

@@ -194,11 +194,6 @@ def _check_file(path: Path) -> None:
         raise SetcmasError(f"robot script '{path}' not found; write one with setcmas new --robot")
 
 
-def absolute(names: Sequence[str]) -> list[str]:
-    """Return model names with absolute paths of files, since a script may change the folder."""
-    return [str(Path(name).absolute()) if is_file(name) else name for name in names]
-
-
 def robot_models(
     names: Sequence[str],
     robots: Sequence[int],

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -11,7 +12,14 @@ from typing import Any, ClassVar
 from setcmas_simu.arrays import Floats
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet.fleet import format_robots, start_poses
-from setcmas_simu.fleet.start_poses import AUTO, FORM, RandomPoses, given_poses
+from setcmas_simu.fleet.start_poses import (
+    AUTO,
+    FORM,
+    GivenPoses,
+    RandomPoses,
+    given_poses,
+    poses_of_entry,
+)
 from setcmas_simu.fleet.topics import CMD_VEL_TYPES
 from setcmas_simu.options.completion import names_and_files
 from setcmas_simu.options.group import ClashError, Options, flag, option
@@ -20,17 +28,19 @@ from setcmas_simu.options.kinds import (
     RATE,
     SEEDS,
     Kind,
+    NameOrFile,
     Number,
     OneOf,
     PathTo,
     Robots,
     Whole,
 )
-from setcmas_simu.options.option import Form
+from setcmas_simu.options.option import Form, plain
 from setcmas_simu.robots.model import MODELS
 from setcmas_simu.robots.models import MODELS as ROBOT_MODELS
 from setcmas_simu.robots.models import NO_LIMITS, UNICYCLE, check_models, model_names
 from setcmas_simu.robots.unicycle import RATE_HZ
+from setcmas_simu.yaml_entries import Entry, entries_of
 
 
 @dataclass(frozen=True)
@@ -46,6 +56,37 @@ class SimulatedRobots:
     robots: list[int]
     start_poses: Floats
     models: list[str]
+
+
+@dataclass(frozen=True)
+class _StartPoses(PathTo):
+    """A file of start poses; in YAML and Python also the poses themselves."""
+
+    @property
+    def must_be(self) -> str:
+        """The forms."""
+        return 'a file, a list of poses [x, y, theta], or a mapping from robots to poses'
+
+    def read(self, entry: Entry, place: Callable[[str], str]) -> Any:
+        """Return the path of a file, the poses of a list, or poses by robot."""
+        if isinstance(entry.value, str):
+            return super().read(entry, place)
+        poses = poses_of_entry(entry)
+        return tuple(poses.values()) if isinstance(entry.value, list) else poses
+
+    def parse(self, text: str) -> Any:
+        """Return the path that a text is, or the poses of a list or mapping in YAML."""
+        if text.startswith(('[', '{')):
+            return self.read(entries_of(text, Path('poses')), str)
+        return super().parse(text)
+
+    def text(self, value: Any) -> str:
+        """Return the text that `parse` turns into a value."""
+        return str(value) if isinstance(value, Path) else json.dumps(plain(value))
+
+    def accepts(self, value: Any) -> bool:
+        """Return whether a value is a path, a tuple of poses, or poses by robot."""
+        return isinstance(value, (dict, tuple)) or super().accepts(value)
 
 
 @dataclass(frozen=True)
@@ -71,8 +112,8 @@ class StartPoseOptions(Options):
 
     TITLE: ClassVar[str] = 'emulated lab'
 
-    poses: Path | None = option(
-        PathTo(), 'start poses in a YAML file: a list [x, y, theta]', default=None
+    poses: GivenPoses | None = option(
+        _StartPoses(), 'start poses in a YAML file: a list [x, y, theta]', default=None
     )
     pose: tuple[str, ...] = option(
         Kind(metavar='I:X,Y[,THETA]'),
@@ -122,17 +163,45 @@ class StartPoseOptions(Options):
 
 
 @dataclass(frozen=True, kw_only=True)
-class SimulationOptions(StartPoseOptions):
-    """Which robots are simulated, and how."""
+class ClockOptions(Options):
+    """How simulated time goes by."""
 
     TITLE: ClassVar[str] = 'simulated robots'
 
-    nb_robots: int | None = option(NB_ROBOTS, 'size of the fleet', default=None, default_text='1')
-    robots: tuple[int, ...] | None = option(
-        Robots(), "simulate only these robots of it, such as '1-4'", default=None
+    lockstep: bool = flag(
+        'advance time only after every controller has answered: as fast as they can, and to the '
+        'last bit as setcmas offline'
+    )
+    rtf: float = option(
+        Number(above=0, most=100, metavar='FACTOR'),
+        'real time factor: how much faster than the wall clock time goes by',
+        default=1.0,
+    )
+
+    def check(self) -> None:
+        """Check that the values go together.
+
+        Raises:
+            ClashError: They do not.
+        """
+        if self.lockstep and self.rtf != 1.0:
+            raise ClashError('{} goes as fast as it can: leave out {}', 'lockstep', 'rtf')
+
+
+@dataclass(frozen=True, kw_only=True)
+class RobotOptions(StartPoseOptions):
+    """Which robots there are, where they start, and how they move."""
+
+    TITLE: ClassVar[str] = 'simulated robots'
+
+    nb_robots: int | None = option(
+        NB_ROBOTS,
+        'size of the fleet',
+        default=None,
+        default_text="1; in experiments the lab file's",
     )
     model: str | None = option(
-        Kind(metavar='MODEL'),
+        NameOrFile(metavar='MODEL'),
         'how the robots move: a model (see setcmas list), a script such as my_robot.py, a file '
         "of setcmas identify, or for some of them '1:burger,2-4:my_robot.py'",
         default=None,
@@ -151,29 +220,39 @@ class SimulationOptions(StartPoseOptions):
         default_text='never',
     )
     robot_rate: float = option(RATE, 'rate of integration and odometry', default=RATE_HZ)
+
+    def nb_steps(self, duration: float) -> int:
+        """Return how many steps the robots do in a run of `duration` s."""
+        return max(1, round(duration * self.robot_rate))
+
+    @property
+    def fleet_size(self) -> int:
+        """Number of robots in the fleet."""
+        return self.nb_robots or 1
+
+
+@dataclass(frozen=True, kw_only=True)
+class SimulationOptions(RobotOptions, ClockOptions):
+    """What a simulator simulates: all robots of a fleet, or some."""
+
+    TITLE: ClassVar[str] = 'simulated robots'
+
+    robots: tuple[int, ...] | None = option(
+        Robots(), "simulate only these robots of it, such as '1-4'", default=None
+    )
     cmd_vel_type: str = option(
         OneOf(tuple(CMD_VEL_TYPES)),
         'message type that the robots listen to on cmd_vel',
         default=CMD_VEL_TYPES[0],
     )
-    lockstep: bool = flag(
-        'let time go on when all controllers have answered: as fast as they can, and to the last '
-        'bit as setcmas offline'
-    )
-    rtf: float = option(
-        Number(above=0, most=100, metavar='FACTOR'),
-        'real time factor: how much faster than the wall clock time goes by',
-        default=1.0,
-    )
 
     def check(self) -> None:
-        """See that the values go together.
+        """Check that the values go together.
 
         Raises:
             ClashError: They do not.
         """
-        if self.lockstep and self.rtf != 1.0:
-            raise ClashError('{} goes as fast as it can: leave out {}', 'lockstep', 'rtf')
+        super().check()
         if self.lockstep and self.cmd_vel_type != CMD_VEL_TYPES[0]:
             raise ClashError(
                 f'{{}} needs commands with a stamp: {{}} must be {CMD_VEL_TYPES[0]}',
@@ -184,10 +263,6 @@ class SimulationOptions(StartPoseOptions):
             raise ClashError(
                 '{} needs the whole fleet in one simulator: leave out {}', 'lockstep', 'robots'
             )
-
-    def nb_steps(self, duration: float) -> int:
-        """Return how many steps the robots do in a run of `duration` s."""
-        return max(1, round(duration * self.robot_rate))
 
     @property
     def fleet_size(self) -> int:

@@ -44,7 +44,6 @@ def _given(reference: Run, run: Run) -> Iterator[str]:
         return
     yield from _changed('outcome', str(reference.outcome), str(run.outcome))
     yield from _options_changed(reference, run)
-    yield from _changed('seed', reference.info.seed, run.info.seed)
     if reference.info.origin and run.info.origin:
         yield from _changed('version of ', _origin(reference), _origin(run))
     yield from _inputs(reference, run)
@@ -61,9 +60,9 @@ def _options_changed(reference: Run, run: Run) -> Iterator[str]:
 
 
 def _options(run: Run) -> dict[str, Any]:
-    values = {name: value for name, value in run.parameters.items() if name != 'script'}
     arena = arena_of(run)
-    return values | {'arena': ', '.join(f'{border:g}' for border in arena) if arena else None}
+    borders = ', '.join(f'{border:g}' for border in arena) if arena else None
+    return {**run.parameters, 'arena': borders}
 
 
 def _origin(run: Run) -> Mapping[str, Any]:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import base64
-import difflib
 import html
 import io
 import re
@@ -15,11 +14,9 @@ from itertools import dropwhile, takewhile
 from pathlib import Path
 from typing import Any
 
-from setcmas_ctrl.control.law_scripts import LawScripts
 from setcmas_ctrl.scripts.exercise import exercise_of
 from setcmas_ctrl.scripts.loader import EXERCISES, find_script
-from setcmas_simu.errors import SetcmasError
-from setcmas_simu.robots.unicycle import RATE_HZ
+from setcmas_simu.errors import SetcmasError, did_you_mean
 from setcmas_tools.grade.marking import mark
 from setcmas_tools.grade.marks import (
     CriterionMark,
@@ -31,7 +28,7 @@ from setcmas_tools.grade.marks import (
     Student,
 )
 from setcmas_tools.grade.rubric import Rubric, read_rubric, rubric_of_exercise
-from setcmas_tools.grade.rubric_scenarios import CONTROL, Scenario
+from setcmas_tools.grade.rubric_scenarios import CONTROL, MarkedScenario
 from setcmas_tools.offline.engine import simulate
 from setcmas_tools.offline.history import remains
 from setcmas_tools.run.run_info import Outcome, State
@@ -139,14 +136,14 @@ def runs_here(submission: Any, function: str = CONTROL) -> LawRunner:
     """Return what runs scenarios with a trusted submission, in this process, as `simulate` does.
 
     Args:
-        submission: What `Scenario.job` takes.
+        submission: What `MarkedScenario.of` takes.
         function: Which function it is.
     """
 
-    def run(scenario: Scenario) -> ScenarioRun:
+    def run(scenario: MarkedScenario) -> ScenarioRun:
         messages: list[str] = []
         try:
-            made = simulate(**scenario.job(submission, function), warn=messages.append)
+            made = simulate(scenario.of(submission, function), warn=messages.append)
         except SetcmasError as error:
             return ScenarioRun(None, Failure(str(error)), is_complete=False)
         return ScenarioRun(made, Failure(messages[0]) if messages else None)
@@ -167,15 +164,14 @@ def runs_apart(script: Path, rubric: Rubric, call_timeout: float) -> LawRunner:
     """
     from setcmas_tools.offline.offline_run import BrokenRun, OfflineRun
 
-    def run(scenario: Scenario) -> ScenarioRun:
-        job = scenario.job(str(script), rubric.function)
+    def run(scenario: MarkedScenario) -> ScenarioRun:
+        chosen = scenario.of(str(script), rubric.function).found()
         printed = io.StringIO()
-        laws = LawScripts(str(job['algo']))
-        with redirect_stderr(printed), OfflineRun(job, laws) as offline_run:
+        with redirect_stderr(printed), OfflineRun(chosen) as offline_run:
             made = offline_run.result(call_timeout, lambda _: None, lambda _: None)
         if isinstance(made, BrokenRun):
             outcome = Outcome(State.DIED, {}, {}, str(made))
-            rest = remains(made.states, job.get('robot_rate', RATE_HZ), outcome)
+            rest = remains(made.states, chosen.robots.robot_rate, outcome)
             return ScenarioRun(rest, Failure(str(made)), is_complete=False)
         message = _first_message(printed.getvalue())
         return ScenarioRun(made, Failure(message) if message else None)
@@ -199,9 +195,9 @@ def chosen_rubric(script: Path | None, rubric: str | Path | None) -> Rubric:
     if rubric is not None and str(rubric) in EXERCISES:
         return rubric_of_exercise(str(rubric))
     if rubric is not None:
-        near = difflib.get_close_matches(str(rubric), EXERCISES.offers(), n=1)
+        near = did_you_mean(rubric, EXERCISES.offers())
         if near and not Path(rubric).exists():
-            raise SetcmasError(f"there is no rubric '{rubric}'; did you mean {near[0]}?")
+            raise SetcmasError(f"there is no rubric '{rubric}'{near}")
         return read_rubric(Path(rubric))
     if script and (exercise := exercise_of(script)):
         return rubric_of_exercise(exercise)

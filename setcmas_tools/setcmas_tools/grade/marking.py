@@ -22,7 +22,7 @@ from setcmas_tools.grade.marks import (
     Student,
 )
 from setcmas_tools.grade.rubric import Rubric
-from setcmas_tools.grade.rubric_scenarios import CTC, Scenario
+from setcmas_tools.grade.rubric_scenarios import CTC, MarkedScenario
 from setcmas_tools.run.run import Run
 from setcmas_tools.study.study_columns import COLUMNS
 
@@ -68,7 +68,7 @@ def unmarked(
     return Marks(submission, student, rubric.title, scenarios, failure)
 
 
-def _marked(rubric: Rubric, scenario: Scenario, done: ScenarioRun) -> ScenarioMark:
+def _marked(rubric: Rubric, scenario: MarkedScenario, done: ScenarioRun) -> ScenarioMark:
     solution = rubric.solution_run(scenario)
     figures: Mapping[str, float | None] = {}
     # In place of a condition that fails the engine sends: what that reaches is not the student's.

@@ -11,7 +11,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from typing import Protocol
 
-from setcmas_tools.grade.rubric_scenarios import Scenario
+from setcmas_tools.grade.rubric_scenarios import MarkedScenario
 from setcmas_tools.run.run import Run
 
 _AROUND = 2  # lines before and after the one that failed
@@ -231,7 +231,7 @@ class LawRunner(Protocol):
     teacher's mistakes and ends the grading.
     """
 
-    def __call__(self, scenario: Scenario) -> ScenarioRun:
+    def __call__(self, scenario: MarkedScenario) -> ScenarioRun:
         """Return the run of a scenario with the submission."""
 
 

@@ -14,7 +14,7 @@ from setcmas_tools.grade.criteria import COMPARED, FIGURES, SAFETY, figures_of
 from setcmas_tools.grade.rubric_scenarios import (
     CONTROL,
     CTC,
-    Scenario,
+    MarkedScenario,
     read_scenarios,
     read_solution,
 )
@@ -40,7 +40,7 @@ class Rubric:
 
     file: Path
     title: str
-    scenarios: tuple[Scenario, ...]
+    scenarios: tuple[MarkedScenario, ...]
     function: str = CONTROL
     exercise: str = ''
     solution: Path | None = None
@@ -79,7 +79,7 @@ class Rubric:
                         'in the emulated lab only; add --emulate'
                     )
 
-    def keep_solution(self, scenario: Scenario, run: Run) -> None:
+    def keep_solution(self, scenario: MarkedScenario, run: Run) -> None:
         """Let a run be that of the model solution.
 
         Raises:
@@ -101,7 +101,7 @@ class Rubric:
         scenarios = [one.shown() for one in self.scenarios if not one.hidden]
         return replace(self, scenarios=tuple(one for one in scenarios if one.criteria))
 
-    def solution_run(self, scenario: Scenario) -> Run | None:
+    def solution_run(self, scenario: MarkedScenario) -> Run | None:
         """Return the run of the model solution, made once; None if there is no solution.
 
         Raises:
@@ -111,8 +111,8 @@ class Rubric:
             return None
         if scenario.name not in self._runs:
             messages: list[str] = []
-            job = scenario.job(self.solution, self.function)
-            run = simulate(**job, warn=messages.append)
+            chosen = scenario.of(self.solution, self.function)
+            run = simulate(chosen, warn=messages.append)
             if run.failed_robots:
                 raise SetcmasError(
                     f"the solution fails in scenario '{scenario.name}' of {self.file}: "
@@ -167,15 +167,15 @@ def read_rubric(path: Path) -> Rubric:
     )
 
 
-def _scenarios(entry: Entry, function: str, solution: Path | None) -> tuple[Scenario, ...]:
-    scenarios: list[Scenario] = []
+def _scenarios(entry: Entry, function: str, solution: Path | None) -> tuple[MarkedScenario, ...]:
+    scenarios: list[MarkedScenario] = []
     told = ((item, one) for item in entry.items() for one in read_scenarios(item, function))
     for item, scenario in told:
         if scenario.name in (one.name for one in scenarios):
             raise item.error(f"there are two scenarios '{scenario.name}'; give one another name")
         needing = [one.metric for one in scenario.criteria if one.metric in COMPARED]
         filtered = [one.metric for one in scenario.criteria if one.metric.startswith('filter_')]
-        if filtered and scenario.arguments.get('filter', 'none') == 'none':
+        if filtered and not scenario.base.safety.is_on:
             raise item.error(f'{filtered[0]} is measured with a filter only; add filter: barrier')
         if needing and function == CONTROL and solution is None:
             raise item.error(f'{needing[0]} needs a solution to compare with; add solution: FILE')

@@ -16,11 +16,10 @@ import msgspec
 import numpy as np
 
 from setcmas_ctrl import network
-from setcmas_ctrl.scripts.loader import SEED
 from setcmas_ctrl.scripts.script_errors import ControlError, StopCall, safe_text
 from setcmas_simu.arrays import Floats
 from setcmas_tools.grade.marks import Failure, ScenarioRun
-from setcmas_tools.grade.rubric_scenarios import CONTROL, CTC, Scenario
+from setcmas_tools.grade.rubric_scenarios import CONTROL, CTC, MarkedScenario
 from setcmas_tools.grade.sandboxed_script import (
     LOADED,
     REQUEST,
@@ -33,6 +32,7 @@ from setcmas_tools.offline.confinement import FILE_SIZE, MEMORY, OPEN_FILES
 from setcmas_tools.offline.engine import simulate
 from setcmas_tools.offline.host import EndedError, Host, script_of
 from setcmas_tools.offline.host_process import Isolation
+from setcmas_tools.scenario.scenario import Scenario
 
 _PLACE = re.compile(r'(\S+\.py), line (\d{1,9})')
 
@@ -84,21 +84,22 @@ class SandboxRunner:
     times: Times
     function: str = CONTROL
 
-    def __call__(self, scenario: Scenario) -> ScenarioRun:
+    def __call__(self, scenario: MarkedScenario) -> ScenarioRun:
         """Return the run of a scenario with the submission."""
-        arguments = dict(scenario.arguments)
+        base = scenario.base
         is_condition = self.function == CTC
         work = SandboxedScript(
             self.script,
             is_condition,
-            arguments.get('nb_robots', 1),
-            arguments.get('seed', SEED),
-            {} if is_condition else arguments.pop('settings', {}),
+            base.nb_robots,
+            base.seed,
+            {} if is_condition else dict(base.law.set),
         )
         scripts = SandboxedScripts(self.host, self.files, work, self.times)
-        fleet = replace(scenario, arguments=arguments)
+        if not is_condition:
+            scenario = replace(scenario, base=base.replace(set={}))
         try:
-            run = simulate(**scripts.job(fleet), warn=_ignore)
+            run = simulate(scripts.scenario(scenario), warn=_ignore)
         except LostError:
             return ScenarioRun(None, self._located(scripts.failure), is_complete=False)
         finally:
@@ -149,8 +150,8 @@ class SandboxedScripts:
         self._folders = {(host.folder / name).parent for name in files}
         self._deadline = time.monotonic() + times.run
 
-    def job(self, scenario: Scenario) -> dict[str, Any]:
-        """Return the arguments of `simulate` for a scenario, once everything is loaded.
+    def scenario(self, marked: MarkedScenario) -> Scenario:
+        """Return a scenario with the submission, once everything is loaded.
 
         Raises:
             LostError: Something cannot be loaded.
@@ -162,8 +163,8 @@ class SandboxedScripts:
         robots = range(1, self._work.nb_robots + 1)
         if self._work.is_condition:
             conditions = {robot: self._condition(robot, kinds[answer]) for robot in robots}
-            return scenario.job(conditions, CTC)
-        return scenario.job({robot: self._law(robot) for robot in robots}, CONTROL)
+            return marked.of(conditions, CTC)
+        return marked.of({robot: self._law(robot) for robot in robots}, CONTROL)
 
     def _law(self, robot: int) -> Callable[[int, int, Floats, float], tuple[float, float]]:
         def control(robotNo: int, nbRobots: int, poses: Floats, t: float) -> tuple[float, float]:

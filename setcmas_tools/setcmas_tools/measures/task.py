@@ -140,8 +140,8 @@ def with_task(run: Run, task: str | None, algo: str | None = None) -> Run:
 
 def with_vnom(run: Run, vnom: float) -> Run:
     """Return a run with another largest speed that was asked of robots, in m/s."""
-    parameters = {**run.parameters, 'vnom': vnom, 'model': None, 'limits': 'ideal'}
-    return replace(run, info=replace(run.info, parameters=parameters))
+    scenario = {**run.parameters, 'vnom': vnom, 'model': None, 'limits': 'ideal'}
+    return replace(run, info=replace(run.info, scenario=scenario, lab=None))
 
 
 def _own_script(run: Run) -> Path | None:

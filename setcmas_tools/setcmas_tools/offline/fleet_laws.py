@@ -5,48 +5,33 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from itertools import repeat
-from pathlib import Path
-from typing import Any
 
 import numpy as np
 
 from setcmas_ctrl.control.commander import Commanded, Commander
 from setcmas_ctrl.control.control_law import ControlLaw
+from setcmas_ctrl.control.control_options import Algo, LawOptions
 from setcmas_ctrl.control.law_scripts import LawScripts
 from setcmas_ctrl.scripts.script_errors import ControlError, ErrorReports
-from setcmas_ctrl.scripts.script_settings import Settings
 from setcmas_simu.arrays import Floats
-from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet.per_robot import check_in_fleet, format_per_robot
 from setcmas_simu.reports.reports import Function
 from setcmas_tools.offline import board
 
-Law = str | Path | Callable[..., Any]
-Algo = Law | Mapping[int, Law]
-"""What `simulate` takes for its control laws."""
 
-
-def load_laws(algo: Algo, nb_robots: int, settings: Settings | None = None) -> list[ControlLaw]:
+def load_laws(chosen: LawOptions, nb_robots: int) -> list[ControlLaw]:
     """Return the control laws of robots 1 to nb_robots.
 
-    Args:
-        algo: A script or a function for all robots, a text such as '1:leader.py,2-8:follower.py',
-            or a dictionary with a script or a function for each robot.
-        nb_robots: Number of robots.
-        settings: Values for names of the scripts.
-
     Raises:
-        SetcmasError: A script cannot be found or loaded, a robot has no law, or there are only
-            functions to take settings.
+        SetcmasError: A script cannot be found or loaded, or a robot has no law.
     """
+    algo = chosen.algo
     robots = range(1, nb_robots + 1)
     by_robot = algo if isinstance(algo, Mapping) else dict.fromkeys(robots, algo)
     functions = {robot: law for robot, law in by_robot.items() if callable(law)}
-    if settings and len(functions) == len(by_robot):
-        raise SetcmasError('settings are for scripts; a function takes none')
     scripts = None
     if len(functions) < len(by_robot):
-        scripts = LawScripts(_text(algo, functions), settings=settings)
+        scripts = LawScripts(_text(algo, functions), chosen.exercise, chosen.set)
         scripts.check(nb_robots, functions)
     check_in_fleet(functions, nb_robots, 'algo')
     board.current.enter(Function.LOADING)

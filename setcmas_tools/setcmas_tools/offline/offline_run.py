@@ -6,16 +6,15 @@ import subprocess
 import sys
 import threading
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from contextlib import ExitStack
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import IO, Any
+from typing import IO
 
 import numpy as np
 
-from setcmas_ctrl.control.law_scripts import LawScripts
 from setcmas_ctrl.scripts.call_watch import STUCK_S
 from setcmas_ctrl.scripts.output import named_output
 from setcmas_ctrl.scripts.script_errors import described_place, quoted_line
@@ -23,11 +22,11 @@ from setcmas_simu.arrays import Floats
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet.topics import robot_name
 from setcmas_simu.reports.reports import Function
-from setcmas_simu.robots.models import model_names
 from setcmas_tools.offline.engine import simulate
 from setcmas_tools.offline.host import EndedError, Host, script_of
 from setcmas_tools.offline.script_call import Kind, ScriptCall, only_here, result_of
 from setcmas_tools.run.run import Run
+from setcmas_tools.scenario.scenario import Scenario
 
 _LOOK_S = 0.05
 _ANSWER_S = 0.5
@@ -67,17 +66,16 @@ class OfflineRun:
         elapsed: How long the run has taken in s, without the start of the process; 0 if it broke.
     """
 
-    def __init__(self, job: Mapping[str, Any], scripts: LawScripts) -> None:
+    def __init__(self, scenario: Scenario) -> None:
         """Start it.
 
         Args:
-            job: Arguments of `simulate`.
-            scripts: The control scripts, in whose files the place is looked for.
+            scenario: What is simulated, as `Scenario.found` returns it.
         """
-        self._scripts = scripts
-        names = {*model_names(job.get('model'), job.get('nb_robots', 1)), str(job.get('ctc'))}
+        self._scripts = scenario.law.scripts()
+        names = {*scenario.named('model'), *scenario.named('ctc')}
         others = [Path(name).resolve() for name in names if name.endswith('.py')]
-        self._paths = [*scripts.paths, *others]
+        self._paths = [*self._scripts.paths, *others]
         self._folders = {path.parent for path in self._paths}
         self.elapsed = 0.0
         self._host = Host(
@@ -85,7 +83,7 @@ class OfflineRun:
             environment={'PYTHONUNBUFFERED': '1'},
             output=subprocess.PIPE,
         )
-        self._board = ScriptCall(partial(_simulated, dict(job))).begin(self._host)
+        self._board = ScriptCall(partial(_simulated, scenario)).begin(self._host)
         process = self._host.process
         assert process
         assert process.stdout
@@ -185,11 +183,11 @@ class OfflineRun:
         return ''
 
 
-def _simulated(job: dict[str, Any], _: Path) -> tuple[Run, float]:
+def _simulated(scenario: Scenario, _: Path) -> tuple[Run, float]:
     """Make a run in this process; returns it, and how long it has taken in s."""
     _output.enter_context(named_output())
     begin = time.perf_counter()
-    run = simulate(**job, warn=_warn, progress=only_here())
+    run = simulate(scenario, warn=_warn, progress=only_here())
     return run, time.perf_counter() - begin
 
 

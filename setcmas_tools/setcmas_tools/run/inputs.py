@@ -2,21 +2,14 @@
 
 from __future__ import annotations
 
-import argparse
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
+from typing import Any
 
-from setcmas_ctrl.communication.communication_options import CommunicationOptions
-from setcmas_ctrl.communication.communication_settings import graph_file
-from setcmas_ctrl.control.law_scripts import LawScripts
 from setcmas_ctrl.scripts.imports import with_helpers
 from setcmas_simu.errors import SetcmasError
-from setcmas_simu.fleet.fleet import format_robots
-from setcmas_simu.fleet.per_robot import is_per_robot, parse_per_robot
-from setcmas_simu.robots.models import is_file, model_names
-
-INPUTS = 'inputs'
-"""The folder of a run with copies of the files that it was given, in a folder for each option."""
+from setcmas_tools.scenario.files import INPUTS, OF_FILES, robots_by_text
+from setcmas_tools.scenario.scenario import Scenario
 
 
 class RunInput:
@@ -74,80 +67,44 @@ def _read(file: Path) -> bytes:
         raise SetcmasError(f"'{file}' cannot be read: {error.strerror}") from error
 
 
-def run_inputs(
-    args: argparse.Namespace, scripts: LawScripts, lab: Path | None = None
-) -> list[RunInput]:
-    """Return what a run is given.
+def inputs_of(scenario: Scenario) -> list[RunInput]:
+    """Return the scripts and files that a scenario names, each with the robots that it is for.
 
     Args:
-        args: Parsed options of a run.
-        scripts: Its control scripts.
-        lab: The lab file of an emulated experiment.
-
-    Raises:
-        SetcmasError: There is no such condition, or a file cannot be read.
-    """
-    named = {
-        'ctc': CommunicationOptions.of(args).found(args.exercise).ctc,
-        'graph': graph_file(args.graph),
-        'poses': args.poses,
-        'lab': lab,
-    }
-    return [
-        *law_inputs(scripts),
-        *model_inputs(args.model, args.nb_robots),
-        *(RunInput(option, Path(path)) for option, path in named.items() if path is not None),
-    ]
-
-
-def law_inputs(scripts: LawScripts) -> list[RunInput]:
-    """Return the control scripts of a run.
+        scenario: With absolute paths, as `Scenario.found` returns it.
 
     Raises:
         SetcmasError: A file cannot be read.
     """
-    return [RunInput('algo', path, robots) for path, robots in scripts.robots_of.items()]
-
-
-def model_inputs(model: str | None, nb_robots: int) -> list[RunInput]:
-    """Return the robot scripts and model files of a run.
-
-    Raises:
-        SetcmasError: A file cannot be read.
-    """
-    names = model_names(model, nb_robots)
-    robots_of = {name: [r for r, own in enumerate(names, 1) if own == name] for name in names}
-    everywhere = model is None or not is_per_robot(model)
     return [
-        RunInput('model', Path(name), () if everywhere else robots)
-        for name, robots in robots_of.items()
-        if is_file(name)
+        RunInput(name, Path(path), robots)
+        for name in OF_FILES
+        for path, robots in scenario.named(name).items()
+        if Path(path).is_absolute()
     ]
 
 
-def entries(inputs: Iterable[RunInput]) -> dict[str, str]:
-    """Return where the folder of a run keeps its inputs, as the options themselves would say."""
-    found: dict[str, list[str]] = {}
-    for given in inputs:
-        robots = f'{format_robots(list(given.robots))}:' if given.robots else ''
-        found.setdefault(given.option, []).append(f'{robots}{given.folder}/{given.path.name}')
-    return {option: ','.join(texts) for option, texts in found.items()}
+def kept_record(scenario: Scenario, inputs: Iterable[RunInput]) -> dict[str, Any]:
+    """Return the record of a scenario, which names its files where the folder of a run has them.
+
+    Args:
+        scenario: With absolute paths, as `Scenario.found` returns it.
+        inputs: Its files.
+    """
+    kept = {(one.option, str(one.path)): f'{one.folder}/{one.path.name}' for one in inputs}
+    return scenario.located(lambda name: lambda text: kept.get((name, text), text)).record()
 
 
-def kept_inputs(folder: Path, kept: Mapping[str, str]) -> tuple[RunInput, ...]:
+def kept_inputs(folder: Path, record: Mapping[str, Any]) -> tuple[RunInput, ...]:
     """Return the inputs that the folder of a run keeps; those that have gone are left out.
 
     Args:
         folder: The folder.
-        kept: Paths in the folder, by option, as `entries` gives them.
+        record: The scenario in its run.yaml.
     """
-    found = []
-    for option, text in kept.items():
-        robots_of: dict[str, list[int]] = {}
-        if is_per_robot(text):
-            for robot, path in parse_per_robot(text, option).items():
-                robots_of.setdefault(path, []).append(robot)
-        for path, robots in (robots_of or {text: []}).items():
-            if (folder / path).is_file():
-                found.append(RunInput(option, folder / path, robots))
-    return tuple(found)
+    return tuple(
+        RunInput(name, folder / path, robots)
+        for name in OF_FILES
+        for path, robots in robots_by_text(record.get(name)).items()
+        if path.startswith(f'{INPUTS}/') and (folder / path).is_file()
+    )

@@ -14,6 +14,7 @@ import numpy as np
 from setcmas_ctrl.control.references import References
 from setcmas_simu.arrays import Floats
 from setcmas_simu.errors import SetcmasError, needs
+from setcmas_simu.fleet.per_robot import is_per_robot, parse_per_robot
 from setcmas_simu.fleet.topics import robot_name
 from setcmas_tools.run.communication_record import CommunicationRecord
 from setcmas_tools.run.csv_columns import FLEET
@@ -163,7 +164,7 @@ class Run(RunArrays):
         return cls(
             replace(tables, references=references),
             replace(info, references=references),
-            kept_inputs(source.folder, info.inputs),
+            kept_inputs(source.folder, info.scenario),
         )
 
     def save(self, folder: str | Path, overwrite: bool = False) -> Path:
@@ -291,8 +292,8 @@ class Run(RunArrays):
     def title(self) -> str:
         """What the run is called in plots, such as 'consensus, 8 robots'."""
         number = f'{len(self.robots)} robot{"s" if len(self.robots) > 1 else ""}'
-        script = self.parameters.get('script') or self.parameters.get('algo')
-        return f'{stem_of_script(str(script))}, {number}' if script else number
+        algo = self.parameters.get('algo')
+        return f'{law_title(str(algo))}, {number}' if algo else number
 
     def __repr__(self) -> str:
         """Return one line: arrays would flood a notebook."""
@@ -303,10 +304,12 @@ class Run(RunArrays):
         return str(tool(HTML)(self))
 
 
-def stem_of_script(script: str) -> str:
-    """Return what a control script is called in titles."""
-    stem = script.replace('\\', '/').rpartition('/')[2].removesuffix('.py')
-    return stem if len(stem) <= 40 else f'{stem[:39]}…'
+def law_title(algo: str) -> str:
+    """Return what control laws are called in titles, such as 'leader, follower'."""
+    texts = parse_per_robot(algo, 'algo').values() if is_per_robot(algo) else [algo]
+    stems = (text.replace('\\', '/').rpartition('/')[2].removesuffix('.py') for text in texts)
+    title = ', '.join(dict.fromkeys(stems))
+    return title if len(title) <= 40 else f'{title[:39]}…'
 
 
 def arena_of(run: Run) -> Arena | None:

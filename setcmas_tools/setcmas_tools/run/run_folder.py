@@ -5,28 +5,24 @@ from __future__ import annotations
 import shutil
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, suppress
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.options.group import Options, flag, option
-from setcmas_simu.options.kinds import DURATION, Number, PathTo
+from setcmas_simu.options.kinds import Number, PathTo
 from setcmas_simu.reports.reports import ScriptFailure
 from setcmas_tools.run.csv_columns import FLEET
-from setcmas_tools.run.inputs import INPUTS, RunInput, entries
+from setcmas_tools.run.inputs import RunInput
 from setcmas_tools.run.run_info import INFO_FILE, Reload, RunInfo, write_info
 from setcmas_tools.run.run_tables import RunTables, write_tables
+from setcmas_tools.scenario.files import INPUTS
 
 
 @dataclass(frozen=True, kw_only=True)
 class RunOptions(Options):
-    """How long a run takes, and where its results go."""
+    """Where the results of a run go."""
 
-    duration: float = option(
-        DURATION,
-        'length of the run, from the first command',
-        default=40.0,
-    )
     output: Path | None = option(
         PathTo(metavar='DIR'), 'folder of the results, to be created', default=None, short='-o'
     )
@@ -247,7 +243,7 @@ class RunFolder:
             SetcmasError: It cannot be written.
         """
         with self._writing():
-            write_info(replace(info, inputs=entries(self._inputs)), self.path)
+            write_info(info, self.path)
 
     def write_tables(self, tables: RunTables) -> None:
         """Write the CSV files.

@@ -11,10 +11,12 @@ from typing import Any
 import msgspec
 
 from setcmas_ctrl.control.references import References
+from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet.fleet import format_robots
 from setcmas_simu.reports.reports import ScriptFailure
 from setcmas_tools.run.origin import Origin, this_origin
 from setcmas_tools.run.record_file import read_record, write_record
+from setcmas_tools.scenario.scenario import check_record
 
 
 class State(Enum):
@@ -109,9 +111,9 @@ class RunInfo:
     Attributes:
         command: The command line; empty for a run that a script of Python has made.
         outcome: How it ended.
-        parameters: Its options by name.
-        seed: Seed of the random numbers of scripts and links.
-        inputs: The files that it was given, by option, as paths in the folder of the run.
+        scenario: What was run, as `Scenario.record` gives it; files are paths in the folder of
+            the run.
+        lab: What the lab of an emulated experiment decides in place of the scenario.
         references: Its task, if the law tells of one.
         started: When, such as '2026-11-21T16:02:11+0000'; None if that is not told, so that equal
             runs leave equal files.
@@ -122,14 +124,23 @@ class RunInfo:
 
     command: list[str] = field(default_factory=list)
     outcome: Outcome = field(default_factory=lambda: Outcome(State.COMPLETE))
-    parameters: dict[str, Any] = field(default_factory=dict)
-    seed: int = 0
-    inputs: dict[str, str] = field(default_factory=dict)
+    scenario: dict[str, Any] = field(default_factory=dict)
+    lab: dict[str, Any] | None = None
     references: References | None = None
     started: str | None = None
     origin: Origin | None = None
     reloads: list[Reload] | None = None
     failures: list[ScriptFailure] | None = None
+
+    @property
+    def seed(self) -> int:
+        """Seed of the random numbers of scripts, links and start poses."""
+        return int(self.scenario.get('seed', 0))
+
+    @property
+    def parameters(self) -> dict[str, Any]:
+        """The values of the scenario by name, those of the lab in place of its own."""
+        return self.scenario | (self.lab or {})
 
 
 def write_info(info: RunInfo, folder: Path) -> None:
@@ -154,4 +165,9 @@ def read_info(folder: Path) -> RunInfo | None:
     Raises:
         SetcmasError: The file cannot be read, is damaged, or is of another format.
     """
-    return read_record(folder / INFO_FILE, RunInfo)
+    info = read_record(folder / INFO_FILE, RunInfo)
+    try:
+        check_record(info.scenario if info else {})
+    except SetcmasError as error:
+        raise SetcmasError(f"'{folder / INFO_FILE}' is damaged: {error}") from error
+    return info

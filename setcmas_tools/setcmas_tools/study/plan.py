@@ -2,26 +2,25 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from setcmas_ctrl.communication.communication_options import CommunicationOptions
-from setcmas_ctrl.communication.communication_settings import check_communication
-from setcmas_ctrl.control.law_scripts import LawScripts
+from setcmas_ctrl.control.control_options import LawOptions
 from setcmas_simu.errors import SetcmasError
-from setcmas_tools.offline.given import name_of
-from setcmas_tools.run.inputs import INPUTS
-from setcmas_tools.run.run_info import RunInfo
+from setcmas_tools.offline.simulation import Simulation
+from setcmas_tools.scenario.files import OF_FILES, ScenarioFolder
+from setcmas_tools.scenario.scenario import Scenario, name_of
 from setcmas_tools.study.case_table import SEED, CaseTable, read_cases, told_at
 from setcmas_tools.study.study_columns import COLUMNS
 from setcmas_tools.study.study_files import FILE_NAME, KeptFiles, StudyInfo, read_info
-from setcmas_tools.study.study_row import OF_FILES, arguments_of, located, simulation_of
+from setcmas_tools.study.study_row import kept
 from setcmas_tools.study.success import check_columns
 from setcmas_tools.study.variation import (
+    OPTION,
     Draw,
     checked_name,
     is_setting,
@@ -60,19 +59,14 @@ def telling_runs(table: CaseTable) -> Iterator[int]:
         stride *= len(values)
 
 
-def check_parameters(parameters: Mapping[str, Any]) -> None:
-    """See that a run can be made.
+def check_scenario(scenario: Scenario) -> None:
+    """Check that a scenario can be simulated.
 
     Raises:
         SetcmasError: It cannot.
     """
-    simulation_of(arguments_of(parameters, print))
-    check_communication(CommunicationOptions.among(parameters), parameters['nb_robots'])
-    if isinstance(parameters['algo'], str):
-        scripts = LawScripts(parameters['algo'], settings=parameters['set'])
-        scripts.check(parameters['nb_robots'])
-    elif parameters['set']:
-        raise SetcmasError('settings are for scripts; a function takes none')
+    Simulation(scenario)
+    scenario.check()
 
 
 Variation = str | Sequence[Any] | Mapping[Any, Any]
@@ -85,51 +79,51 @@ class Plan:
 
     Attributes:
         info: What its folder records.
+        base: What all runs have in common.
         cases: Its runs.
         files: The files that its options name.
         objects: What cannot be written, by option and by what stands for it: functions.
     """
 
     info: StudyInfo
+    base: Scenario
     cases: CaseTable
     files: KeptFiles
     objects: Mapping[str, Mapping[Any, Any]] = field(default_factory=dict)
 
-    def parameters(self, run: int, place: Callable[[str], str] | None = None) -> dict[str, Any]:
-        """Return the options of a run by name, settings of the script under 'set'.
+    def scenario(self, run: int, folder: Path | None = None) -> Scenario:
+        """Return what a run is.
 
         Args:
             run: Its number.
-            place: Returns the path of a file that is kept as 'inputs/...'; None keeps these.
+            folder: That of the study, whose files are named; None names these 'inputs/...'.
 
         Raises:
-            SetcmasError: There is no such run.
+            SetcmasError: There is no such run, or a file is missing.
         """
-        found = with_values(self.info.parameters, self.cases.values(run))
+        found = with_values(self.base, self._filled_in(self.cases.values(run)))
+        return found.located(ScenarioFolder(folder).place_of) if folder else found
+
+    def original(self, run: int) -> Scenario:
+        """Return what a run is, its files where they were found."""
+        return self.scenario(run).located(kept(lambda name: str(self.files.originals[name])))
+
+    def _filled_in(self, varied: Mapping[str, Any]) -> dict[str, Any]:
+        """Return varied values with files and functions in place of what they are called."""
+        values = self.base.values()
+        found = dict(varied)
         for stand_ins in (self.files.texts, self.objects):
-            for option, by_value in dict[str, Mapping[Any, Any]](stand_ins).items():
-                value = found.get(option)
+            for name, by_value in dict[str, Mapping[Any, Any]](stand_ins).items():
+                key = name if name in found else f'{OPTION}{name}'
+                value = found.get(key, values.get(name))
+                value = str(value) if isinstance(value, Path) else value
                 if isinstance(value, (str, float, int)) and value in by_value:
-                    found[option] = by_value[value]
-        return located(found, place) if place else found
-
-    def run_info(self, run: int) -> RunInfo:
-        """Return what a run is, as the run.yaml of its own would say.
-
-        Raises:
-            SetcmasError: There is no such run.
-        """
-        found = self.parameters(run)
-        kept = {name: found[name] for name in OF_FILES if f'{INPUTS}/' in str(found[name])}
-        return RunInfo(parameters=found, seed=found[SEED], inputs=kept)
-
-    def original(self, name: str) -> str:
-        """Return the path of a file that is kept as 'inputs/...', where it was found."""
-        return str(self.files.originals[name])
+                    found[key] = by_value[value]
+        return found
 
 
 def make_plan(
-    parameters: Mapping[str, Any],
+    base: Scenario,
     vary: Mapping[str, Variation],
     cases: Path | None = None,
     seeds: int = 1,
@@ -138,8 +132,7 @@ def make_plan(
     """Return the plan of a study.
 
     Args:
-        parameters: Options of all runs by name, settings of the script under 'set'; 'exercise'
-            says whether `algo` may name one.
+        base: What all runs have in common.
         vary: What is varied, by name.
         cases: A CSV file of names and values that vary together.
         seeds: Number of seeds.
@@ -148,17 +141,11 @@ def make_plan(
     Raises:
         SetcmasError: A name, a value or a file is not known, or values do not go together.
     """
-    base = {name: _plain(value) for name, value in parameters.items() if name != 'exercise'}
-    exercise = bool(parameters.get('exercise'))
     objects: dict[str, dict[Any, Any]] = {}
-    for name in ('algo', 'ctc'):
-        if callable(base[name]) or isinstance(base[name], Mapping):
-            stand_in = name_of(base[name])
-            objects[name], base[name] = {stand_in: base[name]}, stand_in
     for name, values in vary.items():
         if isinstance(values, Mapping):
             objects.setdefault(plain(name), {}).update(values)
-    names = _script_names(base['algo'], vary, exercise, objects)
+    names = _script_names(base.law, vary, objects)
     heads, rows = read_cases(cases) if cases else ([], {})
     with told_at(cases, 1):
         heads = [checked_name(name, names) for name in heads]
@@ -166,16 +153,18 @@ def make_plan(
     varied = {checked_name(name, names): values for name, values in vary.items()}
     known: dict[str, Any] = {}
     for name, values in varied.items():
-        known[name] = _values(name, values, base[SEED], objects)
-    table = case_table(known, heads, rows, seeds, base[SEED], cases)
-    files = _kept_files(base, table, (cases, heads, list(rows)), exercise, objects)
-    info = StudyInfo(base, _recorded(known), heads, seeds, success, files.texts, files.digests)
-    plan = Plan(info, table, files, objects)
+        known[name] = _values(name, values, base.seed, objects)
+    table = case_table(known, heads, rows, seeds, base.seed, cases)
+    files = _kept_files(base, table, (cases, heads, list(rows)), objects)
+    info = StudyInfo(
+        base.record(), _recorded(known), heads, seeds, success, files.texts, files.digests
+    )
+    plan = Plan(info, base, table, files, objects)
     if success:
         check_columns(success, [*known, *heads, SEED])
     for run in telling_runs(table):
         with told_at(cases, _line(run, table, list(rows))):
-            check_parameters(plan.parameters(run, plan.original))
+            check_scenario(plan.original(run))
     return plan
 
 
@@ -251,21 +240,20 @@ def _recorded(vary: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def _script_names(
-    algo: Any, vary: Mapping[str, Variation], exercise: bool, objects: Mapping[str, Any]
+    law: LawOptions, vary: Mapping[str, Variation], objects: Mapping[str, Any]
 ) -> set[str]:
     """Return what the control scripts assign."""
-    laws = vary.get('algo', [algo])
+    laws = vary.get('algo', [law.algo])
     read: Any = parse_variation('algo', laws, 0) if isinstance(laws, str) else laws
-    texts = [law for law in read if isinstance(law, str) and law not in objects.get('algo', ())]
-    return {name for law in texts for name in names_of_scripts(law, exercise)}
+    texts = [one for one in read if isinstance(one, str) and one not in objects.get('algo', ())]
+    return {name for text in texts for name in names_of_scripts(text, law.exercise)}
 
 
 def _kept_files(
-    base: Mapping[str, Any], table: CaseTable,
-    given: tuple[Path | None, Sequence[str], Sequence[int]], exercise: bool,
+    base: Scenario, table: CaseTable, given: tuple[Path | None, Sequence[str], Sequence[int]],
     objects: Mapping[str, Mapping[Any, Any]],
 ) -> KeptFiles:  # fmt: skip
-    files = KeptFiles()
+    files, own = KeptFiles(), base.values()
     cases, heads, lines = given
     varied: dict[str, list[Any]] = {}
     for names, rows in table.axes:
@@ -274,10 +262,11 @@ def _kept_files(
                 varied[plain(name)] = values
     for option in OF_FILES:
         of_case = option in map(plain, heads)
-        for index, value in enumerate(varied.get(option, [base.get(option)])):
+        for index, value in enumerate(varied.get(option, [own[option]])):
+            value = str(value) if isinstance(value, Path) else value
             if isinstance(value, str) and value not in objects.get(option, ()):
                 with told_at(cases, lines[index] if of_case else None):
-                    files.add(option, value, exercise)
+                    files.add(option, value, base.law.exercise)
     if cases:
         files.add('cases', str(cases))
     return files
@@ -295,10 +284,10 @@ def read_plan(folder: Path) -> Plan:
     rows: Mapping[int, Sequence[str]] = {}
     if info.cases:
         _, rows = read_cases(folder / next(iter(info.files['cases'].values())))
-    seed = info.parameters[SEED]
+    base = Scenario.recorded(info.scenario)
     vary = {
-        name: values if isinstance(values, list) else parse_variation(name, values, seed)
+        name: values if isinstance(values, list) else parse_variation(name, values, base.seed)
         for name, values in info.vary.items()
     }
-    table = case_table(vary, info.cases, rows, info.seeds, seed)
-    return Plan(info, table, KeptFiles(info.files))
+    table = case_table(vary, info.cases, rows, info.seeds, base.seed)
+    return Plan(info, base, table, KeptFiles(info.files))

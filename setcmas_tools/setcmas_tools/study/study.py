@@ -14,10 +14,10 @@ import numpy as np
 from setcmas_simu.arrays import Floats
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.table import Table
+from setcmas_tools.offline.engine import simulate
 from setcmas_tools.run.run import Run, data_frame, tool
 from setcmas_tools.study.plan import Plan, read_plan
 from setcmas_tools.study.study_columns import COLUMNS
-from setcmas_tools.study.study_row import run_of
 from setcmas_tools.study.study_table import FILE_NAME, TOLD, read_table
 from setcmas_tools.study.success import Success, share_of
 
@@ -205,8 +205,7 @@ class Study:
         Raises:
             SetcmasError: There is no such run, or a file that it needs is missing.
         """
-        kept = self.plan.parameters(number, lambda name: str(self.folder / name))
-        return run_of(kept, print)
+        return simulate(self.plan.scenario(number, self.folder))
 
     def plot(self, metric: str, by: str | Sequence[str] | None = None, **look: Any) -> Figure:
         """Return a plot.
@@ -234,7 +233,7 @@ class Study:
     @property
     def title(self) -> str:
         """What the study is called in plots, such as 'consensus, 600 runs'."""
-        algo = Path(str(self.plan.info.parameters['algo'])).stem
+        algo = Path(str(self.plan.info.scenario['algo'])).stem
         runs = runs_in_words(len(self))
         return f'{algo}, {runs}' if 'algo' not in self.names else runs
 

@@ -27,17 +27,17 @@ class StudyInfo:
     """What a study is.
 
     Attributes:
-        parameters: Options of all its runs by name; settings of the script under 'set'.
+        scenario: What all its runs have in common, as `Scenario.record` gives it.
         vary: The values of each name that is varied, or the draw of each run as a text.
         cases: The names in its file of cases.
-        seeds: Number of seeds; the first one is among the parameters.
+        seeds: Number of seeds; the first one is the scenario's.
         success: What makes a run a success.
         files: Where the folder keeps the files that options name, by option and name.
         digests: SHA-256 of these files, by their places.
         origin: What it was made with; None if it is not recorded yet.
     """
 
-    parameters: dict[str, Any]
+    scenario: dict[str, Any]
     vary: dict[str, Any] = field(default_factory=dict)
     cases: list[str] = field(default_factory=list)
     seeds: int = 1

@@ -12,9 +12,9 @@ from typing import Any
 import msgspec
 
 from setcmas_simu.errors import SetcmasError
-from setcmas_tools.run.inputs import INPUTS
 from setcmas_tools.run.origin import this_origin
 from setcmas_tools.run.run_info import INFO_FILE as RUN_FILE
+from setcmas_tools.scenario.files import INPUTS
 from setcmas_tools.study import study_files, study_table
 from setcmas_tools.study.plan import Plan
 from setcmas_tools.study.study_files import StudyInfo, read_info, write_info
@@ -104,7 +104,7 @@ def _difference(earlier: StudyInfo, wanted: StudyInfo) -> str:
 
 def _compared(study: StudyInfo) -> dict[str, Any]:
     plain: dict[str, Any] = msgspec.to_builtins(study)
-    parameters = {f'--{name}': value for name, value in plain.pop('parameters').items()}
+    parameters = {f'--{name}': value for name, value in plain.pop('scenario').items()}
     origin = plain.pop('origin') or {}
     del plain['success']
     return {**parameters, **plain, 'setcmas': origin.get('setcmas')}

@@ -19,7 +19,9 @@ def _names(parsed_args: Any, **_: Any) -> Iterable[str]:
     from setcmas_tools.study.variation import OPTIONS, names_of_scripts
 
     with suppress(SetcmasError):
-        return [f'{name}=' for name in (*OPTIONS, *names_of_scripts(parsed_args.algo or ''))]
+        return [
+            f'{name}=' for name in (*OPTIONS, *names_of_scripts(getattr(parsed_args, 'algo', '')))
+        ]
     return [f'{name}=' for name in OPTIONS]
 
 

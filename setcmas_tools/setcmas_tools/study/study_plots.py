@@ -288,7 +288,7 @@ def _plots_of(study: Study, metrics: Sequence[str]) -> Iterator[tuple[str, list[
         for pair in combinations(listed, 2):
             if all(len(list(study.groups(name))) > 2 for name in pair):
                 yield metric, list(pair)
-    triggered = study.plan.info.parameters['event_triggered'] or 'event_triggered' in study.names
+    triggered = study.plan.info.scenario['event_triggered'] or 'event_triggered' in study.names
     if triggered and 'settling_time' in study.metrics:
         yield from ((TRADEOFF, [name]) for name in listed if _settles(study, name))
 

@@ -2,34 +2,25 @@
 
 from __future__ import annotations
 
-import inspect
 import os
 import pickle
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import msgspec
 
 from setcmas_simu.fleet.fleet import format_robots
-from setcmas_simu.fleet.per_robot import mapped
-from setcmas_simu.simulator.simulator_options import SimulationOptions
 from setcmas_tools.measures.metrics import measure
 from setcmas_tools.offline.engine import simulate
 from setcmas_tools.offline.script_call import only_here
-from setcmas_tools.offline.simulation import Simulation
-from setcmas_tools.run.inputs import INPUTS
-from setcmas_tools.run.run import Run
 from setcmas_tools.run.run_info import State
+from setcmas_tools.scenario.files import INPUTS, OF_FILES, Place
+from setcmas_tools.scenario.scenario import Scenario
 from setcmas_tools.study.study_columns import numbers_of
-
-OF_FILES = ('algo', 'ctc', 'graph', 'model', 'poses')
-"""Options that may name files."""
 
 _LONGEST_MESSAGE = 300
 _LEAST_MEMORY = 2 * 1024**3  # bytes; Python, numpy and a run of ten million states
-_NOT_PASSED = ('set', 'poses', 'pose', 'random_poses')
 
 
 @dataclass(frozen=True)
@@ -60,24 +51,16 @@ class Job:
         Raises:
             SetcmasError: The script cannot be loaded, or an option makes no sense.
         """
-        return row_of(self.run, self._parameters(folder), only_here())
+        return row_of(self.run, self._scenario(folder), only_here())
 
     def scripts(self, folder: Path) -> set[Path]:
         """Return the folders of the scripts that the options name."""
-        found: set[Path] = set()
+        scenario = self._scenario(folder)
+        return {Path(text).resolve().parent for name in OF_FILES for text in scenario.named(name)}
 
-        def note(text: str) -> str:
-            found.add(Path(text).resolve().parent)
-            return text
-
-        parameters = self._parameters(folder)
-        for name in OF_FILES:
-            if isinstance(value := parameters.get(name), str):
-                mapped(value, note, name)
-        return found
-
-    def _parameters(self, folder: Path) -> dict[str, Any]:
-        return located(pickle.loads(self.pickled), lambda name: str(folder / name))
+    def _scenario(self, folder: Path) -> Scenario:
+        scenario: Scenario = pickle.loads(self.pickled)
+        return scenario.located(kept(lambda name: str(folder / name)))
 
 
 class Row(msgspec.Struct, frozen=True, kw_only=True):
@@ -98,77 +81,21 @@ class Row(msgspec.Struct, frozen=True, kw_only=True):
     numbers: dict[str, float | None] = {}
 
 
-def run_of(
-    parameters: Mapping[str, Any],
-    warn: Callable[[str], None],
-    progress: Callable[[float], object] | None = None,
-) -> Run:
-    """Make the run that parameters describe.
-
-    Args:
-        parameters: Options of a run by name; settings of the script under 'set'.
-        warn: Shows messages about a failing law.
-        progress: As for `simulate`.
-
-    Raises:
-        SetcmasError: The script cannot be loaded, or an option makes no sense.
-    """
-    return simulate(**arguments_of(parameters, warn, progress))
-
-
-def arguments_of(
-    parameters: Mapping[str, Any],
-    warn: Callable[[str], None],
-    progress: Callable[[float], object] | None = None,
-) -> dict[str, Any]:
-    """Return the arguments of `simulate`, from those of `run_of`."""
-    given = {name: value for name, value in parameters.items() if name not in _NOT_PASSED}
-    poses = parameters.get('poses')
-    if poses is None or isinstance(poses, str):
-        poses = simulated_robots(parameters).start_poses(parameters['nb_robots'])
-    settings = parameters['set']
-    return {**given, 'poses': poses, 'settings': settings, 'warn': warn, 'progress': progress}
-
-
-def simulation_of(arguments: Mapping[str, Any]) -> Simulation:
-    """Return the run that arguments of `simulate` describe, checked.
-
-    Raises:
-        SetcmasError: One makes no sense.
-    """
-    bound = inspect.signature(simulate).bind(**arguments)
-    bound.apply_defaults()
-    return Simulation(**bound.arguments)
-
-
-def simulated_robots(parameters: Mapping[str, Any]) -> SimulationOptions:
-    """Return the options of the robots of a run.
-
-    Raises:
-        SetcmasError: One makes no sense.
-    """
-    poses = parameters.get('poses')
-    file, pose = Path(poses) if isinstance(poses, str) else None, parameters.get('pose') or ()
-    return SimulationOptions.among({**parameters, 'poses': file, 'pose': tuple(pose)})
-
-
 def row_of(
-    number: int,
-    parameters: Mapping[str, Any],
-    progress: Callable[[float], object] | None = None,
+    number: int, scenario: Scenario, progress: Callable[[float], object] | None = None
 ) -> Row:
     """Make a run and return its row.
 
     Args:
         number: That of the run.
-        parameters: As for `run_of`.
+        scenario: What is run.
         progress: As for `simulate`.
 
     Raises:
-        SetcmasError: The script cannot be loaded, or an option makes no sense.
+        SetcmasError: A script cannot be loaded, or values make no sense.
     """
     messages: list[str] = []
-    run = run_of(parameters, messages.append, progress)
+    run = simulate(scenario, warn=messages.append, progress=progress)
     failed = list(run.outcome.failed_laws.values())
     failed += run.outcome.failed_conditions.values()
     return Row(
@@ -186,21 +113,13 @@ def one_line(message: str) -> str:
     return words if len(words) <= _LONGEST_MESSAGE else f'{words[: _LONGEST_MESSAGE - 1]}…'
 
 
-def located(parameters: Mapping[str, Any], place: Callable[[str], str]) -> dict[str, Any]:
-    """Return options with the paths of the files that a study keeps.
+def kept(place: Callable[[str], str]) -> Callable[[str], Place]:
+    """Return what `Scenario.located` takes to find files that a study keeps as 'inputs/...'.
 
     Args:
-        parameters: Options of a run by name; files that the study keeps as 'inputs/...'.
         place: Returns the path of such a file.
     """
-
-    def path(text: str) -> str:
-        return place(text) if text.startswith(f'{INPUTS}/') else text
-
-    return {
-        name: mapped(value, path, name) if name in OF_FILES and isinstance(value, str) else value
-        for name, value in parameters.items()
-    }
+    return lambda _: lambda text: place(text) if text.startswith(f'{INPUTS}/') else text
 
 
 def memory_of_each(jobs: int) -> int:
@@ -214,6 +133,4 @@ def memory_of_each(jobs: int) -> int:
 def warm_up() -> None:
     """Import and look up what runs need once, not in each copy, by a short run of our own law."""
     links = {'graph': 'ring', 'loss': 0.1, 'event_triggered': True}
-    row_of(
-        0, {'algo': 'consensus', 'nb_robots': 3, 'duration': 1.0, 'seed': 0, 'set': {}, **links}
-    )
+    row_of(0, Scenario.of('consensus', nb_robots=3, duration=1.0, **links))

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import inspect
 import os
 import shutil
 import tempfile
@@ -14,9 +13,9 @@ from typing import Any
 
 from tqdm import tqdm
 
-from setcmas_simu.errors import SetcmasError, needs
-from setcmas_tools.offline.engine import simulate
-from setcmas_tools.offline.fleet_laws import Algo
+from setcmas_ctrl.control.control_options import Algo
+from setcmas_simu.errors import needs
+from setcmas_tools.scenario.scenario import Scenario
 from setcmas_tools.study.plan import Plan, Variation, make_plan
 from setcmas_tools.study.study import Study
 from setcmas_tools.study.study_folder import prepare, written
@@ -25,20 +24,18 @@ from setcmas_tools.study.study_row import Job, memory_of_each
 from setcmas_tools.study.study_table import PartialTable
 from setcmas_tools.study.study_workers import Workers
 
-_NOT_OPTIONS = {'settings', 'warn', 'progress'}
-
 
 def sweep(
-    algo: Algo,
-    nb_robots: int = 1,
-    duration: float = 40.0,
+    scenario: Scenario | Algo,
+    nb_robots: int | None = None,
+    duration: float | None = None,
     *,
     vary: Mapping[str, Variation] | None = None,
     seeds: int = 1,
     output: str | Path | None = None,
     **options: Any,
 ) -> Study:
-    """Run a control law many times, with some of its parameters varied.
+    """Run a scenario many times, with some of its values varied.
 
         from setcmas_tools import sweep
 
@@ -47,10 +44,10 @@ def sweep(
         study.to_dataframe()
 
     Args:
-        algo: As for `simulate`.
+        scenario: As for `simulate`.
         nb_robots: Number of robots.
         duration: Length of each run in s.
-        vary: What is varied: arguments of `simulate`, and names of the script. Values are a
+        vary: What is varied: values of the scenario, and names of the script. Values are a
             sequence, a text as for `--vary`, or a dictionary from what a value is called to the
             value, for functions and matrices. All combinations are run.
         seeds: Number of seeds for each of them.
@@ -64,14 +61,13 @@ def sweep(
     """
     own = SweepOptions.__dataclass_fields__.keys() & options.keys()
     chosen = SweepOptions(seeds=seeds, **{name: options.pop(name) for name in own})
-    known = inspect.signature(simulate).parameters
-    if strangers := sorted(options.keys() - known.keys()):
-        raise SetcmasError(f"'{strangers[0]}' is no argument of sweep or simulate")
-    defaults = {n: one.default for n, one in known.items() if n not in _NOT_OPTIONS}
-    given = {n: value for n, value in options.items() if n not in _NOT_OPTIONS}
-    first = {'algo': algo, 'nb_robots': nb_robots, 'duration': duration}
-    parameters = {**defaults, **given, **first, 'set': dict(options.get('settings') or {})}
-    plan = make_plan(parameters, vary or {}, chosen.cases, seeds, chosen.success)
+    sizes = {'nb_robots': nb_robots, 'duration': duration}
+    options |= {name: value for name, value in sizes.items() if value is not None}
+    if isinstance(scenario, Scenario):
+        base = scenario.replace(**options)
+    else:
+        base = Scenario.of(scenario, **options)
+    plan = make_plan(base, vary or {}, chosen.cases, seeds, chosen.success)
     return carry_out(plan, Path(output) if output else None, chosen)
 
 
@@ -114,7 +110,7 @@ def jobs_of(plan: Plan, runs: Iterable[int], options: SweepOptions) -> Iterator[
     remote = options.cluster is not None
     memory = memory_of_each(os.cpu_count() or 1 if remote else options.jobs)
     for run in runs:
-        pickled = cloudpickle.dumps(plan.parameters(run, None if remote else plan.original))
+        pickled = cloudpickle.dumps(plan.scenario(run) if remote else plan.original(run))
         files = plan.files.contents if remote else None
         yield Job(run, pickled, options.timeout, memory, files)
 

@@ -2,31 +2,24 @@
 
 from __future__ import annotations
 
-import difflib
-import inspect
 import math
 import re
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import yaml
 
-from setcmas_ctrl.communication.communication_options import CommunicationOptions
-from setcmas_ctrl.control.control_options import LawOptions
 from setcmas_ctrl.control.law_scripts import LawScripts
-from setcmas_ctrl.filter.filter_options import FilterOptions
 from setcmas_ctrl.scripts.loader import names_to_set
-from setcmas_ctrl.scripts.script_settings import parse_settings
+from setcmas_ctrl.scripts.script_settings import parse_setting
 from setcmas_simu.arrays import Floats
-from setcmas_simu.errors import SetcmasError
+from setcmas_simu.errors import SetcmasError, did_you_mean
 from setcmas_simu.options.kinds import Number, Whole
-from setcmas_simu.options.option import Form, Option
-from setcmas_simu.simulator.simulator_options import SimulationOptions
-from setcmas_tools.offline.engine import simulate
-from setcmas_tools.run.run_folder import RunOptions
+from setcmas_simu.options.option import Form
+from setcmas_tools.scenario.scenario import Scenario, options
 
 SETTING, OPTION = 'set.', 'option.'
 """What stands before a name that is both, to say which is meant."""
@@ -42,15 +35,9 @@ def names_of_scripts(algo: str, exercise: bool = False) -> set[str]:
     return {name for path in paths for name in names_to_set(path)}
 
 
-def varied_options() -> dict[str, Option]:
-    """Return the options of a run that a study can vary, by name."""
-    groups = (LawOptions, CommunicationOptions, FilterOptions, SimulationOptions, RunOptions)
-    found = {one.name: one.metadata['option'] for group in groups for one in fields(group)}
-    taken = inspect.signature(simulate).parameters
-    return {name: option for name, option in found.items() if name in taken}
-
-
-OPTIONS = varied_options()
+_NOT_VARIED = ('set', 'exercise', 'pose', 'cmd_timeout', 'lockstep', 'rtf')
+OPTIONS = {name: one for name, one in options().items() if name not in _NOT_VARIED}
+"""The values of a scenario that a study can vary, by name."""
 
 
 def is_setting(name: str) -> bool:
@@ -85,11 +72,9 @@ def checked_name(name: str, script_names: Collection[str]) -> str:
     if own in script_names and not name.startswith(OPTION):
         return name
     known = [*OPTIONS, *script_names]
-    near = difflib.get_close_matches(own, known, n=2)
-    hint = f'did you mean {" or ".join(near)}? ' if near else ''
     raise SetcmasError(
-        f'--vary {name}: there is no such name; {hint}options are {", ".join(OPTIONS)}; names of '
-        f'the script are {", ".join(sorted(script_names)) or "none"}'
+        f'--vary {name}: there is no such name{did_you_mean(own, known, 2)} options are '
+        f'{", ".join(OPTIONS)}; names of the script: {", ".join(sorted(script_names)) or "none"}'
     )
 
 
@@ -105,15 +90,17 @@ def value_of(name: str, value: Any) -> Any:
     """
     if is_setting(name):
         text = f'{plain(name)}={value}'
-        return parse_settings([text])[plain(name)] if isinstance(value, str) else value
+        return parse_setting(text)[1] if isinstance(value, str) else value
     option = OPTIONS[plain(name)]
     if option.form is Form.FLAG:
         return _truth(name, value)
-    if isinstance(option.kind, Whole) and isinstance(value, float) and value.is_integer():
-        value = int(value)
-    if isinstance(value, str):
+    if callable(value):
+        return value
+    is_number = isinstance(option.kind, (Number, Whole))
+    if is_number and isinstance(value, str):
         value = option.kind.parse(value)
-    if isinstance(option.kind, (Number, Whole)) and not callable(value):
+    value = option.value(value)
+    if is_number:
         option.kind.check(f'--vary {name}', value)
     return str(value) if isinstance(value, Path) else value
 
@@ -125,11 +112,15 @@ def _truth(name: str, value: Any) -> bool:
     return known
 
 
-def with_values(parameters: Mapping[str, Any], values: Mapping[str, Any]) -> dict[str, Any]:
-    """Return parameters of a run with the varied ones in their place, settings under 'set'."""
-    options = {plain(name): value for name, value in values.items() if not is_setting(name)}
+def with_values(base: Scenario, values: Mapping[str, Any]) -> Scenario:
+    """Return a scenario with the varied values in place of its own.
+
+    Raises:
+        SetcmasError: They do not go together.
+    """
+    changes = {plain(name): value for name, value in values.items() if not is_setting(name)}
     settings = {plain(name): value for name, value in values.items() if is_setting(name)}
-    return {**parameters, **options, 'set': {**parameters['set'], **settings}}
+    return base.replace(**changes, set={**base.law.set, **settings})
 
 
 _NUMBER = r'[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?'

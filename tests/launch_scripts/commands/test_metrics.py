@@ -57,7 +57,7 @@ def test_the_options(run):
 
 def test_the_script_counts_as_it_was_in_the_run(run):
     (run.parent / 'mine.py').write_text('WPL = [[5, 5]]\ndef control(a, b, c, d): ...\n')
-    write_info(RunInfo(inputs={'algo': 'inputs/algo/mine.py'}), run)
+    write_info(RunInfo(scenario={'algo': 'inputs/algo/mine.py'}), run)
     kept = run / 'inputs' / 'algo' / 'mine.py'
     kept.parent.mkdir(parents=True)
     kept.write_text('WPL = [[1.0, 1]]\ndef control(a, b, c, d): ...\n')

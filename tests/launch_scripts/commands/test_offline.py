@@ -31,7 +31,7 @@ def test_the_layout_is_that_of_run_and_other_commands_take_it_from_there(tmp_pat
     record = yaml.safe_load((tmp_path / 'out' / 'run.yaml').read_text())
     assert record['command'][:2] == ['setcmas', 'offline']
     assert record['outcome'] == {'state': 'complete'}
-    assert record['seed'] == 0
+    assert record['scenario']['seed'] == 0
 
     plots = run_here('csv_to_plot', 'out', '-o', 'again', '--format', 'svg', cwd=tmp_path)
     metrics = run_here('metrics', 'out', cwd=tmp_path)
@@ -79,9 +79,9 @@ def test_a_run_is_repeated_from_what_it_keeps(tmp_path):
     ('arguments', 'message'),
     [
         (('--from', 'nowhere'), "there is no run.yaml in 'nowhere'"),
-        (('--from', 'old'), 'has format none'),
-        (('--from', 'empty'), 'has no control script in its folder'),
-        ((), 'are required: --algo, or --from'),
+        (('--from', 'old'), "there is no key 'parameters'"),
+        (('--from', 'empty'), 'there is no control law; add algo'),
+        ((), 'add --algo, or a scenario file, or --from'),
     ],
 )
 def test_a_run_that_cannot_be_repeated_is_told_in_one_line(tmp_path, arguments, message):

@@ -53,7 +53,7 @@ def test_the_whole_job(start, tmp_path):
     record = yaml.safe_load((out / 'run.yaml').read_text())
     assert record['outcome'] == {'state': 'complete'}
     assert record['references'] == {'task': 'consensus', 'values': {}}
-    assert record['parameters']['nb_robots'] == 3
+    assert record['scenario']['nb_robots'] == 3
     assert 'def control' in (out / record['inputs']['algo']).read_text()
     assert 'largest distance between two robots at the end' in process.output()
 
@@ -212,7 +212,7 @@ def test_a_gain_of_the_command_line_and_a_script_that_is_edited_meanwhile(start,
 
     assert process.wait() == 0, process.output()
     record = yaml.safe_load((tmp_path / 'out' / 'run.yaml').read_text())
-    assert record['parameters']['set'] == {'V': 0.2}
+    assert record['scenario']['set'] == {'V': 0.2}
     commands = table_of_text(tmp_path / 'out' / 'csv' / 'tb3_1_cmd_cart_vel.csv')
     assert {round(float(row['x']), 3) for row in commands} == {0.2, -0.2}
     (reload,) = record['reloads']

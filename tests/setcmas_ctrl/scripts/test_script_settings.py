@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from setcmas_ctrl.scripts.loader import compile_script, load_script
-from setcmas_ctrl.scripts.script_settings import apply_settings, parse_settings
+from setcmas_ctrl.scripts.script_settings import apply_settings, parse_setting
 from setcmas_simu.errors import SetcmasError
 
 SCRIPT = """
@@ -37,7 +37,7 @@ def load(tmp_path):
     (tmp_path / 'names_to_set.py').write_text('STARRED = 1\nGAIN = 1\n')
     path = tmp_path / 'law.py'
     path.write_text(textwrap.dedent(SCRIPT))
-    return lambda *texts: load_script(path, 1, settings=parse_settings(texts))
+    return lambda *texts: load_script(path, 1, settings=dict(map(parse_setting, texts)))
 
 
 @pytest.mark.parametrize(
@@ -54,13 +54,13 @@ def load(tmp_path):
     ],
 )
 def test_values_are_read_as_yaml_and_numbers_as_numbers(text, value):
-    assert parse_settings([text]) == {'a': value}
+    assert dict([parse_setting(text)]) == {'a': value}
 
 
 @pytest.mark.parametrize('text', ['a', 'a=', '=1', '1a=2', 'a b=2', 'a=[1', 'a=*'])
 def test_other_forms_are_refused_with_an_example(text):
     with pytest.raises(SetcmasError, match=r'must be NAME=VALUE, such as kp=1\.2') as caught:
-        parse_settings([text])
+        dict([parse_setting(text)])
     assert '\n' not in str(caught.value)
 
 
@@ -85,7 +85,7 @@ def test_every_assignment_of_the_top_level_is_replaced_and_none_in_a_function(tm
         'K = 1\nK += 1\nBOTH = [K * i for i in (1, K)]\nfor N in (1, 2):\n    LAST = N\n'
         'def control(i, n, p, t):\n    global K\n    K = K + 1\n    return K, N\n'
     )
-    module = load_script(path, 1, settings=parse_settings(['K=5', 'N=7']))
+    module = load_script(path, 1, settings=dict(map(parse_setting, ['K=5', 'N=7'])))
 
     assert (module.K, module.BOTH, module.LAST) == (5, [5, 25], 2)
     assert [module.control(1, 1, None, 0) for _ in range(2)] == [(6, 7), (7, 7)]
@@ -101,7 +101,7 @@ def test_a_value_gets_the_type_of_the_one_that_it_replaces(load):
 def test_robots_do_not_share_a_value(tmp_path):
     path = tmp_path / 'law.py'
     path.write_text('WPL = []\ndef control(i, n, p, t):\n    return 0, 0\n')
-    settings = parse_settings(['WPL=[1]'])
+    settings = dict(map(parse_setting, ['WPL=[1]']))
     first, second = (load_script(path, robot, settings=settings) for robot in (1, 2))
     first.WPL.append(2)
 

@@ -71,8 +71,8 @@ def test_a_process_gets_the_same_values(options):
 
 
 def test_only_what_differs_is_passed_on():
-    assert parsed('--noise', '1').arguments() == ['--noise=1', '--law=go']
-    assert parsed('--noise', '1').changed() == ['noise', 'law']
+    assert parsed('--noise', '1').arguments() == ['--law=go', '--noise=1']
+    assert parsed('--noise', '1').changed() == ['law', 'noise']
 
 
 def test_forms():

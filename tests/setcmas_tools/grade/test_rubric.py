@@ -52,8 +52,8 @@ def test_a_rubric_says_what_is_run_and_what_it_is_worth(read, tmp_path, monkeypa
         tmp_path / 'mine.py',
     )
     assert {file.name for file in rubric.files} == {'rubric.yaml', 'mine.py', 'links.yaml'}
-    assert scenario.arguments['loss'] == 0.1
-    np.testing.assert_array_equal(scenario.arguments['poses'][:, 1], [1, 2, 0])
+    assert scenario.base.communication.loss == 0.1
+    assert scenario.base.robots.poses == {2: (1, 2, 0)}
     assert (first.wanted, second.needs) == ('below 0.1 m', first.name)
     assert len(rubric.solution_run(scenario).robots) == 3
 
@@ -72,7 +72,7 @@ def test_modules_that_a_solution_imports_belong_to_its_rubric(read, tmp_path):
     ('old', 'new', 'line', 'words'),
     [
         ('title:', 'titel:', 1, 'did you mean title'),
-        ('mine.py', 'yours.py', 2, "unknown control law 'yours.py'"),
+        ('mine.py', 'yours.py', 2, "no file 'yours.py'"),
         ('nb_robots: 3', 'nb_robots: none', 5, "nb_robots is 'none'"),
         ('1, 2]', '1]', 7, 'such as [1.0, 2.0, 1.57]'),
         ('2: [', '5: [', 7, 'the fleet has robots 1 to 3'),
@@ -80,7 +80,7 @@ def test_modules_that_a_solution_imports_belong_to_its_rubric(read, tmp_path):
         ('loss: 1e-1', 'seeds: []', 4, 'seeds must have one at least'),
         ('loss: 1e-1', 'seeds: [1, x]', 9, "seeds[1] is 'x'"),
         ('loss: 1e-1', 'set: K', 9, 'such as {K: 1.2}'),
-        ('links', 'knots', 4, 'knots.yaml'),
+        ('links', 'knots', 8, 'knots.yaml'),
         ('metric: disagreement', 'metric: disagrement', 11, 'did you mean disagreement'),
         ('below: 0.1, ', '', 11, 'one of at_most, below'),
         ('none_at: 1', 'none_at: 0.1', 11, 'a number above 0.1'),

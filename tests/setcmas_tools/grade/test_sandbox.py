@@ -7,15 +7,16 @@ import pytest
 
 from setcmas_ctrl.scripts.loader import ALGORITHMS
 from setcmas_tools import simulate
-from setcmas_tools.grade.rubric_scenarios import CTC, Scenario
+from setcmas_tools.grade.rubric_scenarios import CTC, MarkedScenario
 from setcmas_tools.grade.sandbox import SandboxRunner, Times, sandbox
 from setcmas_tools.offline.confinement import obstacle
+from setcmas_tools.scenario.scenario import Scenario
 
 pytestmark = pytest.mark.skipif(bool(obstacle()), reason=obstacle())
 
-FLEET = Scenario('fleet', (), {'nb_robots': 5, 'duration': 8.0})
-LOSSY = Scenario('lossy', (), {**FLEET.arguments, 'graph': 'ring', 'loss': 0.2, 'noise': 0.01})
-SHORT = Scenario('short', (), {'nb_robots': 2, 'duration': 1.0})
+FLEET = Scenario.of('', nb_robots=5, duration=8.0)
+LOSSY = FLEET.replace(graph='ring', loss=0.2, noise=0.01)
+SHORT = Scenario.of('', nb_robots=2, duration=1.0)
 STILL = 'def control(i, n, poses, t):\n    return 0.25, 0\n'
 TIMES = Times(1.0, 4.0)
 LAWS = ('consensus', 'nav_wp', 'traj_tracking', 'leader_follower_formation')
@@ -29,7 +30,9 @@ def host(tmp_path_factory):
 
 def run(host, script, scenario=SHORT, times=TIMES, **others):
     files = {'law.py': script} if isinstance(script, bytes) else {'law.py': script.encode()}
-    return SandboxRunner(host, 'law.py', files, times, **others)(scenario)
+    return SandboxRunner(host, 'law.py', files, times, **others)(
+        MarkedScenario('one', (), scenario)
+    )
 
 
 def still(i, n, poses, t):
@@ -47,7 +50,7 @@ def test_a_law_in_a_sandbox_drives_as_it_does_offline_to_the_last_bit(host, law)
 
     done = run(host, file.read_bytes(), FLEET)
 
-    assert same(done.run, simulate(file, **FLEET.arguments))
+    assert same(done.run, simulate(FLEET, algo=file))
     assert done.failure is None
 
 
@@ -56,9 +59,9 @@ def test_a_law_in_a_sandbox_hears_and_draws_lots_as_it_does_offline(host, tmp_pa
     source += b'def control(i, n, poses, t):\n'
     source += b'    return random.random(), K * len(network.neighbours()) * poses[0, i - 1]\n'
     (tmp_path / 'law.py').write_bytes(source)
-    scenario = Scenario('set', (), {**LOSSY.arguments, 'seed': 3, 'settings': {'K': -0.1}})
+    scenario = LOSSY.replace(seed=3, set={'K': -0.1})
 
-    own = simulate(tmp_path / 'law.py', **scenario.arguments)
+    own = simulate(scenario, algo=tmp_path / 'law.py')
 
     assert same(run(host, source, scenario).run, own)
 
@@ -68,14 +71,12 @@ def test_a_condition_in_a_sandbox_triggers_as_it_does_offline(host, tmp_path, sp
     arguments = 'pos, vit, last_pos, last_vit, t' if speeds else 'pos, last_pos, t'
     source = f'def ctc({arguments}):\n    return abs(pos - last_pos).sum() > 0.2\n'
     (tmp_path / 'law.py').write_text(source)
-    scenario = Scenario('ctc', (), {'algo': 'consensus', **FLEET.arguments} | TRIGGERED)
+    scenario = FLEET.replace(algo='consensus', event_triggered=True)
 
-    own = simulate(**scenario.arguments, ctc=tmp_path / 'law.py')
+    own = simulate(scenario, ctc=tmp_path / 'law.py')
 
     assert same(run(host, source, scenario, function=CTC).run, own)
 
-
-TRIGGERED = {'event_triggered': True}
 
 RUNS_ON = {
     'recursion': ('    return control(i, n, poses, t)', 'RecursionError'),
@@ -211,7 +212,7 @@ def is_named(host, body, told, tmp_path):
     children = psutil.Process().children(recursive=True)
     assert not [one for one in children if one.ppid() != psutil.Process().pid]
     fair = run(host, STILL)
-    assert same(fair.run, simulate(still, **SHORT.arguments))
+    assert same(fair.run, simulate(SHORT, algo=still))
     return done
 
 
@@ -257,7 +258,7 @@ def test_a_submission_may_write_in_its_home_that_is_new_for_each(host):
     script += 'open(os.path.expanduser("~/other"), "w").write("x" * 99)\n'
 
     for _ in range(2):
-        done = run(host, f'{script}{STILL}', Scenario('one', (), {'duration': 1.0}))
+        done = run(host, f'{script}{STILL}', Scenario.of('', duration=1.0))
         assert done.failure is None
 
 

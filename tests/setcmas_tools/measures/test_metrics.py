@@ -126,7 +126,7 @@ def test_a_bag_is_measured_as_its_csv_files_are(tmp_path, make, write_bag, capsy
     task = References('waypoints', {'WPL': [[1.0, 0.0]], 'REACHED': 0.1}).encoded()
     messages.append(('/task', 0.0, make('std_msgs/msg/String', {'data': task})))
     bag = write_bag(tmp_path / 'out' / 'bag', messages)
-    write_info(RunInfo(parameters={'vnom': 0.4}), tmp_path / 'out')
+    write_info(RunInfo(scenario={'vnom': 0.4}), tmp_path / 'out')
 
     assert main(['metrics', str(bag)]) == 0
     of_bag = (tmp_path / 'out' / 'metrics.yaml').read_bytes()

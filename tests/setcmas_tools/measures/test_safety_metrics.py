@@ -43,7 +43,7 @@ def run_with_of_safety(safety, **parameters):
     """Robot 1 drives from (-2, 0) to (2, 0) in 4 s and on; robot 2 stands at (0, 0.3)."""
     t = np.arange(51) / 10
     rows = [(s, 1, s - 2, 0, 0, 1, 0) for s in t] + [(s, 2, 0, 0.3, 0, 0, 0) for s in t]
-    return Run(RunTables(fleet_table(rows), safety=safety), RunInfo(parameters=parameters))
+    return Run(RunTables(fleet_table(rows), safety=safety), RunInfo(scenario=parameters))
 
 
 def test_stops_and_times_are_those_between_the_start_and_the_end():

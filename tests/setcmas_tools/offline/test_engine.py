@@ -1,19 +1,13 @@
-import inspect
 import subprocess
 import sys
-from dataclasses import fields
 
 import numpy as np
 import pytest
 
-from setcmas_ctrl.communication.communication_options import CommunicationOptions
-from setcmas_ctrl.control.control_options import GainOptions
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet.fleet import start_poses
 from setcmas_simu.fleet.start_poses import RandomPoses
-from setcmas_simu.simulator.simulator_options import SimulationOptions
 from setcmas_tools import simulate
-from setcmas_tools.run.run_folder import RunOptions
 
 
 def forward(robotNo, nbRobots, poses, t):
@@ -191,15 +185,3 @@ def test_ros_is_not_imported():
 
 def test_a_run_tells_of_itself_in_one_line():
     assert repr(simulate(forward, 2, 1.0)) == 'Run(forward, 2 robots, 1 s, complete)'
-
-
-def test_defaults_are_those_of_the_options():
-    parameters = inspect.signature(simulate).parameters
-    groups = (RunOptions, GainOptions, CommunicationOptions, SimulationOptions)
-    defaults = {one.name: one.default for group in groups for one in fields(group)}
-
-    same = [name for name in parameters if name in defaults and name not in ('nb_robots', 'poses')]
-
-    assert len(same) >= 14
-    for name in same:
-        assert parameters[name].default == defaults[name], name

@@ -8,9 +8,9 @@ import time
 import pytest
 from processes import SETCMAS, TIMEOUT_S
 
-from setcmas_ctrl.control.law_scripts import LawScripts
 from setcmas_simu.errors import SetcmasError
 from setcmas_tools.offline.offline_run import BrokenRun, OfflineRun
+from setcmas_tools.scenario.scenario import Scenario
 
 LAW = """
 import os, signal, sys, threading, time, re
@@ -33,8 +33,8 @@ def run(tmp_path):
         path = tmp_path / 'law.py'
         path.write_text(LAW.format(top=textwrap.dedent(top), body=body))
         said = []
-        job = {'algo': str(path), 'nb_robots': 3, 'duration': 4.0, **options}
-        with OfflineRun(job, LawScripts(str(path))) as process:
+        scenario = Scenario.of(path, **{'nb_robots': 3, 'duration': 4.0, **options})
+        with OfflineRun(scenario.found()) as process:
             return process.result(call_timeout, said.append, lambda _: None), said
 
     return run_script
@@ -215,8 +215,8 @@ def test_scripts_cannot_be_asked_anything(run, capfd):
 def test_ctrl_c_is_answered_with_the_place(tmp_path):
     path = tmp_path / 'law.py'
     path.write_text(LAW.format(top='', body='while True: pass'))
-    job = {'algo': str(path), 'nb_robots': 3, 'duration': 4.0}
-    with OfflineRun(job, LawScripts(str(path))) as process:
+    scenario = Scenario.of(path, nb_robots=3, duration=4.0)
+    with OfflineRun(scenario.found()) as process:
         deadline = time.monotonic() + TIMEOUT_S
         while 'line 9' not in process.place():
             assert time.monotonic() < deadline

@@ -158,7 +158,7 @@ def test_without_commands_failures_are_told_all_the_same(failed_run):
 
 
 def test_curves_are_those_of_the_plots_with_the_other_run_beside_them():
-    run, other = (simulate('consensus', 3, 4.0, seed=1, settings={'K': k}) for k in (0.02, 0.05))
+    run, other = (simulate('consensus', 3, 4.0, seed=1, set={'K': k}) for k in (0.02, 0.05))
     t = np.arange(41) / 10
     charts = {chart['name']: chart for chart in charts_entry(run, other, t)}
 

@@ -123,7 +123,7 @@ def test_between_two_calls_it_is_that_of_the_first_one_but_for_itself():
 def test_what_cannot_be_told_is_not_made_up():
     run, _ = witnessed(**CASES['lossy'])
     over_ros = replace(run, info=replace(run.info, started='2026-11-21T16:02:11+0000'))
-    unknown = replace(run, info=replace(run.info, parameters={}))
+    unknown = replace(run, info=replace(run.info, scenario={}))
     otherwise = replace(run, info=replace(run.info, seed=run.info.seed + 1))
 
     for one, word in ((over_ros, 'real time'), (unknown, 'delayed'), (otherwise, 'another way')):

@@ -10,7 +10,7 @@ from setcmas_tools.plots.style import plot_style
 
 
 def test_two_runs_are_measured_and_drawn_beside_each_other():
-    run, other = (simulate('consensus', 2, 3.0, settings={'K': k}) for k in (0.02, 0.05))
+    run, other = (simulate('consensus', 2, 3.0, set={'K': k}) for k in (0.02, 0.05))
     pair = Pair('slow', run, 'fast', other)
     table, below = pair.metrics()
     with plot_style():

@@ -201,7 +201,7 @@ def test_robots_in_one_place_have_no_logarithm():
 
 @pytest.mark.filterwarnings('error')
 def test_disagreement_that_does_not_change_is_drawn_without_a_warning():
-    run = run_of(4, 5.0, settings={'K': 0.0})
+    run = run_of(4, 5.0, set={'K': 0.0})
     (axes,) = drawn(draw_disagreement, run).axes
     low, high = axes.get_ylim()
 

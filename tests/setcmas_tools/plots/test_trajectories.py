@@ -101,7 +101,7 @@ def test_the_distance_of_a_formation_is_drawn():
 def test_titles_name_the_run():
     axes = drawn(draw_trajectories, 2, script='C:\\somewhere\\my_law.py')
 
-    assert run_of(circling_fleet(2), script='/a/my_law.py').title == 'my_law, 2 robots'
+    assert run_of(circling_fleet(2), algo='/a/my_law.py').title == 'my_law, 2 robots'
     assert axes.get_title(loc='left') == 'Trajectories'
 
 

@@ -1,7 +1,6 @@
 """Where the outputs of a run go by default."""
 
 import pytest
-import yaml
 
 from setcmas_simu.errors import SetcmasError
 from setcmas_tools.run.inputs import RunInput
@@ -93,12 +92,6 @@ def test_what_a_run_is_given_is_kept(tmp_path):
         'graph/ring.yaml',
     }
     assert (kept / 'graph' / 'ring.yaml').read_text() == 'graph: ring'
-    record = yaml.safe_load((folder.path / 'run.yaml').read_text())
-    assert record['inputs'] == {
-        'algo': 'inputs/algo/law.py',
-        'ctc': 'inputs/ctc/law.py',
-        'graph': 'inputs/graph/ring.yaml',
-    }
 
 
 def test_a_run_does_not_replace_what_it_is_given(tmp_path):

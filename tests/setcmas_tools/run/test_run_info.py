@@ -8,9 +8,8 @@ from setcmas_tools.run.run_info import Outcome, Reload, RunInfo, State, read_inf
 INFO = RunInfo(
     ['setcmas', 'run'],
     Outcome.of_failures({'law.py': [2, 3], 'other.py': []}, {'when.py': [1]}),
-    {'nb_robots': 3, 'range': None, 'set': {'K': 1.2}},
-    7,
-    {'algo': 'inputs/algo/law.py'},
+    {'nb_robots': 3, 'range': None, 'set': {'K': 1.2}, 'seed': 7, 'algo': 'inputs/algo/law.py'},
+    {'robot_rate': None},
     References('waypoints', {'WPL': [[1.0, 2.0]], 'REACHED': 0.1}),
     '2026-11-21T16:02:11+0000',
     this_origin(),
@@ -46,7 +45,7 @@ def test_the_origin_names_release_or_commit(tmp_path):
     [
         (('format: 1', 'format: 2'), r"run\.yaml' has format 2; this setcmas reads format 1 only"),
         (('format: 1\n', ''), 'has format none'),
-        (('seed: 7', 'seed: seven'), r'is damaged: Expected `int`, got `str` - at `\$.seed`'),
+        (('seed: 7', 'seed: seven'), "is damaged: seed is 'seven'; it must be a whole number"),
         (('state: failed', 'state: lost'), "is damaged: Invalid enum value 'lost'"),
         (('seed: 7', 'seed: ['), 'cannot be read'),
         (('format', '- format'), 'cannot be read'),

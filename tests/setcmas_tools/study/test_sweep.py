@@ -50,7 +50,7 @@ def test_a_row_is_the_run_of_its_parameters(study, law):
     assert study['robots'].tolist() == [''] * 8 + ['2'] * 4
     assert 'law.py, line 7: ValueError: too fast' in study['message'][-1]
 
-    run = simulate(law, 3, 8, settings={'K': 1.0}, loss=0.3, seed=1, random_poses='auto')
+    run = simulate(law, 3, 8, set={'K': 1.0}, loss=0.3, seed=1, random_poses='auto')
     assert study.table['loss'][7] == 0.3
     for name, value in (
         ('disagreement', run.metrics()['consensus'].disagreement_at_end_m),
@@ -69,7 +69,8 @@ def test_the_folder_keeps_what_repeats_a_run(study, law):
     assert run.metrics()['consensus'].disagreement_at_end_m == pytest.approx(
         study['disagreement'][7], rel=1e-8
     )
-    assert run.parameters['script'] == str(study.folder / 'inputs' / 'algo' / 'law.py')
+    assert run.parameters['algo'] == 'inputs/algo/law.py'
+    assert run.inputs[0].path == (study.folder / 'inputs' / 'algo' / 'law.py').resolve()
 
 
 def test_rows_do_not_depend_on_the_number_of_workers(study, law, tmp_path):
@@ -188,7 +189,7 @@ def test_functions_and_what_they_are_called():
         ({'success': 'foo < 1'}, r"^success 'foo < 1': there is no 'foo'"),
         ({'vary': {'threshold': [0.1, 0.2]}}, 'event_triggered'),
         ({'vary': {'seed': [1, 2]}, 'seeds': 2}, 'leave one out'),
-        ({'speed': 3}, "'speed' is no argument"),
+        ({'speed': 3}, "has no value 'speed'"),
         ({'seeds': 0}, 'seeds is 0'),
     ],
 )

@@ -2,6 +2,7 @@ import numpy as np
 import pytest
 
 from setcmas_simu.errors import SetcmasError
+from setcmas_tools.scenario.scenario import Scenario
 from setcmas_tools.study.variation import (
     Draw,
     checked_name,
@@ -16,10 +17,11 @@ SCRIPT = {'K', 'loss', 'PLACES'}
 def test_options_and_names_of_the_script_are_told_apart():
     assert checked_name('K', SCRIPT) == 'K'
     assert checked_name('nb-robots', SCRIPT) == 'nb_robots'
-    given = {'nb_robots': 3, 'loss': 0.1, 'set': {'D': 1}}
+    given = Scenario.of('consensus', nb_robots=3, loss=0.1, set={'D': 1})
     values = {'nb_robots': 5, 'K': 2, 'set.loss': 7, 'option.loss': 0.3}
 
-    assert with_values(given, values) == {
+    assert with_values(given, values).changed() == {
+        'algo': 'consensus',
         'nb_robots': 5,
         'loss': 0.3,
         'set': {'D': 1, 'K': 2, 'loss': 7},

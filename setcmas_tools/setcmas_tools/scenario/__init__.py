@@ -1,0 +1,1 @@
+"""Scenario: what is to be run."""

@@ -1,0 +1,142 @@
+"""Files that a scenario names: found in the folder of its own file, and nowhere else."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from pathlib import Path, PurePosixPath
+from typing import Any
+
+from setcmas_ctrl.communication.triggering import CTC
+from setcmas_ctrl.scripts.loader import ALGORITHMS, EXERCISES
+from setcmas_simu.errors import SetcmasError
+from setcmas_simu.fleet.per_robot import is_per_robot, parse_per_robot
+from setcmas_simu.robots.models import is_file
+
+OF_FILES = ('algo', 'ctc', 'graph', 'model', 'poses', 'obstacles', 'lab')
+"""The values of a scenario that may name files."""
+
+INPUTS = 'inputs'
+"""The folder of a run with copies of the files that its scenario names."""
+
+Place = Callable[[str], str]
+
+
+class ScenarioFolder:
+    """The folder of a scenario's file; a scenario from a stranger names no file outside."""
+
+    def __init__(self, folder: Path, exercise: bool = False, of_run: bool = False) -> None:
+        """Take a folder.
+
+        Args:
+            folder: The folder.
+            exercise: Whether names of laws may mean exercises.
+            of_run: Whether it is that of a run, which keeps its scripts in inputs/.
+        """
+        self._of_run = of_run
+        self._folder = folder.resolve()
+        self._exercise = exercise
+
+    def place_of(self, name: str) -> Place:
+        """Return the function from texts of a value to the absolute paths of the files named."""
+        places = {'algo': self._law, 'ctc': self._condition, 'model': self._model}
+        return places.get(name, self._file)
+
+    def name_of(self, name: str) -> Place:
+        """Return the function from texts of a value to what a file in this folder says.
+
+        It raises SetcmasError for a file outside the folder.
+        """
+        return lambda text: self._named(text, name)
+
+    def _law(self, text: str) -> str:
+        if self._of_run:
+            return self._kept(text)
+        if found := self._script(text):
+            return found
+        if self._exercise and text in EXERCISES:
+            return str(EXERCISES.file(text))
+        return self._file(text) if _is_path(text) else str(ALGORITHMS.file(text))
+
+    def _condition(self, text: str) -> str:
+        if self._of_run:
+            return self._kept(text)
+        if found := self._script(text):
+            return found
+        if self._exercise and text in EXERCISES:
+            return str(EXERCISES.file(text))
+        if _is_path(text):
+            return self._file(text)
+        raise SetcmasError(
+            f"script '{text}' of ctc was not found; it must be a script in the scenario's folder "
+            f'with a function {CTC}'
+        )
+
+    def _kept(self, text: str) -> str:
+        if not text.startswith(f'{INPUTS}/'):
+            raise SetcmasError(
+                f"'{text}' is not in the folder {INPUTS} of the run, so the run cannot be repeated"
+            )
+        return self._file(text)
+
+    def _model(self, text: str) -> str:
+        return self._file(text) if is_file(text) or _is_path(text) else text
+
+    def _script(self, text: str) -> str:
+        """Return the path of a script in the folder; empty if there is none."""
+        if self._is_inside(text) and (self._folder / text).is_file():
+            return str((self._folder / text).resolve())
+        return ''
+
+    def _is_inside(self, text: str) -> bool:
+        named = Path(text)
+        if named.is_absolute() or PurePosixPath(text).is_absolute() or '..' in named.parts:
+            return False
+        return (self._folder / named).resolve().is_relative_to(self._folder)
+
+    def _file(self, text: str) -> str:
+        if not self._is_inside(text):
+            raise SetcmasError(
+                f"'{text}' is outside the folder of the scenario; it must be in "
+                f"'{self._folder}' or a folder below"
+            )
+        path = (self._folder / text).resolve()
+        if not path.is_file():
+            raise SetcmasError(f"there is no file '{text}' in '{self._folder}'")
+        return str(path)
+
+    def _named(self, text: str, name: str) -> str:
+        path = Path(text)
+        if shipped := shipped_name(path):
+            return shipped
+        if not path.is_file():
+            return text
+        if not path.resolve().is_relative_to(self._folder):
+            raise SetcmasError(
+                f"{name} names '{text}', which is outside '{self._folder}'; copy it there"
+            )
+        return path.resolve().relative_to(self._folder).as_posix()
+
+
+def _is_path(text: str) -> bool:
+    return text.endswith('.py') or '/' in text or '\\' in text
+
+
+def shipped_name(path: Path) -> str:
+    """Return the name of a law or exercise that ships or that a plugin has; empty for others."""
+    for door in (ALGORITHMS, EXERCISES):
+        if path.is_absolute() and path.stem in door and door.file(path.stem) == path:
+            return path.stem
+    return ''
+
+
+def robots_by_text(value: Any) -> dict[str, list[int]]:
+    """Return each text that a value names, with the robots that it is for; none if for all."""
+    if isinstance(value, str) and is_per_robot(value):
+        value = parse_per_robot(value, 'it')
+    if not isinstance(value, Mapping):
+        return {str(value): []} if isinstance(value, (str, Path)) else {}
+    robots_of: dict[str, list[int]] = {}
+    for robot, text in value.items():
+        if isinstance(text, str):
+            robots_of.setdefault(text, []).append(robot)
+    return robots_of

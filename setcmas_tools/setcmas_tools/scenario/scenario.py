@@ -1,0 +1,368 @@
+"""Scenario: laws, robots, communication, safety and time of what is to be run."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, field, replace
+from functools import cache
+from pathlib import Path
+from typing import Any, ClassVar, NoReturn
+
+from setcmas_ctrl.communication.communication_options import CommunicationOptions, Condition
+from setcmas_ctrl.communication.communication_settings import check_communication
+from setcmas_ctrl.control.control_options import Algo, LawOptions
+from setcmas_ctrl.control.law_scripts import LawScripts
+from setcmas_ctrl.filter.filter_options import FilterOptions
+from setcmas_expe.lab.lab_options import ExperimentOptions
+from setcmas_simu.errors import SetcmasError, did_you_mean
+from setcmas_simu.fleet.per_robot import format_per_robot
+from setcmas_simu.fleet.start_poses import poses_of_array
+from setcmas_simu.options.group import ClashError, Options
+from setcmas_simu.options.option import Option, plain
+from setcmas_simu.robots.models import NO_LIMITS, check_models, model_names
+from setcmas_simu.simulator.simulator_options import RobotOptions
+from setcmas_simu.yaml_entries import Entry, read_entries, write_yaml
+from setcmas_tools.scenario.files import (
+    OF_FILES,
+    Place,
+    ScenarioFolder,
+    robots_by_text,
+    shipped_name,
+)
+from setcmas_tools.scenario.time import TimeOptions
+
+VERSION = 1
+"""Version of the keys of scenario files."""
+
+OF_RUN = 'scenario'
+"""The key of run.yaml and study.yaml that holds a scenario."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Scenario:
+    """What is to be run, checked when it is made.
+
+        scenario = Scenario.load('square.yaml')
+        run = simulate(scenario.replace(loss=0.3, set={'K': 2}))
+
+    The names of its values are those of the options of `setcmas run`, in files and in Python.
+
+    Attributes:
+        law: The control laws, their settings, and how robots follow them.
+        robots: The robots, their start poses, limits and rates.
+        communication: Which robot hears which, when, and how badly.
+        safety: What keeps robots apart, in the arena and off obstacles.
+        time: How long the run takes, in real, scaled or lockstep time.
+        lab: The lab of an experiment, emulated or real.
+    """
+
+    law: LawOptions
+    robots: RobotOptions = field(default_factory=RobotOptions)
+    communication: CommunicationOptions = field(default_factory=CommunicationOptions)
+    safety: FilterOptions = field(default_factory=FilterOptions)
+    time: TimeOptions = field(default_factory=TimeOptions)
+    lab: ExperimentOptions = field(default_factory=ExperimentOptions)
+
+    PARTS: ClassVar[Mapping[str, type[Options]]] = {
+        'law': LawOptions,
+        'robots': RobotOptions,
+        'communication': CommunicationOptions,
+        'safety': FilterOptions,
+        'time': TimeOptions,
+        'lab': ExperimentOptions,
+    }
+
+    @classmethod
+    def of(cls, algo: Algo, **values: Any) -> Scenario:
+        """Return a scenario with values by name, and defaults for the others.
+
+        Args:
+            algo: A control law by name, a script, a function control(robotNo, nbRobots, poses, t),
+                '1:leader.py,2-8:follower.py', or a dictionary with a law for each robot.
+            values: As in a scenario file. `poses` may be an array with rows x, y (m) and theta
+                (rad); `graph` an adjacency matrix; `ctc` a function, or one for each robot.
+
+        Raises:
+            SetcmasError: There is no such value, or it is not what it must be.
+        """
+        return cls(law=LawOptions(algo=_option('algo').value(algo))).replace(**values)
+
+    @classmethod
+    def load(cls, path: str | Path) -> Scenario:
+        """Read a scenario from a file; files that it names must be in the same folder.
+
+        Args:
+            path: A scenario file, or the run.yaml of a run.
+
+        Raises:
+            SetcmasError: It has a mistake; the message names file and line.
+        """
+        content = read_entries(Path(path))
+        if isinstance(content.value, dict) and OF_RUN in content.value:
+            return cls.read(content.value[OF_RUN], of_run=True)
+        return cls.read(content)
+
+    @classmethod
+    def read(cls, content: Entry, base: Scenario | None = None, of_run: bool = False) -> Scenario:
+        """Return the scenario of a YAML entry.
+
+        Args:
+            content: The entry.
+            base: The scenario that the entry changes; None is the one of all defaults.
+            of_run: Whether the entry is a run's, whose scripts are in its folder inputs/.
+
+        Raises:
+            SetcmasError: It has a mistake; the message names file and line.
+        """
+        entries = content.fields(('version', *options()))
+        if 'version' in entries and entries['version'].value != VERSION:
+            raise entries['version'].mistake(f'{VERSION}, the only one that this setcmas reads')
+        exercise = 'exercise' in entries and entries['exercise'].flag()
+        folder = ScenarioFolder(content.file.parent, exercise, of_run)
+        given = {
+            name: _option(name).read(entry, folder.place_of(name))
+            for name, entry in entries.items()
+            if name != 'version' and entry.value is not None
+        }
+        if base is None and 'algo' not in given:
+            raise content.error('there is no control law; add algo, such as algo: consensus')
+        try:
+            scenario = (base or cls(law=LawOptions(algo=given['algo'])))._with(given)
+        except ClashError as error:
+            named = next((entries[name] for name in error.names if name in entries), content)
+            raise named.error(str(error)) from None
+        for name, check in scenario._checks().items():
+            if name in given:
+                with entries[name].located():
+                    check()
+        return scenario
+
+    def replace(self, **changes: Any) -> Scenario:
+        """Return the same with other values by name, as for `of`.
+
+        Raises:
+            SetcmasError: There is no such value, or it is not what it must be.
+        """
+        given = {name: _option(name).value(value) for name, value in changes.items()}
+        poses = given.get('poses')
+        if poses is not None and not isinstance(poses, (Path, Mapping)):
+            if given.get('random_poses'):
+                raise ClashError('{} and {} both say where robots start', 'poses', 'random_poses')
+            nb_robots = given.get('nb_robots', self.robots.nb_robots) or 1
+            given['poses'] = poses_of_array(poses, nb_robots)
+        return self._with(given)
+
+    def _with(self, given: Mapping[str, Any]) -> Scenario:
+        """Return the same with other values of their options' types."""
+        changed: dict[str, Any] = {}
+        for name, part in self._parts():
+            own = {key: value for key, value in given.items() if key in part.options()}
+            changed[name] = replace(part, **own) if own else part
+        return replace(self, **changed)
+
+    def check(self) -> None:
+        """Check that laws, models, graph and poses exist and suit the fleet.
+
+        Raises:
+            SetcmasError: They do not.
+        """
+        for check in self._checks().values():
+            check()
+
+    def _checks(self) -> dict[str, Callable[[], object]]:
+        """Return the checks that look into files, by the value that each is of."""
+        law, robots, nb_robots = self.law, self.robots, self.robots.nb_robots
+        own = CommunicationOptions(graph=self.communication.graph)
+        models = model_names(robots.model, self.nb_robots)
+        return {
+            'algo': lambda: law.check_laws(nb_robots),
+            'set': law.check_settings,
+            'model': lambda: check_models(models, NO_LIMITS),
+            'limits': lambda: check_models(models, robots.limits),
+            'graph': lambda: check_communication(own, nb_robots),
+            'ctc': lambda: check_communication(self.communication, nb_robots),
+            'poses': lambda: robots.start_poses(self.nb_robots),
+            'pose': lambda: robots.start_poses(self.nb_robots),
+            'random_poses': lambda: robots.start_poses(self.nb_robots),
+        }
+
+    def _parts(self) -> Iterator[tuple[str, Options]]:
+        return ((name, getattr(self, name)) for name in self.PARTS)
+
+    @property
+    def seed(self) -> int:
+        """Seed of the random numbers of scripts, links and start poses."""
+        return self.law.seed
+
+    @property
+    def nb_robots(self) -> int:
+        """Number of robots in a simulation."""
+        return self.robots.fleet_size
+
+    @classmethod
+    def recorded(cls, values: Mapping[str, Any]) -> Scenario:
+        """Return the scenario that a record tells; files that it names are not looked for.
+
+        Args:
+            values: As `record` gives them, which may lack some.
+
+        Raises:
+            SetcmasError: One is not what it must be.
+        """
+        given = {name: value for name, value in values.items() if value is not None}
+        poses = given.pop('poses', None)
+        if isinstance(poses, list):
+            poses = tuple((x, y, theta) for x, y, theta in poses)
+        scenario = cls.of(**given)
+        return scenario._with({'poses': poses}) if poses else scenario
+
+    def values(self) -> dict[str, Any]:
+        """Return all values by name."""
+        return {name: value for _, part in self._parts() for name, value in part.values().items()}
+
+    def changed(self) -> dict[str, Any]:
+        """Return the values by name that differ from their defaults."""
+        values = self.values()
+        return {name: values[name] for _, part in self._parts() for name in part.changed()}
+
+    def found(self) -> Scenario:
+        """Return the same with absolute paths of the scripts and files that it names.
+
+        Raises:
+            SetcmasError: There is no such script.
+        """
+        law, conditions = self.law, self.communication.found(self.law.exercise)
+        algo: Algo = law.algo
+        if isinstance(algo, str):
+            algo = law.scripts().text
+        elif isinstance(algo, Mapping):
+            algo = {i: one if callable(one) else _found(one, law) for i, one in algo.items()}
+        same = replace(self, law=replace(law, algo=algo), communication=conditions)
+        return same.located(lambda name: str if name in ('algo', 'ctc') else _absolute)
+
+    @property
+    def notes(self) -> list[str]:
+        """What to say before it is run, such as of scripts that are not filled in yet.
+
+        Raises:
+            SetcmasError: A script is missing or has a mistake.
+        """
+        laws = self.law.scripts().notes if self.law.is_scripts else []
+        conditions = self.communication.found(self.law.exercise).notes
+        return [*laws, *conditions]
+
+    def named(self, name: str) -> dict[str, list[int]]:
+        """Return each text that a value names, with the robots that it is for; none if for all."""
+        return robots_by_text(self.values()[name])
+
+    def scripts(self) -> list[Path]:
+        """Return the scripts that it runs, but for laws that ship, if it names them by paths."""
+        found = [Path(text) for name in ('algo', 'ctc', 'model') for text in self.named(name)]
+        return [path for path in found if path.suffix == '.py' and not shipped_name(path)]
+
+    def located(self, place_of: Callable[[str], Place]) -> Scenario:
+        """Return the same with the files that it names in their places.
+
+        Args:
+            place_of: Returns the function from what a value of a name says to the path of a file.
+
+        Raises:
+            SetcmasError: There is no such file.
+        """
+        values = self.values()
+        found = {}
+        for name in OF_FILES:
+            text = str(values[name]) if isinstance(values[name], Path) else values[name]
+            if isinstance(text, str):
+                found[name] = _option(name).kind.located(text, place_of(name))
+        return self.replace(**found)
+
+    def record(self) -> dict[str, Any]:
+        """Return all values as YAML has them; functions by their names, None for no limit."""
+        found = {k: v for _, part in self._parts() for k, v in part.record().items()}
+        return {**found, 'algo': name_of(self.law.algo), 'ctc': name_of(self.communication.ctc)}
+
+    def save(self, path: str | Path) -> Path:
+        """Write the scenario to a file; what has its default is left out.
+
+        Args:
+            path: The file, in the folder of the scripts and files that the scenario names.
+
+        Returns:
+            The path.
+
+        Raises:
+            SetcmasError: A value is a function or a matrix, a file is in another folder, or the
+                file cannot be written.
+        """
+        target = Path(path)
+        folder = ScenarioFolder(target.parent)
+        content = {name: _written(name, value, folder) for name, value in self.changed().items()}
+        try:
+            write_yaml({'version': VERSION, **content}, target)
+        except OSError as error:
+            raise SetcmasError(f"'{target}' cannot be written: {error.strerror}") from error
+        return target
+
+
+def check_record(values: Mapping[str, Any]) -> None:
+    """Check the values of a record that options have; files that it names are not looked for.
+
+    Raises:
+        SetcmasError: One is not what it must be.
+    """
+    for name, value in values.items():
+        if value is not None and name in options() and name not in OF_FILES:
+            options()[name].check(name, options()[name].value(value))
+
+
+def _found(name: Any, law: LawOptions) -> str:
+    return LawScripts(str(name), law.exercise).text
+
+
+def _absolute(text: str) -> str:
+    return str(Path(text).absolute()) if Path(text).is_file() else text
+
+
+def name_of(given: Algo | Condition) -> str | None:
+    """Return what a record calls scripts or functions."""
+    if isinstance(given, Mapping):
+        return format_per_robot({robot: str(name_of(own)) for robot, own in given.items()})
+    if callable(given):
+        return str(getattr(given, '__name__', 'function'))
+    return None if given is None else str(given)
+
+
+@cache
+def options() -> dict[str, Option]:
+    """Return the options of scenarios by name."""
+    return {
+        name: option for part in Scenario.PARTS.values() for name, option in part.options().items()
+    }
+
+
+def _option(name: str) -> Option:
+    return options()[name] if name in options() else _refuse(name)
+
+
+def _refuse(name: str) -> NoReturn:
+    known = options()
+    raise SetcmasError(
+        f"a scenario has no value '{name}'; it must be one of {', '.join(known)}"
+        f'{did_you_mean(name, known)}'
+    )
+
+
+def _written(name: str, value: Any, folder: ScenarioFolder) -> Any:
+    """Return a value as a file has it.
+
+    Raises:
+        SetcmasError: A file cannot have it.
+    """
+    several = value.values() if name in ('algo', 'ctc') and isinstance(value, Mapping) else [value]
+    if any(map(callable, several)):
+        raise SetcmasError(f'{name} is a function, which no file can hold; name a script')
+    if name == 'graph' and not isinstance(value, str):
+        raise SetcmasError('graph is a matrix; write it to a graph file and name that')
+    text = str(value) if isinstance(value, Path) else value
+    return plain(_option(name).kind.located(text, folder.name_of(name)))
