@@ -75,7 +75,7 @@ def test_help_imports_neither_ros_nor_matplotlib_nor_numpy():
         (('simu', '--pose', '1;2'), "--pose '1;2' must be ROBOT"),
         (('simu', '--nb-robots', '2', '--pose', '3:1,2'), 'is for robot 3'),
         (('simu', '--poses', 'none.yaml'), "'none.yaml' cannot be read"),
-        (('ctrl',), 'required: --algo'),
+        (('ctrl',), 'there is no control law: add --algo'),
         (('ctrl', '--algo', 'consensu'), 'did you mean consensus'),
         (('ctrl', '--algo', 'consensus', '--vnom', '0'), '--vnom is 0; it must be above 0 m/s'),
         (('ctrl', '--algo', 'consensus', '--set', 'K'), "--set 'K' is not understood"),

@@ -13,8 +13,7 @@ def test_a_failed_run_says_so_with_command_and_versions(failed_run):
     info = RunInfo(
         ['setcmas', 'run', '--algo', 'my law.py'],
         failed_run.outcome,
-        {'nb_robots': 3, 'range': None, 'set': {'K': 1}},
-        seed=7,
+        {'nb_robots': 3, 'range': None, 'set': {'K': 1}, 'seed': 7},
         started='2026-11-21T16:02:11+0000',
         origin=this_origin(),
     )
@@ -24,7 +23,7 @@ def test_a_failed_run_says_so_with_command_and_versions(failed_run):
     assert not facts.well
     assert facts.outcome == 'complete, but law.py failed for robots 1,3'
     assert facts.command == "setcmas run --algo 'my law.py'"
-    assert facts.parameters == {'nb_robots': 3, 'set.K': 1}
+    assert facts.parameters == {'nb_robots': 3, 'set.K': 1, 'seed': 7}
     assert facts.origin['seed'] == 7
     assert facts.origin['numpy']
 
