@@ -124,7 +124,7 @@ def test_what_cannot_be_told_is_not_made_up():
     run, _ = witnessed(**CASES['lossy'])
     over_ros = replace(run, info=replace(run.info, started='2026-11-21T16:02:11+0000'))
     unknown = replace(run, info=replace(run.info, scenario={}))
-    otherwise = replace(run, info=replace(run.info, seed=run.info.seed + 1))
+    otherwise = replace(run, info=replace(run.info, scenario={**run.parameters, 'seed': 4}))
 
     for one, word in ((over_ros, 'real time'), (unknown, 'delayed'), (otherwise, 'another way')):
         known, reason = Knowledge(RunHistory(one)).of(1, 3.0)
