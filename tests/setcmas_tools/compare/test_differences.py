@@ -46,7 +46,8 @@ def test_a_run_is_not_different_from_itself(run):
 
 
 def test_an_experiment_and_a_simulation_differ_in_options_that_both_have(run):
-    info = replace(run.info, scenario={'vnom': 0.2, 'algo': run.parameters['algo'], 'limits.V_max': 0.21})
+    own = {'vnom': 0.2, 'algo': run.parameters['algo'], 'limits.V_max': 0.21}
+    info = replace(run.info, scenario=own)
     safety = safety_record([(0.0, 1, 'moving', False)])
     lab = replace(run, info=info, tables=replace(run.tables, safety=safety))
 
