@@ -17,6 +17,7 @@ import mocap_page
 import pose_picture
 import rooms_picture
 import run_files_page
+import scenarios_page
 import topics_page
 
 DOCS = Path(__file__).parents[1]
@@ -41,6 +42,7 @@ def generated_files() -> dict[Path, str]:
         DOCS / 'topics.md': topics_page.text(),
         DOCS / 'lab_setup.md': mocap_page.text(),
         DOCS / 'run_files.md': run_files_page.text(),
+        DOCS / 'scenarios.md': scenarios_page.text(),
     }
     files = {path: spliced(path.read_text(), text) for path, text in pages.items()}
     files[DOCS / 'pictures' / 'rooms.svg'] = rooms_picture.picture()
