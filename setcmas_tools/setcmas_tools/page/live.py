@@ -17,7 +17,7 @@ from setcmas_tools.measures.consensus_metrics import disagreement
 from setcmas_tools.page.content import SCALE, look_entry
 from setcmas_tools.page.markers import MarkerStore
 from setcmas_tools.run.fleet_motion import farthest_drive
-from setcmas_tools.run.run import stem_of_script
+from setcmas_tools.run.run import law_title
 
 LOST_S = 1.5
 """Silence in s from which a robot counts as lost."""
@@ -347,7 +347,7 @@ class LiveRun:
             remarks.append(f'{robots_in_words(unseen, "are")} announced, but not seen')
         return {
             'kind': 'status',
-            'title': f'{stem_of_script(self.law)}, {count}' if self.law else count,
+            'title': f'{law_title(self.law)}, {count}' if self.law else count,
             'detail': '; '.join(remarks),
             'state': state,
             'paused': paused,
