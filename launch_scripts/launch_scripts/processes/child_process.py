@@ -44,7 +44,7 @@ class ScriptCalls:
 
     def __init__(self, memory: int) -> None:
         """Share a file's memory with the process."""
-        self._current = CurrentCall(memory)
+        self._current = CurrentCall.shared(memory)
         self._failed: dict[ScriptCall, None] = {}
         self._told_since = 0.0
         self.failures: tuple[ScriptFailure, ...] = ()

@@ -135,7 +135,8 @@ class CallWatch:
             function: The function of the script that is called.
         """
         call = self._call = _Call(robot, path, function, time.monotonic())
-        self._launcher.current_call.begin(*call)
+        self._launcher.current_call.enter(function, path)
+        self._launcher.current_call.begin(robot, call.started)
         try:
             yield
         finally:

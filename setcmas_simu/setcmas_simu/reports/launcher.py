@@ -46,6 +46,6 @@ def connected_launcher(environment: MutableMapping[str, str] = os.environ) -> La
     pipe, memory = int(words[0]), int(words[1])
     os.set_inheritable(pipe, False)
     os.set_blocking(pipe, False)
-    current_call = CurrentCall(memory)
+    current_call = CurrentCall.shared(memory)
     os.close(memory)
     return Launcher(pipe, current_call, words[2])

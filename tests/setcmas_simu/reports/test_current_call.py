@@ -13,10 +13,12 @@ import os, signal, sys, time
 from pathlib import Path
 from setcmas_simu.reports.current_call import CurrentCall
 from setcmas_simu.reports.reports import Function
-call = CurrentCall(int(sys.argv[1]))
-call.begin(1, Path('a/long_name_of_a_law.py'), Function.CONTROL, 1.0)
+call = CurrentCall.shared(int(sys.argv[1]))
+call.enter(Function.CONTROL, Path('a/long_name_of_a_law.py'))
+call.begin(1, 1.0)
 call.end()
-call.begin(7, Path('law.py'), Function.CONDITION, time.monotonic())
+call.enter(Function.CONDITION, Path('law.py'))
+call.begin(7, time.monotonic())
 {end}
 """
 ENDS = [
@@ -30,13 +32,12 @@ ENDS = [
 @pytest.mark.parametrize('end', ENDS)
 def test_the_call_in_which_a_process_ended_is_known_however_it_ended(end):
     file = shared_file()
-    call = CurrentCall(file)
+    call = CurrentCall.shared(file)
     command = [sys.executable, '-c', PROGRAM.format(end=end), str(file)]
     subprocess.run(command, pass_fds=[file], stderr=subprocess.DEVNULL, check=False)
 
     assert call.running() == call.last() == ScriptCall(7, 'law.py', Function.CONDITION)
     os.close(file)
-    call.close()
 
 
 def test_between_calls_none_is_running():
@@ -44,11 +45,11 @@ def test_between_calls_none_is_running():
     assert call.last() is None
     assert call.running() is None
 
-    call.begin(3, Path('law.py'), Function.LOADING, 10.0)
+    call.enter(Function.LOADING, Path('law.py'))
+    call.begin(3, 10.0)
     assert call.running_s(12.5) == 2.5
     call.end()
 
     assert call.running() is None
     assert call.running_s(12.5) == 0.0
     assert call.last() == ScriptCall(3, 'law.py', Function.LOADING)
-    call.close()
