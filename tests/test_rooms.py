@@ -28,7 +28,7 @@ MAY_IMPORT_ROS = [
     'setcmas_ctrl.driving.fleet_time',
     'setcmas_ctrl.driving.odometry',
     'setcmas_ctrl.driving.pose_to_odom',
-    'setcmas_expe.doctor.fleets_in_sight',
+    'setcmas_expe.doctor.lab_examination',
     'setcmas_expe.doctor.lab_watch',
     'setcmas_expe.doctor.nudge',
     'setcmas_expe.emulation.emulated_lab',

@@ -40,7 +40,7 @@ _QUESTION = 'Nudge each robot 5 cm forward and back? People and obstacles clear?
 
 def look_around(ros_arguments: list[str]) -> list[Finding]:
     """Return the other fleets in sight."""
-    from setcmas_expe.doctor.fleets_in_sight import fleets_finding
+    from setcmas_expe.doctor.lab_examination import fleets_finding
     from setcmas_simu.ros.fleet_topic import FleetListener
     from setcmas_simu.ros.process import FleetNode, ros_process
 
