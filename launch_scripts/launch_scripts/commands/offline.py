@@ -68,7 +68,7 @@ def main(args: argparse.Namespace) -> int:
     folder.check(args.overwrite)
     run, elapsed = _simulate(scenario, args.call_timeout)
     # Imported late: help texts and completion do not wait for it.
-    from setcmas_tools.compare.run_distance import compared
+    from setcmas_tools.compare.run_distance import comparison_line
     from setcmas_tools.evaluation import evaluate
     from setcmas_tools.plots.look import PlotLook
     from setcmas_tools.run.run import Run
@@ -85,7 +85,7 @@ def main(args: argparse.Namespace) -> int:
     evaluation = evaluate(saved, plots, look, folder.metrics, warn)
     print(evaluation)
     if earlier:
-        print(compared(folder.path, earlier))
+        print(comparison_line(folder.path, earlier))
     print(f'{_speed(run, elapsed)}{folder.summary(len(evaluation.plots))}')
     return _told(run)
 

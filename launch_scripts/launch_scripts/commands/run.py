@@ -182,7 +182,7 @@ def _evaluate(
 ) -> int:
     """Write CSV files, plots and metrics, print these; returns the exit status."""
     # Imported late: a fresh start of the robots does not wait for matplotlib.
-    from setcmas_tools.compare.run_distance import compared
+    from setcmas_tools.compare.run_distance import comparison_line
     from setcmas_tools.evaluation import evaluate
     from setcmas_tools.plots.look import PlotLook
     from setcmas_tools.run.bag_conversion import convert
@@ -202,7 +202,7 @@ def _evaluate(
     look = PlotLook(tuple(args.format))
     plots = folder.plots if args.plots else None
     evaluation = evaluate(run, plots, look, folder.metrics, warn)
-    lines = [str(evaluation), *([compared(folder.path, earlier)] if earlier else [])]
+    lines = [str(evaluation), *([comparison_line(folder.path, earlier)] if earlier else [])]
     where = f'bag: {folder.shown(folder.bag)}   {folder.summary(len(evaluation.plots))}'
     with suppress(OSError):  # the terminal may be closed by now, the work is done
         print(*lines, where, sep='\n', flush=True)

@@ -140,20 +140,20 @@ DERIVED = '# The recorder of setcmas made these messages from the odometry in th
 
 
 def is_derived(connection: Connection) -> bool:
-    """Return whether a connection's messages were made from those of others."""
+    """Return whether the recorder derived the messages of a connection from others."""
     return connection.msgdef.data.startswith(DERIVED)
 
 
 @dataclass(frozen=True, eq=False)  # equal only to itself: it is looked up for each message
 class BagTopic:
-    """A topic of a bag and how its messages are decoded; there is one for each of its types.
+    """A topic of a bag with messages of one type, and how they are decoded.
 
     Attributes:
         name: Full name, such as `/tb3_1/odom`.
         type: Type of its messages.
-        count: How many of them the bag holds.
-        derived: Whether a recorder has made them from other messages of this bag.
-        offered_qos: Quality of service of its publishers, as far as the bag tells.
+        count: Number of messages in the bag.
+        derived: Whether the recorder made the messages from others in this bag.
+        offered_qos: Quality of service of its publishers, if the bag stores it.
     """
 
     name: str
@@ -205,7 +205,7 @@ class Bag:
 
     @property
     def notices(self) -> list[str]:
-        """A line for each thing that cannot be read; complete once `messages` has ended."""
+        """A line for each loss; complete once `messages` has ended."""
         return self._left_out + [n for source in self._sources for n in source.notices]
 
     def messages(self) -> Iterator[Message]:

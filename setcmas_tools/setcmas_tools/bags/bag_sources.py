@@ -1,4 +1,4 @@
-"""Sources of messages: files of a bag, in good order, cut short or damaged."""
+"""Sources of messages: files of a bag, whole, cut short or damaged."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ def one_line(error: Exception) -> str:
 
 @dataclass
 class Extent:
-    """How much there is: number of messages, times of the first and the last in ns."""
+    """Number of messages, and times of the first and the last in ns."""
 
     count: int = 0
     start_ns: int = 0
@@ -64,8 +64,8 @@ class BagSource(Protocol):
 
     Attributes:
         connections: Topic, type, definition and number of messages of each connection.
-        extent: What the file holds, as far as it can be read.
-        notices: A line for each thing that was lost; complete once `messages` has ended.
+        extent: The messages that can be read.
+        notices: A line for each loss; complete once `messages` has ended.
     """
 
     connections: list[Connection]
@@ -87,7 +87,7 @@ class IndexedSource:
 
         Args:
             path: The file, for messages.
-            reader: A reader of it that is not open yet; it raises what it likes if it cannot.
+            reader: A reader of it that is not open yet.
         """
         self._path = path
         self._reader = reader
@@ -118,12 +118,12 @@ class IndexedSource:
 
 
 _GARBAGE = (McapError, MemoryError, OverflowError, ValueError, struct.error)
-"""What reading provokes where records should be."""
+"""Errors of reading bytes that are no records."""
 
 _FORMATS = {'ros2msg': MessageDefinitionFormat.MSG, 'ros2idl': MessageDefinitionFormat.IDL}
 
 _LARGEST_CHUNK = 2**26
-"""Bytes by which a cut record may be longer than its file; what claims more is garbage."""
+"""Most bytes by which a cut record may exceed its file; a larger claim is garbage."""
 
 
 class McapSalvage:
@@ -131,8 +131,8 @@ class McapSalvage:
 
     Attributes:
         connections: Topic, type, definition and number of messages of each channel.
-        extent: What could be read.
-        notices: A line for each thing that was lost.
+        extent: The messages that can be read.
+        notices: A line for each loss.
     """
 
     def __init__(self, path: Path) -> None:

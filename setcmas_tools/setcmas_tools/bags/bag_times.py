@@ -16,7 +16,7 @@ from setcmas_tools.bags.recorded_topic import Received
 class ReceiveClock:
     """Turns times of arrival on the system's clock into times for a bag.
 
-    They start on the system's clock, but do not follow when somebody sets it during a recording:
+    They start on the system's clock, but do not follow when it is set during a recording:
     a jump of an hour would otherwise freeze or stretch the recorded run.
     """
 
@@ -29,7 +29,7 @@ class ReceiveClock:
 
         Args:
             system_ns: The system's clock, in ns.
-            steady_ns: A clock that nobody sets, in ns.
+            steady_ns: A clock that is never set, in ns.
         """
         self._system_ns = system_ns
         self._steady_ns = steady_ns
@@ -38,14 +38,14 @@ class ReceiveClock:
         self._last = 0
 
     def update(self) -> None:
-        """Notice a jump of the system's clock; call it before each batch of messages."""
+        """Check for a jump of the system's clock; call this before each batch of messages."""
         self._jump = self._system_ns() - self._steady_ns() - self._offset
 
     def stamp(self, received_ns: int) -> int:
-        """Return the time in ns of a message, not before that of the one before.
+        """Return the time in ns of a message, not before that of the previous message.
 
         Args:
-            received_ns: When it arrived, on the system's clock; 0 if that is not known.
+            received_ns: Time of arrival on the system's clock; 0 if unknown.
         """
         stamp = (received_ns or self._system_ns()) - self._jump
         self._last = max(self._last, stamp)
@@ -65,13 +65,13 @@ class BagTimes(Protocol):
         """Yield messages with their times, in order; those yielded are taken from the list.
 
         Args:
-            messages: What has come and is not written yet.
-            complete: Whether none are to be held back, since no more will come.
+            messages: The messages that arrived and are not written yet.
+            complete: Whether these are the last: hold none back.
         """
 
 
 def bag_times(simulated: SimulatedTime | None) -> BagTimes:
-    """Return the times of a recording of robots that follow a time; None is the system's."""
+    """Return the times for robots that follow a simulated time; None is the system's."""
     if isinstance(simulated, Lockstep):
         return StampTimes()
     if isinstance(simulated, Scaled):
@@ -81,15 +81,15 @@ def bag_times(simulated: SimulatedTime | None) -> BagTimes:
 
 
 class ArrivalTimes:
-    """Times of arrival, which may go by faster or slower than those of the system."""
+    """Times of arrival, possibly scaled."""
 
     def __init__(self, pace: Callable[[int], int] = int) -> None:
-        """Start; `pace` turns a time in ns into one of the bag."""
+        """Start; `pace` converts a time in ns to that of the bag."""
         self._clock = ReceiveClock()
         self._pace = pace
 
     def of(self, messages: list[Received], complete: bool) -> Iterator[Timed]:
-        """Yield all messages in the order in which they came."""
+        """Yield all messages in the order of arrival."""
         del complete
         self._clock.update()
         messages.sort(key=lambda message: message.time_ns)
@@ -99,14 +99,14 @@ class ArrivalTimes:
 
 
 class StampTimes:
-    """Times of a simulation in lockstep: a message's stamp, else that of the tick it was sent at.
+    """Times of a simulation in lockstep: a message's stamp, else its tick's.
 
-    Messages of the newest tick are held back until the next one, since others of it may still
-    come; but not for long, if time stands.
+    Messages of the newest tick wait for the next tick, since more may arrive; not for long, if
+    time stops.
     """
 
     def __init__(self, steady_s: Callable[[], float] = time.monotonic) -> None:
-        """Wait for the first tick; `steady_s` is a clock in s that nobody sets."""
+        """Wait for the first tick; `steady_s` is a clock in s that is never set."""
         self._steady_s = steady_s
         self._last_tick_at = 0.0
         self._sent: list[int] = []
@@ -136,6 +136,6 @@ class StampTimes:
 
     def _time(self, message: Received) -> int:
         tick = self._ticks[max(0, bisect_right(self._sent, message.sent_ns) - 1)]
-        # A stamp far from it is of a node that does not follow the simulation.
+        # A node that does not follow the simulation has stamps far from the tick.
         stamp = read_stamp(message.data) if message.topic.has_stamp else tick
         return stamp if 0 <= stamp - tick < 10**9 else tick

@@ -32,7 +32,7 @@ _BAG_VERSION: Literal[9] = 9  # that of ROS 2 Jazzy
 class BagWriter:
     """Writes serialised messages to an mcap bag; a context manager that closes it well.
 
-    What is written becomes readable with each `flush`, whatever happens afterwards.
+    Messages become readable with each `flush`, whatever happens afterwards.
 
     Attributes:
         count: Number of messages written.
@@ -65,13 +65,13 @@ class BagWriter:
     def add_topic(
         self, name: str, msgtype: str, definition: Definition, offered_qos: Sequence[Qos]
     ) -> Connection:
-        """Add a topic unless it is there; what it returns stands for the topic in `write`.
+        """Add a topic if it is new; pass the result to `write`.
 
         Args:
             name: Full name.
             msgtype: Type of its messages.
             definition: That of the type.
-            offered_qos: Quality of service of each publisher, which a player repeats.
+            offered_qos: Quality of service of each publisher, for players.
         """
         key = (name, msgtype)
         if key not in self._topics:
@@ -85,7 +85,7 @@ class BagWriter:
         return self._topics[key]
 
     def write(self, topic: Connection, time_ns: int, data: bytes) -> None:
-        """Write a message that was received at a time, not before that of the last one.
+        """Write a message with its time of reception, not before the last message.
 
         Raises:
             OSError: The disk is full, or fails.
@@ -107,7 +107,7 @@ class BagWriter:
             self._write_out()
 
     def __str__(self) -> str:
-        """Return what was written, such as '450 messages of 40 topics in 1.0 s'."""
+        """Return a summary, such as '450 messages of 40 topics in 1.0 s'."""
         topics = len(self.types)
         return (
             f'{self.count:,} message{"s" * (self.count != 1)} of {topics} '
@@ -124,10 +124,10 @@ class BagWriter:
         error: BaseException | None,
         traceback: TracebackType | None,
     ) -> None:
-        """Write index and metadata; after an OSError, only let go of the file."""
+        """Write index and metadata; after an OSError, only close the file."""
         try:
             if error_type is None or not issubclass(error_type, OSError):
-                self.flush()  # they take long: until then a kill would cost the last second
+                self.flush()  # closing takes long: a kill would cost the last second
                 self._writer.close()
         finally:
             with contextlib.suppress(OSError):
@@ -188,7 +188,7 @@ class TransformRecorder:
         )
 
     def write(self) -> None:
-        """Write the transforms so far, robots of one time in one message.
+        """Write the transforms so far, those of equal time in one message.
 
         Raises:
             OSError: The disk is full, or fails.

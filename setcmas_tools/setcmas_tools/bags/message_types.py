@@ -32,7 +32,7 @@ _IDL_SEPARATOR = '=' * 80 + '\n'
 
 
 class UnresolvedTypeError(Exception):
-    """A message type that cannot be decoded; the message says why."""
+    """A message type that cannot be decoded; the message has the reason."""
 
 
 class UndecodableError(Exception):
@@ -45,7 +45,7 @@ class MessageType:
 
     Attributes:
         name: As in `nav_msgs/msg/Odometry`.
-        store: The definitions of this type and of all that it is made of.
+        store: The definitions of this type and its parts.
         decode: Makes a message object from its bytes; raises UndecodableError.
     """
 
@@ -55,7 +55,7 @@ class MessageType:
 
 
 class BagTypes:
-    """Resolves the types of one bag."""
+    """Resolves the types of a bag."""
 
     def __init__(self) -> None:
         """Start without any type."""
@@ -139,15 +139,15 @@ def _decoder(store: Typestore, msgtype: str, is_ros1: bool) -> Callable[[bytes],
 
 
 class UnknownDefinitionError(Exception):
-    """A message type whose definition this machine does not have."""
+    """A message type with no definition on this machine."""
 
 
 @dataclass(frozen=True)
 class Definition:
-    """What a bag stores about a type.
+    """Definition of a type, as a bag stores it.
 
     Attributes:
-        text: The definition, followed by those of all that it is made of.
+        text: The definition, followed by those of its parts.
         digest: The hash of both, as in RIHS01_....
     """
 

@@ -33,11 +33,10 @@ _COMMAND_TYPES = (
 
 
 def is_command(name: str, msgtype: str) -> bool:
-    """Return whether robots, or what drives them, may act on a topic.
+    """Return whether robots or their controllers may act on a topic.
 
-    A robot must never move because somebody looks at a recording, not even one that is switched on
-    later: so these topics are left out whoever listens. No program acts on cmd_cart_vel, which
-    tells what a law has returned.
+    No robot may move because of a recording, not even one that is switched on later: so these
+    topics are never played. No program acts on cmd_cart_vel, the velocity that a law returned.
     """
     last = name.rpartition('/')[2]
     if msgtype in _COMMAND_TYPES or name in _OF_FLEETS or last in _NAMES:
@@ -50,7 +49,7 @@ class Choice:
 
     Attributes:
         classes: The message class of each.
-        notes: A line for each reason for which topics are left out.
+        notes: A line for each reason to leave topics out.
     """
 
     def __init__(self, bag: Bag, wanted: Sequence[str] | None, own_clock: bool) -> None:
@@ -59,7 +58,7 @@ class Choice:
         Args:
             bag: The bag.
             wanted: Names of the topics to play; None for all.
-            own_clock: Whether the player itself publishes /clock.
+            own_clock: Whether the player publishes /clock.
 
         Raises:
             SetcmasError: A wanted topic is not in the bag or is never played, or nothing is left.
@@ -81,7 +80,7 @@ class Choice:
             raise SetcmasError('; '.join(['no topic is left to play', *self.notes]))
 
     def _objection(self, topic: BagTopic, own_clock: bool) -> str:
-        """Return why a topic is not played; empty if it is, and keep its class."""
+        """Return why a topic is not played; otherwise keep its class and return nothing."""
         if is_command(topic.name, topic.type.name):
             return 'no robot moves because of a recording'
         if own_clock and topic.name == CLOCK:
@@ -101,13 +100,13 @@ def _listed(names: list[str]) -> str:
 
 
 KEPT = 1000
-"""How many messages of a latched topic somebody gets who comes late."""
+"""Messages of a latched topic that a late subscriber receives."""
 
 Played = tuple[BagTopic, bytes]
 
 
 class BagCursor:
-    """Hands out the messages of some topics up to a time.
+    """Reads the messages of some topics up to a time.
 
     Attributes:
         duration: Time of the last message of the bag in s from its first one.
@@ -116,12 +115,12 @@ class BagCursor:
     def __init__(
         self, bag: Bag, topics: Container[BagTopic], latched: Container[BagTopic]
     ) -> None:
-        """Stand at the first message.
+        """Start at the first message.
 
         Args:
-            bag: Where the messages come from.
-            topics: Those that are handed out.
-            latched: Those of which older messages count, too.
+            bag: The bag.
+            topics: The topics to read.
+            latched: Topics whose older messages count, too.
         """
         self._bag = bag
         self._topics = topics
@@ -137,17 +136,17 @@ class BagCursor:
         return (self._next[1] - self._bag.start_ns) / 1e9 if self._next else None
 
     def until(self, at: float) -> Iterator[Played]:
-        """Yield the messages up to a time in s that were not handed out yet."""
+        """Yield the next messages up to a time in s."""
         while self._next and (self._next[1] - self._bag.start_ns) / 1e9 <= at:
             topic, _, data = self._next
             self._next = next(self._messages, None)
             yield topic, data
 
     def move_to(self, at: float) -> list[Played]:
-        """Stand at the first message from a time in s on.
+        """Go to the first message from a time in s on.
 
         Returns:
-            The messages of latched topics before it, that would be known by then.
+            The messages of latched topics before it.
         """
         self._messages = (one for one in self._bag.messages() if one[0] in self._topics)
         self._next = next(self._messages, None)

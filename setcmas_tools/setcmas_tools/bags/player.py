@@ -41,9 +41,9 @@ def is_latched(offered: Sequence[Qos]) -> bool:
 
 
 def restored_qos(offered: Sequence[Qos]) -> QoSProfile:
-    """Return a profile that matches whoever matched one of those that were offered.
+    """Return a profile for all subscribers that matched a recorded publisher.
 
-    The depth is not in a bag that was recorded from the network; this one loses nothing.
+    Bags recorded from the network store no depth; this one loses nothing.
     """
     best_effort = offered and all(one.reliability == QosReliability.BEST_EFFORT for one in offered)
     latched = is_latched(offered)
@@ -61,43 +61,43 @@ def _duration(times: Sequence[QosTime]) -> Duration:
     return Duration(nanoseconds=longest if longest < _INFINITE_NS else 0)  # 0 is infinite, too
 
 
-class RobotsThere:
-    """Looks whether somebody else has the robots of a recording."""
+class RobotConflict:
+    """Finds other nodes that publish or command the robots of a recording."""
 
     def __init__(self, node: Node, names: Collection[str]) -> None:
-        """Begin to listen.
+        """Start listening.
 
         Args:
-            node: The node through which the graph is seen.
-            names: The topics that are to be played.
+            node: Sees the graph.
+            names: The topics to play.
         """
         self._node = node
         self._names = sorted(name for name in names if topics.robot_of(name))
         self._robots = sorted({topics.robot_of(name) or 0 for name in names} - {0})
         self._fleet = FleetListener(node)
 
-    def before(self) -> str:
-        """Return who has one of the robots while nothing is played yet; empty if nobody."""
+    def before_playing(self) -> str:
+        """Return who uses one of the robots before playing starts; empty if no node does."""
         self._fleet.take()
         for source, announced in self._fleet.by_source.items():
             if both := sorted(set(self._robots) & set(announced.robots)):
-                return f'{robots_in_words(both, "are")} there already: a {source} has them'
+                return f'{robots_in_words(both, "are")} in use: a {source} runs them'
         return self._sender(self._names, 0) or self._listener()
 
-    def beside(self) -> str:
-        """Return who has one of the robots beside the player's own publishers; empty if nobody."""
+    def while_playing(self) -> str:
+        """Return who uses one of the robots apart from this player; empty if no node does."""
         return self._sender(filter(topics.is_odometry, self._names), 1) or self._listener()
 
     def _sender(self, names: Iterable[str], own: int) -> str:
         there = (name for name in names if self._node.count_publishers(name) > own)
-        return next((f'somebody else publishes {name}' for name in there), '')
+        return next((f'another node publishes {name}' for name in there), '')
 
     def _listener(self) -> str:
         for robot in self._robots:
             topic = topics.robot_topic(robot, topics.CMD_VEL)
             if found := cmd_vel_topics.listeners(self._node, topic):
                 name = topics.robot_name(robot)
-                return f'{name} is there already: {found[0].full_name} listens to {topic}'
+                return f'{name} is in use: {found[0].full_name} listens to {topic}'
         return ''
 
 
@@ -215,7 +215,7 @@ def main(argv: list[str] | None = None) -> int:
 def _play_bag(process: RosProcess, args: argparse.Namespace) -> int:
     options = PlayerOptions.of(args)
     if args.bag.suffix in ('.bag', '.active'):
-        raise SetcmasError(f"'{args.bag}' is a ROS 1 bag; it must be a rosbag2 one to be played")
+        raise SetcmasError(f"'{args.bag}' is a ROS 1 bag; only rosbag2 bags can be played")
     with open_bag(args.bag) as bag:
         return _play(process, bag, options)
 
@@ -230,16 +230,16 @@ def _play(process: RosProcess, bag: Bag, options: PlayerOptions) -> int:
             'the length of the bag'
         )
     node = FleetNode(topics.PLAYER_NODE)
-    there = RobotsThere(node, [topic.name for topic in choice.classes])
+    conflict = RobotConflict(node, [topic.name for topic in choice.classes])
     for line in [*bag.notices, *choice.notes]:
         print(line, file=sys.stderr, flush=True)
-    _refuse_robots(process, there)
+    _refuse_robots(process, conflict)
     publishers = {
         topic: node.create_publisher(kind, topic.name, restored_qos(topic.offered_qos))
         for topic, kind in choice.classes.items()
     }
     player = Player(process, cursor, publishers, options.rate)
-    player.on_tick = _Beside(node, there, bag.start_ns if options.clock else None).tick
+    player.on_tick = _Housekeeping(node, conflict, bag.start_ns if options.clock else None).tick
     _settle(process, publishers.values())
     topics_text = 'topic' if len(publishers) == 1 else 'topics'
     print(f'playing {len(publishers)} {topics_text}, {cursor.duration:.1f} s', flush=True)
@@ -248,25 +248,25 @@ def _play(process: RosProcess, bag: Bag, options: PlayerOptions) -> int:
     messages_text = 'message' if player.count == 1 else 'messages'
     print(f'played {player.count:,} {messages_text}', flush=True)
     if reason:
-        print(f'error: playing has ended: {reason}', file=sys.stderr, flush=True)
+        print(f'error: playing stopped: {reason}', file=sys.stderr, flush=True)
     return int(bool(reason))
 
 
-def _refuse_robots(process: RosProcess, there: RobotsThere) -> None:
-    """Wait until others have had time to show up; whoever was killed stays for a while.
+def _refuse_robots(process: RosProcess, conflict: RobotConflict) -> None:
+    """Wait until other nodes have been discovered; killed ones remain visible for a while.
 
     Raises:
-        SetcmasError: One of the robots is there.
+        SetcmasError: One of the robots is in use.
     """
     process.spin_until(lambda: False, _DISCOVERY_S)
-    if there.before():
-        process.spin_until(lambda: not there.before(), _FORGOTTEN_AFTER_S)
-    if reason := there.before():
+    if conflict.before_playing():
+        process.spin_until(lambda: not conflict.before_playing(), _FORGOTTEN_AFTER_S)
+    if reason := conflict.before_playing():
         raise SetcmasError(f'{reason}; stop that first, or set another ROS_DOMAIN_ID')
 
 
 def _settle(process: RosProcess, publishers: Collection[Publisher]) -> None:
-    """Wait until those who listen, such as a recorder, have found the topics."""
+    """Wait until subscribers, such as a recorder, have found the topics."""
     begin = since = time.monotonic()
     known = -1
     while not process.stopping:
@@ -286,12 +286,12 @@ def _wait_until_sent(publishers: Collection[Publisher]) -> None:
         publisher.wait_for_all_acked(Duration(seconds=left))
 
 
-class _Beside:
-    """What happens beside the messages: the clock, and a look whether robots have come."""
+class _Housekeeping:
+    """Publishes the clock, and looks for robots that appear."""
 
-    def __init__(self, node: Node, there: RobotsThere, clock_from_ns: int | None) -> None:
-        """Prepare; the clock shows the time of the bag, which begins at a time in ns."""
-        self._there = there
+    def __init__(self, node: Node, conflict: RobotConflict, clock_from_ns: int | None) -> None:
+        """Prepare; the clock shows the time of the bag from its start in ns, or None."""
+        self._conflict = conflict
         self._from_ns = clock_from_ns
         self._clock = None
         if clock_from_ns is not None:
@@ -299,7 +299,7 @@ class _Beside:
         self._next_look = time.monotonic() + _LOOK_S
 
     def tick(self, at: float) -> str:
-        """Publish the clock; returns who has one of the robots, empty if nobody."""
+        """Publish the clock; return who uses one of the robots, empty if no node does."""
         if self._clock and self._from_ns is not None:
             seconds, nanoseconds = divmod(self._from_ns + round(at * 1e9), 10**9)
             self._clock.publish(Clock(clock=Time(sec=seconds, nanosec=nanoseconds)))
@@ -307,7 +307,7 @@ class _Beside:
         if now < self._next_look:
             return ''
         self._next_look = now + _LOOK_S
-        return self._there.beside()
+        return self._conflict.while_playing()
 
 
 if __name__ == '__main__':

@@ -22,7 +22,7 @@ from setcmas_simu.fleet.topics import is_odometry
 from setcmas_simu.ros.message_class import message_class
 
 DEPTH = 1000
-"""Messages of a topic that may wait to be written: a second of the fastest motion capture."""
+"""Messages of a topic that may wait: a second of the fastest motion capture."""
 
 
 def subscription_qos(reliable: bool, transient_local: bool) -> QoSProfile:
@@ -74,13 +74,13 @@ _TIMES = ('std_msgs/Header', 'builtin_interfaces/Time')
 
 @dataclass
 class Received:
-    """A message as it came.
+    """A received message.
 
     Attributes:
-        time_ns: When, on the system's clock.
-        sent_ns: When it was sent, on that of its sender.
-        topic: Of which topic.
-        data: Serialised.
+        time_ns: Time of arrival on the system's clock.
+        sent_ns: Time of sending on the sender's clock.
+        topic: Its topic.
+        data: Its bytes.
     """
 
     time_ns: int
@@ -99,14 +99,14 @@ class RecordedTopic:
         name: Full name.
         msgtype: Type of its messages.
         connection: The topic in the bag; None until a publisher is known.
-        tells_poses: Whether it is the odometry of a robot.
-        has_stamp: Whether a message begins with a time.
+        has_poses: Whether it is the odometry of a robot.
+        has_stamp: Whether its messages begin with a time.
     """
 
     def __init__(self, node: Node, name: str, msgtype: str) -> None:
         """Subscribe, reliably; publishers may not be known yet.
 
-        A subscription in time catches the first messages of a publisher that is still to come.
+        An early subscription receives the first messages of a later publisher.
 
         Raises:
             NoPythonTypeError: The type's Python package is missing.
@@ -114,7 +114,7 @@ class RecordedTopic:
         self.name = name
         self.msgtype = msgtype
         self.connection: Connection | None = None
-        self.tells_poses = msgtype == 'nav_msgs/msg/Odometry' and is_odometry(name)
+        self.has_poses = msgtype == 'nav_msgs/msg/Odometry' and is_odometry(name)
         self._node = node
         self._class = message_class(msgtype)
         fields = self._class.get_fields_and_field_types()
@@ -125,17 +125,17 @@ class RecordedTopic:
         self._subscribe()
 
     def adapt_to(self, profiles: list[QoSProfile]) -> list[Received]:
-        """Subscribe anew if the publishers' qualities of service ask for it.
+        """Subscribe again if the publishers' qualities of service require it.
 
         Args:
-            profiles: What each publisher offers, at least one.
+            profiles: Profile of each publisher, at least one.
 
         Returns:
-            The messages that came before.
+            The messages received before.
         """
         reliable, transient_local = are_reliable(profiles), are_transient_local(profiles)
         if self._has_publishers:
-            # Never up again: kept messages would come a second time.
+            # Never up again: latched messages would arrive twice.
             reliable &= self._reliable
             transient_local &= self._transient_local
         received = list(self.take())
@@ -147,7 +147,7 @@ class RecordedTopic:
         return received
 
     def take(self) -> Iterator[Received]:
-        """Yield the messages that have come."""
+        """Yield the messages received since the last call."""
         handle = self._subscription.handle
         with handle:
             for _ in range(DEPTH):
@@ -174,7 +174,7 @@ class RecordedTopic:
 
     def _is_new(self, source_ns: int) -> bool:
         if self._has_publishers:
-            # A publisher that keeps its messages sends them again to the second subscription.
+            # A latched publisher sends its messages again to the second subscription.
             return source_ns not in self._taken_early
         self._taken_early.add(source_ns)
         return True

@@ -27,7 +27,7 @@ from setcmas_tools.bags.recording_options import RecorderOptions
 
 
 class LockstepAnswers:
-    """Tells the simulator which state of every robot has come; it does not run away then."""
+    """Reports received states to the simulator, which waits for the recorder."""
 
     def __init__(self, node: Node, robots: Sequence[int]) -> None:
         """Answer through a node for odometry of robots."""
@@ -36,7 +36,7 @@ class LockstepAnswers:
         self._answered = NONE
 
     def take(self, received: Sequence[Received]) -> None:
-        """Look at what has come."""
+        """Report the oldest of the newest states."""
         for message in received:
             if message.topic.name in self._stamps:
                 self._stamps[message.topic.name] = read_stamp(message.data)
@@ -46,7 +46,7 @@ class LockstepAnswers:
             self._answerer.answer(oldest)
 
     def leave(self) -> None:
-        """Tell the simulator not to wait any more."""
+        """Let the simulator go on without this recorder."""
         self._answerer.leave()
 
 
@@ -55,7 +55,7 @@ _ANNOUNCED_WITHIN_NS = 10**9
 
 
 class GraphRecorder:
-    """Keeps a subscription to each topic and moves what comes to a bag."""
+    """Subscribes to each topic and writes its messages to a bag."""
 
     def __init__(self, node: Node, writer: BagWriter, chosen: list[str] | None = None) -> None:
         """Start without any topic.
@@ -73,19 +73,19 @@ class GraphRecorder:
         self._answers: LockstepAnswers | None = None
         self._definitions = MessageDefinitions()
         self._topics: dict[str, RecordedTopic] = {}
-        # What was known of each topic at the last look: number of publishers, types.
+        # Of each topic at the last look: number of publishers, types.
         self._seen: dict[str, tuple[int, list[str]]] = {}
-        self._told: set[str] = set()
+        self._printed: set[str] = set()
         self._fleet = FleetListener(node)
         self._transforms = TransformRecorder(writer)
 
     @property
     def recorded(self) -> list[str]:
-        """Names of the topics that somebody publishes."""
+        """Names of the topics with a publisher."""
         return [topic.name for topic in self._topics.values() if topic.connection]
 
     def look(self) -> None:
-        """Follow the changes of the graph since the last look."""
+        """Follow changes of the graph since the last look."""
         is_there = any(map(self._node.count_publishers, (topics.TF, topics.TF_STATIC)))
         self._transforms.wanted = self._is_wanted(topics.TF) and not is_there
         for name, types in self._node.get_topic_names_and_types():
@@ -96,7 +96,7 @@ class GraphRecorder:
                     self._follow(name, types)
 
     def missing(self) -> list[int]:
-        """Return the announced robots of which nothing that is to be recorded was seen yet."""
+        """Return the announced robots without any topic so far."""
         self._fleet.take()
         if self._chosen is not None:
             return []
@@ -104,7 +104,7 @@ class GraphRecorder:
         return [robot for robot in self._fleet.robots if robot not in seen]
 
     def drain(self) -> None:
-        """Write what has come, in the order in which it came.
+        """Write the messages received so far, in order.
 
         Raises:
             OSError: The disk is full, or fails.
@@ -113,7 +113,7 @@ class GraphRecorder:
         self._write(complete=False)
 
     def close(self) -> None:
-        """Write what has come until now, and what was held back.
+        """Write all messages received so far, including those held back.
 
         Raises:
             OSError: The disk is full, or fails.
@@ -138,7 +138,7 @@ class GraphRecorder:
         if topic is None or not infos:
             return
         for other in set(offered) - {topic.msgtype}:
-            self._tell_once(f'{name} has a second type {other}: only {topic.msgtype} is recorded')
+            self._print_once(f'{name} has a second type {other}: only {topic.msgtype} is recorded')
         profiles = [info.qos_profile for info in infos if info.topic_type == topic.msgtype]
         if not topic.connection:
             topic.connection = self._writer.add_topic(
@@ -155,7 +155,7 @@ class GraphRecorder:
             self._definitions.of(msgtype)
             self._topics[name] = RecordedTopic(self._node, name, msgtype)
         except (NoPythonTypeError, UnknownDefinitionError) as error:
-            self._tell_once(f'{name} ({msgtype}) is not recorded: {error}')
+            self._print_once(f'{name} ({msgtype}) is not recorded: {error}')
         return self._topics.get(name)
 
     def _write(self, complete: bool) -> None:
@@ -171,7 +171,7 @@ class GraphRecorder:
             topic = message.topic
             if topic.connection:
                 self._writer.write(topic.connection, stamp, message.data)
-                if topic.tells_poses:
+                if topic.has_poses:
                     self._transforms.take(message.data)
         self._transforms.write()
 
@@ -181,7 +181,7 @@ class GraphRecorder:
         return isinstance(self._fleet.time, Lockstep)
 
     def _knows_times(self) -> bool:
-        """Return whether it is known which time the robots follow, as they announce."""
+        """Return whether the robots have announced the time that they follow."""
         if self._times is None and self._waiting:
             self._fleet.take()
             first = next((m.time_ns for m in self._waiting if m.topic.name != topics.FLEET), None)
@@ -192,9 +192,9 @@ class GraphRecorder:
                     self._answers = LockstepAnswers(self._node, self._fleet.robots)
         return self._times is not None
 
-    def _tell_once(self, line: str) -> None:
-        if line not in self._told:
-            self._told.add(line)
+    def _print_once(self, line: str) -> None:
+        if line not in self._printed:
+            self._printed.add(line)
             print(line, file=sys.stderr, flush=True)
 
 
@@ -219,7 +219,7 @@ def _record_bag(process: RosProcess, args: argparse.Namespace) -> int:
             _record(process, recorder, writer)
         write_layout(options.output, writer.types)
     except OSError as error:
-        reason = f'{error.strerror}; what was written before is readable'
+        reason = f'{error.strerror}; earlier messages are readable'
         print(f"error: recording to '{options.output}' stopped: {reason}", file=sys.stderr)
         return 1
     for name in sorted(set(chosen or []) - set(recorder.recorded)):
@@ -240,17 +240,17 @@ def _parser() -> argparse.ArgumentParser:
 
 def _record(process: RosProcess, recorder: GraphRecorder, writer: BagWriter) -> None:
     next_look = next_flush = 0.0
-    told = False
+    reported = False
     nb_topics = 0
     while not process.stopping:
         now = time.monotonic()
         if now >= next_look:
             next_look = now + _LOOK_PERIOD_S
             recorder.look()
-            # Wait for a look that finds no more: topics of a node appear one after another.
+            # Topics of a node appear one after another: wait for a look without new ones.
             complete = 0 < nb_topics == len(recorder.recorded) and not recorder.missing()
-            if not told and complete:
-                told = True
+            if not reported and complete:
+                reported = True
                 topics_text = 'topic' if nb_topics == 1 else 'topics'
                 print(f'recording {nb_topics} {topics_text} to {writer.path}', flush=True)
                 process.launcher.report(Recording(nb_topics))
@@ -265,7 +265,7 @@ def _record(process: RosProcess, recorder: GraphRecorder, writer: BagWriter) -> 
 
 def _summary(writer: BagWriter) -> str:
     if not writer.count:
-        return f'nothing was recorded: no message came; {writer.path} is an empty bag'
+        return f'nothing was recorded: no message arrived; {writer.path} is an empty bag'
     return f'recorded {writer} to {writer.path}'
 
 

@@ -13,7 +13,7 @@ from setcmas_simu.reports.reports import Message
 
 @dataclass(frozen=True, kw_only=True)
 class RecorderOptions(Options):
-    """What is recorded, and into which bag."""
+    """Topics to record, and the bag."""
 
     output: Path = option(PathTo(metavar='DIR'), 'folder of the bag, to be created', short='-o')
     topics: tuple[str, ...] | None = option(
@@ -27,7 +27,7 @@ class RecorderOptions(Options):
 
 @dataclass(frozen=True, kw_only=True)
 class PlayerOptions(Options):
-    """What is played of a bag, and how fast."""
+    """Topics to play, and how fast."""
 
     rate: float = option(
         Number(above=0, finite=True), 'how many times as fast as it was recorded', default=1.0

@@ -32,12 +32,12 @@ def seconds_text(nanoseconds: int) -> str:
 
 
 def cell_of(kind: str) -> Callable[[Any], Any] | None:
-    """Return what makes the cell of a value of a type; None if `csv` writes it as it is."""
+    """Return the converter of a value to its cell; None if `csv` writes it unchanged."""
     return _CELLS.get(kind)
 
 
 def cells_of(kind: str) -> Callable[[Any], list[Any]]:
-    """Return what makes the cells of an array with elements of a type."""
+    """Return the converter of an array to its cells."""
     return _ARRAYS.get(kind, _numbers)
 
 
@@ -83,7 +83,7 @@ _ARRAYS: dict[str, Callable[[Any], list[Any]]] = {
 
 
 LONGEST_ARRAY = 10_000
-"""Longer arrays, such as images, get one column with their length instead of one an element."""
+"""A longer array, such as an image, has one column with its length."""
 
 _TOO_LONG = -1
 
@@ -91,11 +91,11 @@ Column: TypeAlias = tuple[tuple[float, ...], str]
 """Place of a column among all that messages of the type can have, for sorting, and its name."""
 
 Lengths: TypeAlias = tuple[int, ...]
-"""Lengths of all arrays of a message, in the order of its fields; they tell its columns."""
+"""Lengths of all arrays of a message, in the order of its fields; they define its columns."""
 
 
 class Part(Protocol):
-    """What one field adds to a table."""
+    """Columns and cells of a field."""
 
     def read(self, message: Any, cells: list[Any], lengths: list[int], /) -> None:
         """Append the field's cells, and the lengths of the arrays in it."""
@@ -134,7 +134,7 @@ class Array:
     """The fields of each element of an array of messages."""
 
     def read(self, message: Any, cells: list[Any], lengths: list[int]) -> None:
-        """Append the elements, or how many they are."""
+        """Append the elements, or their number."""
         elements = self.elements(message)
         if len(elements) > LONGEST_ARRAY:
             lengths.append(_TOO_LONG)
@@ -208,7 +208,7 @@ def flattener(store: Typestore, msgtype: str) -> Flattener:
     """Return the flattener of a type.
 
     Args:
-        store: Holds the definitions of the type and of all that it is made of.
+        store: Holds the definitions of the type and its parts.
         msgtype: Name of the type, such as `nav_msgs/msg/Odometry`.
     """
     parts = list(_parts_of(store, msgtype))
@@ -294,7 +294,7 @@ class TopicTable:
         self._lengths: list[tuple[int, Lengths]] = []
 
     def add(self, time_ns: int, message: Any) -> None:
-        """Add the row of a message that came `time_ns` after the bag's start.
+        """Add the row of a message received `time_ns` after the bag's start.
 
         Raises:
             OSError: The file cannot be written.
@@ -311,7 +311,7 @@ class TopicTable:
             self._write_lines()
 
     def finish(self) -> None:
-        """Write what is left, and fill up rows that lack columns.
+        """Write the last rows, and fill up rows that lack columns.
 
         Raises:
             OSError: The file cannot be written.

@@ -20,7 +20,7 @@ _SAME_END_S = 1.0
 
 
 def differences(reference: Run, run: Run) -> list[str]:
-    """Return how a run is not what a reference is: robots, end, options; a line or more each."""
+    """Return the differences of a run from a reference as lines: robots, end, options, files."""
     return [*_happened(reference, run), *_given(reference, run)]
 
 
@@ -53,7 +53,7 @@ def _options_changed(reference: Run, run: Run) -> Iterator[str]:
     old, new = flat(_options(reference)), flat(_options(run))
     kinds = ['experiment' if is_experiment(one) else 'simulation' for one in (reference, run)]
     if kinds[0] != kinds[1]:
-        yield f'kind: {kinds[0]} -> {kinds[1]}; options that only one of them has are left out'
+        yield f'kind: {kinds[0]} -> {kinds[1]}; options of only one of them are left out'
         both = [key for key in old if None not in (old[key], new.get(key))]
         old, new = ({key: values[key] for key in both} for values in (old, new))
     yield from _changed('', old, new)
@@ -82,7 +82,7 @@ def _text(values: Mapping[str, Any], key: str) -> str:
 
 
 def _inputs(reference: Run, run: Run) -> Iterator[str]:
-    """Yield how scripts and other files differ, as `diff -u` tells it."""
+    """Yield the differences of scripts and other files, as `diff -u` shows them."""
     old, new = (_files(one) for one in (reference, run))
     for name in dict.fromkeys([*old, *new]):
         if name not in old or name not in new:
@@ -106,11 +106,11 @@ def _files(run: Run) -> dict[str, list[str]]:
 
 
 def metrics_table(names: Sequence[str], metrics: Sequence[Metrics]) -> Table:
-    """Return a row for each number that some run has; numbers of each robot as their mean.
+    """Return a row for each number of any run; numbers of each robot as their mean.
 
     Args:
-        names: What the runs are called; the first is the reference.
-        metrics: Theirs.
+        names: Names of the runs; the first is the reference.
+        metrics: Their metrics.
     """
     columns = [flat(_means(as_dict(one))) for one in metrics]
     rows = []

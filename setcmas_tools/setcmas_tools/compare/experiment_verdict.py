@@ -30,7 +30,7 @@ _TURNS = 0.1  # rad/s: slower turns are noise
 
 @dataclass(frozen=True)
 class Reached:
-    """A speed that was asked of a robot and the one that it had: both in m/s, or in rad/s."""
+    """Commanded and reached speed of a robot, both in m/s or in rad/s."""
 
     asked: float
     had: float
@@ -38,16 +38,16 @@ class Reached:
 
 @dataclass(frozen=True)
 class Verdict:
-    """What a robot did in an experiment, beside the simulation. None is what is not known.
+    """Motion of a robot in an experiment compared with the simulation; None if unknown.
 
     Attributes:
-        parted: When it was `PART_M` from its simulation and stayed so, in s from the start.
+        parted: Time from which it was `PART_M` off its simulation and stayed so, in s.
         rms: Its distance after the best shift of the fleet in m, root mean square.
-        delay: How much later than in the simulation its speeds change, in s.
+        delay: Delay of its speeds to the simulation in s.
         speed: Top forward speed, in m/s.
         turn: Top turn rate, in rad/s.
-        stopped: For how long safety let it not move, in s.
-        lost: Messages of it that were lost on links.
+        stopped: Time that safety stopped it, in s.
+        lost: Number of its messages lost on links.
     """
 
     parted: float | None
@@ -60,7 +60,7 @@ class Verdict:
 
 
 def is_experiment(run: Run) -> bool:
-    """Return whether a run was an experiment, real or emulated: safety watched it."""
+    """Return whether a run was an experiment, real or emulated: it has a safety record."""
     return run.tables.safety is not None
 
 
@@ -70,7 +70,7 @@ def verdicts(simulation: Run, experiment: Run, drives: Mapping[int, Drive]) -> d
     Args:
         simulation: The simulation.
         experiment: The experiment.
-        drives: What the robots of the experiment were commanded, of those of which that is known.
+        drives: Commands and motion of the robots of the experiment, where known.
 
     Raises:
         SetcmasError: No robot is in both runs long enough.
@@ -118,7 +118,7 @@ def _speeds(grid: FleetGrid, robot: int) -> Floats:
 
 
 def _reached(drive: Drive) -> tuple[Reached | None, Reached | None]:
-    """Return the top speed and the top turn rate of a robot beside those that were commanded."""
+    """Return commanded and reached top speed and top turn rate of a robot."""
     steps = steps_of(drive.seen)
     t, *asked = drive.commands
     if len(steps.begin) < 2 or not len(t):
@@ -183,9 +183,9 @@ def _reasons(one: Verdict) -> Iterator[str]:
         when = 'later' if one.delay > 0 else 'earlier'
         yield f'it moves {abs(one.delay):.1f} s {when} in the experiment'
     if one.speed and one.speed.had < 0.95 * one.speed.asked:
-        yield f'its top speed is {one.speed.had / one.speed.asked:.0%} of what was asked'
+        yield f'its top speed is {one.speed.had / one.speed.asked:.0%} of that commanded'
     if one.turn and one.turn.had < 0.9 * one.turn.asked:
-        yield f'its top turn rate is {one.turn.had / one.turn.asked:.0%} of what was asked'
+        yield f'its top turn rate is {one.turn.had / one.turn.asked:.0%} of that commanded'
     if one.stopped >= 1.0:
         yield f'safety stopped it for {one.stopped:.1f} s'
     if one.lost:
@@ -193,23 +193,23 @@ def _reasons(one: Verdict) -> Iterator[str]:
 
 
 def missing_facts(found: Mapping[int, Verdict]) -> Iterator[str]:
-    """Yield what - stands for in the table, a line each."""
+    """Yield the reasons for - in the table, a line each."""
     if any(one.speed is None for one in found.values()):
         yield 'top speeds: the commands (cmd_vel) of the experiment were not recorded'
     if any(one.delay is None for one in found.values()):
         yield 'later by: speeds are not alike enough, or do not change'
     if any(one.lost is None for one in found.values()):
-        yield 'messages lost: all robots knew all poses, no links were recorded'
+        yield 'messages lost: all robots knew all poses; there were no links'
 
 
 @dataclass(frozen=True)
 class ExperimentVerdict:
-    """How an experiment and its simulation go together.
+    """Comparison of an experiment with its simulation.
 
     Attributes:
-        title: Which is which.
+        title: Names of both.
         found: The verdict on each robot, by its number.
-        hint: What would bring the simulation nearer; nothing if it is near, or nothing is known.
+        hint: Advice to improve the simulation; may be empty.
     """
 
     title: str
@@ -222,7 +222,7 @@ class ExperimentVerdict:
 
     @property
     def lines(self) -> list[str]:
-        """What the table says in words, and what is not known."""
+        """The table in sentences, and the reasons for gaps."""
         lines = [
             *verdict_sentences(self.found),
             *(f'- in {line}' for line in missing_facts(self.found)),
@@ -233,12 +233,12 @@ class ExperimentVerdict:
 def experiment_verdict(
     paths: Sequence[Path], runs: Sequence[Run], warn: Callable[[str], None]
 ) -> ExperimentVerdict | None:
-    """Return how two runs go together; None if they are no experiment and its simulation.
+    """Return the verdict on two runs; None unless one is an experiment and one a simulation.
 
     Args:
-        paths: Where the two runs are: commands are read from their bags.
+        paths: Paths of the two runs: commands are read from their bags.
         runs: The two runs.
-        warn: Shows what could not be read.
+        warn: Prints losses.
     """
     both = zip(paths, runs, strict=True)
     (simulated, simulation), (path, experiment) = sorted(

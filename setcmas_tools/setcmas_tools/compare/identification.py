@@ -30,29 +30,29 @@ _LEAST_WINDOWS = 20
 
 @dataclass(frozen=True)
 class Channel:
-    """What a run tells of one speed of a robot.
+    """Identified response of one speed of a robot.
 
     Attributes:
-        fit: Gain, lag and delay, as far as they are told.
-        told_by: What lag and delay were measured with: poses or wheels.
-        age: By how much later poses show a motion than wheels in s; 0 without wheels.
-        measured: The speed as poses show it.
+        fit: Gain, lag and delay.
+        measured_with: Source of lag and delay: poses or wheels.
+        age: Delay of poses to wheels in s; 0 without wheels.
+        measured: The speed from poses.
     """
 
     fit: Fit
-    told_by: str
+    measured_with: str
     age: float
     measured: Measured
 
 
 @dataclass(frozen=True)
 class Identified:
-    """What a run tells of one robot.
+    """Identified responses of a robot.
 
     Attributes:
         channels: Forward speed and turn rate, by name.
-        responses: What the model has for each; None if the run does not tell how it moves.
-        way: Time in s that commands need to the robot, and poses from it, beside its own delay.
+        responses: Responses for the model; None if the run does not determine them.
+        way: Delay in s of commands to the robot and poses from it, apart from its own.
     """
 
     channels: Mapping[str, Channel]
@@ -61,7 +61,7 @@ class Identified:
 
 
 def identify(path: Path, warn: Callable[[str], None]) -> dict[int, Identified]:
-    """Return what a run tells of its robots, by their numbers.
+    """Identify the robots of a run, by their numbers.
 
     Raises:
         SetcmasError: There is no run, or its commands were not recorded.
@@ -82,19 +82,19 @@ def _identified(drive: Drive) -> Identified:
 
 
 def _channel(command: HeldCommand, row: int, seen: Steps, wheels: Steps | None) -> Channel:
-    """Return a channel: the gain as poses show it, lag and delay from the wheels if they tell."""
+    """Return a channel: the gain from poses, lag and delay from the wheels if possible."""
     measured = _measured(command, seen, row)
     if wheels and len(wheels.begin) >= _LEAST_WINDOWS:
         own = fitted(_measured(command, wheels, row))
-        if own.tells_times:
+        if own.times_known:
             fit = fitted(measured, lag=own.response.lag)
             age = max(0.0, fit.response.delay - own.response.delay)
-            told = Fit(
+            fit = Fit(
                 replace(own.response, gain=fit.response.gain),
                 replace(own.errors, gain=fit.errors.gain),
                 fit.quality,
             )
-            return Channel(told, _WHEELS, age, measured)
+            return Channel(fit, _WHEELS, age, measured)
     return Channel(fitted(measured), _POSES, 0.0, measured)
 
 
@@ -103,28 +103,26 @@ def _measured(command: HeldCommand, steps: Steps, row: int) -> Measured:
 
 
 def _responses(channels: Mapping[str, Channel]) -> dict[str, Response] | None:
-    """Return the responses of a model: the same wheels make both speeds, so one tells the other.
+    """Return the responses for a model; the same wheels make both speeds.
 
-    A channel whose lag and delay are not told has those of the other, and gain 1 if that is not
-    told either.
+    A channel with unknown lag and delay takes those of the other; an unknown gain is 1.
     """
-    told = [one.fit.response for one in channels.values() if one.fit.tells_times]
-    if not told:
+    known = [one.fit.response for one in channels.values() if one.fit.times_known]
+    if not known:
         return None
     found = {}
     for name in (FORWARD, TURN):
         fit = channels[name].fit
-        gain = fit.response.gain if fit.tells_gain else 1.0
-        times = fit.response if fit.tells_times else told[0]
+        gain = fit.response.gain if fit.gain_known else 1.0
+        times = fit.response if fit.times_known else known[0]
         found[name] = replace(times, gain=gain)
     return found
 
 
 def model_of(found: Mapping[int, Identified], limits: str) -> ModelFile | None:
-    """Return the model of the robots that a run tells of; None if there are none.
+    """Return the model of the identified robots; None if there are none.
 
-    Robots of other numbers have the medians of theirs. `limits` is the name of what they may be
-    commanded.
+    Other robots have the medians of their values. `limits` names the limits of commands.
     """
     rows = {n: (one.responses, one.way) for n, one in found.items() if one.responses}
     robots = {
@@ -150,13 +148,13 @@ def _medians(responses: list[Response]) -> list[float]:
 
 
 def limits_of(run: Run) -> str | None:
-    """Return the name of what robots of a run may be commanded, as its lab or its model tells it.
+    """Return the name of the limits of commands in a run, from its lab or its model.
 
     Returns:
-        None if neither does, and it was an experiment, in which there always are limits.
+        None if neither names them in an experiment, which always has limits.
     """
-    told = run.parameters.get('limits')
-    known = {name for name, limits in MODELS.items() if told in (name, asdict(limits))}
+    given = run.parameters.get('limits')
+    known = {name for name, limits in MODELS.items() if given in (name, asdict(limits))}
     if model := run.parameters.get('model'):
         files = [one.path for one in run.inputs if one.option == 'model']
         known |= {read_model_file(path).limits for path in files if is_model_file(path.name)}
@@ -170,7 +168,7 @@ _GOOD_FIT = 70.0
 
 
 def identified_table(found: Mapping[int, Identified]) -> str:
-    """Return a row for each speed of each robot, with standard errors, ? for what is not told."""
+    """Return a row for each speed of each robot, with standard errors; ? where unknown."""
     rows = [
         [robot_name(robot), name, *_cells(channel)]
         for robot, one in found.items()
@@ -181,36 +179,36 @@ def identified_table(found: Mapping[int, Identified]) -> str:
 
 def _cells(channel: Channel) -> list[str]:
     fit, response, errors = channel.fit, channel.fit.response, channel.fit.errors
-    gain = f'{response.gain:.3f} ± {errors.gain:.3f}' if fit.tells_gain else _UNKNOWN
+    gain = f'{response.gain:.3f} ± {errors.gain:.3f}' if fit.gain_known else _UNKNOWN
     times = [(response.lag, errors.lag), (response.delay, errors.delay)]
-    told = [f'{t:.3f} ± {e:.3f}' if fit.tells_times else _UNKNOWN for t, e in times]
-    return [gain, *told, f'{max(0.0, fit.quality):.0f}', channel.told_by]
+    shown = [f'{t:.3f} ± {e:.3f}' if fit.times_known else _UNKNOWN for t, e in times]
+    return [gain, *shown, f'{max(0.0, fit.quality):.0f}', channel.measured_with]
 
 
 def identified_notes(found: Mapping[int, Identified]) -> Iterator[str]:
-    """Yield a line for each thing that the run does not tell, or tells badly."""
+    """Yield a line for each value that the run does not determine, or determines badly."""
     for robot, one in found.items():
         name = robot_name(robot)
         if not one.channels:
-            yield f'{name}: its motion was recorded for too short a time to tell anything'
-        vague = [speed for speed, channel in one.channels.items() if not channel.fit.tells_times]
+            yield f'{name}: its motion was recorded for too short a time'
+        vague = [speed for speed, channel in one.channels.items() if not channel.fit.times_known]
         if one.channels and one.responses is None:
             yield (
-                f'{name}: its commands change too little to tell how it follows them, or it did '
-                'not follow them; let it start, stop and turn more often'
+                f'{name}: its commands change too little to identify it, or it did not follow '
+                'them; let it start, stop and turn more often'
             )
         elif vague:
             yield (
-                f'{name}: its {" and ".join(vague)} changes too little to tell lag and delay; the '
-                'model has those of its other speed, for the same wheels make both'
+                f'{name}: its {" and ".join(vague)} changes too little to identify lag and delay; '
+                'the model uses those of its other speed, since the same wheels make both'
             )
         poor = [
             speed
             for speed, channel in one.channels.items()
-            if channel.fit.tells_gain and channel.fit.quality < _GOOD_FIT
+            if channel.fit.gain_known and channel.fit.quality < _GOOD_FIT
         ]
         if poor:
             yield (
                 f'{name}: the model explains less than {_GOOD_FIT:g} % of its {" and ".join(poor)}'
-                '; a pause, contact or slip may be why, and ± does not tell of these'
+                '; a pause, contact or slip may be why, and ± does not include these'
             )

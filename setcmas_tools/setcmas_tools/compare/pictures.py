@@ -49,11 +49,11 @@ def write_pictures(
     """Write the pictures of runs, of which the first is the reference.
 
     Args:
-        names: What the runs are called.
+        names: Names of the runs.
         runs: The runs.
-        shifted: All but the reference, beside it.
-        folder: Where the files go.
-        look: How they look.
+        shifted: All but the reference, compared with it.
+        folder: Folder of the files.
+        look: Style of the plots.
 
     Returns:
         The files.
@@ -106,11 +106,11 @@ def _distances(names: Sequence[str], shifted: Sequence[Shifted]) -> Figure:
     """Draw how far each robot is from itself in the reference, a panel for each other run."""
     figure = Figure(figsize=(9.0, 2.0 + 2.6 * len(shifted)))
     panels = list(figure.subplots(len(shifted), sharex=True, squeeze=False)[:, 0])
-    for axes, name, beside in zip(panels, names[1:], shifted, strict=True):
-        robots = list(beside.distances)
-        dashes = shared_dashes([(beside.t, distance) for distance in beside.distances.values()])
-        for (robot, distance), look in zip(beside.distances.items(), dashes, strict=True):
-            axes.plot(beside.t, distance, **line_look(robot, len(robots)) | look)
+    for axes, name, other in zip(panels, names[1:], shifted, strict=True):
+        robots = list(other.distances)
+        dashes = shared_dashes([(other.t, distance) for distance in other.distances.values()])
+        for (robot, distance), look in zip(other.distances.items(), dashes, strict=True):
+            axes.plot(other.t, distance, **line_look(robot, len(robots)) | look)
         axes.set(ylabel=f'distance to {names[0]} (m)', ylim=(0.0, None))
         axes.set_title(f"'{name}', best shift in time")
         legend(axes, robot_handles(robots))
@@ -142,15 +142,15 @@ def write_picture(
 
     Args:
         found: The robots.
-        title: What the run is called.
+        title: Title of the run.
         path: The file, whose ending is that of a format.
-        look: How it looks.
+        look: Style of the plot.
 
     Returns:
         The files, one for each format.
 
     Raises:
-        SetcmasError: One cannot be written.
+        SetcmasError: A file cannot be written.
     """
     look.check()
     shown = {robot: one.channels for robot, one in found.items() if one.channels}
@@ -199,12 +199,12 @@ def _draw(axes: Axes, channel: Channel, begin: float, colour: object) -> None:
     held = slice(max(0, first - 1), last)
     axes.plot([*t[held], begin + _SHOWN_S], [*u[held], u[held][-1]], **_COMMANDED)
     axes.plot(middle[near], measured.y[near], color=colour)
-    if channel.fit.tells_gain:
+    if channel.fit.gain_known:
         axes.plot(middle[near], measured.predicted(channel.fit.response)[near], **_FITTED)
 
 
 def _liveliest(channels: Sequence[Channel]) -> float:
-    """Return when the seconds begin in which commands change most."""
+    """Return the start of the seconds in which commands change most."""
     first = min(float(one.measured.begin[0]) for one in channels)
     last = max(float(one.measured.end[-1]) for one in channels)
     begins = np.arange(first, max(first, last - _SHOWN_S) + 1.0)

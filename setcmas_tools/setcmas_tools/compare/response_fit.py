@@ -13,7 +13,7 @@ from setcmas_simu.robots.identified_robot import LONGEST_DELAY_S, Response
 
 
 class HeldCommand:
-    """One command over time, and what a first-order lag with dead time makes of it."""
+    """A command over time, and the answer of a first-order lag with dead time."""
 
     def __init__(self, t: Floats, u: Floats) -> None:
         """Take the times (s), sorted, and the commands, shape (K,); zero before the first."""
@@ -25,7 +25,7 @@ class HeldCommand:
 
     @property
     def changes(self) -> tuple[Floats, Floats]:
-        """When the command changes, in s, and to what."""
+        """Times of changes in s, and the commands from then on."""
         return self._t, self._u
 
     def lagging(self, lag: float) -> Floats:
@@ -42,8 +42,8 @@ class HeldCommand:
         The integral of w is that of u less lag times the change of w.
 
         Args:
-            begin: When they begin, in s, shape (M,).
-            end: When they end, in s, shape (M,).
+            begin: Their starts in s, shape (M,).
+            end: Their ends in s, shape (M,).
             lag: Time constant in s.
             delay: Dead time in s.
         """
@@ -66,16 +66,16 @@ class HeldCommand:
 
 
 LEAST_FIT = 30.0
-"""Percent of the motion that a model must explain to be told."""
+"""Percent of the motion that a usable model explains."""
 
 MOST_DOUBT_S = 0.1
-"""Standard error of lag and delay, in s, from which a run does not tell them."""
+"""Largest standard error of a known lag and delay, in s."""
 
 _MOST_GAIN_DOUBT = 0.1
 _LAGS_S = np.concatenate([[0.0], np.geomspace(0.02, 1.0, 12)])
 _DELAYS_S = np.linspace(0.0, 1.0, 41)
 _MOST_EARLY_S = 0.15
-"""How long before a command a simulation may show its motion: a step at 10 Hz, and jitter."""
+"""Longest lead of a simulated motion to its command: a step at 10 Hz, and jitter."""
 
 _AT_ONCE_S = 0.02
 _LEAST = np.array([-np.inf, 0.0, 0.0])  # gain, lag, delay
@@ -87,12 +87,12 @@ _LEAST_SIGMA = 1e-12
 
 @dataclass(frozen=True)
 class Fit:
-    """How a speed follows its command, as far as a run tells.
+    """Fitted response of a speed to its command.
 
     Attributes:
         response: Gain, lag and delay.
         errors: Their standard errors.
-        quality: How much of the measured motion the model explains, in percent: 100 is all.
+        quality: Share of the measured motion that the model explains, in percent.
     """
 
     response: Response
@@ -100,15 +100,15 @@ class Fit:
     quality: float
 
     @property
-    def tells_gain(self) -> bool:
-        """Whether the run tells the gain."""
+    def gain_known(self) -> bool:
+        """Whether the run determines the gain."""
         doubt = self.errors.gain / max(abs(self.response.gain), 1e-9)
         return self.quality >= LEAST_FIT and doubt <= _MOST_GAIN_DOUBT
 
     @property
-    def tells_times(self) -> bool:
-        """Whether the run tells lag and delay as well."""
-        return self.tells_gain and max(self.errors.lag, self.errors.delay) <= MOST_DOUBT_S
+    def times_known(self) -> bool:
+        """Whether the run determines lag and delay, too."""
+        return self.gain_known and max(self.errors.lag, self.errors.delay) <= MOST_DOUBT_S
 
 
 @dataclass(frozen=True)
@@ -117,10 +117,10 @@ class Measured:
 
     Attributes:
         command: The command.
-        begin: When the windows begin in s, shape (K,).
-        end: When they end in s, shape (K,).
+        begin: Starts of the windows in s, shape (K,).
+        end: Their ends in s, shape (K,).
         y: The mean speeds, shape (K,).
-        overlap: How many windows lie over each other.
+        overlap: Number of windows that overlap.
     """
 
     command: HeldCommand
@@ -130,7 +130,7 @@ class Measured:
     overlap: float
 
     def predicted(self, response: Response) -> Floats:
-        """Return what a model says of the mean speeds, shape (K,)."""
+        """Return the mean speeds of a model, shape (K,)."""
         means = self.command.means(self.begin, self.end, response.lag, response.delay)
         predicted: Floats = response.gain * means
         return predicted
@@ -145,9 +145,8 @@ def fitted(measured: Measured, lag: float | None = None) -> Fit:
     Standard errors are those of section 9.4, for as many windows as do not overlap; the quality
     is 1 - |y - model| / |y - mean| (section 16.4 has its square).
 
-    A simulation gives a whole step to the command that it hears within it, so its poses may seem
-    to answer before the command. Where neither lag nor delay shows, the gain is that of the best
-    time before it; the delay is 0 then.
+    A simulation applies a command to the whole step in which it arrives, so poses may lead the
+    command. Without any lag or delay, the gain is that of the best lead; the delay is 0 then.
 
     Args:
         measured: At least a window.
@@ -184,7 +183,7 @@ def _best(measured: Measured, lags: Floats, delays: Floats) -> Response:
 
 
 def _nearest(measured: Measured, begin: Response, free: NDArray[np.bool_]) -> Response:
-    """Return the least squares near a response, over what is free of gain, lag and delay.
+    """Return the response with the least squares near another, over its free values.
 
     Raises:
         SetcmasError: scipy is missing.
@@ -218,9 +217,9 @@ def _jacobian(measured: Measured, at: Response) -> Floats:
 
 
 def _errors(measured: Measured, best: Response, free: NDArray[np.bool_]) -> Response:
-    """Return the standard errors of gain, lag and delay; infinite where nothing tells them.
+    """Return the standard errors of gain, lag and delay; infinite if undetermined.
 
-    A run may tell the sum of lag and delay alone; neither is then further off than that sum.
+    A run may determine only the sum of lag and delay; that sum then bounds both errors.
     """
     J = _jacobian(measured, best)
     e = measured.y - measured.predicted(best)

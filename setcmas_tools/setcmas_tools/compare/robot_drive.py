@@ -33,11 +33,11 @@ class Steps:
     """Mean speeds over windows.
 
     Attributes:
-        begin: When the windows begin in s, shape (K,).
-        end: When they end in s, shape (K,).
+        begin: Starts of the windows in s, shape (K,).
+        end: Their ends in s, shape (K,).
         V: Mean forward speeds in m/s, shape (K,).
         omega: Mean turn rates in rad/s, shape (K,).
-        overlap: How many windows lie over each other.
+        overlap: Number of windows that overlap.
     """
 
     begin: Floats
@@ -60,7 +60,7 @@ def steps_of(track: FleetTable, since: float = 0.0) -> Steps:
 
     Args:
         track: Its motion.
-        since: When the first window begins, in s.
+        since: Earliest start of a window in s.
     """
     track = track.rows(np.isfinite(track.x + track.y + track.theta) & (track.t >= since))
     t, theta = track.t, np.unwrap(track.theta)
@@ -90,11 +90,10 @@ class Drive:
 
     Attributes:
         commands: Rows t (s), V (m/s), omega (rad/s), each held until the next one, shape (3, K).
-        topic: Where they were heard: the nearest to the base that was recorded with a command that
-            moves it.
-        seen: Its motion as poses show it.
-        wheels: Its motion as its wheels tell it; None if that was not recorded.
-        way: Time in s from the law to that topic; 0 if that is not known.
+        topic: Their topic: the one nearest to the base that has a command that moves it.
+        seen: Its motion from poses.
+        wheels: Its motion from its wheels; None if not recorded.
+        way: Delay from the law to that topic in s; 0 if unknown.
     """
 
     commands: Floats
@@ -105,11 +104,11 @@ class Drive:
 
 
 def drives(path: Path, warn: Callable[[str], None]) -> dict[int, Drive]:
-    """Return what the robots of a run were commanded and did, by their numbers.
+    """Return commands and motion of the robots of a run, by their numbers.
 
     Args:
         path: The run: its folder or its bag, or the folder of an offline run.
-        warn: Shows what could not be read.
+        warn: Prints losses.
 
     Raises:
         SetcmasError: There is no run, or its commands were not recorded.
@@ -162,32 +161,32 @@ def _take_twist(rows: array[float], time_ns: int, message: Any) -> None:
 def _drive(
     robot: int, twists: dict[str, Floats], seen: FleetTable, wheels: FleetTable | None
 ) -> Drive | None:
-    heard = [topics.robot_topic(robot, name) for name in _BY_NEARNESS]
-    heard = [topic for topic in heard if topic in twists and twists[topic].size]
-    # Where the base hears cmd_vel itself, its guard only ever stops it.
-    moving = [topic for topic in heard if twists[topic][1:].any()]
-    if not heard:
+    named = [topics.robot_topic(robot, name) for name in _BY_NEARNESS]
+    recorded = [topic for topic in named if topic in twists and twists[topic].size]
+    # Where the base receives cmd_vel itself, its guard only ever stops it.
+    moving = [topic for topic in recorded if twists[topic][1:].any()]
+    if not recorded:
         return None
-    topic = (moving or heard)[0]
+    topic = (moving or recorded)[0]
     wanted = twists.get(topics.robot_topic(robot, topics.CMD_VEL_WANTED))
     way = 0.0 if wanted is None else _way(wanted, twists[topic])
     known = wheels if wheels is not None and len(wheels.t) else None
     return Drive(twists[topic], topic, seen, known, way)
 
 
-def _way(wanted: Floats, heard: Floats) -> float:
-    """Return the median time in s until what a law wanted was heard; 0 if it never was."""
+def _way(wanted: Floats, sent: Floats) -> float:
+    """Return the median delay in s from the command of a law to its topic; 0 if never sent."""
     ways = []
     for t, V, omega in wanted[:, np.any(wanted[1:] != 0.0, axis=0)].T:
-        first, last = np.searchsorted(heard[0], (t, t + _LONGEST_WAY_S))
-        same = np.hypot(heard[1, first:last] - V, heard[2, first:last] - omega) < _SAME
+        first, last = np.searchsorted(sent[0], (t, t + _LONGEST_WAY_S))
+        same = np.hypot(sent[1, first:last] - V, sent[2, first:last] - omega) < _SAME
         if same.any():
-            ways.append(float(heard[0, first + np.argmax(same)] - t))
+            ways.append(float(sent[0, first + np.argmax(same)] - t))
     return float(np.median(ways)) if ways else 0.0
 
 
 def _offline(run: Run) -> dict[int, Drive]:
-    """Return the drives of an offline run, whose commands follow from what its laws wanted."""
+    """Return the drives of an offline run, from the velocities that its laws returned."""
     if run.commands is None or run.tables.safety is not None:
         return {}
     names = model_names(run.parameters.get('model'), max(run.robots))
@@ -202,11 +201,11 @@ def _offline(run: Run) -> dict[int, Drive]:
     return found
 
 
-def _driven(told: Commands, track: FleetTable, model: RobotModel, run: Run) -> Drive:
-    """Return the drive of a robot that goes at velocities as far as its model can."""
-    headings = np.interp(told.t, track.t, np.unwrap(track.theta))
-    poses = np.vstack([np.zeros((2, len(told.t))), headings])
-    allowed = told.allowed or told
+def _driven(given: Commands, track: FleetTable, model: RobotModel, run: Run) -> Drive:
+    """Return the drive of a robot from the velocities of its law."""
+    headings = np.interp(given.t, track.t, np.unwrap(track.theta))
+    poses = np.vstack([np.zeros((2, len(given.t))), headings])
+    allowed = given.allowed or given
     komega = float(run.parameters.get('komega', KOMEGA))
     V, _, omega = model.command(np.array([allowed.vx, allowed.vy]), poses, komega)
-    return Drive(np.array([told.t, V, omega]), COMMANDS.name, track)
+    return Drive(np.array([given.t, V, omega]), COMMANDS.name, track)

@@ -30,12 +30,12 @@ _LEAST_LIKENESS = 0.5
 
 @dataclass(frozen=True)
 class Shifted:
-    """A run beside a reference.
+    """A run compared with a reference after a shift in time.
 
     Attributes:
-        shift: How much later than the reference it does the same, in s.
-        t: Times of the reference at which both are known, in s, shape (K,).
-        distances: How far each robot is then from itself in the reference, in m, by its number.
+        shift: Delay of the run to the reference in s.
+        t: Times of the reference in both runs in s, shape (K,).
+        distances: Distance of each robot to itself in the reference in m, by its number.
     """
 
     shift: float
@@ -48,7 +48,7 @@ class Shifted:
         return {robot: _rms(d) for robot, d in self.distances.items() if np.isfinite(d).any()}
 
     def __str__(self) -> str:
-        """Return the shift and the distances in words."""
+        """Return shift and distances as text."""
         largest = {robot: np.nanmax(self.distances[robot]) for robot in self.rms}
         robot = max(largest, key=lambda one: largest[one])
         when = self.t[np.nanargmax(self.distances[robot])]
@@ -61,10 +61,10 @@ class Shifted:
 
 
 def best_shift(reference: Run, run: Run) -> Shifted:
-    """Return a run beside a reference with the shift at which their robots are nearest.
+    """Return the comparison of a run with a reference at the shift where robots are nearest.
 
     That is the multiple of 0.1 s up to `LARGEST_SHIFT_S` with the least RMS distance over all
-    robots that are in both and over the times that are in both, half of the shorter run at least.
+    common robots and times; these are at least half of the shorter run.
 
     Raises:
         SetcmasError: No robot is in both runs.
@@ -86,7 +86,7 @@ def best_shift(reference: Run, run: Run) -> Shifted:
 
 
 def delay_of(reference: Floats, run: Floats) -> float | None:
-    """Return how much later the speeds of a run change than those of a reference, in s.
+    """Return the delay of the speeds of a run to those of a reference, in s.
 
     The delay maximises the mean correlation coefficient of speed and turn rate
     (cross-correlation: Ljung, System Identification, 1999, section 6.1).
@@ -155,9 +155,9 @@ class Apart:
     """The largest distance of a robot in one run to itself in another at the same time.
 
     Attributes:
-        distance: In m; NaN if no robot is in both at the same time.
-        t: When, in s.
-        robot: Which.
+        distance: The distance in m; NaN if no robot is in both runs at the same time.
+        t: Its time in s.
+        robot: Number of the robot.
     """
 
     distance: float
@@ -175,7 +175,7 @@ class Apart:
 
 
 def largest_distance(first: Run, second: Run) -> Apart:
-    """Return how far two runs are apart, at multiples of 0.1 s from their first commands on."""
+    """Return the largest distance of two runs, at multiples of 0.1 s from the start."""
     largest = Apart(np.nan, np.nan, 0)
     t, distances = distances_between(first, second)
     for robot, values in distances.items():
@@ -186,7 +186,7 @@ def largest_distance(first: Run, second: Run) -> Apart:
 
 
 def distances_between(first: Run, second: Run) -> tuple[Floats, dict[int, Floats]]:
-    """Return how far each robot in two runs is from itself at the same times.
+    """Return the distance of each robot in two runs to itself at equal times.
 
     Returns:
         K multiples of 0.1 s from the first commands on that are in both; and distances in m by
@@ -202,8 +202,8 @@ def distances_between(first: Run, second: Run) -> tuple[Floats, dict[int, Floats
     return common / 10, distances
 
 
-def compared(folder: Path, earlier: Path) -> str:
-    """Return a line that tells how the run in a folder compares with the one that it repeats.
+def comparison_line(folder: Path, earlier: Path) -> str:
+    """Return a line that compares the run in a folder with an earlier run.
 
     Raises:
         SetcmasError: A run cannot be read or measured.
@@ -214,11 +214,11 @@ def compared(folder: Path, earlier: Path) -> str:
         return f'identical to {earlier}: all {len(same)} files of its csv have the same bytes'
     run, other = Run.load(folder), Run.load(earlier)
     differing = changes(measure(other), measure(run))
-    told = '; '.join(differing[:_MOST_CHANGES]) or 'none'
+    listed = '; '.join(differing[:_MOST_CHANGES]) or 'none'
     more = f' and {len(differing) - _MOST_CHANGES} more' if len(differing) > _MOST_CHANGES else ''
     return (
         f'compared with {earlier}: {largest_distance(run, other)}; metrics that differ by more '
-        f'than {100 * _LEAST_CHANGE:g} % and {_LEAST_DIFFERENCE:g}: {told}{more}'
+        f'than {100 * _LEAST_CHANGE:g} % and {_LEAST_DIFFERENCE:g}: {listed}{more}'
     )
 
 
@@ -249,7 +249,7 @@ def flat(value: Any, name: str = '') -> dict[str, Any]:
 
 
 def _change(was: Any, now: Any) -> float:
-    """Return how much a value has changed, as a share of the larger one; 1 if it is no number."""
+    """Return the change of a value, relative to the larger one; 1 if it is no number."""
     if isinstance(was, (int, float)) and isinstance(now, (int, float)):
         difference = abs(now - was)
         return difference / max(abs(now), abs(was)) if difference > _LEAST_DIFFERENCE else 0.0

@@ -20,20 +20,20 @@ from setcmas_tools.run.run_samples import RunSamples
 from setcmas_tools.run.run_tables import FILE_NAMES, write_tables
 
 _LONG_BAG = 50_000
-"""Messages from which a progress bar is worth a look: about 2 s."""
+"""Messages from which a progress bar appears: about 2 s."""
 
 
 @dataclass(frozen=True)
 class ConversionReport:
-    """What a conversion has written; as text, the lines to show to the user.
+    """Result of a conversion; as text, the lines to print.
 
     Attributes:
-        folder: Where the files are.
+        folder: Folder of the files.
         files: One CSV file for each topic, sorted by topic.
         fleet: The fleet's table; None if the bag has no odometry of the fleet.
-        messages: How many rows all topics have together.
+        messages: Number of rows of all topics.
         duration: From the first to the last message, in s.
-        notices: A line for each thing in the bag that could not be read.
+        notices: A line for each loss in the bag.
     """
 
     folder: Path
@@ -58,12 +58,12 @@ class ConversionReport:
 def convert(bag: Path, output: Path | None = None) -> ConversionReport:
     """Write a CSV file for each topic of a bag, and the tables of the fleet and its communication.
 
-    Files of these names that are there already are replaced, all of them at the end only.
+    Existing files of these names are replaced at the end, all at once.
 
     Args:
-        bag: What `bag_reader.open_bag` accepts.
-        output: Folder of the files; by default `csv` beside a bag folder that is named `bag`,
-            else `<name of the bag>_csv` beside the bag.
+        bag: A path that `open_bag` accepts.
+        output: Folder of the files; by default `csv` next to a bag folder named `bag`, else
+            `<name of the bag>_csv` next to the bag.
 
     Raises:
         SetcmasError: The bag cannot be read, or the files cannot be written.
@@ -89,7 +89,7 @@ def _default_output(bag: Path) -> Path:
 
 
 def _as_given(path: Path, like: Path) -> Path:
-    """Return a path relative to the current folder if the user's one is."""
+    """Return a path relative to the current folder if the user's path is."""
     here = Path.cwd()
     return path.relative_to(here) if not like.is_absolute() and here in path.parents else path
 
@@ -127,8 +127,7 @@ def _write_files(bag: Bag, unfinished: Path, folder: Path) -> ConversionReport:
 def file_names(topics: Iterable[str]) -> list[str]:
     """Return a file name for each topic, such as tb3_1_odom.csv for /tb3_1/odom.
 
-    The names differ even where upper and lower case are the same, as on Windows; those that
-    would not get a number.
+    Names that would be equal get a number, also those that differ in upper and lower case only.
     """
     taken: Counter[str] = Counter(FILE_NAMES)
     names = []

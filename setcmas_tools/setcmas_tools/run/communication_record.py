@@ -14,12 +14,12 @@ from setcmas_simu.arrays import Floats
 
 @dataclass(frozen=True)
 class Counts:
-    """Messages of a link, or of a robot: what it broadcast, and how that arrived at the others.
+    """Messages of a link, or broadcasts of a robot.
 
     Attributes:
-        sent: How many were sent.
-        received: How many arrived; those of a robot count once for each that received them.
-        lost: How many were lost.
+        sent: Number of messages sent.
+        received: Number that arrived; a broadcast counts once for each receiver.
+        lost: Number of messages lost.
         mean_interval: Mean time in s between arrivals (of a link) or broadcasts (of a robot);
             NaN for fewer than two.
     """
@@ -32,11 +32,11 @@ class Counts:
 
 @dataclass(frozen=True)
 class CommunicationRecord:
-    """What went over the links of a fleet in a run.
+    """Messages on the links of a fleet in a run.
 
     Attributes:
         robots: Counts of each robot.
-        links: Counts of each link that was up at some time, by (receiver, sender).
+        links: Counts of each link that was ever up, by (receiver, sender).
         triggers: A row t (s), robot, sent (0 or 1) for each evaluation of a triggering condition,
             shape (E, 3), sorted by time; no row if communication was periodic.
         changes: A row t (s), receiver, sender, weight for each link whose weight changes at t,
@@ -50,7 +50,7 @@ class CommunicationRecord:
 
     @property
     def is_event_triggered(self) -> bool:
-        """Whether robots sent their state only when a condition triggered."""
+        """Whether robots sent their states only on triggers."""
         return len(self.triggers) > 0
 
     @property
@@ -62,11 +62,11 @@ class CommunicationRecord:
         }
 
     def adjacency(self, t: float, nb_robots: int) -> Floats:
-        """Return the weights at time t (s): row i hears column j, shape (N, N)."""
+        """Return the weights at time t (s): row i receives from column j, shape (N, N)."""
         result = np.zeros((nb_robots, nb_robots))
         changes = self.changes[: np.searchsorted(self.changes[:, 0], t, side='right')]
         receivers, senders = changes[:, 1:3].astype(int).T - 1
-        result[receivers, senders] = changes[:, 3]  # of one link the last one stays
+        result[receivers, senders] = changes[:, 3]  # the last change of a link holds
         return result
 
 
@@ -82,7 +82,7 @@ def record_of(
         links: Counts of each link.
         triggers: Rows in any order.
         changes: Rows in any order.
-        broadcasts: Times in s at which each robot sent its state, if communication was periodic.
+        broadcasts: Times in s at which each robot sent its state, if periodic.
     """
     rows = _sorted(triggers, 3)
     if len(rows):

@@ -1,4 +1,4 @@
-"""Columns of the CSV files of a run: what is written, what is read, and what the docs show."""
+"""Columns of the CSV files of a run, for writing, reading and the docs."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ import numpy as np
 from setcmas_simu.errors import SetcmasError
 
 ALL = 'all'
-"""Stands for all receivers of what a robot broadcast."""
+"""The receiver of a broadcast."""
 
 
 @dataclass(frozen=True)
@@ -22,8 +22,8 @@ class Cells:
     """Values of a column.
 
     Attributes:
-        must: What each must be, for messages.
-        form: How each is written, as in `format`.
+        must: Requirement, for messages.
+        form: Format specification.
         parsed: Returns the values of cells, an array or a list; raises ValueError.
     """
 
@@ -82,7 +82,7 @@ class CsvFile:
 
     Attributes:
         name: Its name in the folder.
-        meaning: What a row is, for the docs.
+        meaning: Meaning of a row, for the docs.
         columns: The columns that it always has.
         further: Columns that may follow, all or none.
     """

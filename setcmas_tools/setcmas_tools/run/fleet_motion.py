@@ -87,26 +87,26 @@ def fleet_table(rows: ArrayLike) -> FleetTable:
 
 
 LONGEST_GAP_S = 1.0
-"""Over longer gaps between two samples of a robot nothing is interpolated."""
+"""Longest time between two samples to interpolate over."""
 
 _NOISE_M = 0.1
 _LEAST_M_S = 1.0
 
 
 def farthest_drive(speed: float, seconds: float | Floats) -> float | Floats:
-    """Return how far in m a robot may have driven; farther off, it was put somewhere else.
+    """Return the longest drive of a robot in m; a longer jump is a reset.
 
     Args:
-        speed: Largest speed that its odometry tells of in m/s; half of what is allowed for.
-        seconds: The time it had in s.
+        speed: Largest speed in its odometry in m/s; the limit is twice that.
+        seconds: Duration in s.
     """
     return _NOISE_M + max(_LEAST_M_S, 2 * speed) * seconds
 
 
 def resets(track: FleetTable) -> NDArray[np.bool_]:
-    """Return between which rows of one robot it was put somewhere else, shape (rows - 1,).
+    """Return between which rows of a robot it was reset, shape (rows - 1,).
 
-    None is told of a robot whose odometry has no speed: it says nothing of how far it can drive.
+    Odometry without speeds shows none: it has no limit to compare with.
     """
     speeds = np.abs(track.v[np.isfinite(track.v)])
     if not (fastest := float(speeds.max(initial=0.0))):
@@ -116,7 +116,7 @@ def resets(track: FleetTable) -> NDArray[np.bool_]:
 
 
 def gaps(track: FleetTable) -> NDArray[np.bool_]:
-    """Return between which rows of one robot nothing is known of its way, shape (rows - 1,)."""
+    """Return between which rows of a robot its path is unknown, shape (rows - 1,)."""
     return np.asarray((np.diff(track.t) > LONGEST_GAP_S) | resets(track))
 
 
@@ -125,11 +125,11 @@ SAME_TIME_S = 1e-6
 
 
 class Track:
-    """Where one robot was.
+    """Poses of a robot over time.
 
     Attributes:
         rows: Its rows with a pose, sorted by time.
-        put: Between which of them it was put somewhere else, shape (rows - 1,).
+        put: Between which of them it was reset, shape (rows - 1,).
     """
 
     def __init__(self, rows: FleetTable) -> None:
@@ -159,7 +159,7 @@ class Track:
     def speeds(self, t: Floats) -> Floats:
         """Return forward speeds in m/s and turn rates in rad/s at times in s, shape (2, K).
 
-        A row tells them for the time since the row before. They are NaN where poses are.
+        A row holds them for the time since the previous row. They are NaN where poses are.
         """
         result = np.full((2, len(t)), np.nan)
         known = np.isfinite(self.poses(t)[0])
@@ -177,7 +177,7 @@ class Track:
         return int(np.searchsorted(self.rows.t, t - SAME_TIME_S))
 
     def is_broken(self, since: float, t: float) -> bool:
-        """Return whether there is a gap between two times in s, the first one left out."""
+        """Return whether there is a gap after a time in s and up to another."""
         first, last = self.newest(since), self.next(t)
         return bool(self._gap[max(0, first) : last].any())
 
@@ -235,7 +235,7 @@ def on_grid(table: FleetTable, rate: float = 10.0) -> FleetGrid:
 
 def _poses_at(t: Floats, track: Track) -> Floats:
     poses = track.poses(t)
-    # A reset between two times leaves the later one out: no line is to join them.
+    # No line may join the poses before and after a reset: leave the later one out.
     later = np.searchsorted(t, track.rows.t[1:][track.put])
     poses[:, later[later < len(t)]] = np.nan
     return poses

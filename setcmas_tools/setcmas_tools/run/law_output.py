@@ -22,12 +22,12 @@ _EARLY_S = 0.001
 
 @dataclass(frozen=True)
 class Filtered:
-    """What the safety filter let through, a row for each command.
+    """Velocities that the safety filter allowed, a row for each command.
 
     Attributes:
-        vx: Velocities along x in m/s: what was wanted, or what took its place.
+        vx: Allowed velocities along x in m/s.
         vy: The same along y.
-        verdict: What became of what was wanted, as `setcmas_ctrl.filter.verdict.Verdict` has it.
+        verdict: Values of `Verdict` of the filter.
     """
 
     vx: Floats
@@ -48,7 +48,7 @@ class Commands:
         robot: Numbers of the robots, from 1, shape (rows,).
         vx: Velocities along x in m/s after saturation, shape (rows,).
         vy: The same along y, shape (rows,).
-        allowed: What the safety filter let through; None without a filter.
+        allowed: Velocities that the safety filter allowed; None without a filter.
     """
 
     t: Floats
@@ -81,7 +81,7 @@ def commands(rows: ArrayLike) -> Commands:
 
 
 def with_allowed(wanted: Floats, allowed: Floats) -> Floats:
-    """Return rows of commands with what the filter let through beside them, shape (rows, 7).
+    """Return rows of commands with the velocities that the filter allowed, shape (rows, 7).
 
     Args:
         wanted: Rows t, robot, vx, vy, shape (rows, 4).
@@ -119,8 +119,8 @@ class SafetyRecord:
     Attributes:
         t: Times in s from the start, shape (rows,).
         robot: Numbers of the robots, from 1, shape (rows,).
-        state: What each was let do.
-        overruled: Whether it was not free to do all that its law wanted, shape (rows,).
+        state: Their states, such as MOVING.
+        overruled: Whether safety limited the command, shape (rows,).
     """
 
     t: Floats
@@ -144,11 +144,11 @@ class Drawing(NamedTuple):
     """A sphere that a script drew.
 
     Attributes:
-        t: When, in s from the first command of the run.
-        robot: The robot that it was drawn for.
-        name: Of its topic, such as 'wp_ref'.
-        kind: MARKER, which takes the place of the last one of this robot and name, or TRAIL.
-        sphere: Where it is, and how it looks.
+        t: Time in s from the first command of the run.
+        robot: Number of its robot.
+        name: Name of its topic, such as 'wp_ref'.
+        kind: MARKER, which replaces that of the same robot and name, or TRAIL.
+        sphere: Its place and look.
     """
 
     t: float
@@ -174,17 +174,17 @@ class DrawingRecord:
         self._shown: dict[tuple[int, str], Sphere] = {}
 
     def show(self, robot: int, name: str, sphere: Sphere) -> None:
-        """Note a marker that is drawn now."""
+        """Add a marker, drawn now."""
         if self._shown.get((robot, name)) != sphere:
             self._shown[robot, name] = sphere
             self._drawings.append(Drawing(self.t, robot, name, MARKER, sphere))
 
     def extend_trail(self, robot: int, name: str, sphere: Sphere) -> None:
-        """Note a sphere that is added to a trail now."""
+        """Add a sphere to a trail, now."""
         self._drawings.append(Drawing(self.t, robot, name, TRAIL, sphere))
 
     def drawings(self, start: float = 0.0) -> list[Drawing]:
-        """Return what was drawn, sorted by time, then robot.
+        """Return the drawings, sorted by time, then robot.
 
         Args:
             start: The time that is t = 0, in s.
@@ -194,14 +194,14 @@ class DrawingRecord:
 
 
 class DrawnOverTime:
-    """What the scripts of a run drew, by time.
+    """Drawings of a run by time.
 
     Attributes:
-        shown: The drawings that can be seen, sorted by time.
+        shown: The visible drawings, sorted by time.
     """
 
     def __init__(self, drawings: Iterable[Drawing]) -> None:
-        """Take drawings sorted by time; those that are not finite show nothing."""
+        """Take drawings sorted by time; drop those that are not finite."""
         self.shown = [drawing for drawing in drawings if _is_finite(drawing.sphere)]
         self._markers: dict[tuple[int, str], list[Drawing]] = {}
         self._trails: list[Drawing] = []
@@ -212,12 +212,12 @@ class DrawnOverTime:
                 self._trails.append(drawing)
 
     def markers(self, t: float) -> list[Drawing]:
-        """Return the markers that are seen at a time in s."""
+        """Return the visible markers at a time in s."""
         last = ((own, bisect_right(own, t, key=itemgetter(0))) for own in self._markers.values())
         return [own[count - 1] for own, count in last if count]
 
     def trails(self, t: float, since: float = -math.inf) -> list[Drawing]:
-        """Return by what trails grew until a time in s, from after another one on."""
+        """Return the spheres added to trails after a time in s and up to another."""
         first, last = (bisect_right(self._trails, at, key=itemgetter(0)) for at in (since, t))
         return self._trails[first:last]
 

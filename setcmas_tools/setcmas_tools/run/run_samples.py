@@ -37,9 +37,9 @@ _NB_NUMBERS = 10  # t, robot, x, y, a quaternion, v, omega
 
 
 class FleetSamples:
-    """Takers what makes fleet.csv: odometry of each robot and the time of the first command.
+    """Collects odometry of each robot and the time of the first command.
 
-    Odometry of motion capture goes before the robot's own, which drifts.
+    Odometry of motion capture replaces the robot's own, which drifts.
     """
 
     def __init__(self, bag_topics: Iterable[tuple[str, str]]) -> None:
@@ -53,7 +53,7 @@ class FleetSamples:
         self._first_go_ns: int | None = None
         self._odometry: dict[int, str] = {}
         named = sorted(bag_topics)
-        # A recording of what `setcmas play` plays has no commands but what the laws returned.
+        # A recording of `setcmas play` has no commands but the velocities that laws returned.
         commanded = any(_robot_of(name, topics.CMD_VEL) for name, _ in named)
         self._command = topics.CMD_VEL if commanded else topics.CMD_CART_VEL
         for name, msgtype in named:
@@ -62,7 +62,7 @@ class FleetSamples:
                 self._odometry[robot] = name
 
     def collector(self, topic: str) -> Taker | None:
-        """Return the function that takes the messages of a topic; None if it is not of use."""
+        """Return the function that takes the messages of a topic; None if not needed."""
         if topic == topics.PAUSED:
             return self._take_pause
         if _robot_of(topic, self._command):
@@ -74,9 +74,9 @@ class FleetSamples:
 
     @property
     def start_ns(self) -> int:
-        """What is t = 0 in ns from the bag's start: the first command, else the first odometry.
+        """Time of t = 0 in ns from the bag's start: the first command, else the first odometry.
 
-        In an experiment, where zeros are sent from the beginning, it is when it is started.
+        In an experiment, where zeros are sent from the beginning, it is its start.
         """
         if self._first_go_ns is not None:
             return self._first_go_ns
@@ -121,7 +121,7 @@ _NB_COUNTS = 4
 
 
 class CommunicationSamples:
-    """Takers triggers, graphs, and the counts of links."""
+    """Collects triggers, graphs, and the counts of links."""
 
     def __init__(self) -> None:
         """Start without any message."""
@@ -130,7 +130,7 @@ class CommunicationSamples:
         self._graphs: list[tuple[int, Floats]] = []
 
     def collector(self, topic: str, msgtype: str) -> Taker | None:
-        """Return the function that takes the messages of a topic; None if it is not of use."""
+        """Return the function that takes the messages of a topic; None if not needed."""
         if topic == topics.COMMUNICATION_GRAPH and msgtype == _MATRIX:
             return self._take_graph
         robot = topics.robot_of(topic)
@@ -142,11 +142,11 @@ class CommunicationSamples:
         return None
 
     def record(self, table: FleetTable | None, start_ns: int) -> CommunicationRecord | None:
-        """Return the record of the run; None if the robots did not communicate as it tells.
+        """Return the record of the run; None if the bag holds no communication.
 
         Args:
             table: The fleet's motion.
-            start_ns: Time that is t = 0, in ns from the bag's start.
+            start_ns: Time of t = 0 in ns from the bag's start.
         """
         if not (self._events or self._counts or self._graphs):
             return None
@@ -194,9 +194,9 @@ def _square(data: Any) -> Floats:
 
 
 def _with_first_state(events: list[tuple[int, int]]) -> list[tuple[int, int]]:
-    """Return events of which the first tells that the state was sent, as the first always is.
+    """Return events with the first one a transmission, as it always is.
 
-    It is told so where the robot sent it before the recorder listened.
+    A robot may have sent it before the recorder listened.
     """
     return [(events[0][0], 1), *events[1:]] if events else []
 
@@ -210,7 +210,7 @@ _SPHERE_TYPE = 2
 
 
 class RunSamples:
-    """Takers what makes the tables of a run: motion, commands, communication, and so on."""
+    """Collects the tables of a run: motion, commands, communication, drawings and safety."""
 
     def __init__(self, bag_topics: Iterable[tuple[str, str]]) -> None:
         """Choose the topics.
@@ -227,7 +227,7 @@ class RunSamples:
         self._safety: list[SafetyRow] = []
 
     def collectors(self, topic: str, msgtype: str) -> list[Taker]:
-        """Return the functions that take the messages of a topic; none if it is not of use."""
+        """Return the functions that take the messages of a topic."""
         found = [
             self._fleet.collector(topic),
             self._communication.collector(topic, msgtype),
@@ -280,7 +280,7 @@ class RunSamples:
         try:
             self._references = References.decoded(message.data)
         except ValueError:
-            return  # of somebody else
+            return  # of another program
 
     def _take_statuses(self, time_ns: int, message: Any) -> None:
         for status in message.status:
@@ -318,7 +318,7 @@ def read_bag(path: Path, warn: Callable[[str], None]) -> RunTables:
 
     Args:
         path: The bag.
-        warn: Shows what could not be read.
+        warn: Prints losses.
 
     Raises:
         SetcmasError: The bag cannot be read, or holds no odometry of robots.

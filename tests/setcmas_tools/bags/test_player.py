@@ -17,7 +17,7 @@ from terminals import Terminal
 
 from setcmas_simu.fleet.fleet import Announcement, Kind, encode, own_source
 from setcmas_simu.ros import qos
-from setcmas_tools.bags.player import RobotsThere, restored_qos
+from setcmas_tools.bags.player import RobotConflict, restored_qos
 from setcmas_tools.bags.recorded_topic import stored_qos
 
 PLAYER = [sys.executable, '-m', 'setcmas_tools.bags.player']
@@ -76,7 +76,7 @@ def test_it_ends_when_a_robot_comes_that_it_plays_and_late_listeners_know_of_the
 
     peer.wait_for(lambda: player.popen.poll() is not None)
     assert player.wait() == 1
-    assert 'error: playing has ended: tb3_1 is there already: /peer listens' in player.output()
+    assert 'error: playing stopped: tb3_1 is in use: /peer listens' in player.output()
     assert commands == []
 
 
@@ -135,13 +135,13 @@ PLAYED = ['/tb3_1/odom', '/tb3_2/odom', '/fleet']
 
 @pytest.fixture
 def there(peer):
-    return RobotsThere(peer.node, PLAYED)
+    return RobotConflict(peer.node, PLAYED)
 
 
 def test_nobody_has_them(there, peer):
     peer.node.create_publisher(Odometry, '/tb3_3/odom', 1)
 
-    assert there.before() == ''
+    assert there.before_playing() == ''
 
 
 def test_somebody_has_announced_them(there, peer):
@@ -150,19 +150,19 @@ def test_somebody_has_announced_them(there, peer):
     publisher.publish(String(data=encode(announcement)))
 
     peer.wait_for(there.before)
-    assert there.before().startswith('robot 2 is there already: a simulator (process ')
+    assert there.before_playing().startswith('robot 2 is in use: a simulator (process ')
 
 
 def test_somebody_publishes_one_of_their_topics(there, peer):
     peer.node.create_publisher(Odometry, '/tb3_2/odom', 1)
 
     peer.wait_for(there.before)
-    assert there.before() == 'somebody else publishes /tb3_2/odom'
-    assert there.beside() == ''  # one publisher is the player itself
+    assert there.before_playing() == 'another node publishes /tb3_2/odom'
+    assert there.while_playing() == ''  # one publisher is the player itself
 
 
 def test_a_robot_listens_to_commands(there, peer):
     peer.node.create_subscription(TwistStamped, '/tb3_1/cmd_vel', lambda _: None, 1)
 
     peer.wait_for(there.beside)
-    assert there.beside() == 'tb3_1 is there already: /peer listens to /tb3_1/cmd_vel'
+    assert there.while_playing() == 'tb3_1 is in use: /peer listens to /tb3_1/cmd_vel'

@@ -114,7 +114,7 @@ def test_an_empty_recording_is_closed_well(record, bag):
     recorder = record()
 
     assert recorder.end() == 0
-    assert f'nothing was recorded: no message came; {bag} is an empty bag' in recorder.output()
+    assert f'nothing was recorded: no message arrived; {bag} is an empty bag' in recorder.output()
     with AnyReader([bag]) as reader:
         assert reader.message_count == 0
 

@@ -36,7 +36,7 @@ def measured(response, changes, noise=0.0, seconds=40.0):
 def test_gain_lag_and_delay_are_found(response, noise):
     found = fitted(measured(response, changes=40, noise=noise))
 
-    assert found.tells_times
+    assert found.times_known
     assert found.response.gain == pytest.approx(response.gain, rel=0.02)
     assert found.response.lag == pytest.approx(response.lag, rel=0.05, abs=0.005)
     assert found.response.delay == pytest.approx(response.delay, rel=0.05, abs=0.005)
@@ -61,8 +61,8 @@ def test_a_robot_that_only_stands_or_ignores_commands_tells_nothing():
         HeldCommand(np.array([0.0, 1.0]), np.zeros(2)), standing.begin, standing.end, noise, 10.0
     )
 
-    assert not fitted(ignoring).tells_gain
-    assert not fitted(unmoved).tells_gain
+    assert not fitted(ignoring).gain_known
+    assert not fitted(unmoved).gain_known
 
 
 def test_a_constant_command_tells_neither_lag_nor_delay():
@@ -74,14 +74,14 @@ def test_a_constant_command_tells_neither_lag_nor_delay():
 
     found = fitted(alone)
 
-    assert not found.tells_times
+    assert not found.times_known
 
 
 def test_a_robot_that_follows_at_once_is_told_to_do_so():
     """Its lag and delay cannot be told apart, but their sum can."""
     found = fitted(measured(Response(1.0, 1e-3, 0.0), changes=40, noise=0.01))
 
-    assert found.tells_times
+    assert found.times_known
     assert found.response.lag + found.response.delay < 0.01
     assert found.errors.delay < 0.02
 
@@ -101,7 +101,7 @@ def test_gain_of_a_simulation_that_gives_a_whole_step_to_the_command_heard_withi
     assert found.response.gain == pytest.approx(1.0, abs=0.002)
     assert found.response.delay == 0.0
     assert found.errors.delay == pytest.approx(early, abs=0.03)
-    assert found.tells_times
+    assert found.times_known
 
 
 def test_a_robot_that_never_moves_nor_is_commanded_to_tells_nothing_without_a_warning():
@@ -111,5 +111,5 @@ def test_a_robot_that_never_moves_nor_is_commanded_to_tells_nothing_without_a_wa
     with np.errstate(invalid='raise'):
         found = fitted(Measured(still, begin, begin + 0.2, np.zeros(len(begin)), 2.0))
 
-    assert not found.tells_gain
-    assert not found.tells_times
+    assert not found.gain_known
+    assert not found.times_known
