@@ -137,7 +137,7 @@ def test_a_full_disk_gets_one_line_and_leaves_what_was_written(start, peer, bag)
     assert recorder.wait() == 1
     lines = [line for line in recorder.output().splitlines() if 'error: ' in line]
     assert lines == [
-        f"error: recording to '{bag}' stopped: File too large; what was written before is readable"
+        f"error: recording to '{bag}' stopped: File too large; earlier messages are readable"
     ]
     assert 'Traceback' not in recorder.output()
     with open_bag(bag) as opened:
@@ -183,7 +183,7 @@ def test_transforms_are_recorded_that_others_can_read(record, peer, bag):
     assert profile['durability'] == 'transient_local'
 
 
-def test_no_transforms_are_recorded_where_somebody_publishes_them(record, peer, bag):
+def test_no_transforms_are_recorded_if_a_node_publishes_them(record, peer, bag):
     peer.node.create_publisher(UInt16, '/tf', 1)
     recorder = record()
     send_odometry(peer, 1)

@@ -163,12 +163,6 @@ def marker(make, nb_points):
     return make('visualization_msgs/msg/Marker', {'points': points, 'text': 'a,"b"\nc'})
 
 
-def test_times_and_messages(write, make):
-    rows = write([make('std_msgs/msg/UInt16', {'data': i}) for i in range(3)])
-
-    assert rows[1] == {'t': '1.000000000', 'data': '1'}
-
-
 @pytest.mark.parametrize('rows_in_memory', [1, 3, 2000])
 def test_rows_of_a_growing_array_have_all_columns(write, make, monkeypatch, rows_in_memory):
     monkeypatch.setattr(topic_table, '_ROWS_IN_MEMORY', rows_in_memory)

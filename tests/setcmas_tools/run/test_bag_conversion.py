@@ -118,33 +118,6 @@ def test_motion_capture_goes_before_wheel_odometry(tmp_path, write_bag, make):
     assert table.x.tolist() == [1.0, 3.0, 4.0]
 
 
-def test_ros1_bag(tmp_path, write_ros1_bag, make):
-    twist = make('geometry_msgs/msg/Twist', {'linear.x': 0.5})
-    reading = make('lab_msgs/msg/Reading', {'samples': [make('lab_msgs/msg/Sample')]})
-    report = convert(
-        write_ros1_bag(
-            tmp_path / 'old.bag', [('/tb3_1/cmd_vel', 0, twist), ('/probe', 1, reading)]
-        )
-    )
-
-    assert report.folder == tmp_path / 'old_csv'
-    assert report.fleet is None
-    assert rows_of(report.folder / 'tb3_1_cmd_vel.csv')[0]['linear.x'] == '0.5'
-    assert rows_of(report.folder / 'probe.csv')[0]['samples[0].counts[1]'] == '0'
-
-
-def test_cut_bag_gives_what_it_holds_and_says_what_it_lost(tmp_path, write_bag, points):
-    bag = write_bag(tmp_path / 'bag', points)
-    (file,) = bag.glob('*.mcap')
-    file.write_bytes(file.read_bytes()[:5000])
-    report = convert(bag)
-
-    rows = rows_of(report.files[0])
-    assert [float(row['x']) for row in rows] == list(range(len(rows)))
-    assert 0 < len(rows) < 200
-    assert 'was cut short' in str(report).splitlines()[0]
-
-
 def test_messages_that_are_not_of_their_type_are_counted(tmp_path, store, make):
     msgtype = 'geometry_msgs/msg/Point32'
     with Writer(tmp_path / 'bag', version=9, storage_plugin=StoragePlugin.MCAP) as writer:
