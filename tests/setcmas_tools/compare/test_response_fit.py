@@ -1,6 +1,9 @@
+import sys
+
 import numpy as np
 import pytest
 
+from setcmas_simu.errors import SetcmasError
 from setcmas_simu.robots.identified_robot import Response
 from setcmas_tools.compare.response_fit import HeldCommand, Measured, fitted
 
@@ -113,3 +116,10 @@ def test_a_robot_that_never_moves_nor_is_commanded_to_tells_nothing_without_a_wa
 
     assert not found.gain_known
     assert not found.times_known
+
+
+def test_without_scipy_the_message_names_the_extra(monkeypatch):
+    monkeypatch.setitem(sys.modules, 'scipy.optimize', None)
+
+    with pytest.raises(SetcmasError, match=r'scipy.* is needed.*\[identify\]'):
+        fitted(measured(Response(0.9, 0.15, 0.2), changes=40))
