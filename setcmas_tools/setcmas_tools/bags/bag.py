@@ -25,6 +25,13 @@ from setcmas_tools.bags.message_types import (
 )
 
 _BAGS = 'a rosbag2 folder, an .mcap or a .db3 file, or a ROS 1 .bag file'
+_REINDEX = 'it must be whole (rosbag reindex repairs a cut one)'
+_ADVICE = {
+    '.db3': 'it must be whole (sqlite3 FILE .recover saves a cut one), with no #, ? or % in its '
+    'path',
+    '.bag': _REINDEX,
+    '.active': _REINDEX,  # x.bag.active, of a rosbag that was killed
+}
 
 
 def open_sources(path: Path, stack: ExitStack) -> list[BagSource]:
@@ -45,7 +52,7 @@ def open_sources(path: Path, stack: ExitStack) -> list[BagSource]:
     if not path.exists():
         raise SetcmasError(f"there is no bag '{path}'; it must be {_BAGS}")
     if path.is_dir() and _is_compressed(path):
-        return [_opened(_open_folder, path, stack)]
+        return [_opened(_open_whole, path, stack)]
     sources, failures = [], []
     for file in _files(path):
         try:
@@ -87,48 +94,27 @@ def _is_compressed(folder: Path) -> bool:
 
 
 def _open_file(file: Path) -> BagSource:
-    openers: dict[str, Callable[[Path], BagSource]] = {
-        '.mcap': _open_mcap,
-        '.db3': _open_db3,
-        '.bag': _open_ros1,
-        '.active': _open_ros1,  # x.bag.active, of a rosbag that was killed
-    }
-    if file.suffix not in openers:
+    if file.suffix not in ('.mcap', *_ADVICE):
         raise SetcmasError(f"'{file}' is not a bag; it must be {_BAGS}")
     if not file.stat().st_size:
         raise SetcmasError(f"bag '{file}' is empty: nothing was ever written to it")
-    return openers[file.suffix](file)
-
-
-def _open_mcap(file: Path) -> BagSource:
-    try:
-        return IndexedSource(file, Ros2Reader(file))
-    except Exception:  # its index, the last to be written, is missing or damaged
-        return McapSalvage(file)
-
-
-def _open_db3(file: Path) -> BagSource:
-    if Path(f'{file}-wal').exists():  # rosbags would not look into it
+    if file.suffix == '.mcap':
+        try:
+            return IndexedSource(file, Ros2Reader(file))
+        except Exception:  # its index, the last to be written, is missing or damaged
+            return McapSalvage(file)
+    if Path(f'{file}-wal').exists():  # of a .db3 file; rosbags ignores it
         raise SetcmasError(
             f"bag '{file}' was not closed; this closes it: "
             f"sqlite3 '{file}' 'PRAGMA journal_mode=DELETE'"
         )
-    return _open_whole(
-        file,
-        Ros2Reader,
-        'it must be whole (sqlite3 FILE .recover saves a cut one), with no #, ? or % in its path',
-    )
+    return _open_whole(file)
 
 
-def _open_ros1(file: Path) -> BagSource:
-    return _open_whole(file, Ros1Reader, 'it must be whole (rosbag reindex repairs a cut one)')
-
-
-def _open_folder(folder: Path) -> BagSource:
-    return _open_whole(folder, Ros2Reader, 'a compressed bag must be whole')
-
-
-def _open_whole(path: Path, reader: type[Ros1Reader] | type[Ros2Reader], advice: str) -> BagSource:
+def _open_whole(path: Path) -> BagSource:
+    """Open a file or a compressed folder, which cannot be salvaged."""
+    advice = _ADVICE.get(path.suffix, 'a compressed bag must be whole')
+    reader = Ros1Reader if path.suffix in ('.bag', '.active') else Ros2Reader
     try:
         return IndexedSource(path, reader(path))
     except Exception as error:  # a damaged file makes any of several libraries fail

@@ -25,27 +25,6 @@ DEPTH = 1000
 """Messages of a topic that may wait: a second of the fastest motion capture."""
 
 
-def subscription_qos(reliable: bool, transient_local: bool) -> QoSProfile:
-    """Return the profile of a subscription that loses as little as its publishers allow."""
-    return QoSProfile(
-        depth=DEPTH,
-        reliability=ReliabilityPolicy.RELIABLE if reliable else ReliabilityPolicy.BEST_EFFORT,
-        durability=(
-            DurabilityPolicy.TRANSIENT_LOCAL if transient_local else DurabilityPolicy.VOLATILE
-        ),
-    )
-
-
-def are_reliable(profiles: list[QoSProfile]) -> bool:
-    """Return whether all publishers offer reliable delivery."""
-    return all(profile.reliability == ReliabilityPolicy.RELIABLE for profile in profiles)
-
-
-def are_transient_local(profiles: list[QoSProfile]) -> bool:
-    """Return whether all publishers keep messages for late subscribers."""
-    return all(profile.durability == DurabilityPolicy.TRANSIENT_LOCAL for profile in profiles)
-
-
 def stored_qos(profiles: list[QoSProfile]) -> list[Qos]:
     """Return the different profiles of a topic's publishers in the terms of rosbags."""
     return list(dict.fromkeys(_stored(profile) for profile in profiles))
@@ -69,6 +48,7 @@ def _time(duration: Duration) -> QosTime:
     return QosTime(*divmod(duration.nanoseconds, 10**9))
 
 
+_TRANSIENT_LOCAL = DurabilityPolicy.TRANSIENT_LOCAL
 _TIMES = ('std_msgs/Header', 'builtin_interfaces/Time')
 
 
@@ -133,7 +113,8 @@ class RecordedTopic:
         Returns:
             The messages received before.
         """
-        reliable, transient_local = are_reliable(profiles), are_transient_local(profiles)
+        reliable = all(one.reliability == ReliabilityPolicy.RELIABLE for one in profiles)
+        transient_local = all(one.durability == _TRANSIENT_LOCAL for one in profiles)
         if self._has_publishers:
             # Never up again: latched messages would arrive twice.
             reliable &= self._reliable
@@ -168,9 +149,17 @@ class RecordedTopic:
             self._class,
             self.name,
             lambda _: None,
-            subscription_qos(self._reliable, self._transient_local),
+            self._qos(),
             raw=True,
         )
+
+    def _qos(self) -> QoSProfile:
+        """Return the profile that loses as little as the publishers allow."""
+        reliability = (
+            ReliabilityPolicy.RELIABLE if self._reliable else ReliabilityPolicy.BEST_EFFORT
+        )
+        durability = _TRANSIENT_LOCAL if self._transient_local else DurabilityPolicy.VOLATILE
+        return QoSProfile(depth=DEPTH, reliability=reliability, durability=durability)
 
     def _is_new(self, source_ns: int) -> bool:
         if self._has_publishers:

@@ -22,13 +22,14 @@ class HeldCommand:
         self._u = np.concatenate([[0.0], u[changed]])
         held = np.diff(self._t) * self._u[:-1]
         self._sum = np.concatenate([[0.0], np.cumsum(held)])
+        self._lag, self._speeds = 0.0, self._lagging(0.0)  # of the last call
 
     @property
     def changes(self) -> tuple[Floats, Floats]:
         """Times of changes in s, and the commands from then on."""
         return self._t, self._u
 
-    def lagging(self, lag: float) -> Floats:
+    def _lagging(self, lag: float) -> Floats:
         """Return the speeds w at the changes, lag w' = u - w, shape (K + 1,); lag in s."""
         shares = np.exp(-np.diff(self._t) / max(lag, 1e-9)).tolist()
         speeds = [0.0]
@@ -47,21 +48,17 @@ class HeldCommand:
             lag: Time constant in s.
             delay: Dead time in s.
         """
-        return self.means_of(self.lagging(lag), begin, end, lag, delay)
-
-    def means_of(
-        self, speeds: Floats, begin: Floats, end: Floats, lag: float, delay: float
-    ) -> Floats:
-        """Return the same where the speeds at the changes are known."""
-        ways = [self._way(speeds, lag, times - delay) for times in (begin, end)]
+        if lag != self._lag:
+            self._lag, self._speeds = lag, self._lagging(lag)
+        ways = [self._way(times - delay) for times in (begin, end)]
         means: Floats = (ways[1] - ways[0]) / (end - begin)
         return means
 
-    def _way(self, speeds: Floats, lag: float, times: Floats) -> Floats:
+    def _way(self, times: Floats) -> Floats:
         k = np.maximum(np.searchsorted(self._t, times, side='right') - 1, 0)
         since, u = np.maximum(times - self._t[k], 0.0), self._u[k]
-        w = u + (speeds[k] - u) * np.exp(-since / max(lag, 1e-9))
-        way: Floats = self._sum[k] + u * since - lag * w
+        w = u + (self._speeds[k] - u) * np.exp(-since / max(self._lag, 1e-9))
+        way: Floats = self._sum[k] + u * since - self._lag * w
         return way
 
 
@@ -171,9 +168,8 @@ def fitted(measured: Measured, lag: float | None = None) -> Fit:
 def _best(measured: Measured, lags: Floats, delays: Floats) -> Response:
     best, least = Response(gain=0.0), np.inf
     for lag in lags.tolist():
-        speeds = measured.command.lagging(lag)
         for delay in delays.tolist():
-            means = measured.command.means_of(speeds, measured.begin, measured.end, lag, delay)
+            means = measured.predicted(Response(1.0, lag, delay))
             power = float(means @ means)
             gain = float(means @ measured.y) / power if power > 0.0 else 0.0
             error = float(np.sum(np.square(measured.y - gain * means)))

@@ -173,85 +173,77 @@ def _damage(
     return SetcmasError(text)
 
 
-_T = Column('t', TIME, 's from the first command of the run')
-_ROBOT = Column('robot', ROBOT, 'its number, from 1')
+def _columns(cells: Cells, /, **meanings: str) -> tuple[Column, ...]:
+    """Return columns with the same kind of cells, by their names."""
+    return tuple(Column(name, cells, meaning) for name, meaning in meanings.items())
+
+
+_T = _columns(TIME, t='s from the first command of the run')
+_T_ROBOT = (*_T, *_columns(ROBOT, robot='its number, from 1'))
 
 FLEET = CsvFile(
     'fleet.csv',
     'the motion of the robots, a row for each odometry message',
     (
-        _T,
-        _ROBOT,
-        Column('x', NUMBER, 'position in m'),
-        Column('y', NUMBER, 'position in m'),
-        Column('theta', NUMBER, 'heading in rad'),
-        Column('v', NUMBER, 'forward speed in m/s'),
-        Column('omega', NUMBER, 'turn rate in rad/s'),
+        *_T_ROBOT,
+        *_columns(NUMBER, x='position in m', y='position in m', theta='heading in rad'),
+        *_columns(NUMBER, v='forward speed in m/s', omega='turn rate in rad/s'),
     ),
 )
 COMMANDS = CsvFile(
     'commands.csv',
     'the velocities that the laws returned, after saturation, a row for each call',
+    (*_T_ROBOT, *_columns(NUMBER, vx='velocity along x in m/s', vy='velocity along y in m/s')),
     (
-        _T,
-        _ROBOT,
-        Column('vx', NUMBER, 'velocity along x in m/s'),
-        Column('vy', NUMBER, 'velocity along y in m/s'),
-    ),
-    (
-        Column('allowed_vx', NUMBER, 'with a safety filter: velocity that it allowed, in m/s'),
-        Column('allowed_vy', NUMBER, 'the same along y'),
-        Column('verdict', COUNT, '0 as wanted, 1 changed, 2 blocked, 3 no solution'),
+        *_columns(NUMBER, allowed_vx='with a safety filter: velocity that it allowed, in m/s'),
+        *_columns(NUMBER, allowed_vy='the same along y'),
+        *_columns(COUNT, verdict='0 as wanted, 1 changed, 2 blocked, 3 no solution'),
     ),
 )
 SAFETY = CsvFile(
     'safety.csv',
     'the state of each robot of an experiment, a row for each status',
     (
-        _T,
-        _ROBOT,
-        Column('state', TEXT, '`moving`, or why not: `paused`, `stopped`'),
-        Column('overruled', COUNT, '1 if safety limited its command, else 0'),
+        *_T_ROBOT,
+        *_columns(TEXT, state='`moving`, or why not: `paused`, `stopped`'),
+        *_columns(COUNT, overruled='1 if safety limited its command, else 0'),
     ),
 )
 DRAWINGS = CsvFile(
     'drawings.csv',
     'the spheres that scripts drew',
     (
-        _T,
-        _ROBOT,
-        Column('name', TEXT, 'its topic, such as `wp_ref`'),
-        Column('kind', TEXT, '`marker` replaces that of the same robot and name, `trail` adds'),
-        *(Column(name, SHORT_NUMBER, 'position in m') for name in 'xyz'),
-        Column('diameter', SHORT_NUMBER, 'm'),
-        *(Column(name, SHORT_NUMBER, '0 to 1') for name in ('red', 'green', 'blue', 'alpha')),
+        *_T_ROBOT,
+        *_columns(TEXT, name='its topic, such as `wp_ref`'),
+        *_columns(TEXT, kind='`marker` replaces that of the same robot and name, `trail` adds'),
+        *_columns(SHORT_NUMBER, **dict.fromkeys('xyz', 'position in m'), diameter='m'),
+        *_columns(SHORT_NUMBER, **dict.fromkeys(('red', 'green', 'blue', 'alpha'), '0 to 1')),
     ),
 )
 COUNTS = CsvFile(
     'communication.csv',
     'messages of each link, and of each robot',
     (
-        Column('sender', ROBOT, 'number of the robot that sent'),
-        Column('receiver', RECEIVER, f'number of the other robot; `{ALL}`: all broadcasts'),
-        Column('sent', COUNT, 'messages sent'),
-        Column('received', COUNT, 'messages that arrived'),
-        Column('lost', COUNT, 'messages that were lost'),
-        Column('mean_interval', SECONDS, 'mean time between arrivals, or broadcasts, in s'),
+        *_columns(ROBOT, sender='number of the robot that sent'),
+        *_columns(RECEIVER, receiver=f'number of the other robot; `{ALL}`: all broadcasts'),
+        *_columns(COUNT, sent='messages sent', received='messages that arrived'),
+        *_columns(COUNT, lost='messages that were lost'),
+        *_columns(SECONDS, mean_interval='mean time between arrivals, or broadcasts, in s'),
     ),
 )
 TRIGGERS = CsvFile(
     'triggers.csv',
     'evaluations of triggering conditions',
-    (_T, _ROBOT, Column('sent', COUNT, '1 if it triggered and the robot sent its state, else 0')),
+    (*_T_ROBOT, *_columns(COUNT, sent='1 if it triggered and the robot sent its state, else 0')),
 )
 GRAPH = CsvFile(
     'graph.csv',
     'changes of the communication graph',
     (
-        _T,
-        Column('receiver', ROBOT, 'number of the robot that receives'),
-        Column('sender', ROBOT, 'number of the robot that sends'),
-        Column('weight', SHORT_NUMBER, 'weight of the link from t on'),
+        *_T,
+        *_columns(ROBOT, receiver='number of the robot that receives'),
+        *_columns(ROBOT, sender='number of the robot that sends'),
+        *_columns(SHORT_NUMBER, weight='weight of the link from t on'),
     ),
 )
 CSV_FILES = (FLEET, COMMANDS, DRAWINGS, SAFETY, COUNTS, TRIGGERS, GRAPH)

@@ -106,7 +106,7 @@ def test_a_run_that_tells_nothing_leaves_no_model(folder, capsys):
 
     assert main(['identify', 'still']) == 1
 
-    assert 'tb3_1: its commands change too little to tell' in capsys.readouterr().err
+    assert 'tb3_1: its commands change too little to identify' in capsys.readouterr().err
     assert not (folder / 'model.yaml').exists()
 
 

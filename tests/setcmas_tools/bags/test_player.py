@@ -134,35 +134,35 @@ PLAYED = ['/tb3_1/odom', '/tb3_2/odom', '/fleet']
 
 
 @pytest.fixture
-def there(peer):
+def conflict(peer):
     return RobotConflict(peer.node, PLAYED)
 
 
-def test_nobody_has_them(there, peer):
+def test_nobody_has_them(conflict, peer):
     peer.node.create_publisher(Odometry, '/tb3_3/odom', 1)
 
-    assert there.before_playing() == ''
+    assert conflict.before_playing() == ''
 
 
-def test_somebody_has_announced_them(there, peer):
+def test_another_process_has_announced_them(conflict, peer):
     announcement = Announcement(8, (2, 3), own_source(Kind.SIMULATOR))
     publisher = peer.node.create_publisher(String, '/fleet', qos.LATCHED)
     publisher.publish(String(data=encode(announcement)))
 
-    peer.wait_for(there.before)
-    assert there.before_playing().startswith('robot 2 is in use: a simulator (process ')
+    peer.wait_for(conflict.before_playing)
+    assert conflict.before_playing().startswith('robot 2 is in use: a simulator (process ')
 
 
-def test_somebody_publishes_one_of_their_topics(there, peer):
+def test_another_node_publishes_one_of_their_topics(conflict, peer):
     peer.node.create_publisher(Odometry, '/tb3_2/odom', 1)
 
-    peer.wait_for(there.before)
-    assert there.before_playing() == 'another node publishes /tb3_2/odom'
-    assert there.while_playing() == ''  # one publisher is the player itself
+    peer.wait_for(conflict.before_playing)
+    assert conflict.before_playing() == 'another node publishes /tb3_2/odom'
+    assert conflict.while_playing() == ''  # one publisher is the player itself
 
 
-def test_a_robot_listens_to_commands(there, peer):
+def test_a_robot_listens_to_commands(conflict, peer):
     peer.node.create_subscription(TwistStamped, '/tb3_1/cmd_vel', lambda _: None, 1)
 
-    peer.wait_for(there.beside)
-    assert there.while_playing() == 'tb3_1 is in use: /peer listens to /tb3_1/cmd_vel'
+    peer.wait_for(conflict.while_playing)
+    assert conflict.while_playing() == 'tb3_1 is in use: /peer listens to /tb3_1/cmd_vel'
