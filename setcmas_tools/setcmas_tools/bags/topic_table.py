@@ -13,7 +13,6 @@ from pathlib import Path
 from typing import Any, Protocol, TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
 from rosbags.interfaces import Nodetype
 from rosbags.typesys.base import normalize_fieldname
 from rosbags.typesys.store import Typestore
@@ -31,41 +30,14 @@ def seconds_text(nanoseconds: int) -> str:
     return f'{sign}{seconds}.{rest:09d}'
 
 
-def cell_of(kind: str) -> Callable[[Any], Any] | None:
-    """Return the converter of a value to its cell; None if `csv` writes it unchanged."""
-    return _CELLS.get(kind)
-
-
-def cells_of(kind: str) -> Callable[[Any], list[Any]]:
-    """Return the converter of an array to its cells."""
-    return _ARRAYS.get(kind, _numbers)
-
-
 def _stamp(stamp: Any) -> str:
     return seconds_text(stamp.sec * _NANO + stamp.nanosec)
 
 
 @lru_cache(maxsize=4096)
 def _float32(value: float) -> float:
-    """Return the number whose text is the shortest for a single-precision one, such as 0.1."""
+    """Return the number with the shortest text for a single-precision one, such as 0.1."""
     return float(str(np.float32(value)))
-
-
-def _numbers(array: NDArray[Any]) -> list[Any]:
-    numbers: list[Any] = array.tolist()
-    return numbers
-
-
-def _stamps(stamps: Sequence[Any]) -> list[str]:
-    return [_stamp(stamp) for stamp in stamps]
-
-
-def _float32s(array: NDArray[np.float32]) -> list[float]:
-    return [_float32(value) for value in array.tolist()]
-
-
-def _bools(array: NDArray[np.bool_]) -> list[int]:
-    return list(map(int, array))
 
 
 _CELLS: dict[str, Callable[[Any], Any]] = {
@@ -73,13 +45,18 @@ _CELLS: dict[str, Callable[[Any], Any]] = {
     'float32': _float32,
     **dict.fromkeys(STAMPS, _stamp),
 }
-_ARRAYS: dict[str, Callable[[Any], list[Any]]] = {
-    'bool': _bools,
-    'float32': _float32s,
-    'string': list,
-    'wstring': list,
-    **dict.fromkeys(STAMPS, _stamps),
-}
+"""Converters of values to cells, by type; `csv` writes other values unchanged."""
+
+
+def cells_of(kind: str) -> Callable[[Any], list[Any]]:
+    """Return the converter of an array, with elements of a type, to its cells."""
+    cell = _CELLS.get(kind)
+
+    def cells(array: Any) -> list[Any]:
+        values = array.tolist() if isinstance(array, np.ndarray) else list(array)
+        return [cell(value) for value in values] if cell else values
+
+    return cells
 
 
 LONGEST_ARRAY = 10_000
@@ -224,7 +201,7 @@ def _parts_of(store: Typestore, msgtype: str, name: str = '', path: str = '') ->
         if kind == Nodetype.NAME and detail not in STAMPS:
             yield from _parts_of(store, detail, f'{field_name}.', f'{field_path}.')
         elif kind in (Nodetype.BASE, Nodetype.NAME):
-            convert = cell_of(_type_name(kind, detail))
+            convert = _CELLS.get(_type_name(kind, detail))
             yield Field(field_name, _composed(get, convert) if convert else get)
         else:
             element_kind, element = detail[0]
