@@ -4,7 +4,7 @@ from setcmas_expe.mocap.sources import SILENCE, MocapSource, sample_of
 
 
 def read_transforms(message):
-    """Yield the name of each body and what was measured of it."""
+    """Yield the name and the measurement of each body."""
     for one in message.transforms:
         transform = one.transform
         sample = sample_of(one.header, transform.translation, transform.rotation)
