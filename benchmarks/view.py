@@ -1,10 +1,10 @@
-"""Measures what the browser view costs while a browser looks; prints figures, asserts nothing.
+"""Measures what the live page costs while a browser shows it; prints figures, asserts nothing.
 
 Needs chromium and chromium-driver. Robots move under traj_tracking, the law that draws most. The
-browser itself is not counted: without a graphics card it takes a core for the picture. Run in the
-environment that setcmas is installed in, on a quiet machine:
+browser itself is not counted. Run in the environment that setcmas is installed in, on a quiet
+machine:
 
-    python benchmarks/view.py [--nb-robots 8 50] [--duration 30]
+    python benchmarks/view.py [--nb-robots 8 50 250] [--duration 30]
 """
 
 from __future__ import annotations
@@ -24,12 +24,15 @@ os.environ['ROS_DOMAIN_ID'] = str(1 + os.getpid() % 100)
 sys.path.insert(0, str(Path(__file__).parents[1] / 'tests'))
 
 import psutil
-import viser
-from browser import open_browser, wait_for_text
-from websockets.sync.client import connect
-from websockets.typing import Subprotocol
+from browser import open_browser, wait_for
 
 SETCMAS = Path(sys.executable).parent / 'setcmas'
+_COUNT = """
+const done = arguments[arguments.length - 1];
+const drawn = page.player.pictures, begin = performance.now();
+setTimeout(() => done((page.player.pictures - drawn) / (performance.now() - begin) * 1e3), 5000);
+"""
+_DRAWN = 'return performance.now() * (page.robots.some(robot => robot.pose) ? 1 : NaN)'
 
 
 def start(log: Path, setcmas: Path, *arguments: str) -> subprocess.Popen:
@@ -58,41 +61,31 @@ def load(view: psutil.Process, duration: float) -> float:
     return (cpu_s(view) - before) / (time.monotonic() - begin)
 
 
-def frames_per_s(url: str, duration: float) -> float:
-    """Return how often the page is updated, as a second viewer counts it."""
-    protocol = Subprotocol(f'viser-v{viser.__version__}')
-    with connect(url.replace('http', 'ws'), subprotocols=[protocol], max_size=None) as socket:
-        socket.recv()  # what there is already
-        time.sleep(0.5)
-        count, begin = 0, time.monotonic()
-        while time.monotonic() - begin < duration:
-            socket.recv()
-            count += 1
-        return count / (time.monotonic() - begin)
-
-
 def measure_view(
     nb_robots: int, algo: str, duration: float, folder: Path, setcmas: Path = SETCMAS
 ) -> dict[str, float]:
-    """Let a browser look at a fleet for a while, and return figures by name."""
+    """Let a browser show a fleet for a while, and return figures by name."""
     simu = start(folder / 'simu', setcmas, 'simu', '--nb-robots', str(nb_robots))
     ctrl = start(folder / 'ctrl', setcmas, 'ctrl', '--algo', algo)
     view = start(folder / 'view', setcmas, 'view')
     try:
         url = url_in(folder / 'view')
-        time.sleep(5)
+        time.sleep(5 + nb_robots / 25)
         idle = load(node_of(view), 5)
-        with open_browser(400, 300) as browser:
+        with open_browser(1280, 800, every_picture=True) as browser:
             browser.get(url)
-            wait_for_text(browser, f'{nb_robots} robots')
+            wait_for(lambda: browser.execute_script(_DRAWN) is not None)
+            first = browser.execute_script(_DRAWN)
+            wait_for(lambda: browser.execute_script('return page.robots.length') == nb_robots)
             time.sleep(5)
             busy = load(node_of(view), duration)
-            frames = frames_per_s(url, 5)
+            pictures = browser.execute_async_script(_COUNT)
         return {
-            'view with a browser (core)': busy,
-            'view without a browser (core)': idle,
-            'view updates (1/s)': frames,
-            'view PSS (MB)': node_of(view).memory_full_info().pss / 1e6,
+            'page open (core)': busy,
+            'no page open (core)': idle,
+            'pictures (1/s)': pictures,
+            'first picture, at most (ms)': first,
+            'PSS (MB)': node_of(view).memory_full_info().pss / 1e6,
         }
     finally:
         for process in (view, ctrl, simu):
@@ -102,7 +95,7 @@ def measure_view(
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument('--nb-robots', type=int, nargs='+', default=[8, 50])
+    parser.add_argument('--nb-robots', type=int, nargs='+', default=[8, 50, 250])
     parser.add_argument('--algo', default='traj_tracking')
     parser.add_argument('--duration', type=float, default=30.0)
     args = parser.parse_args()

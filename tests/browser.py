@@ -30,8 +30,10 @@ window.requestAnimationFrame = callback => setTimeout(() => request(callback), 5
 
 
 @contextlib.contextmanager
-def open_browser(width: int, height: int) -> Iterator[webdriver.Chrome]:
-    """Open a browser whose window has a size in pixels."""
+def open_browser(
+    width: int, height: int, every_picture: bool = False
+) -> Iterator[webdriver.Chrome]:
+    """Open a browser whose window has a size in pixels; it draws seldom, or every picture."""
     options = webdriver.ChromeOptions()
     options.binary_location = shutil.which('chromium') or ''
     for argument in (*_ARGUMENTS, f'--window-size={width},{height}'):
@@ -40,7 +42,8 @@ def open_browser(width: int, height: int) -> Iterator[webdriver.Chrome]:
     browser = webdriver.Chrome(options=options, service=service)
     try:
         browser.set_window_size(width, height)
-        _draw_seldom(browser)
+        if not every_picture:
+            _draw_seldom(browser)
         yield browser
     finally:
         browser.quit()

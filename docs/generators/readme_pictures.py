@@ -135,8 +135,8 @@ def notebook(folder: Path) -> Path:
 
 
 def browser_view(folder: Path) -> Path:
-    """Show a formation on its way, as the browser does."""
-    from browser import close_notifications, open_browser, wait_for_text
+    """Show a formation on its way, on the live page."""
+    from browser import open_browser, wait_for
 
     with reserved_domain() as domain, contextlib.ExitStack() as stack:
         environment = {
@@ -164,49 +164,41 @@ def browser_view(folder: Path) -> Path:
         url = next(match[0] for match in found if match)
         browser = stack.enter_context(open_browser(*WINDOW))
         browser.get(url)
-        wait_for_text(browser, 'robots')
+        wait_for(lambda: browser.execute_script('return page.robots.length') == 8)
         start('ctrl', '--algo', 'leader_follower_formation')
         time.sleep(RUNNING_S)
-        close_notifications(browser)
-        time.sleep(1.0)
+        browser.find_elements('css selector', '#robots button')[0].click()
         folder.mkdir()
         browser.save_screenshot(str(folder / 'page.png'))
     return folder / 'page.png'
 
 
-def replay(folder: Path) -> Path:
-    """Show a run at an instant, with a slower one as ghosts over it."""
-    from browser import choose, close_notifications, open_browser, wait_for_text
+def report(folder: Path) -> Path:
+    """Show a run at an instant on its page, with a slower one as ghosts over it."""
+    from browser import open_browser
 
     from setcmas_tools import simulate
 
     ring = {'graph': 'ring', 'event_triggered': True}
     for name, vnom in (('run', 0.5), ('slower', 0.3)):
         simulate('consensus', 8, 40.0, vnom=vnom, **ring).save(folder / name)
-    runs = [folder / 'run', folder / 'slower']
-    page = subprocess.Popen(
-        [SETCMAS, 'view', *runs, '--at', '9', '--port', '8912'], stdout=subprocess.PIPE, text=True
+    page = folder / 'run.html'
+    subprocess.run(
+        [SETCMAS, 'report', folder / 'run', folder / 'slower', '-o', page],
+        check=True,
+        stdout=subprocess.DEVNULL,
     )
-    try:
-        assert page.stdout
-        url = page.stdout.readline().split()[2]
-        with open_browser(*WINDOW) as browser:
-            browser.get(url)
-            wait_for_text(browser, 't = 9.00 s')
-            close_notifications(browser)
-            choose(browser, 'click one', 'robot 3')
-            wait_for_text(browser, 'it knew of the others')
-            time.sleep(2.0)
-            browser.save_screenshot(str(folder / 'page.png'))
-    finally:
-        page.send_signal(signal.SIGINT)
-        page.wait()
+    with open_browser(*WINDOW) as browser:
+        browser.get(f'{page.as_uri()}#t=9')
+        browser.find_elements('css selector', '#robots button')[2].click()
+        time.sleep(2.0)
+        browser.save_screenshot(str(folder / 'page.png'))
     return folder / 'page.png'
 
 
 MAKERS = {
     maker.__name__: maker
-    for maker in (formation, swap, communication, graph, notebook, browser_view, replay)
+    for maker in (formation, swap, communication, graph, notebook, browser_view, report)
 }
 
 

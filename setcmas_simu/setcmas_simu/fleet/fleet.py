@@ -41,6 +41,7 @@ _COLOURS: tuple[Colour, ...] = (
     (0.0, 0.0, 0.0),  # black
 )
 _GREY: Colour = (0.5, 0.5, 0.5)
+_BRIGHT = 0.7
 _LIGHT_GREY: Colour = (0.78, 0.78, 0.78)
 _WHITE_ROBOT = 5
 
@@ -80,6 +81,12 @@ def colour(robot: int) -> Colour:
 def plot_colour(robot: int) -> Colour:
     """Return the colour of a robot on white paper: as `colour`, but the white robot light grey."""
     return _LIGHT_GREY if robot == _WHITE_ROBOT else colour(robot)
+
+
+def is_bright(colour: Colour) -> bool:
+    """Return whether a colour needs a dark edge on white paper, by its luminance."""
+    red, green, blue = colour
+    return 0.2126 * red + 0.7152 * green + 0.0722 * blue >= _BRIGHT
 
 
 def plot_hex(robot: int) -> str:

@@ -19,6 +19,8 @@ from setcmas_simu.robots.identified_robot import ENDINGS, ModelFile, read_model_
 from setcmas_simu.robots.model import RobotModel, Shape, limits_named
 from setcmas_simu.robots.unicycle import Unicycle
 
+_SYMBOL_SIDE = 1.587
+
 
 def fleet_model(models: Sequence[RobotModel]) -> RobotModel:
     """Return one model for a fleet, from the model of each robot."""
@@ -228,3 +230,14 @@ def robot_models(
 def _files(names: Sequence[str]) -> dict[str, ModelFile]:
     """Read each model file among names once, so that robots can share its models."""
     return {name: read_model_file(Path(name)) for name in {*names} if is_model_file(name)}
+
+
+def symbol(model: str) -> Floats:
+    """Return the outline of a model, heading along the x axis and as large as other symbols.
+
+    Returns:
+        Corners, shape (K, 2); the rectangle around them has the area of a square of 1.587.
+    """
+    corners = np.array(shape_of(model).outline)
+    scaled: Floats = corners * (_SYMBOL_SIDE / np.sqrt(np.prod(np.ptp(corners, axis=0))))
+    return scaled

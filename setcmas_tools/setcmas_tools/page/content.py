@@ -13,23 +13,16 @@ from matplotlib.lines import Line2D
 
 from setcmas_ctrl.filter.barrier import Verdict
 from setcmas_simu.arrays import Floats
-from setcmas_simu.fleet.fleet import plot_colour
 from setcmas_simu.fleet.topics import robot_name
-from setcmas_simu.robots.models import shape_of
-from setcmas_tools.page.curves import Curve, curves, difference
 from setcmas_tools.page.facts import first_line
-from setcmas_tools.page.history import RunHistory
+from setcmas_tools.page.history import Curve, RunHistory, curves, difference
 from setcmas_tools.page.instant import Instants, RobotInstant
-from setcmas_tools.plots.style import edge_effects, plot_style
-from setcmas_tools.plots.trajectories import draw_references, symbol
+from setcmas_tools.page.looks import changes, colour_code, look_entry, packed, page_content
+from setcmas_tools.plots.style import plot_style
+from setcmas_tools.plots.trajectories import draw_references
 from setcmas_tools.run.fleet_motion import SAME_TIME_S
 from setcmas_tools.run.law_output import MARKER, MOVING, Drawing, DrawnOverTime
 from setcmas_tools.run.run import Run, arena_of, models_of, obstacles_of
-
-SCALE = 10_000
-"""How many units of a packed number are 1: a tenth of a millimetre is kept."""
-
-Packed = list[int | None]
 
 _STEPS_S = (0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 30.0, 60.0)
 _MOST_POSES = 100_000
@@ -59,28 +52,6 @@ def run_content(run: Run, other: Run | None = None) -> dict[str, Any]:
         plane=plane_entry(history),
         charts=charts_entry(run, other, t),
     )
-
-
-def page_content(**known: Any) -> dict[str, Any]:
-    """Return the content of a page, empty but for what is known."""
-    plane: dict[str, Any] = {
-        'arena': None,
-        'discs': [],
-        'polygons': [],
-        'references': [],
-        'drawings': [],
-    }
-    empty: dict[str, Any] = {
-        'scale': SCALE,
-        't': [],
-        'robots': [],
-        'others': [],
-        'calls': {},
-        'plane': {**plane, 'links': None, 'sent': {}},
-        'charts': [],
-        'live': None,
-    }
-    return empty | known
 
 
 def common_times(history: RunHistory) -> Floats:
@@ -113,20 +84,6 @@ def fleet_entry(history: RunHistory, t: Floats) -> list[dict[str, Any]]:
         }
         for column, robot in enumerate(history.robots)
     ]
-
-
-def look_entry(robot: int, model: str) -> dict[str, Any]:
-    """Return name, colour and outline of a robot; one unit of its outline is so many metres."""
-    outline = symbol(model)
-    true_m = np.ptp(np.array(shape_of(model).outline), axis=0)
-    return {
-        'number': robot,
-        'name': robot_name(robot),
-        'colour': to_hex(plot_colour(robot)),
-        'bright': bool(edge_effects(plot_colour(robot), 1.0)),
-        'outline': np.round(outline, 3).tolist(),
-        'metres': round(float(true_m[0] / np.ptp(outline[:, 0])), 4),
-    }
 
 
 def plane_entry(history: RunHistory) -> dict[str, Any]:
@@ -185,12 +142,6 @@ def _column(drawn: Sequence[Drawing], is_marker: bool) -> dict[str, Any]:
         'y': packed([s.y for s in spheres]),
         'looks': changes(looks),
     }
-
-
-def colour_code(colour: Sequence[float]) -> str:
-    """Return red, green and blue as a page has them; they are clipped to 0 to 1."""
-    red, green, blue = (min(max(part, 0.0), 1.0) for part in colour)
-    return to_hex((red, green, blue))
 
 
 def calls_entry(history: RunHistory) -> dict[int, dict[str, Any]]:
@@ -282,23 +233,3 @@ def _at(known: Floats, values: Floats, t: Floats) -> Floats:
         return np.full(len(t), np.nan)
     places = np.clip(np.searchsorted(known, t - SAME_TIME_S), 0, len(known) - 1)
     return np.where(np.abs(known[places] - t) < SAME_TIME_S, values[places], np.nan)
-
-
-def packed(values: Floats | Sequence[float]) -> Packed:
-    """Return K numbers as differences to the known one before, in 1/`SCALE`; None for NaN."""
-    numbers = np.asarray(values, dtype=float)
-    known = np.flatnonzero(np.isfinite(numbers))
-    steps = np.diff(np.round(numbers[known] * SCALE).astype(np.int64), prepend=0).tolist()
-    result: Packed = [None] * len(numbers)
-    for place, step in zip(known.tolist(), steps, strict=True):
-        result[place] = step
-    return result
-
-
-def changes(values: Sequence[object]) -> list[tuple[int, object]]:
-    """Return at which places a value begins, and the value, for a column that seldom changes."""
-    return [
-        (place, value)
-        for place, value in enumerate(values)
-        if not place or value != values[place - 1]
-    ]

@@ -11,10 +11,10 @@ from setcmas_simu.reports.reports import Ready
 from setcmas_simu.ros.process import FleetNode, RosProcess, node_main
 from setcmas_tools.page.browser import BrowserOptions, Opener
 from setcmas_tools.page.commands import FleetCommands, LawName
-from setcmas_tools.page.content import page_content
 from setcmas_tools.page.document import commands, document, element, stage
 from setcmas_tools.page.feed import Feed
 from setcmas_tools.page.live import LiveRun, live_content
+from setcmas_tools.page.looks import page_content
 from setcmas_tools.page.server import PageServer, announce
 from setcmas_tools.page.topics import LiveTopics
 

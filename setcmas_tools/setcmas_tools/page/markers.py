@@ -7,11 +7,11 @@ from collections.abc import Collection, Sequence
 from typing import Any
 
 import numpy as np
-from matplotlib.colors import to_hex
 
 from setcmas_simu.arrays import Floats
 from setcmas_simu.fleet import topics
 from setcmas_simu.fleet.planar_pose import yaw_of_quaternion
+from setcmas_tools.page.looks import colour_code
 
 ARROW, CUBE, SPHERE, CYLINDER, LINE_STRIP, LINE_LIST, CUBE_LIST, SPHERE_LIST = range(8)
 POINTS, TEXT = 8, 9
@@ -92,14 +92,11 @@ def _colours(marker: Any, count: int) -> Shape:
         own = marker.colors[: 2 * count : 2]
     found = [*own] or [marker.color]
     return {
-        'colours': [_colour((one.r, one.g, one.b)) for one in found],
+        'colours': [
+            colour_code([_share(part) for part in (one.r, one.g, one.b)]) for one in found
+        ],
         'alpha': round(_share(found[0].a), 3),
     }
-
-
-def _colour(parts: Sequence[float]) -> str:
-    red, green, blue = map(_share, parts)
-    return to_hex((red, green, blue))
 
 
 def _share(part: float) -> float:

@@ -20,7 +20,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patheffects import AbstractPathEffect, withStroke
 
 from setcmas_simu.fleet import fleet
-from setcmas_simu.fleet.fleet import Colour
+from setcmas_simu.fleet.fleet import Colour, is_bright
 from setcmas_tools.plots.look import PALETTES, PAPER, PAPERS, SCREEN
 
 # M. Okabe and K. Ito, Color Universal Design, 2008; first those that differ most on white paper.
@@ -81,8 +81,6 @@ def legend_robots(palette: str, robots: list[int]) -> list[int]:
     return [robots[round(i * last / (_SAMPLES - 1))] for i in range(_SAMPLES)]
 
 
-_BRIGHT = 0.7
-"""Luminance from which a colour needs a dark edge on white paper."""
 _AROUND_PANEL_IN = 0.35  # ticks and labels
 _MANY_ROBOTS = 12
 """Fleets from this size are drawn with thinner lines."""
@@ -190,8 +188,7 @@ def line_look(robot: int, nb_robots: int) -> dict[str, Any]:
 
 def edge_effects(colour: Colour, width: float) -> list[AbstractPathEffect]:
     """Return a dark edge for a line of this width whose colour is too bright for white paper."""
-    red, green, blue = colour
-    if 0.2126 * red + 0.7152 * green + 0.0722 * blue < _BRIGHT:
+    if not is_bright(colour):
         return []
     return [withStroke(linewidth=1.1 * width + 0.5, foreground='0.25')]
 

@@ -21,7 +21,7 @@ from matplotlib.transforms import Affine2D
 from setcmas_ctrl.drawing import Sphere
 from setcmas_simu.arrays import Floats
 from setcmas_simu.fleet.fleet import Colour
-from setcmas_simu.robots.models import UNICYCLE, shape_of
+from setcmas_simu.robots.models import UNICYCLE, symbol
 from setcmas_tools.measures.task import task_of
 from setcmas_tools.plots.style import edge_effects, legend, line_look, robot_colour, robot_handles
 from setcmas_tools.run.fleet_motion import FleetTable, gaps
@@ -213,20 +213,9 @@ def mark(marker: str, size: float) -> dict[str, Any]:
     }
 
 
-_SIDE = 1.587
-"""Side of the square that is as large as the rectangle around a symbol."""
-
-
 def symbols(run: Run) -> dict[int, Floats]:
     """Return the outline of each robot, heading along the x axis, shape (K, 2)."""
     return {robot: symbol(model) for robot, model in models_of(run).items()}
-
-
-def symbol(model: str) -> Floats:
-    """Return the outline of a model, as `symbols` does."""
-    corners = np.array(shape_of(model).outline)
-    scaled: Floats = corners * (_SIDE / np.sqrt(np.prod(np.ptp(corners, axis=0))))
-    return scaled
 
 
 def closed(corners: Floats) -> Outline:

@@ -11,6 +11,8 @@ from setcmas_simu.errors import SetcmasError
 from setcmas_tools.scenario.files import INPUTS, OF_FILES, robots_by_text
 from setcmas_tools.scenario.scenario import Scenario
 
+_LARGEST_BYTES = 2_000_000
+
 
 class RunInput:
     """A file that an option names, and those that it needs.
@@ -106,5 +108,25 @@ def kept_inputs(folder: Path, record: Mapping[str, Any]) -> tuple[RunInput, ...]
         RunInput(name, folder / path, robots)
         for name in OF_FILES
         for path, robots in robots_by_text(record.get(name)).items()
-        if path.startswith(f'{INPUTS}/') and (folder / path).is_file()
+        if _is_kept(folder, Path(path))
     )
+
+
+def _is_kept(folder: Path, path: Path) -> bool:
+    """Return whether a file, with the modules that it imports, is really in a run's inputs.
+
+    A stranger's run.yaml may name any file: it must be a small one, reached without links.
+    """
+    return _is_inside(folder, path) and all(
+        _is_inside(folder, file.relative_to(folder)) for file in with_helpers(folder / path)
+    )
+
+
+def _is_inside(folder: Path, path: Path) -> bool:
+    parts = path.parts
+    if parts[:1] != (INPUTS,) or '..' in parts:
+        return False
+    places = [folder.joinpath(*parts[:count]) for count in range(1, len(parts) + 1)]
+    file = places[-1]
+    linked = any(place.is_symlink() for place in places)
+    return not linked and file.is_file() and file.stat().st_size <= _LARGEST_BYTES

@@ -7,18 +7,15 @@ from runs import run_of
 
 from setcmas_tools.offline.engine import simulate
 from setcmas_tools.page.content import (
-    SCALE,
     calls_entry,
-    changes,
     charts_entry,
     common_times,
     fleet_entry,
-    packed,
     plane_entry,
 )
-from setcmas_tools.page.curves import curves
-from setcmas_tools.page.history import RunHistory
+from setcmas_tools.page.history import RunHistory, curves
 from setcmas_tools.page.instant import Instants
+from setcmas_tools.page.looks import SCALE, changes, packed
 from setcmas_tools.run.fleet_motion import fleet_table
 from setcmas_tools.run.run import Run
 from setcmas_tools.run.run_info import RunInfo

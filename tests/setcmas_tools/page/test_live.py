@@ -3,7 +3,6 @@ import math
 import numpy as np
 import pytest
 
-from setcmas_tools.page.content import SCALE
 from setcmas_tools.page.live import (
     ERROR,
     FORGOTTEN_S,
@@ -17,6 +16,7 @@ from setcmas_tools.page.live import (
     PauseStates,
     RunClock,
 )
+from setcmas_tools.page.looks import SCALE
 
 
 @pytest.fixture

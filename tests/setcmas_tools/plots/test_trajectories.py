@@ -6,10 +6,11 @@ from runs import run_of
 
 from setcmas_ctrl.control.references import References
 from setcmas_ctrl.drawing import Sphere
+from setcmas_simu.robots.models import symbol
 from setcmas_tools import simulate
 from setcmas_tools.plots.style import plot_style
 from setcmas_tools.plots.time_plots import draw_distances, draw_errors
-from setcmas_tools.plots.trajectories import draw_trajectories, symbol
+from setcmas_tools.plots.trajectories import draw_trajectories
 from setcmas_tools.run.law_output import MARKER, TRAIL, Drawing
 from setcmas_tools.run.run import Run
 from setcmas_tools.run.run_info import RunInfo, write_info

@@ -8,13 +8,14 @@ import {drawPlane} from './plane.js';
 import {fillAbout, fillRows} from './robots.js';
 
 const PICTURE_MS = 1000 / 35, FIGURES_MS = 200, DELAY_S = 0.15;
-export const player = {now: 0, playing: false, atPresent: isLive, selected: null, offset: -Infinity};
+export const player = {now: 0, playing: false, atPresent: isLive, selected: null, offset: -Infinity, pictures: 0};
 const step = () => !isLive && times.length > 1 ? times[1] - times[0] : 0.1;
 let before = 0, pictured = 0, figured = 0;
 
 export function show(t, clock = Infinity) {
   player.now = Math.max(first(), Math.min(last(), t));
   drawPlane(player.now, player.selected);
+  player.pictures++;
   if (clock - figured < FIGURES_MS) return;
   figured = performance.now();
   const bar = find('bar');

@@ -1,0 +1,80 @@
+"""Looks of robots, packed numbers, and the empty content of a page: without matplotlib."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from setcmas_simu.arrays import Floats
+from setcmas_simu.fleet.fleet import is_bright, plot_colour, plot_hex
+from setcmas_simu.fleet.topics import robot_name
+from setcmas_simu.robots.models import shape_of, symbol
+
+SCALE = 10_000
+"""How many units of a packed number are 1: a tenth of a millimetre is kept."""
+
+Packed = list[int | None]
+
+
+def page_content(**known: Any) -> dict[str, Any]:
+    """Return the content of a page, empty but for what is known."""
+    plane: dict[str, Any] = {
+        'arena': None,
+        'discs': [],
+        'polygons': [],
+        'references': [],
+        'drawings': [],
+    }
+    empty: dict[str, Any] = {
+        'scale': SCALE,
+        't': [],
+        'robots': [],
+        'others': [],
+        'calls': {},
+        'plane': {**plane, 'links': None, 'sent': {}},
+        'charts': [],
+        'live': None,
+    }
+    return empty | known
+
+
+def look_entry(robot: int, model: str) -> dict[str, Any]:
+    """Return name, colour and outline of a robot; one unit of its outline is so many metres."""
+    outline = symbol(model)
+    true_m = np.ptp(np.array(shape_of(model).outline), axis=0)
+    return {
+        'number': robot,
+        'name': robot_name(robot),
+        'colour': plot_hex(robot),
+        'bright': is_bright(plot_colour(robot)),
+        'outline': np.round(outline, 3).tolist(),
+        'metres': round(float(true_m[0] / np.ptp(outline[:, 0])), 4),
+    }
+
+
+def colour_code(colour: Sequence[float]) -> str:
+    """Return red, green and blue as a page has them; they are clipped to 0 to 1."""
+    red, green, blue = (round(255 * min(max(part, 0.0), 1.0)) for part in colour)
+    return f'#{red:02x}{green:02x}{blue:02x}'
+
+
+def packed(values: Floats | Sequence[float]) -> Packed:
+    """Return K numbers as differences to the known one before, in 1/`SCALE`; None for NaN."""
+    numbers = np.asarray(values, dtype=float)
+    known = np.flatnonzero(np.isfinite(numbers))
+    steps = np.diff(np.round(numbers[known] * SCALE).astype(np.int64), prepend=0).tolist()
+    result: Packed = [None] * len(numbers)
+    for place, step in zip(known.tolist(), steps, strict=True):
+        result[place] = step
+    return result
+
+
+def changes(values: Sequence[object]) -> list[tuple[int, object]]:
+    """Return at which places a value begins, and the value, for a column that seldom changes."""
+    return [
+        (place, value)
+        for place, value in enumerate(values)
+        if not place or value != values[place - 1]
+    ]
