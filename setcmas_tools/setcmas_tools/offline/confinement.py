@@ -131,7 +131,7 @@ def _hidden(packages: Iterable[Path]) -> Iterator[Path]:
 
 
 def _without(folder: Path, hidden: set[Path], listed: list[Path]) -> Iterator[Path]:
-    """Yield a folder, or what is in it where something there is hidden; notes such folders."""
+    """Yield a folder, or its contents if some of them are hidden; lists such folders."""
     if folder in hidden or not os.access(folder, os.R_OK):
         return
     if not any(path.is_relative_to(folder) for path in hidden):

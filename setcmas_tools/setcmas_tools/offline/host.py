@@ -91,7 +91,7 @@ class Host:
         Args:
             prepare: Function 'module:name' that imports what all copies need, called once.
             isolation: What the copies may do.
-            environment: Variables for it beside those of this process.
+            environment: Further variables of its environment.
             output: Where what scripts print goes: nowhere, or to pipes (subprocess.PIPE).
             place: Gets the folder of the copies; by default that of temporary files.
         """
@@ -122,7 +122,7 @@ class Host:
         files: Mapping[str, bytes] | None = None,
         limits: Mapping[str, int] | None = None,
     ) -> None:
-        """Begin some work in a copy; what is done there ends.
+        """Begin some work in a copy, after the end of earlier work.
 
         Args:
             work: A pickled function that takes the `Channel` of the copy and the folder.
@@ -198,7 +198,7 @@ class Host:
         """Return files and lines of the calls that the copy is in, or was last, innermost first.
 
         Args:
-            scripts: Folders of the scripts; a place in one of them is waited for.
+            scripts: Folders of the scripts; waits for a place in one of them.
         """
         before = places_size(self.folder)
         if not before or not self._channel or not FORKS:  # a signal would kill it
@@ -327,7 +327,7 @@ class Host:
 def script_of(
     places: Collection[tuple[Path, int]], folders: Collection[Path]
 ) -> tuple[Path, int] | None:
-    """Return the first of some places, file and line, that is in one of some folders."""
+    """Return the first of some places, file and line, in one of these folders."""
     return next(((file, line) for file, line in places if file.parent in folders), None)
 
 

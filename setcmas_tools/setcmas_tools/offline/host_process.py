@@ -194,7 +194,7 @@ def main() -> NoReturn:
     if isolation is not Isolation.NONE:
         os.dup2(nowhere, 2)
     orders.sendall(READY)
-    gc.freeze()  # a copy does not touch, and so copy, what is there for all
+    gc.freeze()  # or else a copy would touch, and so copy, the memory of all
     copy = Copy(folder, isolation, confine)
     if not FORKS:
         copy.work(orders)

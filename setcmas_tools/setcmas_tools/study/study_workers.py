@@ -65,6 +65,7 @@ class Workers:
             finally:
                 end()  # joblib would wait for the runs that have begun
                 rows.close()
+                end()  # a thread may have begun another one meanwhile
 
 
 @contextmanager
@@ -82,9 +83,9 @@ def _dask(address: str) -> Iterator[Callable[[], object]]:
     with _client(address) as client:
         releases = set(client.run(_release).values())
         if releases != {__version__}:
-            told = ', '.join(sorted(map(str, releases))) or 'no worker'
+            found = ', '.join(sorted(map(str, releases))) or 'no worker'
             raise SetcmasError(
-                f"cluster '{address}' has {told}; its workers must have setcmas {__version__}"
+                f"cluster '{address}' has {found}; its workers must have setcmas {__version__}"
             )
         with joblib.parallel_config(backend='dask', n_jobs=-1):
             yield lambda: client.run(close_hosts)
