@@ -3,10 +3,7 @@ import subprocess
 import sys
 from pathlib import Path
 
-import pytest
 from processes import run_setcmas
-
-from launch_scripts.cli import VERBS
 
 HERE = str(Path(__file__).parent)
 
@@ -22,12 +19,10 @@ def test_the_modules_are_blocked():
     assert "No module named 'fcntl'" in result.stderr
 
 
-@pytest.mark.parametrize('verb', VERBS)
-def test_a_verb_shows_its_help(verb):
-    result = run_setcmas(verb, '--help', PYTHONPATH=HERE)
-
-    assert result.returncode == 0, result.stderr
-    assert result.stderr == ''
+def test_every_verb_can_be_loaded():
+    code = 'from launch_scripts.cli import VERBS, build_parser\nfor v in VERBS: build_parser(v)'
+    environment = os.environ | {'PYTHONPATH': HERE}
+    subprocess.run([sys.executable, '-c', code], env=environment, check=True)
 
 
 def test_a_run_offline_and_what_is_done_with_it(tmp_path):

@@ -76,23 +76,11 @@ def test_signals_give_the_terminal_back(terminal, signum):
     assert all_gone(children)
 
 
-def test_a_closed_terminal_ends_everything(terminal):
-    terminal.wait_for('PAUSED')
-    children = psutil.Process(terminal.process.pid).children()
-    os.close(terminal.slave)
-    os.close(terminal.master)
-
-    assert terminal.process.wait(TIMEOUT_S) == 0
-    assert all_gone(children)
-
-
 NIGHTLY = pytest.mark.nightly
 
 
-@pytest.mark.parametrize(
-    'victim',
-    ['bridges', *(pytest.param(name, marks=NIGHTLY) for name in ('pause', 'controller'))],
-)
+@NIGHTLY
+@pytest.mark.parametrize('victim', ['bridges', 'pause', 'controller'])
 def test_when_a_process_dies_everything_stops(terminal, victim):
     terminal.wait_for('PAUSED')
     children = psutil.Process(terminal.process.pid).children()

@@ -65,14 +65,14 @@ def test_the_next_simulation_is_nearer_to_what_was_measured(folder, capsys):
 
 
 def test_a_lockstep_run_over_ros_moves_by_the_model_and_tells_it(folder, domain):
-    options = ('--lockstep', '--model', 'truth.yaml', '--nb-robots', '2', '--duration', '40')
+    options = ('--lockstep', '--model', 'truth.yaml', '--nb-robots', '2', '--duration', '20')
     ran = run_here('run', '--algo', 'nav_wp', *options, '--no-plots', '-o', 'out')
     assert ran.returncode == 0, ran.stderr
 
     assert main(['identify', 'out/bag', '-o', 'found.yaml']) == 0
 
     assert_found('found.yaml')
-    offline = simulate('nav_wp', 2, 40.0, model='truth.yaml')
+    offline = simulate('nav_wp', 2, 20.0, model='truth.yaml')
     assert max(best_shift(offline, Run.load('out')).rms.values()) < 1e-6
 
 

@@ -12,6 +12,8 @@ from processes import SETCMAS, TIMEOUT_S, run_here, run_setcmas
 
 pytest.importorskip('rclpy')
 
+NIGHTLY = pytest.mark.nightly
+
 
 def table(path):
     with path.open() as file:
@@ -103,7 +105,10 @@ def wait_for_growth(path):
         time.sleep(0.05)
 
 
-@pytest.mark.parametrize('victim', ['simulator', 'controller', 'recorder'])
+@pytest.mark.parametrize(
+    'victim',
+    ['controller', *(pytest.param(one, marks=NIGHTLY) for one in ('simulator', 'recorder'))],
+)
 def test_when_a_process_dies_the_launcher_says_so_and_stops_the_rest(start, tmp_path, victim):
     process = start(
         *SETCMAS,
@@ -129,19 +134,6 @@ def test_when_a_process_dies_the_launcher_says_so_and_stops_the_rest(start, tmp_
     assert record['outcome']['state'] == 'died'
     assert 'SIGKILL' in record['outcome']['detail']
     assert 'Traceback' not in process.output()
-
-
-def test_nothing_is_left_when_the_launcher_is_killed(start, tmp_path):
-    process = start(
-        *SETCMAS, 'run', '--no-plots', '--algo', 'nav_wp', '--output', 'out', cwd=tmp_path
-    )
-    process.wait_for_output('[ctrl] controlling')
-    nodes = nodes_of(process)
-
-    process.end(signal.SIGKILL)
-
-    assert len(nodes) == 3
-    assert all_gone(nodes)
 
 
 def test_a_script_with_a_mistake_starts_nothing(domain, tmp_path):

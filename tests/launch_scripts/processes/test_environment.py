@@ -86,19 +86,24 @@ def test_a_domain_that_is_none_is_refused(monkeypatch, domain):
         environment.require_ros()
 
 
-OFFLINE = ('offline', '--algo', 'consensus', '--nb-robots', '2', '--duration', '1', '-o', 'out')
-
-
-def test_what_a_terminal_leaves_behind_breaks_nothing_and_is_not_told(tmp_path):
+def test_a_run_is_silent_but_for_its_script_whatever_its_name_and_the_environment(tmp_path):
+    name = '共识 é a$b$c_$.py'
+    (tmp_path / name).write_text(
+        'import logging\nlogging.basicConfig(level=logging.DEBUG)\n'
+        'def control(i, n, p, t):\n    logging.debug("mine")\n    return 0.1, 0\n',
+        encoding='utf-8',
+    )
     left_behind = {
         'PYTHONWARNINGS': 'error',
         'MPLBACKEND': 'module://matplotlib_inline.backend_inline',
         'HOME': '/proc',
     }
-    result = run_setcmas(*OFFLINE, cwd=tmp_path, **left_behind)
+    result = run_setcmas(
+        'offline', '--algo', name, '--duration', '1', '-o', 'out', cwd=tmp_path, **left_behind
+    )
 
     assert result.returncode == 0, result.stderr
-    assert result.stderr == ''
+    assert {line.split(': ', 1)[1] for line in result.stderr.splitlines()} == {'DEBUG:root:mine'}
     assert (tmp_path / 'out' / 'plots' / 'trajectories.png').is_file()
 
 
@@ -120,25 +125,3 @@ def test_another_middleware_than_the_wheels_is_told(domain, monkeypatch):
     assert result.returncode == 2
     assert result.stderr.endswith('unset RMW_IMPLEMENTATION\n')
     assert result.stderr.count('\n') == 1
-
-
-def test_any_file_name_makes_plots_in_silence(tmp_path):
-    name = '共识 é a$b$c_$.py'
-    (tmp_path / name).write_text('def control(i, n, p, t):\n    return 0.1, 0\n', encoding='utf-8')
-
-    result = run_setcmas(*OFFLINE, '--algo', name, cwd=tmp_path)
-
-    assert result.returncode == 0, result.stderr
-    assert result.stderr == ''
-
-
-def test_logging_of_a_script_shows_the_scripts_own_lines(tmp_path):
-    (tmp_path / 'law.py').write_text(
-        'import logging\nlogging.basicConfig(level=logging.DEBUG)\n'
-        'def control(i, n, p, t):\n    logging.debug("mine")\n    return 0, 0\n'
-    )
-
-    result = run_setcmas(*OFFLINE, '--algo', 'law.py', cwd=tmp_path)
-
-    assert result.returncode == 0, result.stderr
-    assert {line.split(': ', 1)[1] for line in result.stderr.splitlines()} == {'DEBUG:root:mine'}

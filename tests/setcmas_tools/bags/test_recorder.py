@@ -53,7 +53,7 @@ def test_times_in_the_bag_do_not_go_back(record, peer, bag):
     assert order == sorted(order)
 
 
-@pytest.mark.parametrize('signum', [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
+@pytest.mark.parametrize('signum', [signal.SIGTERM, signal.SIGHUP])
 def test_signals_close_the_bag(record, peer, bag, signum):
     recorder = record()
     publisher = peer.publisher(UInt16, '/number')

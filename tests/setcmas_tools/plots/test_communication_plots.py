@@ -144,8 +144,7 @@ def test_an_arrow_points_to_the_robot_that_hears(tmp_path):
     np.testing.assert_allclose(arrow._posA_posB, [second, first])
 
 
-@pytest.mark.parametrize('paper', [None, 'column', 'page'])
-@pytest.mark.parametrize('nb_robots', [8, 50])
+@pytest.mark.parametrize(('nb_robots', 'paper'), [(8, None), (50, 'column'), (50, 'page')])
 def test_robots_of_a_graph_do_not_touch(nb_robots, paper):
     run = run_of(nb_robots, 0.2, graph='ring')
     with plot_style(paper=paper):

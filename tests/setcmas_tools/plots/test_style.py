@@ -15,11 +15,10 @@ from setcmas_tools.plots.time_plots import (
 from setcmas_tools.plots.trajectories import draw_trajectories
 
 DRAWINGS = [draw_trajectories, draw_positions, draw_heading, draw_velocities, draw_distances]
-STYLES = [('robots', None), ('robots', 'column'), ('okabe-ito', 'page')]
+STYLES = [(8, 'robots', None), (8, 'okabe-ito', 'page'), (50, 'robots', 'column')]
 
 
-@pytest.mark.parametrize(('palette', 'paper'), STYLES)
-@pytest.mark.parametrize('nb_robots', [8, 50])
+@pytest.mark.parametrize(('nb_robots', 'palette', 'paper'), STYLES)
 @pytest.mark.parametrize('drawing', DRAWINGS)
 def test_legends_and_titles_cover_nothing(drawing, nb_robots, palette, paper):
     figure = drawn(drawing, nb_robots, palette, paper)
