@@ -5,13 +5,14 @@ from __future__ import annotations
 import argparse
 from collections.abc import Mapping
 from dataclasses import dataclass
-
-from launch.actions import DeclareLaunchArgument, ExecuteProcess, OpaqueFunction, Shutdown
-from launch.launch_context import LaunchContext
-from launch.launch_description import LaunchDescription
-from launch.substitutions import LaunchConfiguration
+from typing import TYPE_CHECKING
 
 from launch_scripts.cli import build_parser
+
+if TYPE_CHECKING:
+    from launch.actions import ExecuteProcess
+    from launch.launch_context import LaunchContext
+    from launch.launch_description import LaunchDescription
 
 _YES = ('true', '1', 'yes')
 
@@ -92,6 +93,11 @@ _ENDS_WITHIN_S = '15'  # robots get their zero first, then processes end one aft
 
 def description(verb: str, **defaults: str) -> LaunchDescription:
     """Return what a launch file does that starts a verb, with defaults of its own."""
+    # Imported here: arguments and commands are tested without the package, which has no wheel.
+    from launch.actions import DeclareLaunchArgument, ExecuteProcess, OpaqueFunction, Shutdown
+    from launch.launch_description import LaunchDescription
+    from launch.substitutions import LaunchConfiguration
+
     arguments = launch_arguments(verb)
 
     def start(context: LaunchContext) -> list[ExecuteProcess]:

@@ -8,7 +8,7 @@ import pytest
 from launch_scripts.cli import build_parser
 from launch_scripts.ros_launch import command_line, launch_arguments
 
-FOLDER = Path(__file__).parents[3] / 'launch_scripts' / 'launch'
+FOLDER = Path(__file__).parents[2] / 'launch_scripts' / 'launch'
 FILES = sorted(FOLDER.glob('*.launch.py'))
 
 
