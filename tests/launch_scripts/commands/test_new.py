@@ -75,7 +75,7 @@ def test_a_script_that_hides_a_built_in_law_is_told_when_written_and_when_run(tm
 
     assert '--algo consensus means this file now, and not the built-in law' in written.stdout
     assert run.returncode == 0
-    assert '--algo consensus is consensus.py in this folder' in run.stderr
+    assert '--algo consensus runs consensus.py in this folder' in run.stderr
 
 
 def test_without_ros_there_is_setcmas_offline(tmp_path):
