@@ -33,7 +33,7 @@ from launch_scripts.commands.scenario_options import (
 from launch_scripts.terminal.terminal_output import progress_output, warn
 from setcmas_ctrl.control.control_options import SCRIPT_FAILED
 from setcmas_ctrl.filter.clearance import check_starts
-from setcmas_simu.reports.reports import ScriptFailure
+from setcmas_simu.reports.script_calls import ScriptFailure
 from setcmas_tools.run.inputs import inputs_of, kept_record
 from setcmas_tools.run.run_folder import OfflineOptions, RunFolder, RunOptions
 from setcmas_tools.run.run_info import Outcome, State

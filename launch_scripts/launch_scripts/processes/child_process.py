@@ -15,18 +15,8 @@ from typing import TypeVar, cast
 from setcmas_expe.pause.console import Status
 from setcmas_simu.reports.current_call import CurrentCall, shared_file
 from setcmas_simu.reports.launcher import VARIABLE as LAUNCHER_VARIABLE
-from setcmas_simu.reports.reports import (
-    Ended,
-    Failed,
-    Function,
-    Message,
-    Mistake,
-    Report,
-    ScriptCall,
-    ScriptFailure,
-    Stuck,
-    encode,
-)
+from setcmas_simu.reports.reports import Ended, Failed, Message, Mistake, Report, Stuck, encode
+from setcmas_simu.reports.script_calls import Function, ScriptCall, ScriptFailure
 
 SILENT_S = 3.0
 """Duration in s from which a call hangs that the process itself says nothing of.

@@ -25,7 +25,8 @@ from setcmas_expe.lab.lab import Lab
 from setcmas_expe.lab.lab_options import LabOptions
 from setcmas_expe.pause.console import Action, OperatorRequest, Status
 from setcmas_expe.safety.body_proofs import ProofOptions
-from setcmas_simu.reports.reports import ScriptCall, ScriptFailure, Started
+from setcmas_simu.reports.reports import Started
+from setcmas_simu.reports.script_calls import ScriptCall, ScriptFailure
 from setcmas_tools.scenario.scenario import Scenario
 
 _TAKE_OVER_S = 0.5

@@ -18,17 +18,8 @@ from launch_scripts.processes.node_commands import (
 from launch_scripts.processes.supervisor import Supervisor
 from setcmas_ctrl.control.control_options import ControllerOptions
 from setcmas_ctrl.filter.filter_options import FilterOptions
-from setcmas_simu.reports.reports import (
-    Function,
-    Paused,
-    Reached,
-    Ready,
-    Recording,
-    Reloaded,
-    ScriptCall,
-    ScriptFailure,
-    Started,
-)
+from setcmas_simu.reports.reports import Paused, Reached, Ready, Recording, Reloaded, Started
+from setcmas_simu.reports.script_calls import Function, ScriptCall, ScriptFailure
 from setcmas_simu.robots.model import limits_named
 from setcmas_simu.robots.models import NO_LIMITS
 from setcmas_simu.simulator.simulator_options import SimulationOptions, SimulatorOptions

@@ -7,7 +7,6 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-import msgspec
 import numpy as np
 
 from setcmas_ctrl.scripts.script_errors import AbandonCall, StopCall, describe_failure, safe_text
@@ -49,6 +48,8 @@ class References:
 
     def encoded(self) -> str:
         """Return a line of JSON."""
+        import msgspec  # for topics; laws alone need no msgspec
+
         return msgspec.json.encode(self).decode('utf-8')
 
     @classmethod
@@ -58,6 +59,8 @@ class References:
         Raises:
             ValueError: The line is invalid.
         """
+        import msgspec
+
         return msgspec.json.decode(text, type=cls)
 
 

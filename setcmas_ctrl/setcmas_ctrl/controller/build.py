@@ -19,7 +19,7 @@ from setcmas_ctrl.driving.driven_robot import Controller, DrivenModels, SiToUni
 from setcmas_ctrl.driving.fleet_pause import FleetPause, PauseWatch
 from setcmas_ctrl.driving.odometry import FleetOdometry
 from setcmas_simu.fleet import topics
-from setcmas_simu.fleet.fleet import Lockstep, Scaled
+from setcmas_simu.fleet.announcement import Lockstep, Scaled
 from setcmas_simu.robots.arena import Arena, Obstacles
 from setcmas_simu.robots.models import model_names
 from setcmas_simu.ros import qos

@@ -26,7 +26,7 @@ from setcmas_ctrl.scripts.output import named_output
 from setcmas_ctrl.scripts.script_errors import AbandonCall, ErrorReports, StopCall
 from setcmas_simu.fleet import topics
 from setcmas_simu.fleet.fleet import parse_robots, robots_in_words
-from setcmas_simu.reports.reports import Function
+from setcmas_simu.reports.script_calls import Function
 from setcmas_simu.robots.unicycle import RATE_HZ as ROBOT_RATE_HZ
 from setcmas_simu.ros import qos
 from setcmas_simu.ros.messages import read_stamp

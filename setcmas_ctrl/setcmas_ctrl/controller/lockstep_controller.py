@@ -12,7 +12,7 @@ from setcmas_ctrl.controller.graph_watch import GraphWatch
 from setcmas_ctrl.controller.stepper import ControlStepper
 from setcmas_ctrl.driving.odometry import FleetOdometry
 from setcmas_simu.fleet import topics
-from setcmas_simu.fleet.fleet import Lockstep
+from setcmas_simu.fleet.announcement import Lockstep
 from setcmas_simu.ros.polling import wait_for_any
 from setcmas_simu.ros.process import RosProcess
 from setcmas_simu.simulator.lockstep import NONE, Ticks, stamp_at

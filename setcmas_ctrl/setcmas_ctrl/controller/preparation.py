@@ -24,7 +24,7 @@ from setcmas_ctrl.filter.filter_options import FilterOptions
 from setcmas_ctrl.scripts.call_watch import CallWatch
 from setcmas_ctrl.scripts.script_errors import StopCall
 from setcmas_simu.errors import SetcmasError
-from setcmas_simu.fleet.fleet import Lockstep, SimulatedTime
+from setcmas_simu.fleet.announcement import Lockstep, SimulatedTime
 from setcmas_simu.ros import qos
 from setcmas_simu.ros.fleet_topic import FleetListener
 from setcmas_simu.ros.process import FleetNode, RosProcess

@@ -11,7 +11,8 @@ from rclpy.subscription import Subscription
 
 from setcmas_ctrl.driving.odometry import FleetOdometry
 from setcmas_simu.fleet import topics
-from setcmas_simu.fleet.fleet import Kind, own_source, robots_in_words
+from setcmas_simu.fleet.announcement import Kind, own_source
+from setcmas_simu.fleet.fleet import robots_in_words
 from setcmas_simu.ros import qos
 from setcmas_simu.ros.fleet_topic import FleetListener
 from setcmas_simu.ros.process import RosProcess

@@ -16,7 +16,8 @@ from typing import NamedTuple, NoReturn
 from setcmas_ctrl.scripts.script_errors import described_place, places_in, quoted_line
 from setcmas_simu.fleet.topics import robot_name
 from setcmas_simu.reports.launcher import Launcher
-from setcmas_simu.reports.reports import Failed, Function, ScriptCall, Stuck
+from setcmas_simu.reports.reports import Failed, Stuck
+from setcmas_simu.reports.script_calls import Function, ScriptCall
 
 _REPORT_EVERY_S = 5.0
 

@@ -8,17 +8,17 @@ import traceback
 import types
 from collections import Counter, defaultdict
 from collections.abc import Callable, Iterable
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-import msgspec
 import numpy as np
 
 from setcmas_ctrl.scripts.imports import robot_of_frame
 from setcmas_simu.arrays import Floats
 from setcmas_simu.fleet.fleet import robots_in_words
 from setcmas_simu.fleet.topics import robot_name
-from setcmas_simu.reports.reports import Function, ScriptFailure
+from setcmas_simu.reports.script_calls import Function, ScriptFailure
 
 
 class StopCall(BaseException):
@@ -259,7 +259,7 @@ class ErrorReports:
     def _close(self, robot: int, t: float) -> None:
         if robot in self._open:
             number, _ = self._open.pop(robot)
-            ended = msgspec.structs.replace(self.failures[number], until=round(t, 3))
+            ended = replace(self.failures[number], until=round(t, 3))
             self.failures[number] = ended
 
     @property

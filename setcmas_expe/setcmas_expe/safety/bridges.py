@@ -28,7 +28,8 @@ from setcmas_expe.safety.robot_bridges import CmdVelBridge, MocapBridge
 from setcmas_expe.safety.safety_decision import RATE_HZ, Decision, Situation, State, decide
 from setcmas_expe.safety.stalls import StallDetector, time_since_boot
 from setcmas_simu.fleet import topics
-from setcmas_simu.fleet.fleet import Kind, robots_in_words
+from setcmas_simu.fleet.announcement import Kind
+from setcmas_simu.fleet.fleet import robots_in_words
 from setcmas_simu.ros import qos
 from setcmas_simu.ros.fleet_topic import FleetAnnouncer
 from setcmas_simu.ros.process import FleetNode, RosProcess, node_main

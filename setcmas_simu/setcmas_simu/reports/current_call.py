@@ -12,7 +12,7 @@ import sys
 import tempfile
 from pathlib import Path
 
-from setcmas_simu.reports.reports import Function, ScriptCall
+from setcmas_simu.reports.script_calls import Function, ScriptCall
 
 SIZE = 512
 """Bytes that a `CurrentCall` takes."""

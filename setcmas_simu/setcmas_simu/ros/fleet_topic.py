@@ -8,7 +8,7 @@ from rclpy.node import Node
 from std_msgs.msg import String
 
 from setcmas_simu.fleet import topics
-from setcmas_simu.fleet.fleet import (
+from setcmas_simu.fleet.announcement import (
     Announcement,
     Kind,
     SimulatedTime,

@@ -17,7 +17,8 @@ from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet import topics
 from setcmas_simu.fleet.fleet import robots_in_words
 from setcmas_simu.options.kinds import MAX_RATE_HZ
-from setcmas_simu.reports.reports import Failed, Function, ScriptCall
+from setcmas_simu.reports.reports import Failed
+from setcmas_simu.reports.script_calls import Function, ScriptCall
 from setcmas_simu.robots.models import check_models, fleet_model, is_script, robot_models
 from setcmas_simu.robots.virtual_fleet import Command, VirtualFleet
 from setcmas_simu.ros import messages, qos

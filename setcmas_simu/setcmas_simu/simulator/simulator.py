@@ -14,7 +14,7 @@ from rclpy.qos import QoSProfile
 
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet import topics
-from setcmas_simu.fleet.fleet import Kind, Lockstep, Scaled, SimulatedTime
+from setcmas_simu.fleet.announcement import Kind, Lockstep, Scaled, SimulatedTime
 from setcmas_simu.reports.reports import Ready
 from setcmas_simu.ros import qos
 from setcmas_simu.ros.fleet_topic import FleetAnnouncer

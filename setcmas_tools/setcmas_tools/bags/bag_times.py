@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterator
 from typing import Protocol
 
 from setcmas_simu.fleet import topics
-from setcmas_simu.fleet.fleet import Lockstep, Scaled, SimulatedTime
+from setcmas_simu.fleet.announcement import Lockstep, Scaled, SimulatedTime
 from setcmas_simu.ros.messages import read_stamp
 from setcmas_tools.bags.recorded_topic import Received
 

@@ -10,7 +10,7 @@ from collections.abc import Sequence
 from rclpy.node import Node
 
 from setcmas_simu.fleet import topics
-from setcmas_simu.fleet.fleet import Lockstep
+from setcmas_simu.fleet.announcement import Lockstep
 from setcmas_simu.reports.reports import WRITES_S, Recording
 from setcmas_simu.ros.fleet_topic import FleetListener
 from setcmas_simu.ros.message_class import NoPythonTypeError

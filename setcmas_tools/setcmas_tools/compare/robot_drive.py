@@ -7,7 +7,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -16,13 +16,15 @@ from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet import topics
 from setcmas_simu.robots.model import KOMEGA, RobotModel
 from setcmas_simu.robots.models import NO_LIMITS, model_names, robot_models
-from setcmas_tools.bags.bag import BagTopic, Taker, open_bag
 from setcmas_tools.run.csv_columns import COMMANDS
 from setcmas_tools.run.fleet_motion import FleetTable, gaps
 from setcmas_tools.run.law_output import Commands
 from setcmas_tools.run.run import Run
 from setcmas_tools.run.run_folder import find_run
 from setcmas_tools.run.run_samples import FleetSamples
+
+if TYPE_CHECKING:
+    from setcmas_tools.bags.bag import BagTopic, Taker
 
 WINDOW_S = 0.2
 """Time over which speeds are means: poses that are a little wrong make speeds very wrong."""
@@ -125,6 +127,8 @@ def drives(path: Path, warn: Callable[[str], None]) -> dict[int, Drive]:
 
 
 def _recorded(path: Path, warn: Callable[[str], None]) -> dict[int, Drive]:
+    from setcmas_tools.bags.bag import open_bag  # CSV files are read without rosbags
+
     with open_bag(path) as bag:
         named = [(topic.name, topic.type.name) for topic in bag.topics]
         seen = FleetSamples(named)

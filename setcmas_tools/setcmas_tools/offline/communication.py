@@ -12,7 +12,7 @@ from setcmas_ctrl.communication.graph import GraphChanges
 from setcmas_ctrl.communication.triggering import CONSEQUENCE, have_gone_far
 from setcmas_ctrl.scripts.script_errors import ErrorReports
 from setcmas_simu.arrays import Floats
-from setcmas_simu.reports.reports import Function
+from setcmas_simu.reports.script_calls import Function
 from setcmas_tools.offline import board
 from setcmas_tools.run.communication_record import CommunicationRecord, Counts, record_of
 

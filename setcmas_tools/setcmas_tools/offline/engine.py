@@ -14,7 +14,7 @@ from setcmas_ctrl.scripts.loader import seed_scripts
 from setcmas_ctrl.scripts.output import named_output
 from setcmas_simu.arrays import Floats
 from setcmas_simu.fleet.planar_pose import through_quaternion
-from setcmas_simu.reports.reports import Function
+from setcmas_simu.reports.script_calls import Function
 from setcmas_simu.robots.models import fleet_model
 from setcmas_simu.robots.virtual_fleet import VirtualFleet
 from setcmas_tools.offline import board, history

@@ -15,7 +15,7 @@ from setcmas_ctrl.control.law_scripts import LawScripts
 from setcmas_ctrl.scripts.script_errors import ControlError, ErrorReports
 from setcmas_simu.arrays import Floats
 from setcmas_simu.fleet.per_robot import check_in_fleet, format_per_robot
-from setcmas_simu.reports.reports import Function
+from setcmas_simu.reports.script_calls import Function
 from setcmas_tools.offline import board
 
 

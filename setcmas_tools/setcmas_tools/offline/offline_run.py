@@ -21,7 +21,7 @@ from setcmas_ctrl.scripts.script_errors import described_place, quoted_line
 from setcmas_simu.arrays import Floats
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet.topics import robot_name
-from setcmas_simu.reports.reports import Function
+from setcmas_simu.reports.script_calls import Function
 from setcmas_tools.offline.engine import simulate
 from setcmas_tools.offline.host import EndedError, Host, script_of
 from setcmas_tools.offline.script_call import Kind, ScriptCall, only_here, result_of

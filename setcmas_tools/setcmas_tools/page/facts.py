@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from setcmas_simu.fleet.fleet import robots_in_words
-from setcmas_simu.reports.reports import ScriptFailure
+from setcmas_simu.reports.script_calls import ScriptFailure
 from setcmas_tools.compare.run_distance import flat
 from setcmas_tools.run.inputs import RunInput
 from setcmas_tools.run.run import Run

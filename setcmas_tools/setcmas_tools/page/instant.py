@@ -17,7 +17,7 @@ from setcmas_ctrl.communication.links import Links
 from setcmas_ctrl.filter.barrier import Verdict
 from setcmas_simu.arrays import Floats
 from setcmas_simu.errors import SetcmasError
-from setcmas_simu.reports.reports import Function, ScriptFailure
+from setcmas_simu.reports.script_calls import Function, ScriptFailure
 from setcmas_tools.measures.motion_metrics import SATURATION_TOLERANCE, largest_speed
 from setcmas_tools.page.history import NewestRows, RunHistory
 from setcmas_tools.run.communication_record import CommunicationRecord

@@ -8,7 +8,6 @@ from pathlib import Path
 from typing import Any
 
 from matplotlib.figure import Figure
-from tqdm import tqdm
 
 from setcmas_simu.doors import Door, MisfitError
 from setcmas_simu.errors import SetcmasError
@@ -84,12 +83,15 @@ def plot(
         SetcmasError: A choice is unknown, the plots cannot be written, or there is no screen to
             show them on.
     """
+    from tqdm import tqdm  # a page draws plots without it
+
     look.check()
     with plot_style(look.palette, look.paper):
         paths = []
         try:
             folder.mkdir(parents=True, exist_ok=True)
-            for name, figure in drawn_plots(run, warn, window if look.show else Figure):
+            drawn = drawn_plots(run, warn, window if look.show else Figure)
+            for name, figure in tqdm(drawn, 'plots', leave=False, disable=None):
                 paths += save_in(look.formats, figure, folder / name)
         except OSError as error:
             raise SetcmasError(
@@ -110,7 +112,7 @@ def drawn_plots(
         warn: Shows a plot that fails; the others are drawn.
         new: Makes an empty figure.
     """
-    for name, draw in tqdm(plots_of(run, warn).items(), desc='plots', leave=False, disable=None):
+    for name, draw in plots_of(run, warn).items():
         figure = new()
         if _drawn(name, draw, figure, run, warn):
             yield name, figure

@@ -7,7 +7,6 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, TypeVar
 
-import msgspec
 import yaml
 
 from setcmas_simu.errors import SetcmasError
@@ -48,6 +47,8 @@ def read_record(path: Path, kind: type[Record]) -> Record | None:
     given = content.get('format', 'none') if isinstance(content, dict) else 'none'
     if given != FORMAT:
         raise SetcmasError(f"'{path}' has format {given}; this setcmas reads format {FORMAT} only")
+    import msgspec  # for files; a run in memory needs no msgspec
+
     try:
         return msgspec.convert(content, kind)
     except msgspec.ValidationError as error:

@@ -7,7 +7,7 @@ from array import array
 from collections.abc import Callable, Iterable
 from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -18,7 +18,6 @@ from setcmas_simu.arrays import Floats
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet import topics
 from setcmas_simu.fleet.planar_pose import yaw_of_quaternion
-from setcmas_tools.bags.bag import Taker, open_bag
 from setcmas_tools.run.communication_record import CommunicationRecord, Counts, record_of
 from setcmas_tools.run.fleet_motion import FleetTable, fleet_table
 from setcmas_tools.run.law_output import (
@@ -30,6 +29,9 @@ from setcmas_tools.run.law_output import (
     with_allowed,
 )
 from setcmas_tools.run.run_tables import RunTables
+
+if TYPE_CHECKING:
+    from setcmas_tools.bags.bag import Taker
 
 _ODOMETRY = 'nav_msgs/msg/Odometry'
 _MOTION_CAPTURE = '/mocap'
@@ -323,6 +325,8 @@ def read_bag(path: Path, warn: Callable[[str], None]) -> RunTables:
     Raises:
         SetcmasError: The bag cannot be read, or holds no odometry of robots.
     """
+    from setcmas_tools.bags.bag import open_bag  # CSV files are read without rosbags
+
     with open_bag(path) as bag:
         samples = RunSamples((topic.name, topic.type.name) for topic in bag.topics)
         # `convert` reports the messages that cannot be decoded.

@@ -12,7 +12,8 @@ from processes import TIMEOUT_S
 
 from launch_scripts.processes.child_process import ChildDiedError
 from launch_scripts.processes.supervisor import StoppedError, Supervisor
-from setcmas_simu.reports.reports import Function, Ready, ScriptCall, Started
+from setcmas_simu.reports.reports import Ready, Started
+from setcmas_simu.reports.script_calls import Function, ScriptCall
 
 SLEEPER = 'import time; print("ready", flush=True); time.sleep(600)'
 STUBBORN = 'import signal; signal.signal(signal.SIGINT, signal.SIG_IGN); ' + SLEEPER

@@ -9,7 +9,7 @@ pytest.importorskip('rclpy')
 from nav_msgs.msg import Odometry
 from std_msgs.msg import String
 
-from setcmas_simu.fleet.fleet import Announcement, Kind, Source, encode
+from setcmas_simu.fleet.announcement import Announcement, Kind, Source, encode
 from setcmas_simu.ros import qos
 
 STAND = 'def control(i, n, p, t):\n    return 0, 0\n'

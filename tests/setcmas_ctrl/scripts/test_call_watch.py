@@ -5,7 +5,7 @@ import pytest
 
 from setcmas_ctrl.scripts.call_watch import CallWatch, SlowCalls
 from setcmas_simu.reports.launcher import connected_launcher
-from setcmas_simu.reports.reports import Function, ScriptCall
+from setcmas_simu.reports.script_calls import Function, ScriptCall
 
 
 @pytest.fixture

@@ -2,19 +2,21 @@ import numpy as np
 import pytest
 
 from setcmas_simu.errors import SetcmasError
-from setcmas_simu.fleet.fleet import (
+from setcmas_simu.fleet.announcement import (
     Announcement,
     Kind,
     Source,
-    colour,
     decode,
     encode,
-    format_robots,
     own_source,
+    robots_of,
+)
+from setcmas_simu.fleet.fleet import (
+    colour,
+    format_robots,
     parse_robots,
     plot_colour,
     plot_hex,
-    robots_of,
     start_poses,
 )
 

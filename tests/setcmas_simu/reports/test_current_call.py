@@ -6,13 +6,13 @@ from pathlib import Path
 import pytest
 
 from setcmas_simu.reports.current_call import CurrentCall, shared_file
-from setcmas_simu.reports.reports import Function, ScriptCall
+from setcmas_simu.reports.script_calls import Function, ScriptCall
 
 PROGRAM = """
 import os, signal, sys, time
 from pathlib import Path
 from setcmas_simu.reports.current_call import CurrentCall
-from setcmas_simu.reports.reports import Function
+from setcmas_simu.reports.script_calls import Function
 call = CurrentCall.shared(int(sys.argv[1]))
 call.enter(Function.CONTROL, Path('a/long_name_of_a_law.py'))
 call.begin(1, 1.0)

@@ -3,19 +3,17 @@ import pytest
 from setcmas_simu.reports.reports import (
     Ended,
     Failed,
-    Function,
     LineDecoder,
     Mistake,
     Paused,
     Ready,
     Recording,
     Report,
-    ScriptCall,
-    ScriptFailure,
     Started,
     Stuck,
     encode,
 )
+from setcmas_simu.reports.script_calls import Function, ScriptCall, ScriptFailure
 
 CALL = ScriptCall(2, 'loi é.py', Function.CONTROL)
 FAILURE = ScriptFailure(1.2, 2, Function.CONTROL, 'loi é.py', 3, 'two\nlines', 1.6)

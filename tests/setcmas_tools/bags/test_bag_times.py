@@ -6,7 +6,7 @@ from setcmas_tools.bags.bag_times import ReceiveClock
 
 pytest.importorskip('rclpy')
 
-from setcmas_simu.fleet.fleet import Lockstep, Scaled
+from setcmas_simu.fleet.announcement import Lockstep, Scaled
 from setcmas_tools.bags.bag_times import StampTimes, bag_times
 from setcmas_tools.bags.recorded_topic import Received
 

@@ -15,7 +15,7 @@ from rosgraph_msgs.msg import Clock
 from std_msgs.msg import String
 from terminals import Terminal
 
-from setcmas_simu.fleet.fleet import Announcement, Kind, encode, own_source
+from setcmas_simu.fleet.announcement import Announcement, Kind, encode, own_source
 from setcmas_simu.ros import qos
 from setcmas_tools.bags.player import RobotConflict, restored_qos
 from setcmas_tools.bags.recorded_topic import stored_qos

@@ -2,7 +2,7 @@ from dataclasses import replace
 
 from report_pages import HOSTILE, LAW
 
-from setcmas_simu.reports.reports import Function, ScriptFailure
+from setcmas_simu.reports.script_calls import Function, ScriptFailure
 from setcmas_tools.page.facts import facts_of, listings, marks_of
 from setcmas_tools.run.origin import this_origin
 from setcmas_tools.run.run import Run

@@ -1,0 +1,59 @@
+"""Calls of scripts, and their failures."""
+
+from __future__ import annotations
+
+import enum
+from dataclasses import dataclass
+
+from setcmas_simu.fleet.topics import robot_name
+
+
+class Function(enum.Enum):
+    """A function of a script."""
+
+    CONTROL = 'control'
+    CONDITION = 'ctc'
+    LOADING = 'loading'
+    STEP = 'step'
+
+
+@dataclass(frozen=True)
+class ScriptCall:
+    """A call of a script for a robot.
+
+    Attributes:
+        robot: Number of the robot.
+        script: File name of the script.
+        function: The function that is called.
+    """
+
+    robot: int
+    script: str
+    function: Function
+
+    def __str__(self) -> str:
+        """Return the call as text, such as `control of law.py for tb3_2`."""
+        return f'{self.function.value} of {self.script} for {robot_name(self.robot)}'
+
+
+@dataclass(frozen=True)
+class ScriptFailure:
+    """A period in which all calls of a script for a robot failed for the same reason.
+
+    Attributes:
+        t: Time of the first failed call in s, as control laws see it: a pause stops it.
+        robot: Number of the robot.
+        function: The function that failed.
+        script: Name of the file with the error: the script, or a module that it imports.
+        line: Line of the error in that file, if known.
+        text: The message shown to the user.
+        until: End of the period in s, also when the reason changed; None for the end of the run.
+    """
+
+    t: float
+    robot: int
+    function: Function
+    script: str
+    line: int | None
+    text: str
+    until: float | None = None

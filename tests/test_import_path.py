@@ -1,0 +1,63 @@
+"""Runs, checks and pages need numpy, PyYAML and matplotlib only: so they work in a browser."""
+
+import subprocess
+import sys
+from importlib.metadata import packages_distributions
+
+DOORS = 'from setcmas_tools import check, simulate\nimport setcmas_tools.page.report\n'
+LIBRARIES = {
+    'numpy', 'yaml', 'matplotlib', 'mpl_toolkits',
+    'PIL', 'contourpy', 'cycler', 'dateutil', 'fontTools', 'kiwisolver', 'packaging', 'pyparsing',
+    'six',
+}  # fmt: skip
+"""What may be imported: the three, and what matplotlib needs."""
+
+OTHERS = {
+    'daqp', 'jinja2', 'joblib', 'lz4', 'mcap', 'msgspec', 'rich', 'rosbags', 'scipy', 'simpleeval',
+    'tqdm', 'websockets',
+}  # fmt: skip
+
+LIST = f"""
+import sys
+before = set(sys.modules)
+{DOORS}
+tops = {{name.partition('.')[0] for name in sys.modules.keys() - before}}
+print(*tops)
+"""
+WORK = f"""
+import sys
+
+class Refuse:
+    def find_spec(self, name, path=None, target=None):
+        if name.partition('.')[0] in {OTHERS}:
+            raise ModuleNotFoundError(name=name)
+
+sys.meta_path.insert(0, Refuse())
+{DOORS}
+from setcmas_ctrl.scripts.loader import ALGORITHMS
+from setcmas_tools.page.pair import Pair
+
+law = ALGORITHMS.file('consensus')
+run = simulate(str(law), 3, 2.0, loss=0.2)
+print(check(law, 'consensus'))
+print('<html' in setcmas_tools.page.report.report_page(Pair('run', run)))
+"""
+
+
+def output_of(code):
+    done = subprocess.run([sys.executable, '-c', code], capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+    return done.stdout
+
+
+def test_only_these_libraries_are_imported():
+    imported = set(output_of(LIST).split()) & packages_distributions().keys()
+
+    assert {name for name in imported if not name.startswith('setcmas_')} <= LIBRARIES
+
+
+def test_without_any_other_library_a_law_is_run_checked_and_reported():
+    lines = output_of(WORK).splitlines()
+
+    assert '10 of 10 points' in '\n'.join(lines)
+    assert lines[-1] == 'True'
