@@ -148,8 +148,8 @@ class LabWatch(FleetNode):
         }
 
     def pose_age(self, robot: int) -> float:
-        """Return the age of a robot's last good pose in s."""
-        return self.robots[robot].track.age(time.monotonic())
+        """Return the time in s since a robot's last good pose arrived."""
+        return time.monotonic() - self.robots[robot].track.received
 
     def fault(self, robot: int) -> str | None:
         """Return what is wrong with a robot's poses; None if nothing."""
