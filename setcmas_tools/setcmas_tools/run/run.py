@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import importlib
 from collections.abc import Callable, Mapping
+from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
@@ -16,6 +17,8 @@ from setcmas_simu.arrays import Floats
 from setcmas_simu.errors import SetcmasError, needs
 from setcmas_simu.fleet.per_robot import is_per_robot, parse_per_robot
 from setcmas_simu.fleet.topics import robot_name
+from setcmas_simu.robots.arena import Arena, Obstacles
+from setcmas_simu.robots.models import UNICYCLE, model_names
 from setcmas_tools.run.communication_record import CommunicationRecord
 from setcmas_tools.run.csv_columns import FLEET
 from setcmas_tools.run.fleet_motion import LONGEST_GAP_S, FleetGrid, FleetTable, on_grid
@@ -27,10 +30,6 @@ from setcmas_tools.run.run_tables import RunTables, read_tables
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
-from contextlib import suppress
-
-from setcmas_simu.robots.arena import Arena, Obstacles
-from setcmas_simu.robots.models import UNICYCLE, model_names
 
 MEASURE = 'setcmas_tools.measures.metrics:measure'
 FIGURE = 'setcmas_tools.plots.plot:figure'
@@ -55,66 +54,8 @@ def data_frame(columns: Mapping[str, Any]) -> Any:
     return pd.DataFrame(columns)
 
 
-class RunArrays:
-    """What happened in a run, as arrays with a column for each robot."""
-
-    tables: RunTables
-
-    @property
-    def t(self) -> Floats:
-        """Times of the robots' states in s, shape (K,); of runs with common times (simulated)."""
-        return self._stacked[0]
-
-    @property
-    def poses(self) -> Floats:
-        """Rows x, y in m and theta in rad, shape (K, 3, N), at the times t."""
-        return self._stacked[1]
-
-    @property
-    def V(self) -> Floats:  # noqa: N802 (the field's name)
-        """Forward speeds over the step that led to each state in m/s, shape (K, N)."""
-        return self._stacked[2]
-
-    @property
-    def omega(self) -> Floats:
-        """Turn rates over that step in rad/s, shape (K, N)."""
-        return self._stacked[3]
-
-    @cached_property
-    def _stacked(self) -> tuple[Floats, Floats, Floats, Floats]:
-        stacked = self.tables.fleet.stacked()
-        if stacked is None:
-            raise SetcmasError(
-                "the robots of this run have states at times of their own: take run['tb3_1'].t "
-                'and so on, or run.grid(), which interpolates'
-            )
-        t, x, y, theta, v, omega = stacked
-        return t[:, 0], np.stack([x, y, theta], axis=1), v, omega
-
-    @property
-    def control_t(self) -> Floats:
-        """Times at which the control laws were called in s, shape (C,), of simulated runs."""
-        return self._stacked_commands[0]
-
-    @property
-    def velocities(self) -> Floats:
-        """What they asked for, after saturation: rows vx, vy in m/s, shape (C, 2, N)."""
-        return self._stacked_commands[1]
-
-    @cached_property
-    def _stacked_commands(self) -> tuple[Floats, Floats]:
-        commands = self.tables.commands
-        found = commands.stacked() if commands else None
-        if found is None:
-            raise SetcmasError(
-                'the robots of this run have commands at times of their own, or none that are '
-                'known: take run.commands.of(1) and so on'
-            )
-        return found
-
-
 @dataclass(frozen=True, repr=False, eq=False)
-class Run(RunArrays):
+class Run:
     """A run, simulated or real.
 
         run = Run.load('out')
@@ -123,9 +64,9 @@ class Run(RunArrays):
         run.plot('trajectories')
 
     Attributes:
-        tables: What happened.
-        info: What the run was.
-        inputs: The files that it was given.
+        tables: Its tables.
+        info: Its options and outcome.
+        inputs: Its input files.
         call_time: Mean duration of a call of each robot's law in s, if it was measured; a folder
             does not keep it.
     """
@@ -141,7 +82,7 @@ class Run(RunArrays):
 
         Args:
             path: Its folder, the folder of its CSV files, a fleet.csv, or a bag.
-            warn: Shows what could not be read; the motion can be looked at all the same.
+            warn: Prints losses; the motion is there all the same.
 
         Raises:
             SetcmasError: There is no run, or a table is damaged.
@@ -198,22 +139,22 @@ class Run(RunArrays):
 
     @property
     def commands(self) -> Commands | None:
-        """What the laws asked for, after saturation, if that is known."""
+        """Velocities that the laws returned, after saturation, if known."""
         return self.tables.commands
 
     @property
     def record(self) -> CommunicationRecord | None:
-        """What went over the links; None if all robots knew all poses, or if it is not known."""
+        """Messages of each link; None if unknown, or if all robots knew all poses."""
         return self.tables.communication
 
     @property
     def drawings(self) -> list[Drawing]:
-        """What the scripts drew, sorted by time."""
+        """The drawings of the scripts, sorted by time."""
         return self.tables.drawings
 
     @property
     def references(self) -> References | None:
-        """The task of the law and its references, if the law tells of one."""
+        """The task of the law and its references, if it has one."""
         return self.tables.references
 
     @property
@@ -243,6 +184,58 @@ class Run(RunArrays):
         names = ', '.join(map(robot_name, self.robots))
         raise SetcmasError(f"there is no robot '{robot}' in this run; it must be one of {names}")
 
+    @property
+    def t(self) -> Floats:
+        """Times of the robots' states in s, shape (K,); of runs with common times (simulated)."""
+        return self._stacked[0]
+
+    @property
+    def poses(self) -> Floats:
+        """Rows x, y in m and theta in rad, shape (K, 3, N), at the times t."""
+        return self._stacked[1]
+
+    @property
+    def V(self) -> Floats:  # noqa: N802 (the field's name)
+        """Forward speeds over the step that led to each state in m/s, shape (K, N)."""
+        return self._stacked[2]
+
+    @property
+    def omega(self) -> Floats:
+        """Turn rates over that step in rad/s, shape (K, N)."""
+        return self._stacked[3]
+
+    @cached_property
+    def _stacked(self) -> tuple[Floats, Floats, Floats, Floats]:
+        stacked = self.tables.fleet.stacked()
+        if stacked is None:
+            raise SetcmasError(
+                "the robots of this run have states at different times: use run['tb3_1'].t "
+                'and so on, or run.grid(), which interpolates'
+            )
+        t, x, y, theta, v, omega = stacked
+        return t[:, 0], np.stack([x, y, theta], axis=1), v, omega
+
+    @property
+    def control_t(self) -> Floats:
+        """Times at which the control laws were called in s, shape (C,), of simulated runs."""
+        return self._stacked_commands[0]
+
+    @property
+    def velocities(self) -> Floats:
+        """Velocities that they returned, after saturation: rows vx, vy in m/s, shape (C, 2, N)."""
+        return self._stacked_commands[1]
+
+    @cached_property
+    def _stacked_commands(self) -> tuple[Floats, Floats]:
+        commands = self.tables.commands
+        found = commands.stacked() if commands else None
+        if found is None:
+            raise SetcmasError(
+                'the robots of this run have commands at different times, or no known ones: '
+                'use run.commands.of(1) and so on'
+            )
+        return found
+
     def grid(self, rate: float = 10.0) -> FleetGrid:
         """Return the poses at common times, interpolated at multiples of 1/rate (Hz)."""
         return on_grid(self.table, rate)
@@ -256,7 +249,7 @@ class Run(RunArrays):
     def counted_grid(self) -> FleetGrid:
         """The motion of those robots from t = 0 on at common times, 10 a second."""
         of_counted = np.isin(self.table.robot, self.counted.robots)
-        # Rows before 0 tell the poses at 0.
+        # Poses at 0 are interpolated from rows before 0.
         near = self.table.rows(of_counted & (self.table.t >= -LONGEST_GAP_S))
         return on_grid(near).since(0.0)
 
@@ -267,7 +260,7 @@ class Run(RunArrays):
         return sorted({i for scripts in failed for robots in scripts.values() for i in robots})
 
     def metrics(self) -> Any:
-        """Return what the run is measured by."""
+        """Return the metrics of the run."""
         return tool(MEASURE)(self)
 
     def plot(self, name: str = 'trajectories', **style: Any) -> Figure:
@@ -290,7 +283,7 @@ class Run(RunArrays):
 
     @property
     def title(self) -> str:
-        """What the run is called in plots, such as 'consensus, 8 robots'."""
+        """Title in plots, such as 'consensus, 8 robots'."""
         number = f'{len(self.robots)} robot{"s" if len(self.robots) > 1 else ""}'
         algo = self.parameters.get('algo')
         return f'{law_title(str(algo))}, {number}' if algo else number
@@ -313,21 +306,21 @@ def law_title(algo: str) -> str:
 
 
 def arena_of(run: Run) -> Arena | None:
-    """Return the arena of a run; None if its record tells of none."""
+    """Return the arena of a run; None if it has none."""
     with suppress(TypeError, ValueError):
         return Arena(*map(float, run.parameters.get('arena') or ()))
     return None
 
 
 def obstacles_of(run: Run) -> Obstacles:
-    """Return the obstacles of a run; none if its record tells of none."""
+    """Return the obstacles of a run; it may have none."""
     with suppress(SetcmasError):
         return Obstacles.of(str(run.parameters.get('obstacles') or ''))
     return Obstacles()
 
 
 def models_of(run: Run) -> dict[int, str]:
-    """Return the model of each robot of a run; unicycles if its record tells of none."""
+    """Return the model of each robot of a run; unicycles by default."""
     names = [UNICYCLE] * max(run.robots)
     with suppress(SetcmasError):
         names = model_names(run.parameters.get('model'), max(run.robots))

@@ -92,9 +92,9 @@ def test_robots_with_times_of_their_own():
     run = run_of(table.rows(np.arange(len(table.t)) != 3))
 
     assert len(run[2].t) == len(run[1].t) - 1
-    with pytest.raises(SetcmasError, match=r"states at times of their own: take run\['tb3_1'\]"):
+    with pytest.raises(SetcmasError, match=r"states at different times: use run\['tb3_1'\]"):
         run.poses  # noqa: B018
-    with pytest.raises(SetcmasError, match='none that are known'):
+    with pytest.raises(SetcmasError, match='no known ones'):
         run.velocities  # noqa: B018
     assert run.grid(5.0).x.shape == (2, 60)
 
