@@ -52,18 +52,21 @@ function advance(clock) {
   }
   before = clock;
 }
+function showWhetherPlaying(on) {
+  find('play').textContent = on ? '❚❚' : '▶';
+  find('play').setAttribute('aria-label', on ? 'hold the picture' : 'play');
+}
 export function play(on) {
   player.playing = on;
   if (player.atPresent) player.atPresent = false;
-  find('play').textContent = on ? '❚❚' : '▶';
-  find('play').setAttribute('aria-label', on ? 'pause the replay' : 'play');
+  showWhetherPlaying(on);
   if (on && player.now >= last()) player.now = first();
   before = performance.now();
   if (!on) show(snapped(player.now));
 }
 const snapped = t => isLive || !times.length ? t : times[Math.max(0, Math.min(times.length - 1, Math.round((t - first()) / step())))];
 export function move(t) { player.now = t; play(false); }
-export function toPresent() { player.playing = false; player.atPresent = true; find('play').textContent = '❚❚'; redraw(); }
+export function toPresent() { player.playing = false; player.atPresent = true; showWhetherPlaying(true); redraw(); }
 export function toggle() { play(player.atPresent ? false : !player.playing); }
 export const forth = () => move(player.now + step()), back = () => move(player.now - step());
 export const toBegin = () => move(first());
@@ -78,6 +81,6 @@ export function select(robot) {
   redraw();
 }
 export function start() {
-  if (isLive) find('play').textContent = '❚❚';
+  showWhetherPlaying(isLive);
   requestAnimationFrame(advance);
 }
