@@ -11,7 +11,7 @@ import sys
 from pathlib import Path
 from typing import Any, NoReturn
 
-from launch_scripts.processes.environment import leave_out_what_breaks
+from launch_scripts.processes.environment import clean_environment
 from launch_scripts.terminal.keyboard import kept_terminal
 from setcmas_simu import __version__
 from setcmas_simu.errors import SetcmasError
@@ -19,35 +19,35 @@ from setcmas_simu.errors import SetcmasError
 VERBS = {
     'run': 'simulate, control, record, convert and plot with one command',
     'offline': 'simulate and control without ROS, much faster than real time',
-    'sweep': 'run offline many times, with parameters varied, into one table',
+    'sweep': 'run offline many times over varied parameters, into one table',
     'simu': 'simulate robots',
     'ctrl': 'run a control law on the robots',
     'view': 'show running robots or a finished run on a page in the browser',
     'expe': 'drive real robots under motion capture, or an emulated lab',
     'doctor': 'check this machine, and a lab before an experiment',
-    'fault': 'let something go wrong in an emulated lab',
+    'fault': 'inject a fault into an emulated lab',
     'record': 'record all topics into a bag',
-    'play': 'play a recording: topics as they were, but no commands',
+    'play': 'play a recording: all topics except commands',
     'bag_to_csv': 'convert a bag to CSV files',
     'csv_to_plot': 'plot the CSV files of a run',
-    'metrics': 'measure a run: path, separation, settling time, errors of the task',
+    'metrics': 'measure a run: path lengths, separation, settling times, task errors',
     'compare': 'compare runs: paths, distances, metrics, parameters, scripts',
-    'identify': 'find gain, lag and delay of the robots in a run, for --model',
-    'report': 'write a run as one page to hand in, with replay, plots and script',
-    'list': 'list what has a name: laws, robot models, motion capture, metrics, plots',
-    'check': 'check a law of your own against its exercise',
+    'identify': 'identify gain, lag and delay of robots from a run, for --model',
+    'report': 'write a run as one page to hand in: replay, plots and script',
+    'list': 'list laws, robot models, mocap sources, metrics and plots',
+    'check': 'check your law against its exercise',
     'grade': 'grade the submissions of a class, each in a sandbox',
-    'new': 'write a control script or a lab file to begin with',
+    'new': 'write a control script, a robot script or a lab file to start from',
 }
-"""The verbs and what each does; the module of the same name in `commands` does it."""
+"""The verbs and their purposes; each is a module in `commands`."""
 
 _NO_VALUE = 'expected one argument'  # argparse's
 
 _DESCRIPTION = """\
 Simulation and experiments for teaching the control of multi-agent systems.
 
-Write the maths of a control law in one Python function, run it on simulated robots, then on
-real ones. Start with:
+Write a control law as one Python function, run it on simulated robots, then on real ones.
+Start with:
 
     setcmas run --algo consensus --nb-robots 8 --duration 40 --output out
 """
@@ -58,7 +58,7 @@ def _help_formatter(prog: str) -> argparse.HelpFormatter:
 
 
 class Parser(argparse.ArgumentParser):
-    """A parser whose errors are one line, and that shows help texts as they are written."""
+    """A parser with one-line errors and unwrapped help texts."""
 
     def __init__(self, **kwargs: Any) -> None:
         """Create the parser; arguments as for ArgumentParser."""
@@ -72,12 +72,12 @@ class Parser(argparse.ArgumentParser):
         """Print one line and exit with status 2."""
         if message.endswith(_NO_VALUE):
             flag = message.removeprefix('argument ').partition(':')[0].split('/')[-1]
-            message += f'; one that begins with - is written {flag}=-...'
-        self.exit(2, f'{self.prog}: {message} ({self.prog} --help tells more)\n')
+            message += f'; write a value that begins with - as {flag}=-...'
+        self.exit(2, f'{self.prog}: {message} (see {self.prog} --help)\n')
 
 
 def spelled(arguments: list[str]) -> list[str]:
-    """Return arguments with - in option names and _ in the verb, however they were typed."""
+    """Return arguments with - in option names and _ in the verb, however the user typed them."""
     result = []
     for argument in arguments:
         if argument.startswith('--'):
@@ -92,7 +92,7 @@ def spelled(arguments: list[str]) -> list[str]:
 
 
 def build_parser(wanted: str) -> Parser:
-    """Return the parser; only the wanted verb's options are loaded."""
+    """Return the parser; load only the options of the wanted verb."""
     parser = Parser(prog='setcmas', description=_DESCRIPTION)
     parser.add_argument('--version', action='version', version=f'setcmas {__version__}')
     verbs = parser.add_subparsers(dest='verb', metavar='VERB', title='verbs')
@@ -112,19 +112,19 @@ def _check_verb(parser: Parser, verb: str) -> None:
     if verb not in VERBS:
         near = difflib.get_close_matches(verb, VERBS, n=1)
         hint = f'; did you mean {near[0]}?' if near else ''
-        parser.error(f"there is no verb '{verb}'; verbs are {', '.join(VERBS)}{hint}")
+        parser.error(f"unknown verb '{verb}'; must be one of {', '.join(VERBS)}{hint}")
 
 
 def _refuse(parser: argparse.ArgumentParser, argument: str) -> NoReturn:
     known = [option for action in parser._actions for option in action.option_strings]
     near = difflib.get_close_matches(argument.partition('=')[0], known, n=1)
     hint = f'; did you mean {near[0]}?' if near else ''
-    parser.error(f"argument '{argument}' is not accepted{hint}")
+    parser.error(f"unknown argument '{argument}'{hint}")
 
 
 def main(arguments: list[str] | None = None) -> int:
-    """Run the command line; returns the exit status."""
-    leave_out_what_breaks()
+    """Run the command line; return the exit status."""
+    clean_environment()
     arguments = spelled(sys.argv[1:] if arguments is None else arguments)
     if arguments[:1] == ['help']:
         arguments = [*arguments[1:2], '--help']
@@ -138,7 +138,7 @@ def main(arguments: list[str] | None = None) -> int:
         return 2
     except KeyboardInterrupt:
         return 130
-    except BrokenPipeError:  # such as `setcmas run ... | head`: the work is done, nobody reads
+    except BrokenPipeError:  # as in `setcmas run ... | head`: the work is done
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 0
 
@@ -147,11 +147,11 @@ def _check_current_folder() -> None:
     try:
         Path.cwd()
     except FileNotFoundError as error:
-        raise SetcmasError('the current folder was removed; change into another one') from error
+        raise SetcmasError('the current folder was removed; change to another folder') from error
 
 
 def _parsed(arguments: list[str]) -> argparse.Namespace:
-    """Return the parsed arguments; exits after a help text or a mistake."""
+    """Parse the arguments; exit after a help text or a mistake."""
     completing = '_ARGCOMPLETE' in os.environ
     if completing:
         typed = os.environ.get('COMP_LINE', '').replace('-', '_').split()
@@ -176,12 +176,12 @@ def _parsed(arguments: list[str]) -> argparse.Namespace:
 
 
 def bag_to_csv() -> int:
-    """Run `bag_to_csv` as a command of its own."""
+    """Run `bag_to_csv` as a separate command."""
     return main(['bag_to_csv', *sys.argv[1:]])
 
 
 def csv_to_plot() -> int:
-    """Run `csv_to_plot` as a command of its own."""
+    """Run `csv_to_plot` as a separate command."""
     return main(['csv_to_plot', *sys.argv[1:]])
 
 

@@ -1,4 +1,4 @@
-"""Contents of the ROS launch files: a setcmas command each, with all its options as arguments."""
+"""Contents of the ROS launch files: each starts a setcmas command with all its options."""
 
 from __future__ import annotations
 
@@ -26,8 +26,8 @@ class LaunchArgument:
         help: What it means.
         flag: The option that it is, as typed; empty for a scenario file.
         is_switch: Whether the option has no value.
-        several: Whether the option takes several values, which spaces separate here.
-        repeated: Whether it is typed again for each of them.
+        several: Whether the option takes several values, separated here by spaces.
+        repeated: Whether the option is repeated for each value.
     """
 
     name: str
@@ -38,7 +38,7 @@ class LaunchArgument:
     repeated: bool
 
     def typed(self, text: str) -> list[str]:
-        """Return how the option is typed for a value of the argument; an empty one is none."""
+        """Return the option for a value of the argument; an empty value is none."""
         if not text:
             return []
         if self.is_switch:
@@ -73,7 +73,7 @@ def _flag(action: argparse.Action) -> str:
 
 
 def command_line(verb: str, values: Mapping[str, str]) -> list[str]:
-    """Return the command that a launch file starts, from the values of its arguments by name."""
+    """Return the command that a launch file starts, from its arguments."""
     words = ['setcmas', verb]
     for argument in launch_arguments(verb):
         words += argument.typed(values.get(argument.name, ''))
@@ -81,14 +81,14 @@ def command_line(verb: str, values: Mapping[str, str]) -> list[str]:
 
 
 def _parser(verb: str) -> argparse.ArgumentParser:
-    """Return the parser of a verb's own options."""
+    """Return the parser of a verb's options."""
     for action in build_parser(verb)._actions:
         if isinstance(action, argparse._SubParsersAction):
             return action.choices[verb]  # type: ignore[no-any-return]
     raise LookupError(verb)
 
 
-_ENDS_WITHIN_S = '15'  # robots get their zero first, then processes end one after the other
+_ENDS_WITHIN_S = '15'  # robots get zero velocity first, then processes end one by one
 
 
 def description(verb: str, **defaults: str) -> LaunchDescription:

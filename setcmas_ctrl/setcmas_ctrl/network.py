@@ -1,7 +1,7 @@
 """Communication network, for control scripts: `from setcmas_ctrl import network`.
 
     def control(robotNo, nbRobots, poses, t):
-            for j in network.neighbours():            # robots whose states this robot receives
+        for j in network.neighbours():            # robots whose states this robot receives
             weight = network.adjacency()[robotNo - 1, j - 1]
 
 The answers are for the robot whose `control` is running, at the current time.

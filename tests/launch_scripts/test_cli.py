@@ -59,8 +59,8 @@ def test_help_imports_neither_ros_nor_matplotlib_nor_numpy():
 @pytest.mark.parametrize(
     ('arguments', 'message'),
     [
-        (('simi',), "there is no verb 'simi'.*did you mean simu"),
-        (('simu', '--limit', 'burger'), "'--limit' is not accepted; did you mean --limits"),
+        (('simi',), "unknown verb 'simi'.*did you mean simu"),
+        (('simu', '--limit', 'burger'), "unknown argument '--limit'; did you mean --limits"),
         (('simu', '--nb-robots', 'x'), "--nb-robots is 'x'; it must be a whole number from 1"),
         (('simu', '--nb-robots', '0'), '--nb-robots is 0; it must be a whole number from 1'),
         (('simu', '--robot-rate', '-1'), '--robot-rate is -1; it must be above 0'),
@@ -84,7 +84,7 @@ def test_help_imports_neither_ros_nor_matplotlib_nor_numpy():
             "no module-level name 'k'; did you mean K",
         ),
         (('run', '--algo', 'consensus', '--set', 'K=fast'), "'fast' is a text.*must be a number"),
-        (('offline', '--algo', 'consensus', '--watch'), "'--watch' is not accepted"),
+        (('offline', '--algo', 'consensus', '--watch'), "unknown argument '--watch'"),
         (('run', '--algo', 'nothing_like_it'), "'nothing_like_it' was not found"),
         (
             ('run', '--algo', 'consensus', '--duration', 'inf'),
@@ -111,7 +111,7 @@ def test_a_folder_that_an_option_takes_for_its_value_is_told_to_go_first(option,
 
     assert result.returncode == 2
     assert f"{option} is 'out'; it must be" in result.stderr
-    assert 'put what to plot first' in result.stderr
+    assert 'put the folder to plot first' in result.stderr
 
 
 def test_record_refuses_a_folder_that_exists(tmp_path):
@@ -120,7 +120,7 @@ def test_record_refuses_a_folder_that_exists(tmp_path):
     result = run_here('record', '-o', 'bag', cwd=tmp_path)
 
     assert result.returncode == 2
-    assert "output 'bag' exists already" in result.stderr
+    assert "output 'bag' already exists" in result.stderr
 
 
 def test_list_shows_built_in_laws_and_those_of_the_folder(tmp_path):
@@ -181,5 +181,5 @@ def test_a_current_folder_that_was_removed_is_told_in_one_line(tmp_path):
 
     assert result.returncode == 2
     assert result.stderr == (
-        'setcmas csv_to_plot: the current folder was removed; change into another one\n'
+        'setcmas csv_to_plot: the current folder was removed; change to another folder\n'
     )

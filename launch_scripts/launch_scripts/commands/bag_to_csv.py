@@ -1,11 +1,11 @@
-"""Convert a bag to a CSV file for each topic, and fleet.csv for the whole fleet.
+"""Convert a bag to a CSV file per topic, and fleet.csv for the whole fleet.
 
-Accepted are rosbag2 folders (mcap or sqlite3), lone .mcap and .db3 files, and ROS 1 .bag files,
-with any message types. A bag that was cut short gives what it holds.
+Reads rosbag2 folders (mcap or sqlite3), single .mcap and .db3 files, and ROS 1 .bag files, with
+any message types. From a truncated bag it converts all complete messages.
 
 Examples:
   setcmas bag_to_csv out/bag
-  bag_to_csv somebody_elses.bag -o csv
+  bag_to_csv lab.bag -o csv
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from setcmas_simu.options.kinds import PathTo
 
 @dataclass(frozen=True, kw_only=True)
 class TableFolderOptions(Options):
-    """Where CSV files go."""
+    """Destination of the CSV files."""
 
     output: Path | None = option(
         PathTo(metavar='DIR'),
@@ -38,7 +38,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def main(args: argparse.Namespace) -> int:
-    """Convert; returns the exit status."""
+    """Convert; return the exit status."""
     from setcmas_tools.run.bag_conversion import convert
 
     report = convert(args.bag, args.output)

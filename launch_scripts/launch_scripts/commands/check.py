@@ -1,15 +1,15 @@
-"""Check a law of your own: is it right, and if not, what is missing?
+"""Check your law: which criteria does it meet, and what is missing?
 
-Runs the law offline in the scenarios of its exercise, which `setcmas new --exercise` has written
-into the script. Each criterion gets a tick or a cross, with what was wanted and what was reached,
-and a picture shows the paths of your robots over those of the solution. The exit status is 0 if
-all points are reached.
+Runs the law offline in the scenarios of its exercise; scripts from `setcmas new --exercise` name
+their exercise. Each criterion gets a tick or a cross, the wanted and the measured value; a
+picture shows the paths of your robots over those of the solution. The exit status is 0 if the
+law gets all points.
 
 Examples:
-  setcmas new my_law --from consensus --exercise     then fill in what is marked TODO
+  setcmas new my_law --from consensus --exercise     then fill in the parts marked TODO
   setcmas check my_law.py
   setcmas check my_law.py --rubric final.yaml --show
-  setcmas check my_law.py --rubric final.yaml --emulate     in the emulated lab, with its safety
+  setcmas check my_law.py --rubric final.yaml --emulate     in the emulated lab
 """
 
 from __future__ import annotations
@@ -32,16 +32,16 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         '--rubric',
         '-R',
         metavar='EXERCISE|FILE.yaml',
-        help='mark it by this exercise or file (default: what the script says)',
+        help='exercise or rubric file to check against (default: as the script says)',
     )
     parser.add_argument(
         '--output', '-o', type=Path, metavar='FILE.png', help='picture (default: LAW_check.png)'
     )
-    parser.add_argument('--show', action='store_true', help='open the picture in a window as well')
+    parser.add_argument('--show', action='store_true', help='open the picture in a window')
     parser.add_argument(
         '--emulate',
         action='store_true',
-        help='run it in the emulated lab, in real time, where safety is measured too',
+        help='run in the emulated lab, in real time, and also measure safety',
     )
     OfflineOptions.add_to(parser)
 

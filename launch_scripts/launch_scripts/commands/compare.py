@@ -1,8 +1,8 @@
-"""Compare runs: paths, distance after the best shift in time, metrics, and what differs.
+"""Compare runs: paths, distances after the best time shift, metrics, and parameters.
 
-The first run is the reference. Two pictures, paths over each other and distances over time, go
-into a folder; the rest to the terminal. Of a simulation and an experiment it tells as well when
-each robot parts from its simulation, and what it did of what it was commanded.
+The first run is the reference. Two plots, of the paths and of the distances over time, go to a
+folder, all else to the terminal. For a simulation and an experiment, it also shows when each
+robot departs from its simulation, and how well it followed its commands.
 
 Examples:
   setcmas compare out_gain_1 out_gain_2
@@ -15,10 +15,10 @@ import argparse
 from pathlib import Path
 
 from launch_scripts.commands.plot_options import FormatOptions
-from launch_scripts.terminal.terminal_output import teller
+from launch_scripts.terminal.terminal_output import warner
 from setcmas_simu.errors import SetcmasError
 
-_tell = teller('compare')
+_warn = warner('compare')
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -28,7 +28,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         type=Path,
         nargs='+',
         metavar='DIR',
-        help='two runs or more: folders of runs or of CSV files, fleet.csv files, or bags',
+        help='at least two runs: folders of runs or of CSV files, fleet.csv files, or bags',
     )
     parser.add_argument(
         '-o',
@@ -36,13 +36,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         type=Path,
         default=Path('comparison'),
         metavar='DIR',
-        help='folder of the pictures (default: comparison)',
+        help='folder of the plots (default: comparison)',
     )
     FormatOptions.add_to(parser)
 
 
 def main(args: argparse.Namespace) -> int:
-    """Compare; returns the exit status."""
+    """Compare; return the exit status."""
     from setcmas_tools.compare.differences import differences, metrics_table
     from setcmas_tools.compare.experiment_verdict import experiment_verdict
     from setcmas_tools.compare.pictures import write_pictures
@@ -52,17 +52,17 @@ def main(args: argparse.Namespace) -> int:
     from setcmas_tools.run.run import Run
 
     if len(args.runs) < 2:
-        raise SetcmasError(f"'{args.runs[0]}' is one run; there must be two or more to compare")
+        raise SetcmasError(f"'{args.runs[0]}' is only one run; name at least two to compare")
     names = list(map(str, args.runs))
-    runs = [Run.load(path, _tell) for path in args.runs]
-    metrics = [measure(run, _tell) for run in runs]
+    runs = [Run.load(path, _warn) for path in args.runs]
+    metrics = [measure(run, _warn) for run in runs]
     shifted = [best_shift(runs[0], run) for run in runs[1:]]
     print(metrics_table(names, metrics))
     for name, run, beside in zip(names[1:], runs[1:], shifted, strict=True):
-        told = differences(runs[0], run) or ['parameters, files and versions are the same']
-        print(f'\n{name} {beside}', *(f'  {line}' for line in told), sep='\n')
+        found = differences(runs[0], run) or ['parameters, files and versions are the same']
+        print(f'\n{name} {beside}', *(f'  {line}' for line in found), sep='\n')
     for path, run in zip(args.runs[1:], runs[1:], strict=True):
-        verdict = experiment_verdict([args.runs[0], path], [runs[0], run], _tell)
+        verdict = experiment_verdict([args.runs[0], path], [runs[0], run], _warn)
         if verdict:
             print(f'\n{verdict.title}', verdict.table(), *verdict.lines, sep='\n')
     look = PlotLook(tuple(args.format))

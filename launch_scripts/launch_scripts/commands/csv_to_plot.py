@@ -2,11 +2,11 @@
 
 Examples:
   setcmas csv_to_plot out                        a run's folder; plots go to out/plots
-  csv_to_plot lab.mcap                           a bag alone; plots go to lab_plots
+  csv_to_plot lab.mcap                           a single bag; plots go to lab_plots
   csv_to_plot out/csv -o figures --format pdf svg
   csv_to_plot out --palette okabe-ito --show     for colour-blind readers
-  csv_to_plot out --paper                        as PDF, 3.5 in wide with 8 pt letters
-  csv_to_plot out --animate --speed 4            a film too, four times as fast
+  csv_to_plot out --paper                        as PDF, 3.5 in wide with 8 pt text
+  csv_to_plot out --animate --speed 4            also a film, four times as fast
   csv_to_plot out --animate mp4 --size 1920x1080 --dpi 200
 """
 
@@ -16,9 +16,9 @@ import argparse
 from pathlib import Path
 
 from launch_scripts.commands.plot_options import BEST, FilmOptions, PlotFolderOptions, StyleOptions
-from launch_scripts.terminal.terminal_output import teller
+from launch_scripts.terminal.terminal_output import warner
 
-_tell = teller('csv_to_plot')
+_warn = warner('csv_to_plot')
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -32,11 +32,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     PlotFolderOptions.add_to(parser)
     StyleOptions.add_to(parser)
     FilmOptions.add_to(parser)
-    parser.add_argument('--show', action='store_true', help='open the plots in windows as well')
+    parser.add_argument('--show', action='store_true', help='open the plots in windows')
 
 
 def main(args: argparse.Namespace) -> int:
-    """Plot; returns the exit status."""
+    """Plot; return the exit status."""
     from setcmas_tools.evaluation import evaluate
     from setcmas_tools.plots.look import FilmLook, PlotLook
     from setcmas_tools.run.run import Run
@@ -44,10 +44,10 @@ def main(args: argparse.Namespace) -> int:
 
     style, film = StyleOptions.of(args), FilmOptions.of(args)
     folder = args.output or find_run(args.run).plots
-    run = Run.load(args.run, _tell)
+    run = Run.load(args.run, _warn)
     look = PlotLook(style.formats, style.palette, style.paper, args.show)
-    # A film may take its time, or fail: what is there is told before.
-    print('\n'.join(map(str, evaluate(run, folder, look, warn=_tell).plots)), flush=True)
+    # A film takes time and may fail, so report the plots first.
+    print('\n'.join(map(str, evaluate(run, folder, look, warn=_warn).plots)), flush=True)
     if film.animate:
         from setcmas_tools.plots.film import animate
 

@@ -2,9 +2,9 @@
 
 Examples:
   setcmas ctrl --algo consensus
-  setcmas ctrl --algo my_law.py --vnom 0.2       a script of your own
-  setcmas ctrl --algo my_law --watch             loads it again whenever you save it
-  setcmas ctrl --algo consensus --set K=1.2      another gain for this time
+  setcmas ctrl --algo my_law.py --vnom 0.2       your own script
+  setcmas ctrl --algo my_law --watch             reload it on every save
+  setcmas ctrl --algo consensus --set K=1.2      another gain for this run
   setcmas ctrl --algo nav_wp --nb-robots 8 --robots 5-8
   setcmas ctrl --algo consensus --event-triggered --graph ring
 """

@@ -1,13 +1,13 @@
 """Check this machine, and with --lab a lab: motion capture, robots, batteries, network.
 
-Nothing moves unless you say yes to the nudge, 5 cm forward and back and a small turn, which
-proves which body of motion capture is which robot and that its heading is right. Exit status: 0
-all well, 1 problems.
+No robot moves unless you agree to the nudge: 5 cm forward and back and a small turn, which verify
+that each body of motion capture is the right robot with the right heading. Exit status: 0 all
+well, 1 problems.
 
 Examples:
   setcmas doctor
   setcmas doctor --lab lab.yaml
-  setcmas doctor --emulate --nb-robots 3      the same with an emulated lab
+  setcmas doctor --emulate --nb-robots 3      check an emulated lab
 """
 
 from __future__ import annotations
@@ -35,14 +35,14 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     LabOptions.add_to(parser)
     DoctorOptions.add_to(parser)
     parser.add_argument(
-        '--emulate', action='store_true', help='examine an emulated lab on this machine'
+        '--emulate', action='store_true', help='check an emulated lab on this machine'
     )
 
 
 def main(args: argparse.Namespace) -> int:
-    """Examine; returns the exit status."""
+    """Check; return the exit status."""
     options = LabOptions.of(args)
-    lab = options.chosen()  # mistakes are told before anything starts
+    lab = options.chosen()  # report mistakes before anything starts
     if args.emulate:
         check_emulated_mocap(lab.mocap)
         options = replace(options, nb_robots=lab.nb_robots)
@@ -76,7 +76,7 @@ def _start_lab(supervisor: Supervisor, arguments: list[str]) -> Child:
     try:
         return start_emulated_lab(supervisor, arguments)
     except ChildDiedError:
-        for line in lines:  # of interest only then
+        for line in lines:  # shown only if it fails
             write_line(line, supervisor.stderr)
         raise
     finally:

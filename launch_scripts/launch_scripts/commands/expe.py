@@ -1,7 +1,7 @@
 """Drive real TurtleBot3s under motion capture with a control law, until q or Ctrl-C.
 
 The experiment starts paused: s starts it, the space bar pauses it, Esc or e is an emergency stop.
-It pauses itself, until somebody starts it again, when something that it depends on falls silent.
+If something that it depends on falls silent, it pauses until a person starts it again.
 
 Examples:
   setcmas expe square.yaml --emulate
@@ -56,7 +56,7 @@ _STOPS = {
     'e': (Action.EMERGENCY, 'by e'),
     ' ': (Action.PAUSE, 'by space bar'),
 }
-"""Of several that come at once the first counts: what stops, stops."""
+"""If several arrive together, the first of these counts: stopping comes first."""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -69,7 +69,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         '--hold',
         action='store_true',
-        help="robots move only while s, the joystick's button or the page's button is held",
+        help="robots move only while s, the joystick's button or the page's button is held down",
     )
     parser.add_argument('--no-joystick', action='store_true', help='do not look for a joystick')
     ViewOptions.add_to(parser, view=NONE)
@@ -198,7 +198,7 @@ def _run(
     try:
         supervisor.run(on_tick=serve_terminal)
     except StoppedError:
-        experiment.on_status = lambda _: None  # what was measured last is no state any more
+        experiment.on_status = lambda _: None  # later values are no current state
         status = experiment.stop()
         experiment.stop_lab()
         if experiment.runaways:
@@ -215,10 +215,10 @@ def _run(
 
 
 def _explain(supervisor: Supervisor, ways: list[str], has_keys: bool, hold: bool) -> None:
-    """Say what starts the robots."""
+    """Explain how to start the robots."""
     starts = 'starts the robots, for as long as it is held' if hold else 'starts the robots'
     if ways:
         supervisor.warn(f'paused; {" or ".join(ways)} {starts} ({KEYS})')
     if not has_keys and sys.stdin is not None:
-        nothing = '' if ways else ': nothing starts the robots but a joystick, or --view'
-        supervisor.warn(f'there is no terminal to read keys from{nothing}')
+        nothing = '' if ways else ': only a joystick or --view could start the robots'
+        supervisor.warn(f'no terminal to read keys from{nothing}')

@@ -1,9 +1,9 @@
-"""Let something go wrong in an emulated lab (setcmas expe --emulate), to see the robots stop.
+"""Inject a fault into an emulated lab (setcmas expe --emulate), to see the robots stop.
 
 Examples:
   setcmas fault dropout --robot 2 --for 3     motion capture loses tb3_2 for 3 s
-  setcmas fault swap                          tb3_1 is taken for tb3_2, and the other way round
-  setcmas fault push --robot 4 --for 5        somebody pushes tb3_4 out of the arena
+  setcmas fault swap                          motion capture confuses tb3_1 with tb3_2
+  setcmas fault push --robot 4 --for 5        a push moves tb3_4 out of the arena
 """
 
 from __future__ import annotations
@@ -21,10 +21,10 @@ from setcmas_simu.options.kinds import DURATION, Whole
 
 @dataclass(frozen=True, kw_only=True)
 class FaultOptions(Options):
-    """Whom a fault befalls, and how long."""
+    """Robot and duration of a fault."""
 
-    robot: int = option(Whole(1, metavar='I'), 'which robot', default=1)
-    seconds: float = option(DURATION, 'how long', default=DEFAULT_S, flag='--for')
+    robot: int = option(Whole(1, metavar='I'), 'affected robot', default=1)
+    seconds: float = option(DURATION, 'duration', default=DEFAULT_S, flag='--for')
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -36,7 +36,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def main(args: argparse.Namespace) -> int:
-    """Order the fault; returns the exit status."""
+    """Request the fault; return the exit status."""
     require_ros()
     options = FaultOptions.of(args)
     order = [args.kind, str(options.robot), str(options.seconds)]

@@ -1,11 +1,11 @@
 """Grade the submissions of a class by a rubric, each in a sandbox.
 
-Writes a page of the class, a page for each student, and tables for learning platforms. Marks are
-computed from the runs that submissions make, where no submission can reach them. The same command
-in the same folder goes on where a grading was stopped; only what has changed is graded again.
+Writes a page for the class, a page per student, and tables for learning platforms. Submissions
+cannot reach the computation of their marks. To continue a stopped grading, run the same command
+in the same folder; it only regrades what has changed.
 
 Examples:
-  setcmas grade submissions --rubric consensus -o grades        a folder, or the zip of a platform
+  setcmas grade submissions --rubric consensus -o grades        a folder or a downloaded zip
   setcmas grade submissions.zip --rubric final.yaml --format canvas --format junit
   setcmas grade submissions -R final.yaml --emulate --trust     in the emulated lab
   setcmas grade --make gradescope --rubric final.yaml -o autograder.zip
@@ -34,14 +34,14 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar='FOLDER',
         nargs='?',
         type=Path,
-        help='submissions, or a zip file of them',
+        help='folder or zip file of the submissions',
     )
     parser.add_argument(
         '--rubric',
         '-R',
         metavar='EXERCISE|FILE.yaml',
         required=True,
-        help='marks them',
+        help='exercise or rubric file to grade by',
     )
     parser.add_argument(
         '--output', '-o', type=Path, metavar='DIR', help='folder of the grades (default: grades)'
@@ -51,17 +51,17 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         '--format',
         action='append',
         metavar='NAME',
-        help=f'what to write besides pages; may be repeated (default: {formats})',
+        help=f'tables to write besides pages; may be repeated (default: {formats})',
     )
     parser.add_argument(
-        '--make', metavar='NAME', help='write the zip with which a platform grades by itself'
+        '--make', metavar='NAME', help='write the zip file for automatic grading on a platform'
     )
     GradeOptions.add_to(parser)
 
 
 def main(args: argparse.Namespace) -> int:
-    """Grade a class, or write the zip of a platform; returns the exit status."""
-    # Imported late: help texts and completion do not wait for numpy.
+    """Grade a class, or write the zip file for a platform; return the exit status."""
+    # Imported late: help texts and completion need not wait for numpy.
     from setcmas_tools.grade.check import chosen_rubric
 
     options = GradeOptions.of(args)
@@ -70,25 +70,25 @@ def main(args: argparse.Namespace) -> int:
     if args.make:
         return _make(args.make, rubric, options, args.output or Path(f'{args.make}.zip'))
     if not args.folder:
-        raise SetcmasError('FOLDER is missing; it must be the folder of the submissions')
+        raise SetcmasError('FOLDER is missing; name the folder of the submissions')
     formats = args.format or CLASS_FORMATS
     for name in formats:
-        GRADE_FORMATS.offer(name)  # a mistake is told before anything is graded
+        GRADE_FORMATS.offer(name)  # report a mistake before grading
     folder = args.output or Path('grades')
     _check_place(folder, args.folder)
     try:
         return _grade(args, rubric, options, folder, formats)
     except KeyboardInterrupt:
-        warn('setcmas grade: stopped; the same command goes on from there')
+        warn('setcmas grade: stopped; run the same command to continue')
         raise
-    except BrokenPipeError:  # nobody reads on: the command's to end quietly
+    except BrokenPipeError:  # the reader of the output is gone; the command ends quietly
         raise
     except OSError as error:
         raise SetcmasError(f"grades '{folder}' cannot be written: {error.strerror}") from error
 
 
 def _check_place(folder: Path, submissions: Path) -> None:
-    """See that grades go neither among submissions nor into the folder of a run."""
+    """Check that the grades go neither among submissions nor into the folder of a run."""
     from setcmas_tools.run.run_info import INFO_FILE
 
     places = [folder.resolve(), *folder.resolve().parents]
@@ -98,7 +98,7 @@ def _check_place(folder: Path, submissions: Path) -> None:
         what = 'in the folder of a run'
     else:
         return
-    raise SetcmasError(f"grades '{folder}' would be {what}; name another folder with -o")
+    raise SetcmasError(f"grades '{folder}' would be {what}; choose another folder with -o")
 
 
 def _make(name: str, rubric: Rubric, options: GradeOptions, file: Path) -> int:

@@ -1,12 +1,12 @@
-"""Find gain, lag and delay of each robot in a run, and write a model that --model takes.
+"""Identify gain, lag and delay of each robot from a run, and write a model file for --model.
 
-Best from an experiment whose robots start, stop and turn often. A picture of commanded, measured
-and fitted speeds goes beside the model.
+Use an experiment whose robots start, stop and turn often. A plot of commanded, measured and
+fitted speeds is written next to the model.
 
 Examples:
   setcmas identify out                           into model.yaml
   setcmas identify bag_20261121-160211 -o lab_a.yaml
-  setcmas offline --from out --model model.yaml  the same experiment, simulated with that model
+  setcmas offline --from out --model model.yaml  simulate the experiment with that model
 """
 
 from __future__ import annotations
@@ -15,14 +15,14 @@ import argparse
 from pathlib import Path
 
 from launch_scripts.commands.plot_options import FormatOptions
-from launch_scripts.terminal.terminal_output import teller
+from launch_scripts.terminal.terminal_output import warner
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.robots.identified_robot import ENDINGS
 from setcmas_simu.robots.model import MODELS
 
 _USUAL = 'burger'
 
-_tell = teller('identify')
+_warn = warner('identify')
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -38,17 +38,17 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar='FILE',
         help='model file (default: model.yaml)',
     )
-    parser.add_argument('--overwrite', action='store_true', help='replace a file that is there')
+    parser.add_argument('--overwrite', action='store_true', help='overwrite an existing file')
     parser.add_argument(
         '--limits',
         choices=list(MODELS),
-        help="how fast robots may be commanded to go (default: the run's, or burger)",
+        help="velocity limits of the robots (default: the run's, or burger)",
     )
     FormatOptions.add_to(parser)
 
 
 def main(args: argparse.Namespace) -> int:
-    """Identify; returns the exit status, 1 if the run tells of no robot."""
+    """Identify; return the exit status, 1 if the run suffices for no robot."""
     from setcmas_simu.robots.identified_robot import write_model_file
     from setcmas_tools.compare.identification import (
         identified_notes,
@@ -65,20 +65,18 @@ def main(args: argparse.Namespace) -> int:
     if output.suffix not in ENDINGS:
         raise SetcmasError(f"--output is '{output}'; it must end in {' or '.join(ENDINGS)}")
     if not output.parent.is_dir():
-        raise SetcmasError(f"--output is '{output}'; there is no folder '{output.parent}'")
+        raise SetcmasError(f"--output is '{output}'; create folder '{output.parent}' first")
     if output.exists() and not args.overwrite:
-        raise SetcmasError(
-            f"'{output}' is there already; name another file, or add --overwrite to replace it"
-        )
-    run = Run.load(args.run, _tell)
-    found = identify(args.run, _tell)
+        raise SetcmasError(f"'{output}' already exists; choose another name, or add --overwrite")
+    run = Run.load(args.run, _warn)
+    found = identify(args.run, _warn)
     print(identified_table(found))
     for note in identified_notes(found):
-        _tell(note)
+        _warn(note)
     pictures = write_picture(found, run.title, output, PlotLook(tuple(args.format)))
     limits = args.limits or limits_of(run)
     if limits is None:
-        _tell(f'the recording does not tell how fast robots may go: as {_USUAL}, or see --limits')
+        _warn(f'the recording has no velocity limits; using those of {_USUAL} (see --limits)')
     model = model_of(found, limits or _USUAL)
     if model is None:
         print(*pictures, sep='\n')

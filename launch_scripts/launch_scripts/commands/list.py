@@ -1,4 +1,4 @@
-"""List the control laws that --algo accepts, and what else has a name, with its package.
+"""List control laws, robot models, mocap sources, metrics, plots and more, with their packages.
 
 Examples:
   setcmas list
@@ -28,27 +28,25 @@ from setcmas_tools.plots.plot import PLOTS
 from setcmas_tools.study.study_columns import COLUMNS
 
 FUNCTIONS = ('control', 'ctc')
-"""What a file must define to be listed: a control law, or a triggering condition."""
+"""A listed file defines one of these: a control law, or a triggering condition."""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Add no option: the verb has none."""
+    """Add the options of the verb: none."""
     del parser
 
 
 def main(args: argparse.Namespace) -> int:
-    """Print a table for each door; returns the exit status."""
+    """Print a table per door; return the exit status."""
     del args
     _print('control laws, for --algo', _scripts(ALGORITHMS))
     _print('exercises, for --algo with --exercise', _scripts(EXERCISES))
-    _print(
-        'in this folder, for --algo (takes precedence over those above)', _own_scripts(Path.cwd())
-    )
+    _print('in this folder, for --algo (these take precedence)', _own_scripts(Path.cwd()))
     _print('robot models, for --model', _things(MODELS, _purpose))
     _print('motion capture, for --mocap and lab files', _things(MOCAP_SOURCES, _source))
     _print("tasks, for a law that says task = '...'", _things(TASKS, _task))
     _print('metrics, of every run', _things(METRICS, _purpose))
-    _print('plots, of every run that they suit', _rows(PLOTS, _plot_purpose))
+    _print('plots, of every run to which they apply', _rows(PLOTS, _plot_purpose))
     _print('grade formats, for setcmas grade --format', _things(GRADE_FORMATS, _format))
     columns = ((name, column.unit, column.purpose) for name, column in COLUMNS.items())
     _print('columns of a study (setcmas sweep), for --success, --metric and rubrics', columns)
@@ -58,12 +56,12 @@ def main(args: argparse.Namespace) -> int:
 
 
 def summary_of(path: Path) -> str | None:
-    """Return the first line of a script's docstring; None if it is no script of a robot."""
+    """Return the first line of a script's docstring; None if it is no control script."""
     try:
         with tokenize.open(path) as file:
             tree = ast.parse(file.read())
     except (OSError, SyntaxError, ValueError):
-        return '(cannot be read: setcmas ctrl tells why)'
+        return '(cannot be read: see setcmas ctrl)'
     functions = {node.name for node in tree.body if isinstance(node, ast.FunctionDef)}
     if not functions.intersection(FUNCTIONS):
         return None
@@ -86,13 +84,13 @@ def _things(door: Door[Any], describe: Callable[[Any], str]) -> Iterable[tuple[s
 
 
 def _purpose(thing: object) -> str:
-    """Return the first line of the docstring of a function, or of an object's class."""
+    """Return the first line of the docstring of a function or of an object's class."""
     purpose = (inspect.getdoc(thing) or '').partition('\n')[0].removeprefix('Return ')
     return purpose[:1].upper() + purpose[1:]
 
 
 def _plot_purpose(name: str) -> str:
-    """Return the purpose of a plot; ours is read, so that nobody waits for matplotlib."""
+    """Return the purpose of a plot; read ours from the source, to avoid importing matplotlib."""
     offer = PLOTS.offer(name)
     spec = importlib.util.find_spec(offer.entry.module) if offer.shipped else None
     if not (spec and spec.origin):
@@ -118,17 +116,17 @@ def _format(format_: GradeFormat) -> str:
 def _rows(
     door: Door[Any] | ScriptDoor, summary: Callable[[str], str]
 ) -> Iterable[tuple[str, ...]]:
-    """Yield name, package and summary; names of one thing share a row."""
+    """Yield names, package and summary; names of the same object share a row."""
     same: dict[str, list[Offer]] = {}
     for offer in door.offers().values():
         same.setdefault(offer.entry.value, []).append(offer)
     for offers in same.values():
         try:
-            told = summary(offers[0].name)
+            described = summary(offers[0].name)
         except UnusableError as error:
-            told = f'(cannot be used: {error.reason})'
+            described = f'(cannot be used: {error.reason})'
         names = ', '.join(offer.name for offer in offers)
-        yield names, f'{offers[0].package} {offers[0].version}', told
+        yield names, f'{offers[0].package} {offers[0].version}', described
 
 
 def _print(title: str, rows: Iterable[tuple[str, ...]]) -> None:

@@ -1,14 +1,14 @@
-"""Measure a run: path, speed and separation of the robots, and how well they did their task.
+"""Measure a run: path lengths, speeds and separation of the robots, and their task errors.
 
-The table goes to the terminal and, without rounding to the table's digits, into metrics.yaml in
-the folder of the run, or BAG_metrics.yaml beside a bag alone. The task is what the law says in a
-line such as task = 'waypoints'; of a law that says none, it is told with --task, and its
-references (WPL; PLACES; D; R and W) are read from the script.
+The table goes to the terminal, and the unrounded values to metrics.yaml in the run's folder, or
+to BAG_metrics.yaml next to a single bag. The law declares its task in a line such as
+task = 'waypoints'; otherwise give --task, and the references (WPL; PLACES; D; R and W) are read
+from the script.
 
 Examples:
   setcmas metrics out                                a run's folder
   setcmas metrics out --task waypoints --algo my_law.py
-  setcmas metrics somebody_elses.bag --vnom 0.2
+  setcmas metrics lab.bag --vnom 0.2
 """
 
 from __future__ import annotations
@@ -17,36 +17,36 @@ import argparse
 from dataclasses import dataclass
 from pathlib import Path
 
-from launch_scripts.terminal.terminal_output import teller
+from launch_scripts.terminal.terminal_output import warner
 from setcmas_ctrl.control.references import TASKS
 from setcmas_simu.options.group import Options, option
 from setcmas_simu.options.kinds import Kind, Number
 
-_tell = teller('metrics')
+_warn = warner('metrics')
 
 
 @dataclass(frozen=True, kw_only=True)
 class MetricsOptions(Options):
-    """What is measured against, where the run does not tell."""
+    """Task and speed limit to measure against, if the run does not have them."""
 
     task: str | None = option(
         Kind(metavar='NAME'),
-        'what the robots were to do',
+        'task of the robots',
         default=None,
-        default_text='what the law says',
+        default_text='as declared by the law',
         complete=lambda **_: list(TASKS.offers()),
     )
     algo: str | None = option(
         Kind(metavar='NAME'),
-        'control law that has the references of the task',
+        'control law with the references of the task',
         default=None,
-        default_text='that of the run',
+        default_text="the run's",
     )
     vnom: float | None = option(
         Number(above=0, unit='m/s'),
-        'largest speed of a robot in m/s',
+        'speed limit of the robots in m/s',
         default=None,
-        default_text='that of run.yaml, else 0.5',
+        default_text='as in run.yaml, else 0.5',
     )
 
 
@@ -62,7 +62,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def main(args: argparse.Namespace) -> int:
-    """Measure; returns the exit status."""
+    """Measure; return the exit status."""
     from setcmas_tools.evaluation import evaluate
     from setcmas_tools.measures.metrics import FILE_NAME
     from setcmas_tools.measures.task import with_task, with_vnom
@@ -70,15 +70,15 @@ def main(args: argparse.Namespace) -> int:
     from setcmas_tools.run.run_folder import find_run
 
     source = find_run(args.run)
-    run = Run.load(args.run, _tell)
+    run = Run.load(args.run, _warn)
     if args.task or args.algo:
         run = with_task(run, args.task, args.algo)
     if args.vnom:
         run = with_vnom(run, args.vnom)
     target = source.folder / f'{source.stem}{FILE_NAME}'
-    evaluation = evaluate(run, metrics_file=target, warn=_tell)
+    evaluation = evaluate(run, metrics_file=target, warn=_warn)
     print(evaluation)
     if run.references is None:
-        print(f'the task is not known: --task {{{",".join(TASKS.offers())}}} and --algo tell it')
+        print(f'unknown task: give --task {{{",".join(TASKS.offers())}}} and --algo')
     print(target)
     return 0

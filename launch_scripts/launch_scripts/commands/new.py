@@ -1,10 +1,10 @@
-"""Write a control script, a robot or a lab file into the current folder, to begin with.
+"""Write a control script, a robot script or a lab file to the current folder.
 
 Examples:
   setcmas new my_law                               a commented law that runs
   setcmas new my_law --from consensus              a copy of a built-in law
-  setcmas new my_law --from consensus --exercise   the exercise, with its maths left to fill in
-  setcmas new my_robot --robot                     a robot of your own, for --model my_robot.py
+  setcmas new my_law --from consensus --exercise   the exercise, for you to fill in
+  setcmas new my_robot --robot                     your own robot, for --model my_robot.py
   setcmas new --lab                                lab.yaml, a commented lab file for setcmas expe
 """
 
@@ -36,12 +36,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         '--from',
         dest='source',
         metavar='LAW',
-        help='copy this control law: a name that --algo accepts, or a path',
+        help='copy this control law: a name for --algo, or a path',
     )
     parser.add_argument(
         '--exercise',
         action='store_true',
-        help='copy the exercise of that name (without --from: of the same name)',
+        help='copy the exercise of that name (without --from: the exercise NAME)',
     )
     parser.add_argument('--robot', action='store_true', help='a robot script, for --model')
     parser.add_argument(
@@ -50,11 +50,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def main(args: argparse.Namespace) -> int:
-    """Write the file and say what to do next; returns the exit status."""
+    """Write the file and show the next step; return the exit status."""
     if args.lab:
         return write_lab_file(args)
     if not args.name:
-        raise SetcmasError('no NAME was given; it must be the name of a script, such as my_law')
+        raise SetcmasError('NAME is missing; give the script a name, such as my_law')
     target = new_file(args.name)
     if args.robot and (args.source or args.exercise):
         raise SetcmasError('--robot writes a robot script; --from and --exercise are for laws')
@@ -68,10 +68,10 @@ def main(args: argparse.Namespace) -> int:
     write(target, source.read_bytes())
     if not (args.source or args.exercise or args.robot) and target.stem in ALGORITHMS:
         print(
-            f'--algo {target.stem} means this file now, and not the built-in law; to begin with a '
-            f'copy of that: delete it, then setcmas new {target.stem} --from {target.stem}'
+            f'--algo {target.stem} now runs this file instead of the built-in law; for a copy of '
+            f'that law, delete it and run setcmas new {target.stem} --from {target.stem}'
         )
-    print(f'{target} is yours to edit; then')
+    print(f'edit {target}, then run')
     print(f'    {next_command(target.stem, source.stem)}')
     if args.exercise:
         print(f'    setcmas check {target.stem}')
@@ -79,27 +79,27 @@ def main(args: argparse.Namespace) -> int:
 
 
 def write_lab_file(args: argparse.Namespace) -> int:
-    """Write a copy of the default lab file and say what to do next; returns the exit status."""
+    """Write a copy of the default lab file and show the next step; return the exit status."""
     if args.source or args.exercise:
         raise SetcmasError('--lab writes a lab file; --from and --exercise are for scripts')
     target = Path(args.name or 'lab').with_suffix('.yaml')
     write(target, DEFAULT_FILE.read_bytes())
-    print(f'{target} is yours to edit; then')
+    print(f'edit {target}, then run')
     print(f'    setcmas expe --emulate --lab {target} --algo nav_wp')
     return 0
 
 
 def new_file(name: str) -> Path:
-    """Return the script's file in the current folder, which does not exist yet.
+    """Return the path of a new script in the current folder.
 
     Raises:
-        SetcmasError: The name is none that Python can import, or that of a module.
+        SetcmasError: Python cannot import this name, or it is the name of a module.
     """
     stem = name.removesuffix('.py')
     if not stem.isidentifier() or keyword.iskeyword(stem):
         near = re.sub(r'\W|^(?=\d)', '_', stem)
         raise SetcmasError(
-            f"'{name}' cannot be the name of a script; it must be letters, digits and _, "
+            f"'{name}' cannot be the name of a script; use letters, digits and _, "
             f'such as {near if near.isidentifier() and not keyword.iskeyword(near) else "my_law"}'
         )
     if _is_module(stem):
@@ -111,14 +111,14 @@ def new_file(name: str) -> Path:
 
 
 def _is_module(stem: str) -> bool:
-    """Return whether Python finds a module of that name, but for a script in this folder."""
+    """Return whether Python finds a module of that name outside this folder."""
     spec = find_spec(stem)
     own = str(Path(f'{stem}.py').resolve())
     return stem in sys.stdlib_module_names or (spec is not None and spec.origin != own)
 
 
 def write(target: Path, content: bytes) -> None:
-    """Write a file that must not exist yet.
+    """Write a new file.
 
     Raises:
         SetcmasError: It exists, or cannot be written.
@@ -127,13 +127,13 @@ def write(target: Path, content: bytes) -> None:
         with target.open('xb') as file:
             file.write(content)
     except FileExistsError:
-        raise SetcmasError(f"'{target}' exists already and is kept; choose another name") from None
+        raise SetcmasError(f"'{target}' already exists; choose another name") from None
     except OSError as error:
         raise SetcmasError(f"'{target}' cannot be written: {error.strerror}") from error
 
 
 def next_command(stem: str, source: str) -> str:
-    """Return the command that tries a script written from a source, on this machine."""
+    """Return a command to try the new script on this machine."""
     verb = 'offline' if missing_ros() else 'run'
     if source == 'ctc':
         return f'setcmas {verb} --algo consensus --nb-robots 8 --event-triggered --ctc {stem}'

@@ -1,7 +1,7 @@
-"""Run a control law on simulated robots without ROS, hundreds of times faster than real time.
+"""Simulate robots under a control law without ROS, hundreds of times faster than real time.
 
-Writes fleet.csv, the plots, the metrics and run.yaml, as `setcmas run` does; equal commands
-write equal files. Ctrl-C ends it early; what was simulated until then is written.
+Writes fleet.csv, plots, metrics and run.yaml, as `setcmas run` does; the same command writes the
+same files. Ctrl-C stops the run early and writes the results so far.
 
 Examples:
   setcmas offline square.yaml --set K=2
@@ -9,7 +9,7 @@ Examples:
   setcmas offline --algo my_law.py --nb-robots 3 --pose 1:1.0,2.0,1.57
   setcmas offline --algo consensus --nb-robots 5 --set K=1.2
   setcmas offline --algo consensus --nb-robots 8 --graph ring --delay 0.2 --loss 0.3
-  setcmas offline --from out                         the run in out again, and how it compares
+  setcmas offline --from out                         repeat the run in out, and compare
 """
 
 from __future__ import annotations
@@ -74,11 +74,11 @@ def main(args: argparse.Namespace) -> int:
     from setcmas_tools.run.run import Run
 
     if not len(run.table.t):
-        return _told(run)
+        return _report_outcome(run)
     command = ['setcmas', *sys.argv[1:]]
     info = replace(run.info, command=command, scenario=kept_record(scenario, inputs))
     replace(run, info=info, inputs=tuple(inputs)).save(folder.path, args.overwrite)
-    # What is in the files is measured, so that `setcmas metrics` finds the same.
+    # Measure what the files contain, so that `setcmas metrics` gives the same.
     saved = replace(Run.load(folder.path, warn), call_time=run.call_time)
     look = PlotLook(tuple(args.format))
     plots = folder.plots if args.plots else None
@@ -87,11 +87,11 @@ def main(args: argparse.Namespace) -> int:
     if earlier:
         print(comparison_line(folder.path, earlier))
     print(f'{_speed(run, elapsed)}{folder.summary(len(evaluation.plots))}')
-    return _told(run)
+    return _report_outcome(run)
 
 
 def _speed(run: Run, elapsed: float) -> str:
-    """Return how fast it was, in words; empty if nothing was simulated."""
+    """Return simulated and elapsed time as text; '' if nothing was simulated."""
     simulated = float(run.table.t[-1])
     if not simulated:
         return ''
@@ -99,15 +99,15 @@ def _speed(run: Run, elapsed: float) -> str:
     return f'{simulated:g} s in {elapsed:.2f} s ({times:.{int(times < 10)}f} times real time)   '
 
 
-def _told(run: Run) -> int:
-    """Tell how a run ended, unless that was told; returns the exit status."""
+def _report_outcome(run: Run) -> int:
+    """Report how a run ended, unless already reported; return the exit status."""
     if run.outcome.state is State.STOPPED:
         return _STOPPED
     if run.outcome.state is State.DIED:
         warn(f'setcmas offline: {run.outcome}{_written(run.table.t[-1:].sum())}')
         return SCRIPT_FAILED
     if run.failed_robots:
-        warn(f'setcmas offline: {run.outcome}; the messages above the table tell why')
+        warn(f'setcmas offline: {run.outcome}; see the messages above the table')
         return SCRIPT_FAILED
     return 0
 
@@ -140,7 +140,7 @@ def _simulate(scenario: Scenario, call_timeout: float) -> tuple[Run, float]:
             told = f'setcmas offline: stopped by the user{offline_run.place()}'
             states = offline_run.states()
             if len(states) < 2:
-                warn(told)
+                warn(message)
                 raise
             warn(f'{told}{_written((len(states) - 1) / robot_rate)}')
             elapsed = time.perf_counter() - begin

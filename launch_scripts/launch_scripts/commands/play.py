@@ -1,8 +1,8 @@
-"""Play a recording: publish its messages again, in time, for the view, RViz and recorders.
+"""Play a recording: publish its messages in real time for the page, RViz and recorders.
 
 Commands are never played (cmd_vel, pause, reset, joysticks): no robot moves because of a
-recording. It refuses to start while one of its robots is running, and ends when one starts.
-Space pauses and resumes, q stops.
+recording. It refuses to start while one of the recorded robots is running, and ends when one
+starts. Space pauses and resumes, q quits.
 
 Examples:
   setcmas play out
@@ -30,7 +30,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def main(args: argparse.Namespace) -> int:
-    """Play until the end or Ctrl-C; returns the exit status."""
+    """Play until the end or Ctrl-C; return the exit status."""
     options = PlayerOptions.of(args)
     require_ros()
     command = node_command(PLAYER, [str(args.bag), *options.arguments()])
@@ -41,7 +41,7 @@ def main(args: argparse.Namespace) -> int:
         except StoppedError:
             supervisor.stop(child)
             return child.exit_status
-        except ChildDiedError as death:  # at the end of the bag, too
+        except ChildDiedError as death:  # also at the end of the bag
             status = child.process.returncode
             if status < 0:
                 supervisor.warn(f'setcmas play: {death}')

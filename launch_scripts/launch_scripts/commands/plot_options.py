@@ -16,25 +16,25 @@ from setcmas_tools.plots.look import FILMS, FORMATS, PALETTES, PAPERS
 _LEAST_PX, _MOST_PX = 200, 7680
 
 BEST = 'best'
-"""The kind of film that is the best on this machine."""
+"""The best kind of film on this machine."""
 
 
 @dataclass(frozen=True)
 class _OneOfBesideFolder(OneOf):
-    """Words of options that would take a folder behind them for their value."""
+    """Values of options that might swallow the folder after them."""
 
     def check(self, name: str, value: Any) -> None:
-        """See that a value is one of the words."""
+        """Check that a value is accepted."""
         if isinstance(value, str) and not self.accepts(value) and Path(value).exists():
             raise SetcmasError(
-                f"{name} is '{value}'; it must be {self.must_be}; put what to plot first"
+                f"{name} is '{value}'; it must be {self.must_be}; put the folder to plot first"
             )
         super().check(name, value)
 
 
 @dataclass(frozen=True)
 class _Pixels(Kind):
-    """Sizes of pictures in pixels, typed as 1280x720."""
+    """Sizes of pictures in pixels, such as 1280x720."""
 
     @property
     def must_be(self) -> str:
@@ -42,7 +42,7 @@ class _Pixels(Kind):
         return f'WIDTHxHEIGHT in pixels from {_LEAST_PX} to {_MOST_PX}, such as 1280x720'
 
     def parse(self, text: str) -> tuple[int, ...] | str:
-        """Return the size that a text tells."""
+        """Return the size in a text."""
         found = re.fullmatch(r'(\d+)x(\d+)', text)
         size = (int(found[1]), int(found[2])) if found else ()
         return size if size and self.accepts(size) else text
@@ -52,7 +52,7 @@ class _Pixels(Kind):
         return isinstance(value, tuple) and all(_LEAST_PX <= side <= _MOST_PX for side in value)
 
     def text(self, value: Any) -> str:
-        """Return the size as it is typed."""
+        """Return the size as text."""
         return f'{value[0]}x{value[1]}'
 
 
@@ -70,20 +70,20 @@ class FormatOptions(Options):
 
 @dataclass(frozen=True, kw_only=True)
 class PlotFolderOptions(Options):
-    """Where plots go."""
+    """Destination of plots."""
 
     output: Path | None = option(
         PathTo(metavar='DIR'),
         'folder of the plots',
         default=None,
-        default_text='plots in the folder of a run, BAG_plots beside a bag alone',
+        default_text="plots in a run's folder, BAG_plots next to a single bag",
         short='-o',
     )
 
 
 @dataclass(frozen=True, kw_only=True)
 class StyleOptions(Options):
-    """Colours and sizes of plots; in a paper they are PDF unless told otherwise."""
+    """Colours and sizes of plots; PDF by default for --paper."""
 
     format: tuple[str, ...] | None = option(
         _OneOfBesideFolder(FORMATS),
@@ -94,12 +94,12 @@ class StyleOptions(Options):
     )
     palette: str = option(
         OneOf(PALETTES),
-        "colours of the robots, or Okabe and Ito's for colour-blind readers",
+        'colours of the robots; okabe-ito suits colour-blind readers',
         default=PALETTES[0],
     )
     paper: str | None = option(
         _OneOfBesideFolder(tuple(PAPERS)),
-        'for print in two columns, as PDF: 3.5 in wide (column, the default) or 7.16 (page)',
+        'for print, as PDF: 3.5 in wide (column, the default) or 7.16 in (page)',
         default=None,
         alone='column',
     )
@@ -112,18 +112,18 @@ class StyleOptions(Options):
 
 @dataclass(frozen=True, kw_only=True)
 class FilmOptions(Options):
-    """Whether there is a film, how fast and how large it is."""
+    """Options of films."""
 
     animate: str | None = option(
         _OneOfBesideFolder((BEST, *FILMS)),
-        'write a film as well: mp4 (needs ffmpeg) or gif',
+        'also write a film: mp4 (needs ffmpeg) or gif',
         default=None,
-        default_text='the first that works',
+        default_text='mp4 if possible',
         alone=BEST,
     )
     speed: float | None = option(
         Number(above=0, finite=True, metavar='TIMES'),
-        'how many times faster than the robots the film is',
+        'playback speed, in multiples of real time',
         default=None,
         default_text='1',
     )
@@ -135,17 +135,17 @@ class FilmOptions(Options):
     )
     dpi: float | None = option(
         Number(least=50, most=600, metavar='N'),
-        'dots an inch of the film: more of them make letters and lines larger',
+        'resolution in dots per inch: higher values enlarge text and lines',
         default=None,
         default_text='100',
     )
 
     def look(self) -> dict[str, Any]:
-        """Return what is said of how the film looks."""
-        told = {name: getattr(self, name) for name in ('speed', 'size', 'dpi')}
-        return {name: value for name, value in told.items() if value is not None}
+        """Return the options of the film's appearance."""
+        given = {name: getattr(self, name) for name in ('speed', 'size', 'dpi')}
+        return {name: value for name, value in given.items() if value is not None}
 
     def check(self) -> None:
-        """See that what is said of a film has one."""
-        if (told := self.look()) and not self.animate:
-            raise ClashError('{} is that of a film; add {}', next(iter(told)), 'animate')
+        """Check that options of films come with --animate."""
+        if (given := self.look()) and not self.animate:
+            raise ClashError('{} is for films; add {}', next(iter(given)), 'animate')

@@ -1,10 +1,10 @@
 """Record topics into a rosbag2 bag until Ctrl-C.
 
-Every topic is recorded, new ones as they appear. Even if the recorder is killed, the bag is
-readable up to the last second. A layout for Foxglove and Lichtblick is written next to the bag.
+By default it records every topic, including new ones. The bag stays readable even if the recorder
+is killed. A layout for Foxglove and Lichtblick is written next to the bag.
 
 Examples:
-  setcmas record                                 into bag_<date and time>
+  setcmas record                                 to bag_<date and time>
   setcmas record -o out/bag
   setcmas record --topics /tb3_1/odom /tb3_1/cmd_vel
 """
@@ -28,12 +28,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def main(args: argparse.Namespace) -> int:
-    """Record until Ctrl-C; returns the exit status."""
+    """Record until Ctrl-C; return the exit status."""
     args.output = args.output or Path(time.strftime('bag_%Y%m%d-%H%M%S'))
     options = RecorderOptions.of(args)
     if options.output.exists():
-        raise SetcmasError(
-            f"output '{options.output}' exists already; name a folder that does not"
-        )
+        raise SetcmasError(f"output '{options.output}' already exists; choose another folder")
     require_ros()
     return run_in_foreground('record', node_command(RECORDER, options.arguments()))

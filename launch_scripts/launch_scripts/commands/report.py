@@ -5,7 +5,7 @@ prints well. A second run, such as the simulation of an experiment, is drawn ove
 and the page lists the differences.
 
 Examples:
-  setcmas report out                             out.html
+  setcmas report out                             writes out.html
   setcmas report simulation experiment -o lab.html
   setcmas report out --overwrite                 out.html again
 """
@@ -15,10 +15,10 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from launch_scripts.terminal.terminal_output import teller
+from launch_scripts.terminal.terminal_output import warner
 from setcmas_simu.errors import SetcmasError
 
-_tell = teller('report')
+_warn = warner('report')
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

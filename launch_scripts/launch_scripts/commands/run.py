@@ -8,7 +8,7 @@ Examples:
   setcmas run --algo consensus --nb-robots 5 --set K=1.2
   setcmas run --algo consensus --nb-robots 8 --event-triggered --duration 45
   setcmas run --emulate --algo consensus --nb-robots 8     an experiment in an emulated lab
-  setcmas run --from out                                   the run in out again
+  setcmas run --from out                                   repeat the run in out
 """
 
 from __future__ import annotations
@@ -79,7 +79,7 @@ def main(args: argparse.Namespace) -> int:
     inputs = inputs_of(found)
     folder = RunFolder(output_folder(args, found), inputs)
     folder.check(args.overwrite)
-    require_ros("'setcmas offline' with the same options needs no ROS; ")
+    require_ros("'setcmas offline' takes the same options and needs no ROS; ")
     info = RunInfo(
         ['setcmas', *sys.argv[1:]],
         Outcome(State.NOT_FINISHED),
@@ -99,7 +99,7 @@ def main(args: argparse.Namespace) -> int:
         with supervisor.signals_handed_back():
             status = _concluded(args, folder, info, earlier, status, outcome)
         if page and status != STOPPED:
-            _show_until_told(supervisor, page)
+            _show_until_enter(supervisor, page)
         return status
 
 
@@ -111,7 +111,7 @@ def _concluded(
     status: int,
     outcome: Outcome | None,
 ) -> int:
-    """Write what a run has left, and tell of it; returns the exit status."""
+    """Write the results of a run, and report them; return the exit status."""
     if outcome is None:
         folder.discard()
         return status
@@ -127,27 +127,27 @@ def _concluded(
     try:
         status = _evaluate(args, folder, info, earlier) or status
         if outcome.state is State.FAILED:
-            warn(f'setcmas run: {outcome}; the messages above the table tell why')
+            warn(f'setcmas run: {outcome}; see the messages above the table')
         return status
     except KeyboardInterrupt:
         bag = folder.shown(folder.bag)
-        warn(f'setcmas run: the bag is complete; bag_to_csv {bag} goes on from there')
+        warn(f'setcmas run: the bag is complete; continue with bag_to_csv {bag}')
         return STOPPED
     except SetcmasError as error:
         if not status:
             raise
-        warn(f'setcmas run: {error}')  # what ended the run matters more
+        warn(f'setcmas run: {error}')  # the reason why the run ended matters more
         return status
 
 
 def _page_that_stays(supervisor: Supervisor) -> Child | None:
-    """Return the page, if somebody is at the terminal who can end it."""
+    """Return the page if a user at the terminal can close it."""
     if not (sys.stdin.isatty() and sys.stdout.isatty()):
         return None
     return next((child for child in supervisor.children if child.name == PAGE), None)
 
 
-def _show_until_told(supervisor: Supervisor, page: Child) -> None:
+def _show_until_enter(supervisor: Supervisor, page: Child) -> None:
     print('the page shows the end of the run until you press Enter here', flush=True)
     with Keyboard() as keyboard, suppress(StoppedError):
         supervisor.run(lambda: '\n' in keyboard.pressed() or not page.running())
@@ -157,7 +157,7 @@ def _emulated_lab(args: argparse.Namespace, scenario: Scenario) -> Lab | None:
     """Return the lab of an emulated experiment; None for a simulation.
 
     Raises:
-        SetcmasError: The lab file has a mistake, or options contradict each other.
+        SetcmasError: The lab file is invalid, or options contradict each other.
     """
     typed, safety, nb_robots = typed_values(args), scenario.safety, scenario.nb_robots
     if not scenario.lab.emulate:
@@ -189,21 +189,21 @@ def _evaluate(
     from setcmas_tools.run.run import Run
 
     if not convert(folder.bag, folder.csv).fleet:
-        warn('setcmas run: no odometry was recorded, so there is nothing to plot')
+        warn('setcmas run: no odometry was recorded, so there are no plots')
         return 1
     run = Run.load(folder.path, warn)
     folder.write_info(replace(info, references=run.references))
     strangers = set(run.robots) - set(range(1, info.scenario['nb_robots'] + 1))
     if strangers:
         warn(
-            f'setcmas run: the plots and the metrics show {robots_in_words(sorted(strangers))} '
-            'of another simulator, too'
+            f'setcmas run: plots and metrics include {robots_in_words(sorted(strangers))} '
+            'of another simulator'
         )
     look = PlotLook(tuple(args.format))
     plots = folder.plots if args.plots else None
     evaluation = evaluate(run, plots, look, folder.metrics, warn)
     lines = [str(evaluation), *([comparison_line(folder.path, earlier)] if earlier else [])]
     where = f'bag: {folder.shown(folder.bag)}   {folder.summary(len(evaluation.plots))}'
-    with suppress(OSError):  # the terminal may be closed by now, the work is done
+    with suppress(OSError):  # the terminal may be closed; the work is done
         print(*lines, where, sep='\n', flush=True)
     return 0

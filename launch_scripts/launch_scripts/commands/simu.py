@@ -3,8 +3,8 @@
 Examples:
   setcmas simu --nb-robots 8
   setcmas simu --nb-robots 3 --pose 1:1.0,2.0,1.57 --limits burger
-  setcmas simu --nb-robots 8 --robots 1-4        half of a fleet; the rest runs elsewhere
-  setcmas simu --nb-robots 8 --rviz              shown in RViz 2; --view: in the browser
+  setcmas simu --nb-robots 8 --robots 1-4        half of a fleet; simulate the rest elsewhere
+  setcmas simu --nb-robots 8 --rviz              show it in RViz 2; with --view in the browser
 """
 
 from __future__ import annotations

@@ -1,16 +1,15 @@
-"""Run a control law many times offline, with some of its parameters varied.
+"""Run a control law many times offline with varied parameters.
 
-Writes runs.csv, a row for each run, the plots, and study.yaml, which would repeat the study. The
-same command in the same folder goes on where a study was stopped; a run whose law fails, hangs or
-dies is a row that says so. A run of it is made again with --from FOLDER/NUMBER of setcmas offline
-or run.
+Writes runs.csv with a row per run, plots, and study.yaml, from which the study can be repeated. To
+continue a stopped study, run the same command in the same folder. A run whose law fails, hangs or
+dies gets a row, too. Repeat a single run with --from FOLDER/NUMBER of setcmas offline or run.
 
 Examples:
   setcmas sweep square.yaml --vary K=0.5,1,2
   setcmas sweep --algo consensus --nb-robots 8 --vary K=0.2:2:10 --seeds 20 --random-poses -o study
   setcmas sweep --algo consensus --nb-robots 8 --vary graph=ring,path --vary loss=0,0.2,0.4
   setcmas sweep --algo consensus --nb-robots 8 --seeds 500 --random-poses --dry-run
-  setcmas offline --from study/417 -o run            run 417 of that study again, with its plots
+  setcmas offline --from study/417 -o run            repeat run 417 of that study, with plots
 """
 
 from __future__ import annotations
@@ -41,8 +40,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def main(args: argparse.Namespace) -> int:
-    """Make a study, and write its table and plots; returns the exit status."""
-    # Imported late: help texts and completion do not wait for numpy's and joblib's.
+    """Make a study, and write its table and plots; return the exit status."""
+    # Imported late: help texts and completion need not wait for numpy and joblib.
     from setcmas_tools.study.plan import check_names, make_plan
     from setcmas_tools.study.study import runs_in_words
     from setcmas_tools.study.success import check_columns
@@ -61,19 +60,19 @@ def main(args: argparse.Namespace) -> int:
     try:
         study = carry_out(plan, folder, options, args.overwrite)
     except KeyboardInterrupt:
-        warn(f"setcmas sweep: stopped; the same command with -o '{folder}' goes on from there")
+        warn(f"setcmas sweep: stopped; run the same command with -o '{folder}' to continue")
         raise
     print(study.summary)
     drawn = _plots(study, folder, args) if args.plots else []
-    told = f'   {len(drawn)} plots: {folder / "plots"}' if drawn else ''
-    print(f'{runs_in_words(len(study))}: {folder / "runs.csv"}{told}')
+    plots = f'   {len(drawn)} plots: {folder / "plots"}' if drawn else ''
+    print(f'{runs_in_words(len(study))}: {folder / "runs.csv"}{plots}')
     return SCRIPT_FAILED if _failures(study) else 0
 
 
 def _named(text: str) -> tuple[str, str]:
     name, equals, values = text.partition('=')
     if not (name and equals and values):
-        raise SetcmasError(f"--vary '{text}' must be NAME=VALUES, such as K=0.2:2:10")
+        raise SetcmasError(f"invalid --vary '{text}'; must be NAME=VALUES, such as K=0.2:2:10")
     return name.strip(), values.strip()
 
 
@@ -86,7 +85,7 @@ def _plots(study: Any, folder: Path, args: argparse.Namespace) -> list[Path]:
 
 
 def _failures(study: Any) -> int:
-    """Tell how many runs did not go well, and why the first of each kind did not."""
+    """Report runs that failed, with the first reason of each kind."""
     from setcmas_tools.study.study import runs_in_words
 
     first: dict[str, tuple[int, int]] = {}
@@ -97,5 +96,5 @@ def _failures(study: Any) -> int:
             first[f'{state}: {message}'] = number, count + 1
     runs = runs_in_words(len(study))
     for text, (run, count) in sorted(first.items(), key=lambda one: -one[1][1])[:5]:
-        warn(f'setcmas sweep: {count} of {runs}, the first is run {run}: {text}')
+        warn(f'setcmas sweep: {count} of {runs}, first run {run}: {text}')
     return len(first)

@@ -10,8 +10,8 @@ Examples:
   setcmas view --port 9000
   setcmas view out                               a finished run: its folder, a bag, or a fleet.csv
   setcmas view out --at 12.5
-  setcmas view experiment simulation             two runs, the second one as ghosts
-  setcmas view --host 0.0.0.0 --read-only        for others on the network, to look at only
+  setcmas view experiment simulation             two runs, the second as ghosts
+  setcmas view --host 0.0.0.0 --read-only        for others on the network, without buttons
   setcmas view --write-rviz fleet.rviz --robots 1-5
 """
 
@@ -47,14 +47,14 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def main(args: argparse.Namespace) -> int:
-    """Show the robots until Ctrl-C; returns the exit status."""
+    """Show the robots until Ctrl-C; return the exit status."""
     rviz = RvizFileOptions.of(args)
     if rviz.write_rviz and args.runs:
         raise SetcmasError('--write-rviz is for running robots; name no run with it')
     if rviz.write_rviz:
         robots = shown_robots(rviz.robots)
         write_config(rviz.write_rviz, robots, rviz.experiment)
-        print(f'rviz2 -d {rviz.write_rviz} shows {robots_in_words(robots)}')
+        print(f'show {robots_in_words(robots)} with rviz2 -d {rviz.write_rviz}')
         return 0
     if surplus := rviz.changed():
         raise SetcmasError(

@@ -28,7 +28,7 @@ class Choice:
 class ViewOptions(Options):
     """Which views of the robots are started."""
 
-    rviz: bool = flag('show the robots in RViz 2 as well')
+    rviz: bool = flag('also show the robots in RViz 2')
     view: str = option(
         OneOf((AUTO, BROWSER, NONE)),
         'show the robots: on a page in the browser (also --view alone), not at all, or auto: '
@@ -58,10 +58,10 @@ def choose_view(options: ViewOptions, attended: bool, no_rviz: str) -> Choice:
 def view_beside(
     options: ViewOptions, robots: list[int], experiment: bool = False
 ) -> Iterator[list[Companion]]:
-    """Hand out the views of a fleet, as companions of the robots' process.
+    """Yield the views of a fleet, as companions of the robots' process.
 
     Args:
-        options: Which views are wanted.
+        options: Requested views.
         robots: Numbers of the robots.
         experiment: Whether they are real.
     """

@@ -1,4 +1,4 @@
-"""A process that a command has started: its calls of scripts, its end and its cause."""
+"""A process that a command has started: its script calls, its end and the reason."""
 
 from __future__ import annotations
 
@@ -19,17 +19,17 @@ from setcmas_simu.reports.reports import Ended, Failed, Message, Mistake, Report
 from setcmas_simu.reports.script_calls import Function, ScriptCall, ScriptFailure
 
 SILENT_S = 3.0
-"""Duration in s from which a call hangs that the process itself says nothing of.
+"""Duration in s after which a call counts as hanging if the process itself reports nothing.
 
-A loop in C and a process that was stopped keep it from speaking.
+A loop in C, or a suspended process, cannot report.
 """
 
 
 class ScriptCalls:
-    """Follows the calls of one process by its reports and by the memory that both share.
+    """Follows the script calls of one process, by its reports and shared memory.
 
     Attributes:
-        failures: When which calls failed, as the process tells at its end.
+        failures: Periods of failed calls, as the process reports at its end.
     """
 
     def __init__(self, memory: int) -> None:
@@ -41,7 +41,7 @@ class ScriptCalls:
 
     @property
     def failed(self) -> tuple[ScriptCall, ...]:
-        """The calls that failed, hung, or were running when the process was killed or died."""
+        """Calls that failed, hung, or were running when the process was killed or died."""
         return tuple(self._failed)
 
     def hear(self, report: Message) -> None:
@@ -56,21 +56,21 @@ class ScriptCalls:
             self.note(report.call)
 
     def silently_hanging(self) -> ScriptCall | None:
-        """Return a call that hangs without a word of the process; once for each."""
+        """Return a call that hangs without a report of the process; each call once."""
         if self.running_s <= SILENT_S or self._current.since == self._told_since:
             return None
         self._told_since = self._current.since
         return self.running()
 
     def running(self) -> ScriptCall | None:
-        """Return the call that has not returned, and count it as failed; None between calls."""
+        """Return the running call, and count it as failed; None between calls."""
         call = self._current.running()
         if call:
             self.note(call)
         return call
 
     def described(self) -> str:
-        """Return in which call a process has ended, or after which; empty if there was none."""
+        """Return the call in which, or after which, the process ended; '' if there was none."""
         if call := self.running():
             return f' in {call}'
         return f' after {self.last()}' if self.last() else ''
@@ -83,7 +83,7 @@ class ScriptCalls:
 
     @property
     def running_s(self) -> float:
-        """For how long a call has been running, in s; 0 between calls."""
+        """How long a call has been running, in s; 0 between calls."""
         return self._current.running_s(time.monotonic())
 
     def last(self) -> ScriptCall | None:
@@ -91,7 +91,7 @@ class ScriptCalls:
         return self._current.last()
 
     def note(self, call: ScriptCall) -> None:
-        """Count a call as failed; a script that is not loaded has not failed yet."""
+        """Count a call as failed, unless its script is still loading."""
         if call.function is not Function.LOADING:
             self._failed[call] = None
 
@@ -103,7 +103,7 @@ AnyReport = TypeVar('AnyReport', bound=Message)
 
 
 def known_signals(*names: str) -> tuple[signal.Signals, ...]:
-    """Return the signals of these names that this system has: Windows lacks some."""
+    """Return those of these signals that the system has (Windows lacks some)."""
     return tuple(signal.Signals[name] for name in names if name in signal.Signals.__members__)
 
 
@@ -115,10 +115,10 @@ _ENDS_WITHIN_S = 1.0  # after it has closed the pipe of its reports
 
 
 class ChildDiedError(Exception):
-    """A process ended that nobody had asked to end.
+    """A process ended unexpectedly.
 
     Attributes:
-        exit_status: What the command should exit with.
+        exit_status: Exit status for the command.
         child: The process.
     """
 
@@ -130,17 +130,17 @@ class ChildDiedError(Exception):
 
 
 class Child:
-    """A running process in a process group of its own.
+    """A running process in its own process group.
 
     Attributes:
-        spoke: Whether it has written anything; before, it may not know our signals yet.
-        shown: Whether what it writes is shown.
-        needed: Whether the others cannot go on without it.
-        reports: The pipe of its reports.
-        calls: The calls of scripts in it.
-        on_hang: Called when a call of a script does not return.
+        spoke: Whether it has written anything; before that it may not handle signals yet.
+        shown: Whether its output is shown.
+        needed: Whether the other processes need it.
+        reports: Pipe of its reports.
+        calls: Its script calls.
+        on_hang: Called when a script call does not return.
         killed: Whether it had to be killed because it did not end.
-        on_report: Takes what it reports.
+        on_report: Called with its reports.
     """
 
     def __init__(
@@ -152,7 +152,7 @@ class Child:
         listens: bool,
         mistake: str,
     ) -> None:
-        """Start the process; what it writes before a mistake, the rest as `Supervisor.start`."""
+        """Start the process; `mistake` is the prefix of its error messages."""
         self.name = name
         self.needed = needed
         self.spoke = False
@@ -180,14 +180,14 @@ class Child:
         os.close(memory)
 
     def running(self) -> bool:
-        """Return whether the process has not ended yet."""
+        """Return whether the process is running."""
         return self.process.poll() is None
 
     def tell(self, message: Message) -> None:
-        """Send a message to the standard input of a process that listens; never waits."""
+        """Send a message to the standard input of a listening process; never block."""
         assert self.process.stdin is not None
         os.set_blocking(self.process.stdin.fileno(), False)
-        with suppress(BlockingIOError, BrokenPipeError):  # it hangs, or has ended
+        with suppress(BlockingIOError, BrokenPipeError):  # it hangs or has ended
             os.write(self.process.stdin.fileno(), encode(message))
 
     def hear(self, report: ChildReport) -> None:
@@ -200,13 +200,13 @@ class Child:
             self.on_hang()
 
     def note_end_of_reports(self) -> None:
-        """Note that the pipe of its reports is closed: it ends, or a script has closed it."""
+        """Note that its report pipe is closed: it is ending, or a script closed the pipe."""
         self._disconnected = time.monotonic()
         self._disconnected_in = self.calls.last()
 
     @property
     def disconnected(self) -> bool:
-        """Whether it goes on, though it has closed the pipe of its reports some time ago."""
+        """Whether it is still running although its report pipe has been closed for some time."""
         since = self._disconnected
         return since is not None and self.running() and time.monotonic() - since > _ENDS_WITHIN_S
 
@@ -216,14 +216,14 @@ class Child:
         status = self.process.returncode
         if self.killed or (status <= 0 and self.calls.failed):
             return 1
-        return status if status >= 0 else 128 - status  # as shells tell it
+        return status if status >= 0 else 128 - status  # as shells report it
 
     def heard(self, kind: type[AnyReport]) -> AnyReport | None:
         """Return the newest report of a kind; None if there was none."""
         return cast('AnyReport | None', self._heard.get(kind))
 
     def signal_group(self, signum: int) -> None:
-        """Send a signal to the process and whatever it started."""
+        """Send a signal to the process and its children."""
         with suppress(ProcessLookupError, PermissionError):
             os.killpg(self.process.pid, signum)
 
@@ -235,24 +235,24 @@ class Child:
         if status < 0:
             reason = f'was killed by {signal.Signals(-status).name}'
             reason += ' (out of memory?)' if -status == KILL else ''
-            status = 128 - status  # as shells tell it
+            status = 128 - status  # as shells report it
         else:
-            reason = f'ended by itself with exit status {status}'
+            reason = f'ended unexpectedly with exit status {status}'
         message = f'{self.name} (process {self.process.pid}) {reason}{self.calls.described()}'
         return ChildDiedError(message, 1 if self.calls.running() else status or 1, self)
 
     def disconnection(self) -> ChildDiedError:
-        """Return why a process is of no more use that has closed its descriptors."""
+        """Return an exception for a process that has lost its descriptors."""
         call = self._disconnected_in
         if call:
             self.calls.note(call)
-        by = f'closed in {call}' if call else 'it has closed them'
+        by = f'closed in {call}' if call else 'the process closed them'
         message = f'{self.name} (process {self.process.pid}) has no descriptors any more: {by}'
         return ChildDiedError(message, 1, self)
 
 
 def prepare_child() -> Callable[[], None]:
-    """Return what a child does first: its own process group, and an end with its parent."""
+    """Return a function for the child to call first: own process group, end with the parent."""
     parent = os.getpid()
     libc = ctypes.CDLL(None) if sys.platform == 'linux' else None
 

@@ -1,4 +1,4 @@
-"""Runs in the emulated lab: those of `setcmas run --emulate`, and those of a rubric."""
+"""Runs in the emulated lab, for `setcmas run --emulate` and for rubrics."""
 
 from __future__ import annotations
 
@@ -71,11 +71,11 @@ def decided(lab: Lab) -> dict[str, Any]:
 
 
 class EmulatedRun(RecordedRun):
-    """Recorder, emulated lab, bridge, pause node and controllers; it presses start itself.
+    """Recorder, emulated lab, bridge, pause node and controllers; presses start itself.
 
     Attributes:
-        started: Whether the robots are under control and not paused.
-        paused: Whether they are paused now.
+        started: Whether the robots are controlled and not paused.
+        paused: Whether they are paused.
     """
 
     def __init__(
@@ -114,17 +114,17 @@ class EmulatedRun(RecordedRun):
 
     @property
     def missing(self) -> str:
-        """What a run that has not started waits for."""
+        """What the start of the run waits for."""
         if not self._experiment.controlled:
             return self._experiment.missing
         return self._unready or 'the bridge process is silent'
 
     @property
     def trouble(self) -> str:
-        """Why the robots were paused meanwhile, or which did not stop; empty if all went well."""
+        """Why robots were paused, or which robots did not stop; '' if all went well."""
         if runaways := ', '.join(sorted(self._experiment.runaways)):
             return f'{runaways} did not stop when commanded zero'
-        return self._paused + '; nobody is here to start them again' * self.is_stuck
+        return self._paused + '; nothing can start them again' * self.is_stuck
 
     @property
     def is_stuck(self) -> bool:
@@ -137,13 +137,13 @@ class EmulatedRun(RecordedRun):
         self._experiment.request(Action.ALIVE)
 
     def finish(self) -> None:
-        """Stop the robots and all that commands them."""
+        """Stop the robots and everything that commands them."""
         self.status = self._experiment.stop()
         self.failed = self._experiment.failed
         self.failures = self._experiment.failures
 
     def stop(self) -> None:
-        """Stop all; the last command, zero, is to be in the bag."""
+        """Stop all processes; the bag must contain the last command, zero."""
         self._experiment.stop()
         self._supervisor.stop(self.recorder)
         self._experiment.stop_lab()
@@ -155,25 +155,25 @@ _TO_THE_END = (State.COMPLETE, State.FAILED)
 
 
 def runners_in_lab(rubric: Rubric, verb: str) -> Callable[[Path], LawRunner]:
-    """Return what returns the runner of a script in the emulated lab; the solution is run at once.
+    """Run the solution of a rubric in the emulated lab; return a function from script to runner.
 
     Args:
-        rubric: Whose scenarios are run.
-        verb: The command that tells what is run now, for it takes its time.
+        rubric: Its scenarios are run.
+        verb: Name of the command for progress messages.
 
     Raises:
-        SetcmasError: There is no ROS, or the solution does not come to its end.
+        SetcmasError: ROS is missing, or the solution does not complete a run.
     """
-    require_ros('without --emulate no ROS is needed; ')
-    tell = teller(verb)
-    _run_solution(rubric, tell)
-    return lambda script: _runs_emulated(script, rubric, tell)
+    require_ros('without --emulate you need no ROS; ')
+    show = warner(verb)
+    _run_solution(rubric, show)
+    return lambda script: _runs_emulated(script, rubric, show)
 
 
-def _runs_emulated(script: Path | None, rubric: Rubric, tell: Callable[[str], None]) -> LawRunner:
-    """Return what runs scenarios with a script as `setcmas run --emulate` does, in no sandbox.
+def _runs_emulated(script: Path | None, rubric: Rubric, show: Callable[[str], None]) -> LawRunner:
+    """Return a runner of scenarios in the emulated lab, without sandbox.
 
-    No script is the condition by default.
+    Without script it runs the default condition.
     """
 
     def run(scenario: MarkedScenario) -> ScenarioRun:
@@ -204,11 +204,11 @@ def _in_lab(scenario: Scenario, script: Path | None) -> ScenarioRun:
     return ScenarioRun(made, None if is_well else Failure(str(made.outcome)), is_whole)
 
 
-def _run_solution(rubric: Rubric, tell: Callable[[str], None]) -> None:
-    """Run the model solution of a rubric in the emulated lab; its paths are the wanted ones."""
+def _run_solution(rubric: Rubric, show: Callable[[str], None]) -> None:
+    """Run the model solution of a rubric in the emulated lab, for the reference paths."""
     if rubric.solution is None and rubric.function == CONTROL:
         return
-    run = _runs_emulated(rubric.solution, rubric, tell)
+    run = _runs_emulated(rubric.solution, rubric, show)
     for scenario in rubric.scenarios:
         made = run(scenario)
         if not made.run or made.failure:
@@ -236,13 +236,13 @@ def command_line(scenario: Scenario) -> list[str]:
 
 
 def _not_run(messages: str, script: Path | None) -> ScenarioRun:
-    """Return that there was no run, if it is the script that has a mistake.
+    """Return a result without run if the script is the cause.
 
     Raises:
-        SetcmasError: It is not.
+        SetcmasError: The script is not the cause.
     """
-    told = [line for line in messages.splitlines() if line.strip()] or ['it did not start']
-    message = told[-1].removeprefix('setcmas run: ')
+    shown = [line for line in messages.splitlines() if line.strip()] or ['it did not start']
+    message = shown[-1].removeprefix('setcmas run: ')
     if script is None or script.name not in messages:
         raise SetcmasError(f'the emulated lab: {message}')
     return ScenarioRun(None, Failure(message), is_complete=False)

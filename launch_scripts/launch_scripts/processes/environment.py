@@ -13,11 +13,11 @@ from launch_scripts.terminal.terminal_output import LOG_FORMAT
 from setcmas_simu.errors import SetcmasError, install_command
 
 
-def leave_out_what_breaks() -> None:
-    """Take out of the environment what would end this process or one that it starts.
+def clean_environment() -> None:
+    """Remove variables that break this process or its children from the environment.
 
-    PYTHONWARNINGS=error makes errors of the remarks of other packages, ROS among them; a notebook
-    sets MPLBACKEND to a backend that exists in its own kernel only.
+    PYTHONWARNINGS=error turns warnings of other packages, such as ROS, into errors; notebooks set
+    MPLBACKEND to a backend that only exists in their kernel.
     """
     os.environ.pop('PYTHONWARNINGS', None)
     if sys.warnoptions:
@@ -29,7 +29,7 @@ def leave_out_what_breaks() -> None:
 
 _ROS_PACKAGES = ('rclpy', 'geometry_msgs', 'nav_msgs', 'std_msgs', 'visualization_msgs')
 _MIDDLEWARE = 'rmw_fastrtps_cpp'
-_LARGEST_DOMAIN = 101  # beyond, ports collide with those that systems hand out
+_LARGEST_DOMAIN = 101  # above, ports collide with those that systems assign
 _DISCOVERY_RANGE = 'ROS_AUTOMATIC_DISCOVERY_RANGE'
 _WAYS_OUT = (
     'ROS_STATIC_PEERS',
@@ -38,24 +38,24 @@ _WAYS_OUT = (
     'FASTRTPS_DEFAULT_PROFILES_FILE',
     'FASTDDS_DEFAULT_PROFILES_FILE',
 )
-"""Variables by which topics may reach other machines whatever the discovery range."""
+"""Variables by which topics may reach other machines despite the discovery range."""
 
 
 def missing_ros() -> str:
-    """Return the first of ROS 2's Python packages that is missing; empty if none is."""
+    """Return the first missing Python package of ROS 2; '' if all are installed."""
     missing = (name for name in _ROS_PACKAGES if importlib.util.find_spec(name) is None)
     return next(missing, '')
 
 
 def require_ros(without: str = '') -> None:
-    """See that ROS 2's Python packages are there and can take part in a ROS domain.
+    """Check that ROS 2's Python packages are installed and the ROS domain is valid.
 
     Args:
-        without: What can be done without ROS, if anything, for the message.
+        without: What the user can do without ROS, for the message; may be empty.
 
     Raises:
-        SetcmasError: They are not, the message says how to install them; or ROS_DOMAIN_ID is
-            none.
+        SetcmasError: A package is missing (the message has the install command), or
+            ROS_DOMAIN_ID is invalid.
     """
     domain = os.environ.get('ROS_DOMAIN_ID') or '0'
     if not domain.isdecimal() or int(domain) > _LARGEST_DOMAIN:
@@ -65,12 +65,12 @@ def require_ros(without: str = '') -> None:
     middleware = os.environ.get('RMW_IMPLEMENTATION', _MIDDLEWARE)
     if middleware != _MIDDLEWARE and 'AMENT_PREFIX_PATH' not in os.environ:
         raise SetcmasError(
-            f"RMW_IMPLEMENTATION is '{middleware}', and only {_MIDDLEWARE} comes from PyPI: "
+            f"RMW_IMPLEMENTATION is '{middleware}', but PyPI only has {_MIDDLEWARE}: "
             'unset RMW_IMPLEMENTATION'
         )
     if missing := missing_ros():
         raise SetcmasError(
-            f'ROS 2 Jazzy is needed and {missing} is missing: {without}{install_command("ros")} '
+            f'ROS 2 Jazzy is missing ({missing}): {without}{install_command("ros")} '
             'installs it on Linux; or source the setup.bash of an installed ROS 2 Jazzy'
         )
 
@@ -78,32 +78,32 @@ def require_ros(without: str = '') -> None:
 def local_environment() -> dict[str, str]:
     """Return the environment of processes whose topics stay on this machine.
 
-    In a classroom every student's robots are their own; whoever sets
-    ROS_AUTOMATIC_DISCOVERY_RANGE decides otherwise.
+    In a classroom students then only see their own robots; ROS_AUTOMATIC_DISCOVERY_RANGE
+    overrides it.
     """
     return _environment('LOCALHOST')
 
 
 def closed_environment() -> dict[str, str]:
-    """Return the environment of processes whose topics stay on this machine whatever is set.
+    """Return the environment of processes whose topics always stay on this machine.
 
-    Emulated robots have the names of real ones, which must not hear what those are commanded.
+    Emulated robots have the names of real robots, which must not receive their commands.
     """
     environment = _environment('LOCALHOST') | {_DISCOVERY_RANGE: 'LOCALHOST'}
     return {name: value for name, value in environment.items() if name not in _WAYS_OUT}
 
 
 def lab_environment(static_peers: Sequence[str], discovery_server: str) -> dict[str, str]:
-    """Return the environment of processes that talk to other machines.
+    """Return the environment of processes that communicate with other machines.
 
-    What the user has set goes first.
+    The user's own settings take precedence.
 
     Args:
         static_peers: Addresses of the other machines, for networks without multicast.
-        discovery_server: Its address:port; empty if there is none.
+        discovery_server: Its address:port; '' without one.
 
     Raises:
-        SetcmasError: A static peer has a name that is not known here; ROS would start nothing.
+        SetcmasError: A static peer has an unknown name, with which ROS would not start.
     """
     environment = _environment('SUBNET', discovery_server)
     if static_peers:
@@ -118,8 +118,8 @@ def _check_name(peer: str) -> None:
         socket.getaddrinfo(peer, None)
     except (OSError, UnicodeError) as error:
         raise SetcmasError(
-            f"static peer '{peer}' is not known on this network; it must be an address, such as "
-            '192.168.1.21, or the name of a machine'
+            f"unknown static peer '{peer}'; must be an address, such as "
+            '192.168.1.21, or the name of a machine on this network'
         ) from error
 
 
@@ -129,12 +129,12 @@ def _environment(discovery_range: str, discovery_server: str = '') -> dict[str, 
     if discovery_server:
         environment.setdefault('ROS_DISCOVERY_SERVER', discovery_server)
     if environment.get('ROS_DISCOVERY_SERVER'):
-        # Recorder and bridge look at the whole graph: who publishes, who listens.
+        # Recorder and bridge look at the whole graph: all publishers and listeners.
         environment.setdefault('ROS_SUPER_CLIENT', 'TRUE')
     environment.setdefault('RCUTILS_CONSOLE_OUTPUT_FORMAT', LOG_FORMAT)
     environment.setdefault('RCUTILS_COLORIZED_OUTPUT', '0')
     environment['PYTHONUNBUFFERED'] = '1'
-    if 'PYTHONPATH' in environment:  # an empty entry would mean the current folder
+    if 'PYTHONPATH' in environment:  # an empty entry would be the current folder
         folders = environment['PYTHONPATH'].split(os.pathsep)
         environment['PYTHONPATH'] = os.pathsep.join(f for f in folders if f not in ('', '.'))
     return environment

@@ -1,4 +1,4 @@
-"""The processes of an experiment: started together, stopped in the order that robots need."""
+"""The processes of an experiment: started together, stopped in a safe order."""
 
 from __future__ import annotations
 
@@ -33,19 +33,19 @@ _TAKE_OVER_S = 0.5
 
 
 def experiment_environment(lab: Lab, emulated: bool) -> dict[str, str]:
-    """Return the environment of an experiment's processes: an emulated lab is on this machine."""
+    """Return the environment of an experiment; an emulated lab stays on this machine."""
     if emulated:
         return closed_environment()
     return lab_environment(lab.static_peers, lab.discovery_server)
 
 
 class Experiment:
-    """The bridge, pause and controller processes, and an emulated lab if wanted.
+    """Bridge, pause and controller processes, and optionally an emulated lab.
 
     Attributes:
-        on_status: Takes the state of pause and robots, several times a second.
-        on_script: Takes the reports of the controllers.
-        runaways: Names of the robots that moved at some time although they were commanded zero.
+        on_status: Called with the state of pause and robots, several times a second.
+        on_script: Called with reports of the controllers.
+        runaways: Names of robots that have moved although commanded zero.
     """
 
     def __init__(
@@ -62,7 +62,7 @@ class Experiment:
         """Start the processes.
 
         Args:
-            supervisor: Watches them.
+            supervisor: Starts and monitors them.
             lab: The lab.
             scenario: What is run.
             lab_options: What the processes are told of the lab.
@@ -72,8 +72,8 @@ class Experiment:
             joystick: The command that reads a joystick; None without one.
 
         Raises:
-            ChildDiedError: The emulated lab has ended.
-            StoppedError: The user asked the command to end while it started.
+            ChildDiedError: The emulated lab ended.
+            StoppedError: The user stopped the command meanwhile.
         """
         self._supervisor = supervisor
         self._stopped = False
@@ -88,7 +88,7 @@ class Experiment:
         bridges = told + ProofOptions(emulated=scenario.lab.emulate).arguments()
         self._bridges = supervisor.start('bridge', node_command(BRIDGES, bridges))
         ways = ['--console', *(['--hold'] if hold else []), *(['--joystick'] if joystick else [])]
-        pause = node_command(PAUSE, [*told, *ways])
+        pause = node_command(PAUSE, [*options, *ways])
         self._pause = supervisor.start('pause', pause, listens=True)
         self._pause.on_report = self._on_report
         if joystick:
@@ -107,22 +107,22 @@ class Experiment:
 
     @property
     def controlled(self) -> bool:
-        """Whether control laws are called."""
+        """Whether the control laws are running."""
         return self._ctrl.heard(Started) is not None
 
     @property
     def missing(self) -> str:
-        """Why control laws are not called yet."""
+        """Why the control laws are not running yet."""
         return self._ctrl.calls.missing
 
     @property
     def failed(self) -> tuple[ScriptCall, ...]:
-        """Calls of scripts that failed, or hung, at some time, once the controllers ended."""
+        """Script calls that failed or hung at some time, after the end of the controllers."""
         return self._ctrl.calls.failed
 
     @property
     def failures(self) -> tuple[ScriptFailure, ...]:
-        """When control laws and conditions failed, once the controllers ended."""
+        """Periods of failures of laws and conditions, after the end of the controllers."""
         return self._ctrl.calls.failures
 
     def request(self, action: Action, by: str = '') -> None:
@@ -130,9 +130,9 @@ class Experiment:
         self._pause.tell(OperatorRequest(action, by))
 
     def stop(self) -> int:
-        """Stop the robots, then all processes; returns the exit status of the controllers.
+        """Stop the robots, then all processes; return the exit status of the controllers.
 
-        To be called again does no harm.
+        Further calls do nothing.
         """
         if self._stopped:
             return self._ctrl.exit_status
@@ -147,7 +147,7 @@ class Experiment:
         return self._ctrl.exit_status
 
     def stop_lab(self) -> None:
-        """Stop the emulated lab, after whatever records it."""
+        """Stop the emulated lab, after its recorder."""
         self._supervisor.stop(*self._emulated)
 
     def _on_report(self, report: ChildReport) -> None:
@@ -157,10 +157,10 @@ class Experiment:
 
 
 def joystick_command(topic: str) -> list[str] | None:
-    """Return the command that reads a joystick: joy_node where ROS's joy package is installed.
+    """Return the command of the joystick reader: joy_node if ROS's joy package is installed.
 
     Returns:
-        The command; None where neither joy nor pygame is installed.
+        The command; None if neither joy nor pygame is installed.
     """
     remap = ['--ros-args', '-r', f'joy:={topic}']
     for prefix in os.environ.get('AMENT_PREFIX_PATH', '').split(os.pathsep):

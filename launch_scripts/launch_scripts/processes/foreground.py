@@ -1,4 +1,4 @@
-"""Foreground run of one process of nodes, until it ends or the user ends it."""
+"""Foreground run of one node process until its end or Ctrl-C."""
 
 from __future__ import annotations
 
@@ -17,12 +17,12 @@ def run_in_foreground(
     command: Sequence[str],
     companions: Sequence[tuple[str, Sequence[str]]] = (),
 ) -> int:
-    """Run a process until Ctrl-C; returns the exit status, 0 if it ended well.
+    """Run a process until Ctrl-C; return the exit status, 0 if it ended well.
 
     Args:
-        name: What the user calls the process.
+        name: Name of the process in messages.
         command: Program and arguments.
-        companions: Names and commands of processes that end with it, but that it can do without.
+        companions: Names and commands of optional processes that end with it.
     """
     with Supervisor(local_environment(), prefix=bool(companions)) as supervisor:
         child = supervisor.start(name, command)
@@ -47,11 +47,11 @@ def run_in_foreground(
 def start_emulated_lab(supervisor: Supervisor, arguments: Sequence[str]) -> Child:
     """Start an emulated lab, and return it once it works.
 
-    A second lab of the same robots refuses to start; nothing is to command them before.
+    Robots get no commands before, because a second lab of the same robots refuses to start.
 
     Raises:
-        ChildDiedError: It has ended.
-        StoppedError: The user asked the command to end.
+        ChildDiedError: The lab ended.
+        StoppedError: The user stopped the command.
     """
     lab = supervisor.start('lab', node_command(EMULATED_LAB, arguments))
     supervisor.run(until=lambda: lab.heard(Ready) is not None)

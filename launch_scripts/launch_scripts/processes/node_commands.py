@@ -25,7 +25,7 @@ PLAYER = 'setcmas_tools.bags.player'
 BROWSER_VIEW = 'setcmas_tools.page.main'
 
 PAGE = 'view'
-"""What the process that serves the page is called."""
+"""Name of the process that serves the page."""
 
 _RUN_MODULE = (
     'import runpy, sys; del sys.path[0]; '
@@ -34,25 +34,25 @@ _RUN_MODULE = (
 
 
 def add_ros_arguments(parser: argparse.ArgumentParser) -> None:
-    """Let what follows `--ros-args` go to the node process; nothing else may follow."""
+    """Pass what follows `--ros-args` to the node process; it must come last."""
     parser.add_argument(
         '--ros-args',
         nargs=argparse.REMAINDER,
         default=[],
         metavar='...',
-        help='what follows is for ROS, such as -p vnom:=0.3 or --params-file gains.yaml',
+        help='arguments for ROS, such as -p vnom:=0.3 or --params-file gains.yaml',
     )
 
 
 def ros_arguments(args: argparse.Namespace) -> list[str]:
-    """Return what is for ROS, as the node process takes it."""
+    """Return the ROS arguments for the node process."""
     return ['--ros-args', *args.ros_args] if args.ros_args else []
 
 
 def node_command(module: str, arguments: Sequence[str] = ()) -> list[str]:
     """Return the command line that runs a module of nodes."""
-    # The current folder stays out of the search path, or else a file such as random.py in a
-    # student's folder would hide Python's own. Python 3.10 has no option for it.
+    # The current folder stays out of the search path: a file such as random.py in a student's
+    # folder would hide Python's own. Python 3.10 has no option for that.
     run_module = ['-P', '-m'] if sys.version_info >= (3, 11) else ['-c', _RUN_MODULE]
     return [sys.executable, *run_module, module, *arguments]
 
@@ -60,7 +60,7 @@ def node_command(module: str, arguments: Sequence[str] = ()) -> list[str]:
 def stop_robots_of(supervisor: Supervisor, ctrl: Child) -> None:
     """Command zero to the robots of a controller process, if it has commanded them.
 
-    In experiments the bridge does it, and sooner.
+    In experiments the bridge does so, and faster.
     """
     started = ctrl.heard(Started)
     if started:

@@ -1,4 +1,4 @@
-"""The processes of `setcmas run`: a recorder, robots, and their controllers."""
+"""The processes of `setcmas run`: recorder, robots, and controllers."""
 
 from __future__ import annotations
 
@@ -29,15 +29,15 @@ from setcmas_tools.scenario.scenario import Scenario
 
 
 class ReloadTimes:
-    """When control scripts were loaded again.
+    """Times of reloads of control scripts.
 
     Attributes:
-        on_reload: Takes the time in s since the control laws were called first, and whether the
-            new version works.
+        on_reload: Called with the time in s since the first call of the laws, and whether the new
+            version works.
     """
 
     def __init__(self, elapsed: Callable[[float], float]) -> None:
-        """Begin before the control laws are called; `elapsed` is that of the run."""
+        """Start before the first call of the laws; `elapsed` is the run's clock."""
         self._elapsed = elapsed
         self._begin = time.monotonic()
         self.on_reload: Callable[[float, bool], None] = lambda _t, _works: None
@@ -51,14 +51,14 @@ class ReloadTimes:
 
 
 class RecordedRun:
-    """A run and its recorder; the other processes are those of a kind of run.
+    """A run and its recorder; subclasses add the other processes.
 
     Attributes:
-        recorder: The process that writes the bag.
-        status: Exit status of the controllers once `finish` has ended them.
-        failed: Calls of scripts that failed, or hung, at some time, known then.
-        failures: When control laws and conditions failed, known then.
-        reloads: When scripts were loaded again.
+        recorder: Process that writes the bag.
+        status: Exit status of the controllers, after `finish`.
+        failed: Script calls that failed or hung at some time, after `finish`.
+        failures: Periods of failures of laws and conditions, after `finish`.
+        reloads: Times of reloads.
     """
 
     def __init__(self, supervisor: Supervisor, bag: Path) -> None:
@@ -72,7 +72,7 @@ class RecordedRun:
         self.recorder = supervisor.start('record', recorder)
 
     def elapsed(self, wall_s: float) -> float:
-        """Return how long the run has lasted in its own time, `wall_s` s after its start."""
+        """Return the run's own elapsed time, `wall_s` s after its start."""
         return wall_s
 
 
@@ -80,8 +80,8 @@ class SimulatedRun(RecordedRun):
     """Recorder, simulator and controllers.
 
     Attributes:
-        trouble: What went wrong with the robots, though no process died; here nothing can.
-        is_stuck: Whether robots stay paused, for nobody can start them; here anybody can.
+        trouble: Problem with the robots although all processes run; never in simulation.
+        is_stuck: Whether paused robots cannot be started again; never in simulation.
     """
 
     trouble = ''
@@ -111,23 +111,23 @@ class SimulatedRun(RecordedRun):
 
     @property
     def started(self) -> bool:
-        """Whether the robots are under control."""
+        """Whether the robots are controlled."""
         return self._ctrl.heard(Started) is not None
 
     @property
     def paused(self) -> bool:
-        """Whether somebody has paused the robots."""
+        """Whether the robots are paused."""
         report = (self._simulator if self._lockstep else self._ctrl).heard(Paused)
         return report is not None and report.paused
 
     def elapsed(self, wall_s: float) -> float:
-        """Return how long the run has lasted in its own time, `wall_s` s after its start."""
+        """Return the run's own elapsed time, `wall_s` s after its start."""
         reached = self._simulator.heard(Reached)
         return (reached.t if reached else 0.0) if self._lockstep else wall_s * self._rtf
 
     @property
     def missing(self) -> str:
-        """What a run that has not started waits for."""
+        """What the start of the run waits for."""
         if not self._simulator.heard(Ready):
             return 'the simulator is not ready'
         if not self.recorder.heard(Recording):
@@ -135,7 +135,7 @@ class SimulatedRun(RecordedRun):
         return self._ctrl.calls.missing
 
     def tick(self) -> None:
-        """Do what is to be done ten times a second: nothing."""
+        """Do nothing (called ten times a second)."""
 
     def finish(self) -> None:
         """Stop the controllers."""
@@ -146,7 +146,7 @@ class SimulatedRun(RecordedRun):
         self.failures = self._ctrl.calls.failures
 
     def stop(self) -> None:
-        """Stop all, controllers first: their last command, zero, is to be in the bag."""
+        """Stop all, controllers first: the bag must contain their last command, zero."""
         self._supervisor.stop(self._ctrl, self.recorder, self._simulator)
 
 
@@ -165,7 +165,7 @@ def controller_arguments(
 
 
 def outcome_of(failed: Sequence[ScriptCall]) -> Outcome:
-    """Return the outcome of a run whose controllers have ended, from the calls that failed."""
+    """Return the outcome of a run from the calls that failed."""
     laws: dict[str, list[int]] = {}
     conditions: dict[str, list[int]] = {}
     for call in sorted(failed, key=lambda call: call.robot):

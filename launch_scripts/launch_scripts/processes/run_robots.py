@@ -1,4 +1,4 @@
-"""Run of the robots of `setcmas run`, from the start of their processes to the end of these."""
+"""Run of the robots of `setcmas run`, from start to end of their processes."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from setcmas_tools.run.run_info import Outcome, RunInfo, State
 from setcmas_tools.scenario.scenario import Scenario
 
 STOPPED = 130
-"""Exit status after Ctrl-C, as of shells."""
+"""Exit status after Ctrl-C, as in shells."""
 
 _START_TIMEOUT_S = 60.0  # a busy machine starts fifty robots in half of it
 _PAGE_TIMEOUT_S = 15.0
@@ -37,7 +37,7 @@ def run_robots(
     views: Sequence[tuple[str, list[str]]],
     watch: bool,
 ) -> tuple[int, Outcome | None]:
-    """Let the robots run, from the start of their processes to the end of these.
+    """Run the robots, from start to end of their processes.
 
     Args:
         supervisor: Starts the processes.
@@ -49,9 +49,9 @@ def run_robots(
         watch: Whether scripts are loaded again when they are saved.
 
     Returns:
-        The exit status so far, and how it ended; None if it has not begun.
+        The exit status so far, and the outcome; None if the run has not begun.
     """
-    folder.create(info)  # now that no Ctrl-C can leave it behind
+    folder.create(info)  # not earlier: Ctrl-C would leave it behind
 
     def write(line: str, stream: Stream) -> None:
         with tqdm.external_write_mode(file=supervisor.stderr):
@@ -94,7 +94,7 @@ def run_robots(
         if run and run.started:
             return STOPPED, Outcome(State.STOPPED)
         if run:
-            run.recorder.shown = False  # it would tell of a bag that is removed
+            run.recorder.shown = False  # it would report a bag that is then removed
         return STOPPED, None
     except ChildDiedError as death:
         told = str(death)
@@ -110,7 +110,7 @@ def run_robots(
 
 
 def _wait_for(pages: Sequence[Child], supervisor: Supervisor) -> None:
-    """Wait until pages listen, for they are to show the run from its begin; not for ever."""
+    """Wait for pages, up to a time-out, so that they show the run from its start."""
     deadline = time.monotonic() + _PAGE_TIMEOUT_S
     supervisor.run(
         lambda: (

@@ -1,4 +1,4 @@
-"""RViz 2 beside the robots, and its configuration."""
+"""RViz 2 for the robots, and its configuration."""
 
 from __future__ import annotations
 
@@ -23,26 +23,26 @@ _RVIZ = 'rviz2'
 _ROBOTS_IF_UNKNOWN = 8
 
 Companion = tuple[str, list[str]]
-"""Name and command line of a process that the robots can do without."""
+"""Name and command line of an optional process."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class RvizFileOptions(Options):
-    """What a configuration of RViz 2 that is written to a file is for."""
+    """Options of an RViz 2 configuration file."""
 
     TITLE: ClassVar[str] = 'RViz 2'
 
     write_rviz: Path | None = option(
-        PathTo(), 'show nothing, but write what sets RViz 2 up for a fleet', default=None
+        PathTo(), 'write an RViz 2 configuration for a fleet, and show nothing', default=None
     )
     robots: tuple[int, ...] | None = option(
         Robots(), 'its robots', default=None, default_text=f'1-{_ROBOTS_IF_UNKNOWN}'
     )
-    experiment: bool = flag('they are real: poses of motion capture, arena')
+    experiment: bool = flag('for real robots: poses from motion capture, arena')
 
 
 def shown_robots(robots: Sequence[int] | None, nb_robots: int | None = None) -> list[int]:
-    """Return the robots that --robots or --nb-robots name; the first 8 if neither does."""
+    """Return the robots in --robots or --nb-robots; by default the first 8."""
     return list(robots or range(1, (nb_robots or _ROBOTS_IF_UNKNOWN) + 1))
 
 
@@ -50,18 +50,18 @@ def shown_robots(robots: Sequence[int] | None, nb_robots: int | None = None) -> 
 def rviz_beside(
     wanted: bool, robots: list[int], experiment: bool = False
 ) -> Iterator[list[Companion]]:
-    """Hand out RViz 2 as a companion of the robots' process, if it is wanted and can be had.
+    """Yield RViz 2 as a companion of the robots' process, if requested and available.
 
-    Where it cannot, that is told, with what can be used instead.
+    If it is unavailable, a message suggests an alternative.
 
     Args:
-        wanted: What --rviz says.
+        wanted: Value of --rviz.
         robots: Numbers of the robots.
         experiment: Whether they are real.
     """
     missing = why_no_rviz() if wanted else ''
     if missing:
-        warn(f'--rviz: {missing}; see the robots in a browser with: setcmas view')
+        warn(f'--rviz: {missing}; to see the robots in a browser, run setcmas view')
     if not wanted or missing:
         yield []
         return
@@ -72,11 +72,11 @@ def rviz_beside(
 
 
 def why_no_rviz() -> str:
-    """Return why RViz 2 cannot be started here; an empty text if it can."""
+    """Return why RViz 2 cannot start; '' if it can."""
     if shutil.which(_RVIZ) is None:
         return 'rviz2 is not installed, or its setup.bash is not sourced'
     if not has_display(os.environ, sys.platform):
-        return 'rviz2 has no screen to open its window on'
+        return 'rviz2 has no screen for its window'
     return ''
 
 

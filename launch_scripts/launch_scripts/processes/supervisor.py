@@ -1,4 +1,4 @@
-"""Supervisor of the processes of a command: start, output, and an end without leftovers."""
+"""Supervisor of a command's processes: start, output, and complete clean-up."""
 
 from __future__ import annotations
 
@@ -31,32 +31,32 @@ from launch_scripts.terminal.terminal_output import (
 from setcmas_simu.reports.reports import WRITES_S, LineDecoder, Recording
 from setcmas_tools.process_tree import adopt_orphans, children, end_orphans
 
-# Ctrl-Z too: a launcher that is asleep would leave its robots without supervision.
+# Ctrl-Z too: a suspended launcher would leave its robots unsupervised.
 STOP_SIGNALS = known_signals('SIGINT', 'SIGTERM', 'SIGHUP', 'SIGTSTP')
 _ENDS_S = 5.0
 _ESCALATION = ((signal.SIGTERM, 3.0), (KILL, 5.0))
-_TICK_S = 0.05  # Esc is seen after it
-_HANGS_S = 1.0  # a call of a script that runs for longer keeps its process from ending
+_TICK_S = 0.05  # delay until Esc is seen
+_HANGS_S = 1.0  # a script call that runs longer keeps its process from ending
 _HANGING_ENDS_S = 0.7
 _ASIDE_ENDS_S = 5.0
 
 
 class StoppedError(Exception):
-    """The user asked the command to end (Ctrl-C, SIGTERM, closed terminal)."""
+    """The user stopped the command (Ctrl-C, SIGTERM, closed terminal)."""
 
 
 class Supervisor:
-    """Runs processes side by side, shows their output, and leaves none behind.
+    """Runs processes, shows their output, and cleans up after them.
 
-    Use as a context manager: leaving it stops what still runs.
+    Use as a context manager: on exit it stops all processes.
     """
 
     def __init__(self, environment: dict[str, str], prefix: bool = False) -> None:
         """Prepare.
 
         Args:
-            environment: The environment of all processes.
-            prefix: Whether lines of output begin with the name of their process.
+            environment: Environment of all processes.
+            prefix: Whether lines of output start with the name of their process.
         """
         self.children: list[Child] = []
         self._aside: list[subprocess.Popen[bytes]] = []
@@ -72,7 +72,7 @@ class Supervisor:
         self._previous_handlers: dict[signal.Signals, Any] = {}
 
     def __enter__(self) -> Supervisor:
-        """Take over the signals that ask to stop."""
+        """Take over the stop signals."""
         self._previous_handlers = _handled(dict.fromkeys(STOP_SIGNALS, self._on_signal))
         adopt_orphans()
         self._strangers = children()
@@ -92,7 +92,7 @@ class Supervisor:
 
     @contextmanager
     def signals_handed_back(self) -> Iterator[None]:
-        """Let signals do meanwhile what they did before: the command works by itself."""
+        """Restore the previous signal handlers inside: the command works by itself."""
         own = _handled(self._previous_handlers)
         try:
             yield
@@ -102,13 +102,13 @@ class Supervisor:
     def start(
         self, name: str, command: Sequence[str], needed: bool = True, listens: bool = False
     ) -> Child:
-        """Start a process and show its output from now on.
+        """Start a process and show its output.
 
         Args:
-            name: What the user calls it.
+            name: Name of the process in messages.
             command: Program and arguments.
-            needed: Whether `run` ends when it does; windows can be closed while robots run.
-            listens: Whether it reads what `Child.tell` writes.
+            needed: Whether its end ends `run`; windows are not needed.
+            listens: Whether it reads messages of `Child.tell`.
         """
         mistake = 'error' if self._prefix else f'setcmas {name}'
         child = Child(name, command, self._environment, needed, listens, mistake)
@@ -126,8 +126,8 @@ class Supervisor:
         """Show output until a condition holds.
 
         Raises:
-            ChildDiedError: A process ended by itself.
-            StoppedError: The user asked the command to end.
+            ChildDiedError: A process ended unexpectedly.
+            StoppedError: The user stopped the command.
         """
         while not until():
             self._show_output(_TICK_S)
@@ -140,7 +140,7 @@ class Supervisor:
                 self._show_output(0)
                 if child.needed:
                     raise child.obituary()
-                self.warn(f'{child.name} has ended; all else goes on')
+                self.warn(f'{child.name} has ended; all else continues')
                 self.stop(child)
 
     def _examine(self, child: Child) -> None:
@@ -151,13 +151,13 @@ class Supervisor:
         if call := child.calls.silently_hanging():
             self.warn(
                 f'{child.name} does not answer: {call} has not returned for {SILENT_S:g} s '
-                '(a loop in C, or a stopped process); no robot of this process is commanded '
-                'meanwhile; Ctrl-C stops'
+                '(a loop in C, or a suspended process); the robots of this process get no '
+                'commands meanwhile; Ctrl-C stops'
             )
             child.on_hang()
 
     def run_aside(self, command: Sequence[str]) -> None:
-        """Run a process that ends by itself, soon, and without a word."""
+        """Run a short process without output."""
         self._aside.append(
             subprocess.Popen(
                 command,
@@ -170,7 +170,7 @@ class Supervisor:
         )
 
     def wait(self, seconds: float) -> None:
-        """Show output for a while, whatever happens."""
+        """Show output for a while, in any case."""
         deadline = time.monotonic() + seconds
         while time.monotonic() < deadline:
             self._show_output(0.02)
@@ -180,28 +180,28 @@ class Supervisor:
         self.write(message, self.stderr)
 
     def stop(self, *children: Child) -> None:
-        """Stop processes one after the other, gently at first, unless they are stopped already."""
+        """Stop running processes one by one, gently at first."""
         for child in [child for child in children if child in self.children]:
-            # Python answers SIGINT with a traceback until a program has its own handler.
+            # Before a program has its own handler, Python answers SIGINT with a traceback.
             records = child.heard(Recording) is not None
             gently = ((signal.SIGINT, WRITES_S if records else _ENDS_S),) if child.spoke else ()
             for signum, wait_s in (*gently, *_ESCALATION):
                 if not child.running():
                     break
                 if signum == KILL:
-                    self._tell_of_kill(child)
+                    self._warn_of_kill(child)
                 child.signal_group(signum)
                 self._await_end(child, wait_s)
-            child.signal_group(KILL)  # what the process itself left behind
+            child.signal_group(KILL)  # left-over children of the process
             child.process.wait()
-            child.calls.running()  # a call that a signal has cut off has failed, too
+            child.calls.running()  # a call that a signal interrupted has failed, too
             if child.process.stdin:
                 child.process.stdin.close()
             self._show_output(0)
             self.children.remove(child)
 
     def _await_end(self, child: Child, seconds: float) -> None:
-        """Wait until a process ends; not as long for one that hangs, or if the user insists."""
+        """Wait until a process ends; shorter if it hangs or the user insists."""
         begin = time.monotonic()
         signals = self._stop_signals
         while child.running() and self._stop_signals == signals:
@@ -210,11 +210,11 @@ class Supervisor:
             if time.monotonic() - begin > (_HANGING_ENDS_S if hangs else seconds):
                 break
 
-    def _tell_of_kill(self, child: Child) -> None:
+    def _warn_of_kill(self, child: Child) -> None:
         child.killed = True
         call = child.calls.running()
         during = f' in {call}' if call else ''
-        self.warn(f'{child.name} did not end when asked to, and is killed{during}')
+        self.warn(f'{child.name} did not end on request, and was killed{during}')
 
     def _watch(self, pipe: IO[bytes] | None, take: Callable[[bytes], None]) -> None:
         assert pipe is not None
@@ -248,7 +248,7 @@ class Supervisor:
 
 
 def _handled(handlers: Mapping[signal.Signals, Any]) -> dict[signal.Signals, Any]:
-    """Set handlers of signals; returns those that were there before."""
+    """Set signal handlers; return the previous ones."""
     return {signum: signal.signal(signum, handler) for signum, handler in handlers.items()}
 
 
@@ -273,9 +273,9 @@ def _hears(child: Child) -> Callable[[bytes], None]:
 
 
 def run_to_end(command: Sequence[str], environment: Mapping[str, str]) -> int:
-    """Run a process with this one's terminal; returns its exit status.
+    """Run a process in this terminal; return its exit status.
 
-    Signals that ask to stop are handed on, so that the process ends in its own order.
+    Stop signals are passed on, so that the process ends cleanly.
     """
     process = subprocess.Popen(command, env=environment)
 
@@ -288,4 +288,4 @@ def run_to_end(command: Sequence[str], environment: Mapping[str, str]) -> int:
     finally:
         for signum, handler in previous.items():
             signal.signal(signum, handler)
-    return status if status >= 0 else 128 - status  # as shells tell it
+    return status if status >= 0 else 128 - status  # as shells report it

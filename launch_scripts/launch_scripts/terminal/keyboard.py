@@ -1,4 +1,4 @@
-"""Keys of the terminal one by one, without Enter, and the start key."""
+"""Single keys of the terminal, without Enter, and the start key."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ except ImportError:  # Windows
 
 @contextmanager
 def kept_terminal() -> Iterator[None]:
-    """Give the terminal back as it was before: a script may have called `stty`."""
+    """Restore the terminal's settings at the end: a script may have called `stty`."""
     stream = sys.__stdin__
     if termios is None or stream is None or stream.closed or not stream.isatty():
         yield
@@ -35,27 +35,27 @@ def kept_terminal() -> Iterator[None]:
 ESC = '\x1b'
 
 _SEQUENCE_S = 0.02
-"""Within this time the rest of an arrow key comes, which begins as Esc does."""
+"""Time in which the rest of an arrow key arrives, whose first character is that of Esc."""
 
 _SEQUENCES = re.compile(rf'{ESC}(\[\[?[0-?]*[ -/]*[@-~]|O[ -~])')
 
 
 class Keyboard:
-    """Reads single keys while it is open; gives the terminal back as it was.
+    """Reads single keys while it is open, then restores the terminal.
 
-    Ctrl-C goes on to be a signal. Without a terminal there are no keys.
+    Ctrl-C is still a signal. Without a terminal there are no keys.
 
     Attributes:
         there: Whether there is a terminal.
     """
 
     def __init__(self) -> None:
-        """Look whether standard input is a terminal."""
+        """Check whether standard input is a terminal."""
         self.there = sys.stdin is not None and sys.stdin.isatty()
         self._before: list[Any] | None = None
 
     def __enter__(self) -> Keyboard:
-        """Take the terminal's keys as they come."""
+        """Switch the terminal to single keys."""
         if self.there:
             import termios
             import tty
@@ -66,7 +66,7 @@ class Keyboard:
         return self
 
     def __exit__(self, *exc_info: object) -> None:
-        """Give the terminal back."""
+        """Restore the terminal."""
         if self._before is not None:
             import termios
 
@@ -74,7 +74,7 @@ class Keyboard:
                 termios.tcsetattr(sys.stdin, termios.TCSANOW, self._before)
 
     def pressed(self) -> str:
-        """Return the keys that were pressed since the last call; empty if none."""
+        """Return the keys pressed since the last call; '' if none."""
         if self._before is None:
             return ''
         import select
@@ -85,36 +85,36 @@ class Keyboard:
                 more = os.read(sys.stdin.fileno(), 64)
             except OSError:
                 more = b''
-            if not more:  # the terminal has been closed; a signal tells the supervisor
+            if not more:  # the terminal was closed; a signal informs the supervisor
                 break
             keys += more
         return keys.decode(errors='replace')
 
 
 def single_keys(keys: str) -> str:
-    """Return keys without those that send several characters, such as arrows."""
+    """Remove keys that send several characters, such as arrows."""
     return _SEQUENCES.sub('', keys)
 
 
 ALONE_S = 0.3
-"""Time in s before and after the key in which no other may be pressed."""
+"""Time in s before and after the start key without any other key."""
 
 
 class StartKey:
-    """Judges the keys of a terminal; all times in s on a steady clock."""
+    """Decides whether keys start the robots; all times in s on a steady clock."""
 
     def __init__(self, held: bool) -> None:
         """Begin with nothing pressed.
 
         Args:
-            held: Whether the key counts only while it is held down. It is told at once then: a
-                second press is needed anyway, and its release must not be late.
+            held: Whether the key counts only while it is held down. Then it is reported at once:
+                a second press is needed anyway, and its release must not be late.
         """
         self._held = held
         self._other, self._waiting_since = -math.inf, math.inf
 
     def pressed(self, keys: str, now: float) -> bool:
-        """Take the keys since the last call, as they came; returns whether they start robots."""
+        """Take the keys since the last call; return whether they start the robots."""
         if keys and not (set(keys) <= {'s', 'S'} and (self._held or len(keys) == 1)):
             self._other, self._waiting_since = now, math.inf
         elif keys and now - self._other > ALONE_S:

@@ -1,4 +1,4 @@
-"""The state of an experiment in the terminal: a line for each robot that is redrawn in place."""
+"""State of an experiment in the terminal: a line per robot, redrawn in place."""
 
 from __future__ import annotations
 
@@ -28,18 +28,18 @@ _COLOURS = {
 RELEASE = 'R twice: release it; the robots stay paused  q: quit'
 _STYLES = ('green', 'yellow', 'red')
 _PLAIN_EVERY_S = 10.0
-_SILENT_AFTER_S = 1.0  # five come a second
+_SILENT_AFTER_S = 1.0  # statuses arrive five times a second
 KEYS = 's: start  space: pause  Esc, e: emergency stop (R R: release)  q: quit'
 
 
 class StatusDisplay:
     """Shows messages, and below them the newest status.
 
-    Where there is no terminal, the status is a plain line now and then.
+    Without a terminal, the status is a plain line now and then.
     """
 
     def __init__(self, stream: QueuedStream) -> None:
-        """Show on a stream."""
+        """Set the output stream."""
         self._console = Console(file=cast(IO[str], stream), highlight=False)
         self._live: Live | None = None
         self._next_plain = 0.0
@@ -48,12 +48,12 @@ class StatusDisplay:
         self._heard = 0.0
 
     def show(self, status: Status) -> None:
-        """Show a status in place of the last one."""
+        """Show a status in place of the previous one."""
         self._last, self._heard = status, time.monotonic()
         self._draw(status)
 
     def note_silence(self) -> None:
-        """Show that robots no longer move for all that is known, where no news has come."""
+        """Without news, show that the robots have presumably stopped."""
         last = self._last
         if last and not last.paused and time.monotonic() - self._heard > _SILENT_AFTER_S:
             why = 'the pause node is silent: the bridge stops the robots'
@@ -99,7 +99,7 @@ def _headline(status: Status) -> str:
     if status.paused:
         return 'PAUSED'
     if all(robot.state is State.PAUSED and robot.ready for robot in status.robots):
-        return 'STARTING'  # the bridge waits a moment, lest somebody contradicts
+        return 'STARTING'  # the bridge waits briefly for contradicting messages
     moves = any(robot.state is State.MOVING for robot in status.robots)
     return 'RUNNING' if moves else 'STOPPED'
 
@@ -110,8 +110,8 @@ def _plain_line(robot: RobotStatus) -> str:
 
 
 def picture(status: Status) -> Group:
-    """Return what a terminal shows of a status: the pause state, and a table of the robots."""
-    # The reason gets what the others leave, and is cut where a terminal is narrow.
+    """Return a status as terminal output: the pause state, and a table of the robots."""
+    # The reason gets the remaining width, and is cut in a narrow terminal.
     table = Table(box=None, pad_edge=False, expand=True)
     table.add_column('robot', min_width=max(len(robot.name) for robot in status.robots))
     for title, width in (('pose age', 8), ('battery', 7), ('speed', 8)):

@@ -1,4 +1,4 @@
-"""Output of processes in the terminal, line by line, never blocking the launcher."""
+"""Output of processes in the terminal, line by line, without ever blocking the launcher."""
 
 from __future__ import annotations
 
@@ -15,29 +15,29 @@ from typing import IO, Any, cast
 Stream = IO[str] | TextIOBase
 
 _LONGEST_LINE = 16 * 1024
-# What the nodes' logger puts first, and what the user sees instead.
+# Severities from the nodes' logger, and their text for the user.
 _SEVERITIES = {'DEBUG': 'debug: ', 'INFO': '', 'WARN': 'warning: ', 'ERROR': 'error: '}
 
 LOG_FORMAT = '{severity}|{message}'
-"""For RCUTILS_CONSOLE_OUTPUT_FORMAT, so that `LineBuffer` can tell severities."""
+"""For RCUTILS_CONSOLE_OUTPUT_FORMAT, so that `LineBuffer` finds severities."""
 
 
 class LineBuffer:
-    """Cuts what a process writes to one of its outputs into lines."""
+    """Splits the output of a process into lines."""
 
     def __init__(self, prefix: str, stream: Stream) -> None:
         """Prepare.
 
         Args:
-            prefix: Stands before each line.
-            stream: Where the lines are to be shown.
+            prefix: Text before each line.
+            stream: Destination of the lines.
         """
         self.stream = stream
         self._prefix = prefix
         self._rest = b''
 
     def feed(self, data: bytes) -> Iterator[str]:
-        """Yield the lines that are complete with these bytes; no bytes mean the end."""
+        """Yield the lines that these bytes complete; no bytes mean the end."""
         self._rest += data
         *lines, self._rest = self._rest.split(b'\n')
         if self._rest and (not data or len(self._rest) > _LONGEST_LINE):
@@ -63,20 +63,20 @@ def warn(message: str) -> None:
     write_line(message, sys.stderr)
 
 
-def teller(verb: str) -> Callable[[str], None]:
-    """Return what shows a message of a verb."""
+def warner(verb: str) -> Callable[[str], None]:
+    """Return a function that shows messages of a verb."""
     return lambda message: warn(f'setcmas {verb}: {message}')
 
 
 _CAPACITY = 2000  # pieces of text
-_LAST_WORDS_S = 1.0
+_FLUSH_S = 1.0
 
 
 class OutputQueue:
-    """Writes texts to file descriptors, in order, from a thread of its own.
+    """Writes texts to file descriptors, in order, from its own thread.
 
     Attributes:
-        broken: Whether a reader has gone away (closed terminal or pipe).
+        broken: Whether a reader is gone (closed terminal or pipe).
     """
 
     def __init__(self) -> None:
@@ -88,19 +88,19 @@ class OutputQueue:
         self._thread.start()
 
     def put(self, descriptor: int, text: str) -> None:
-        """Write a text soon; drop it if too much is waiting already."""
+        """Queue a text for writing; drop it if the queue is full."""
         try:
             self._texts.put_nowait((descriptor, text))
         except queue.Full:
             self._dropped += 1
 
     def close(self) -> None:
-        """Wait, but not for long, until everything is written."""
+        """Wait briefly until everything is written."""
         try:
-            self._texts.put(None, timeout=_LAST_WORDS_S)
+            self._texts.put(None, timeout=_FLUSH_S)
         except queue.Full:
             return
-        self._thread.join(_LAST_WORDS_S)
+        self._thread.join(_FLUSH_S)
 
     def _write_all(self) -> None:
         while (item := self._texts.get()) is not None:
@@ -119,24 +119,24 @@ class OutputQueue:
 class QueuedStream(io.TextIOBase):
     """A text stream that writes through an OutputQueue."""
 
-    encoding = 'utf-8'  # that of `OutputQueue`: tqdm draws its bar accordingly
+    encoding = 'utf-8'  # as `OutputQueue`; tqdm draws its bar accordingly
 
     def __init__(self, output: OutputQueue, stream: IO[str]) -> None:
-        """Stand for a stream that has a file descriptor."""
+        """Replace a stream with a file descriptor."""
         self._output = output
         self._descriptor = stream.fileno()
 
     def write(self, text: str) -> int:
-        """Write a text soon."""
+        """Queue a text for writing."""
         self._output.put(self._descriptor, text)
         return len(text)
 
     def fileno(self) -> int:
-        """Return the descriptor of the stream that this one stands for."""
+        """Return the descriptor of the replaced stream."""
         return self._descriptor
 
     def isatty(self) -> bool:
-        """Return whether that stream is a terminal."""
+        """Return whether the replaced stream is a terminal."""
         return os.isatty(self._descriptor)
 
 
@@ -149,7 +149,7 @@ class _ProgressOutput:
         return getattr(self._stream, name)
 
     def write(self, text: str) -> int:
-        from tqdm import tqdm  # help texts do without it
+        from tqdm import tqdm  # not needed for help texts
 
         with tqdm.external_write_mode(file=self._bar_stream):
             return self._stream.write(text)
@@ -157,7 +157,7 @@ class _ProgressOutput:
 
 @contextlib.contextmanager
 def progress_output() -> Iterator[None]:
-    """Take a bar on stderr away while something else is written, which must be whole lines."""
+    """Hide a progress bar on stderr while other output, in whole lines, is written."""
     bar = sys.stderr
     with (
         contextlib.redirect_stdout(cast(IO[str], _ProgressOutput(sys.stdout, bar))),

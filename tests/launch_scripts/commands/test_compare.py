@@ -42,7 +42,7 @@ def test_two_gains_are_compared(folders, capsys):
 
 def test_one_run_alone_is_refused(folders, capsys):
     assert main(['compare', 'one']) == 2
-    assert "'one' is one run; there must be two or more" in capsys.readouterr().err
+    assert "'one' is only one run; name at least two" in capsys.readouterr().err
 
 
 def test_an_experiment_beside_its_simulation_gets_a_verdict(folders, capsys):

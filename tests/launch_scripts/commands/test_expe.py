@@ -120,7 +120,7 @@ def test_the_whole_job_in_an_emulated_lab(start, tmp_path):
     ('arguments', 'message'),
     [
         (('--lab', 'lab.yaml'), 'add --emulate'),
-        (('--resume',), '--resume is for an emulated lab: add --emulate'),
+        (('--resume',), '--resume is for an emulated lab; add --emulate'),
         (('--emulate', '--cmd-timeout', '1'), '--cmd-timeout is for simulated robots'),
         (('--emulate', '--rate', '1'), '--rate is 1; it must be above 2 Hz in this lab'),
     ],
@@ -136,7 +136,7 @@ def test_runs_do_not_mix_simulation_and_lab(arguments, message, tmp_path):
 @NIGHTLY
 def test_without_a_terminal_the_status_is_a_line_now_and_then(start):
     process = start(*SETCMAS, 'expe', *ALGO)
-    process.wait_for_output('there is no terminal to read keys from')
+    process.wait_for_output('no terminal to read keys from')
     process.wait_for_output('PAUSED; tb3_1 paused\n')
 
     assert process.end(signal.SIGTERM) == 0

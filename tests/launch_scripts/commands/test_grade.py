@@ -35,7 +35,7 @@ def write_class(folder, **scripts):
 @pytest.mark.parametrize(
     ('arguments', 'told'),
     [
-        (['-R', 'consensus'], 'FOLDER is missing; it must be the folder of the submissions'),
+        (['-R', 'consensus'], 'FOLDER is missing; name the folder of the submissions'),
         (['no', '-R', 'consensus'], "'no' cannot be read: No such file or directory"),
         (['no', '-R', 'consensus', '--format', 'canvs'], "unknown grade format 'canvs'"),
         (['no', '-R', 'no.yaml'], 'no.yaml'),

@@ -114,7 +114,7 @@ def test_a_run_that_tells_nothing_leaves_no_model(folder, capsys):
     ('arguments', 'message'),
     [
         (['seen', '-o', 'model.csv'], "--output is 'model.csv'; it must end in .yaml or .yml"),
-        (['seen', '-o', 'truth.yaml'], "'truth.yaml' is there already; name another file"),
+        (['seen', '-o', 'truth.yaml'], "'truth.yaml' already exists; choose another name"),
         (['nowhere'], "'nowhere'"),
         (['seen/csv/fleet.csv'], 'has no commands of robots'),
     ],

@@ -48,7 +48,7 @@ def test_the_triggering_condition_is_told_with_its_own_command(tmp_path):
 @pytest.mark.parametrize(
     ('arguments', 'message'),
     [
-        (('taken',), "'taken.py' exists already and is kept"),
+        (('taken',), "'taken.py' already exists"),
         (('my-law',), 'letters, digits and _, such as my_law'),
         (('numpy',), "'numpy' is a module"),
         (('class',), "'class' cannot be the name of a script"),
@@ -73,7 +73,7 @@ def test_a_script_that_hides_a_built_in_law_is_told_when_written_and_when_run(tm
     written = run_setcmas('new', 'consensus', cwd=tmp_path)
     run = run_here('offline', '--no-plots', '--algo', 'consensus', '--duration', '1', cwd=tmp_path)
 
-    assert '--algo consensus means this file now, and not the built-in law' in written.stdout
+    assert '--algo consensus now runs this file instead of the built-in law' in written.stdout
     assert run.returncode == 0
     assert '--algo consensus runs consensus.py in this folder' in run.stderr
 
@@ -84,5 +84,5 @@ def test_without_ros_there_is_setcmas_offline(tmp_path):
     new = run_setcmas('new', 'my_law', cwd=tmp_path, PYTHONPATH=str(tmp_path))
 
     assert run.returncode == 2
-    assert "rclpy is missing: 'setcmas offline' with the same options needs no ROS" in run.stderr
+    assert "(rclpy): 'setcmas offline' takes the same options and needs no ROS" in run.stderr
     assert 'setcmas offline --algo my_law --nb-robots 5' in new.stdout

@@ -39,7 +39,7 @@ def test_the_page_is_named_after_its_run_and_not_overwritten(folder, monkeypatch
     ('arguments', 'message'),
     [
         (['nothing'], "there is no 'nothing'; it must be the folder of a run"),
-        (['well', 'well', 'well'], '3 runs are given; there must be one or two'),
+        (['well', 'well', 'well'], '3 runs given; name one or two'),
         (['well', '-o', 'out.pdf'], "the page 'out.pdf' must end with .html"),
         (['well', '-o', 'no/out.html'], "there is no folder 'no'; create it"),
         (['.'], "there is no fleet.csv in '.'"),

@@ -50,5 +50,5 @@ def test_ctrl_c_ends_a_study_that_hangs(tmp_path, start):
     while not (tmp_path / 'study' / 'study.yaml').exists():
         assert process.popen.poll() is None, process.output()
     assert process.end(signal.SIGINT) == 130
-    assert "stopped; the same command with -o 'study' goes on from there" in process.output()
+    assert "stopped; run the same command with -o 'study' to continue" in process.output()
     assert 'Traceback' not in process.output()

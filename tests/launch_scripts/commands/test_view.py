@@ -12,7 +12,7 @@ def run(tmp_path_factory):
 def test_what_cannot_be_shown_is_told_in_a_line(run):
     for arguments, told in (
         ([f'{run}/none'], 'there is no'),
-        ([run, run, run], '3 runs are given; they must be one or two'),
+        ([run, run, run], '3 runs given; name one or two'),
         ([run, '--at', 'noon'], "'noon'"),
         (['--at', '3'], '--at is for a finished run; name its folder'),
         ([run, '--write-rviz', 'x.rviz'], '--write-rviz is for running robots'),

@@ -62,7 +62,7 @@ def test_the_page_beside_a_simulation_ends_with_it_and_not_the_other_way_round(s
     )
 
     page.terminate()
-    process.wait_for_output('view has ended; all else goes on')
+    process.wait_for_output('view has ended; all else continues')
     assert process.end() == 0
     psutil.wait_procs(nodes, timeout=TIMEOUT_S)
     assert not any(node.is_running() for node in nodes)

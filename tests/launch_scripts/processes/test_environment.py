@@ -47,14 +47,16 @@ def test_a_static_peer_that_does_not_exist_is_told_in_one_line(monkeypatch, name
     monkeypatch.delenv('ROS_STATIC_PEERS', raising=False)
     lab = replace(load_lab(DEFAULT_FILE, 1), static_peers=('192.168.1.21', name))
 
-    with pytest.raises(SetcmasError, match=f"'{re.escape(name)}' is not known"):
+    with pytest.raises(SetcmasError, match=f"unknown static peer '{re.escape(name)}'"):
         experiment_environment(lab, emulated=False)
 
 
 def test_without_ros_a_verb_says_what_to_install(monkeypatch):
     monkeypatch.setattr(environment.importlib.util, 'find_spec', lambda _: None)
 
-    with pytest.raises(SetcmasError, match=r"ROS 2 Jazzy is needed.*pip install 'setcmas\[ros\]'"):
+    with pytest.raises(
+        SetcmasError, match=r"ROS 2 Jazzy is missing.*pip install 'setcmas\[ros\]'"
+    ):
         environment.require_ros()
 
 
@@ -111,7 +113,7 @@ def test_warnings_that_are_errors_do_not_end_ros(domain):
     pytest.importorskip('rclpy')
 
     result = run_setcmas('record', '-o', '/', PYTHONWARNINGS='error')
-    assert 'exists already' in result.stderr
+    assert 'already exists' in result.stderr
     result = run_setcmas('fault', 'freeze', PYTHONWARNINGS='error')
     assert 'Warning' not in result.stderr
 

@@ -40,7 +40,7 @@ def test_an_emulated_run_that_nobody_can_start_again_ends_and_says_so(start, pee
     peer.publisher(Bool, '/pause').publish(Bool(data=True))
 
     assert process.wait() == 1
-    told = 'the robots were paused: by /pause; nobody is here to start them again'
+    told = 'the robots were paused: by /pause; nothing can start them again'
     assert f'setcmas run: {told}' in process.output()
     outcome = yaml.safe_load((tmp_path / 'out' / 'run.yaml').read_text())['outcome']
     assert outcome == {'state': 'not finished', 'detail': told}

@@ -106,7 +106,7 @@ def test_what_a_process_reports_is_not_what_it_prints(supervisor):
 def test_a_status_of_2_is_told_even_if_a_script_prints_error(supervisor):
     supervisor.start('bad', python('import os; print("error: x", flush=True); os._exit(2)'))
 
-    with pytest.raises(ChildDiedError, match='ended by itself with exit status 2'):
+    with pytest.raises(ChildDiedError, match='ended unexpectedly with exit status 2'):
         supervisor.run()
 
 
@@ -128,7 +128,7 @@ CALL = ScriptCall(2, 'law.py', Function.CONTROL)
 @pytest.mark.parametrize(
     ('end', 'reason'),
     [
-        ('os._exit(0)', 'ended by itself with exit status 0'),
+        ('os._exit(0)', 'ended unexpectedly with exit status 0'),
         ('os.kill(os.getpid(), 9)', 'was killed by SIGKILL'),
         ('os.abort()', 'was killed by SIGABRT'),
     ],
