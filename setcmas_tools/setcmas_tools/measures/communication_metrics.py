@@ -12,17 +12,17 @@ from setcmas_tools.run.run import Run
 
 @dataclass(frozen=True)
 class CommunicationMetrics(Measured):
-    """Messages of a run; those of a robot are the ones that it sent.
+    """Messages of a run; those of a robot are the ones it sent.
 
     Attributes:
-        evaluations: Of triggering conditions; None if communication was periodic.
-        triggered_share: Part of the evaluations that triggered; None if it was periodic.
+        evaluations: Evaluations of triggering conditions; None if communication was periodic.
+        triggered_share: Share of the evaluations that triggered; None if it was periodic.
         sent: States that robots broadcast.
-        received: Messages that arrived, over all links; None if nobody counted, as in ROS 1.
+        received: Messages that arrived, over all links; None if not counted, as in ROS 1.
         lost: Messages that were lost, over all links; None likewise.
-        loss_ratio: lost / (received + lost); None if there was no message.
-        received_by_others: Messages of each robot that arrived; empty if nobody counted.
-        lost_on_the_way: Messages of each robot that were lost; empty likewise.
+        loss_ratio: lost / (received + lost); None without messages.
+        received_by_others: Messages of each robot that arrived; empty if not counted.
+        lost_on_the_way: Messages of each robot that were lost; empty if not counted.
         mean_interval_s: Mean time between broadcasts of each robot; None for fewer than two.
     """
 
@@ -60,12 +60,12 @@ class CommunicationMetrics(Measured):
 
 
 def fleet_communication(run: Run) -> CommunicationMetrics | None:
-    """Return how much the robots of a run told each other; None if no record tells of it."""
+    """Return how much the robots of a run communicated; None without a record."""
     return communication_metrics(run.record) if run.record else None
 
 
 def communication_metrics(record: CommunicationRecord) -> CommunicationMetrics:
-    """Return the sums over a record."""
+    """Return the totals of a record."""
     robots = record.robots
     sent = sum(counts.sent for counts in robots.values())
     received = sum(counts.received for counts in robots.values())

@@ -14,10 +14,10 @@ from setcmas_tools.run.run import Run
 
 @dataclass(frozen=True)
 class ConsensusMetrics(Measured):
-    """Agreement on the position, from the first to the last time at which all robots are known.
+    """Agreement on the position, from the first to the last time with all poses known.
 
-    Settling times are None if the disagreement is not below its bound at the end, the rate if the
-    disagreement is never seen to fall from 20 % to 2 %.
+    Settling times are None if the disagreement is above its bound at the end, the rate is None if
+    the disagreement does not fall from 20 % to 2 %.
     """
 
     start_time_s: float
@@ -48,7 +48,7 @@ def _when(time: float | None) -> str:
 
 
 def is_agreement(run: Run) -> bool:
-    """Return whether a run is about agreement, as far as that is known."""
+    """Return whether a run is about agreement, as far as known."""
     return _is_to_agree(run.references.task if run.references else None)
 
 
@@ -57,7 +57,7 @@ def _is_to_agree(task: str | None) -> bool:
 
 
 def fleet_consensus(run: Run) -> ConsensusMetrics | None:
-    """Return how well the fleet of a run agrees on the position; None for one robot."""
+    """Return the agreement of a run's fleet on the position; None for one robot."""
     return consensus(run.counted_grid)
 
 
@@ -65,9 +65,9 @@ def disagreement(x: Floats, y: Floats) -> Floats:
     """Return the root mean square distance of N robots to their centre, in m, shape (K,).
 
     It is |delta| / sqrt(N), with the disagreement vector delta = p - (1 1^T / N) p of
-    Olfati-Saber and Murray, IEEE Transactions on Automatic Control 49(9), 2004, whose norm is
-    the field's measure: in m, and decaying with the rate that theory tells. The square root
-    makes fleets of different sizes comparable. Their Lyapunov function is N / 2 times its square.
+    Olfati-Saber and Murray, IEEE Transactions on Automatic Control 49(9), 2004. It is in m and
+    decays at the theoretical rate; the square root makes fleets of different sizes comparable.
+    Their Lyapunov function is N / 2 times its square.
 
     Args:
         x: Positions in m, shape (N, K).
@@ -79,17 +79,17 @@ def disagreement(x: Floats, y: Floats) -> Floats:
 
 
 def settling_time(t: Floats, values: Floats, share: float) -> float | None:
-    """Return the first time from which values stay at or below a share of the first one.
+    """Return the first time after which values stay at or below a share of the first one.
 
-    Source of the definition: Ogata, Modern Control Engineering, chapter 5 (2 % and 5 %).
+    Definition: Ogata, Modern Control Engineering, chapter 5 (2 % and 5 %).
 
     Args:
         t: Times in s, shape (K,), K at least 1.
-        values: What settles to zero, not negative, shape (K,).
-        share: Such as 0.02.
+        values: Non-negative values that settle to zero, shape (K,).
+        share: For example 0.02.
 
     Returns:
-        A time out of `t`; None if the last value is above.
+        A time in `t`; None if the last value is above.
     """
     outside = np.flatnonzero(values > share * values[0])
     settled = int(outside[-1]) + 1 if len(outside) else 0
@@ -97,18 +97,18 @@ def settling_time(t: Floats, values: Floats, share: float) -> float | None:
 
 
 def convergence_rate(t: Floats, values: Floats) -> float | None:
-    """Return the rate in 1/s at which values decay, r in exp(-r t).
+    """Return the decay rate r in 1/s of values, as in exp(-r t).
 
-    The least-squares slope of their logarithm from the first value below 20 % of that at the start
-    to the first one below 2 %, where the slowest mode of a linear consensus is left: its rate is
-    K lambda_2 (Olfati-Saber and Murray, IEEE Transactions on Automatic Control 49(9), 2004).
+    The least-squares slope of their logarithm between 20 % and 2 % of the first value, where the
+    slowest mode of linear consensus dominates: its rate is K lambda_2 (Olfati-Saber and Murray,
+    IEEE Transactions on Automatic Control 49(9), 2004).
 
     Args:
         t: Times in s, shape (K,), K at least 1.
-        values: What decays, not negative, shape (K,).
+        values: Non-negative decaying values, shape (K,).
 
     Returns:
-        None if there are fewer than three values between these bounds.
+        None if fewer than three values are between these bounds.
     """
     first, last = (int(np.argmax(values < share * values[0])) for share in (0.2, 0.02))
     chosen = slice(first, last or len(values))
@@ -118,7 +118,7 @@ def convergence_rate(t: Floats, values: Floats) -> float | None:
 
 
 def consensus(grid: FleetGrid) -> ConsensusMetrics | None:
-    """Return how well a fleet agrees; None for one robot, or if all are never known at once."""
+    """Return the agreement of a fleet; None for one robot, or if not all are known at once."""
     known = np.isfinite(grid.x).all(axis=0)
     if len(grid.robots) < 2 or not known.any():
         return None

@@ -1,4 +1,4 @@
-"""Metrics: functions of a run, found by name, and the values that they return."""
+"""Metrics: functions of a run, found by name, and their results."""
 
 from __future__ import annotations
 
@@ -12,24 +12,24 @@ if TYPE_CHECKING:
     from setcmas_tools.run.run import Run
 
 Columns = Mapping[str, tuple[str, Mapping[int, float | None]]]
-"""Columns of the table by header: how a value is written, and the values by robot."""
+"""Columns of the table by header: format and values by robot."""
 
 
 class Measured:
-    """What a run is measured by in one respect: a dataclass whose fields end with their units.
+    """One kind of measurement of a run: a dataclass whose field names end with their units.
 
     Attributes:
-        in_file: Whether metrics.yaml has it; values that differ between equal runs stay out.
+        in_file: Whether metrics.yaml has it; values that differ between equal runs are left out.
     """
 
     in_file: ClassVar[bool] = True
 
     def columns(self) -> Columns:
-        """Return what the table shows of each robot."""
+        """Return the table's columns with a value per robot."""
         return {}
 
     def lines(self, task: str | None) -> list[str]:
-        """Return what stands below the table of a run with a task."""
+        """Return the lines below the table, for a run with a task."""
         del task
         return []
 
@@ -40,13 +40,13 @@ class Measured:
 
 @dataclass(frozen=True)
 class Value(Measured):
-    """A number, of the fleet or of each robot, for a metric that needs no more.
+    """A number of the fleet or of each robot, for simple metrics.
 
     Attributes:
-        name: What it is.
+        name: Its name.
         value: A number, or numbers by robot.
-        unit: Such as 'm'.
-        digits: Of the table, behind the point.
+        unit: Its unit, such as 'm'.
+        digits: Decimals in the table.
     """
 
     name: str
@@ -62,7 +62,7 @@ class Value(Measured):
         return {f'{self.name}{unit}': (f'.{self.digits}f', self.value)}
 
     def lines(self, task: str | None) -> list[str]:
-        """Return a line if there is one number."""
+        """Return a line if there is a single number."""
         del task
         if isinstance(self.value, Mapping):
             return []
@@ -75,7 +75,7 @@ class Value(Measured):
 
 
 Metric = Callable[['Run'], Measured | None]
-"""Measures a run; None if it does not apply to it."""
+"""Measures a run; returns None if it does not apply."""
 
 
 def _metric(thing: object) -> Metric:
@@ -85,4 +85,4 @@ def _metric(thing: object) -> Metric:
 
 
 METRICS = Door('setcmas.metrics', 'metric', _metric)
-"""The metrics that are installed."""
+"""Installed metrics."""

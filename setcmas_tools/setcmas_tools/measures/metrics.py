@@ -1,4 +1,4 @@
-"""Metrics of a run: computed, as a table for the terminal, and as metrics.yaml."""
+"""Metrics of a run: computation, table for the terminal, and metrics.yaml."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from setcmas_tools.measures.task import task_of
 from setcmas_tools.run.run import Run
 
 MOST_ROBOTS_IN_ROWS = 50
-"""Of larger fleets the table shows the least, the mean and the largest values."""
+"""For larger fleets the table has the minimum, mean and maximum."""
 
 
 def table_lines(parts: Mapping[str, Measured], task: str | None) -> list[str]:
@@ -28,7 +28,7 @@ def table_lines(parts: Mapping[str, Measured], task: str | None) -> list[str]:
 
 
 def fleet_lines(parts: Mapping[str, Measured], task: str | None) -> list[str]:
-    """Return what concerns the fleet, in lines of text."""
+    """Return the metrics of the fleet as lines of text."""
     return [line for part in parts.values() for line in part.lines(task)]
 
 
@@ -75,7 +75,7 @@ def _text(value: float | None, form: str = '.2f') -> str:
 
 
 _FIRST = ('robots', 'separation', 'consensus', 'messages')
-"""What the table begins with; then comes the task, then all others."""
+"""The first metrics of the table; then the task's, then all others."""
 
 
 @dataclass(frozen=True)
@@ -83,11 +83,11 @@ class Metrics(Mapping[str, Any]):
     """The metrics of a run that apply to it, by name.
 
     Attributes:
-        task: What the robots were to do, if that is known.
+        task: Task of the robots, if known.
         duration_s: From the first to the last row at t >= 0.
-        vnom_m_s: Largest speed that was asked of robots.
+        vnom_m_s: Speed limit of the commands.
         communication: 'periodic' (each odometry is sent) or 'event-triggered'.
-        parts: What was measured, by name.
+        parts: Measurements by name.
     """
 
     task: str | None
@@ -97,7 +97,7 @@ class Metrics(Mapping[str, Any]):
     parts: Mapping[str, Measured]
 
     def __getitem__(self, name: str) -> Any:
-        """Return what was measured under a name."""
+        """Return the measurement with this name."""
         return self.parts[name]
 
     def __iter__(self) -> Iterator[str]:
@@ -118,13 +118,13 @@ def measure(run: Run, warn: Callable[[str], None] = print) -> Metrics:
 
     Args:
         run: The run; its rows at t >= 0 count.
-        warn: Shows a metric that fails; the others go on.
+        warn: Shows the error of a failing metric; the others continue.
 
     Raises:
-        SetcmasError: There is no row at t >= 0, or vnom is no speed.
+        SetcmasError: No row has t >= 0, or vnom is not a speed.
     """
     if not len(run.counted.t):
-        raise SetcmasError('there is no row at t >= 0: no robot was commanded')
+        raise SetcmasError('no row has t >= 0: the robots were never commanded')
     triggered = bool(run.record and run.record.is_event_triggered)
     task = task_of(run, warn)
     found = _found(run, warn)
@@ -150,7 +150,7 @@ def _found(run: Run, warn: Callable[[str], None]) -> dict[str, Measured | None]:
             raise
         except Exception as error:  # a plugin may raise anything
             reason = ' '.join(f'{type(error).__name__}: {error}'.split())
-            warn(f"metric '{name}' is left out: {reason}")
+            warn(f"metric '{name}' failed: {reason}")
     return found
 
 
@@ -170,7 +170,7 @@ _Dumper.add_representer(list, _Dumper.represent_list)
 
 
 def as_dict(metrics: Metrics) -> dict[str, Any]:
-    """Return metrics as plain values in a fixed order, rounded."""
+    """Return metrics as plain, rounded values in a fixed order."""
     head = {
         'task': metrics.task,
         'duration_s': metrics.duration_s,

@@ -1,4 +1,4 @@
-"""The motion of each robot: path, speed, saturation; and the duration of calls."""
+"""Motion of each robot: path length, speed, saturation; and duration of calls."""
 
 from __future__ import annotations
 
@@ -16,12 +16,12 @@ from setcmas_tools.run.fleet_motion import LONGEST_GAP_S, FleetTable, resets
 from setcmas_tools.run.run import Run
 
 SATURATION_TOLERANCE = 1e-3
-"""A robot is in saturation from (1 - this) vnom on."""
+"""A robot is saturated above (1 - this) vnom."""
 
 
 @dataclass(frozen=True)
 class RobotMotion:
-    """The motion of one robot from t = 0 on; None for what its rows do not tell."""
+    """Motion of one robot from t = 0 on; None for unknown values."""
 
     path_length_m: float
     mean_speed_m_s: float | None
@@ -66,7 +66,7 @@ class FleetMotion(Measured):
 def fleet_motion(run: Run) -> FleetMotion:
     """Return the motion of each robot of a run.
 
-    Without a record of the communication each odometry counts as a state that was sent.
+    Without a record of the communication, each odometry counts as a state sent.
     """
     robots = run.counted.robots
     sent = {robot: len(run.counted.of(robot).t) for robot in robots}
@@ -79,10 +79,10 @@ def fleet_motion(run: Run) -> FleetMotion:
 
 
 def largest_speed(run: Run) -> float:
-    """Return the speed (m/s) that the robots of a run could reach: that asked for, or their own.
+    """Return the speed (m/s) that the robots of a run could reach: the limit or their own.
 
     Raises:
-        SetcmasError: The parameters of the run tell no speed.
+        SetcmasError: The run's parameters have no valid speed.
     """
     vnom = run.parameters.get('vnom', VNOM)
     limits = run.parameters.get('limits')
@@ -103,15 +103,15 @@ def _is_number(value: object) -> TypeGuard[float]:
 def robot_motion(track: FleetTable, vnom: float, communications: int) -> RobotMotion:
     """Return the motion of a robot.
 
-    The path length is the sum of the steps between poses (a polygon, so slightly short on bends)
-    but for resets, the mean speed that length over the time from the first to the last pose. The
-    largest speed and the saturation are those of the odometry's speed |v|; each row tells it for
-    the time since the row before, which counts if it is not longer than LONGEST_GAP_S.
+    The path length is the sum of the steps between poses, except resets; the mean speed is this
+    length over the time from the first to the last pose. The largest speed and the saturation use
+    the odometry's speed |v|; a row counts for the time since the previous row, up to
+    LONGEST_GAP_S.
 
     Args:
         track: The rows of one robot, at least one of them at t >= 0.
-        vnom: Largest speed that was asked of robots in m/s.
-        communications: How often the robot sent its state.
+        vnom: Speed limit of the commands in m/s.
+        communications: Number of states that the robot sent.
     """
     counted = track.rows((track.t >= 0) & np.isfinite(track.x + track.y))
     driven = ~resets(counted)
@@ -138,7 +138,7 @@ def _time_in_saturation(track: FleetTable, vnom: float) -> float:
 
 @dataclass(frozen=True)
 class CallTime(Measured):
-    """Mean time per call of each robot's control law, which differs between equal runs."""
+    """Mean time per call of each robot's control law; differs between equal runs."""
 
     in_file: ClassVar[bool] = False
 
@@ -151,7 +151,7 @@ class CallTime(Measured):
 
 
 def call_time(run: Run) -> CallTime | None:
-    """Return how long the laws of a run took; None if nobody measured it."""
+    """Return the mean call times of a run; None if not measured."""
     if run.call_time is None:
         return None
     return CallTime(dict(enumerate(run.call_time.tolist(), start=1)))

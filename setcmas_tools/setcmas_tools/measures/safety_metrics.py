@@ -17,7 +17,7 @@ from setcmas_tools.run.run import Run, arena_of
 
 @dataclass(frozen=True)
 class Separation(Measured):
-    """How near and how far robots of a fleet are; None for what was never seen."""
+    """Smallest and largest distances between robots of a fleet; None if unknown."""
 
     least_separation_m: float
     least_separation_time_s: float
@@ -38,15 +38,15 @@ class Separation(Measured):
 
 
 def fleet_separation(run: Run) -> Separation | None:
-    """Return how near and how far apart the robots of a run were; None for one robot."""
+    """Return distances between the robots of a run; None for one robot."""
     return separation(run.counted_grid)
 
 
 def separation(grid: FleetGrid) -> Separation | None:
-    """Return the least distance of two robots, when it was, and the largest one at the end.
+    """Return the smallest distance of two robots, its time, and the largest distance at the end.
 
-    Between two samples of the grid motion counts as straight, at constant speed. The end
-    is the last sample at which all robots are known.
+    Between two samples of the grid, motion is taken as straight, at constant speed. The end is the
+    last sample with all robots known.
 
     Returns:
         None if no two robots are known at the same time.
@@ -54,7 +54,7 @@ def separation(grid: FleetGrid) -> Separation | None:
     steps = np.hypot(np.diff(grid.x), np.diff(grid.y))
     reach = 2 * np.nan_to_num(steps).max(axis=0, initial=0.0)
     least, when, pair = np.inf, np.nan, (0, 0)
-    for i in range(len(grid.robots) - 1):  # a robot at a time: all pairs at once take gigabytes
+    for i in range(len(grid.robots) - 1):  # one robot at a time: all pairs at once take gigabytes
         offsets = np.array([grid.x[i + 1 :] - grid.x[i], grid.y[i + 1 :] - grid.y[i]])
         distance, time, j = _least_distance(grid.t, offsets, reach)
         if distance < least:
@@ -69,7 +69,7 @@ def distances_of_pairs(grid: FleetGrid) -> tuple[Floats, Floats, Floats]:
 
     NaN where a robot is missing.
     """
-    # A robot at a time: all pairs at once would take gigabytes for a long run of 50 robots.
+    # One robot at a time: all pairs at once would take gigabytes for a long run of 50 robots.
     smallest = np.full(len(grid.t), np.nan)
     largest = smallest.copy()
     total, count = np.zeros(len(grid.t)), np.zeros(len(grid.t))
@@ -86,12 +86,12 @@ def distances_of_pairs(grid: FleetGrid) -> tuple[Floats, Floats, Floats]:
 
 
 def _least_distance(t: Floats, offsets: Floats, reach: Floats) -> tuple[float, float, int]:
-    """Return the least norm of moving points, its time, and which of the points has it.
+    """Return the smallest norm of moving points, its time, and the index of the point.
 
     Args:
         t: Times, shape (K,).
         offsets: Rows x, y of M points at these times, shape (2, M, K); NaN where unknown.
-        reach: How far points move at most from each time to the next, shape (K - 1,).
+        reach: Largest motion of the points from each time to the next, shape (K - 1,).
     """
     distances = np.sqrt(offsets[0] ** 2 + offsets[1] ** 2)
     distances[np.isnan(distances)] = np.inf
@@ -99,7 +99,7 @@ def _least_distance(t: Floats, offsets: Floats, reach: Floats) -> tuple[float, f
     least, when = float(distances[point, sample]), float(t[sample])
     if not np.isfinite(least):
         return least, when, int(point)
-    points, samples = np.nonzero(distances[:, :-1] < least + reach)  # the others stay further off
+    points, samples = np.nonzero(distances[:, :-1] < least + reach)  # others stay further away
     start = offsets[:, points, samples]
     step = offsets[:, points, samples + 1] - start
     squares = np.maximum(np.sum(step**2, axis=0), np.finfo(float).tiny)
@@ -123,9 +123,9 @@ def _largest_distance_at_end(grid: FleetGrid) -> float | None:
 
 @dataclass(frozen=True)
 class Safety(Measured):
-    """What happened from the start to the end of an experiment.
+    """Safety events from the start to the end of an experiment.
 
-    Times of robots are added up; None is what cannot be told without the lab's arena or distance.
+    Times are sums over robots; None without the lab's arena or distance.
     """
 
     stops: int
@@ -144,12 +144,12 @@ class Safety(Measured):
             'outside the arena': self.outside_arena_s,
             'too near': self.too_near_s,
         }
-        told = [f'{name} {time:.1f} s' for name, time in times.items() if time is not None]
-        return [f'safety: {", ".join([stops, *told])}']
+        shown = [f'{name} {time:.1f} s' for name, time in times.items() if time is not None]
+        return [f'safety: {", ".join([stops, *shown])}']
 
 
 def fleet_safety(run: Run) -> Safety | None:
-    """Return what the safety of a run had to do; None if it was no experiment."""
+    """Return the safety events of a run; None if it was no experiment."""
     record = run.tables.safety
     if record is None:
         return None
@@ -167,12 +167,12 @@ def fleet_safety(run: Run) -> Safety | None:
 
 
 def held(record: SafetyRecord, robot: int, end: float) -> tuple[int, float, float]:
-    """Return how often a robot was stopped, and for how long (s) it was stopped and overruled.
+    """Return how often and how long (s) a robot was stopped, and how long it was overruled.
 
     Args:
-        record: What safety let robots do; its times from 0 on count.
+        record: Record of the safety checks; times from 0 on count.
         robot: Its number.
-        end: Until when, in s.
+        end: End of the period in s.
     """
     mine = (record.robot == robot) & (record.t >= 0) & (record.t <= end)
     t, moving = record.t[mine], np.array([state == MOVING for state in record.state])[mine]
@@ -188,7 +188,7 @@ def _time_outside(grid: FleetGrid, arena: Arena) -> float:
 
 
 def _time_too_near(grid: FleetGrid, least: float) -> float:
-    """Return for how long robots were nearer than a distance (m), added up over pairs."""
+    """Return how long pairs of robots were closer than a distance (m), summed over pairs."""
     near = np.zeros(len(grid.t))
     for i in range(len(grid.robots) - 1):
         distances = np.hypot(grid.x[i + 1 :] - grid.x[i], grid.y[i + 1 :] - grid.y[i])
@@ -202,7 +202,7 @@ def _time(t: Floats, counts: Floats) -> float:
 
 @dataclass(frozen=True)
 class Filtering(Measured):
-    """What the filter did, by robot."""
+    """Effects of the safety filter, by robot."""
 
     overruled_s: dict[int, float]
     blocked_s: dict[int, float]
@@ -216,15 +216,15 @@ class Filtering(Measured):
         }
 
     def lines(self, task: str | None) -> list[str]:
-        """Return how often there was no solution, if ever."""
+        """Return the number of steps without solution, if any."""
         del task
         count = self.steps_without_solution
         steps = f'{count} step{"s" if count != 1 else ""}'
-        return [f'safety filter: no solution in {steps}, robots stood'] if count else []
+        return [f'safety filter: no solution in {steps}, robots stopped'] if count else []
 
 
 def fleet_filtering(run: Run) -> Filtering | None:
-    """Return what the filter of a run did; None if it had none."""
+    """Return the effects of a run's filter; None without one."""
     commands = run.commands
     if commands is None or commands.allowed is None:
         return None
@@ -238,7 +238,7 @@ def fleet_filtering(run: Run) -> Filtering | None:
 
 
 def _lasting(commands: Commands, least: Verdict) -> float:
-    """Return for how long, in s, a robot's verdict was this or a graver one."""
+    """Return how long, in s, a robot's verdict was this or a worse one."""
     assert commands.allowed
     held = (commands.t >= 0.0) & (commands.allowed.verdict >= least)
     period = float(np.median(np.diff(commands.t))) if len(commands.t) > 1 else 0.0

@@ -1,4 +1,4 @@
-"""Task: what robots should do, its references, and its errors in a run."""
+"""Task: what robots should achieve, its references, and its errors in a run."""
 
 from __future__ import annotations
 
@@ -28,9 +28,9 @@ class Errors:
     """Errors of a task over time.
 
     Attributes:
-        title: Such as 'Tracking error'.
-        label: What is measured, with its unit.
-        values: By robot, at the times of `Run.counted_grid`.
+        title: Title of the plot, such as 'Tracking error'.
+        label: Quantity, with its unit.
+        values: Errors by robot, at the times of `Run.counted_grid`.
     """
 
     title: str
@@ -39,44 +39,44 @@ class Errors:
 
 
 class Task(TaskNames):
-    """A task; a package that adds one has an object of its own subclass at the task's name.
+    """A task; a package adds one with an object of its own subclass under the task's name.
 
-    The references of a run are `run.references.values`, by the names of the task.
+    The references of a run are `run.references.values`, by their names in the task.
     """
 
     def metrics(self, run: Run, references: Mapping[str, Any]) -> Mapping[str, Measured | None]:
-        """Return how well the task was done, in parts of metrics.yaml by name."""
+        """Return the metrics of the task, by their names in metrics.yaml."""
         del run, references
         return {}
 
     def errors(self, run: Run, references: Mapping[str, Any]) -> Errors | None:
-        """Return how far robots were from what they were to do; None if nothing tells."""
+        """Return the error of each robot over time; None if unknown."""
         del run, references
         return None
 
     def draw(self, plot: str, axes: Axes, run: Run, references: Mapping[str, Any]) -> list[Line2D]:
-        """Draw what the robots were to reach.
+        """Draw the references.
 
         Args:
-            plot: What is drawn: 'trajectories' or 'film' (the plane in m), or 'distances' (of
-                pairs in m over time).
-            axes: Where it is drawn.
+            plot: The plot: 'trajectories' or 'film' (the plane in m), or 'distances' (of pairs in
+                m over time).
+            axes: Axes to draw in.
             run: The run.
-            references: Those of the run.
+            references: References of the run.
 
         Returns:
-            What to put in the legend.
+            Entries for the legend.
         """
         del plot, axes, run, references
         return []
 
 
 def task_of(run: Run, warn: Callable[[str], None]) -> tuple[Task, Mapping[str, Any]] | None:
-    """Return the task of a run and its references; None if it is not known.
+    """Return the task of a run and its references; None if unknown.
 
     Args:
         run: The run.
-        warn: Shows why a task cannot be used, such as one whose package is not installed.
+        warn: Shows why a task cannot be used, for example because its package is missing.
     """
     if run.references is None:
         return None
@@ -89,14 +89,14 @@ def task_of(run: Run, warn: Callable[[str], None]) -> tuple[Task, Mapping[str, A
 
 
 def rms_by_robot(t: Floats, errors: dict[int, Floats], share: float) -> dict[int, float]:
-    """Return the RMS errors from a share of the run on, of the robots that are known there."""
+    """Return RMS errors by robot after a share of the run, for robots with known errors."""
     late = from_share(t, share)
     known = {robot: values[late & np.isfinite(values)] for robot, values in errors.items()}
     return {robot: rms(values) for robot, values in known.items() if len(values)}
 
 
 def from_share(t: Floats, share: float) -> NDArray[np.bool_]:
-    """Return which times are in a run from a share of it on."""
+    """Return a mask of the times after a share of the run."""
     if not len(t):
         return np.zeros(0, dtype=bool)
     begin = t[0] + share * (t[-1] - t[0])
@@ -109,18 +109,18 @@ def rms(values: Floats | list[float]) -> float:
 
 
 def with_task(run: Run, task: str | None, algo: str | None = None) -> Run:
-    """Return a run with the references that a control script has in plain values.
+    """Return a run with the references in the plain values of a control script.
 
-    The script is read, not run: `WPL = [[1, 1], [2, 2]]` is a plain value, what it
-    computes is not.
+    The script is read, not run: `WPL = [[1, 1], [2, 2]]` is a plain value, a computed value is
+    not.
 
     Args:
         run: The run.
         task: Name of the task; by default that of the script.
-        algo: The script, as for `--algo`; by default that of the run, with its `--set`.
+        algo: The script, as for `--algo`; by default the run's, with its `--set`.
 
     Raises:
-        SetcmasError: There is no such script or task, or a reference is missing.
+        SetcmasError: The script or task is unknown, or a reference is missing.
     """
     script = find_script(algo) if algo else _own_script(run)
     given: dict[str, Any] = plain_values(script) if script else {}
@@ -130,8 +130,8 @@ def with_task(run: Run, task: str | None, algo: str | None = None) -> Run:
     task = task or _stated(given, script)
     if script is None and task != 'consensus':
         raise SetcmasError(
-            f"task '{task}' has references in the control script, which no run.yaml names; "
-            'name it with --algo'
+            f"task '{task}' needs references from the control script; run.yaml names no script: "
+            'add --algo'
         )
     name = script.name if script else 'the run'
     references = checked_references(task, given, name)
@@ -152,5 +152,5 @@ def _stated(given: Mapping[str, Any], script: Path | None) -> str:
     task = given.get('task')
     if not isinstance(task, str):
         name = script.name if script else 'the run'
-        raise SetcmasError(f'{name} says no task; name it with --task')
+        raise SetcmasError(f'{name} declares no task; add --task')
     return task

@@ -8,10 +8,10 @@ from pathlib import Path
 
 
 def _prepare_matplotlib() -> None:
-    """See that matplotlib, when it is imported, says nothing that is not the user's concern.
+    """Keep messages of matplotlib's import from the user.
 
-    Its remarks stay out of a script's `logging.basicConfig(level=DEBUG)`, and its files go
-    elsewhere where the home folder cannot be written.
+    They would flood a script's `logging.basicConfig(level=DEBUG)`. If the home folder is not
+    writable, matplotlib's files go elsewhere.
     """
     for name in ('matplotlib', 'PIL'):
         if logging.getLogger(name).level == logging.NOTSET:
@@ -21,7 +21,7 @@ def _prepare_matplotlib() -> None:
     config = os.environ.get('XDG_CONFIG_HOME') or '~/.config'
     try:
         Path(config, 'matplotlib').expanduser().mkdir(parents=True, exist_ok=True)
-    except (OSError, RuntimeError):  # RuntimeError: there is no home
+    except (OSError, RuntimeError):  # RuntimeError: there is no home folder
         os.environ['MPLCONFIGDIR'] = str(Path(tempfile.gettempdir(), f'matplotlib-{os.getuid()}'))
 
 

@@ -1,4 +1,4 @@
-"""Plots of communication: graphs, instants and counts of the states sent."""
+"""Plots of communication: graphs, times and counts of states sent."""
 
 from __future__ import annotations
 
@@ -18,13 +18,13 @@ from setcmas_tools.run.fleet_motion import FleetTable
 from setcmas_tools.run.run import Run
 
 MOST_ROBOTS = 60
-"""Graphs of larger fleets are not drawn: their links would be a black disc."""
+"""Graphs of larger fleets are not drawn: their links would fill the plot."""
 
 _MOST_GRAPHS = 6
 _LARGEST_PT = 19.0
 _PANELS_IN_ROW = 3
 _EDGE = '0.4'
-_HALF = 1.25  # of a panel's side; robots are on a circle of radius 1
+_HALF = 1.25  # half of a panel's side; robots are on a circle of radius 1
 
 
 def _has_graph(run: Run) -> bool:
@@ -34,9 +34,9 @@ def _has_graph(run: Run) -> bool:
 
 @applies_to(_has_graph)
 def draw_graph(figure: Figure, run: Run) -> None:
-    """Draw who hears whom: robots on a circle, lines both ways, arrows to the one that hears.
+    """Draw the communication graphs: robots on a circle, arrows towards the receiver.
 
-    A panel for each graph of the run; of more than 6 some that are evenly spread.
+    One panel per graph of the run; of more than 6 graphs, an even selection.
     """
     assert run.record
     record, robots = run.record, run.robots
@@ -48,7 +48,7 @@ def draw_graph(figure: Figure, run: Run) -> None:
     diameter = _diameter(final_width(side * columns) / columns, len(robots))
     host = figure.add_subplot()  # as wide as all panels, for the title
     host.set_axis_off()
-    host.set_title('Who hears whom')
+    host.set_title('Communication graph')
     places = figure.add_gridspec(rows, columns)
     for k, (adjacency, caption) in enumerate(graphs):
         axes = figure.add_subplot(places[k // columns, k % columns])
@@ -58,11 +58,11 @@ def draw_graph(figure: Figure, run: Run) -> None:
         axes.set(xlim=(-_HALF, _HALF), ylim=(-_HALF, _HALF), aspect='equal')
         axes.spines[:].set_visible(False)
     if any((adjacency != adjacency.T).any() for adjacency, _ in graphs):
-        figure.supxlabel('arrows point to the robots that hear', fontsize='medium')
+        figure.supxlabel('arrows point to the receivers', fontsize='medium')
 
 
 def _graphs(record: CommunicationRecord, nb_robots: int) -> list[tuple[Floats, str]]:
-    """Return the different graphs of a run, each with the times from which it was there."""
+    """Return the different graphs of a run, each with its times."""
     found: dict[bytes, tuple[Floats, list[float]]] = {}
     adjacency = np.zeros((nb_robots, nb_robots))
     for t in np.unique(record.changes[:, 0]).tolist():
@@ -88,7 +88,7 @@ def _place(robot: int, robots: list[int]) -> tuple[float, float]:
 
 
 def _diameter(side: float, nb_robots: int) -> float:
-    """Return the diameter of robots in points that fits into a panel of a side in inches."""
+    """Return the diameter in points of a robot, for a panel with this side in inches."""
     step = math.tau / (2 * _HALF) / nb_robots
     return min(_LARGEST_PT, 72 * side * min(0.9 * step, 0.15))
 
@@ -106,7 +106,7 @@ def _draw_links(axes: Axes, adjacency: Floats, robots: list[int], diameter: floa
                     _place(sender, robots),
                     _place(receiver, robots),
                     arrowstyle='-' if both else '-|>',
-                    # Links with different weights each way must not lie on each other.
+                    # Links with different weights in both directions must not overlap.
                     connectionstyle='arc3' if both else 'arc3,rad=0.12',
                     shrinkA=0.5 * diameter + 1.5,
                     shrinkB=0.5 * diameter + 1.5,
@@ -145,7 +145,7 @@ def _is_event_triggered(run: Run) -> bool:
 
 @applies_to(_is_event_triggered)
 def draw_instants(figure: Figure, run: Run) -> None:
-    """Draw when each robot sent its state: a panel per robot, a row per robot of larger fleets.
+    """Draw when each robot sent its state: a panel per robot; in larger fleets a row per robot.
 
     As in figure 4 of Bertrand, ECC 2024.
     """
@@ -183,9 +183,9 @@ def _draw_rows(figure: Figure, table: FleetTable, record: CommunicationRecord) -
 
 @applies_to(_is_event_triggered)
 def draw_counts(figure: Figure, run: Run) -> None:
-    """Draw how many states were sent over time, against periodic communication.
+    """Draw the number of states sent over time, compared with periodic communication.
 
-    Above of the whole fleet, below of each robot; periodic is a state at each evaluation.
+    Top: the whole fleet; bottom: each robot. Periodic means one state per evaluation.
     """
     assert run.record
     table, record, robots = run.table, run.record, run.robots
@@ -219,12 +219,12 @@ def _sent_and_evaluated(record: CommunicationRecord, robot: int) -> tuple[Floats
 
 
 def _spikes(t: Floats, low: float, high: float) -> tuple[Floats, Floats]:
-    """Return the points of a line that goes up and down at each time, with gaps between."""
+    """Return the points of a line with a spike at each time, with gaps between."""
     return np.repeat(t, 3), np.tile([low, high, np.nan], len(t))
 
 
 def _steps(t: Floats, end: float) -> tuple[Floats, Floats]:
-    """Return the points of a line that goes up by one at each time."""
+    """Return the points of a line that steps up by one at each time."""
     t = np.sort(t)
     counts = np.arange(len(t) + 1, dtype=float)
     times = np.array([min([end, *t[:1]]), *t, max([end, *t[-1:]])])

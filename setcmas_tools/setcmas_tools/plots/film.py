@@ -1,4 +1,4 @@
-"""Film of a run: frames, and their file."""
+"""Film of a run: frames and file."""
 
 from __future__ import annotations
 
@@ -35,30 +35,30 @@ from setcmas_tools.plots.trajectories import (
 from setcmas_tools.run.fleet_motion import FleetGrid, FleetTable, on_grid
 from setcmas_tools.run.run import Run
 
-_ROBOT_SIZE = 0.022  # of the width of the plane that is shown
+_ROBOT_SIZE = 0.022  # share of the visible width
 _LEAST_ROBOT_M = 0.07  # half a TurtleBot3
-_FLASH_S = 0.5  # of the film
-_FLASH_POINTS = (10.0, 34.0)  # diameter of the ring at its start and at its end
+_FLASH_S = 0.5  # in the film's time
+_FLASH_POINTS = (10.0, 34.0)  # diameter of the ring at its start and end
 _FLASH_COLOUR = (0.9, 0.45, 0.0)
-_JOINT = 2  # further positions by which pieces of a trail overlap
+_JOINT = 2  # positions by which pieces of a trail overlap
 _SAME_TIME_S = 1e-6
 
 
 class FilmFrames:
-    """Draws a frame at a time.
+    """Draws frame after frame.
 
-    The trails stay on the canvas and grow by a piece a frame, and everything that is still is
-    drawn once, so that a frame costs the same at the end of a long run as at its beginning.
+    Trails stay on the canvas and grow by a piece per frame, and all static parts are drawn once,
+    so that each frame takes equally long, even at the end of a long run.
     """
 
     def __init__(self, grid: FleetGrid, trails: FleetGrid, run: Run, look: FilmLook) -> None:
-        """Draw what stays the same in all frames; made and used within `plot_style`.
+        """Draw the static parts; call within `plot_style`.
 
         Args:
             grid: Poses at the times of the frames.
-            trails: Those and poses between them.
-            run: The run, for the limits of the plane and for when robots communicated.
-            look: How the film looks.
+            trails: The same poses and further ones between them.
+            run: The run, for the limits of the plane and the times of communication.
+            look: Appearance of the film.
         """
         triggers = run.record.trigger_times if run.record else {}
         self._grid = grid
@@ -116,7 +116,7 @@ class FilmFrames:
         self._clock = self._axes.text(
             1.02,
             0.0,
-            self._told(self._grid.t[-1]),  # the widest text of all: the layout makes room for it
+            self._caption(self._grid.t[-1]),  # the longest text, for the layout
             transform=self._axes.transAxes,
             va='bottom',
             linespacing=1.5,
@@ -155,7 +155,7 @@ class FilmFrames:
             for i, (along, across) in enumerate(self._symbols)
         ]
         self._robots.set_verts([np.column_stack(corners) for corners in turned])
-        self._clock.set_text(self._told(now))
+        self._clock.set_text(self._caption(now))
         if self._triggers:
             self._set_flashes(k, now)
             self._axes.draw_artist(self._flashes)
@@ -163,7 +163,7 @@ class FilmFrames:
         self._axes.draw_artist(self._clock)
 
     def _set_flashes(self, k: int, now: float) -> None:
-        """Show a ring around each robot that has communicated a moment ago; it grows and fades."""
+        """Show a ring around each robot that has just communicated; it grows and fades."""
         age = np.array([_age(self._triggers.get(i), now) for i in self._grid.robots]) / _FLASH_S
         age = np.clip(age / self._speed, 0.0, 1.0)
         smallest, largest = _FLASH_POINTS
@@ -171,10 +171,10 @@ class FilmFrames:
         self._flashes.set_sizes((smallest + age * (largest - smallest)) ** 2)
         self._flashes.set_edgecolor([(*_FLASH_COLOUR, 1.0 - each) for each in age])
 
-    def _told(self, now: float) -> str:
+    def _caption(self, now: float) -> str:
         lines = [f't = {now:.1f} s']
         if self._speed != 1.0:
-            lines.append(f'{self._speed:g} times as fast')
+            lines.append(f'{self._speed:g} times real time')
         if self._triggers:
             count = np.searchsorted(self._all_triggers, now, side='right')
             lines.append(f'{count} states sent')
@@ -182,7 +182,7 @@ class FilmFrames:
 
 
 def from_first_command(table: FleetTable) -> FleetTable:
-    """Return the rows from the first command on; all of them if there are none after it."""
+    """Return the rows from the first command on; all rows if there are none."""
     running = table.t >= 0.0
     return table.rows(running) if running.any() else table
 
@@ -197,7 +197,7 @@ def _flash_handle() -> Line2D:
 
 
 def _age(times: Floats | None, now: float) -> float:
-    """Return how long before now (s) the last of these sorted times is."""
+    """Return how long ago (s) the last of these sorted times is."""
     before = 0 if times is None else int(np.searchsorted(times, now, side='right'))
     return now - float(times[before - 1]) if times is not None and before else np.inf
 
@@ -208,10 +208,10 @@ _LOOK = FilmLook()
 
 @dataclass(frozen=True, repr=False)
 class Film:
-    """A film that a notebook shows.
+    """A film to show in a notebook.
 
     Attributes:
-        content: The bytes of its file.
+        content: Content of the file.
         kind: 'mp4' or 'gif'.
     """
 
@@ -246,17 +246,17 @@ def animate(
     """Write a film of the fleet in the plane, with trails, drawings, time and communications.
 
     Args:
-        run: The run.
+        folder: Folder of the film.
         folder: Where the film goes.
-        kind: One of `formats.FILMS`; None for MP4 where ffmpeg is there, else GIF.
-        look: How it looks.
-        progress: Whether to show a progress bar if there is a terminal.
+        kind: One of `formats.FILMS`; None for MP4 if ffmpeg is installed, else GIF.
+        look: Appearance of the film.
+        progress: Whether to show a progress bar in a terminal.
 
     Returns:
         The file.
 
     Raises:
-        SetcmasError: A choice is unknown, ffmpeg is missing or fails, or the film cannot be
+        SetcmasError: An option is invalid, ffmpeg is missing or fails, or the film cannot be
             written or is too long for a GIF.
     """
     kind = film_writers.best_kind(kind)
@@ -266,7 +266,7 @@ def animate(
     grid = on_grid(from_first_command(run.table), rate)
     trails = on_grid(from_first_command(run.table), rate * max(1, math.ceil(look.speed)))
     film_writers.check_length(kind, len(grid.t))
-    hidden = None if progress else True  # None: hidden unless there is a terminal
+    hidden = None if progress else True  # None: hidden unless in a terminal
     with plot_style(look.palette):
         frames = FilmFrames(grid, trails, run, look)
         try:

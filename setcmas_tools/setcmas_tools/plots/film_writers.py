@@ -1,4 +1,4 @@
-"""Files that films are written to: GIF by Pillow, MP4 by ffmpeg."""
+"""Writers of films: GIF by Pillow, MP4 by ffmpeg."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def best_kind(wanted: str | None) -> str:
     """Return the kind of film to write.
 
     Args:
-        wanted: One of `plot_formats.FILMS`; None for MP4 where ffmpeg is there, else GIF.
+        wanted: One of `plot_formats.FILMS`; None for MP4 if ffmpeg is installed, else GIF.
 
     Raises:
         SetcmasError: The kind is unknown, or ffmpeg is missing.
@@ -35,36 +35,36 @@ def best_kind(wanted: str | None) -> str:
     if wanted is None:
         return 'mp4' if has_ffmpeg else 'gif'
     if wanted not in FILMS:
-        raise SetcmasError(f"film '{wanted}' is unknown; it must be {', '.join(FILMS)}")
+        raise SetcmasError(f"unknown film '{wanted}'; must be {', '.join(FILMS)}")
     if wanted == 'mp4' and not has_ffmpeg:
         raise SetcmasError(
-            'mp4 needs ffmpeg, which is not installed (apt-get install ffmpeg); gif does not'
+            'mp4 needs ffmpeg, which is not installed; use apt-get install ffmpeg, or gif'
         )
     return wanted
 
 
 def rate_of(kind: str) -> float:
-    """Return the frames a second of a kind of film."""
+    """Return the frames per second of a kind of film."""
     return MP4_RATE_HZ if kind == 'mp4' else GIF_RATE_HZ
 
 
 def check_length(kind: str, nb_frames: int) -> None:
-    """See that a film is not too long for its kind.
+    """Check that a film is not too long for its kind.
 
     Raises:
-        SetcmasError: It is.
+        SetcmasError: It is too long.
     """
     if kind == 'gif' and nb_frames > _MOST_GIF_FRAMES:
         seconds = nb_frames / GIF_RATE_HZ
         raise SetcmasError(
-            f'a film of {seconds:.0f} s is too long for a GIF; it must be at most '
-            f'{_MOST_GIF_FRAMES / GIF_RATE_HZ:g} s: make it faster with --speed '
+            f'a film of {seconds:.0f} s is too long for a GIF (at most '
+            f'{_MOST_GIF_FRAMES / GIF_RATE_HZ:g} s): use --speed '
             f'{seconds * GIF_RATE_HZ / _MOST_GIF_FRAMES:.0f} or more, or write mp4'
         )
 
 
 def write(kind: str, path: Path, frames: Iterable[Image.Image]) -> None:
-    """Write a film; a file that stays unfinished is removed.
+    """Write a film; remove an unfinished file.
 
     Args:
         kind: One of `plot_formats.FILMS`.
@@ -84,7 +84,7 @@ def write(kind: str, path: Path, frames: Iterable[Image.Image]) -> None:
 
 
 def _write_gif(path: Path, frames: Iterator[Image.Image]) -> None:
-    # One palette for all frames: pixels that stay the same are not written again, nor flicker.
+    # One palette for all frames: unchanged pixels are not written again and do not flicker.
     first = next(frames)
     palette = _palette(first)
     flat = (
@@ -99,9 +99,9 @@ def _write_gif(path: Path, frames: Iterator[Image.Image]) -> None:
 
 
 def _palette(image: Image.Image) -> Image.Image:
-    """Return a palette of the most frequent colours: those of the robots stay as they are.
+    """Return a palette of the most frequent colours, so that robots keep their colours.
 
-    Colours near one of the palette are left out, since Pillow takes any near one for a pixel.
+    Skips colours close to one in the palette, since Pillow maps a pixel to any close colour.
     """
     found, counts = np.unique(np.asarray(image).reshape(-1, 3), axis=0, return_counts=True)
     colours = found[np.argsort(-counts, kind='stable')].astype(int)
@@ -120,7 +120,7 @@ def _write_mp4(path: Path, frames: Iterator[Image.Image]) -> None:
         _FFMPEG, '-loglevel', 'error', '-y',
         '-f', 'rawvideo', '-pix_fmt', 'rgb24', '-s', f'{first.width}x{first.height}',
         '-r', f'{MP4_RATE_HZ:g}', '-i', '-',
-        '-pix_fmt', 'yuv420p',  # what every player and browser shows
+        '-pix_fmt', 'yuv420p',  # supported by every player and browser
         '-movflags', '+faststart', '-f', 'mp4', str(path),
     ]  # fmt: skip
     with subprocess.Popen(command, stdin=subprocess.PIPE, stderr=subprocess.PIPE) as ffmpeg:
@@ -131,7 +131,7 @@ def _write_mp4(path: Path, frames: Iterator[Image.Image]) -> None:
                 ffmpeg.stdin.write(frame.tobytes())
             ffmpeg.stdin.close()
         except BrokenPipeError:
-            pass  # it tells why
+            pass  # its error output has the reason
         except BaseException:
             ffmpeg.kill()
             raise

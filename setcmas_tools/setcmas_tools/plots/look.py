@@ -1,4 +1,4 @@
-"""Look of plots: formats, palette, paper, fonts and sizes."""
+"""Appearance of plots: formats, palette, paper, fonts and sizes."""
 
 from __future__ import annotations
 
@@ -9,13 +9,13 @@ from typing import Any
 from setcmas_simu.errors import SetcmasError
 
 FORMATS = ('png', 'pdf', 'svg')
-"""File formats by their usual endings: PNG at 150 dpi (in a paper 600), and vector graphics."""
+"""File formats by file ending: PNG at 150 dpi (600 on paper), and vector graphics."""
 
 PALETTES = ('robots', 'okabe-ito')
-"""The robots' own colours, or those that colour-blind readers can tell apart as well."""
+"""The robots' own colours, or colours for colour-blind readers."""
 
 PAPERS = {'column': 3.5, 'page': 7.16}
-"""Widths in inches of a figure in one column, and across both, of a two-column paper (IEEE)."""
+"""Widths in inches of a one-column and a two-column figure in a two-column paper (IEEE)."""
 
 FILMS = ('mp4', 'gif')
 """Kinds of films."""
@@ -23,13 +23,13 @@ FILMS = ('mp4', 'gif')
 
 @dataclass(frozen=True)
 class PlotLook:
-    """How plots look.
+    """Appearance of plots.
 
     Attributes:
         formats: Any of `formats.FORMATS`.
         palette: One of `formats.PALETTES`.
         paper: One of `formats.PAPERS`, for fonts and sizes of a printed paper.
-        show: Whether to open the plots in windows too, until the user closes them.
+        show: Whether to open the plots in windows until the user closes them.
     """
 
     formats: Sequence[str] = ('png',)
@@ -38,27 +38,25 @@ class PlotLook:
     show: bool = False
 
     def check(self) -> None:
-        """See that there are such formats and styles.
+        """Check formats and styles.
 
         Raises:
             SetcmasError: A choice is unknown.
         """
         for unknown in set(self.formats) - set(FORMATS):
-            raise SetcmasError(
-                f"format '{unknown}' is unknown; must be one of {', '.join(FORMATS)}"
-            )
+            raise SetcmasError(f"unknown format '{unknown}'; must be one of {', '.join(FORMATS)}")
         check_style(self.palette, self.paper)
 
 
 @dataclass(frozen=True)
 class FilmLook:
-    """How films look.
+    """Appearance of films.
 
     Attributes:
-        speed: How many times faster than the robots the film is.
+        speed: Playback speed in multiples of real time.
         palette: One of `formats.PALETTES`.
-        size: Width and height in pixels; odd ones are one less, since MP4 has even ones only.
-        dpi: Dots an inch: with more of them letters and lines are larger.
+        size: Width and height in pixels; odd sizes are reduced by one for MP4.
+        dpi: Dots per inch; higher values enlarge text and lines.
     """
 
     speed: float = 1.0
@@ -68,21 +66,21 @@ class FilmLook:
 
     @property
     def inches(self) -> tuple[float, float]:
-        """Width and height of the figure that has this size."""
+        """Width and height of a figure of this size."""
         width, height = (2 * (side // 2) / self.dpi for side in self.size)
         return width, height
 
 
 def check_style(palette: str, paper: str | None) -> None:
-    """See that a style exists.
+    """Check that a style exists.
 
     Raises:
-        SetcmasError: It does not.
+        SetcmasError: It does not exist.
     """
     if palette not in PALETTES:
-        raise SetcmasError(f"palette '{palette}' is unknown; it must be {', '.join(PALETTES)}")
+        raise SetcmasError(f"unknown palette '{palette}'; must be {', '.join(PALETTES)}")
     if paper is not None and paper not in PAPERS:
-        raise SetcmasError(f"paper '{paper}' is unknown; it must be {', '.join(PAPERS)}")
+        raise SetcmasError(f"unknown paper '{paper}'; must be {', '.join(PAPERS)}")
 
 
 SCREEN: dict[str, Any] = {
@@ -108,7 +106,7 @@ SCREEN: dict[str, Any] = {
     'svg.fonttype': 'path',
     'svg.hashsalt': 'setcmas',
 }
-"""On screens and slides."""
+"""For screens and slides."""
 
 PAPER: dict[str, Any] = {
     'savefig.dpi': 600,
@@ -133,4 +131,4 @@ PAPER: dict[str, Any] = {
     'xtick.major.width': 0.6,
     'ytick.major.width': 0.6,
 }
-"""In a printed paper, on top of SCREEN: 8 pt letters at their true size."""
+"""For a printed paper, on top of SCREEN: 8 pt text at its true size."""

@@ -16,13 +16,13 @@ from setcmas_tools.plots.style import finish, plot_style, save_in
 from setcmas_tools.run.run import Run
 
 Plot = Callable[['Figure', 'Run'], None]
-"""Draws a run into an empty figure, with the plot's name as the title of its first axes."""
+"""Draws a run into an empty figure; the plot's name is the title of its first axes."""
 
 Applies = Callable[['Run'], bool]
 
 
 def applies_to(condition: Applies) -> Callable[[Plot], Plot]:
-    """Return a decorator of plots that suit only the runs that fulfil a condition."""
+    """Return a decorator for plots that apply only to runs that fulfil a condition."""
 
     def decorate(plot: Plot) -> Plot:
         plot.applies = condition  # type: ignore[attr-defined]
@@ -32,7 +32,7 @@ def applies_to(condition: Applies) -> Callable[[Plot], Plot]:
 
 
 def suits(plot: Plot, run: Run) -> bool:
-    """Return whether a plot suits a run."""
+    """Return whether a plot applies to a run."""
     condition: Any = getattr(plot, 'applies', None)
     return condition is None or bool(condition(run))
 
@@ -44,7 +44,7 @@ def _plot(thing: object) -> Plot:
 
 
 PLOTS = Door('setcmas.plots', 'plot', _plot)
-"""The plots that are installed."""
+"""Installed plots."""
 
 
 _FIRST = (
@@ -56,7 +56,7 @@ _LOOK = PlotLook()
 
 
 def plots_of(run: Run, warn: Callable[[str], None] = print) -> dict[str, Plot]:
-    """Return the plots that suit a run by name, those that ship first."""
+    """Return the plots that apply to a run by name, built-in plots first."""
     usable = PLOTS.usable(warn)
     names = [*(name for name in _FIRST if name in usable), *(usable.keys() - set(_FIRST))]
     return {name: usable[name] for name in names if suits(usable[name], run)}
@@ -68,19 +68,19 @@ def plot(
     look: PlotLook = _LOOK,
     warn: Callable[[str], None] = print,
 ) -> list[Path]:
-    """Write the plots that suit a run.
+    """Write the plots that apply to a run.
 
     Args:
         run: The run.
-        folder: Where they go.
-        look: How they look.
-        warn: Shows a plot that fails; the others are drawn.
+        folder: Folder of the plots.
+        look: Appearance of the plots.
+        warn: Shows the error of a failing plot; the others continue.
 
     Returns:
         The files.
 
     Raises:
-        SetcmasError: A choice is unknown, the plots cannot be written, or there is no screen to
+        SetcmasError: An option is invalid, the plots cannot be written, or there is no screen to
             show them on.
     """
     from tqdm import tqdm  # a page draws plots without it
@@ -105,12 +105,12 @@ def plot(
 def drawn_plots(
     run: Run, warn: Callable[[str], None] = print, new: Callable[[], Figure] = Figure
 ) -> Iterator[tuple[str, Figure]]:
-    """Yield the plots that suit a run by name, drawn; called and used within `plot_style`.
+    """Draw and yield the plots that apply to a run by name; call within `plot_style`.
 
     Args:
         run: The run.
-        warn: Shows a plot that fails; the others are drawn.
-        new: Makes an empty figure.
+        warn: Shows the error of a failing plot; the others continue.
+        new: Creates an empty figure.
     """
     for name, draw in plots_of(run, warn).items():
         figure = new()
@@ -132,13 +132,13 @@ def figure(run: Run, name: str, palette: str = PALETTES[0], paper: str | None = 
     """Return a plot of a run.
 
     Raises:
-        SetcmasError: There is no such plot or style, or the run has not what it shows.
+        SetcmasError: The plot or style is unknown, or the plot does not apply to this run.
     """
     check_style(palette, paper)
     draw = PLOTS.get(name)
     if not suits(draw, run):
         known = ', '.join(plots_of(run))
-        raise SetcmasError(f"plot '{name}' does not suit this run; must be one of {known}")
+        raise SetcmasError(f"plot '{name}' does not apply to this run; must be one of {known}")
     with plot_style(palette, paper):
         picture = Picture()
         draw(picture, run)
@@ -154,23 +154,23 @@ def _drawn(name: str, draw: Plot, figure: Figure, run: Run, warn: Callable[[str]
         raise
     except Exception as error:  # a plugin may raise anything
         reason = ' '.join(f'{type(error).__name__}: {error}'.split())
-        warn(f"plot '{name}' is left out: {reason}")
+        warn(f"plot '{name}' failed: {reason}")
         return False
     return True
 
 
 def window() -> Any:
-    """Return a figure that `show` opens in a window."""
-    from matplotlib import pyplot  # only windows need it; it is what asks for a screen
+    """Return a figure for `show`."""
+    from matplotlib import pyplot  # only needed for windows; it requires a screen
 
     return pyplot.figure()
 
 
 def show(folder: Path) -> None:
-    """Open the figures of `window`, and wait until they are closed.
+    """Open the figures of `window`, and wait until the user closes them.
 
     Args:
-        folder: Where the plots are, for a message.
+        folder: Folder of the plots, for the error message.
 
     Raises:
         SetcmasError: There is no screen.
@@ -178,5 +178,5 @@ def show(folder: Path) -> None:
     from matplotlib import pyplot
 
     if pyplot.get_backend().lower() == 'agg':
-        raise SetcmasError(f"there is no screen to show plots on; they are in '{folder}'")
+        raise SetcmasError(f"no screen to show plots on; they are in '{folder}'")
     pyplot.show()

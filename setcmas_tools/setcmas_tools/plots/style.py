@@ -23,7 +23,7 @@ from setcmas_simu.fleet import fleet
 from setcmas_simu.fleet.fleet import Colour, is_bright
 from setcmas_tools.plots.look import PALETTES, PAPER, PAPERS, SCREEN
 
-# M. Okabe and K. Ito, Color Universal Design, 2008; first those that differ most on white paper.
+# M. Okabe and K. Ito, Color Universal Design, 2008; the most distinct on white paper first.
 _OKABE_ITO: tuple[Colour, ...] = tuple(
     to_rgb(colour)
     for colour in (
@@ -42,11 +42,11 @@ _MOST_COLOURS = len(_OKABE_ITO) * len(_DASHES)
 # J. R. Nuñez, C. R. Anderton, R. S. Renslow, PLOS ONE 13(7), 2018: the same for all readers.
 _SCALE, _BRIGHTEST = colormaps['cividis'], 0.77
 _SAMPLES = 5
-"""Robots that stand for a whole fleet in a legend where colours go on evenly."""
+"""Number of legend entries for a fleet with a continuous colour scale."""
 
 
 def is_scale(palette: str, nb_robots: int) -> bool:
-    """Return whether colours go on evenly with the robots' numbers: too many for distinct ones."""
+    """Return whether colours follow a continuous scale: too many robots for distinct ones."""
     return palette != 'robots' and nb_robots > _MOST_COLOURS
 
 
@@ -61,19 +61,19 @@ def palette_colour(palette: str, robot: int, nb_robots: int) -> Colour:
 
 
 def robot_dashes(palette: str, robot: int, nb_robots: int) -> Any:
-    """Return the line style of a robot; it tells robots of one colour apart."""
+    """Return the line style of a robot, which distinguishes robots of one colour."""
     if palette == 'robots' or is_scale(palette, nb_robots):
         return 'solid'
     return _DASHES[(robot - 1) // len(_OKABE_ITO) % len(_DASHES)]
 
 
 def is_shared(palette: str, robot: int) -> bool:
-    """Return whether the robot has the colour of all those without a colour of their own."""
+    """Return whether a robot has the common colour of robots beyond the palette."""
     return palette == 'robots' and fleet.plot_colour(robot) == fleet.plot_colour(10_000)
 
 
 def legend_robots(palette: str, robots: list[int]) -> list[int]:
-    """Return the robots that get a legend entry each; all, or some where colours go on evenly."""
+    """Return the robots with legend entries: all, or a few on a continuous scale."""
     distinct = [robot for robot in robots if not is_shared(palette, robot)]
     if not is_scale(palette, len(robots)):
         return distinct
@@ -83,7 +83,7 @@ def legend_robots(palette: str, robots: list[int]) -> list[int]:
 
 _AROUND_PANEL_IN = 0.35  # ticks and labels
 _MANY_ROBOTS = 12
-"""Fleets from this size are drawn with thinner lines."""
+"""Fleets of at least this size get thinner lines."""
 
 
 @dataclass(frozen=True)
@@ -98,7 +98,7 @@ _choice: ContextVar[_Choice] = ContextVar('_choice', default=_SCREEN_CHOICE)
 
 @contextlib.contextmanager
 def plot_style(palette: str = PALETTES[0], paper: str | None = None) -> Iterator[None]:
-    """Draw and save in the style of these plots, whatever the user's own settings are.
+    """Draw and save inside in the style of these plots, regardless of the user's settings.
 
     Args:
         palette: One of `plot_formats.PALETTES`.
@@ -114,38 +114,38 @@ def plot_style(palette: str = PALETTES[0], paper: str | None = None) -> Iterator
 
 
 def finish(figure: Figure, run: str = '') -> None:
-    """Add what the plot is of to its title; on paper, where a caption tells, fit it to its width.
+    """Add the run to a plot's title; on paper, which has captions, only fit it to its width.
 
     Args:
-        figure: A plot that is drawn, with its name as the title of its first axes.
-        run: Such as 'consensus, 8 robots'.
+        figure: A drawn plot, with its name as the title of its first axes.
+        run: Description, such as 'consensus, 8 robots'.
     """
     paper = _choice.get().paper
     if paper is None:
-        title = run.replace('$', r'\$')  # in a file name it begins no formula
+        title = run.replace('$', r'\$')  # in a file name, it does not begin a formula
         figure.axes[0].set_title(title, loc='right', fontsize=rcParams['font.size'], color='0.4')
         return
     for axes in figure.axes:
         axes.set_title('')
     has_legend = any(axes.get_legend() for axes in figure.axes)
-    room = 0.5 if paper == 'column' and has_legend else 0.0  # in inches: it is above the axes
+    room = 0.5 if paper == 'column' and has_legend else 0.0  # inches for the legend above
     figure.set_size_inches(final_width(figure.get_figwidth()), _final_height(figure) + room)
 
 
 def final_width(width: float) -> float:
-    """Return the width in inches that a figure will have, which is drawn with one on screens."""
+    """Return the final width in inches of a figure that has this width on screens."""
     paper = _choice.get().paper
     return PAPERS[paper] if paper else width
 
 
 def _final_height(figure: Figure) -> float:
     width, height = figure.get_size_inches()
-    flat = 0.75 if _choice.get().paper == 'page' else 1.0  # across both columns: wide, not high
+    flat = 0.75 if _choice.get().paper == 'page' else 1.0  # wide figures are flatter
     return float(flat * height / width * final_width(width))
 
 
 def save_in(formats: Sequence[str], figure: Figure, stem: Path) -> list[Path]:
-    """Write a figure in some formats, as `save` does; returns the files."""
+    """Write a figure in several formats, as `save` does; return the files."""
     paths = [stem.with_name(f'{stem.name}.{ending}') for ending in formats]
     for path in paths:
         save(figure, path)
@@ -153,15 +153,15 @@ def save_in(formats: Sequence[str], figure: Figure, stem: Path) -> list[Path]:
 
 
 def save(figure: Figure, path: Path) -> None:
-    """Write a figure; the same figure gives the same bytes.
+    """Write a figure; equal figures give equal bytes.
 
     Args:
         figure: Made and saved within `plot_style`.
-        path: Its suffix, .png, .pdf or .svg, is the format.
+        path: The file; its suffix .png, .pdf or .svg is the format.
     """
     date = {'.pdf': 'CreationDate', '.svg': 'Date'}.get(path.suffix)
     with warnings.catch_warnings():
-        warnings.filterwarnings('ignore', 'Glyph .* missing')  # a name in a script without font
+        warnings.filterwarnings('ignore', 'Glyph .* missing')  # a name in another alphabet
         figure.savefig(path, metadata={date: None} if date else {})
 
 
@@ -171,7 +171,7 @@ def robot_colour(robot: int, nb_robots: int) -> Colour:
 
 
 def line_look(robot: int, nb_robots: int) -> dict[str, Any]:
-    """Return the keywords of the line of a robot in a fleet of nb_robots."""
+    """Return keyword arguments for the line of a robot in a fleet of nb_robots."""
     palette = _choice.get().palette
     width = rcParams['lines.linewidth'] * (1.0 if nb_robots < _MANY_ROBOTS else 0.7)
     look: dict[str, Any] = {
@@ -182,7 +182,7 @@ def line_look(robot: int, nb_robots: int) -> dict[str, Any]:
     if effects := edge_effects(look['color'], width):
         look['path_effects'] = effects
     if is_shared(palette, robot):
-        look |= {'alpha': 0.7, 'zorder': 1.9}  # behind the robots with a colour of their own
+        look |= {'alpha': 0.7, 'zorder': 1.9}  # behind robots with their own colour
     return look
 
 
@@ -194,7 +194,7 @@ def edge_effects(colour: Colour, width: float) -> list[AbstractPathEffect]:
 
 
 def robot_handles(robots: list[int]) -> list[Artist]:
-    """Return legend entries: for each robot, or for some that stand for a large fleet."""
+    """Return legend entries for each robot, or for some robots of a large fleet."""
     palette = _choice.get().palette
     handles: list[Artist] = [
         Line2D([], [], label=f'robot {robot}', **line_look(robot, len(robots)))
@@ -208,7 +208,7 @@ def robot_handles(robots: list[int]) -> list[Artist]:
 
 
 def legend(axes: Axes, handles: Iterable[Artist]) -> None:
-    """Put a legend where it covers nothing: right of the axes, in a paper's column above them."""
+    """Put the legend outside the axes: to the right, or above in a paper's column."""
     entries = list(handles)
     lines = [line for entry in entries for line in str(entry.get_label()).splitlines()]
     if _choice.get().paper == 'column':
@@ -226,7 +226,7 @@ def legend(axes: Axes, handles: Iterable[Artist]) -> None:
 
 
 def _columns(axes: Axes, nb_lines: int) -> int:
-    """Return the columns that a legend beside a panel needs so as not to be higher than it."""
+    """Return the number of columns that keeps a legend as low as its panel."""
     place = axes.get_subplotspec()
     rows = place.get_gridspec().nrows if place else 1
     panel = _final_height(axes.figure.figure) / rows - _AROUND_PANEL_IN
@@ -235,10 +235,10 @@ def _columns(axes: Axes, nb_lines: int) -> int:
 
 
 def time_axis(panels: Sequence[Axes], first: float, last: float) -> list[Artist]:
-    """Label the time axis (s) of panels, and mark the first command if data begin well before it.
+    """Label the time axis (s) of panels, and mark the first command if data start well before it.
 
     Returns:
-        What to put in the legend.
+        Entries for the legend.
     """
     panels[-1].set_xlabel('time (s)')
     panels[-1].set_xlim(first, last if last > first else first + 1.0)

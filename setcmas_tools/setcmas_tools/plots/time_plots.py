@@ -47,7 +47,7 @@ def draw_velocities(figure: Figure, run: Run) -> None:
 
 
 def draw_heading(figure: Figure, run: Run) -> None:
-    """Draw headings over time, not wrapped: a line has no jumps where its robot has none."""
+    """Draw unwrapped headings over time, so that lines have no artificial jumps."""
     figure.set_size_inches(9.0, 5.0)
     axes = figure.add_subplot(title='Heading (not wrapped)', ylabel='heading θ (rad)')
     draw_robot_lines(axes, run.table, 'theta', np.unwrap)
@@ -87,17 +87,17 @@ def _in_pi(value: float) -> str:
 
 @applies_to(lambda run: len(run.robots) > 1 and is_agreement(run))
 def draw_disagreement(figure: Figure, run: Run) -> None:
-    """Draw the disagreement on a log scale: a straight line is exponential convergence.
+    """Draw the disagreement on a log scale: exponential convergence is a straight line.
 
-    It is that of the metrics, so that the line falls with their rate.
+    Uses the disagreement of the metrics, so the line has their rate.
     """
     figure.set_size_inches(9.0, 5.0)
     axes = figure.add_subplot(title='Disagreement', ylabel=r'$|\delta|\, /\sqrt{N}$  (m)')
     axes.set_yscale('log')
     table, grid = run.table, run.grid()
     values = disagreement(grid.x, grid.y)
-    values[~(values > 0)] = np.nan  # has no logarithm
-    # Matplotlib would warn of the limits that it finds for what stays as it is.
+    values[~(values > 0)] = np.nan  # without logarithm
+    # Matplotlib would warn of the limits of constant values.
     axes.plot(grid.t, values, color='0.15', scaley=False)
     if np.isfinite(values).any():
         axes.set_ylim(0.7 * np.nanmin(values), 1.4 * np.nanmax(values))
@@ -113,7 +113,7 @@ def _errors(run: Run) -> Errors | None:
 
 @applies_to(lambda run: _errors(run) is not None)
 def draw_errors(figure: Figure, run: Run) -> None:
-    """Draw how far each robot is from what its task asks for: the reference, its place."""
+    """Draw the distance of each robot from its reference or place over time."""
     errors = _errors(run)
     assert errors
     figure.set_size_inches(9.0, 5.0)
@@ -137,7 +137,7 @@ _BAR = 0.7
 
 @applies_to(lambda run: run.commands is not None and run.commands.allowed is not None)
 def draw_filter(figure: Figure, run: Run) -> None:
-    """Draw the speeds that were wanted and allowed, and when the filter changed them."""
+    """Draw wanted and allowed speeds, and when the filter changed them."""
     figure.set_size_inches(9.0, 6.4)
     commands = run.commands
     assert commands
@@ -187,10 +187,10 @@ _MOST_ROBOTS_IN_PAIRS = 5
 
 @applies_to(lambda run: len(run.robots) > 1)
 def draw_distances(figure: Figure, run: Run) -> None:
-    """Draw the distance of each pair of robots; of many robots, what summarises them.
+    """Draw the distance of each pair of robots; for many robots, summaries.
 
-    Fleets of more than 5 get the smallest, mean and largest distance of all pairs, and below it
-    the distance of each robot to the centre of the fleet.
+    Fleets of more than 5 get the smallest, mean and largest distance of all pairs, and below, the
+    distance of each robot to the fleet's centre.
     """
     table, grid = run.table, run.grid()
     if len(grid.robots) <= _MOST_ROBOTS_IN_PAIRS:
@@ -241,7 +241,7 @@ def _draw_range(axes: Axes, grid: FleetGrid) -> list[Artist]:
 
 def _draw_to_centre(axes: Axes, grid: FleetGrid) -> list[Artist]:
     with warnings.catch_warnings():
-        warnings.simplefilter('ignore', RuntimeWarning)  # times at which no robot has a pose
+        warnings.simplefilter('ignore', RuntimeWarning)  # times without any pose
         centre = np.nanmean([grid.x, grid.y], axis=1)
     centre[:, ~grid.complete] = np.nan
     for robot, x, y in zip(grid.robots, grid.x, grid.y, strict=True):

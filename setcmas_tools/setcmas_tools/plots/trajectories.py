@@ -28,18 +28,18 @@ from setcmas_tools.run.fleet_motion import FleetTable, gaps
 from setcmas_tools.run.law_output import Drawing, DrawnOverTime
 from setcmas_tools.run.run import Run, arena_of, models_of, obstacles_of
 
-_NEAR = 0.005  # of what all curves span
+_NEAR = 0.005  # share of the range of all curves
 _DASH = 4.0  # in widths of the line
 
 
 def with_gaps(track: FleetTable, *columns: Floats) -> list[Floats]:
-    """Return columns beside the rows of one robot with a NaN in each gap, where lines break."""
+    """Return columns of one robot with a NaN in each gap, which breaks lines."""
     breaks = np.flatnonzero(gaps(track)) + 1
     return [np.insert(column, breaks, np.nan) for column in columns]
 
 
 def finite_rows(table: FleetTable, *names: str) -> FleetTable:
-    """Return the rows in which the named columns are all finite."""
+    """Return the rows with finite values in the named columns."""
     columns = np.array([getattr(table, name) for name in names])
     return table.rows(np.isfinite(columns).all(axis=0))
 
@@ -47,13 +47,13 @@ def finite_rows(table: FleetTable, *names: str) -> FleetTable:
 def draw_robot_lines(
     axes: Axes, table: FleetTable, name: str, change: Callable[[Floats], Floats] | None = None
 ) -> None:
-    """Draw one column of a table over time, a line for each robot.
+    """Draw one column of a table over time, with a line per robot.
 
     Args:
-        axes: Where to draw.
+        axes: Axes to draw in.
         table: The fleet's motion.
         name: Name of the column.
-        change: Applied to each robot's values before they are drawn.
+        change: Applied to each robot's values first.
     """
     curves = {}
     for robot in table.robots:
@@ -66,13 +66,13 @@ def draw_robot_lines(
 
 
 def shared_dashes(curves: Sequence[tuple[Floats, Floats]]) -> list[dict[str, Any]]:
-    """Return the line styles of curves: those that lie on each other show in turn, in dashes.
+    """Return line styles for curves: coinciding curves alternate in dashes.
 
     Args:
-        curves: Times and values of each, with NaN where there is a gap.
+        curves: Times and values of each, with NaN in gaps.
 
     Returns:
-        Keywords for each curve, none for one that lies alone.
+        Keyword arguments for each curve; none for a curve without coinciding ones.
     """
     known = np.concatenate([values for _, values in curves])
     near = _NEAR * float(np.ptp(known[np.isfinite(known)])) if np.isfinite(known).any() else 0.0
@@ -92,7 +92,7 @@ def shared_dashes(curves: Sequence[tuple[Floats, Floats]]) -> list[dict[str, Any
 
 
 def _coincide(one: tuple[Floats, Floats], other: tuple[Floats, Floats], near: float) -> bool:
-    """Return whether two curves are nowhere farther apart than that."""
+    """Return whether two curves are nowhere farther apart than `near`."""
     (t, values), (u, others) = one, other
     if len(t) < 2 or len(u) < 2:
         return False
@@ -104,16 +104,16 @@ _CIRCLE = 0.5 * np.column_stack([np.cos(_ANGLES), np.sin(_ANGLES)])
 
 
 class DrawnPlane:
-    """What the scripts of a run drew, as discs in a plane.
+    """Drawings of a run's scripts as discs in a plane.
 
     Attributes:
-        handles: What to put in the legend.
-        markers: The artist of what takes the place of what was drawn before.
-        trails: The artist of what stays.
+        handles: Entries for the legend.
+        markers: Artist of drawings that replace earlier ones.
+        trails: Artist of drawings that stay.
     """
 
     def __init__(self, axes: Axes, run: Run) -> None:
-        """Let the plane show all that was drawn at some time; nothing is seen before `show`."""
+        """Fit the plane to all drawings of the run; `show` makes them visible."""
         self._drawn = DrawnOverTime(run.drawings)
         self.trails = PolyCollection([], linewidths=0, zorder=1.8)
         self.markers = PolyCollection([], linewidths=0, zorder=2.5)
@@ -124,7 +124,7 @@ class DrawnPlane:
             axes.update_datalim([(d.sphere.x, d.sphere.y) for d in self._drawn.shown])
 
     def show(self, t: float, since: float = -np.inf) -> None:
-        """Show the markers of a time in s, and the trails that have grown since another one."""
+        """Show the markers at a time in s, and the trails that have grown since another time."""
         _fill(self.markers, self._drawn.markers(t))
         _fill(self.trails, self._drawn.trails(t, since))
 
@@ -141,25 +141,25 @@ def _handle(sphere: Sphere) -> Line2D:
 
 
 def _shown(*colour: float) -> tuple[float, float, float, float]:
-    """Return a colour that a script gave, with each part from 0 to 1."""
+    """Return a script's colour with each part limited to 0 to 1."""
     red, green, blue, alpha = np.clip(colour, 0.0, 1.0).tolist()
     return red, green, blue, alpha
 
 
 DOTTED: dict[str, Any] = {'color': '0.15', 'linestyle': (0, (1, 2)), 'zorder': 2.6}
-"""The look of a reference's line."""
+"""Line style of references."""
 
 
 def draw_references(plot: str, axes: Axes, run: Run) -> list[Line2D]:
-    """Draw what the robots of a run were to reach, as their task draws it.
+    """Draw the references of a run, as its task draws them.
 
     Args:
-        plot: What is drawn, as for `Task.draw`.
-        axes: Where it is drawn.
+        plot: The plot, as for `Task.draw`.
+        axes: Axes to draw in.
         run: The run.
 
     Returns:
-        What to put in the legend.
+        Entries for the legend.
     """
     if not (known := task_of(run, ignore)):
         return []
@@ -168,11 +168,11 @@ def draw_references(plot: str, axes: Axes, run: Run) -> list[Line2D]:
 
 
 def ignore(_: str) -> None:
-    """Take a message that is told elsewhere."""
+    """Discard a message that is shown elsewhere."""
 
 
 def draw_world(axes: Axes, run: Run) -> list[Artist]:
-    """Draw the arena's border and the obstacles of a run; returns what to put in the legend."""
+    """Draw arena and obstacles of a run; return the entries for the legend."""
     return [*_draw_arena(axes, run), *_draw_obstacles(axes, run)]
 
 
@@ -196,12 +196,12 @@ def _draw_arena(axes: Axes, run: Run) -> list[Line2D]:
 
 
 def line_width() -> float:
-    """Return the width of a reference's line in points."""
+    """Return the line width of a reference in points."""
     return 0.7 * float(rcParams['lines.linewidth'])
 
 
 def mark(marker: str, size: float) -> dict[str, Any]:
-    """Return the look of a hollow mark, its size in those of usual marks."""
+    """Return the style of a hollow marker, its size relative to normal markers."""
     return {
         'marker': marker,
         'markersize': size * rcParams['lines.markersize'],
@@ -214,7 +214,7 @@ def mark(marker: str, size: float) -> dict[str, Any]:
 
 
 def symbols(run: Run) -> dict[int, Floats]:
-    """Return the outline of each robot, heading along the x axis, shape (K, 2)."""
+    """Return the outline of each robot, pointing along the x axis, shape (K, 2)."""
     return {robot: symbol(model) for robot, model in models_of(run).items()}
 
 

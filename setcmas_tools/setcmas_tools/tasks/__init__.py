@@ -1,1 +1,1 @@
-"""Tasks that ship: waypoints, tracking, consensus, and two formations."""
+"""Built-in tasks: waypoints, tracking, consensus, and two formations."""

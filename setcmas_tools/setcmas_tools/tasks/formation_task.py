@@ -24,12 +24,12 @@ if TYPE_CHECKING:
 
 
 LEADER = 1
-"""Number of the robot that leads a formation."""
+"""Number of the leader of a formation."""
 
 
 @dataclass(frozen=True)
 class FormationMetrics(Measured):
-    """Position errors |p_i - p_1 - d_i| of followers, by robot; the last value over all."""
+    """Position errors |p_i - p_1 - d_i| of followers; the last value is over all followers."""
 
     position_error_final_m: dict[int, float]
     position_error_rms_last_quarter_m: dict[int, float]
@@ -70,11 +70,11 @@ def formation(grid: FleetGrid, places: Floats) -> FormationMetrics | None:
 
     Args:
         grid: The fleet's motion.
-        places: Places of robots 2, 3, ... beside the leader in m, shape (M, 2); followers beyond
-            have none.
+        places: Places of robots 2, 3, ... relative to the leader in m, shape (M, 2); further
+            followers have none.
 
     Returns:
-        None without a leader or without a follower that is known at the same time as the leader.
+        None without a leader, or without a follower known at the same time.
     """
     errors = place_errors(grid, places)
     late = rms_by_robot(grid.t, errors, 0.75)
@@ -105,7 +105,7 @@ class _Formation(Task):
 
 
 def _draw_places(axes: Axes, run: Run, places: Floats) -> list[Line2D]:
-    """Draw the followers' places in m beside where the leader, robot 1, ends."""
+    """Draw the followers' places relative to the leader's end position, in m."""
     from setcmas_tools.plots.trajectories import finite_rows, mark
 
     leader = finite_rows(run.table.of(LEADER), 'x', 'y')
@@ -122,14 +122,14 @@ FORMATION = _Formation(
 
 
 MOST_ROBOTS_IN_PAIRS = 8
-"""Of larger fleets the pairs are not listed one by one."""
+"""For larger fleets, pairs are not listed individually."""
 
 
 @dataclass(frozen=True)
 class DistanceMetrics(Measured):
     """Distance errors |p_i - p_j| - D over pairs of robots.
 
-    `distance_errors_final_m` has a signed error for each pair, such as '1-2', of a small fleet.
+    `distance_errors_final_m` has a signed error per pair, such as '1-2', for small fleets.
     """
 
     distance_error_final_rms_m: float
@@ -150,7 +150,7 @@ class DistanceMetrics(Measured):
 def distances(grid: FleetGrid, wanted: float) -> DistanceMetrics | None:
     """Return the errors of a formation by distances.
 
-    All at the times at which all robots are known.
+    Uses only times with all robots known.
     Source: Krick, Broucke and Francis, International Journal of Control 82(3), 2009.
 
     Args:
@@ -158,7 +158,7 @@ def distances(grid: FleetGrid, wanted: float) -> DistanceMetrics | None:
         wanted: D in m.
 
     Returns:
-        None for one robot, or if all are not known at once in the last quarter.
+        None for one robot, or if the robots are never all known in the last quarter.
     """
     known = np.isfinite(grid.x).all(axis=0) & from_share(grid.t, 0.75)
     if len(grid.robots) < 2 or not known.any():
@@ -178,10 +178,10 @@ def distances(grid: FleetGrid, wanted: float) -> DistanceMetrics | None:
 
 
 def distance_errors(grid: FleetGrid, wanted: float) -> dict[int, Floats]:
-    """Return the RMS error of the distances of each robot to the others in m over time.
+    """Return the RMS error of each robot's distances to the others in m over time.
 
     Args:
-        grid: The fleet's motion, of two robots at least.
+        grid: The fleet's motion, at least two robots.
         wanted: The distance in m.
     """
     errors = {}

@@ -82,7 +82,7 @@ def test_another_table_has_its_name_before_that_of_the_file(tmp_path):
         (('nowhere',), "there is no 'nowhere'"),
         (('empty',), 'no fleet.csv'),
         (('out', '--task', 'dance', '--algo', 'nav_wp'), "unknown task 'dance'"),
-        (('out', '--task', 'tracking'), 'name it with --algo'),
+        (('out', '--task', 'tracking'), 'add --algo'),
         (('out', '--algo', 'consensu'), 'did you mean consensus'),
         (('out', '--vnom', '-1'), '--vnom is -1; it must be above 0 m/s'),
         (('out', '--algo', 'nav_wp', '--task', 'formation'), 'nav_wp.py defines no PLACES'),

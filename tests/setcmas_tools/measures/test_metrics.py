@@ -101,7 +101,7 @@ def test_the_table_has_a_row_for_each_robot_or_summarises(nb_robots):
     ('file', 'content', 'message'),
     [
         ('csv/fleet.csv', 't,robot\n1,2\n', r'fleet\.csv.*line 1'),
-        ('csv/fleet.csv', 't,robot,x,y,theta,v,omega\n-1,1,0,0,0,0,0\n', 'no row at t >= 0'),
+        ('csv/fleet.csv', 't,robot,x,y,theta,v,omega\n-1,1,0,0,0,0,0\n', 'no row has t >= 0'),
         ('csv/communication.csv', 'sender\n1\n', r'communication\.csv., line'),
         (
             'csv/communication.csv',

@@ -25,7 +25,7 @@ def test_times_are_those_of_each_robot():
 
     assert found.overruled_s == {1: 0.6, 2: 0.8}
     assert found.blocked_s == {1: 0.4, 2: 0.6}
-    assert found.lines(None) == ['safety filter: no solution in 1 step, robots stood']
+    assert found.lines(None) == ['safety filter: no solution in 1 step, robots stopped']
 
 
 def test_a_run_without_a_filter_has_none():

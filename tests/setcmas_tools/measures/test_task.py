@@ -18,7 +18,7 @@ def run(tmp_path):
         ('WPL = [1, 2]', 'waypoints', r'WPL is \[1, 2\]; it must be points'),
         ('R = 2', 'tracking', 'defines no W'),
         ('', 'dance', "unknown task 'dance'; must be one of"),
-        ('', None, 'mine.py says no task; name it with --task'),
+        ('', None, 'mine.py declares no task; add --task'),
     ],
 )
 def test_references_that_a_script_does_not_define(run, tmp_path, text, task, message):
@@ -39,6 +39,6 @@ def test_a_script_is_read_and_not_run(run, tmp_path):
 
 
 def test_a_task_without_a_script(run):
-    with pytest.raises(SetcmasError, match='name it with --algo'):
+    with pytest.raises(SetcmasError, match='add --algo'):
         with_task(run, 'tracking')
     assert with_task(run, 'consensus').metrics().task == 'consensus'

@@ -149,7 +149,7 @@ def test_data_with_gaps(run):
 
 def test_mistakes_get_one_line(run, tmp_path, no_ffmpeg):
     folder = run(1)
-    with pytest.raises(SetcmasError, match="film 'avi' is unknown; it must be mp4, gif"):
+    with pytest.raises(SetcmasError, match="unknown film 'avi'; must be mp4, gif"):
         animate(folder, kind='avi')
     with pytest.raises(SetcmasError, match='mp4 needs ffmpeg, which is not installed'):
         animate(folder, kind='mp4')

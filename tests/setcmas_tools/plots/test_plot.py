@@ -146,7 +146,7 @@ def test_without_a_screen_nothing_can_be_shown():
         [sys.executable, '-c', code], env=environment, capture_output=True, text=True, check=True
     )
 
-    assert 'there is no screen to show plots on' in result.stdout
+    assert 'no screen to show plots on' in result.stdout
     assert result.stdout.endswith(' 4\n')
     assert not result.stderr
 
@@ -160,11 +160,11 @@ def test_mistakes_get_one_line(tmp_path, run):
     with pytest.raises(SetcmasError, match='bag'):
         plot(tmp_path)
     folder = run(1)
-    with pytest.raises(SetcmasError, match="format 'gif' is unknown; must be one of png, pdf"):
+    with pytest.raises(SetcmasError, match="unknown format 'gif'; must be one of png, pdf"):
         plot(folder, formats=['gif'])
-    with pytest.raises(SetcmasError, match="palette 'grey' is unknown; it must be robots, ok"):
+    with pytest.raises(SetcmasError, match="unknown palette 'grey'; must be robots, ok"):
         plot(folder, palette='grey')
-    with pytest.raises(SetcmasError, match="paper 'a4' is unknown; it must be column, page"):
+    with pytest.raises(SetcmasError, match="unknown paper 'a4'; must be column, page"):
         plot(folder, paper='a4')
     (tmp_path / 'taken').write_text('a file')
     with pytest.raises(SetcmasError, match='cannot be written'):

@@ -108,7 +108,7 @@ def test_plots_by_name(run):
         SetcmasError, match=r"unknown plot 'trajectory'.*did you mean trajectories"
     ):
         run.plot('trajectory')
-    with pytest.raises(SetcmasError, match="plot 'distances' does not suit this run"):
+    with pytest.raises(SetcmasError, match="plot 'distances' does not apply to this run"):
         run_of(circling_fleet(1)).plot('distances')
 
 
