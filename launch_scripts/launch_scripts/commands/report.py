@@ -45,9 +45,9 @@ def main(args: argparse.Namespace) -> int:
     from setcmas_tools.page.report import check_page, page_named_after, write_report
 
     if len(args.runs) > 2:
-        raise SetcmasError(f'{len(args.runs)} runs are given; there must be one or two')
+        raise SetcmasError(f'{len(args.runs)} runs given; name one or two')
     page = args.output or page_named_after(args.runs)
     check_page(page, args.overwrite)
-    write_report(args.runs, page, _tell)
+    write_report(args.runs, page, _warn)
     print(page)
     return 0

@@ -76,6 +76,6 @@ def main(args: argparse.Namespace) -> int:
 def _check(options: FinishedRunOptions, nb_runs: int) -> None:
     """Check that options suit one finished run, two, or the running robots."""
     if nb_runs > 2:
-        raise SetcmasError(f'{nb_runs} runs are given; they must be one or two')
+        raise SetcmasError(f'{nb_runs} runs given; name one or two')
     if (surplus := options.changed()) and not nb_runs:
         raise SetcmasError(f'{spelled(surplus[0])} is for a finished run; name its folder')

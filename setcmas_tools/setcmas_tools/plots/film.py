@@ -246,8 +246,8 @@ def animate(
     """Write a film of the fleet in the plane, with trails, drawings, time and communications.
 
     Args:
+        run: The run.
         folder: Folder of the film.
-        folder: Where the film goes.
         kind: One of `formats.FILMS`; None for MP4 if ffmpeg is installed, else GIF.
         look: Appearance of the film.
         progress: Whether to show a progress bar in a terminal.
