@@ -47,5 +47,5 @@ def graded_class():
         marks_of('Ada Lovelace', 4.0, id='12345', submission='Lovelace Ada_12345_file_/law.py'),
         marks_of(HOSTILE, 1.0, id='=1+2', similar=(Similar('Ada Lovelace.py', 0.97),)),
         marks_of('Çelik, "Bülent"', 0.0, failed=failed, email='b@example.org'),
-        marks_of('Ünsal\x1b[2J\x00', 4.0, similar=(Similar('the shipped law consensus', 1.0),)),
+        marks_of('Ünsal\x1b[2J\x00', 4.0, similar=(Similar('the built-in law consensus', 1.0),)),
     ]

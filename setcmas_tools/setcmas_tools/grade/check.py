@@ -1,4 +1,4 @@
-"""Check of a student's own law: what is right, and what is missing."""
+"""Check of a student's own law."""
 
 from __future__ import annotations
 
@@ -37,10 +37,10 @@ _DIGITS = 4  # of points, as in marks
 
 
 def student_view(marks: Marks) -> Marks:
-    """Return marks of which students may see everything; scores stay what they are.
+    """Return the parts of marks that students may see; the scores stay.
 
-    Hidden criteria of a scenario become one without a figure, hidden scenarios become one with
-    one criterion.
+    Hidden criteria of a scenario become one criterion without value; hidden scenarios become one
+    scenario with one criterion.
     """
     shown = [_without_hidden(one) for one in marks.scenarios if not one.hidden]
     hidden = [mark for one in marks.scenarios if one.hidden for mark in one.criteria]
@@ -72,7 +72,7 @@ _OF_SCRIPT = re.compile(r'tb3_\d+: ')  # what it prints, and warnings such as nu
 
 @dataclass(frozen=True)
 class Check:
-    """Marks of one's own law, as a text, as a picture, and for a notebook.
+    """Marks of one's own law as text, as picture, and in notebooks.
 
     Attributes:
         marks: The marks.
@@ -81,7 +81,7 @@ class Check:
     marks: Marks
 
     def __str__(self) -> str:
-        """Return a line for each criterion, and hints below those that are missed."""
+        """Return a line per criterion, and hints below missed ones."""
         return '\n'.join(_lines(self.marks))
 
     def picture(self) -> Any:
@@ -110,19 +110,19 @@ class Check:
 
 
 def check(law: str | Path | Callable[..., Any], rubric: str | Path | None = None) -> Check:
-    """Mark a law of one's own by the shown part of its rubric.
+    """Mark your own law by the visible part of its rubric.
 
         from setcmas_tools import check
 
-        check('my_law.py')                # the exercise that it is a copy of
-        check(control, 'consensus')       # a function of the notebook
+            check('my_law.py')                # by the exercise that it names
+            check(control, 'consensus')       # a function in a notebook
 
     Args:
         law: A script, or a function `control` or `ctc`. It runs in this process.
-        rubric: An exercise, or a file; by default the exercise that the script says it is.
+        rubric: An exercise or a file; by default the exercise that the script names.
 
     Raises:
-        SetcmasError: There is no such law or rubric, or the law cannot be loaded.
+        SetcmasError: The law or rubric does not exist, or the law does not load.
     """
     script = None if callable(law) else find_script(str(law))
     chosen = chosen_rubric(script, rubric).shown()
@@ -133,7 +133,7 @@ def check(law: str | Path | Callable[..., Any], rubric: str | Path | None = None
 
 
 def runs_here(submission: Any, function: str = CONTROL) -> LawRunner:
-    """Return what runs scenarios with a trusted submission, in this process, as `simulate` does.
+    """Return a runner of scenarios for a trusted submission, in this process, as `simulate` does.
 
     Args:
         submission: What `MarkedScenario.of` takes.
@@ -187,7 +187,7 @@ def _first_message(text: str) -> str:
 
 
 def chosen_rubric(script: Path | None, rubric: str | Path | None) -> Rubric:
-    """Return the rubric that a name or a file means, or that of the exercise of a script.
+    """Return the rubric with this name or file, or of the exercise that a script names.
 
     Raises:
         SetcmasError: There is none.
@@ -202,17 +202,17 @@ def chosen_rubric(script: Path | None, rubric: str | Path | None) -> Rubric:
     if script and (exercise := exercise_of(script)):
         return rubric_of_exercise(exercise)
     known = ', '.join(EXERCISES.offers())
-    what = f'{script.name} does not say' if script else 'a function does not say'
+    what = f'{script.name} names no exercise' if script else 'a function names no exercise'
     raise SetcmasError(
-        f'{what} which exercise it is; name a rubric, or one of {known} (in a script, a line such '
-        "as exercise = 'consensus' says it)"
+        f'{what}; give a rubric, or one of {known} (in a script, name it in a line such '
+        "as exercise = 'consensus')"
     )
 
 
 def _lines(marks: Marks) -> Iterator[str]:
     yield f'{marks.title}: {marks.submission}'
     if marks.unfilled:
-        yield f'{_CROSS} not filled in yet: replace what is marked TODO'
+        yield f'{_CROSS} not filled in yet: replace the parts marked TODO'
         return
     for scenario in marks.scenarios:
         yield ''

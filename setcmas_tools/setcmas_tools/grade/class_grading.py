@@ -1,4 +1,4 @@
-"""Grading of a class: workers, marks that are kept, and their order."""
+"""Grading of a class: workers, stored marks, and their order."""
 
 from __future__ import annotations
 
@@ -33,18 +33,18 @@ from setcmas_tools.offline.host import Host
 from setcmas_tools.process_tree import end_with_parent
 
 Runners = Callable[[Path], LawRunner]
-"""Returns what runs scenarios with a script."""
+"""Returns the runner of scenarios with a script."""
 
 
 @dataclass(frozen=True)
 class Grader:
-    """What grades submissions.
+    """Grades submissions.
 
     Attributes:
-        rubric: What they are marked by.
-        times: How long a run may take.
-        confined: Whether they are kept in by the kernel.
-        folder: Where processes have folders of their own.
+        rubric: Rubric for the marks.
+        times: Time limits of a run.
+        confined: Whether the kernel confines submissions.
+        folder: Parent of the processes' own folders.
     """
 
     rubric: Rubric
@@ -57,7 +57,7 @@ class Grader:
 
         Args:
             submission: The submission.
-            runs: Returns what runs scenarios with its script.
+            runs: Returns the runner of scenarios with its script.
 
         Raises:
             SetcmasError: The rubric's solution fails, or a file of the rubric cannot be used.
@@ -77,7 +77,7 @@ _own: tuple[Grader, Host]
 
 
 def begin(grader: Grader) -> None:
-    """Prepare this process to grade; it ends with the one that started it."""
+    """Prepare this process for grading; it ends with its parent."""
     global _own
     end_with_parent()
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the one that started it
@@ -85,7 +85,7 @@ def begin(grader: Grader) -> None:
 
 
 def graded(submission: Submission) -> Marks:
-    """Return the marks of a submission, in a process that has begun.
+    """Return the marks of a submission, in a prepared process.
 
     Raises:
         SetcmasError: The rubric's solution fails, or a file of the rubric cannot be used.
@@ -95,25 +95,25 @@ def graded(submission: Submission) -> Marks:
     run = SandboxRunner(host, submission.script, submission.files, times, function)
     try:
         return grader.marks(submission, lambda _: run)
-    except (OSError, ValueError) as error:  # such as files whose names do not go together
+    except (OSError, ValueError) as error:  # such as conflicting file names
         failure = Failure(f'it cannot be graded: {summarise(error)}')
         return unmarked(grader.rubric, submission.name, submission.student, failure)
 
 
 _SANDBOX = 2
-"""Which one marks are made with; 1 could be left, so that its marks may be forged."""
+"""Version of the sandbox; marks of version 1 may be forged, since scripts could leave it."""
 
 
 class KeptMarks:
-    """A folder with a file for each submission that is graded."""
+    """A folder with a file of marks for each graded submission."""
 
     def __init__(self, folder: Path, grader: Grader, in_lab: bool = False) -> None:
-        """Open the folder, which is made if it is not there.
+        """Open the folder, and create it if necessary.
 
         Args:
-            folder: The folder of all grades.
-            grader: What they are made with; other marks do not count.
-            in_lab: Whether they are made in the emulated lab.
+            folder: Folder of all grades.
+            grader: Grader of the marks; marks by others do not count.
+            in_lab: Whether the emulated lab is used.
         """
         self._folder = folder / KEPT
         self._folder.mkdir(parents=True, exist_ok=True)
@@ -123,7 +123,7 @@ class KeptMarks:
         )
 
     def digest(self, submission: Submission) -> str:
-        """Return what is the same for submissions that get the same marks."""
+        """Return a digest that is equal for submissions with equal marks."""
         parts = [self._grader.encode(), repr((submission.name, submission.script)).encode()]
         parts += [submission.problem.encode()]
         for name, content in sorted(submission.files.items()):
@@ -131,7 +131,7 @@ class KeptMarks:
         return _digest(*parts)
 
     def found(self, submission: Submission) -> Marks | None:
-        """Return the marks of a submission that was graded before, None if it was not."""
+        """Return the stored marks of a submission; None if it was not graded."""
         digest = self.digest(submission)
         try:
             marks = msgspec.json.decode((self._folder / f'{digest}.json').read_bytes(), type=Marks)
@@ -140,7 +140,7 @@ class KeptMarks:
         return marks if marks.digest == digest else None
 
     def keep(self, submission: Submission, marks: Marks) -> Marks:
-        """Write the marks of a submission, whole or not at all; returns them with their digest."""
+        """Write the marks of a submission, whole or not at all; return them with their digest."""
         digest = self.digest(submission)
         told = replace(marks, digest=digest)
         part = self._folder / f'{digest}.part'
@@ -149,7 +149,7 @@ class KeptMarks:
         return told
 
     def drop_others(self, submissions: Iterable[Submission]) -> None:
-        """Remove what is of no submission of these."""
+        """Remove the marks of all other submissions."""
         wanted = {self.digest(one) for one in submissions}
         for file in self._folder.iterdir():
             if file.stem not in wanted and file.suffix in ('.json', '.part'):
@@ -177,29 +177,29 @@ def grade(
     options: GradeOptions,
     in_lab: Runners | None = None,
 ) -> list[Marks]:
-    """Grade submissions, but for those that are graded already; returns the marks of all.
+    """Grade submissions that are not graded yet; return the marks of all.
 
     Args:
         submissions: The submissions.
-        rubric: What they are marked by.
-        folder: Keeps the marks of each.
-        options: How they are graded.
-        in_lab: Runs them one after the other in the emulated lab; None is offline, in a sandbox.
+        rubric: Rubric for the marks.
+        folder: Folder of the stored marks.
+        options: Options of the grading.
+        in_lab: Runner in the emulated lab, one run at a time; None is offline, in a sandbox.
 
     Raises:
         SetcmasError: There is no sandbox, or the rubric's solution fails.
         OSError: The marks cannot be written.
     """
     if not hasattr(os, 'fork'):
-        raise SetcmasError('submissions are graded on Linux and macOS; on Windows, use WSL 2')
+        raise SetcmasError('grading works on Linux and macOS; on Windows, use WSL 2')
     reason = '' if options.trust else obstacle()
     if reason:
         raise SetcmasError(
-            f'there is no sandbox here: {reason}; --trust grades without, which lets submissions '
+            f'no sandbox: {reason}; --trust grades without sandbox, where submissions can '
             'do whatever you can'
         )
     for scenario in rubric.scenarios:
-        rubric.solution_run(scenario)  # what is wrong with it is told before all else
+        rubric.solution_run(scenario)  # report its errors first
     with TemporaryDirectory(prefix='setcmas_', ignore_cleanup_errors=True) as place:
         times = Times(options.call_timeout, options.timeout)
         grader = Grader(rubric, times, not options.trust, Path(place))
@@ -228,10 +228,10 @@ def _made_in_lab(
 def _made(
     submissions: Sequence[Submission], grader: Grader, jobs: int
 ) -> Iterator[tuple[Submission, Marks]]:
-    """Yield the marks of submissions as they come.
+    """Yield the marks of submissions as they finish.
 
-    If a process that grades dies, submissions are graded once more, one at a time; the first of
-    those is then the one that it died of.
+    If a grading process dies, its submissions are graded again, one at a time, to find the one
+    that killed it.
     """
     left = list(submissions)
     while left:
@@ -255,19 +255,19 @@ def _made(
 
 
 def _result(future: Future[Marks], rubric: Rubric, submission: Submission) -> Marks:
-    """Return marks; a mistake of ours about one submission does not stop the others."""
+    """Return marks; an internal error about one submission does not stop the others."""
     try:
         return future.result()
     except (SetcmasError, OSError, BrokenProcessPool):
         raise
     except Exception as error:
-        failure = Failure(f'setcmas cannot grade it, which is its own mistake: {error!r}')
+        failure = Failure(f'internal error of setcmas: {error!r}')
         return unmarked(rubric, submission.name, submission.student, failure)
 
 
 @contextmanager
 def _pool(grader: Grader, jobs: int) -> Iterator[ProcessPoolExecutor]:
-    """Give processes that grade; none of them is left if the grading is stopped."""
+    """Yield a pool of grading processes, and end all of them if the grading is stopped."""
     context = multiprocessing.get_context('spawn')
     pool = ProcessPoolExecutor(jobs, context, begin, (grader,))
     try:
@@ -283,13 +283,13 @@ def _pool(grader: Grader, jobs: int) -> Iterator[ProcessPoolExecutor]:
 def _prints(
     submissions: Sequence[Submission], rubric: Rubric
 ) -> tuple[dict[str, Print], dict[str, Print]]:
-    """Return what submissions and shipped laws are compared by."""
+    """Return fingerprints of submissions and built-in laws."""
     given: Print = frozenset()
     if rubric.exercise:
         given = fingerprint([EXERCISES.file(rubric.exercise).read_bytes()])
     own = {one.name: fingerprint(_sources(one), given) for one in submissions}
     shipped = (name for name, offer in ALGORITHMS.offers().items() if offer.shipped)
-    laws = {ALGORITHMS.file(name): f'the shipped law {name}' for name in shipped}
+    laws = {ALGORITHMS.file(name): f'the built-in law {name}' for name in shipped}
     if rubric.solution:
         laws = {rubric.solution: 'the solution', **laws}
     known = {name: fingerprint([file.read_bytes()], given) for file, name in laws.items()}

@@ -1,4 +1,4 @@
-"""Criteria of a rubric, and the figures of a run that they bound."""
+"""Criteria of a rubric, and the numbers of a run that they bound."""
 
 from __future__ import annotations
 
@@ -21,11 +21,11 @@ _DIGITS = 9
 
 @dataclass(frozen=True)
 class Figure:
-    """A number that a run is marked by.
+    """A number for marking a run.
 
     Attributes:
-        unit: Its unit; empty if it has none.
-        purpose: What it is.
+        unit: Its unit; '' if it has none.
+        purpose: Its description.
     """
 
     unit: str
@@ -38,33 +38,33 @@ COMPARED = {
     'end_error': Figure('m', 'largest distance to the ends of the solution'),
     'path_ratio': Figure('', 'length of all paths, as a share of that of the solution'),
 }
-"""The figures of the comparison with the model solution."""
+"""Comparisons with the model solution."""
 
 SAFETY = {
-    'safety_stops': Figure('', 'how often robots were stopped'),
-    'safety_stopped_s': Figure('s', 'time at which robots were stopped, added up'),
-    'safety_overruled_s': Figure('s', 'time at which robots were held back, added up'),
-    'safety_outside_arena_s': Figure('s', 'time outside the arena, added up'),
-    'safety_too_near_s': Figure('s', 'time at which pairs of robots were too near, added up'),
+    'safety_stops': Figure('', 'number of stops of robots'),
+    'safety_stopped_s': Figure('s', 'time during which robots were stopped, sum'),
+    'safety_overruled_s': Figure('s', 'time during which robots were overruled, sum'),
+    'safety_outside_arena_s': Figure('s', 'time outside the arena, sum'),
+    'safety_too_near_s': Figure('s', 'time of pairs of robots too close, sum'),
 }
-"""The figures of experiments, such as those in the emulated lab."""
+"""Numbers of experiments, such as those in the emulated lab."""
 
 FIGURES = {
     **{name: Figure(column.unit, column.purpose) for name, column in COLUMNS.items()},
     **COMPARED,
     **SAFETY,
 }
-"""All figures, but for those of plugins."""
+"""All numbers, except those of plugins."""
 
 
 def is_plugins(name: str) -> bool:
-    """Return whether a name may be a column of a metric of a plugin."""
+    """Return whether a name may be a column of a plugin's metric."""
     own = METRICS.offers().keys() - SHIPPED - {'safety'}
     return any(name.startswith(one) for one in own)
 
 
 def figures_of(run: Run, solution: Run | None) -> dict[str, float | None]:
-    """Return the figures of a run by name; None for what it has not.
+    """Return the numbers of a run by name; None for missing ones.
 
     Args:
         run: The run; it must have the references of the solution.
@@ -77,7 +77,7 @@ def figures_of(run: Run, solution: Run | None) -> dict[str, float | None]:
 
 
 def compared(run: Run, solution: Run) -> dict[str, float | None]:
-    """Return how near a run is to that of the model solution."""
+    """Return comparisons of a run with the model solution's run."""
     _, apart = distances_between(run, solution)
     distances = np.array([*apart.values()])
     if not np.isfinite(distances).any():
@@ -96,25 +96,25 @@ def compared(run: Run, solution: Run) -> dict[str, float | None]:
 
 
 def _length(grid: FleetGrid) -> float:
-    """Return the length of the paths of all robots in m."""
+    """Return the total path length of all robots in m."""
     return float(np.nansum(np.hypot(np.diff(grid.x), np.diff(grid.y))))
 
 
 _BOUNDS = ('at_most', 'below', 'at_least', 'above', 'between')
 _KEYS = ('name', 'metric', *_BOUNDS, 'none_at', 'points', 'hint', 'hidden', 'needs')
-_CENTS = 100  # points are told with two decimals
+_CENTS = 100  # points have two decimals
 
 
 @dataclass(frozen=True)
 class Bounds:
-    """What is wanted of a number, and from where on there is nothing for it.
+    """Wanted range of a number, and the limits of partial points.
 
     Attributes:
-        low: The number must be from here on; -inf if there is no such bound.
-        high: The number must be up to here; inf if there is no such bound.
-        strict: Whether the bounds themselves are outside.
-        none_below: Nothing at this number and below; linear from here to `low`.
-        none_above: Nothing at this number and above; linear from `high` to here.
+        low: Lower bound; -inf if there is none.
+        high: Upper bound; inf if there is none.
+        strict: Whether the bounds themselves are excluded.
+        none_below: No points at this number and below; linear from here to `low`.
+        none_above: No points at this number and above; linear from `high` to here.
     """
 
     low: float = -math.inf
@@ -124,7 +124,7 @@ class Bounds:
     none_above: float | None = None
 
     def share(self, number: float | None) -> float:
-        """Return how much of what is wanted a number is, from 0 to 1; 0 for no number."""
+        """Return the share of the points for a number, from 0 to 1; 0 for no number."""
         if number is None or math.isnan(number):
             return 0.0
         if self.low < number < self.high or (not self.strict and number in (self.low, self.high)):
@@ -134,7 +134,7 @@ class Bounds:
         return _partial(number, self.none_above, self.high)
 
     def words(self, unit: str) -> str:
-        """Return the bounds in words, such as 'at most 0.05 m'."""
+        """Return the bounds as text, such as 'at most 0.05 m'."""
         unit = f' {unit}' if unit else ''
         if math.isfinite(self.low) and math.isfinite(self.high):
             return f'from {self.low:g} to {self.high:g}{unit}'
@@ -151,16 +151,16 @@ def _partial(number: float, none_at: float | None, bound: float) -> float:
 
 @dataclass(frozen=True)
 class Criterion:
-    """What is wanted of a run, and what it is worth.
+    """One condition on a run, and its points.
 
     Attributes:
-        name: What is wanted in words, unique in its scenario.
-        metric: What is measured: a name of `FIGURES`, or a column of a metric of a plugin.
-        points: For a number within the bounds.
-        bounds: What is wanted of the number.
-        hint: What to tell a student who misses it; may be empty.
-        hidden: Whether students see nothing of it but its points.
-        needs: Another criterion of the scenario without whose points this one has none.
+        name: Description, unique in its scenario.
+        metric: Name of the measured number: of `FIGURES`, or of a plugin's metric.
+        points: Points for a number within the bounds.
+        bounds: Wanted range of the number.
+        hint: Hint for students who miss it; may be empty.
+        hidden: Whether students only see its points.
+        needs: Another criterion of the scenario; without its points this one gets none.
     """
 
     name: str
@@ -173,12 +173,12 @@ class Criterion:
 
     @property
     def unit(self) -> str:
-        """The unit of what is measured; empty if it has none."""
+        """Unit of the number; '' if it has none."""
         return FIGURES[self.metric].unit if self.metric in FIGURES else ''
 
     @property
     def wanted(self) -> str:
-        """The bounds in words."""
+        """The bounds as text."""
         return self.bounds.words(self.unit)
 
     def points_for(self, number: float | None) -> float:
@@ -188,16 +188,16 @@ class Criterion:
 
 
 def read_criteria(entry: Entry) -> tuple[Criterion, ...]:
-    """Return the criteria that a list in a rubric tells.
+    """Read the criteria in a list of a rubric.
 
     Raises:
-        SetcmasError: There is none, or one has a mistake; the message has its line.
+        SetcmasError: The list is empty, or a criterion is invalid; the message has its line.
     """
     criteria: list[Criterion] = []
     for item in entry.items():
         criteria.append(_criterion(item, criteria))
     if not criteria:
-        raise entry.mistake('a list with a criterion at least')
+        raise entry.mistake('a list with at least one criterion')
     return tuple(criteria)
 
 
@@ -219,7 +219,7 @@ def _criterion(entry: Entry, before: Sequence[Criterion]) -> Criterion:
         name = f'{metric} {criterion.wanted}'
         criterion = replace(criterion, name=name)
     if criterion.name in names:
-        raise entry.error(f"there are two criteria '{criterion.name}'; give one another name")
+        raise entry.error(f"two criteria are named '{criterion.name}'; rename one")
     return criterion
 
 
@@ -241,7 +241,7 @@ def _bounds(entry: Entry, fields: dict[str, Entry]) -> Bounds:
     given = [key for key in _BOUNDS if key in fields]
     if len(given) > 1:
         raise entry.error(
-            f'this criterion has two bounds, {given[0]} and {given[1]}; leave one out, or write '
+            f'this criterion has two bounds, {given[0]} and {given[1]}; remove one, or write '
             'between: [low, high]'
         )
     if not given:

@@ -1,7 +1,7 @@
-"""Likeness of submissions: how much of a syntax tree is in another one, whatever names it uses.
+"""Similarity of submissions: the share of a syntax tree found in another, whatever the names.
 
-Names, layout and comments do not count, nor does what the exercise had given. Source of comparing
-by overlapping runs: Schleimer, Wilkerson and Aiken, "Winnowing", SIGMOD 2003.
+Names, layout, comments and the given parts of the exercise do not count. Comparison by
+overlapping runs: Schleimer, Wilkerson and Aiken, "Winnowing", SIGMOD 2003.
 """
 
 from __future__ import annotations
@@ -12,21 +12,21 @@ from itertools import islice
 
 from setcmas_tools.grade.marks import Similar
 
-_RUN = 8  # nodes of a syntax tree that are compared at once
-_MOST_NODES = 20_000  # of a script
+_RUN = 8  # syntax tree nodes per compared run
+_MOST_NODES = 20_000  # per script
 _LIKE = 0.8
-_FEWEST = 30  # below so many runs of nodes all solutions are alike
+_FEWEST = 30  # with fewer runs of nodes, all solutions are similar
 _UNREADABLE = (SyntaxError, ValueError, RecursionError, MemoryError)
 
 Print = frozenset[tuple[str, ...]]
 
 
 def fingerprint(sources: Iterable[bytes], given: Print = frozenset()) -> Print:
-    """Return what a submission is compared by.
+    """Return the fingerprint of a submission.
 
     Args:
         sources: Its scripts.
-        given: What all had from the beginning.
+        given: Fingerprint of the given parts.
     """
     runs: set[tuple[str, ...]] = set()
     for source in sources:
@@ -39,11 +39,11 @@ def fingerprint(sources: Iterable[bytes], given: Print = frozenset()) -> Print:
 
 
 def likenesses(own: Mapping[str, Print], known: Mapping[str, Print]) -> dict[str, list[Similar]]:
-    """Return what each submission is like, the most alike first.
+    """Return the similar scripts of each submission, most similar first.
 
     Args:
-        own: The submissions by their names.
-        known: Other scripts by what they are to be called.
+        own: Fingerprints of the submissions by name.
+        known: Fingerprints of other scripts by name.
     """
     found: dict[str, list[Similar]] = {name: [] for name in own}
     for name, runs in own.items():
@@ -56,7 +56,7 @@ def likenesses(own: Mapping[str, Print], known: Mapping[str, Print]) -> dict[str
 
 
 def _share(own: Print, theirs: Print) -> float:
-    """Return how much two have in common, as a share of all that they have."""
+    """Return the common share of two fingerprints."""
     if min(len(own), len(theirs)) < _FEWEST:
         return 0.0
     return len(own & theirs) / len(own | theirs)

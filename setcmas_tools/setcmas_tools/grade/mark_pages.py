@@ -1,4 +1,4 @@
-"""Pages of marks: one for each student, and one for the class."""
+"""Pages of marks: one per student, and one for the class."""
 
 from __future__ import annotations
 
@@ -49,14 +49,14 @@ _BINS = 10
 
 @dataclass(frozen=True)
 class CriterionFigures:
-    """How a class did in one criterion.
+    """Results of a class for one criterion.
 
     Attributes:
         scenario: Name of the scenario.
         name: Name of the criterion.
         share: Mean share of its points, from 0 to 1.
-        full: How many submissions have all of them.
-        hidden: Whether students see nothing of it but its points.
+        full: Number of submissions with all points.
+        hidden: Whether students only see its points.
     """
 
     scenario: str
@@ -68,12 +68,12 @@ class CriterionFigures:
 
 @dataclass(frozen=True)
 class Likeness:
-    """Submissions that are like each other, or like a shipped law.
+    """A pair of similar submissions, or a submission similar to a built-in law.
 
     Attributes:
         one: A submission.
-        other: Another one, or 'the shipped law NAME'.
-        share: How much is the same, from 0 to 1.
+        other: Another submission, or 'the built-in law NAME'.
+        share: Similarity, from 0 to 1.
     """
 
     one: str
@@ -82,17 +82,17 @@ class Likeness:
 
 
 def has_failed(marks: Marks) -> bool:
-    """Return whether a script failed in some scenario, or could not be run."""
+    """Return whether a script failed in a scenario, or could not run."""
     return bool(marks.failure or any(one.failure for one in marks.scenarios))
 
 
 def share(points: float, most: float) -> float:
-    """Return a share of points; all of none is 1."""
+    """Return a share of points; 1 if there are none."""
     return points / most if most else 1.0
 
 
 def bins(marks: Sequence[Marks]) -> list[int]:
-    """Return numbers of submissions by share of the points, in steps of 10 %."""
+    """Return numbers of submissions by share of points, in steps of 10 %."""
     counts = [0] * _BINS
     for one in marks:
         counts[min(int(share(one.score, one.max_score) * _BINS), _BINS - 1)] += 1
@@ -100,7 +100,7 @@ def bins(marks: Sequence[Marks]) -> list[int]:
 
 
 def hardest_first(marks: Sequence[Marks]) -> list[CriterionFigures]:
-    """Return criteria, from the one with the smallest share of points on."""
+    """Return criteria by increasing share of points."""
     found: dict[tuple[str, str], list[CriterionMark]] = defaultdict(list)
     hidden: dict[tuple[str, str], bool] = {}
     for one in marks:
@@ -121,7 +121,7 @@ def hardest_first(marks: Sequence[Marks]) -> list[CriterionFigures]:
 
 
 def likeness_pairs(marks: Sequence[Marks]) -> list[Likeness]:
-    """Return what is like something else, from the strongest likeness on, each pair once."""
+    """Return similar pairs, most similar first, each pair once."""
     ours = {one.submission for one in marks}
     pairs: dict[tuple[str, str], float] = {}
     for one in marks:
@@ -139,32 +139,32 @@ _LONGEST_REMARK = 60
 
 
 def points_text(points: float) -> str:
-    """Return points with two decimals at most."""
+    """Return points with at most two decimals."""
     return f'{round(points, 2):g}'
 
 
 def names_of(marks: Sequence[Marks]) -> dict[str, str]:
-    """Return whose each submission of a class is."""
+    """Return the student of each submission."""
     return {one.submission: one.student.name for one in marks}
 
 
 def remark(marks: Marks, names: Mapping[str, str]) -> str:
-    """Return what went wrong, or what else is to be known of a submission; may be empty.
+    """Return a remark on problems and similarities of a submission; may be empty.
 
     Args:
-        marks: Those of the submission.
-        names: Whose the submissions of its class are.
+        marks: Marks of the submission.
+        names: Students of all submissions.
     """
-    told = ['not filled in yet'] if marks.unfilled else []
+    notes = ['not filled in yet'] if marks.unfilled else []
     failures = [marks.failure, *(one.failure for one in marks.scenarios)]
-    told += [failure_line(one) for one in failures if one][:1]
+    notes += [failure_line(one) for one in failures if one][:1]
     like = sorted(marks.similar, key=lambda one: -one.share)[:_MOST_LIKE]
-    told += [f'{one.share:.0%} like {names.get(one.submission, one.submission)}' for one in like]
-    return '; '.join(told)
+    notes += [f'{one.share:.0%} like {names.get(one.submission, one.submission)}' for one in like]
+    return '; '.join(notes)
 
 
 def failure_line(failure: Failure) -> str:
-    """Return what went wrong, and in which line of the script."""
+    """Return the reason of a failure, and its line in the script."""
     first = failure.message.strip().partition('\n')[0]
     if not failure.line or f'line {failure.line}' in first:
         return first
@@ -183,7 +183,7 @@ def marks_table(marks: Sequence[Marks]) -> str:
 
 
 def _short(text: str) -> str:
-    """Return a text in a line; control characters would reach the terminal."""
+    """Return a text on one line, without control characters, which could affect the terminal."""
     plain = ''.join(each if each.isprintable() else ' ' for each in text)
     return plain if len(plain) <= _LONGEST_REMARK else f'{plain[: _LONGEST_REMARK - 1]}…'
 
@@ -194,11 +194,11 @@ _CONTROL = re.compile(r'[\x00-\x08\x0b-\x1f\x7f-\x9f]')
 
 
 def write_pages(marks: Sequence[Marks], folder: Path) -> Path:
-    """Write the pages of a class into a folder that is there; returns the page of the class.
+    """Write the pages of a class into an existing folder; return the page of the class.
 
     Args:
-        marks: Those of all submissions, at least one.
-        folder: Gets `index.html`, and `students` with a page for each submission and no others.
+        marks: Marks of all submissions, at least one.
+        folder: Gets `index.html`, and `students` with only the page of each submission.
 
     Raises:
         OSError: They cannot be written.
@@ -217,7 +217,7 @@ def write_pages(marks: Sequence[Marks], folder: Path) -> Path:
 
 
 def student_page(marks: Marks) -> str:
-    """Return the page of a submission, with nothing on it that its student may not see."""
+    """Return the page of a submission, with only what its student may see."""
     return _page('student.html', marks=student_view(marks))
 
 
@@ -225,8 +225,8 @@ def class_page(marks: Sequence[Marks], links: Sequence[str]) -> str:
     """Return the page of a class, for teachers only.
 
     Args:
-        marks: Those of all submissions, at least one.
-        links: The page of each, as a relative address.
+        marks: Marks of all submissions, at least one.
+        links: Relative address of each student's page.
     """
     names = names_of(marks)
     rows = list(zip(marks, links, strict=True))

@@ -1,4 +1,4 @@
-"""Pictures of a submission beside the solution."""
+"""Pictures of a submission's paths and the solution's."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ def draw_marks(figure: Figure, marks: Marks) -> None:
 
 
 def check_picture(path: Path) -> None:
-    """See that a picture can be written to a file.
+    """Check that a picture can be written to a file.
 
     Raises:
         SetcmasError: It cannot.
@@ -60,7 +60,7 @@ def check_picture(path: Path) -> None:
         raise SetcmasError(f"picture '{path}' must end with one of {', '.join(_SUFFIXES)}")
     if not path.parent.is_dir():
         raise SetcmasError(
-            f"picture '{path}' cannot be written: there is no folder '{path.parent}'; create it"
+            f"picture '{path}' cannot be written: create folder '{path.parent}' first"
         )
 
 
@@ -70,7 +70,7 @@ def write_picture(marks: Marks, path: Path, in_window: bool = False) -> None:
     Args:
         marks: What is drawn.
         path: The file; its suffix, .png, .pdf or .svg, is the format.
-        in_window: Whether to open it in a window as well.
+        in_window: Whether to open it in a window.
 
     Raises:
         SetcmasError: It cannot be written, or there is no screen.
@@ -105,7 +105,7 @@ def _draw_path(axes: Axes, path: RobotPath, nb_robots: int) -> None:
 
 
 def _fit(axes: Axes, paths: Sequence[RobotPath]) -> None:
-    """Show the wanted paths with some room around, and so much of the own ones."""
+    """Show the reference paths with a margin, and as much as possible of the own paths."""
     points = np.hstack([_columns(path.wanted or path.own) for path in paths])
     if not points.size:
         return
@@ -126,16 +126,16 @@ Points = Sequence[tuple[float, float]]
 _SIZE = 360.0  # of the longer side, in units of the picture
 _MARGIN = 30.0
 _SMALLEST_SPAN_M = 1.0
-_FARTHEST_M = 1e3  # beyond this a robot has run away: the rest is drawn
+_FARTHEST_M = 1e3  # a robot further away is not drawn
 _STEPS = (1, 2, 5)
 
 
 def path_picture(paths: Sequence[RobotPath], title: str) -> str:
-    """Return a picture of paths; empty if there is nothing to draw.
+    """Return a picture of paths as SVG; '' if there is nothing to draw.
 
     Args:
-        paths: Those of the robots.
-        title: What readers who cannot see it are told.
+        paths: Paths of the robots.
+        title: Description for screen readers.
     """
     drawn = [_Drawn(one) for one in paths]
     everything = [point for one in drawn for point in (*one.own, *one.wanted)]
@@ -155,7 +155,7 @@ def path_picture(paths: Sequence[RobotPath], title: str) -> str:
 
 
 def picture_address(paths: Sequence[RobotPath], title: str) -> str:
-    """Return a picture of paths on white paper, as the address of an image; empty if none."""
+    """Return a picture of paths on white paper as the address of an image; '' if none."""
     picture = path_picture(paths, title)
     style = (files(__package__) / 'templates' / 'paths.css').read_text(encoding='utf-8')
     begin = (
@@ -167,7 +167,7 @@ def picture_address(paths: Sequence[RobotPath], title: str) -> str:
 
 
 class _Drawn:
-    """The path of a robot as far as it can be drawn."""
+    """The drawable part of a robot's path."""
 
     def __init__(self, path: RobotPath) -> None:
         self.robot, self.colour = path.robot, plot_hex(path.robot)
@@ -180,7 +180,7 @@ def _drawable(points: Points) -> Points:
 
 
 class _Frame:
-    """A part of the plane, with equal scales, and its place in the picture."""
+    """A part of the plane with equal scales, and its place in the picture."""
 
     def __init__(self, points: Points) -> None:
         xs, ys = zip(*points, strict=True)
@@ -198,14 +198,14 @@ class _Frame:
         return f'{right:.1f}', f'{down:.1f}'
 
     def line(self, points: Points, look: str) -> str:
-        """Return a path; one whose robot stays where it is is a dot."""
+        """Return a path; that of a robot that does not move is a dot."""
         places = (','.join(self._at(*point)) for point in points)
         moves = [place for place, _ in groupby(places)]
-        moves += moves[-1:]  # a line from there to there is drawn, a lone point is not
+        moves += moves[-1:]  # a line of length 0 is drawn, a single point is not
         return f'<polyline {look} points="{" ".join(moves)}"/>'
 
     def ends(self, path: _Drawn) -> str:
-        """Return a ring with the robot's number where its path starts, and a disc at its end."""
+        """Return a ring with the robot's number at the path's start, and a disc at its end."""
         (x0, y0), (x1, y1) = self._at(*path.own[0]), self._at(*path.own[-1])
         return (
             f'<circle class="end" fill="{path.colour}" cx="{x1}" cy="{y1}" r="4.5"/>'
@@ -214,7 +214,7 @@ class _Frame:
         )
 
     def grid(self) -> str:
-        """Return lines at round numbers of m, with their numbers."""
+        """Return grid lines at round numbers of m, with their numbers."""
         x0, y0 = self._at(self._left, self._bottom)
         x1, y1 = self._at(self._right, self._top)
         parts = []
@@ -240,7 +240,7 @@ def _span(low: float, high: float) -> tuple[float, float]:
 
 
 def _step(span: float) -> float:
-    """Return a round distance of grid lines, with 3 to 8 of them in a span."""
+    """Return a round distance of grid lines, for 3 to 8 lines in a span."""
     power = 10.0 ** math.floor(math.log10(span / 3))
     return max(step * power for step in _STEPS if step * power <= span / 3)
 

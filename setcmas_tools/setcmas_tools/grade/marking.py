@@ -38,11 +38,11 @@ def mark(
     """Return the marks of a submission.
 
     Args:
-        rubric: What it is marked by.
+        rubric: Rubric for the marks.
         run: Runs a scenario with the submission.
-        submission: What it is called.
-        student: Whose it is.
-        script: Its file, if it is one: an exercise that is not filled in is not run.
+        submission: Name of the submission.
+        student: Its student.
+        script: Its file, if any: an exercise that is not filled in is not run.
 
     Raises:
         SetcmasError: The rubric's solution or a file of it cannot be used.
@@ -56,13 +56,13 @@ def mark(
 def unmarked(
     rubric: Rubric, submission: str, student: Student, failure: Failure | None = None
 ) -> Marks:
-    """Return marks without points, of a submission that cannot be run at all.
+    """Return marks without points, for a submission that cannot run.
 
     Args:
-        rubric: What it would be marked by.
-        submission: What it is called.
-        student: Whose it is.
-        failure: Why not.
+        rubric: Rubric for the marks.
+        submission: Name of the submission.
+        student: Its student.
+        failure: The reason.
     """
     scenarios = tuple(_marked(rubric, scenario, _NOTHING) for scenario in rubric.scenarios)
     return Marks(submission, student, rubric.title, scenarios, failure)
@@ -71,7 +71,7 @@ def unmarked(
 def _marked(rubric: Rubric, scenario: MarkedScenario, done: ScenarioRun) -> ScenarioMark:
     solution = rubric.solution_run(scenario)
     figures: Mapping[str, float | None] = {}
-    # In place of a condition that fails the engine sends: what that reaches is not the student's.
+    # If a condition fails, the engine sends the state, so the result is not the student's.
     is_own = rubric.function != CTC or not done.failure
     if done.run and done.is_complete and is_own:
         figures = figures_of(_with_references_of(done.run, solution), solution)
@@ -85,7 +85,7 @@ def _marked(rubric: Rubric, scenario: MarkedScenario, done: ScenarioRun) -> Scen
 
 
 def _with_references_of(run: Run, solution: Run | None) -> Run:
-    """Return a run measured by what the solution was to reach, whatever its own script says."""
+    """Return a run with the solution's references, whatever its own script declares."""
     if solution is None:
         return run
     return replace(run, tables=replace(run.tables, references=solution.references))
@@ -94,7 +94,7 @@ def _with_references_of(run: Run, solution: Run | None) -> Run:
 def _criteria(
     criteria: Sequence[Criterion], figures: Mapping[str, float | None], done: ScenarioRun
 ) -> tuple[CriterionMark, ...]:
-    """Return the marks; a script that fails gets no hints, which would lead away from that."""
+    """Return the marks; a failing script gets no hints, which would distract from its error."""
     marks: dict[str, CriterionMark] = {}
     is_well = done.run is not None and not done.failure
     for one in criteria:
@@ -112,12 +112,12 @@ def _criteria(
 
 
 def _why_none(metric: str, figures: Mapping[str, float | None], done: ScenarioRun) -> str:
-    """Return why a run has no value of a metric; empty if that is not known."""
+    """Return why a run has no value of a metric; '' if unknown."""
     if done.failure:
         where = f' in line {done.failure.line}' if done.failure.line else ''
         return f'the script failed{where}'
     if done.run is None:
-        return 'it was not run'
+        return 'it did not run'
     if (figures.get('path_length') or 0.0) < _STILL_M:
         return 'no robot moved'
     return 'it never got there' if metric in COLUMNS and COLUMNS[metric].endless else ''

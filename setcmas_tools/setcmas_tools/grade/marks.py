@@ -157,7 +157,7 @@ class Similar:
     """Another script that a submission is like.
 
     Attributes:
-        submission: That submission, or 'the shipped law NAME'.
+        submission: That submission, or 'the built-in law NAME'.
         share: How much of it is the same, from 0 to 1.
     """
 

@@ -1,4 +1,4 @@
-"""Table of the cases of a study: the product of what is varied, for each seed."""
+"""Cases of a study: all combinations of varied values, for each seed."""
 
 from __future__ import annotations
 
@@ -21,8 +21,8 @@ class CaseTable:
     """The runs of a study, numbered from 1: seeds vary fastest, then the last axis.
 
     Attributes:
-        axes: Names that vary together, and their values, a tuple for each case.
-        draws: What each run draws for itself, by name.
+        axes: Names that vary together, and their values, a tuple per case.
+        draws: Random values that each run draws, by name.
         seed: The first seed.
         seeds: Number of seeds.
     """
@@ -38,18 +38,18 @@ class CaseTable:
 
     @property
     def names(self) -> list[str]:
-        """What is varied, without the seeds."""
+        """Varied names, without the seeds."""
         found = [name for names, _ in self.axes for name in names] + list(self.draws)
         return [name for name in found if name != SEED]
 
     def values(self, run: int) -> dict[str, Any]:
-        """Return what a run has of its own: a value for each name, and its seed.
+        """Return the values of a run: one for each varied name, and its seed.
 
         Raises:
-            SetcmasError: There is no such run.
+            SetcmasError: The run does not exist.
         """
         if not 1 <= run <= len(self):
-            raise SetcmasError(f'there is no run {run}; it must be from 1 to {len(self)}')
+            raise SetcmasError(f'unknown run {run}; must be from 1 to {len(self)}')
         rest, seed = divmod(run - 1, self.seeds)
         found: dict[str, Any] = {}
         for names, values in reversed(self.axes):
@@ -62,10 +62,10 @@ class CaseTable:
 
 
 def read_cases(path: Path) -> tuple[list[str], dict[int, list[str]]]:
-    """Return the names in a CSV file of cases, and its rows by line.
+    """Read a CSV file of cases: its names, and its rows by line.
 
     Raises:
-        SetcmasError: It cannot be read, or is no table.
+        SetcmasError: The file cannot be read, or is no table.
     """
     rows: dict[int, list[str]] = {}
     try:
@@ -77,12 +77,12 @@ def read_cases(path: Path) -> tuple[list[str], dict[int, list[str]]]:
         reason = getattr(error, 'strerror', None) or str(error)
         raise SetcmasError(f"cases '{path}' cannot be read: {reason}") from error
     if len(rows) < 2:
-        raise SetcmasError(f"cases '{path}' must have a line of names, and one for each case")
+        raise SetcmasError(f"cases '{path}' must have a line of names, then a line per case")
     heads = rows.pop(min(rows))
     for line, row in rows.items():
         if len(row) != len(heads):
             raise SetcmasError(
-                f"cases '{path}', line {line}: it has {len(row)} cells; it must have "
+                f"cases '{path}', line {line} has {len(row)} cells; it must have "
                 f'{len(heads)}, as the first line'
             )
     return heads, rows
@@ -90,10 +90,10 @@ def read_cases(path: Path) -> tuple[list[str], dict[int, list[str]]]:
 
 @contextmanager
 def told_at(path: Path | None, line: int | None) -> Iterator[None]:
-    """Name file and line of a case in what is told about it; no line changes nothing.
+    """Add file and line of a case to errors; without a line, change nothing.
 
     Raises:
-        SetcmasError: Something is told about it.
+        SetcmasError: An error about the case.
     """
     try:
         yield

@@ -1,4 +1,4 @@
-"""Plan of a study: common options, variation, the files that they name, and its checks."""
+"""Plan of a study: common options, varied values, files, and checks."""
 
 from __future__ import annotations
 
@@ -35,24 +35,24 @@ _RESERVED = {*COLUMNS, 'run', 'state', 'robots', 'message'}
 
 
 def check_names(names: Sequence[str], seeds: int) -> None:
-    """See that names that are varied can be columns of one table.
+    """Check that varied names can be columns of one table.
 
     Raises:
         SetcmasError: They cannot.
     """
     twice = {name for name in names if names.count(name) > 1}
     if twice:
-        raise SetcmasError(f"'{min(twice)}' is varied twice; it must be varied once")
+        raise SetcmasError(f"'{min(twice)}' is varied twice; vary it once")
     if taken := _RESERVED.intersection(names):
         raise SetcmasError(
-            f"the table has a column '{min(taken)}' already; rename that name of the script"
+            f"the table already has a column '{min(taken)}'; rename the variable of the script"
         )
     if SEED in names and seeds > 1:
-        raise SetcmasError(f'seeds are varied by --vary {SEED} and --seeds; leave one out')
+        raise SetcmasError(f'both --vary {SEED} and --seeds vary the seed; remove one')
 
 
 def telling_runs(table: CaseTable) -> Iterator[int]:
-    """Yield runs that together have each value of each axis."""
+    """Yield runs that together cover each value of each axis."""
     stride = table.seeds
     for _, values in reversed(table.axes):
         yield from (1 + index * stride for index in range(len(values)))
@@ -70,19 +70,19 @@ def check_scenario(scenario: Scenario) -> None:
 
 
 Variation = str | Sequence[Any] | Mapping[Any, Any]
-"""Values of a name: as on the command line, a sequence, or what is meant by what it is called."""
+"""Values of a name: text as on the command line, a sequence, or values by label."""
 
 
 @dataclass(frozen=True)
 class Plan:
-    """What a study is, ready to be made.
+    """A study before its runs.
 
     Attributes:
         info: What its folder records.
         base: What all runs have in common.
         cases: Its runs.
-        files: The files that its options name.
-        objects: What cannot be written, by option and by what stands for it: functions.
+        files: Files named by its options.
+        objects: Functions, which cannot be written, by option and label.
     """
 
     info: StudyInfo
@@ -136,10 +136,10 @@ def make_plan(
         vary: What is varied, by name.
         cases: A CSV file of names and values that vary together.
         seeds: Number of seeds.
-        success: What makes a run a success.
+        success: Condition for a successful run.
 
     Raises:
-        SetcmasError: A name, a value or a file is not known, or values do not go together.
+        SetcmasError: A name, value or file is unknown, or values contradict each other.
     """
     objects: dict[str, dict[Any, Any]] = {}
     for name, values in vary.items():
@@ -169,7 +169,7 @@ def make_plan(
 
 
 def _line(run: int, table: CaseTable, lines: Sequence[int]) -> int | None:
-    """Return the line of a file of cases that a run is of, if nothing else tells it from run 1."""
+    """Return the line in the file of cases of a run that differs from run 1 only by its case."""
     index = (run - 1) * len(lines) // len(table)
     return lines[index] if lines and (index or len(table.axes) == 1) else None
 
@@ -181,15 +181,15 @@ def case_table(
     """Return the cases of a study.
 
     Args:
-        vary: A list of values, or a draw, for each name.
-        heads: Names of the columns of a file of cases.
+        vary: Values, or a random distribution, for each name.
+        heads: Names of the columns of the file of cases.
         rows: Its rows by line.
         seeds: Number of seeds.
-        seed: The first one.
+        seed: First seed.
         path: The file of cases, for messages.
 
     Raises:
-        SetcmasError: A value of the file is none of its name's.
+        SetcmasError: The file has an invalid value.
     """
     typed = []
     for line, row in rows.items():
@@ -206,7 +206,7 @@ def case_table(
 def _values(
     name: str, values: Variation, seed: int, objects: dict[str, dict[Any, Any]]
 ) -> list[Any] | Draw:
-    """Return the values of a name; functions stay with the objects, under what they are called."""
+    """Return the values of a name; functions stay among the objects, by label."""
     if isinstance(values, Mapping):
         return list(values)
     read = parse_variation(name, values, seed) if isinstance(values, str) else values
@@ -225,7 +225,7 @@ def _values(
 
 
 def _plain(value: Any) -> Any:
-    """Return a value as YAML has it, if it is no function."""
+    """Return a value as in YAML, unless it is a function."""
     if isinstance(value, (np.ndarray, np.generic)):
         return value.tolist()
     if isinstance(value, (tuple, list)):
@@ -273,14 +273,14 @@ def _kept_files(
 
 
 def read_plan(folder: Path) -> Plan:
-    """Return the plan of the study in a folder.
+    """Read the plan of the study in a folder.
 
     Raises:
         SetcmasError: There is no study, or a file is damaged.
     """
     info = read_info(folder)
     if info is None:
-        raise SetcmasError(f"there is no {FILE_NAME} in '{folder}'; it must be a study's folder")
+        raise SetcmasError(f"'{folder}' has no {FILE_NAME}; it must be the folder of a study")
     rows: Mapping[int, Sequence[str]] = {}
     if info.cases:
         _, rows = read_cases(folder / next(iter(info.files['cases'].values())))

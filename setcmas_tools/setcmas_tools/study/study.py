@@ -1,4 +1,4 @@
-"""Study: the table of its runs, its plan, its folder, and medians of its groups."""
+"""Study: the table of its runs, its plan, its folder, and medians of groups."""
 
 from __future__ import annotations
 
@@ -27,11 +27,11 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Group:
-    """The runs of a study that differ in nothing but their seeds, or in names left aside.
+    """Runs of a study that differ only in their seeds, or in ignored names.
 
     Attributes:
-        values: What they have in common, by name.
-        rows: Their places in the table, from 0.
+        values: Their common values, by name.
+        rows: Their rows in the table, from 0.
     """
 
     values: Mapping[str, Any]
@@ -39,22 +39,22 @@ class Group:
 
 
 def runs_in_words(count: int, kind: str = '') -> str:
-    """Return '1 run' or '20 runs', or those of a kind: '3 broken runs'."""
+    """Return '1 run' or '20 runs', or runs of a kind: '3 broken runs'."""
     name = f'{kind} run'.lstrip()
     return f'{count:,} {name}{"s" if count != 1 else ""}'
 
 
 def median(values: Floats) -> float:
-    """Return the median of values without NaN; inf is larger than all others."""
+    """Return the median of values without NaN; inf is the largest value."""
     return float(quantiles(values, 0.5)[0])
 
 
 def quantiles(values: Floats, *shares: float) -> Floats:
-    """Return quantiles of values without NaN, of which some may be inf; NaN if there are none.
+    """Return quantiles of values without NaN, possibly with inf; NaN without values.
 
-    Source of the definition: inverse of the empirical distribution function, with the midpoint
-    where it steps, so that half is the median; Hyndman and Fan, The American Statistician 50(4),
-    1996, type 2. That of numpy makes NaN of inf.
+    Definition: inverse of the empirical distribution function, with the midpoint at its steps, so
+    that 0.5 gives the median; Hyndman and Fan, The American Statistician 50(4), 1996, type 2.
+    numpy's version turns inf into NaN.
     """
     known = np.sort(values[~np.isnan(values)])
     if not len(known):
@@ -73,14 +73,14 @@ class Study:
     """A study.
 
         study = Study.load('study')
-        study['disagreement']            # of each run, NaN where there is none
+            study['disagreement']            # a value per run, NaN if missing
         study.plot('disagreement', by='K')
-        study.run(417)                   # that run, made again
+            study.run(417)                   # repeats this run
 
     Attributes:
-        plan: What it is.
-        table: What became of its runs, by column: None in a column of numbers is none.
-        folder: What holds it.
+        plan: Its plan.
+        table: Results of its runs by column; None in a column of numbers means no value.
+        folder: Its folder.
     """
 
     plan: Plan
@@ -89,20 +89,21 @@ class Study:
 
     @classmethod
     def load(cls, folder: str | Path) -> Study:
-        """Read a study that is finished.
+        """Read a finished study.
 
         Raises:
-            SetcmasError: There is none, or a file is damaged.
+            SetcmasError: There is no study, or a file is damaged.
         """
         plan = read_plan(Path(folder))
         return cls.of(plan, Path(folder))
 
     @classmethod
     def of(cls, plan: Plan, folder: Path) -> Study:
-        """Return the study of a plan whose table is in a folder.
+        """Return the study of a plan, with the table in a folder.
 
         Raises:
-            SetcmasError: The table is damaged, or the plan's success names no column.
+            SetcmasError: The table is damaged, or the plan's success condition has an unknown
+                column.
         """
         study = cls(plan, read_table(folder / FILE_NAME), folder)
         if plan.info.success:
@@ -114,10 +115,10 @@ class Study:
         return len(self.plan.cases)
 
     def __getitem__(self, column: str) -> Any:
-        """Return a column as an array: numbers, NaN where there is none, or words.
+        """Return a column as an array: numbers, NaN if missing, or strings.
 
         Raises:
-            SetcmasError: There is no such column.
+            SetcmasError: The column is unknown.
         """
         _check_name('column', column, list(self.table))
         values = self.table[column]
@@ -127,12 +128,12 @@ class Study:
 
     @property
     def names(self) -> list[str]:
-        """What is varied, without the seeds."""
+        """Varied names, without the seeds."""
         return self.plan.cases.names
 
     @property
     def metrics(self) -> list[str]:
-        """The columns that the runs are measured by."""
+        """Columns with metrics."""
         return [name for name in self.table if name not in ('run', 'seed', *TOLD, *self.names)]
 
     @cached_property
@@ -141,14 +142,14 @@ class Study:
 
     @cached_property
     def measured(self) -> Any:
-        """Whether each run is complete; all others are broken, and no data."""
+        """Whether each run is complete; all others are broken and give no data."""
         return self['state'] == 'complete'
 
     def numbers(self, metric: str) -> Floats:
-        """Return a metric of each run: inf for what was never reached, NaN of broken runs.
+        """Return a metric of each run: inf if never reached, NaN for broken runs.
 
         Raises:
-            SetcmasError: There is no such metric.
+            SetcmasError: The metric is unknown.
         """
         _check_name('metric', metric, self.metrics)
         values: Floats = self[metric].copy()
@@ -158,7 +159,7 @@ class Study:
         return values
 
     def groups(self, *names: str) -> Iterator[Group]:
-        """Yield the runs with equal values of some names: numbers sorted, words as they come.
+        """Yield groups of runs with equal values of some names: numbers sorted, strings in order.
 
         Raises:
             SetcmasError: A name is not varied.
@@ -166,7 +167,7 @@ class Study:
         for name in names:
             if name not in self.names:
                 known = ', '.join(self.names) or 'nothing'
-                raise SetcmasError(f"'{name}' is not varied in this study; it varies {known}")
+                raise SetcmasError(f"'{name}' is not varied in this study; must be one of {known}")
         found: dict[tuple[Any, ...], list[int]] = {}
         for row, values in enumerate(zip(*(self.table[name] for name in names), strict=True)):
             found.setdefault(values, []).append(row)
@@ -177,17 +178,19 @@ class Study:
             yield Group(dict(zip(names, values, strict=True)), rows)
 
     def successes(self, expression: str | None = None) -> list[bool]:
-        """Return which runs are successes; a run that did not end as it should is none.
+        """Return which runs are successes; broken runs never are.
 
         Args:
-            expression: Such as 'disagreement < 0.1'; by default that of the study.
+            expression: For example 'disagreement < 0.1'; by default that of the study.
 
         Raises:
-            SetcmasError: There is none, or it names what is no column.
+            SetcmasError: There is no expression, or it has an unknown column.
         """
         text = expression or self.plan.info.success
         if not text:
-            raise SetcmasError('a success must be given, such as success="disagreement < 0.1"')
+            raise SetcmasError(
+                'no success condition; give one, such as success="disagreement < 0.1"'
+            )
         if text not in self._successes:
             columns = {name: np.full(len(self), np.nan) for name in COLUMNS}
             columns |= {name: self[name] for name in (*self.names, 'seed')}
@@ -200,10 +203,10 @@ class Study:
         return self._successes[text]
 
     def run(self, number: int) -> Run:
-        """Make a run again, and return it with all that happened in it.
+        """Repeat a run, and return it with all its data.
 
         Raises:
-            SetcmasError: There is no such run, or a file that it needs is missing.
+            SetcmasError: The run does not exist, or a file that it needs is missing.
         """
         return simulate(self.plan.scenario(number, self.folder))
 
@@ -211,13 +214,13 @@ class Study:
         """Return a plot.
 
         Args:
-            metric: A column, 'success', or 'tradeoff' (communications against settling time).
-            by: What is varied along the axis; two names make a map. By default the first.
-            look: `success`, an expression in place of the study's; `palette` and `paper` as
+            metric: A column, 'success', or 'tradeoff' (communications over settling time).
+            by: Varied name for the axis; two names make a map. By default the first.
+            look: `success`, an expression instead of the study's; `palette` and `paper` as
                 for csv_to_plot.
 
         Raises:
-            SetcmasError: There is no such column or style, or nothing is varied.
+            SetcmasError: A column or style is unknown, or nothing is varied.
         """
         figure: Figure = tool(_FIGURE)(self, metric, by, **look)
         return figure
@@ -239,7 +242,7 @@ class Study:
 
     @property
     def summary(self) -> str:
-        """The medians over seeds of each case as a table; of all runs if there are too many."""
+        """Medians over seeds of each case as a table; of all runs if there are too many cases."""
         return str(tool(_SUMMARY)(self))
 
     def __repr__(self) -> str:
@@ -254,7 +257,7 @@ class Study:
 
 def _check_name(kind: str, name: str, names: list[str]) -> None:
     if name not in names:
-        raise SetcmasError(f"there is no {kind} '{name}'; it must be one of {', '.join(names)}")
+        raise SetcmasError(f"unknown {kind} '{name}'; must be one of {', '.join(names)}")
 
 
 _MOST_GROUPS = 40
@@ -262,7 +265,7 @@ _FIRST = ('disagreement', 'settling_time', 'least_separation', 'communications')
 
 
 def summary(study: Study) -> str:
-    """Return the medians over seeds and draws of each case; of all runs if there are too many."""
+    """Return medians over seeds and draws of each case; of all runs if there are too many."""
     names = [name for name in study.names if name not in study.plan.cases.draws]
     groups = list(study.groups(*names))
     if len(groups) > _MOST_GROUPS:

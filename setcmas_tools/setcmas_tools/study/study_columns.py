@@ -21,14 +21,14 @@ _OVER_ROBOTS: dict[str, Callable[[list[float]], Any]] = {
 
 @dataclass(frozen=True)
 class Column:
-    """A number of a run.
+    """A number that describes a run.
 
     Attributes:
-        unit: Its unit; empty if it has none.
-        purpose: What it is.
-        metric: The metric that has it.
-        field: The value of that metric.
-        over_robots: How the values of robots become one, if there is one for each.
+        unit: Its unit; '' if it has none.
+        purpose: Its description.
+        metric: Its metric.
+        field: Its field of that metric.
+        over_robots: How values of robots are combined, if there is one per robot.
         endless: Whether a run without it counts as infinite, such as a time never reached.
     """
 
@@ -99,14 +99,14 @@ COLUMNS = {
         '', 'waypoints: how many, mean over the robots', 'waypoints', 'mean_reached'
     ),
 }  # fmt: skip
-"""The columns of what ships; those of other metrics are named METRIC_FIELD."""
+"""Columns of built-in metrics; those of plugins are named METRIC_FIELD."""
 
 SHIPPED = {*(column.metric for column in COLUMNS.values()), 'call_time'}
-"""The metrics of what ships."""
+"""The built-in metrics."""
 
 
 def numbers_of(metrics: Metrics) -> dict[str, float | None]:
-    """Return the numbers that a run is measured by, by column, with 9 digits."""
+    """Return the metrics of a run by column, with 9 digits."""
     found = {
         name: column.of(metrics) for name, column in COLUMNS.items() if column.metric in metrics
     }
@@ -117,7 +117,7 @@ def numbers_of(metrics: Metrics) -> dict[str, float | None]:
 
 
 def _others(metric: str, values: Mapping[Any, Any]) -> dict[str, float | None]:
-    """Return the numbers of a metric of a plugin; of numbers by robot their mean."""
+    """Return the numbers of a plugin's metric; means of values by robot."""
     found: dict[str, float | None] = {}
     for field, value in values.items():
         name = metric if field == 'value' else f'{metric}_{field}'

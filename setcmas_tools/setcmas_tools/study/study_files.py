@@ -1,4 +1,4 @@
-"""The files of a study: study.yaml, and those that its options name."""
+"""Files of a study: study.yaml, and the files that its options name."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ FILE_NAME = 'study.yaml'
 
 @dataclass(frozen=True)
 class StudyInfo:
-    """What a study is.
+    """Content of study.yaml.
 
     Attributes:
         scenario: What all its runs have in common, as `Scenario.record` gives it.
@@ -48,7 +48,7 @@ class StudyInfo:
 
 
 def write_info(info: StudyInfo, folder: Path) -> None:
-    """Write study.yaml, whole or not at all.
+    """Write study.yaml completely or not at all.
 
     Raises:
         OSError: The file cannot be written.
@@ -57,23 +57,23 @@ def write_info(info: StudyInfo, folder: Path) -> None:
 
 
 def read_info(folder: Path) -> StudyInfo | None:
-    """Read the study.yaml of a folder; None if there is none.
+    """Read the study.yaml of a folder; return None if there is none.
 
     Raises:
-        SetcmasError: The file cannot be read, is damaged, or is of another format.
+        SetcmasError: The file cannot be read, is damaged, or has another format.
     """
     return read_record(folder / FILE_NAME, StudyInfo)
 
 
 @dataclass
 class KeptFiles:
-    """The files of a study.
+    """Files that a study stores.
 
     Attributes:
-        texts: What stands for each value that names files, by option: with 'inputs/...' in place
+        texts: Replacement of each value that names files, by option: with 'inputs/...' instead
             of the files.
-        originals: Where each 'inputs/...' was found, absolute.
-        contents: What is kept, by 'inputs/...'; with the modules that scripts import.
+        originals: Original absolute path of each 'inputs/...'.
+        contents: Content by 'inputs/...', including modules that scripts import.
     """
 
     texts: dict[str, dict[str, str]] = field(default_factory=dict)
@@ -82,14 +82,14 @@ class KeptFiles:
 
     @property
     def digests(self) -> dict[str, str]:
-        """SHA-256 of what is kept."""
+        """SHA-256 of the stored files."""
         return {name: hashlib.sha256(self.contents[name]).hexdigest() for name in self.contents}
 
     def add(self, option: str, value: str, exercise: bool = False) -> None:
-        """Keep the files that a value of an option names, if it names any.
+        """Store the files that a value of an option names, if any.
 
         Raises:
-            SetcmasError: There is no such file, or another one of that name is kept already.
+            SetcmasError: A file does not exist, or another file of this name is already stored.
         """
         found = _found(option, value, exercise)
         kept = mapped(found, lambda path: self._kept(option, path), option)
@@ -105,7 +105,7 @@ class KeptFiles:
             name = f'{given.folder}/{file.relative_to(path.parent).as_posix()}'
             if self.contents.setdefault(name, content) != content:
                 raise SetcmasError(
-                    f"'{file}' and '{self.originals.get(name, name)}' would both be kept as "
+                    f"'{file}' and '{self.originals.get(name, name)}' would both be stored as "
                     f"'{name}'; rename one"
                 )
             self.originals.setdefault(name, file)
@@ -123,7 +123,7 @@ class KeptFiles:
 
 
 def _found(option: str, value: str, exercise: bool) -> str:
-    """Return a value with the absolute paths of the files that it names."""
+    """Return a value with absolute paths of its files."""
     if option == 'algo':
         return LawScripts(value, exercise).text
     if option == 'model':
@@ -131,7 +131,7 @@ def _found(option: str, value: str, exercise: bool) -> str:
     if option == 'ctc':
         return str(find_condition(value, exercise))
     if option == 'graph':
-        graph_description(value)  # which tells what graphs there are
+        graph_description(value)  # its error lists all graphs
     if option in ('poses', 'cases') or (option == 'graph' and graph_file(value)):
         return str(Path(value).resolve())
     return value

@@ -31,7 +31,7 @@ _PARTS = (
 
 @contextmanager
 def written(folder: Path) -> Iterator[None]:
-    """Turn what goes wrong with files of a folder into one line.
+    """Turn file errors of a study's folder into one line.
 
     Raises:
         SetcmasError: A file cannot be written.
@@ -43,15 +43,15 @@ def written(folder: Path) -> Iterator[None]:
 
 
 def prepare(folder: Path, plan: Plan, overwrite: bool = False) -> bool:
-    """Create the folder of a study, or find it with what is done of it.
+    """Create the folder of a study, or find its earlier results.
 
     Args:
         folder: The folder.
         plan: The study.
-        overwrite: Whether to replace another study.
+        overwrite: Whether to overwrite another study.
 
     Returns:
-        Whether its table is there already.
+        Whether its table already exists.
 
     Raises:
         SetcmasError: The folder holds something else, or cannot be written.
@@ -64,8 +64,8 @@ def prepare(folder: Path, plan: Plan, overwrite: bool = False) -> bool:
         earlier = read_info(folder)
         if earlier and (name := _difference(earlier, wanted)):
             raise SetcmasError(
-                f"output '{folder}' holds another study ({name} differs); name another folder, or "
-                'add --overwrite to replace that study'
+                f"output '{folder}' holds another study ({name} differs); choose another "
+                'folder, or add --overwrite'
             )
         if not earlier:
             folder.mkdir(parents=True, exist_ok=True)
@@ -81,8 +81,8 @@ def _refuse_others(folder: Path) -> None:
     taken = [part for part in (*_PARTS, RUN_FILE) if (folder / part).exists()]
     if taken and study_files.FILE_NAME not in taken:
         raise SetcmasError(
-            f"output '{folder}' holds {', '.join(taken)} and no {study_files.FILE_NAME}, so it is "
-            'not a study; name another folder'
+            f"output '{folder}' holds {', '.join(taken)} but no {study_files.FILE_NAME}, so it is "
+            'not a study; choose another folder'
         )
 
 
@@ -97,7 +97,7 @@ def _empty(folder: Path) -> None:
 
 
 def _difference(earlier: StudyInfo, wanted: StudyInfo) -> str:
-    """Return what differs between two studies; empty if that changes no row."""
+    """Return the first difference between two studies that changes rows; '' if none."""
     first, second = _compared(earlier), _compared(wanted)
     return next((name for name, value in first.items() if value != second[name]), '')
 

@@ -1,4 +1,4 @@
-"""Plots of a study: medians with bands, maps, shares of success, trade-offs."""
+"""Plots of a study: medians with bands, maps, success rates, trade-offs."""
 
 from __future__ import annotations
 
@@ -22,10 +22,10 @@ from setcmas_tools.study.study_folder import written
 from setcmas_tools.study.success import CONFIDENCE, share_of
 
 SUCCESS = 'success'
-"""What is drawn in place of a metric: the share of successes."""
+"""Pseudo-metric of plots: the success rate."""
 
 BAND = (0.05, 0.5, 0.95)
-"""The median, and a band that holds 90 % of the runs."""
+"""Quantiles of a band with 90 % of the runs, and the median."""
 
 _MOST_LINES = 6
 _MARGIN = 0.04
@@ -34,7 +34,7 @@ _SHADES = 'viridis'
 
 
 def draw_lines(picture: Figure, study: Study, metric: str, by: str, success: str | None) -> None:
-    """Draw a metric against a name: the median with a band, or the share of successes."""
+    """Draw a metric over a name: the median with a band, or the success rate."""
     picture.set_size_inches(8.0, 5.0)
     axes = picture.add_subplot(title=_title(metric), ylabel=_label(metric))
     places = _axis(axes, study, by)
@@ -60,7 +60,7 @@ def draw_lines(picture: Figure, study: Study, metric: str, by: str, success: str
 
 
 def draw_points(picture: Figure, study: Study, metric: str, by: str) -> None:
-    """Draw a metric against a number that each run has drawn for itself, a point for each run."""
+    """Draw a metric over a random number of each run, a point per run."""
     picture.set_size_inches(8.0, 5.0)
     axes = picture.add_subplot(title=_title(metric), xlabel=by, ylabel=_label(metric))
     split = _second(study, by)
@@ -71,11 +71,11 @@ def draw_points(picture: Figure, study: Study, metric: str, by: str) -> None:
         name = ', '.join(f'{name} = {_word(value)}' for name, value in group.values.items())
         axes.plot(values[rows], numbers[rows], '.', color=colour, label=name)
     legend(axes, axes.get_lines() if split else [])
-    _note(axes, study, metric, 'a point for each run')
+    _note(axes, study, metric, 'one point per run')
 
 
 def _spread(study: Study, metric: str, rows: Sequence[int], success: str | None) -> Any:
-    """Return the lower end of the band, the middle and the upper end for some runs."""
+    """Return lower end, middle and upper end of the band for some runs."""
     if metric == SUCCESS:
         all_of_them = study.successes(success)
         share, low, high = share_of([all_of_them[row] for row in rows])
@@ -86,7 +86,7 @@ def _spread(study: Study, metric: str, rows: Sequence[int], success: str | None)
 def draw_map(
     picture: Figure, study: Study, metric: str, by: tuple[str, str], success: str | None
 ) -> None:
-    """Draw the median of a metric, or the share of successes, over two names."""
+    """Draw the median of a metric, or the success rate, over two names."""
     picture.set_size_inches(8.0, 6.0)
     axes = picture.add_subplot(title=_title(metric))
     along, up = ([group.values[name] for group in study.groups(name)] for name in by)
@@ -106,7 +106,7 @@ def draw_map(
 
 
 def draw_tradeoff(picture: Figure, study: Study, by: str) -> None:
-    """Draw the median communications against the median settling time, a point for each value."""
+    """Draw median communications over median settling time, a point per value."""
     picture.set_size_inches(8.0, 5.0)
     axes = picture.add_subplot(
         title='Trade-off', xlabel=_label('settling_time'), ylabel=_label('communications')
@@ -122,8 +122,8 @@ def draw_tradeoff(picture: Figure, study: Study, by: str) -> None:
     seen = np.isfinite(points[:, :, 1]).all(axis=0)
     if not seen.any():
         raise SetcmasError(
-            f'there is no trade-off to draw: for no value of {by} half of the runs settle and '
-            'tell how often they communicate'
+            f'no trade-off to draw: for no value of {by} do half of the runs settle and '
+            'report their communications'
         )
     spread = [_bars(*one.T) for one in points]
     if _is_scale(study, by):
@@ -138,7 +138,7 @@ def draw_tradeoff(picture: Figure, study: Study, by: str) -> None:
 
 
 def _axis(axes: Axes, study: Study, name: str) -> Any:
-    """Label the axis of a name, and return where its values are on it."""
+    """Label the axis of a name, and return the positions of its values."""
     values = [group.values[name] for group in study.groups(name)]
     axes.set_xlabel(name)
     if not _is_scale(study, name):
@@ -156,18 +156,18 @@ def _axis(axes: Axes, study: Study, name: str) -> Any:
 
 
 def _is_scale(study: Study, name: str) -> bool:
-    """Return whether the values of a name are numbers, so that a line may join them."""
+    """Return whether the values of a name are numbers, so that lines may connect them."""
     return all(isinstance(group.values[name], float) for group in study.groups(name))
 
 
 def _bars(*band: Any) -> Any:
-    """Return how far the ends are from the middle; NaN to what is never reached."""
+    """Return the distances of the ends from the middle; NaN for values never reached."""
     low, middle, high = np.where(np.isfinite(band), band, np.nan)
     return np.abs([low - middle, high - middle])
 
 
 def _second(study: Study, by: str) -> list[str]:
-    """Return the name that has a line for each of its values; none if there would be too many."""
+    """Return the name with one line per value; none if there would be too many lines."""
     others = [name for name in study.names if name not in (by, *study.plan.cases.draws)]
     return next(
         ([name] for name in others if 1 < len(list(study.groups(name))) <= _MOST_LINES), []

@@ -32,21 +32,21 @@ _hosts: list[Host] = []
 
 @dataclass(frozen=True)
 class Workers:
-    """Who makes the runs.
+    """Workers that make the runs.
 
     Attributes:
-        jobs: How many at a time on this machine.
-        cluster: Address of a Dask scheduler, whose workers make them instead; None is here.
+        jobs: Number of simultaneous runs on this machine.
+        cluster: Address of a Dask scheduler whose workers make the runs; None is this machine.
     """
 
     jobs: int = 1
     cluster: str | None = None
 
     def rows(self, jobs: Iterable[Job]) -> Generator[Row, None, None]:
-        """Make runs and yield their rows as they come.
+        """Make runs and yield their rows as they finish.
 
-        On this machine a thread sees to each of so many processes: joblib's own processes (loky)
-        could not be ended one by one when a script hangs.
+        On this machine a thread controls each process: joblib's own processes (loky) could not be
+        ended individually when a script hangs.
 
         Args:
             jobs: The runs.
@@ -63,7 +63,7 @@ class Workers:
             try:
                 yield from rows
             finally:
-                end()  # joblib would wait for the runs that have begun
+                end()  # otherwise joblib would wait for running runs
                 rows.close()
                 end()  # a thread may have begun another one meanwhile
 
@@ -99,7 +99,7 @@ def _client(address: str) -> Iterator[Any]:
         client = Client(address, timeout=_CONNECT_S)
     except (OSError, ValueError) as error:
         raise SetcmasError(
-            f"cluster '{address}' does not answer; it must be the address of a Dask scheduler, "
+            f"cluster '{address}' does not answer; must be the address of a Dask scheduler, "
             'such as tcp://10.0.0.1:8786'
         ) from error
     with client:

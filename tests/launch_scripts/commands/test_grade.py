@@ -59,7 +59,7 @@ def test_without_a_sandbox_nothing_is_run_unless_it_is_trusted(tmp_path, monkeyp
 
     assert main(['grade', 'class', '-R', 'consensus']) == 2
 
-    assert 'no sandbox here: no Landlock; --trust grades without' in capsys.readouterr().err
+    assert 'no sandbox: no Landlock; --trust grades without' in capsys.readouterr().err
 
 
 @pytest.mark.nightly
@@ -102,4 +102,4 @@ def test_a_class_that_is_trusted_gets_the_marks_that_it_gets_in_the_sandbox(tmp_
     boxed, trusted = (text.splitlines()[2:5] for text in told)
     assert boxed[:2] == trusted[:2]
     assert 'PermissionError' in boxed[2]
-    assert 'like the shipped law' in trusted[2]
+    assert 'like the built-in law' in trusted[2]

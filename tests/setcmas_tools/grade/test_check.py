@@ -28,7 +28,7 @@ def test_a_function_is_checked_and_shown_in_a_notebook():
 
 
 def test_a_function_cannot_say_which_exercise_it_is():
-    with pytest.raises(SetcmasError, match='a function does not say which exercise it is'):
+    with pytest.raises(SetcmasError, match='a function names no exercise'):
         check(control)
 
 

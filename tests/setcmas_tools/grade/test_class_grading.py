@@ -63,7 +63,7 @@ def test_grades_are_the_same_bytes_with_one_process_and_two_and_go_on_with_what_
     assert 'out of bounds' in told['error'].message
     assert told['ended'].message == 'the script ended its process with exit status 7'
     like = {marks.submission: [one.submission for one in marks.similar] for marks in one}
-    assert like['shipped'] == ['the shipped law consensus']
+    assert like['shipped'] == ['the built-in law consensus']
     assert like['good'] == []
 
     before = kept(tmp_path / 'one')

@@ -6,7 +6,7 @@ from setcmas_tools.grade.likeness import fingerprint, likenesses
 NAME = 'leader_follower_formation'
 GIVEN = fingerprint([EXERCISES.file(NAME).read_bytes()])
 SHIPPED = ALGORITHMS.file(NAME).read_text()
-KNOWN = {'the shipped law': fingerprint([SHIPPED.encode()], GIVEN)}
+KNOWN = {'the built-in law': fingerprint([SHIPPED.encode()], GIVEN)}
 
 
 def shares(**sources):
@@ -20,7 +20,7 @@ def test_a_copy_is_found_whatever_its_names_layout_and_comments():
     renamed = renamed.replace('    return', '    # mine\n\n    return').replace("'''", '"""')
 
     assert shares(ada=renamed, bob='def control(i, n, poses, t):\n    return 0, 0\n') == {
-        'ada': {'the shipped law': 1.0},
+        'ada': {'the built-in law': 1.0},
         'bob': {},
     }
 
@@ -39,4 +39,4 @@ def test_two_copies_tell_of_each_other():
     found = shares(ada=other, bob=other)
 
     assert found['ada']['bob'] == found['bob']['ada'] == 1.0
-    assert 0.8 <= found['ada']['the shipped law'] < 1.0
+    assert 0.8 <= found['ada']['the built-in law'] < 1.0

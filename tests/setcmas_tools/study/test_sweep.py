@@ -142,7 +142,7 @@ def test_words_are_joined_by_no_line_and_what_never_settles_has_no_tradeoff(tmp_
     assert [line.get_linestyle() for line in axes.get_lines()] == ['None']
     assert axes.get_lines()[0].get_ydata().tolist() == study['disagreement'].tolist()
     assert [path.stem for path in plot(study, tmp_path) if 'tradeoff' in path.stem] == []
-    with pytest.raises(SetcmasError, match='there is no trade-off to draw'):
+    with pytest.raises(SetcmasError, match='no trade-off to draw'):
         study.plot('tradeoff')
 
 
