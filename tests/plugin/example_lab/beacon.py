@@ -1,4 +1,4 @@
-"""Beacons: a driver with a topic for each body, of a standard type."""
+"""Beacons: a driver with a topic per body, of a standard type."""
 
 from setcmas_expe.mocap.sources import POSE_STAMPED, SILENCE, per_body
 

@@ -1,3 +1,3 @@
-"""A plugin that raises while it is imported."""
+"""A plugin that raises on import."""
 
 raise RuntimeError('no licence\nfound')

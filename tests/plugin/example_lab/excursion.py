@@ -1,4 +1,4 @@
-"""The metric `excursion`: how far each robot was from its start at most."""
+"""The metric `excursion`: largest distance of each robot from its start."""
 
 import numpy as np
 
@@ -6,7 +6,7 @@ from setcmas_tools.measures.metric import Value
 
 
 def excursion(run):
-    """Return the largest distance of each robot from where it was at t = 0, in m."""
+    """Return the largest distance of each robot from its position at t = 0, in m."""
     farthest = {}
     for robot in run.counted.robots:
         track = run.counted.of(robot)

@@ -1,4 +1,4 @@
-"""A driver that sends all bodies as transforms on /frames, each frame named after its body."""
+"""A driver that publishes all bodies as transforms on /frames, with frames named after bodies."""
 
 from setcmas_expe.mocap.sources import SILENCE, MocapSource, sample_of
 

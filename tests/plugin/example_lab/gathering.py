@@ -1,4 +1,4 @@
-"""The task `gathering`: robots are to come to a centre."""
+"""The task `gathering`: robots meet at a centre."""
 
 import numpy as np
 
@@ -11,14 +11,14 @@ class Gathering(Task):
     """Takes CENTRES from the law, a list of one point in m."""
 
     def metrics(self, run, references):
-        """Return how far from the centre each robot is at the end."""
+        """Return the final distance of each robot from the centre."""
         x, y = references['CENTRES'][0]
         ends = {robot: run.counted.of(robot) for robot in run.counted.robots}
         gaps = {robot: np.hypot(end.x[-1] - x, end.y[-1] - y) for robot, end in ends.items()}
         return {'gathering': Value('to the centre', gaps, 'm')}
 
     def draw(self, plot, axes, run, references):
-        """Mark the centre in the plane; returns what to put in the legend."""
+        """Mark the centre in the plane; return the entries for the legend."""
         del run
         if plot not in ('trajectories', 'film'):
             return []

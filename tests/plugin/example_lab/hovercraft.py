@@ -1,20 +1,20 @@
-"""The hovercraft: it takes its time to follow a command, and slides sideways in curves."""
+"""The hovercraft: it follows commands slowly, and slides sideways in curves."""
 
 import numpy as np
 
 from setcmas_simu.robots.model import Prism, RobotModel, Shape, disc
 
 LAG = 0.5  # s
-GRIP = 1.0  # 1/s, at which sliding sideways ends
+GRIP = 1.0  # 1/s, decay rate of sideways sliding
 
 
 class Hovercraft(RobotModel):
-    """A first-order lag in speed and turn rate; the way that it goes lags behind its heading."""
+    """A first-order lag in speed and turn rate; its motion lags behind its heading."""
 
     shape = Shape(disc(0.15), (Prism(disc(0.15), 0.02, 0.12),))
 
     def step(self, states, commands, Ts):
-        """Return the states a period later."""
+        """Return the states one period later."""
         x, y, theta, forward, left, omega = states
         forward = forward + Ts / LAG * (commands[0] - forward) + Ts * omega * left
         left = left - Ts * GRIP * left - Ts * omega * forward

@@ -1,4 +1,4 @@
-"""The grade format `letters`: a letter for each student."""
+"""The grade format `letters`: a letter per student."""
 
 from setcmas_tools.platforms.grade_format import GradeFormat
 
@@ -6,7 +6,7 @@ LETTERS = 'FFFFFEDCBA'  # by tenths of the points
 
 
 def write_letters(marks):
-    """Return the one file of the format, a line for each submission."""
+    """Return the file of the format, with a line per submission."""
     lines = []
     for one in marks:
         tenth = min(int(10 * one.score / one.max_score), 9)

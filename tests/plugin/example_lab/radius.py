@@ -1,4 +1,4 @@
-"""The plot `radius`: how far each robot is from the origin."""
+"""The plot `radius`: distance of each robot from the origin."""
 
 import numpy as np
 
