@@ -78,14 +78,14 @@ def test_help_imports_neither_ros_nor_matplotlib_nor_numpy():
         (('ctrl',), 'there is no control law: add --algo'),
         (('ctrl', '--algo', 'consensu'), 'did you mean consensus'),
         (('ctrl', '--algo', 'consensus', '--vnom', '0'), '--vnom is 0; it must be above 0 m/s'),
-        (('ctrl', '--algo', 'consensus', '--set', 'K'), "--set 'K' is not understood"),
+        (('ctrl', '--algo', 'consensus', '--set', 'K'), "invalid --set 'K'"),
         (
             ('ctrl', '--algo', 'consensus', '--set', 'k=1'),
             "no module-level name 'k'; did you mean K",
         ),
-        (('run', '--algo', 'consensus', '--set', 'K=fast'), "'fast' is a text.*must be a number"),
+        (('run', '--algo', 'consensus', '--set', 'K=fast'), "'fast' is a string.*must be a number"),
         (('offline', '--algo', 'consensus', '--watch'), "unknown argument '--watch'"),
-        (('run', '--algo', 'nothing_like_it'), "'nothing_like_it' was not found"),
+        (('run', '--algo', 'nothing_like_it'), "'nothing_like_it' not found"),
         (
             ('run', '--algo', 'consensus', '--duration', 'inf'),
             '--duration is inf; it must be',

@@ -121,7 +121,7 @@ def test_a_file_for_rviz(tmp_path):
     written = run_here('view', '--write-rviz', 'fleet.rviz', '--robots', '2,4-5', cwd=tmp_path)
     real = run_here('view', '--write-rviz', 'real.rviz', '--experiment', cwd=tmp_path)
 
-    assert written.stdout == 'rviz2 -d fleet.rviz shows robots 2,4-5\n'
+    assert written.stdout == 'show robots 2,4-5 with rviz2 -d fleet.rviz\n'
     assert (tmp_path / 'fleet.rviz').read_text() == rviz_config([2, 4, 5])
     assert real.returncode == 0
     assert (tmp_path / 'real.rviz').read_text() == rviz_config(list(range(1, 9)), True)

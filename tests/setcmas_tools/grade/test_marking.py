@@ -80,7 +80,7 @@ scenarios:
     assert reached('return 0, 0') == 'none: no robot moved'
     assert reached('return i, 0') == 'none: it never got there'
     assert reached('return 1 / 0, 0') == 'none: the script failed'
-    assert reached('', lambda _: ScenarioRun(None)) == 'none: it was not run'
+    assert reached('', lambda _: ScenarioRun(None)) == 'none: it did not run'
 
 
 def test_a_solution_that_fails_is_the_teachers_to_mend(tmp_path):

@@ -25,7 +25,7 @@ def test_the_product_of_all_for_each_seed():
     assert len({case['mass'] for case in cases}) == 12  # a draw for each run
     assert table.values(3) == cases[2]
     for run in (0, 13):
-        with pytest.raises(SetcmasError, match='it must be from 1 to 12'):
+        with pytest.raises(SetcmasError, match='must be from 1 to 12'):
             table.values(run)
 
 
@@ -34,7 +34,7 @@ def test_a_file_of_cases(tmp_path):
     path.write_text('\ufeffK, graph\n0.5, ring\n\n1, path\n', encoding='utf-8')
 
     assert read_cases(path) == (['K', 'graph'], {2: ['0.5', 'ring'], 4: ['1', 'path']})
-    for text, told in (('K\n', 'a line of names'), ('K,vnom\n1\n', 'line 2: it has 1 cells')):
+    for text, told in (('K\n', 'a line of names'), ('K,vnom\n1\n', 'line 2 has 1 cells')):
         path.write_text(text)
         with pytest.raises(SetcmasError, match=told):
             read_cases(path)
