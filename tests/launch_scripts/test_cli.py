@@ -83,7 +83,10 @@ def test_help_imports_neither_ros_nor_matplotlib_nor_numpy():
             ('ctrl', '--algo', 'consensus', '--set', 'k=1'),
             "no module-level name 'k'; did you mean K",
         ),
-        (('run', '--algo', 'consensus', '--set', 'K=fast'), "'fast' is a string.*must be a number"),
+        (
+            ('run', '--algo', 'consensus', '--set', 'K=fast'),
+            "'fast' is a string.*must be a number",
+        ),
         (('offline', '--algo', 'consensus', '--watch'), "unknown argument '--watch'"),
         (('run', '--algo', 'nothing_like_it'), "'nothing_like_it' not found"),
         (

@@ -130,7 +130,7 @@ def _rows(
 
 
 def _print(title: str, rows: Iterable[tuple[str, ...]]) -> None:
-    lines = str(Table(list(rows))).splitlines() or ['none: setcmas new my_law writes one']
+    lines = str(Table(list(rows))).splitlines() or ['none; write one with setcmas new my_law']
     print(f'{title}:')
     for line in lines:
         print(f'  {line}'.rstrip())

@@ -137,7 +137,7 @@ def _simulate(scenario: Scenario, call_timeout: float) -> tuple[Run, float]:
             run = offline_run.result(call_timeout, warn, show)
             elapsed = offline_run.elapsed or time.perf_counter() - begin
         except KeyboardInterrupt:
-            told = f'setcmas offline: stopped by the user{offline_run.place()}'
+            message = f'setcmas offline: stopped by the user{offline_run.place()}'
             states = offline_run.states()
             if len(states) < 2:
                 warn(message)
