@@ -133,7 +133,7 @@ class EmulatedRun(RecordedRun):
         return self.started and self.paused and at_rest
 
     def tick(self) -> None:
-        """Show the pause process that somebody is there; ten times a second."""
+        """Send the pause process a sign of life, ten times a second."""
         self._experiment.request(Action.ALIVE)
 
     def finish(self) -> None:

@@ -97,10 +97,10 @@ def run_robots(
             run.recorder.shown = False  # it would report a bag that is then removed
         return STOPPED, None
     except ChildDiedError as death:
-        told = str(death)
-        if told:
-            supervisor.warn(f'setcmas run: {told}; the others are stopped')
-            return death.exit_status, Outcome(State.DIED, detail=told)
+        reason = str(death)
+        if reason:
+            supervisor.warn(f'setcmas run: {reason}; the others are stopped')
+            return death.exit_status, Outcome(State.DIED, detail=reason)
         if run:
             run.recorder.shown = False
         return death.exit_status, None

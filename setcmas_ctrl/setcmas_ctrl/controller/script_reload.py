@@ -152,8 +152,8 @@ class ScriptReloader:
         if self._laws:
             return {file for law in self._laws for file in law.files}
         # The imports of a version that does not load are unknown.
-        beside = {file for script in self._scripts for file in script.parent.glob('*.py')}
-        return {*self._scripts, *beside}
+        helpers = {file for script in self._scripts for file in script.parent.glob('*.py')}
+        return {*self._scripts, *helpers}
 
     def _saved(self) -> str:
         """Return the names of the saved scripts; of all scripts if a helper module was saved."""

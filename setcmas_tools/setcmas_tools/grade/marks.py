@@ -1,7 +1,7 @@
-"""Marks of a submission: what each criterion wanted, what was reached, and the points for it.
+"""Marks of a submission: wanted and measured values, and points, for each criterion.
 
-All are frozen and made of plain values, so that msgspec writes and reads them (`msgspec.json`).
-Equal submissions get equal marks: nothing here depends on the clock, the machine or the folder.
+All classes are frozen and have plain values, which msgspec writes and reads (`msgspec.json`).
+Equal submissions get equal marks: nothing depends on the clock, the machine or the folder.
 """
 
 from __future__ import annotations
@@ -14,21 +14,21 @@ from typing import Protocol
 from setcmas_tools.grade.rubric_scenarios import MarkedScenario
 from setcmas_tools.run.run import Run
 
-_AROUND = 2  # lines before and after the one that failed
+_AROUND = 2  # lines before and after a failed line
 _LONGEST_LINE = 200  # characters of each
-_NEWLINE = re.compile(r'\r\n|\r|\n')  # Python's; str.splitlines knows others
-_LARGE = 1000  # from here on a figure is told without decimals
-_DIGITS = 4  # of points: sums of shares are not to differ in their last bits
+_NEWLINE = re.compile(r'\r\n|\r|\n')  # as in Python; str.splitlines knows more
+_LARGE = 1000  # from here on, numbers have no decimals
+_DIGITS = 4  # of points: sums must not differ in their last bits
 
 
 @dataclass(frozen=True)
 class Student:
-    """Whose a submission is, as far as file names tell.
+    """The student of a submission, as known from file names.
 
     Attributes:
-        name: Such as 'Ada Lovelace'; may hold anything, so pages must escape it.
-        id: Number or login on the learning platform; empty if unknown.
-        email: Empty if unknown.
+        name: For example 'Ada Lovelace'; may contain anything, so pages must escape it.
+        id: Number or login on the learning platform; '' if unknown.
+        email: '' if unknown.
     """
 
     name: str
@@ -38,16 +38,16 @@ class Student:
 
 @dataclass(frozen=True)
 class Failure:
-    """What went wrong with a script.
+    """An error of a script.
 
     Attributes:
-        message: What, as setcmas tells it; may have several lines and hold anything.
-        script: Name of the file, without its folder; empty if no line is known.
-        line: Line of the student's own code, from 1; 0 if it is not known.
-        first: Number of the first of `around`.
-        around: The lines around that one.
-        robot: For which robot, from 1; 0 if it is none in particular.
-        t: When, in s of the run; None if it did not start.
+        message: Message of setcmas; may have several lines and contain anything.
+        script: Name of the file, without its folder; '' if no line is known.
+        line: Line of the student's own code, from 1; 0 if unknown.
+        first: Number of the first line in `around`.
+        around: Lines around the failed one.
+        robot: Number of the robot, from 1; 0 for no particular robot.
+        t: Time in s of the run; None if it did not start.
     """
 
     message: str
@@ -59,7 +59,7 @@ class Failure:
     t: float | None = None
 
     def at(self, script: str, line: int, source: str) -> Failure:
-        """Return the same in a line of a script, of which the text is known."""
+        """Return the same failure with a line of a script and its text."""
         first = max(1, line - _AROUND)
         lines = _NEWLINE.split(source.rstrip('\r\n'))[first - 1 : line + _AROUND]
         around = tuple(one[:_LONGEST_LINE] for one in lines)
@@ -68,19 +68,19 @@ class Failure:
 
 @dataclass(frozen=True)
 class CriterionMark:
-    """The mark of one criterion.
+    """The mark for one criterion.
 
     Attributes:
-        name: What was wanted, in words.
-        points: What was reached, from 0 to `max_points`.
-        max_points: For all of it.
-        metric: What was measured, such as 'disagreement'.
-        wanted: Its bounds in words, such as 'at most 0.05 m'.
+        name: Description of the criterion.
+        points: Points, from 0 to `max_points`.
+        max_points: Points for full success.
+        metric: Measured quantity, such as 'disagreement'.
+        wanted: Its bounds as text, such as 'at most 0.05 m'.
         reached: Its value; None if there is none.
-        unit: Its unit; empty if it has none.
-        hint: What to tell the student; empty if all points were reached, or the script failed.
-        hidden: Whether students see nothing of it but its points.
-        missing: Why there is no value; empty if there is one, or nobody knows.
+        unit: Its unit; '' if it has none.
+        hint: Hint for the student; '' for full points or a failed script.
+        hidden: Whether students only see its points.
+        missing: Why there is no value; '' if there is one, or if unknown.
     """
 
     name: str
@@ -96,7 +96,7 @@ class CriterionMark:
 
     @property
     def is_full(self) -> bool:
-        """Whether all points were reached: a tick, else a cross."""
+        """Whether it has all points: a tick, otherwise a cross."""
         return self.points == self.max_points
 
     @property
@@ -114,8 +114,8 @@ class RobotPath:
 
     Attributes:
         robot: Number of the robot.
-        own: Points (x, y) in m of the submission's run; empty if there was none.
-        wanted: Those of the model solution's run.
+        own: Points (x, y) in m of the submission's run; empty without a run.
+        wanted: Points of the model solution's run.
     """
 
     robot: int
@@ -128,11 +128,11 @@ class ScenarioMark:
     """The marks of one scenario.
 
     Attributes:
-        name: That of the scenario.
-        criteria: A mark for each of its criteria, in their order.
-        failure: The first thing that went wrong in its run; None if nothing did.
-        paths: Of each robot; empty if the scenario is hidden.
-        hidden: Whether students see nothing of it but its points.
+        name: Name of the scenario.
+        criteria: Marks for its criteria, in order.
+        failure: First error of its run; None without errors.
+        paths: Paths of the robots; empty if the scenario is hidden.
+        hidden: Whether students only see its points.
     """
 
     name: str
@@ -143,22 +143,22 @@ class ScenarioMark:
 
     @property
     def points(self) -> float:
-        """The points of all its criteria."""
+        """Total points of its criteria."""
         return _sum(mark.points for mark in self.criteria)
 
     @property
     def max_points(self) -> float:
-        """What could be reached."""
+        """Largest possible points."""
         return _sum(mark.max_points for mark in self.criteria)
 
 
 @dataclass(frozen=True)
 class Similar:
-    """Another script that a submission is like.
+    """Another script that resembles a submission.
 
     Attributes:
-        submission: That submission, or 'the built-in law NAME'.
-        share: How much of it is the same, from 0 to 1.
+        submission: Name of that submission, or 'the built-in law NAME'.
+        share: Similarity, from 0 to 1.
     """
 
     submission: str
@@ -171,13 +171,13 @@ class Marks:
 
     Attributes:
         submission: Its file or folder, relative to the folder of the class.
-        student: Whose it is.
-        title: That of the rubric.
-        scenarios: A mark for each scenario, in their order, also for those that were not run.
-        failure: Why nothing of it could be run; None if it could.
-        unfilled: Whether it is an exercise that is not filled in yet; it has no points then.
-        similar: What it is like.
-        digest: Of the script with its helper modules, and the rubric with its files.
+        student: Its student.
+        title: Title of the rubric.
+        scenarios: Marks for the scenarios, in order, even if they were not run.
+        failure: Why nothing could run; None if it could.
+        unfilled: Whether it is an exercise that is not filled in yet; then it has no points.
+        similar: Similar scripts.
+        digest: Digest of the script with its helper modules, and of the rubric with its files.
     """
 
     submission: str
@@ -191,29 +191,29 @@ class Marks:
 
     @property
     def score(self) -> float:
-        """The points of all scenarios."""
+        """Total points of all scenarios."""
         return _sum(mark.points for mark in self.scenarios)
 
     @property
     def max_score(self) -> float:
-        """What could be reached."""
+        """Largest possible points."""
         return _sum(mark.max_points for mark in self.scenarios)
 
     @property
     def is_full(self) -> bool:
-        """Whether all points were reached."""
+        """Whether it has all points."""
         return all(mark.is_full for one in self.scenarios for mark in one.criteria)
 
 
 @dataclass(frozen=True)
 class ScenarioRun:
-    """What became of the run of a scenario.
+    """Result of running a scenario.
 
     Attributes:
-        run: The run, as far as it came; None if there is nothing of it.
-        failure: The first thing that went wrong; None if nothing did.
-        is_complete: Whether it reached its end. A run that the script has ended (dead, hung,
-            forged) is not, and has no points.
+        run: The run, as far as it came; None if there is none.
+        failure: First error; None without errors.
+        is_complete: Whether it reached its end. A run that the script ended (died, hung,
+            forged) did not, and gets no points.
     """
 
     run: Run | None
@@ -222,13 +222,13 @@ class ScenarioRun:
 
 
 class LawRunner(Protocol):
-    """Runs scenarios with a submission, wherever that lives: this process, a sandbox, robots.
+    """Runs scenarios with a submission: in this process, in a sandbox, or with robots.
 
     `setcmas_tools.grade.marking.mark(rubric, run, submission, student)` calls it for each
-    scenario in turn and returns the Marks, computed from the runs in the process that it is called
-    in; `unmarked(rubric, submission, student, failure)` those of a submission that cannot be run
-    at all. A runner must not raise for anything that a script does; SetcmasError is for the
-    teacher's mistakes and ends the grading.
+    scenario and returns the Marks, computed in the calling process;
+    `unmarked(rubric, submission, student, failure)` returns those of a submission that cannot run.
+    A runner must not raise for anything that a script does; SetcmasError is for mistakes of the
+    teacher, and ends the grading.
     """
 
     def __call__(self, scenario: MarkedScenario) -> ScenarioRun:

@@ -1,4 +1,4 @@
-"""Rubric: the scenarios that a submission is run in, and what it is worth to do them well."""
+"""Rubric: scenarios for a submission, and criteria with points."""
 
 from __future__ import annotations
 
@@ -26,15 +26,15 @@ _KEYS = ('title', 'exercise', 'function', 'solution', 'scenarios')
 
 @dataclass(frozen=True)
 class Rubric:
-    """What submissions are marked by.
+    """Scenarios and criteria for marking submissions.
 
     Attributes:
-        file: The file that it was read from.
-        title: What it is called.
+        file: Its file.
+        title: Its title.
         scenarios: Its scenarios.
-        function: Which function submissions define: CONTROL or CTC of `scenarios`.
-        exercise: Name of the exercise that it is for; empty if it is for none.
-        solution: The script that paths are compared with; None is the condition by default (CTC),
+        function: Function that submissions define: CONTROL or CTC of `scenarios`.
+        exercise: Name of its exercise; '' without one.
+        solution: Script whose paths are the reference; None is the default condition (CTC),
             or no solution.
     """
 
@@ -48,14 +48,14 @@ class Rubric:
 
     @property
     def max_score(self) -> float:
-        """All points that there are."""
+        """Largest possible points."""
         return sum(one.points for scenario in self.scenarios for one in scenario.criteria)
 
     @property
     def files(self) -> tuple[Path, ...]:
-        """All files that it consists of: itself, the solution, and what scenarios name.
+        """All its files: the rubric itself, the solution, and the files of scenarios.
 
-        After each script come the modules beside it that it imports.
+        After each script come its helper modules.
         """
         named = [file for scenario in self.scenarios for file in scenario.files]
         solution = [self.solution] if self.solution else []
@@ -63,7 +63,7 @@ class Rubric:
         return tuple(dict.fromkeys(found))
 
     def check_place(self, in_lab: bool) -> None:
-        """See that what is marked can be measured where submissions run.
+        """Check that all criteria can be measured where submissions run.
 
         Args:
             in_lab: Whether they run in the emulated lab.
@@ -75,29 +75,29 @@ class Rubric:
             for one in scenario.criteria:
                 if one.metric in SAFETY and not in_lab:
                     raise SetcmasError(
-                        f"{one.metric}, in scenario '{scenario.name}' of {self.file}, is measured "
-                        'in the emulated lab only; add --emulate'
+                        f"{one.metric}, in scenario '{scenario.name}' of {self.file}, is only "
+                        'measured in the emulated lab; add --emulate'
                     )
 
     def keep_solution(self, scenario: MarkedScenario, run: Run) -> None:
         """Let a run be that of the model solution.
 
         Raises:
-            SetcmasError: It has nothing of what a criterion measures.
+            SetcmasError: It lacks the metric of a criterion.
         """
         others = [one.metric for one in scenario.criteria if one.metric not in FIGURES]
         known = figures_of(run, run) if others else {}
         for metric in others:
             if metric not in known:
                 raise SetcmasError(
-                    f"{metric}, in scenario '{scenario.name}' of {self.file}, is measured of no "
-                    f'run there; it must be one of setcmas list, or of plugins: '
+                    f"{metric}, in scenario '{scenario.name}' of {self.file}, is not a metric of "
+                    f'its run; it must be one of setcmas list, or of plugins: '
                     f'{", ".join(sorted(known.keys() - FIGURES.keys())) or "none"}'
                 )
         self._runs[scenario.name] = run
 
     def shown(self) -> Rubric:
-        """Return the same without what is hidden."""
+        """Return the rubric without hidden parts."""
         scenarios = [one.shown() for one in self.scenarios if not one.hidden]
         return replace(self, scenarios=tuple(one for one in scenarios if one.criteria))
 
@@ -105,7 +105,7 @@ class Rubric:
         """Return the run of the model solution, made once; None if there is no solution.
 
         Raises:
-            SetcmasError: The solution cannot be loaded, or it fails.
+            SetcmasError: The solution does not load, or fails.
         """
         if self.function == CONTROL and self.solution is None:
             return None
@@ -123,26 +123,26 @@ class Rubric:
 
 
 def rubric_of_exercise(name: str) -> Rubric:
-    """Return the rubric that ships with an exercise: NAME.yaml beside its script.
+    """Return the rubric of an exercise: NAME.yaml in the folder of its script.
 
     Raises:
-        SetcmasError: There is no such exercise, it has no rubric, or that has a mistake.
+        SetcmasError: The exercise is unknown, or its rubric is missing or invalid.
     """
     file = EXERCISES.file(name).with_suffix('.yaml')
     if not file.is_file():
-        raise SetcmasError(f"exercise '{name}' has no rubric; name one with --rubric R.yaml")
+        raise SetcmasError(f"exercise '{name}' has no rubric; give one with --rubric R.yaml")
     return read_rubric(file)
 
 
 def read_rubric(path: Path) -> Rubric:
-    """Return the rubric in a file.
+    """Read a rubric from a file.
 
     Raises:
-        SetcmasError: The file has a mistake; the message names file and line.
+        SetcmasError: The file is invalid; the message has file and line.
     """
     content = read_entries(path)
     if not content.value:
-        raise SetcmasError(f"rubric '{path}' is empty; it must have scenarios, a list")
+        raise SetcmasError(f"rubric '{path}' is empty; it must have a list of scenarios")
     fields = content.fields(_KEYS)
     exercise = fields['exercise'].choice(EXERCISES.offers()) if 'exercise' in fields else ''
     function = CONTROL
@@ -151,7 +151,7 @@ def read_rubric(path: Path) -> Rubric:
     elif exercise:
         function = _function_of(EXERCISES.file(exercise))
     if 'scenarios' not in fields:
-        raise content.mistake('a rubric with scenarios, a list')
+        raise content.mistake('a rubric with a list of scenarios')
     solution = None
     if 'solution' in fields:
         solution = read_solution(fields['solution'])
@@ -172,16 +172,16 @@ def _scenarios(entry: Entry, function: str, solution: Path | None) -> tuple[Mark
     told = ((item, one) for item in entry.items() for one in read_scenarios(item, function))
     for item, scenario in told:
         if scenario.name in (one.name for one in scenarios):
-            raise item.error(f"there are two scenarios '{scenario.name}'; give one another name")
+            raise item.error(f"two scenarios are named '{scenario.name}'; rename one")
         needing = [one.metric for one in scenario.criteria if one.metric in COMPARED]
         filtered = [one.metric for one in scenario.criteria if one.metric.startswith('filter_')]
         if filtered and not scenario.base.safety.is_on:
             raise item.error(f'{filtered[0]} is measured with a filter only; add filter: barrier')
         if needing and function == CONTROL and solution is None:
-            raise item.error(f'{needing[0]} needs a solution to compare with; add solution: FILE')
+            raise item.error(f'{needing[0]} needs a solution for comparison; add solution: FILE')
         scenarios.append(scenario)
     if not scenarios:
-        raise entry.mistake('a list with a scenario at least')
+        raise entry.mistake('a list with at least one scenario')
     return tuple(scenarios)
 
 

@@ -73,10 +73,10 @@ def read_scenarios(entry: Entry, function: str) -> list[MarkedScenario]:
 
     Args:
         entry: The entry.
-        function: Which function submissions define.
+        function: The submissions' function.
 
     Raises:
-        SetcmasError: It has a mistake; the message has its line.
+        SetcmasError: The entry is invalid; the message has its line.
     """
     submitted = {'algo', 'exercise'} if function == CONTROL else {'ctc', 'event_triggered'}
     fields = entry.fields((*_OWN, *(name for name in options() if name not in submitted)))
@@ -111,10 +111,10 @@ def _checked(entry: Entry, scenario: MarkedScenario) -> MarkedScenario:
 
 
 def read_solution(entry: Entry) -> Path:
-    """Return the script of a solution: a file beside the rubric, or a law that ships.
+    """Return the script of a solution: a file in the rubric's folder, or a built-in law.
 
     Raises:
-        SetcmasError: There is none.
+        SetcmasError: It does not exist.
     """
     with entry.located():
         return Path(ScenarioFolder(entry.file.parent).place_of('algo')(entry.text()))

@@ -1,4 +1,4 @@
-"""Submissions of a class: folders and archives, the identities of their students, their laws."""
+"""Submissions of a class: folders and archives, students, and scripts."""
 
 from __future__ import annotations
 
@@ -22,18 +22,18 @@ from setcmas_tools.grade.rubric import Rubric
 _MOODLE = re.compile(r'(?P<name>.+?)_(?P<id>\d+)_assignsubmission_[a-z]+_?(?P<file>.*)')
 _CANVAS = re.compile(r'(?P<name>[^_]+)_(LATE_)?(?P<id>\d+)_(?P<number>\d+)_(?P<file>.+)')
 _AGAIN = re.compile(r'-\d+(?=\.\w+$)')
-"""What Canvas adds to the name of a file that is handed in again."""
+"""Suffix that Canvas adds to the name of a file that is submitted again."""
 
 
 @dataclass(frozen=True)
 class Identity:
-    """Whose a file or a folder is.
+    """The student and the origin of a file or folder.
 
     Attributes:
         student: The student.
-        group: The same for all files of a submission; empty if the file is one by itself.
-        number: Of several files of a name, the one with the largest number counts.
-        file: What the student called the file; empty if it is not told.
+        group: Equal for all files of a submission; '' if the file is a submission by itself.
+        number: Of several files with one name, the largest number counts.
+        file: The student's own name of the file; '' if unknown.
     """
 
     student: Student
@@ -43,10 +43,10 @@ class Identity:
 
 
 def identity_of(name: str, stem: str) -> Identity:
-    """Return whose a file or a folder is.
+    """Return the identity of a file or folder.
 
-    Moodle says 'Ada Lovelace_12345_assignsubmission_file_', with the file behind it where it makes
-    no folders; Canvas says 'lovelaceada_LATE_123_4567_law-1.py'. Others are taken as they are.
+    Moodle uses 'Ada Lovelace_12345_assignsubmission_file_', followed by the file name if it makes
+    no folders; Canvas uses 'lovelaceada_LATE_123_4567_law-1.py'. Other names are used as they are.
 
     Args:
         name: The name.
@@ -73,21 +73,21 @@ _IGNORED = ('__MACOSX', '__pycache__')
 _BROKEN = (zipfile.BadZipFile, RuntimeError, NotImplementedError, EOFError, OSError, ValueError)
 
 KEPT = 'marks'
-"""Folder of the marks of submissions, by which a folder of grades is known."""
+"""Folder with the marks of submissions; identifies a folder of grades."""
 _EMPTY = '.empty'
 
 Files = dict[PurePosixPath, bytes]
 
 
 def is_empty(path: PurePosixPath) -> bool:
-    """Return whether a path is no file, but says that its folder is there."""
+    """Return whether a path is not a file, but marks an empty folder."""
     return path.name == _EMPTY
 
 
 def handed_in(place: Path) -> Files:
-    """Return the files in a folder or a zip file, with those of zip files in it.
+    """Return the files in a folder or a zip file, including those of inner zip files.
 
-    Folders of grades are left out. For each folder there is a path that `is_empty`.
+    Skips folders of grades. For each folder there is a path that `is_empty`.
 
     Args:
         place: The folder or the zip file.
@@ -124,7 +124,7 @@ def _is_of_grades(folder: Path) -> bool:
 
 
 def _readable(path: Path) -> PurePosixPath:
-    """Return a path as text that can be written, whatever bytes its name has."""
+    """Return a path as writable text, whatever bytes its name has."""
     return PurePosixPath(path.as_posix().encode(errors='backslashreplace').decode())
 
 
@@ -147,7 +147,7 @@ def _in_zip(content: bytes) -> Iterator[tuple[PurePosixPath, bytes]]:
 def _opened(
     path: PurePosixPath, file: IO[bytes], most: int
 ) -> Iterator[tuple[PurePosixPath, bytes]]:
-    """Yield a file, or the files in it if it is a zip file that can be read."""
+    """Yield a file, or the files in a readable zip file."""
     is_zip = path.suffix == '.zip'
     content = file.read(min(most, _MOST if is_zip else _LARGEST + 1))
     if is_zip:
@@ -156,14 +156,14 @@ def _opened(
                 yield path / inside, read
         except _BROKEN:
             yield path, b''
-    elif len(content) <= _LARGEST or path.suffix == '.py':  # a script so large is told
+    elif len(content) <= _LARGEST or path.suffix == '.py':  # large scripts are reported later
         yield path, content
     else:
         yield path, b'larger than 1 MB: left out\n'
 
 
 def _is_wanted(path: PurePosixPath) -> bool:
-    """Return whether a path is one of a student's files, below the folder of the class."""
+    """Return whether a path is a student's file, relative to the folder of the class."""
     return bool(path.parts) and not any(
         part in _IGNORED
         or part.startswith('.')
@@ -179,15 +179,15 @@ _MOST_SOURCE = 200_000  # bytes; Python takes minutes for 1 MB of f-strings
 
 
 def chosen_script(files: Files, function: str, exercise: str) -> tuple[PurePosixPath, str]:
-    """Return the script that is marked, or why there is none.
+    """Return the script to mark, or why there is none.
 
-    It is the one that defines the function; of several, the one that is called as the exercise is
-    and that no other one imports.
+    It is the script that defines the function; of several, the one with the name of the exercise
+    that no other script imports.
 
     Args:
         files: The files of the submission.
         function: The function, 'control' or 'ctc'.
-        exercise: Name of the exercise; empty if there is none.
+        exercise: Name of the exercise; '' without one.
     """
     sources = {path: content for path, content in files.items() if path.suffix == '.py'}
     none = PurePosixPath()
@@ -195,8 +195,8 @@ def chosen_script(files: Files, function: str, exercise: str) -> tuple[PurePosix
         return none, _without_script(sorted({path.name for path in files}))
     if (size := sum(map(len, sources.values()))) > _MOST_SOURCE:
         limit = _MOST_SOURCE // 1000
-        return none, f'its Python files have {size // 1000} kB; they must have at most {limit} kB'
-    if len(sources) == 1:  # what is wrong with it is told when it is loaded
+        return none, f'its Python files have {size // 1000} kB, but at most {limit} kB are allowed'
+    if len(sources) == 1:  # errors are reported when it is loaded
         return next(iter(sources)), ''
     scripts = {path: _tree(content) for path, content in sources.items()}
     fitting = [path for path, tree in scripts.items() if tree and _defines(tree, function)]
@@ -213,11 +213,11 @@ def chosen_script(files: Files, function: str, exercise: str) -> tuple[PurePosix
 
 def _without_script(names: list[str]) -> str:
     if not names:
-        return 'nothing was handed in'
-    if damaged := [name for name in names if name.endswith('.zip')]:  # others are opened
+        return 'the submission is empty'
+    if damaged := [name for name in names if name.endswith('.zip')]:  # others were opened
         return f'{damaged[0]} is damaged or has a password'
     more = f' and {len(names) - _MOST_NAMES} more' if len(names) > _MOST_NAMES else ''
-    return f'there is no Python file, only {", ".join(names[:_MOST_NAMES])}{more}'
+    return f'no Python file, only {", ".join(names[:_MOST_NAMES])}{more}'
 
 
 def has_function(content: bytes, function: str) -> bool:
@@ -248,23 +248,23 @@ def _imports(tree: ast.Module) -> set[str]:
 
 
 _MOST_FILES = 200
-_ONES = 'submission'  # folder in which autograders have that of one student
+_ONES = 'submission'  # folder in which autograders put a single student's submission
 _SUFFIXES = ('.py', '.zip', '.ipynb')
 
 _Part = tuple[str, Identity, PurePosixPath, bytes]
-"""Name in the folder of the class, whose it is, path in the submission, and content of a file."""
+"""Name in the folder of the class, identity, path in the submission, and content of a file."""
 
 
 @dataclass(frozen=True)
 class Submission:
-    """What a student has handed in.
+    """A student's submission.
 
     Attributes:
         name: Its file or folder, relative to the folder of the class.
-        student: Whose it is.
-        script: Name of the script that is marked; empty if there is none.
-        files: The script and the files beside and below it, by their paths from there.
-        problem: Why there is no script to mark; empty if there is one.
+        student: Its student.
+        script: Name of the script to mark; '' if there is none.
+        files: The script and the files in and below its folder, by relative path.
+        problem: Why there is no script to mark; '' if there is one.
     """
 
     name: str
@@ -275,14 +275,14 @@ class Submission:
 
 
 def find_submissions(place: Path, rubric: Rubric) -> list[Submission]:
-    """Return the submissions in a folder or a zip file, sorted by the names of students.
+    """Return the submissions in a folder or a zip file, sorted by students' names.
 
-    Each script, zip file and folder there is one, but for the files that Canvas and Moodle say to
-    be of one student. A lone folder with the scripts of several is the class itself.
+    Each script, zip file and folder is a submission, except files that Canvas or Moodle name as
+    one student's. A single folder with several scripts is the class itself.
 
     Args:
         place: The folder or the zip file.
-        rubric: What they are to be marked by.
+        rubric: Rubric for the marks.
 
     Raises:
         SetcmasError: There are none.
@@ -293,22 +293,22 @@ def find_submissions(place: Path, rubric: Rubric) -> list[Submission]:
         is_file = len(path.parts) == 1
         identity = identity_of(top, path.stem if is_file else PurePosixPath(top).stem)
         if is_file and not identity.group and path.suffix not in _SUFFIXES:
-            continue  # nobody's, such as a list of the class
+            continue  # no student's, such as a list of the class
         if is_empty(path) and is_file:
             continue
         own = PurePosixPath(identity.file or top) if is_file else path.relative_to(top)
         found[identity.group or top].append((top, identity, own, content))
     if not found:
         raise SetcmasError(
-            f"'{place}' holds no submissions; it must be a folder, or a zip file, with a script "
-            'or a folder of each student'
+            f"'{place}' holds no submissions; it must be a folder or zip file with a script "
+            'or folder per student'
         )
     submissions = [_submission(parts, rubric) for parts in found.values()]
     return sorted(submissions, key=lambda one: (one.student.name.casefold(), one.name))
 
 
 def _of_class(files: Files, function: str) -> Files:
-    """Return files by their paths from the folder of the class, which may lie in another one."""
+    """Return files by path relative to the folder of the class, which may be inside another."""
     top, *others = {path.parts[0] for path in files} or {_ONES}
     if others or top == _ONES or identity_of(top, top).group:
         return files

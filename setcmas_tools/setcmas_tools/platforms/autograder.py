@@ -16,11 +16,11 @@ from pathlib import Path
 
 from setcmas_simu.errors import SetcmasError
 
-_LONG_AGO = (1980, 1, 1, 0, 0, 0)  # the earliest that the format knows
+_LONG_AGO = (1980, 1, 1, 0, 0, 0)  # earliest time in the format
 
 
 def archive(files: Mapping[str, str | bytes]) -> bytes:
-    """Return a zip archive of files by path; those that begin with `#!` can be executed."""
+    """Return a zip archive of files by path; files that begin with `#!` are executable."""
     content = io.BytesIO()
     with zipfile.ZipFile(content, 'w', zipfile.ZIP_DEFLATED) as target:
         for path, text in files.items():
@@ -28,7 +28,7 @@ def archive(files: Mapping[str, str | bytes]) -> bytes:
             info = zipfile.ZipInfo(path, _LONG_AGO)
             mode = 0o755 if data.startswith(b'#!') else 0o644
             info.external_attr = (stat.S_IFREG | mode) << 16
-            info.create_system = 3  # Unix, whose modes are kept
+            info.create_system = 3  # Unix, to keep modes
             target.writestr(info, data, zipfile.ZIP_DEFLATED)
     return content.getvalue()
 
@@ -42,8 +42,8 @@ _METADATA = ('METADATA', 'entry_points.txt')
 def own_wheel() -> tuple[str, bytes]:
     """Return the name and the content of a wheel of the installed setcmas.
 
-    It is put together from the installed files, of an editable installation as well, and is the
-    same whenever they are.
+    It is built from the installed files, even of an editable installation, and only depends on
+    them.
 
     Raises:
         SetcmasError: setcmas was not installed by pip.
@@ -91,10 +91,10 @@ def _record(files: dict[str, bytes], itself: str) -> str:
 
 @dataclass(frozen=True)
 class Kit:
-    """What every bundle holds.
+    """Common content of all bundles.
 
     Attributes:
-        title: That of the rubric.
+        title: Title of the rubric.
         wheel: Name of the wheel of setcmas.
         files: Contents by path: the wheel, and the rubric with its files under `rubric/`.
         rubric: Path of the rubric among them.
@@ -108,7 +108,7 @@ class Kit:
     options: str = ''
 
     def filled_in(self, format_: str) -> dict[str, str]:
-        """Return the scripts and instructions of a format by name, from its templates."""
+        """Return scripts and instructions of a format by name, from its templates."""
         folder = resources.files('setcmas_tools.platforms') / 'templates' / format_
         paths = [path for path in folder.iterdir() if path.name.endswith('.in')]
         texts = {path.name.removesuffix('.in'): path.read_text(encoding='utf-8') for path in paths}
@@ -121,7 +121,7 @@ class Kit:
 def rubric_files(
     rubric: Path, files: Iterable[Path], packages: Iterable[Path]
 ) -> dict[str, bytes]:
-    """Return the files that a rubric consists of by their paths in a bundle.
+    """Return the files of a rubric by their paths in a bundle.
 
     Args:
         rubric: The rubric.
@@ -140,6 +140,6 @@ def rubric_files(
         elif not any(path.is_relative_to(package) for package in shipped):
             raise SetcmasError(
                 f"'{path}' must be in the folder of the rubric, or below; copy it there, and "
-                f"change its place in '{rubric}'"
+                f"change its path in '{rubric}'"
             )
     return found

@@ -1,4 +1,4 @@
-"""Format of grades: files that a learning platform reads, or an autograder for it."""
+"""Format of grades: files for a learning platform, or an autograder for it."""
 
 from __future__ import annotations
 
@@ -24,12 +24,12 @@ from setcmas_tools.platforms.autograder import (
     rubric_files,
 )
 
-_UTF_8 = '\ufeff'  # by which Excel knows the encoding; Moodle and Canvas take it off, too
+_UTF_8 = '\ufeff'  # shows the encoding to Excel; Moodle and Canvas remove it
 _FORMULA = ('=', '+', '-', '@', '\t', '\r')
 
 
 def csv_text(rows: Iterable[Iterable[str | float]]) -> str:
-    """Return rows as CSV; texts that a spreadsheet would compute begin with an apostrophe."""
+    """Return rows as CSV; texts that a spreadsheet would evaluate begin with an apostrophe."""
     text = io.StringIO()
     csv.writer(text, lineterminator='\n').writerows(map(_safe, row) for row in rows)
     return _UTF_8 + text.getvalue()
@@ -42,17 +42,17 @@ def _safe(cell: str | float) -> str | float:
     return f"'{plain}" if cell.startswith(_FORMULA) else plain
 
 
-UNFILLED = 'Not filled in yet: this is the exercise as it was handed out.'
+UNFILLED = 'Not filled in yet: this is the original exercise.'
 
 
 def summary(marks: Marks) -> str:
-    """Return what there is to say of a submission as a whole; may be empty."""
+    """Return a summary of a submission; may be empty."""
     told = [UNFILLED] if marks.unfilled else []
     return '\n'.join(told + ([failure_text(marks.failure)] if marks.failure else []))
 
 
 def criteria_texts(scenario: ScenarioMark) -> Iterator[tuple[CriterionMark, str]]:
-    """Yield each criterion with its figures and hint; the first tells of a failure, too."""
+    """Yield each criterion with its values and hint; the first also has the failure."""
     failed = [failure_text(scenario.failure)] if scenario.failure else []
     for mark in scenario.criteria:
         yield mark, '\n'.join(filter(None, [*failed, criterion_text(mark)]))
@@ -60,13 +60,13 @@ def criteria_texts(scenario: ScenarioMark) -> Iterator[tuple[CriterionMark, str]
 
 
 def criterion_text(mark: CriterionMark) -> str:
-    """Return figures and hint of a criterion; may be empty."""
+    """Return values and hint of a criterion; may be empty."""
     figures = '' if mark.hidden else f'wanted {mark.wanted}, reached {mark.reached_text}'
     return '\n'.join(filter(None, (figures, mark.hint)))
 
 
 def failure_text(failure: Failure) -> str:
-    """Return what went wrong with the lines of the script around it."""
+    """Return an error with the lines of the script around it."""
     if not failure.line:
         return failure.message
     lines = [
@@ -77,7 +77,7 @@ def failure_text(failure: Failure) -> str:
 
 
 def feedback(marks: Marks) -> str:
-    """Return all that a student is to read of a submission."""
+    """Return the complete feedback for a student."""
     lines = [summary(marks)] if summary(marks) else []
     for scenario in marks.scenarios:
         lines.append(_line(scenario.name, scenario.points, scenario.max_points))
@@ -93,7 +93,7 @@ def _line(name: str, points: float, most: float) -> str:
 
 
 Files = Mapping[str, str | bytes]
-"""Contents of files by their paths, with / between folders."""
+"""Contents of files by path, with / between folders."""
 
 
 @dataclass(frozen=True)
@@ -101,9 +101,9 @@ class GradeFormat:
     """A format of grades.
 
     Attributes:
-        purpose: What reads it, in a line.
-        files: Returns the files of a graded class, of one submission or more.
-        bundle: Returns what a platform needs to grade with setcmas; None if it cannot.
+        purpose: Its reader, in one line.
+        files: Returns the files of a graded class with at least one submission.
+        bundle: Returns the files for grading on the platform; None if not supported.
     """
 
     purpose: str
@@ -114,17 +114,17 @@ class GradeFormat:
 GRADE_FORMATS: Door[GradeFormat] = Door(
     'setcmas.grade_formats', 'grade format', instance_of(GradeFormat)
 )
-"""The formats that are installed."""
+"""Installed formats."""
 
 CLASS_FORMATS = ('csv', 'moodle', 'canvas', 'junit')
-"""Formats that a class is written in unless others are named."""
+"""Default formats of a class."""
 
 
 def result_files(folder: str, result: Callable[[Marks], Mapping[str, Any]]) -> Any:
-    """Return the function `files` of a format with a JSON file for each submission.
+    """Return the function `files` of a format with a JSON file per submission.
 
     Args:
-        folder: Where they go.
+        folder: Folder of the files.
         result: Returns the content for the marks of a submission, as its student may see them.
     """
 
@@ -141,10 +141,10 @@ def _json(content: Mapping[str, Any]) -> str:
 
 
 def write_formats(names: Iterable[str], marks: Sequence[Marks], folder: Path) -> list[Path]:
-    """Write a graded class in some formats into a folder; returns the files.
+    """Write a graded class in several formats into a folder; return the files.
 
     Raises:
-        SetcmasError: There is no such format.
+        SetcmasError: A format is unknown.
         OSError: They cannot be written.
     """
     paths = []
@@ -160,16 +160,16 @@ def write_formats(names: Iterable[str], marks: Sequence[Marks], folder: Path) ->
 
 
 def make_bundle(name: str, rubric: Rubric, options: str = '') -> bytes:
-    """Return the zip archive with which a platform grades by a rubric.
+    """Return the zip archive for automatic grading on a platform.
 
     Args:
-        name: Of the format.
+        name: Name of the format.
         rubric: The rubric.
-        options: Further options of `setcmas grade` there.
+        options: Further options of `setcmas grade` on the platform.
 
     Raises:
-        SetcmasError: There is no such format, it has no bundle, or a file of the rubric is
-            somewhere else.
+        SetcmasError: The format is unknown or has no bundle, or a file of the rubric is
+            outside its folder.
     """
     bundle = GRADE_FORMATS.get(name).bundle
     if bundle is None:

@@ -122,7 +122,7 @@ class Study:
         """
         _check_name('column', column, list(self.table))
         values = self.table[column]
-        if column in TOLD or any(isinstance(value, str) for value in values):
+        if column in OUTCOME or any(isinstance(value, str) for value in values):
             return np.array(values, dtype=object)
         return np.array(values, dtype=float)
 
@@ -134,7 +134,7 @@ class Study:
     @property
     def metrics(self) -> list[str]:
         """Columns with metrics."""
-        return [name for name in self.table if name not in ('run', 'seed', *TOLD, *self.names)]
+        return [name for name in self.table if name not in ('run', 'seed', *OUTCOME, *self.names)]
 
     @cached_property
     def _successes(self) -> dict[str, list[bool]]:

@@ -131,6 +131,6 @@ def memory_of_each(jobs: int) -> int:
 
 
 def warm_up() -> None:
-    """Import and look up what runs need once, not in each copy, by a short run of our own law."""
+    """Import modules and fill caches for runs, by a short run of our own law."""
     links = {'graph': 'ring', 'loss': 0.1, 'event_triggered': True}
     row_of(0, Scenario.of('consensus', nb_robots=3, duration=1.0, **links))

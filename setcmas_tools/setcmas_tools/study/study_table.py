@@ -1,4 +1,4 @@
-"""Table of a study: rows as they come, kept in a file, and runs.csv in the order of runs."""
+"""Table of a study: rows as they finish, stored in a file, and runs.csv ordered by run."""
 
 from __future__ import annotations
 
@@ -20,25 +20,25 @@ from setcmas_tools.study.study_row import Row
 FILE_NAME = 'runs.csv'
 PARQUET = 'runs.parquet'
 PART = 'runs.part.jsonl'
-"""The rows of a study that is not finished, a line of JSON each, as they came."""
+"""Rows of an unfinished study, one line of JSON each, as they finished."""
 
-TOLD = ('state', 'robots', 'message')
-"""Columns that tell how a run ended."""
+OUTCOME = ('state', 'robots', 'message')
+"""Columns with the outcome of a run."""
 
 
 class PartialTable:
-    """The rows of a study so far; use as a context manager.
+    """Rows of a study so far; use as a context manager.
 
     Attributes:
-        done: The numbers of the runs that have a row.
+        done: Numbers of the runs with a row.
     """
 
     def __init__(self, folder: Path) -> None:
-        """Open the file of a folder, and read which rows are there.
+        """Open the file in a folder, and read its rows.
 
         Raises:
             OSError: The file cannot be read or written.
-            SetcmasError: Another process writes it.
+            SetcmasError: Another process is writing it.
         """
         self._file: IO[bytes] = (folder / PART).open('a+b')
         _lock(self._file, folder)
@@ -46,7 +46,7 @@ class PartialTable:
         self._places: dict[int, int] = {}
         end = 0
         for place, line in self._lines():
-            if line.endswith(b'\n'):  # it does not where the study was killed
+            if line.endswith(b'\n'):  # the last line is incomplete if the study was killed
                 self._places[msgspec.json.decode(line, type=Row).run] = place
                 end = place + len(line)
         self._file.truncate(end)
@@ -54,7 +54,7 @@ class PartialTable:
 
     @property
     def done(self) -> set[int]:
-        """The numbers of the runs that have a row."""
+        """Numbers of the runs with a row."""
         return set(self._places)
 
     def __enter__(self) -> PartialTable:
@@ -76,7 +76,7 @@ class PartialTable:
         self._file.flush()
 
     def finish(self, cases: CaseTable) -> None:
-        """Write runs.csv, and runs.parquet if pyarrow is there; the file of the rows goes.
+        """Write runs.csv, and runs.parquet if pyarrow is installed; remove the file of rows.
 
         Raises:
             OSError: A file cannot be written.
@@ -85,7 +85,7 @@ class PartialTable:
         part = self._folder / f'.{FILE_NAME}.part'
         with part.open('w', encoding='utf-8', newline='') as file:
             lines = csv.writer(file, lineterminator='\n')
-            lines.writerow(['run', *cases.names, 'seed', *TOLD, *columns])
+            lines.writerow(['run', *cases.names, 'seed', *OUTCOME, *columns])
             for row in self._rows():
                 own = cases.values(row.run)
                 told = [row.state.value, row.robots, row.message]
@@ -99,7 +99,7 @@ class PartialTable:
         (self._folder / PART).unlink()
 
     def _rows(self) -> Iterator[Row]:
-        """Yield the rows in the order of runs, one after the other from the file."""
+        """Yield the rows ordered by run, one by one from the file."""
         for run in sorted(self._places):
             self._file.seek(self._places[run])
             yield msgspec.json.decode(self._file.readline(), type=Row)
@@ -113,7 +113,7 @@ class PartialTable:
 
 
 def _lock(file: IO[bytes], folder: Path) -> None:
-    """Keep a file for this process, as long as it is open, where the system can (not Windows)."""
+    """Lock a file for this process while it is open, where possible (not on Windows)."""
     with suppress(ImportError):
         import fcntl
 
@@ -122,12 +122,12 @@ def _lock(file: IO[bytes], folder: Path) -> None:
         except BlockingIOError as error:
             file.close()
             raise SetcmasError(
-                f"study '{folder}' is being made by another process; wait for it, or end it"
+                f"another process is making study '{folder}'; wait for it, or end it"
             ) from error
 
 
 def read_table(path: Path) -> dict[str, list[Any]]:
-    """Return the columns of a runs.csv: numbers where all cells are, None where one is empty.
+    """Read the columns of a runs.csv: numbers if all cells are numbers or empty (None).
 
     Raises:
         SetcmasError: The file is missing or damaged.
@@ -142,7 +142,7 @@ def read_table(path: Path) -> dict[str, list[Any]]:
 
 
 def _parsed(name: str, cells: Any) -> list[Any]:
-    if name in TOLD:
+    if name in OUTCOME:
         return list(cells)
     try:
         return [float(cell) if cell else None for cell in cells]

@@ -1,4 +1,4 @@
-"""Success of runs: an expression over the columns of a study, and the interval of its share."""
+"""Success of runs: an expression over the columns of a study, and the interval of its rate."""
 
 from __future__ import annotations
 
@@ -18,22 +18,22 @@ with needs('study'):
     from simpleeval import InvalidExpression, SimpleEval
 
 CONFIDENCE = 0.95
-"""Of the intervals of a share of successes."""
+"""Confidence of the intervals of success rates."""
 
 
 class Success:
-    """What makes a run a success, such as 'disagreement < 0.1 and least_separation > 0.2'."""
+    """Condition for a success, such as 'disagreement < 0.1 and least_separation > 0.2'."""
 
     def __init__(self, expression: str, names: Collection[str], option: str = 'success') -> None:
         """Read the expression.
 
         Args:
             expression: Comparisons of numbers and columns, with and, or, not.
-            names: The columns that there are.
-            option: What it is called in messages.
+            names: Known columns.
+            option: Name of the option in messages.
 
         Raises:
-            SetcmasError: It cannot be read, or names what is no column.
+            SetcmasError: The expression is invalid, or has an unknown column.
         """
         self.expression, self._option = expression, option
         self._evaluator = SimpleEval(functions={})
@@ -41,7 +41,7 @@ class Success:
             tree = self._evaluator.parse(expression)
         except (SyntaxError, InvalidExpression, ValueError) as error:
             raise SetcmasError(
-                f"{option} '{expression}' cannot be read ({error}); it must be an expression "
+                f"invalid {option} '{expression}' ({error}); must be an expression "
                 "such as 'disagreement<0.1 and least_separation>0.2'"
             ) from error
         self._tree = tree
@@ -63,21 +63,21 @@ class Success:
 
 
 def check_columns(expression: str, names: Collection[str], option: str = 'success') -> None:
-    """See that an expression can be read, and names columns that a study may have.
+    """Check that an expression is valid, and only has columns that the study may have.
 
     Args:
         expression: The expression.
-        names: What is varied.
-        option: What it is called in messages.
+        names: Varied names.
+        option: Name of the option in messages.
 
     Raises:
-        SetcmasError: It cannot, or does not.
+        SetcmasError: The expression is invalid.
     """
     Success(expression, [*names, *COLUMNS, *_of_plugins(expression)], option)
 
 
 def _of_plugins(expression: str) -> list[str]:
-    """Return the words of an expression that may be columns of a metric of a plugin."""
+    """Return the names in an expression that may be columns of a plugin's metric."""
     own = [name for name in METRICS.offers() if name not in SHIPPED]
     words = re.findall(r'\w+', expression)
     return [word for word in words if any(word.startswith(name) for name in own)]
@@ -86,18 +86,18 @@ def _of_plugins(expression: str) -> list[str]:
 def _unknown(where: str, name: str, names: Collection[str]) -> str:
     near = difflib.get_close_matches(name, names, n=2)
     hint = f'did you mean {" or ".join(near)}? ' if near else ''
-    return f"{where}: there is no '{name}'; {hint}it must be one of {', '.join(names)}"
+    return f"{where}: unknown column '{name}'; {hint}must be one of {', '.join(names)}"
 
 
 def wilson(successes: int, runs: int, confidence: float = CONFIDENCE) -> tuple[float, float]:
-    """Return the bounds of a probability of which some runs were successes.
+    """Return the confidence bounds of a success probability.
 
     The score interval of Wilson, Journal of the American Statistical Association 22(158), 1927.
 
     Args:
         successes: Number of successes.
         runs: Number of runs, at least 1.
-        confidence: Such as 0.95.
+        confidence: For example 0.95.
     """
     z = NormalDist().inv_cdf(0.5 + confidence / 2)
     share = successes / runs
@@ -107,7 +107,7 @@ def wilson(successes: int, runs: int, confidence: float = CONFIDENCE) -> tuple[f
 
 
 def share_of(successes: Sequence[bool]) -> tuple[float, float, float]:
-    """Return the share of successes and its bounds; NaN if there is no run."""
+    """Return the success rate and its bounds; NaN without runs."""
     if not successes:
         return math.nan, math.nan, math.nan
     count = sum(successes)

@@ -1,4 +1,4 @@
-"""Sweep: the missing runs of a plan, made and added to its study."""
+"""Sweep: makes the missing runs of a plan and adds them to its study."""
 
 from __future__ import annotations
 
@@ -54,10 +54,10 @@ def sweep(
         output: Folder of the study; one that holds the same study already goes on. None keeps
             the study as long as it is used.
         options: `success`, `cases`, `jobs`, `cluster`, `timeout`, as on the command line;
-            whatever else `simulate` takes.
+                all other arguments of `simulate`.
 
     Raises:
-        SetcmasError: An argument makes no sense, or the folder holds something else.
+        SetcmasError: An argument is invalid, or the folder holds something else.
     """
     own = SweepOptions.__dataclass_fields__.keys() & options.keys()
     chosen = SweepOptions(seeds=seeds, **{name: options.pop(name) for name in own})
@@ -74,13 +74,13 @@ def sweep(
 def carry_out(
     plan: Plan, folder: Path | None, options: SweepOptions, overwrite: bool = False
 ) -> Study:
-    """Make the runs of a study that are not there yet.
+    """Make the missing runs of a study.
 
     Args:
         plan: The study.
         folder: Its folder; None is a temporary one.
-        options: Who makes the runs, and how long each may take.
-        overwrite: Whether to replace another study.
+        options: Workers and time limit.
+        overwrite: Whether to overwrite another study.
 
     Raises:
         SetcmasError: The folder holds something else or cannot be written, or the cluster does
@@ -103,7 +103,7 @@ def carry_out(
 
 
 def jobs_of(plan: Plan, runs: Iterable[int], options: SweepOptions) -> Iterator[Job]:
-    """Yield the jobs of some runs; those of a cluster take the files along."""
+    """Yield the jobs of some runs; for a cluster they include the files."""
     with needs('study'):
         import cloudpickle
 

@@ -1,4 +1,4 @@
-"""Variation of a name in a study: options and script names, lists, ranges and random draws."""
+"""Variation of a name in a study: options and variables, lists, ranges and random draws."""
 
 from __future__ import annotations
 
@@ -22,14 +22,14 @@ from setcmas_simu.options.option import Form
 from setcmas_tools.scenario.scenario import Scenario, options
 
 SETTING, OPTION = 'set.', 'option.'
-"""What stands before a name that is both, to say which is meant."""
+"""Prefixes for names that are both an option and a variable of the script."""
 
 
 def names_of_scripts(algo: str, exercise: bool = False) -> set[str]:
-    """Return what the control scripts assign that `--algo` means.
+    """Return the variables that the control scripts of `--algo` assign.
 
     Raises:
-        SetcmasError: There is no such script, or it has a mistake.
+        SetcmasError: A script is missing or invalid.
     """
     paths = LawScripts(algo, exercise).paths
     return {name for path in paths for name in names_to_set(path)}
@@ -41,31 +41,31 @@ OPTIONS = {name: one for name, one in options().items() if name not in _NOT_VARI
 
 
 def is_setting(name: str) -> bool:
-    """Return whether a varied name is that of the script."""
+    """Return whether a varied name is a variable of the script."""
     return name.startswith(SETTING) or plain(name) not in OPTIONS
 
 
 def plain(name: str) -> str:
-    """Return a name without what tells options from names of the script."""
+    """Return a name without its prefix."""
     return name.removeprefix(SETTING).removeprefix(OPTION)
 
 
 def checked_name(name: str, script_names: Collection[str]) -> str:
-    """Return a name that is varied, with _ for - in options.
+    """Check a varied name, and return it with _ for - in options.
 
     Args:
-        name: As it was typed.
-        script_names: What the control scripts assign.
+        name: The name as typed.
+        script_names: Variables that the control scripts assign.
 
     Raises:
-        SetcmasError: It is neither an option nor a name of the script, or both.
+        SetcmasError: It is neither an option nor a variable of the script, or both.
     """
     own = plain(name)
     option = own.replace('-', '_')
     if option in OPTIONS and not name.startswith(SETTING):
         if own in script_names and not name.startswith(OPTION):
             raise SetcmasError(
-                f'--vary {name}: it is an option and a name of the script; it must be '
+                f'--vary {name}: both an option and a variable of the script; write '
                 f"'{OPTION}{name}' or '{SETTING}{name}'"
             )
         return name.replace('-', '_')
@@ -79,14 +79,14 @@ def checked_name(name: str, script_names: Collection[str]) -> str:
 
 
 def value_of(name: str, value: Any) -> Any:
-    """Return a value for a name as its option or the script takes it.
+    """Convert a value for its option or the script.
 
     Args:
-        name: What is varied.
-        value: A text, a number of a range, or anything else that Python has given.
+        name: The varied name.
+        value: A text, a number of a range, or a value from Python.
 
     Raises:
-        SetcmasError: The option takes no such value.
+        SetcmasError: The value is invalid for the option.
     """
     if is_setting(name):
         text = f'{plain(name)}={value}'
@@ -129,18 +129,18 @@ _DRAW = re.compile(rf'(uniform|loguniform|normal):({_NUMBER}):({_NUMBER})(?::(\d
 _MISTAKEN = re.compile(
     rf'(?:(?:log|uniform|loguniform|normal):{_NUMBER}|{_NUMBER}:{_NUMBER})(?::{_NUMBER})*'
 )
-_DIGITS = 12  # so that 0.2:2:10 has 0.4 and not 0.4000000000000001
+_DIGITS = 12  # so that 0.2:2:10 has 0.4 instead of 0.4000000000000001
 
 FORM = (
     'a list (0,0.2,0.4), a range FIRST:LAST:COUNT or log:FIRST:LAST:COUNT, or random draws '
     'uniform:LOW:HIGH, loguniform:LOW:HIGH or normal:MEAN:DEVIATION, for each run or with :COUNT'
 )
-"""What a variation must be."""
+"""Accepted forms of a variation."""
 
 
 @dataclass(frozen=True)
 class Draw:
-    """A number that every run draws for itself.
+    """A random number for each run.
 
     Attributes:
         kind: 'uniform', 'loguniform' or 'normal'.
@@ -153,11 +153,11 @@ class Draw:
     second: float
 
     def __str__(self) -> str:
-        """Return the text that means it."""
+        """Return its text form."""
         return f'{self.kind}:{self.first:g}:{self.second:g}'
 
     def numbers(self, count: int, *seed: int) -> list[float]:
-        """Return so many numbers; equal seeds give equal ones."""
+        """Return random numbers; equal seeds give equal numbers."""
         generator = np.random.default_rng(seed)
         if self.kind == 'normal':
             return _tidy(generator.normal(self.first, self.second, count))
@@ -168,14 +168,14 @@ class Draw:
 
 
 def parse_variation(name: str, text: str, seed: int) -> Draw | list[Any]:
-    """Return the values that a text such as '0.2:2:10' means, or the draw of each run.
+    """Return the values in a text such as '0.2:2:10', or the random draw of each run.
 
-    Values of a list stay texts unless the list is YAML, such as '[[1, 2], [3, 4]]'.
+    Values of a list stay strings unless the list is YAML, such as '[[1, 2], [3, 4]]'.
 
     Args:
-        name: What is varied.
+        name: The varied name.
         text: The text.
-        seed: Chooses the values of a draw with a count.
+        seed: Seed of draws with a count.
 
     Raises:
         SetcmasError: The text has another form.

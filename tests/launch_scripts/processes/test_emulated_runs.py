@@ -52,6 +52,6 @@ def test_a_law_is_marked_for_safety_in_the_lab(rubric, domain):
     offline = run_setcmas('check', 'my_law', '-R', 'final.yaml', cwd=folder)
     emulated = run_setcmas('check', 'my_law', '-R', 'final.yaml', '--emulate', cwd=folder)
     assert offline.returncode == 2
-    assert 'measured in the emulated lab only; add --emulate' in offline.stderr
+    assert 'only measured in the emulated lab; add --emulate' in offline.stderr
     assert 'nobody is stopped: safety_stops 0 (wanted: at most 0)' in emulated.stdout
     assert emulated.returncode == 0

@@ -77,7 +77,7 @@ def test_modules_that_a_solution_imports_belong_to_its_rubric(read, tmp_path):
         ('1, 2]', '1]', 7, 'such as [1.0, 2.0, 1.57]'),
         ('2: [', '5: [', 7, 'the fleet has robots 1 to 3'),
         ('graph', 'grap', 8, 'did you mean graph'),
-        ('loss: 1e-1', 'seeds: []', 4, 'seeds must have one at least'),
+        ('loss: 1e-1', 'seeds: []', 4, 'seeds must be a non-empty list'),
         ('loss: 1e-1', 'seeds: [1, x]', 9, "seeds[1] is 'x'"),
         ('loss: 1e-1', 'set: K', 9, 'such as {K: 1.2}'),
         ('links', 'knots', 8, 'knots.yaml'),

@@ -180,7 +180,7 @@ def test_functions_and_what_they_are_called():
 @pytest.mark.parametrize(
     ('given', 'told'),
     [
-        ({'vary': {'gain': [1]}}, 'there is no such name'),
+        ({'vary': {'gain': [1]}}, 'unknown name'),
         ({'vary': {'K': ['fast']}}, 'must be a number'),
         ({'vary': {'loss': [2]}}, 'from 0 to 1'),
         ({'vary': {'delay': [1, -1]}}, 'at least 0'),

@@ -34,8 +34,8 @@ def test_options_and_names_of_the_script_are_told_apart():
         ('loss', "must be 'option.loss' or 'set.loss'"),
         ('delya', 'did you mean delay'),
         ('PLACE', 'did you mean PLACES'),
-        ('output', 'there is no such name'),
-        ('set.vnom', 'there is no such name'),
+        ('output', 'unknown name'),
+        ('set.vnom', 'unknown name'),
     ],
 )
 def test_a_name_that_is_unknown_or_two_things(name, told):
