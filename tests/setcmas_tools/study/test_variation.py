@@ -31,7 +31,7 @@ def test_options_and_names_of_the_script_are_told_apart():
 @pytest.mark.parametrize(
     ('name', 'told'),
     [
-        ('loss', "must be 'option.loss' or 'set.loss'"),
+        ('loss', "write 'option.loss' or 'set.loss'"),
         ('delya', 'did you mean delay'),
         ('PLACE', 'did you mean PLACES'),
         ('output', 'unknown name'),
