@@ -17,7 +17,7 @@ OF_LAB = ('filter', 'min_separation', 'arena', 'obstacles', 'accel')
 """The options that a lab file has, too."""
 
 SEPARATION_M = 0.35
-"""Least distance of two robots' centres unless told: that of the lab file that comes with this."""
+"""Default minimum distance of two robots' centres, as in the default lab file."""
 
 GAMMA = 1.0
 LOOKAHEAD_M = 0.05
@@ -25,62 +25,58 @@ LOOKAHEAD_M = 0.05
 
 @dataclass(frozen=True, kw_only=True)
 class FilterOptions(Options):
-    """What changes the velocities that control laws want, and keeps robots from each other."""
+    """Safety filter, and what it keeps robots from."""
 
     TITLE: ClassVar[str] = 'safety filter'
 
     filter: str | None = option(
         OneOf(FILTERS),
-        'keeps robots apart, in the arena and off obstacles',
+        'keep robots apart, in the arena and off obstacles',
         default=None,
         default_text=f"{NONE}; in experiments the lab file's",
     )
     deadlock: str = option(
-        OneOf((NONE, TURN)), 'what robots do that block each other', default=NONE
+        OneOf((NONE, TURN)), 'what robots do when they block each other', default=NONE
     )
     min_separation: float | None = option(
         LENGTH,
-        'least distance between the centres of two robots',
+        'minimum distance between the centres of two robots',
         default=None,
         default_text=f"{SEPARATION_M:g} m; in experiments the lab file's",
     )
     gamma: float = option(
         Number(above=0, unit='1/s', finite=True),
-        'how fast robots may use up the distance that is left',
+        'how fast robots may use up the remaining distance',
         default=GAMMA,
     )
     lookahead: float = option(
         LENGTH,
-        'how far ahead of its axle a unicycle is kept from others',
+        "distance of a unicycle's control point from its axle",
         default=LOOKAHEAD_M,
     )
-    arena: Sequence[float] | None = option(Borders(), 'where robots may be (m)', default=None)
+    arena: Sequence[float] | None = option(
+        Borders(), 'region that robots must not leave (m)', default=None
+    )
     obstacles: str | None = option(
-        ObstaclesKind(), 'what robots must not touch, drawn in plots and films', default=None
+        ObstaclesKind(), 'obstacles to avoid; plots and films show them', default=None
     )
-    accel: float | None = option(
-        ACCELERATION, 'how fast the speed of a robot may rise', default=None
-    )
+    accel: float | None = option(ACCELERATION, 'largest acceleration of a robot', default=None)
 
     @property
     def is_on(self) -> bool:
-        """Whether robots are filtered."""
+        """Whether the filter is on."""
         return self.filter == BARRIER
 
     @property
     def notes(self) -> list[str]:
-        """What to say of options that robots do not keep to without the filter."""
+        """Notes on options that have no effect without the filter."""
         of_filter = ('min_separation', 'gamma', 'lookahead', 'arena')
         idle = [spelled(name) for name in self.changed() if name in of_filter]
         if self.filter is not None or not idle:
             return []
-        return [
-            f'robots do not keep to {" and ".join(idle)} without the filter; add --filter barrier'
-        ]
+        return [f'ignored without the filter: {", ".join(idle)}; add --filter barrier']
 
     def check(self) -> None:
-        """See that what needs the filter has it."""
+        """Check that options that need the filter have it."""
         if self.deadlock != NONE and not self.is_on:
-            raise ClashError(
-                '{} has an effect with {} barrier only; add that', 'deadlock', 'filter'
-            )
+            raise ClashError('{} needs {} barrier; add it', 'deadlock', 'filter')

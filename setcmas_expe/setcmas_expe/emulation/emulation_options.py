@@ -41,7 +41,7 @@ class EmulationOptions(StartPoseOptions):
 
     model: str | None = option(
         Kind(metavar='FILE'),
-        'how the robots follow commands: a file written by setcmas identify',
+        'model file of the robots, from setcmas identify',
         default=None,
         default_text='at once',
         complete=names_and_files(tuple, ('yaml',)),

@@ -15,7 +15,7 @@ from setcmas_simu.reports.reports import Message
 class RecorderOptions(Options):
     """Topics to record, and the bag."""
 
-    output: Path = option(PathTo(metavar='DIR'), 'folder of the bag, to be created', short='-o')
+    output: Path = option(PathTo(metavar='DIR'), 'folder for the bag; must not exist', short='-o')
     topics: tuple[str, ...] | None = option(
         Kind(metavar='TOPIC'),
         'record only these',
@@ -29,15 +29,13 @@ class RecorderOptions(Options):
 class PlayerOptions(Options):
     """Topics to play, and how fast."""
 
-    rate: float = option(
-        Number(above=0, finite=True), 'how many times as fast as it was recorded', default=1.0
-    )
+    rate: float = option(Number(above=0, finite=True), 'playback speed', default=1.0)
     start: float = option(
         Number(least=0, unit='s', finite=True),
-        'begin so long after the first message',
+        'start this far into the bag',
         default=0.0,
     )
-    loop: bool = flag('begin again at the end, until Ctrl-C')
+    loop: bool = flag('repeat until Ctrl-C')
     topics: tuple[str, ...] | None = option(
         Kind(metavar='TOPIC'),
         'play only these',

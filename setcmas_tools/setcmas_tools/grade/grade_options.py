@@ -17,27 +17,27 @@ class GradeOptions(Options):
     TITLE: ClassVar[str] = 'grading'
 
     jobs: int = option(
-        Whole(1), 'submissions at a time', default=cores(), default_text='the number of cores'
+        Whole(1), 'simultaneous submissions', default=cores(), default_text='the number of cores'
     )
     trust: bool = flag(
-        'run submissions without a sandbox: they can do whatever you can; where the system has '
-        'none (Linux before 5.19, macOS) there is no other way'
+        'run submissions without sandbox, where they can do whatever you can; necessary on '
+        'systems without sandbox (Linux before 5.19, macOS)'
     )
     call_timeout: float = option(
-        Number(above=0, unit='s'), 'end a run if a call of the script takes longer', default=10.0
+        Number(above=0, unit='s'), 'time limit of a call of the script', default=10.0
     )
-    timeout: float = option(DURATION, 'end a run if all of it takes longer', default=60.0)
+    timeout: float = option(DURATION, 'time limit of a run', default=60.0)
     emulate: bool = flag(
-        'run submissions in the emulated lab, one after the other, in real time, where safety is '
-        'measured too; outside of the sandbox: add --trust'
+        'run submissions in the emulated lab, in real time, and also measure safety; they run '
+        'outside the sandbox, so add --trust'
     )
-    overwrite: bool = flag('grade again what is graded already')
+    overwrite: bool = flag('also regrade graded submissions')
 
     def check(self) -> None:
-        """See that nobody runs submissions without a sandbox by mistake."""
+        """Check that nothing runs submissions without sandbox by mistake."""
         if self.emulate and not self.trust:
             raise ClashError(
-                '{} runs submissions outside of the sandbox, so they can do whatever you can; '
+                '{} runs submissions outside the sandbox, where they can do whatever you can; '
                 'add {} if you trust them',
                 'emulate',
                 'trust',
