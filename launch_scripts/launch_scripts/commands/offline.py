@@ -142,7 +142,7 @@ def _simulate(scenario: Scenario, call_timeout: float) -> tuple[Run, float]:
             if len(states) < 2:
                 warn(message)
                 raise
-            warn(f'{told}{_written((len(states) - 1) / robot_rate)}')
+            warn(f'{message}{_written((len(states) - 1) / robot_rate)}')
             elapsed = time.perf_counter() - begin
             return remains(states, robot_rate, Outcome(State.STOPPED)), elapsed
     if not isinstance(run, BrokenRun):

@@ -16,7 +16,7 @@ from launch_scripts.processes.experiment import Experiment
 from launch_scripts.processes.node_commands import node_command
 from launch_scripts.processes.run_processes import RecordedRun
 from launch_scripts.processes.supervisor import Supervisor
-from launch_scripts.terminal.terminal_output import teller
+from launch_scripts.terminal.terminal_output import warner
 from setcmas_expe.emulation.emulation_options import emulated_start_poses
 from setcmas_expe.lab.lab import Lab
 from setcmas_expe.lab.lab_file import DEFAULT_FILE
@@ -178,12 +178,12 @@ def _runs_emulated(script: Path | None, rubric: Rubric, show: Callable[[str], No
 
     def run(scenario: MarkedScenario) -> ScenarioRun:
         name = script.name if script else 'the solution'
-        tell(f'{name}, {scenario.name}: {scenario.seconds:g} s in the emulated lab')
+        show(f'{name}, {scenario.name}: {scenario.seconds:g} s in the emulated lab')
         chosen = scenario.of(str(script) if script else None, rubric.function)
         done = _in_lab(chosen, script)
         if done.failure and done.run and done.run.outcome.state is State.COMPLETE:
             # Something else than the script has stopped the robots, such as a machine too busy.
-            tell(f'{done.failure.message}; once more')
+            show(f'{done.failure.message}; once more')
             done = _in_lab(chosen, script)
         return done
 

@@ -81,11 +81,11 @@ class Experiment:
         self.on_status: Callable[[Status], None] = lambda _: None
         self.on_script: Callable[[ChildReport], None] = lambda _: None
         self._emulated: list[Child] = []
-        told = lab_options.arguments()
+        options = lab_options.arguments()
         if scenario.lab.emulate:
             emulation = EmulationOptions.among(scenario.values())
-            self._emulated = [start_emulated_lab(supervisor, told + emulation.arguments())]
-        bridges = told + ProofOptions(emulated=scenario.lab.emulate).arguments()
+            self._emulated = [start_emulated_lab(supervisor, options + emulation.arguments())]
+        bridges = options + ProofOptions(emulated=scenario.lab.emulate).arguments()
         self._bridges = supervisor.start('bridge', node_command(BRIDGES, bridges))
         ways = ['--console', *(['--hold'] if hold else []), *(['--joystick'] if joystick else [])]
         pause = node_command(PAUSE, [*options, *ways])

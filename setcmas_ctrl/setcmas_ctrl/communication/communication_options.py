@@ -55,33 +55,31 @@ class _Graph(NameOrFile):
 
 @dataclass(frozen=True, kw_only=True)
 class CommunicationOptions(Options):
-    """Who hears whom, when, and how badly; by default all robots know all newest poses."""
+    """Graph, event triggering, and quality of the links."""
 
-    TITLE: ClassVar[str] = 'communication (default: all robots hear each other)'
+    TITLE: ClassVar[str] = 'communication (default: all robots know all poses)'
 
     event_triggered: bool = flag('robots send their state only when a condition triggers')
     ctc: Condition = option(
         _Condition(metavar='FILE'),
-        'script with the condition ctc(pos, last_pos, t), found as --algo is',
+        'script with the triggering condition ctc(pos, last_pos, t): a path or a name',
         default=None,
-        default_text='further away from the position sent last than the threshold',
+        default_text='distance from the last position sent above --threshold',
     )
     threshold: float = option(
         LENGTH,
-        'distance from the position sent last at which robots send without --ctc',
+        'without --ctc: send at this distance from the last position sent',
         default=THRESHOLD_M,
     )
     graph: Graph = option(
         _Graph(metavar='NAME|FILE.yaml'),
-        f'who hears whom: {", ".join(PRESETS)}, or a file',
+        f'communication graph: {", ".join(PRESETS)}, or a file',
         default=COMPLETE,
         complete=names_and_files(lambda: PRESETS, ('yaml', 'yml')),
     )
-    range: float | None = option(
-        Number(above=0, unit='m'), 'robots hear each other up to this distance', default=None
-    )
+    range: float | None = option(Number(above=0, unit='m'), 'range of the links', default=None)
     delay: float = option(
-        Number(least=0, unit='s', finite=True), 'messages arrive that much later', default=0.0
+        Number(least=0, unit='s', finite=True), 'delay of each message', default=0.0
     )
     loss: float = option(
         Number(least=0, most=1, metavar='P'), 'probability that a message is lost', default=0.0
@@ -95,13 +93,11 @@ class CommunicationOptions(Options):
     def check(self) -> None:
         """See that a condition and a threshold have an effect."""
         if self.ctc is not None and not self.event_triggered:
-            raise ClashError('{} has an effect with {} only; add that', 'ctc', 'event_triggered')
+            raise ClashError('{} needs {}; add it', 'ctc', 'event_triggered')
         if self.threshold != THRESHOLD_M and not self.event_triggered:
-            raise ClashError(
-                '{} has an effect with {} only; add that', 'threshold', 'event_triggered'
-            )
+            raise ClashError('{} needs {}; add it', 'threshold', 'event_triggered')
         if self.threshold != THRESHOLD_M and self.ctc is not None:
-            raise ClashError('{} has its own threshold; leave {} out', 'ctc', 'threshold')
+            raise ClashError('{} has its own threshold; remove {}', 'ctc', 'threshold')
 
     def found(self, exercise: bool = False) -> CommunicationOptions:
         """Return the same with the file of the script that `ctc` names.

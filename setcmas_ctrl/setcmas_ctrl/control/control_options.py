@@ -38,7 +38,7 @@ RATE_HZ = 5.0
 """Default rate of control, in Hz."""
 
 PAUSE_TIMEOUT_S = 0.5
-"""Age in s from which the last word of the pause node is too old."""
+"""Longest silence of the pause node, in s, before robots stop."""
 
 SCRIPT_FAILED = 1
 """Exit status after a control script has failed for some robot."""
@@ -46,19 +46,19 @@ SCRIPT_FAILED = 1
 
 @dataclass(frozen=True, kw_only=True)
 class GainOptions(Options):
-    """How fast robots follow a control law, how often it is called, and with which chance."""
+    """Speed limit, gain, control rate and seed."""
 
     TITLE: ClassVar[str] = 'control law'
 
-    vnom: float = option(Number(above=0, unit='m/s'), 'largest speed of a robot', default=VNOM)
+    vnom: float = option(Number(above=0, unit='m/s'), 'speed limit of the robots', default=VNOM)
     komega: float = option(
         Number(above=0, unit='1/s', finite=True, metavar='GAIN'),
         'gain on the heading error',
         default=KOMEGA,
     )
-    rate: float = option(RATE, 'rate of control', default=RATE_HZ)
+    rate: float = option(RATE, 'control rate', default=RATE_HZ)
     seed: int = option(
-        SEEDS, 'seed of the random numbers of scripts, links and start poses', default=SEED
+        SEEDS, 'seed of random numbers in scripts, links and start poses', default=SEED
     )
 
 
@@ -82,21 +82,19 @@ class _LawName(NameOrFile):
 
 @dataclass(frozen=True, kw_only=True)
 class LawOptions(GainOptions):
-    """Which control law runs, and how."""
+    """Control law and its settings."""
 
     algo: Algo = option(
         _LawName(metavar='NAME'),
-        'control script: a path, NAME.py in this folder, or a built-in (see setcmas list); or '
-        "one for each robot: '1:leader.py,2-8:follower.py'",
+        'control law: a path, NAME.py in this folder, or a built-in law (see setcmas list); or '
+        "one per robot: '1:leader.py,2-8:follower.py'",
         complete=names_and_files(ALGORITHMS.offers, ('py',)),
     )
-    exercise: bool = flag(
-        'let --algo NAME mean the exercise of that name, with its maths left to fill in'
-    )
+    exercise: bool = flag('make --algo NAME the exercise of that name')
     set: Mapping[str, Any] = option(
         SettingsKind(metavar='NAME=VALUE'),
-        'value of a module-level name of the script, such as kp=1.2; what the script '
-        'derives from it follows; may be repeated',
+        'value of a module-level variable of the script, such as kp=1.2; values computed '
+        'from it follow; may be repeated',
         form=Form.REPEATED,
         default={},
     )
@@ -143,7 +141,7 @@ class LawOptions(GainOptions):
 
 @dataclass(frozen=True, kw_only=True)
 class WatchOptions(Options):
-    """Whether a control script is loaded again while robots move."""
+    """Reload of control scripts at run time."""
 
     TITLE: ClassVar[str] = 'control law'
 
@@ -163,11 +161,11 @@ class FleetOptions(Options):
         NB_ROBOTS, 'size of the fleet', default=None, default_text='announced on /fleet'
     )
     robots: tuple[int, ...] | None = option(
-        Robots(), "control only these robots of it, such as '1-4'", default=None
+        Robots(), "control only these robots of the fleet, such as '1-4'", default=None
     )
     model: str | None = option(
         Kind(metavar='MODEL'),
-        'how the robots are driven, as for setcmas simu',
+        'robot model, as for setcmas simu',
         default=None,
         default_text='as the simulator announces',
     )
@@ -220,22 +218,22 @@ class _Limits(Kind):
 
 @dataclass(frozen=True, kw_only=True)
 class ControllerOptions(FleetOptions, WatchOptions):
-    """What else a controller process is told by the command that starts it."""
+    """Options for a controller process from the command that starts it."""
 
     experiment: bool = flag(
         'control real robots: poses from motion capture, commands to the cmd_vel bridge'
     )
     pause_timeout: float = option(
         Number(above=0, unit='s', finite=True),
-        'age from which the last word of its pause node is too old',
+        'longest silence of the pause node before robots stop',
         default=PAUSE_TIMEOUT_S,
     )
     limits: VelocityLimits | None = option(
         _Limits(metavar='V,OMEGA,WHEEL,SEPARATION'), 'how fast unicycles can go', default=None
     )
-    recorded: bool = flag('wait for a recorder, which is to get the very first command')
+    recorded: bool = flag('wait for a recorder, so that it gets the very first command')
     simulator: int | None = option(
         Whole(1, metavar='PID'),
-        'wait until the simulator that is this process has announced its robots',
+        'wait for the simulator with this process ID',
         default=None,
     )

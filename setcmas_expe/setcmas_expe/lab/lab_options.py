@@ -69,15 +69,15 @@ class LabOptions(LabChoice):
     )
     arena: Arena | None = option(Borders(), 'borders of the arena (m)', default=None)
     min_separation: float | None = option(
-        LENGTH, 'smallest distance between two robots', default=None
+        LENGTH, 'minimum distance between two robots', default=None
     )
     filter: str | None = option(
         OneOf(FILTERS), 'keep robots apart, in the arena and off obstacles', default=None
     )
     obstacles: str | None = option(ObstaclesKind(), 'obstacles for the robots', default=None)
-    accel: float | None = option(ACCELERATION, 'largest rise of forward speed', default=None)
+    accel: float | None = option(ACCELERATION, 'largest forward acceleration', default=None)
     cmd_vel_type: str | None = option(
-        OneOf((AUTO, *CMD_VEL_TYPES)), 'message type that the robots take', default=None
+        OneOf((AUTO, *CMD_VEL_TYPES)), 'message type of cmd_vel', default=None
     )
     joystick_button: int | None = option(
         Whole(metavar='B'), 'joystick button that starts and pauses (the first is 0)', default=None

@@ -108,24 +108,24 @@ class _RandomPosesKind(Kind):
 
 @dataclass(frozen=True, kw_only=True)
 class StartPoseOptions(Options):
-    """Where robots start that are not real."""
+    """Start poses of simulated or emulated robots."""
 
     TITLE: ClassVar[str] = 'emulated lab'
 
     poses: GivenPoses | None = option(
-        _StartPoses(), 'start poses in a YAML file: a list [x, y, theta]', default=None
+        _StartPoses(), 'YAML file of start poses: [x, y, theta] for each robot', default=None
     )
     pose: tuple[str, ...] = option(
         Kind(metavar='I:X,Y[,THETA]'),
-        'start pose of robot I in m and rad, such as 3:1.0,2.0,1.57 (THETA is 0 if left out); may '
-        'be repeated',
+        'start pose of robot I in m and rad, such as 3:1.0,2.0,1.57 (default THETA: 0); may be '
+        'repeated',
         form=Form.REPEATED,
         default=(),
     )
     random_poses: str | None = option(
         _RandomPosesKind(metavar='box=WxH,distance=D'),
-        'start the robots that have no pose at random in a box, at a least distance in m from '
-        'each other; alone: 10x10 and 1 where that fits',
+        'random start poses for robots without one: size of the box and minimum distance in m '
+        '(default: 10x10 and 1 if they fit)',
         default=None,
         alone=AUTO,
     )
@@ -169,12 +169,12 @@ class ClockOptions(Options):
     TITLE: ClassVar[str] = 'simulated robots'
 
     lockstep: bool = flag(
-        'advance time only after every controller has answered: as fast as they can, and to the '
-        'last bit as setcmas offline'
+        'advance time only after every controller has answered: as fast as they can, and '
+        'with exactly the results of setcmas offline'
     )
     rtf: float = option(
         Number(above=0, most=100, metavar='FACTOR'),
-        'real time factor: how much faster than the wall clock time goes by',
+        'real time factor: simulated seconds per second',
         default=1.0,
     )
 
@@ -185,7 +185,7 @@ class ClockOptions(Options):
             ClashError: They do not.
         """
         if self.lockstep and self.rtf != 1.0:
-            raise ClashError('{} goes as fast as it can: leave out {}', 'lockstep', 'rtf')
+            raise ClashError('{} runs as fast as possible; remove {}', 'lockstep', 'rtf')
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -202,24 +202,24 @@ class RobotOptions(StartPoseOptions):
     )
     model: str | None = option(
         NameOrFile(metavar='MODEL'),
-        'how the robots move: a model (see setcmas list), a script such as my_robot.py, a file '
-        "of setcmas identify, or for some of them '1:burger,2-4:my_robot.py'",
+        'robot model: a name (see setcmas list), a script such as my_robot.py, a file '
+        "of setcmas identify, or per robot: '1:burger,2-4:my_robot.py'",
         default=None,
         default_text=UNICYCLE,
         complete=names_and_files(ROBOT_MODELS.offers, ('py', 'yaml')),
     )
     limits: str = option(
         OneOf(tuple(MODELS)),
-        'saturation of unicycles: none, or as that TurtleBot3',
+        'velocity limits of unicycles: none (ideal), or those of a TurtleBot3',
         default=NO_LIMITS,
     )
     cmd_timeout: float = option(
         Number(above=0, unit='s'),
-        'stop a robot whose last command is older than this, in s',
+        'stop a robot after this long without a command, in s',
         default=math.inf,
         default_text='never',
     )
-    robot_rate: float = option(RATE, 'rate of integration and odometry', default=RATE_HZ)
+    robot_rate: float = option(RATE, 'rate of robot steps and odometry', default=RATE_HZ)
 
     def nb_steps(self, duration: float) -> int:
         """Return how many steps the robots do in a run of `duration` s."""
@@ -238,11 +238,11 @@ class SimulationOptions(RobotOptions, ClockOptions):
     TITLE: ClassVar[str] = 'simulated robots'
 
     robots: tuple[int, ...] | None = option(
-        Robots(), "simulate only these robots of it, such as '1-4'", default=None
+        Robots(), "simulate only these robots of the fleet, such as '1-4'", default=None
     )
     cmd_vel_type: str = option(
         OneOf(tuple(CMD_VEL_TYPES)),
-        'message type that the robots listen to on cmd_vel',
+        'message type of cmd_vel',
         default=CMD_VEL_TYPES[0],
     )
 
@@ -261,7 +261,7 @@ class SimulationOptions(RobotOptions, ClockOptions):
             )
         if self.lockstep and self.robots and len(self.robots) < self.fleet_size:
             raise ClashError(
-                '{} needs the whole fleet in one simulator: leave out {}', 'lockstep', 'robots'
+                '{} needs the whole fleet in one simulator; remove {}', 'lockstep', 'robots'
             )
 
     @property
@@ -292,9 +292,9 @@ class SimulationOptions(RobotOptions, ClockOptions):
 
 @dataclass(frozen=True, kw_only=True)
 class SimulatorOptions(Options):
-    """What else a simulator process is told, of a run in lockstep, by the command behind it."""
+    """Options for a simulator process in lockstep from the command that starts it."""
 
-    recorded: bool = flag('wait for a recorder, which is to get the very first states')
+    recorded: bool = flag('wait for a recorder, so that it gets the very first states')
     nb_steps: int | None = option(
         Whole(1, metavar='N'), 'stand still after this many steps', default=None
     )

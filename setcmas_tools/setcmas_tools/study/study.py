@@ -18,7 +18,7 @@ from setcmas_tools.offline.engine import simulate
 from setcmas_tools.run.run import Run, data_frame, tool
 from setcmas_tools.study.plan import Plan, read_plan
 from setcmas_tools.study.study_columns import COLUMNS
-from setcmas_tools.study.study_table import FILE_NAME, TOLD, read_table
+from setcmas_tools.study.study_table import FILE_NAME, OUTCOME, read_table
 from setcmas_tools.study.success import Success, share_of
 
 if TYPE_CHECKING:

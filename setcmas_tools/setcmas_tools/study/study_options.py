@@ -45,39 +45,39 @@ class SweepOptions(Options):
 
     vary: tuple[str, ...] = option(
         Kind(metavar='NAME=VALUES'),
-        'vary an option or a name of the script: a list (loss=0,0.2,0.4), a range '
-        'FIRST:LAST:COUNT (K=0.2:2:10) or log:FIRST:LAST:COUNT, or a draw for each run, '
-        'uniform:LOW:HIGH, loguniform:LOW:HIGH, normal:MEAN:DEVIATION; may be repeated: all '
-        'combinations are run',
+        'vary an option or a variable of the script: a list (loss=0,0.2,0.4), a range '
+        'FIRST:LAST:COUNT (K=0.2:2:10) or log:FIRST:LAST:COUNT, or random values, '
+        'uniform:LOW:HIGH, loguniform:LOW:HIGH, normal:MEAN:DEVIATION; repeat it to run all '
+        'combinations',
         form=Form.REPEATED,
         default=(),
         complete=_names,
     )
     cases: Path | None = option(
         PathTo(metavar='FILE.csv'),
-        'vary names together: a line of names, then a line for each case',
+        'vary names together: a CSV file with a line of names, then a line per case',
         default=None,
     )
-    seeds: int = option(Whole(1), 'run each case with so many seeds, from --seed on', default=1)
+    seeds: int = option(Whole(1), 'seeds per case, starting at --seed', default=1)
     success: str | None = option(
         Kind(metavar='EXPRESSION'),
-        "what makes a run a success, such as 'disagreement<0.1 and least_separation>0.2'",
+        "condition for a success, such as 'disagreement<0.1 and least_separation>0.2'",
         default=None,
     )
     metric: tuple[str, ...] = option(
         Kind(metavar='COLUMN'),
-        'what is drawn, such as disagreement (see setcmas list); may be repeated',
+        'metric to plot, such as disagreement (see setcmas list); may be repeated',
         form=Form.REPEATED,
         default=(),
         complete=_columns,
     )
     jobs: int = option(
-        Whole(1), 'runs at a time', default=cores(), default_text='the number of cores'
+        Whole(1), 'simultaneous runs', default=cores(), default_text='the number of cores'
     )
     cluster: str | None = option(
         Kind(metavar='ADDRESS'),
-        'let the workers of this Dask scheduler make the runs, such as tcp://10.0.0.1:8786',
+        'run on the workers of this Dask scheduler, such as tcp://10.0.0.1:8786',
         default=None,
     )
-    timeout: float = option(DURATION, 'end a run that takes longer', default=60.0)
-    dry_run: bool = flag('print the number of runs, and run none')
+    timeout: float = option(DURATION, 'time limit of a run', default=60.0)
+    dry_run: bool = flag('only print the number of runs')
