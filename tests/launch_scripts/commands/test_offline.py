@@ -118,7 +118,7 @@ def test_a_run_that_cannot_be_repeated_is_told_in_one_line(tmp_path, arguments, 
         (('--algo', 'nav_wp', '--pose', '2:0,0'), 'the fleet has robots 1 to 1'),
         (('--algo', 'nav_wp', '--graph', 'rong'), "unknown graph 'rong'; did you mean ring?"),
         (('--algo', 'nav_wp', '--loss', '2'), '--loss is 2; it must be from 0 to 1'),
-        (('--algo', 'nav_wp', '--ctc', 'x.py'), '--ctc has an effect with --event-triggered only'),
+        (('--algo', 'nav_wp', '--ctc', 'x.py'), '--ctc needs --event-triggered'),
     ],
 )
 def test_mistakes_are_told_in_one_line(tmp_path, arguments, message):

@@ -103,7 +103,7 @@ def test_a_condition_without_event_triggering_is_a_mistake(tmp_path):
     path = tmp_path / 'when.py'
     path.write_text('def ctc(pos, last_pos, t):\n    return True\n')
 
-    with pytest.raises(SetcmasError, match='--ctc has an effect with --event-triggered only'):
+    with pytest.raises(SetcmasError, match='--ctc needs --event-triggered'):
         parsed('--ctc', str(path))
 
 

@@ -208,7 +208,7 @@ def test_a_law_that_stumbles_over_a_forbidden_column_is_told_so_too():
         ({'graph': 'rong'}, 'unknown graph'),
         ({'graph': np.zeros((2, 2))}, r'needs \(3, 3\)'),
         ({'loss': -0.1}, 'loss is -0.1'),
-        ({'ctc': lambda: 0}, '^ctc has an effect with event_triggered only'),
+        ({'ctc': lambda: 0}, '^ctc needs event_triggered'),
         ({'ctc': lambda: 0, 'event_triggered': True}, 'takes neither 3 nor 5'),
     ],
 )

@@ -134,7 +134,7 @@ def test_start_poses_that_make_no_sense_are_refused(arguments):
         ({'loss': 1.1}, r'loss is 1\.1; it must be from 0 to 1'),
         ({'noise': np.nan}, 'noise is nan; it must be at least 0 m and finite'),
         ({'range': 0}, 'range is 0; it must be above 0 m'),
-        ({'ctc': lambda: 0}, 'ctc has an effect with event_triggered only; add that'),
+        ({'ctc': lambda: 0}, 'ctc needs event_triggered; add it'),
     ],
 )
 def test_arguments_are_checked_as_options_are_and_told_in_their_own_words(arguments, message):

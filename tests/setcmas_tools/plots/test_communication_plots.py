@@ -127,9 +127,9 @@ def test_the_graph_has_a_line_both_ways_and_an_arrow_one_way():
     arrows = figure.axes[1]
 
     assert len(links_of(axes)) == len(links_of(arrows)) == 6
-    assert host.get_title(loc='left') == 'Who hears whom'
+    assert host.get_title(loc='left') == 'Communication graph'
     texts = [text.get_text() for text in figure.texts]
-    assert 'arrows point to the robots that hear' in texts
+    assert 'arrows point to the receivers' in texts
     assert [text.get_text() for text in axes.texts] == ['1', '2', '3', '4', '5', '6']
     nodes = [line.get_markerfacecolor() for line in axes.get_lines()]
     assert nodes == [plot_colour(robot) for robot in range(1, 7)]
