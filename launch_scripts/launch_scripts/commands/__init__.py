@@ -1,1 +1,1 @@
-"""The verbs of the setcmas command, one per file."""
+"""The verbs of the setcmas command, one a file."""

@@ -1,1 +1,1 @@
-"""Built-in tasks: waypoints, tracking, consensus, and two formations."""
+"""Tasks that ship: waypoints, tracking, consensus, and two formations."""
