@@ -95,7 +95,7 @@ def read_scenarios(entry: Entry, function: str) -> list[MarkedScenario]:
         return [_checked(entry, MarkedScenario(name, criteria, base, hidden))]
     seeds = [options()['seed'].read(one, str) for one in fields['seeds'].items()]
     if 'seed' in fields or not seeds:
-        raise entry.error('a scenario with seeds must have one at least, and no seed beside them')
+        raise entry.error('seeds must be a non-empty list, without a separate seed')
     seeded = ((f'{name}, seed {seed}', base.replace(seed=seed)) for seed in seeds)
     return [_checked(entry, MarkedScenario(own, criteria, one, hidden)) for own, one in seeded]
 
