@@ -13,7 +13,7 @@ from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet.fleet import format_robots
 from setcmas_simu.reports.script_calls import ScriptFailure
 from setcmas_tools.run.origin import Origin, this_origin
-from setcmas_tools.run.record_file import read_record, write_record
+from setcmas_tools.run.record_file import builtins_of, read_record, write_record
 from setcmas_tools.scenario.scenario import check_record
 
 
@@ -147,19 +147,9 @@ def write_info(info: RunInfo, folder: Path) -> None:
     Raises:
         OSError: The file cannot be written.
     """
-    write_record(_as_dict(info), folder / INFO_FILE)
-
-
-def _as_dict(info: RunInfo) -> dict[str, Any]:
-    import msgspec  # for files; a run in memory needs no msgspec
-
-    info = replace(info, origin=info.origin or this_origin())
-    content = msgspec.to_builtins(info)
-    for failure in content['failures'] or ():
-        if failure.get('until') is None:
-            failure.pop('until', None)
+    content = builtins_of(replace(info, origin=info.origin or this_origin()))
     content['outcome'] = {name: value for name, value in content['outcome'].items() if value}
-    return {name: value for name, value in content.items() if value is not None}
+    write_record(content, folder / INFO_FILE)
 
 
 def read_info(folder: Path) -> RunInfo | None:

@@ -7,8 +7,6 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-import msgspec
-
 from setcmas_ctrl.communication.communication_options import find_condition
 from setcmas_ctrl.communication.communication_settings import graph_description, graph_file
 from setcmas_ctrl.control.law_scripts import LawScripts
@@ -53,7 +51,7 @@ def write_info(info: StudyInfo, folder: Path) -> None:
     Raises:
         OSError: The file cannot be written.
     """
-    write_record(msgspec.to_builtins(info), folder / FILE_NAME)
+    write_record(info, folder / FILE_NAME)
 
 
 def read_info(folder: Path) -> StudyInfo | None:

@@ -9,10 +9,9 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-import msgspec
-
 from setcmas_simu.errors import SetcmasError
 from setcmas_tools.run.origin import this_origin
+from setcmas_tools.run.record_file import builtins_of
 from setcmas_tools.run.run_info import INFO_FILE as RUN_FILE
 from setcmas_tools.scenario.files import INPUTS
 from setcmas_tools.study import study_files, study_table
@@ -103,7 +102,7 @@ def _difference(earlier: StudyInfo, wanted: StudyInfo) -> str:
 
 
 def _compared(study: StudyInfo) -> dict[str, Any]:
-    plain: dict[str, Any] = msgspec.to_builtins(study)
+    plain: dict[str, Any] = {**dict.fromkeys(vars(study)), **builtins_of(study)}
     parameters = {f'--{name}': value for name, value in plain.pop('scenario').items()}
     origin = plain.pop('origin') or {}
     del plain['success']

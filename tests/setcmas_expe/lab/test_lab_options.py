@@ -1,5 +1,6 @@
 import argparse
 import math
+from dataclasses import replace
 
 import pytest
 
@@ -73,3 +74,26 @@ def test_a_rate_at_which_robots_would_stop_between_commands_is_refused():
     lab.check_rate(2.1)
     with pytest.raises(SetcmasError, match='--rate is 2; it must be above 2 Hz in this lab'):
         lab.check_rate(2.0)
+
+
+@pytest.mark.parametrize(
+    ('changes', 'told'),
+    [
+        ({'min_separation': 0.1}, 'min_separation of the scenario loosens'),
+        ({'filter': 'none'}, 'filter of the scenario loosens'),
+        ({'limits': 'waffle'}, 'limits of the scenario loosens'),
+        ({'arena': (-99, 99, -99, 99)}, 'arena of the scenario loosens'),
+        ({'resume': True}, 'resume of the scenario loosens'),
+        ({'without_guard': True}, 'without_guard of the scenario loosens'),
+    ],
+)
+def test_a_scenario_tightens_what_a_lab_sets_and_never_loosens_it(changes, told):
+    bounds = replace(LabOptions(filter='barrier').chosen(), arena=Arena(-2, 2, -2, 2))
+    arena = changes.get('arena', (-1, 1, -1, 1))
+    loose = LabOptions(**{'filter': 'barrier', **changes, 'arena': Arena(*arena)}).chosen()
+
+    LabOptions(filter='barrier', arena=Arena(-1, 1, -1, 1), accel=0.1).chosen().check_tightens(
+        bounds
+    )
+    with pytest.raises(SetcmasError, match=told):
+        loose.check_tightens(bounds)

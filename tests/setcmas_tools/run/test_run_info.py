@@ -46,9 +46,12 @@ def test_the_origin_names_release_or_commit(tmp_path):
         (('format: 1', 'format: 2'), r"run\.yaml' has format 2; this setcmas reads format 1 only"),
         (('format: 1\n', ''), 'has format none'),
         (('seed: 7', 'seed: seven'), "is damaged: seed is 'seven'; it must be a whole number"),
-        (('state: failed', 'state: lost'), "is damaged: Invalid enum value 'lost'"),
-        (('seed: 7', 'seed: ['), 'cannot be read'),
-        (('format', '- format'), 'cannot be read'),
+        (
+            ('state: failed', 'state: lost'),
+            r"run\.yaml, line \d+: outcome.state is 'lost'; it must be one of not finished",
+        ),
+        (('seed: 7', 'seed: ['), r'run\.yaml, line \d+: not YAML'),
+        (('format', '- format'), 'not YAML'),
     ],
 )
 def test_another_or_a_damaged_record_gets_a_line(tmp_path, change, message):
