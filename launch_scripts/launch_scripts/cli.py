@@ -4,7 +4,6 @@
 from __future__ import annotations
 
 import argparse
-import difflib
 import importlib
 import os
 import sys
@@ -14,7 +13,7 @@ from typing import Any, NoReturn
 from launch_scripts.processes.environment import clean_environment
 from launch_scripts.terminal.keyboard import kept_terminal
 from setcmas_simu import __version__
-from setcmas_simu.errors import SetcmasError
+from setcmas_simu.errors import SetcmasError, did_you_mean
 
 VERBS = {
     'run': 'simulate, control, record, convert and plot with one command',
@@ -110,15 +109,13 @@ def build_parser(wanted: str) -> Parser:
 
 def _check_verb(parser: Parser, verb: str) -> None:
     if verb not in VERBS:
-        near = difflib.get_close_matches(verb, VERBS, n=1)
-        hint = f'; did you mean {near[0]}?' if near else ''
+        hint = did_you_mean(verb, VERBS)
         parser.error(f"unknown verb '{verb}'; must be one of {', '.join(VERBS)}{hint}")
 
 
 def _refuse(parser: argparse.ArgumentParser, argument: str) -> NoReturn:
     known = [option for action in parser._actions for option in action.option_strings]
-    near = difflib.get_close_matches(argument.partition('=')[0], known, n=1)
-    hint = f'; did you mean {near[0]}?' if near else ''
+    hint = did_you_mean(argument.partition('=')[0], known)
     parser.error(f"unknown argument '{argument}'{hint}")
 
 

@@ -6,7 +6,6 @@ Nothing is imported before it is needed.
 
 from __future__ import annotations
 
-import difflib
 import functools
 import importlib.util
 import sys
@@ -16,7 +15,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Generic, TypeVar
 
-from setcmas_simu.errors import SetcmasError
+from setcmas_simu.errors import SetcmasError, did_you_mean
 
 if TYPE_CHECKING:
     from importlib.metadata import EntryPoint, SelectableGroups
@@ -101,10 +100,8 @@ class _Names:
         if not offers:
             raise SetcmasError(f'no {self.kind} is installed; install setcmas again with pip')
         if name not in self:
-            near = difflib.get_close_matches(name, offers, n=1)
-            hint = f'; did you mean {near[0]}?' if near else ''
-            known = ', '.join(offers)
-            raise SetcmasError(f"unknown {self.kind} '{name}'; must be one of {known}{hint}")
+            known = f'{", ".join(offers)}{did_you_mean(name, offers)}'
+            raise SetcmasError(f"unknown {self.kind} '{name}'; must be one of {known}")
         offer = offers[self._spelled(name)]
         _warn_of_hidden(self.kind, offer)
         return offer

@@ -33,7 +33,13 @@ def needs(extra: str) -> Iterator[None]:
         raise SetcmasError(f'{missing}; this installs it: {install_command(extra)}') from error
 
 
+def nearest(name: object, known: Iterable[str], most: int = 1) -> list[str]:
+    """Return the names that are nearest to one that is not known, whatever their case."""
+    by_case = {one.lower(): one for one in known}
+    return [by_case[one] for one in difflib.get_close_matches(str(name).lower(), by_case, n=most)]
+
+
 def did_you_mean(name: object, known: Iterable[str], most: int = 1) -> str:
     """Return the end of a message that offers the nearest names; empty if none is near."""
-    near = difflib.get_close_matches(str(name), list(known), n=most)
+    near = nearest(name, known, most)
     return f'; did you mean {" or ".join(near)}?' if near else ''

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -17,7 +16,7 @@ from setcmas_ctrl.communication.links import Links
 from setcmas_ctrl.communication.triggering import CTC, THRESHOLD_M, Broadcast, further_than
 from setcmas_ctrl.scripts.loader import compile_script
 from setcmas_ctrl.scripts.script_errors import ErrorReports
-from setcmas_simu.errors import SetcmasError
+from setcmas_simu.errors import SetcmasError, did_you_mean
 
 
 @dataclass(frozen=True)
@@ -142,11 +141,8 @@ def graph_description(graph: Graph) -> GraphDescription:
         name = _preset(graph)
         return GraphDescription(False, [], [(name, math.inf, PRESETS[name])])
     if path.suffix not in ('.yaml', '.yml') and not path.is_file():
-        near = difflib.get_close_matches(_preset(graph), PRESETS, n=2)
-        hint = f'did you mean {" or ".join(near)}? ' if near else ''
-        raise SetcmasError(
-            f"unknown graph '{graph}'; {hint}it must be {', '.join(PRESETS)} or a YAML file"
-        )
+        known = f'{", ".join(PRESETS)} or a YAML file{did_you_mean(_preset(graph), PRESETS, 2)}'
+        raise SetcmasError(f"unknown graph '{graph}'; it must be {known}")
     return load_graph(path)
 
 

@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import ast
-import difflib
 import inspect
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from setcmas_simu.errors import SetcmasError
+from setcmas_simu.errors import SetcmasError, nearest
 
 Control = Callable[..., Any]
 
@@ -108,7 +107,7 @@ def _hint(tree: ast.Module, name: str, path: Path) -> str:
     for other, option in _OPTIONS.items():
         if other != name and other in functions:
             return f'its {other} is for {option} {path.name}; '
-    for near in difflib.get_close_matches(name, functions, n=1):
+    for near in nearest(name, functions):
         node = functions[near]
         return f'{node.name} in line {node.lineno} must be called {name}; '
     return ''

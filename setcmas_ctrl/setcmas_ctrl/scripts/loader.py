@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import ast
 import contextlib
-import difflib
 import linecache
 import random
 import stat
@@ -30,7 +29,7 @@ from setcmas_ctrl.scripts.script_settings import (
     plain_names,
 )
 from setcmas_simu.doors import ScriptDoor
-from setcmas_simu.errors import SetcmasError
+from setcmas_simu.errors import SetcmasError, did_you_mean
 from setcmas_simu.fleet.topics import robot_name
 
 SEED = 0
@@ -75,12 +74,9 @@ def find_script(name: str, exercise: bool = False) -> Path:
     names = {title: list(door.offers()) for title, door in doors.items()}
     names['in this folder'] = [path.stem for path in scripts_in(Path.cwd()) if _may_be_law(path)]
     known = list(dict.fromkeys(stem for stems in names.values() for stem in stems))
-    near = difflib.get_close_matches(Path(name).stem, known, n=3)
-    hint = f'did you mean {" or ".join(near)}? ' if near else ''
-    raise SetcmasError(
-        f"control script '{name}' not found; {hint}"
-        + '; '.join(f'{title}: {_first(stems)}' for title, stems in names.items())
-    )
+    lists = '; '.join(f'{title}: {_first(stems)}' for title, stems in names.items())
+    hint = did_you_mean(Path(name).stem, known, 3)
+    raise SetcmasError(f"control script '{name}' not found; {lists}{hint}")
 
 
 def _first(names: Sequence[str]) -> str:

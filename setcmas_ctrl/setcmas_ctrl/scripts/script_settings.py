@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import ast
 import copy
-import difflib
 import json
 import re
 import symtable
@@ -19,7 +18,7 @@ from typing import Any
 import numpy as np
 import yaml
 
-from setcmas_simu.errors import SetcmasError
+from setcmas_simu.errors import SetcmasError, did_you_mean
 from setcmas_simu.options.kinds import Kind
 from setcmas_simu.options.option import plain
 
@@ -180,10 +179,8 @@ def _refusal(name: str, symbol: symtable.Symbol | None, plain: list[str], script
         return f'{script} imports it; choose a name that {script} assigns itself: {names}'
     if symbol and symbol.is_namespace():
         return f'in {script} it is a function or a class; choose a plain value: {names}'
-    lower = {own.lower(): own for own in plain}
-    near = [lower[own] for own in difflib.get_close_matches(name.lower(), lower, n=3)]
-    hint = f'did you mean {" or ".join(near)}? ' if near else ''
-    return f"{script} has no module-level name '{name}'; {hint}it has {names}"
+    hint = did_you_mean(name, plain, 3)
+    return f"{script} has no module-level name '{name}'; it has {names}{hint}"
 
 
 def converted(name: str, own: Any, value: Any, script: str) -> Any:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import fields, replace
 from typing import Generic
@@ -16,7 +15,7 @@ from rcl_interfaces.msg import (
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 
-from setcmas_simu.errors import SetcmasError
+from setcmas_simu.errors import SetcmasError, did_you_mean
 from setcmas_simu.options.group import Group
 from setcmas_simu.options.kinds import Number
 from setcmas_simu.options.option import Option
@@ -68,9 +67,8 @@ class ProcessParameters(Generic[Group]):
         }
         for given in sorted(set(self._node._parameter_overrides) - known):
             if not given.startswith('qos_overrides.'):
-                near = difflib.get_close_matches(given, known, n=1)
-                hint = f'did you mean {near[0]}?' if near else 'it is ignored'
-                self._node.get_logger().warning(f"unknown parameter '{given}'; {hint}")
+                hint = did_you_mean(given, known) or '; it is ignored'
+                self._node.get_logger().warning(f"unknown parameter '{given}'{hint}")
 
     def _converted(self, parameters: Iterable[Parameter]) -> list[Parameter]:
         """Return parameters with whole numbers converted where real numbers are expected."""

@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import ast
-import difflib
 import math
 import re
 from collections.abc import Collection, Mapping, Sequence
 from statistics import NormalDist
 from typing import Any
 
-from setcmas_simu.errors import SetcmasError, needs
+from setcmas_simu.errors import SetcmasError, did_you_mean, needs
 from setcmas_tools.measures.metric import METRICS
 from setcmas_tools.study.study_columns import COLUMNS, SHIPPED
 
@@ -84,9 +83,8 @@ def _of_plugins(expression: str) -> list[str]:
 
 
 def _unknown(where: str, name: str, names: Collection[str]) -> str:
-    near = difflib.get_close_matches(name, names, n=2)
-    hint = f'did you mean {" or ".join(near)}? ' if near else ''
-    return f"{where}: unknown column '{name}'; {hint}must be one of {', '.join(names)}"
+    hint = did_you_mean(name, names, 2)
+    return f"{where}: unknown column '{name}'; must be one of {', '.join(names)}{hint}"
 
 
 def wilson(successes: int, runs: int, confidence: float = CONFIDENCE) -> tuple[float, float]:
