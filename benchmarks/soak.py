@@ -139,7 +139,7 @@ def ends(samples: list) -> tuple[list, list]:
 
 
 def main() -> int:
-    """Soak, draw and judge; returns the exit status."""
+    """Soak, draw and judge; return the exit status."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument('--minutes', type=float, default=20.0)
     parser.add_argument('--seed', type=int, default=0)

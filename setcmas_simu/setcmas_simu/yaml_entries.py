@@ -39,7 +39,7 @@ class Entry:
     value: Any
 
     def error(self, message: str) -> SetcmasError:
-        """Return an error that tells file and line of this value."""
+        """Return an error with file and line of this value."""
         return SetcmasError(f'{self.file}, line {self.line}: {message}')
 
     def mistake(self, accepted: str) -> SetcmasError:

@@ -26,7 +26,7 @@ class TableFolderOptions(Options):
         PathTo(metavar='DIR'),
         'folder of the CSV files',
         default=None,
-        default_text='csv beside a folder named bag, else BAG_csv',
+        default_text='csv next to a folder named bag, else BAG_csv',
         short='-o',
     )
 

@@ -47,7 +47,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def main(args: argparse.Namespace) -> int:
-    """Check the law; returns the exit status."""
+    """Check the law; return the exit status."""
     from setcmas_tools.grade.check import Check, chosen_rubric, runs_apart
     from setcmas_tools.grade.mark_pictures import check_picture, write_picture
     from setcmas_tools.grade.marking import mark

@@ -58,9 +58,9 @@ def main(args: argparse.Namespace) -> int:
     metrics = [measure(run, _warn) for run in runs]
     shifted = [best_shift(runs[0], run) for run in runs[1:]]
     print(metrics_table(names, metrics))
-    for name, run, beside in zip(names[1:], runs[1:], shifted, strict=True):
+    for name, run, shift in zip(names[1:], runs[1:], shifted, strict=True):
         found = differences(runs[0], run) or ['parameters, files and versions are the same']
-        print(f'\n{name} {beside}', *(f'  {line}' for line in found), sep='\n')
+        print(f'\n{name} {shift}', *(f'  {line}' for line in found), sep='\n')
     for path, run in zip(args.runs[1:], runs[1:], strict=True):
         verdict = experiment_verdict([args.runs[0], path], [runs[0], run], _warn)
         if verdict:

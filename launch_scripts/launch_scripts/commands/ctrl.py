@@ -39,7 +39,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def main(args: argparse.Namespace) -> int:
-    """Control until Ctrl-C; returns the exit status."""
+    """Control until Ctrl-C; return the exit status."""
     scenario = scenario_of(args)
     fleet = FleetOptions.among({**scenario.robots.values(), **FleetOptions.typed(args)})
     scenario.check()  # mistakes are found before anything starts

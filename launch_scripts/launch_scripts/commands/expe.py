@@ -76,7 +76,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def main(args: argparse.Namespace) -> int:
-    """Run the experiment; returns the exit status."""
+    """Run the experiment; return the exit status."""
     scenario = scenario_of(args)
     of_lab = _lab_options(args, scenario)
     lab = of_lab.chosen()

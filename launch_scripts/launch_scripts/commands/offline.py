@@ -56,7 +56,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def main(args: argparse.Namespace) -> int:
-    """Run, and write the results; returns the exit status."""
+    """Run, and write the results; return the exit status."""
     scenario, earlier = scenario_of(args), earlier_run(args)
     scenario.check()  # mistakes are found before anything starts
     check_starts(scenario.safety, scenario.robots.start_poses(scenario.nb_robots))

@@ -53,4 +53,4 @@ def _pass_on(keys: str, child: Child) -> None:
     if 'q' in keys.lower():
         raise StoppedError
     for _ in range(keys.count(' ')):
-        child.tell(PauseToggled())
+        child.send(PauseToggled())

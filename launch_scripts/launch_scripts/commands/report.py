@@ -41,7 +41,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def main(args: argparse.Namespace) -> int:
-    """Write the page; returns the exit status."""
+    """Write the page; return the exit status."""
     from setcmas_tools.page.report import check_page, page_named_after, write_report
 
     if len(args.runs) > 2:

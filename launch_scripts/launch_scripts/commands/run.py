@@ -67,7 +67,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def main(args: argparse.Namespace) -> int:
-    """Do the whole job; returns the exit status."""
+    """Do the whole job; return the exit status."""
     scenario, earlier = scenario_of(args), earlier_run(args)
     scenario.check()  # mistakes are found before anything starts
     for note in scenario.notes:
@@ -90,8 +90,8 @@ def main(args: argparse.Namespace) -> int:
     robots = list(range(1, scenario.nb_robots + 1))
     view = ViewOptions.of(args)
     environment = experiment_environment(lab, emulated=True) if lab else local_environment()
-    beside = view_beside(view, robots, experiment=lab is not None)
-    with beside as views, Supervisor(environment, prefix=True) as supervisor:
+    views_of_fleet = view_beside(view, robots, experiment=lab is not None)
+    with views_of_fleet as views, Supervisor(environment, prefix=True) as supervisor:
         status, outcome = run_robots(supervisor, scenario, folder, info, lab, views, args.watch)
         stays = view.view == BROWSER and outcome is not None and outcome.state in _ENDED
         page = _page_that_stays(supervisor) if stays else None
@@ -180,7 +180,7 @@ def _emulated_lab(args: argparse.Namespace, scenario: Scenario) -> Lab | None:
 def _evaluate(
     args: argparse.Namespace, folder: RunFolder, info: RunInfo, earlier: Path | None
 ) -> int:
-    """Write CSV files, plots and metrics, print these; returns the exit status."""
+    """Write CSV files, plots and metrics, print these; return the exit status."""
     # Imported late: a fresh start of the robots does not wait for matplotlib.
     from setcmas_tools.compare.run_distance import comparison_line
     from setcmas_tools.evaluation import evaluate

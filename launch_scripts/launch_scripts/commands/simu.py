@@ -37,13 +37,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def main(args: argparse.Namespace) -> int:
-    """Simulate until Ctrl-C; returns the exit status."""
+    """Simulate until Ctrl-C; return the exit status."""
     own = {'robots': args.robots, 'cmd_vel_type': args.cmd_vel_type}
     scenario = scenario_of(args, needs_law=False)
     values = {k: v for k, v in scenario.values().items() if k in SimulationOptions.options()}
     with typed_words():
         given = SimulationOptions(**own, **values)
-    simulated = given.simulated()  # mistakes are told before anything starts
+    simulated = given.simulated()  # report mistakes before anything starts
     require_ros()
     with view_beside(ViewOptions.of(args), simulated.robots) as companions:
         given = replace(given, nb_robots=given.fleet_size)

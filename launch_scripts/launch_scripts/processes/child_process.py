@@ -158,7 +158,7 @@ class Child:
         self.spoke = False
         self.shown = True
         self.on_report: Callable[[ChildReport], None] = lambda _: None
-        self._heard: dict[type[Message], Message] = {}
+        self._reported: dict[type[Message], Message] = {}
         reports, pipe = os.pipe()
         self.reports = os.fdopen(reports, 'rb', buffering=0)
         memory = shared_file()
@@ -183,7 +183,7 @@ class Child:
         """Return whether the process is running."""
         return self.process.poll() is None
 
-    def tell(self, message: Message) -> None:
+    def send(self, message: Message) -> None:
         """Send a message to the standard input of a listening process; never block."""
         assert self.process.stdin is not None
         os.set_blocking(self.process.stdin.fileno(), False)
@@ -193,7 +193,7 @@ class Child:
     def hear(self, report: ChildReport) -> None:
         """Take a report of the process."""
         self.spoke = True
-        self._heard[type(report)] = report
+        self._reported[type(report)] = report
         self.calls.hear(report)
         self.on_report(report)
         if isinstance(report, Stuck):
@@ -218,9 +218,9 @@ class Child:
             return 1
         return status if status >= 0 else 128 - status  # as shells report it
 
-    def heard(self, kind: type[AnyReport]) -> AnyReport | None:
+    def reported(self, kind: type[AnyReport]) -> AnyReport | None:
         """Return the newest report of a kind; None if there was none."""
-        return cast('AnyReport | None', self._heard.get(kind))
+        return cast('AnyReport | None', self._reported.get(kind))
 
     def signal_group(self, signum: int) -> None:
         """Send a signal to the process and its children."""
@@ -230,7 +230,7 @@ class Child:
     def obituary(self) -> ChildDiedError:
         """Return why the process ended, as an exception."""
         status = self.process.returncode
-        if status == 2 and self.heard(Mistake):
+        if status == 2 and self.reported(Mistake):
             return ChildDiedError('', 2, self)
         if status < 0:
             reason = f'was killed by {signal.Signals(-status).name}'

@@ -65,7 +65,7 @@ class Experiment:
             supervisor: Starts and monitors them.
             lab: The lab.
             scenario: What is run.
-            lab_options: What the processes are told of the lab.
+            lab_options: Options of the lab for the processes.
             recorded: Whether the controllers wait for a recorder.
             hold: Whether robots move only while a key or a button is held.
             watch: Whether scripts are loaded again when they are saved.
@@ -108,7 +108,7 @@ class Experiment:
     @property
     def controlled(self) -> bool:
         """Whether the control laws are running."""
-        return self._ctrl.heard(Started) is not None
+        return self._ctrl.reported(Started) is not None
 
     @property
     def missing(self) -> str:
@@ -126,8 +126,8 @@ class Experiment:
         return self._ctrl.calls.failures
 
     def request(self, action: Action, by: str = '') -> None:
-        """Tell the pause process what somebody wants; `by` says how, such as 'by space bar'."""
-        self._pause.tell(OperatorRequest(action, by))
+        """Send a request to the pause process; `by` is its origin, such as 'by space bar'."""
+        self._pause.send(OperatorRequest(action, by))
 
     def stop(self) -> int:
         """Stop the robots, then all processes; return the exit status of the controllers.

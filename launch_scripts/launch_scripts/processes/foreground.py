@@ -54,5 +54,5 @@ def start_emulated_lab(supervisor: Supervisor, arguments: Sequence[str]) -> Chil
         StoppedError: The user stopped the command.
     """
     lab = supervisor.start('lab', node_command(EMULATED_LAB, arguments))
-    supervisor.run(until=lambda: lab.heard(Ready) is not None)
+    supervisor.run(until=lambda: lab.reported(Ready) is not None)
     return lab

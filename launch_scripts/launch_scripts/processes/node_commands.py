@@ -62,7 +62,7 @@ def stop_robots_of(supervisor: Supervisor, ctrl: Child) -> None:
 
     In experiments the bridge does so, and faster.
     """
-    started = ctrl.heard(Started)
+    started = ctrl.reported(Started)
     if started:
         robots = format_robots(list(started.robots))
         supervisor.run_aside(node_command(STAND_IN, ['--robots', robots]))

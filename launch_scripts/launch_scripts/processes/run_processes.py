@@ -90,16 +90,16 @@ class SimulatedRun(RecordedRun):
     def __init__(self, supervisor: Supervisor, scenario: Scenario, bag: Path, watch: bool) -> None:
         """Start the processes; `watch` is whether scripts are loaded again when saved."""
         super().__init__(supervisor, bag)
-        told = SimulationOptions.among(scenario.values())
-        self._lockstep, self._rtf = told.lockstep, told.rtf
-        nb_steps = told.nb_steps(scenario.time.duration) if told.lockstep else None
-        lockstep = SimulatorOptions(recorded=told.lockstep, nb_steps=nb_steps)
-        robots = node_command(SIMULATOR, told.arguments() + lockstep.arguments())
+        simulation = SimulationOptions.among(scenario.values())
+        self._lockstep, self._rtf = simulation.lockstep, simulation.rtf
+        nb_steps = simulation.nb_steps(scenario.time.duration) if simulation.lockstep else None
+        lockstep = SimulatorOptions(recorded=simulation.lockstep, nb_steps=nb_steps)
+        robots = node_command(SIMULATOR, simulation.arguments() + lockstep.arguments())
         self._simulator = supervisor.start('simu', robots)
         options = ControllerOptions(
             nb_robots=scenario.nb_robots,
-            model=told.model,
-            limits=limits_named(told.limits) if told.limits != NO_LIMITS else None,
+            model=simulation.model,
+            limits=limits_named(simulation.limits) if simulation.limits != NO_LIMITS else None,
             watch=watch,
             recorded=True,
             simulator=self._simulator.process.pid,
@@ -112,25 +112,25 @@ class SimulatedRun(RecordedRun):
     @property
     def started(self) -> bool:
         """Whether the robots are controlled."""
-        return self._ctrl.heard(Started) is not None
+        return self._ctrl.reported(Started) is not None
 
     @property
     def paused(self) -> bool:
         """Whether the robots are paused."""
-        report = (self._simulator if self._lockstep else self._ctrl).heard(Paused)
+        report = (self._simulator if self._lockstep else self._ctrl).reported(Paused)
         return report is not None and report.paused
 
     def elapsed(self, wall_s: float) -> float:
         """Return the run's own elapsed time, `wall_s` s after its start."""
-        reached = self._simulator.heard(Reached)
+        reached = self._simulator.reported(Reached)
         return (reached.t if reached else 0.0) if self._lockstep else wall_s * self._rtf
 
     @property
     def missing(self) -> str:
         """What the start of the run waits for."""
-        if not self._simulator.heard(Ready):
+        if not self._simulator.reported(Ready):
             return 'the simulator is not ready'
-        if not self.recorder.heard(Recording):
+        if not self.recorder.reported(Recording):
             return 'the recorder has not found the topics of all robots'
         return self._ctrl.calls.missing
 

@@ -45,7 +45,7 @@ def run_robots(
         folder: Where the run goes.
         info: What it is.
         lab: That of an emulated experiment; None for a simulation.
-        views: Pages and windows beside the robots.
+        views: Pages and windows that show the robots.
         watch: Whether scripts are loaded again when they are saved.
 
     Returns:
@@ -114,7 +114,7 @@ def _wait_for(pages: Sequence[Child], supervisor: Supervisor) -> None:
     deadline = time.monotonic() + _PAGE_TIMEOUT_S
     supervisor.run(
         lambda: (
-            all(page.heard(Ready) or not page.running() for page in pages)
+            all(page.reported(Ready) or not page.running() for page in pages)
             or time.monotonic() > deadline
         )
     )

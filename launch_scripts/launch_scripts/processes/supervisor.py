@@ -108,7 +108,7 @@ class Supervisor:
             name: Name of the process in messages.
             command: Program and arguments.
             needed: Whether its end ends `run`; windows are not needed.
-            listens: Whether it reads messages of `Child.tell`.
+            listens: Whether it reads messages of `Child.send`.
         """
         mistake = 'error' if self._prefix else f'setcmas {name}'
         child = Child(name, command, self._environment, needed, listens, mistake)
@@ -183,7 +183,7 @@ class Supervisor:
         """Stop running processes one by one, gently at first."""
         for child in [child for child in children if child in self.children]:
             # Before a program has its own handler, Python answers SIGINT with a traceback.
-            records = child.heard(Recording) is not None
+            records = child.reported(Recording) is not None
             gently = ((signal.SIGINT, WRITES_S if records else _ENDS_S),) if child.spoke else ()
             for signum, wait_s in (*gently, *_ESCALATION):
                 if not child.running():

@@ -91,7 +91,7 @@ class CommunicationOptions(Options):
     )
 
     def check(self) -> None:
-        """See that a condition and a threshold have an effect."""
+        """Check that a condition and a threshold have an effect."""
         if self.ctc is not None and not self.event_triggered:
             raise ClashError('{} needs {}; add it', 'ctc', 'event_triggered')
         if self.threshold != THRESHOLD_M and not self.event_triggered:

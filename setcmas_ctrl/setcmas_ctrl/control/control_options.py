@@ -201,7 +201,7 @@ class _Limits(Kind):
         return 'four numbers: forward, turn and wheel speed, and distance of the wheels'
 
     def parse(self, text: str) -> VelocityLimits | str:
-        """Return the limits that a text tells."""
+        """Return the limits in a text."""
         try:
             return VelocityLimits(*map(float, text.split(',')))
         except (TypeError, ValueError):

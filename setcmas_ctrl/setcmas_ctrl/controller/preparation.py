@@ -155,7 +155,7 @@ def _loader(
 def _check_lockstep(
     options: ControllerOptions, communication: Communication, nb_robots: int
 ) -> None:
-    """See that a controller can follow a simulator in lockstep.
+    """Check that a controller can follow a simulator in lockstep.
 
     Raises:
         SetcmasError: It cannot.

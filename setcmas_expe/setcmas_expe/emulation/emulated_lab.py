@@ -275,7 +275,7 @@ class EmulatedLab(FleetNode):
 
 
 def main(argv: list[str] | None = None) -> int:
-    """Emulate a lab until a signal arrives; returns the exit status."""
+    """Emulate a lab until a signal arrives; return the exit status."""
     parser = argparse.ArgumentParser(prog='emulated_lab', description=__doc__)
     LabOptions.add_to(parser)
     EmulationOptions.add_to(parser)

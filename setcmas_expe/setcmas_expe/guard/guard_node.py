@@ -264,7 +264,7 @@ class CmdVelGuard(FleetNode):
 
 
 def main(argv: list[str] | None = None) -> int:
-    """Guard until a signal arrives; returns the exit status."""
+    """Guard until a signal arrives; return the exit status."""
     parser = argparse.ArgumentParser(prog='cmd_vel_guard', description=__doc__)
     GuardOptions.add_to(parser)
     return node_main(parser, _guard, argv)

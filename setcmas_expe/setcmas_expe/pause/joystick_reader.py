@@ -60,7 +60,7 @@ class JoystickReader(FleetNode):
 
 
 def main(argv: list[str] | None = None) -> int:
-    """Publish until a signal arrives; returns the exit status."""
+    """Publish until a signal arrives; return the exit status."""
     parser = argparse.ArgumentParser(prog='joystick_reader', description=__doc__)
     return node_main(parser, _read, argv)
 

@@ -249,7 +249,7 @@ class Pause(FleetNode):
 
 
 def main(argv: list[str] | None = None) -> int:
-    """Serve until a signal arrives; returns the exit status."""
+    """Serve until a signal arrives; return the exit status."""
     parser = argparse.ArgumentParser(prog='pause', description=__doc__)
     LabOptions.add_to(parser)
     parser.add_argument(

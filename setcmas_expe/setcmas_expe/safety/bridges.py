@@ -248,7 +248,7 @@ def _greet(node: FleetNode, lab: Lab) -> None:
 
 
 def main(argv: list[str] | None = None) -> int:
-    """Bridge until a signal arrives; returns the exit status."""
+    """Bridge until a signal arrives; return the exit status."""
     parser = argparse.ArgumentParser(prog='bridges', description=__doc__)
     LabOptions.add_to(parser)
     ProofOptions.add_to(parser)

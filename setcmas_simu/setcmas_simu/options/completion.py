@@ -12,7 +12,7 @@ def names_and_files(
     """Return what offers names, and files with some endings.
 
     Args:
-        names: Returns the names; called when somebody presses tab, not before.
+        names: Returns the names; called only when the user presses tab.
         endings: Of the files, such as 'py'; none are offered without.
     """
 

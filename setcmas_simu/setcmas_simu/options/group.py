@@ -87,7 +87,7 @@ class Options:
         self.check()
 
     def check(self) -> None:
-        """See that the values go together.
+        """Check that the values go together.
 
         Raises:
             ClashError: They do not.

@@ -36,7 +36,7 @@ class Kind:
         return 'a text'
 
     def parse(self, text: str) -> Any:
-        """Return the value that a text tells, or the text itself if it tells none."""
+        """Return the value in a text, or the text itself if it has none."""
         return text
 
     def accepts(self, value: Any) -> bool:
@@ -82,11 +82,11 @@ class Kind:
         return value
 
     def check(self, name: str, value: Any) -> None:
-        """See that a value is of this kind.
+        """Check that a value is of this kind.
 
         Args:
             name: What the message calls it.
-            value: The value, or a text that tells none.
+            value: The value, or a text without a value.
 
         Raises:
             SetcmasError: It is not.
@@ -127,7 +127,7 @@ class Number(Kind):
         return f'{lower}{unit} and finite' if self.finite else f'{lower}{unit}'
 
     def parse(self, text: str) -> float | str:
-        """Return the number that a text tells."""
+        """Return the number in a text."""
         try:
             return float(text)
         except ValueError:
@@ -147,11 +147,11 @@ class Number(Kind):
         return float(given) if is_number else given
 
     def text(self, value: Any) -> str:
-        """Return the shortest text that tells a number to the last bit."""
+        """Return the shortest text for a number to the last bit."""
         return repr(float(value)).removesuffix('.0')
 
     def check(self, name: str, value: Any) -> None:
-        """See that a value is a number within the bounds."""
+        """Check that a value is a number within the bounds."""
         if isinstance(value, str):
             of = 'of ' if self.must_be.startswith('at least') else ''
             raise SetcmasError(f'{name} is {value!r}; it must be a number {of}{self.must_be}')
@@ -188,7 +188,7 @@ class Whole(Kind):
         return f'a whole number from {self.least}{upper}'
 
     def parse(self, text: str) -> int | str:
-        """Return the number that a text tells."""
+        """Return the number in a text."""
         return int(text) if text.removeprefix('-').isdecimal() else text
 
     def value(self, given: Any) -> Any:
@@ -249,7 +249,7 @@ class PathTo(Kind):
         return 'a path'
 
     def parse(self, text: str) -> Path | str:
-        """Return the path that a text tells; an empty one tells none."""
+        """Return the path in a text; an empty text has none."""
         return Path(text) if text else text
 
     def accepts(self, value: Any) -> bool:
@@ -282,7 +282,7 @@ class Robots(Kind):
         return "numbers from 1 and ranges, such as '1-4' or '2,5-7'"
 
     def parse(self, text: str) -> tuple[int, ...] | str:
-        """Return the numbers that a text tells."""
+        """Return the numbers in a text."""
         try:
             return tuple(parse_robots(text))
         except SetcmasError:
@@ -293,5 +293,5 @@ class Robots(Kind):
         return isinstance(value, tuple)
 
     def text(self, value: Any) -> str:
-        """Return the shortest text that tells the numbers."""
+        """Return the shortest text for the numbers."""
         return format_robots(list(value))

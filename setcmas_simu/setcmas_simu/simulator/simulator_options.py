@@ -142,7 +142,7 @@ class StartPoseOptions(Options):
         Args:
             nb_robots: Size of the fleet.
             defaults: Poses of robots for which nothing is given, shape (3, nb_robots);
-                `fleet.start_poses` unless told.
+                by default `fleet.start_poses`.
             within: Fits random poses into a room.
 
         Returns:

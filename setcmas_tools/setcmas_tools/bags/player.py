@@ -205,7 +205,7 @@ _LOOK_S = 1.0
 
 
 def main(argv: list[str] | None = None) -> int:
-    """Play; returns the exit status."""
+    """Play; return the exit status."""
     parser = argparse.ArgumentParser(prog='player', description=__doc__)
     parser.add_argument('bag', type=Path, metavar='BAG', help='folder or file of the bag')
     PlayerOptions.add_to(parser)

@@ -205,7 +205,7 @@ _FLUSH_PERIOD_S = 1.0
 
 
 def main(argv: list[str] | None = None) -> int:
-    """Record; returns the exit status."""
+    """Record; return the exit status."""
     return node_main(_parser(), _record_bag, argv)
 
 

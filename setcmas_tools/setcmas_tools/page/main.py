@@ -102,7 +102,7 @@ def live_page(takes_actions: bool) -> str:
 
 
 def main(argv: list[str] | None = None) -> int:
-    """Show running robots; returns the exit status."""
+    """Show running robots; return the exit status."""
     parser = argparse.ArgumentParser(prog='browser_view', description=__doc__)
     BrowserOptions.add_to(parser)
     return node_main(parser, _show, argv)

@@ -180,7 +180,7 @@ class RunFolder:
         return f'CSV: {self.shown(self.csv)}{plots}'
 
     def check(self, overwrite: bool) -> None:
-        """See that no earlier run would be lost, and nothing that this one needs.
+        """Check that no earlier run would be lost, and nothing that this one needs.
 
         Raises:
             SetcmasError: The folder holds a run and must not be overwritten, is no folder, cannot

@@ -96,10 +96,10 @@ def test_what_a_process_reports_is_not_what_it_prints(supervisor):
         'import os; t = launcher(); print("controlling robots"); t.report(Started((1, 2), "law"))'
     )
     child = supervisor.start('one', python(SETUP + code + '\n' + SLEEPER))
-    supervisor.run(until=lambda: child.heard(Started))
+    supervisor.run(until=lambda: child.reported(Started))
 
-    assert child.heard(Started) == Started((1, 2), 'law')
-    assert child.heard(Ready) is None
+    assert child.reported(Started) == Started((1, 2), 'law')
+    assert child.reported(Ready) is None
     assert not any('Started' in line for line in supervisor.lines)
 
 

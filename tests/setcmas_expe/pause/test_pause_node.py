@@ -80,7 +80,7 @@ class Operator:
         peer.node.create_timer(0.1, self._on_timer)
 
     def tell(self, word, **made):
-        self._child.tell(OperatorRequest(Action(word), 'by key', **made))
+        self._child.send(OperatorRequest(Action(word), 'by key', **made))
 
     def _on_timer(self):
         if self.alive:
