@@ -6,6 +6,7 @@ import socket
 import struct
 import time
 from collections.abc import Callable
+from contextlib import suppress
 
 LOOK_S = 0.1
 """Time between two looks at the other side while it sends nothing."""
@@ -76,6 +77,12 @@ class Channel:
         message = self._read(self._size, deadline)
         self._size = None
         return message
+
+    def has_more(self) -> bool:
+        """Return whether a message waits to be read, as far as the system can tell."""
+        with suppress(OSError, AttributeError):
+            return bool(self._end.recv(1, socket.MSG_PEEK | socket.MSG_DONTWAIT))
+        return False
 
     def close(self) -> None:
         """Send and receive no more."""

@@ -185,9 +185,10 @@ def _add(rules: SyscallFilter, action: int, name: str, *arguments: object) -> No
 
 def limit_amounts(amounts: Mapping[str, int]) -> None:
     """Limit what this process may take, such as {'AS': bytes of memory, 'CPU': seconds}."""
-    if sys.platform == 'win32':
+    try:
+        import resource
+    except ImportError:  # Windows has none
         return
-    import resource
 
     for name, most in {'CORE': 0, **amounts}.items():
         with suppress(AttributeError, ValueError, OSError):  # not every system has each

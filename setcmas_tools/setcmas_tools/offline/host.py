@@ -249,7 +249,7 @@ class Host:
             self.process = subprocess.Popen(
                 [sys.executable, *(['-s'] if isolated else []), '-c', _PROGRAM,
                  str(self.folder), self._prepare, self._isolation.name],
-                stdin=theirs.fileno() if FORKS else subprocess.PIPE,
+                stdin=subprocess.PIPE if sys.platform == 'win32' else theirs.fileno(),
                 stdout=self._output,
                 stderr=None if isolated else self._output,  # until it is prepared
                 cwd='/' if isolated else None,
@@ -316,7 +316,7 @@ class Host:
         self._looked = time.monotonic()
         if self._isolation is not Isolation.NONE:
             _check_written(self.folder, self._number)
-        if _is_dead(self._number):
+        if _is_dead(self._number) and not (self._channel and self._channel.has_more()):
             raise ChannelError
         now = _waited_s(self._number)
         if self._waited is None:

@@ -149,7 +149,7 @@ def test_words_are_joined_by_no_line_and_what_never_settles_has_no_tradeoff(tmp_
 @pytest.mark.parametrize(
     ('text', 'told'),
     [
-        ('K,delya\n1,0\n', 'line 1: delya: there is no such name'),
+        ('K,delya\n1,0\n', 'line 1: delya: unknown name; did you mean delay'),
         ('K,loss\n1,0\n\n1,2\n', 'line 4: loss is 2; it must be'),
         ('graph\nring\nrign\n', "line 3: unknown graph 'rign'; .*did you mean ring"),
         ('K\n1\nfast\n', "line 3: --set K: 'fast' is a string"),
@@ -186,9 +186,9 @@ def test_functions_and_what_they_are_called():
         ({'vary': {'delay': [1, -1]}}, 'at least 0'),
         ({'vary': {'graph': ['ring', 'rign']}}, r"graph 'rign'.* did you mean ring"),
         ({'vary': {'nb-robots': [2], 'nb_robots': [3]}}, 'varied twice'),
-        ({'success': 'foo < 1'}, r"^success 'foo < 1': there is no 'foo'"),
+        ({'success': 'foo < 1'}, r"^success 'foo < 1': unknown column 'foo'"),
         ({'vary': {'threshold': [0.1, 0.2]}}, 'event_triggered'),
-        ({'vary': {'seed': [1, 2]}, 'seeds': 2}, 'leave one out'),
+        ({'vary': {'seed': [1, 2]}, 'seeds': 2}, 'vary the seed; remove one'),
         ({'speed': 3}, "has no value 'speed'"),
         ({'seeds': 0}, 'seeds is 0'),
     ],
