@@ -165,7 +165,7 @@ def _emulated_lab(args: argparse.Namespace, scenario: Scenario) -> Lab | None:
         for note in safety.notes:
             warn(f'setcmas run: {note}')
         if name := next((name for name in ExperimentOptions.options() if name in typed), ''):
-            raise SetcmasError(f'{spelled(name)} is for an emulated lab: add --emulate')
+            raise SetcmasError(f'{spelled(name)} is for an emulated lab; add --emulate')
         return None
     if name := next((name for name in _OF_SIMULATED_ROBOTS if name in typed), ''):
         raise SetcmasError(f'{spelled(name)} is for simulated robots; it has no place in a lab')

@@ -111,9 +111,9 @@ def test_the_whole_job_in_an_emulated_lab(start, tmp_path):
         assert motion.v[(motion.t > 2) & (motion.t < 4)].mean() > 0.1
     assert (tmp_path / 'out' / 'plots' / 'trajectories.png').is_file()
     assert '\x02' not in process.output()
-    recorded = yaml.safe_load((tmp_path / 'out' / 'run.yaml').read_text())['scenario']
-    assert recorded['arena'] == [-3, 3, -3, 3]
-    assert recorded['limits']['V_max'] == pytest.approx(0.2108)
+    recorded = yaml.safe_load((tmp_path / 'out' / 'run.yaml').read_text())
+    assert recorded['scenario']['arena'] == [-3, 3, -3, 3]
+    assert recorded['lab']['limits']['V_max'] == pytest.approx(0.2108)
 
 
 @pytest.mark.parametrize(
