@@ -51,7 +51,7 @@ def test_keys_start_pause_stop_and_give_the_terminal_back(terminal):
     terminal.press('s')
     terminal.wait_for('not started: emergency stop by Esc; R twice releases it')
     terminal.press('R')
-    terminal.wait_for('R again after 1 to 3 s releases it')
+    terminal.wait_for('R again after 1 to 3 s to release it')
     time.sleep(REACTION_S)
     terminal.press('R')
     terminal.wait_for('paused: the emergency stop is released.*PAUSED')
