@@ -32,7 +32,7 @@ from setcmas_simu.ros.dds_setup import dds_setup
 from setcmas_simu.ros.process import FleetNode
 from setcmas_tools.bags.bag import open_bag
 
-VIEW = [sys.executable, '-m', 'setcmas_tools.page.main']
+VIEW = [sys.executable, '-m', 'setcmas_tools.page.viewer']
 MEMORY_MB = 4.0  # by how much a process may differ from itself in the beginning
 LATE_MS = 20.0  # by how much the 99th percentile of ages may
 

@@ -4,7 +4,7 @@ import subprocess
 import sys
 from importlib.metadata import packages_distributions
 
-DOORS = 'from setcmas_tools import check, simulate\nimport setcmas_tools.page.report\n'
+DOORS = 'from setcmas_tools import check, simulate\nimport setcmas_tools.page.report_file\n'
 LIBRARIES = {
     'numpy', 'yaml', 'matplotlib', 'mpl_toolkits',
     'PIL', 'contourpy', 'cycler', 'dateutil', 'fontTools', 'kiwisolver', 'packaging', 'pyparsing',
@@ -40,7 +40,7 @@ from setcmas_tools.page.pair import Pair
 law = ALGORITHMS.file('consensus')
 run = simulate(str(law), 3, 2.0, loss=0.2)
 print(check(law, 'consensus'))
-print('<html' in setcmas_tools.page.report.report_page(Pair('run', run)))
+print('<html' in setcmas_tools.page.report_file.report_page(Pair('run', run)))
 """
 
 

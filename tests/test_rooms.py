@@ -65,7 +65,7 @@ MAY_IMPORT_ROS = [
     'setcmas_tools.bags.recorded_topic',
     'setcmas_tools.bags.recorder',
     'setcmas_tools.page.commands',
-    'setcmas_tools.page.topics',
+    'setcmas_tools.page.live_topics',
 ]
 
 SCENARIOS = [

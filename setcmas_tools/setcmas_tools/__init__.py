@@ -6,9 +6,9 @@ import importlib
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from setcmas_tools.evaluation import evaluate
     from setcmas_tools.grade.check import check
     from setcmas_tools.offline.engine import simulate
+    from setcmas_tools.plots.evaluation import evaluate
     from setcmas_tools.run.run import Run
     from setcmas_tools.scenario.scenario import Scenario
     from setcmas_tools.study.study import Study
@@ -21,7 +21,7 @@ _HOMES = {
     'Scenario': 'setcmas_tools.scenario.scenario',
     'Study': 'setcmas_tools.study.study',
     'check': 'setcmas_tools.grade.check',
-    'evaluate': 'setcmas_tools.evaluation',
+    'evaluate': 'setcmas_tools.plots.evaluation',
     'simulate': 'setcmas_tools.offline.engine',
     'sweep': 'setcmas_tools.study.sweep',
 }

@@ -37,7 +37,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def main(args: argparse.Namespace) -> int:
     """Plot; return the exit status."""
-    from setcmas_tools.evaluation import evaluate
+    from setcmas_tools.plots.evaluation import evaluate
     from setcmas_tools.plots.look import FilmLook, PlotLook
     from setcmas_tools.run.run import Run
     from setcmas_tools.run.run_folder import find_run

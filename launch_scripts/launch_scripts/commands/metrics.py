@@ -63,9 +63,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def main(args: argparse.Namespace) -> int:
     """Measure; return the exit status."""
-    from setcmas_tools.evaluation import evaluate
     from setcmas_tools.measures.metrics import FILE_NAME
     from setcmas_tools.measures.task import with_task, with_vnom
+    from setcmas_tools.plots.evaluation import evaluate
     from setcmas_tools.run.run import Run
     from setcmas_tools.run.run_folder import find_run
 

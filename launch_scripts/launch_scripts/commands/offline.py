@@ -69,7 +69,7 @@ def main(args: argparse.Namespace) -> int:
     run, elapsed = _simulate(scenario, args.call_timeout)
     # Imported late: help texts and completion do not wait for it.
     from setcmas_tools.compare.run_distance import comparison_line
-    from setcmas_tools.evaluation import evaluate
+    from setcmas_tools.plots.evaluation import evaluate
     from setcmas_tools.plots.look import PlotLook
     from setcmas_tools.run.run import Run
 
@@ -118,8 +118,8 @@ def _written(seconds: float) -> str:
 
 def _simulate(scenario: Scenario, call_timeout: float) -> tuple[Run, float]:
     """Return the run, or what is left of it, and its time in s; scripts cannot harm us."""
-    from setcmas_tools.offline.history import remains
     from setcmas_tools.offline.offline_run import BrokenRun, OfflineRun
+    from setcmas_tools.offline.offline_tables import remains
 
     robot_rate, scripts = scenario.robots.robot_rate, scenario.law.scripts()
     duration = scenario.time.duration

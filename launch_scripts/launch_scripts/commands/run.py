@@ -183,7 +183,7 @@ def _evaluate(
     """Write CSV files, plots and metrics, print these; return the exit status."""
     # Imported late: a fresh start of the robots does not wait for matplotlib.
     from setcmas_tools.compare.run_distance import comparison_line
-    from setcmas_tools.evaluation import evaluate
+    from setcmas_tools.plots.evaluation import evaluate
     from setcmas_tools.plots.look import PlotLook
     from setcmas_tools.run.bag_conversion import convert
     from setcmas_tools.run.run import Run

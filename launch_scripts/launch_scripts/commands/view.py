@@ -65,8 +65,8 @@ def main(args: argparse.Namespace) -> int:
         require_ros()
     browser = BrowserOptions.of(args)
     if args.runs:
-        from setcmas_tools.page.finished import show_runs  # it needs matplotlib
-        from setcmas_tools.page.report import loaded_pair
+        from setcmas_tools.page.report_file import loaded_pair
+        from setcmas_tools.page.viewer import show_runs  # it needs matplotlib
 
         show_runs(loaded_pair(args.runs, warn), browser, FinishedRunOptions.of(args))
         return 0

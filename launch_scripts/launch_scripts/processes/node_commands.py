@@ -22,7 +22,7 @@ DOCTOR = 'setcmas_expe.doctor.doctor_process'
 INJECT_FAULT = 'setcmas_expe.emulation.inject_fault'
 RECORDER = 'setcmas_tools.bags.recorder'
 PLAYER = 'setcmas_tools.bags.player'
-BROWSER_VIEW = 'setcmas_tools.page.main'
+BROWSER_VIEW = 'setcmas_tools.page.viewer'
 
 PAGE = 'view'
 """Name of the process that serves the page."""

@@ -30,7 +30,7 @@ from setcmas_tools.grade.marks import (
 from setcmas_tools.grade.rubric import Rubric, read_rubric, rubric_of_exercise
 from setcmas_tools.grade.rubric_scenarios import CONTROL, MarkedScenario
 from setcmas_tools.offline.engine import simulate
-from setcmas_tools.offline.history import remains
+from setcmas_tools.offline.offline_tables import remains
 from setcmas_tools.run.run_info import Outcome, State
 
 _DIGITS = 4  # of points, as in marks

@@ -30,7 +30,7 @@ from setcmas_tools.grade.sandbox import SandboxRunner, Times, sandbox
 from setcmas_tools.grade.submissions import KEPT, Submission
 from setcmas_tools.offline.confinement import obstacle
 from setcmas_tools.offline.host import Host
-from setcmas_tools.process_tree import end_with_parent
+from setcmas_tools.offline.process_tree import end_with_parent
 
 Runners = Callable[[Path], LawRunner]
 """Returns the runner of scenarios with a script."""

@@ -20,7 +20,7 @@ from setcmas_ctrl.scripts.loader import load_script, seed_scripts
 from setcmas_ctrl.scripts.script_errors import ControlError, failure_of
 from setcmas_simu.arrays import Floats
 from setcmas_simu.errors import SetcmasError
-from setcmas_tools.offline.channel import Channel
+from setcmas_tools.offline.host_channel import Channel
 
 REQUEST = struct.Struct('<HHxxxxd')
 """Number of a robot, whether a new adjacency matrix follows its poses, and time in s.

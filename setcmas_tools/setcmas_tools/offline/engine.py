@@ -17,7 +17,7 @@ from setcmas_simu.fleet.planar_pose import through_quaternion
 from setcmas_simu.reports.script_calls import Function
 from setcmas_simu.robots.models import fleet_model
 from setcmas_simu.robots.virtual_fleet import VirtualFleet
-from setcmas_tools.offline import board, history
+from setcmas_tools.offline import board, offline_tables
 from setcmas_tools.offline.communication import OfflineCommunication
 from setcmas_tools.offline.fleet_laws import FleetLaws
 from setcmas_tools.offline.simulation import Simulation
@@ -80,7 +80,7 @@ def simulate(
     radio = None
     if not one.communication.is_ideal:
         radio = OfflineCommunication(one.communication, one.nb_robots, warn)
-    with named_output(), history.recorded_drawings() as drawings:
+    with named_output(), offline_tables.recorded_drawings() as drawings:
         one.load()
         return _run(one, radio, drawings)
 
@@ -102,8 +102,8 @@ def _run(one: Simulation, radio: OfflineCommunication | None, drawings: DrawingR
     controllers = FleetLaws(one.laws, commander, one.warn)
     t, states, control_t, velocities = _moved(fleet, controllers, radio, one, drawings)
     tables = RunTables(
-        history.motion(t, states[:, :3], states[:, 3], states[:, 5]),
-        history.commands(control_t, velocities),
+        offline_tables.motion(t, states[:, :3], states[:, 3], states[:, 5]),
+        offline_tables.commands(control_t, velocities),
         radio.record() if radio else None,
         drawings.drawings(),
     )

@@ -18,7 +18,7 @@ from contextlib import suppress
 from pathlib import Path
 
 from setcmas_simu.errors import SetcmasError
-from setcmas_tools.offline.channel import LOOK_S, Channel, ChannelError, LateError
+from setcmas_tools.offline.host_channel import LOOK_S, Channel, ChannelError, LateError
 from setcmas_tools.offline.host_process import (
     BEGIN,
     END,

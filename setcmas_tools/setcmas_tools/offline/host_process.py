@@ -27,14 +27,14 @@ from contextlib import suppress
 from pathlib import Path
 from typing import IO, Any, NoReturn
 
-from setcmas_tools.offline.channel import Channel
 from setcmas_tools.offline.confinement import (
     OPEN_FILES,
     call_filter,
     confine_files,
     limit_amounts,
 )
-from setcmas_tools.process_tree import adopt_orphans, end_orphans, end_with_parent
+from setcmas_tools.offline.host_channel import Channel
+from setcmas_tools.offline.process_tree import adopt_orphans, end_orphans, end_with_parent
 
 FORKS = hasattr(os, 'fork')
 BEGIN, PLACE, END, WAIT = b'b', b'?', b'x', b'w'

@@ -15,8 +15,14 @@ from setcmas_ctrl.filter.barrier import Verdict
 from setcmas_simu.arrays import Floats
 from setcmas_simu.fleet.topics import robot_name
 from setcmas_tools.page.facts import first_line
-from setcmas_tools.page.history import Curve, RunHistory, curves, difference
-from setcmas_tools.page.instant import Instants, RobotInstant
+from setcmas_tools.page.instant import (
+    Curve,
+    Instants,
+    RobotInstant,
+    RunHistory,
+    curves,
+    difference,
+)
 from setcmas_tools.page.looks import changes, colour_code, look_entry, packed, page_content
 from setcmas_tools.plots.style import plot_style
 from setcmas_tools.plots.trajectories import draw_references

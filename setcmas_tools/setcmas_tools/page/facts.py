@@ -1,4 +1,4 @@
-"""Facts of a run in words: outcome, command, origin, and its scripts with their failures."""
+"""Facts and curves of a run for its page."""
 
 from __future__ import annotations
 

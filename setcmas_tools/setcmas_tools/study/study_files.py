@@ -14,8 +14,7 @@ from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet.per_robot import mapped
 from setcmas_simu.robots.models import is_file
 from setcmas_tools.run.inputs import RunInput
-from setcmas_tools.run.origin import Origin
-from setcmas_tools.run.record_file import read_record, write_record
+from setcmas_tools.run.run_info import Origin, read_record, write_record
 
 FILE_NAME = 'study.yaml'
 

@@ -10,9 +10,8 @@ from pathlib import Path
 from typing import Any
 
 from setcmas_simu.errors import SetcmasError
-from setcmas_tools.run.origin import this_origin
-from setcmas_tools.run.record_file import builtins_of
 from setcmas_tools.run.run_info import INFO_FILE as RUN_FILE
+from setcmas_tools.run.run_info import builtins_of, this_origin
 from setcmas_tools.scenario.files import INPUTS
 from setcmas_tools.study import study_files, study_table
 from setcmas_tools.study.plan import Plan

@@ -56,7 +56,7 @@ def test_the_whole_job(start, tmp_path):
     assert record['outcome'] == {'state': 'complete'}
     assert record['references'] == {'task': 'consensus', 'values': {}}
     assert record['scenario']['nb_robots'] == 3
-    assert 'def control' in (out / record['inputs']['algo']).read_text()
+    assert 'def control' in (out / record['scenario']['algo']).read_text()
     assert 'largest distance between two robots at the end' in process.output()
 
 
@@ -210,7 +210,7 @@ def test_a_gain_of_the_command_line_and_a_script_that_is_edited_meanwhile(start,
     (reload,) = record['reloads']
     assert reload['works']
     assert 0 < reload['t'] < 5
-    versions = [record['inputs']['algo'], *reload['scripts']]
+    versions = [record['scenario']['algo'], *reload['scripts']]
     assert [(tmp_path / 'out' / path).read_text().split()[-2] for path in versions] == [
         'V,',
         '-V,',

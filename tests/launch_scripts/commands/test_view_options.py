@@ -58,7 +58,9 @@ def test_the_page_beside_a_simulation_ends_with_it_and_not_the_other_way_round(s
     process.wait_for_output('simulating robot 1')
     nodes = psutil.Process(process.pid).children()
     page = next(
-        node for node in nodes if any('setcmas_tools.page.main' in word for word in node.cmdline())
+        node
+        for node in nodes
+        if any('setcmas_tools.page.viewer' in word for word in node.cmdline())
     )
 
     page.terminate()

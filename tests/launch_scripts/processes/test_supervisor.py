@@ -76,6 +76,7 @@ def test_a_killed_process_is_named_with_the_signal(supervisor):
 
 SETUP = 'from setcmas_simu.reports.launcher import connected_launcher as launcher\n'
 SETUP += 'from setcmas_simu.reports.reports import *\n'
+SETUP += 'from setcmas_simu.reports.script_calls import Function\n'
 
 
 def test_a_mistake_that_a_process_has_told_is_not_told_again(supervisor):

@@ -13,8 +13,7 @@ from setcmas_tools.page.content import (
     fleet_entry,
     plane_entry,
 )
-from setcmas_tools.page.history import RunHistory, curves
-from setcmas_tools.page.instant import Instants
+from setcmas_tools.page.instant import Instants, RunHistory, curves
 from setcmas_tools.page.looks import SCALE, changes, packed
 from setcmas_tools.run.fleet_motion import fleet_table
 from setcmas_tools.run.run import Run

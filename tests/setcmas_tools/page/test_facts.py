@@ -4,9 +4,8 @@ from report_pages import HOSTILE, LAW
 
 from setcmas_simu.reports.script_calls import Function, ScriptFailure
 from setcmas_tools.page.facts import facts_of, listings, marks_of
-from setcmas_tools.run.origin import this_origin
 from setcmas_tools.run.run import Run
-from setcmas_tools.run.run_info import Outcome, RunInfo, State
+from setcmas_tools.run.run_info import Outcome, RunInfo, State, this_origin
 
 
 def test_a_failed_run_says_so_with_command_and_versions(failed_run):

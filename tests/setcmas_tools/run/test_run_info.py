@@ -2,8 +2,15 @@ import pytest
 
 from setcmas_ctrl.control.references import References
 from setcmas_simu.errors import SetcmasError
-from setcmas_tools.run.origin import this_origin
-from setcmas_tools.run.run_info import Outcome, Reload, RunInfo, State, read_info, write_info
+from setcmas_tools.run.run_info import (
+    Outcome,
+    Reload,
+    RunInfo,
+    State,
+    read_info,
+    this_origin,
+    write_info,
+)
 
 INFO = RunInfo(
     ['setcmas', 'run'],

@@ -8,7 +8,7 @@ from geometry_msgs.msg import Point
 from std_msgs.msg import ColorRGBA
 from visualization_msgs.msg import Marker
 
-from setcmas_tools.page.markers import MOST_MARKERS, MarkerStore, planar_shape
+from setcmas_tools.page.drawn_markers import MOST_MARKERS, MarkerStore, planar_shape
 
 
 def marker(kind, points=(), **values):

@@ -5,7 +5,7 @@ pytest.importorskip('rclpy')
 from geometry_msgs.msg import Point32
 
 from setcmas_tools.page.live import LiveRun
-from setcmas_tools.page.topics import LiveTopics
+from setcmas_tools.page.live_topics import LiveTopics
 
 
 @pytest.fixture

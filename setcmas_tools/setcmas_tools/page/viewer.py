@@ -1,22 +1,63 @@
-"""Live page process: running robots on a page until a signal asks to stop."""
+"""The process that serves the page of finished and live runs."""
 
 from __future__ import annotations
 
 import argparse
+import os
 import queue
+import signal
 import sys
+import threading
 import time
+import webbrowser
 
 from setcmas_simu.reports.reports import Ready
 from setcmas_simu.ros.process import FleetNode, RosProcess, node_main
-from setcmas_tools.page.browser import BrowserOptions, Opener
+from setcmas_tools.page.browser import (
+    BrowserOptions,
+    FinishedRunOptions,
+    Opener,
+    may_open_windows,
+)
 from setcmas_tools.page.commands import FleetCommands, LawName
-from setcmas_tools.page.document import commands, document, element, stage
 from setcmas_tools.page.feed import Feed
 from setcmas_tools.page.live import LiveRun, live_content
+from setcmas_tools.page.live_topics import LiveTopics
 from setcmas_tools.page.looks import page_content
+from setcmas_tools.page.pair import Pair
+from setcmas_tools.page.report_file import commands, document, element, report_page, stage
 from setcmas_tools.page.server import PageServer, announce
-from setcmas_tools.page.topics import LiveTopics
+
+
+def show_runs(pair: Pair, browser: BrowserOptions, options: FinishedRunOptions) -> None:
+    """Serve the page of a run, or of two, until Ctrl-C.
+
+    Args:
+        pair: The runs.
+        browser: Where the page is served.
+        options: What it shows at first.
+
+    Raises:
+        SetcmasError: The page cannot be served.
+    """
+    stop = threading.Event()
+    before = {
+        number: signal.signal(number, lambda *_: stop.set())
+        for number in (signal.SIGINT, signal.SIGTERM)
+    }
+    server = PageServer(report_page(pair), browser.host, browser.port)
+    place = '' if options.at is None else f'/#t={options.at:g}'
+    try:
+        announce(server, browser, place)
+        if may_open_windows(os.environ, sys.platform):
+            webbrowser.open(server.url + place)
+        while not stop.wait(0.5):  # signals are handled between waits on Windows
+            pass
+    finally:
+        server.stop()
+        for number, handler in before.items():
+            signal.signal(number, handler)
+
 
 _LEAST_S, _LONGEST_S = 0.07, 0.1
 """Between two pictures of a page that is open: as often as robots publish their poses."""

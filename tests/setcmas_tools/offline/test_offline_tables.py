@@ -1,6 +1,6 @@
 import numpy as np
 
-from setcmas_tools.offline.history import remains
+from setcmas_tools.offline.offline_tables import remains
 from setcmas_tools.run.run_info import Outcome, State
 
 
