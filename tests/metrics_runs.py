@@ -29,10 +29,10 @@ def numbers(value):
     return [value] if isinstance(value, float) else []
 
 
-def write_run(folder, fleet, **parameters):
+def write_run(folder, fleet, lab=None, **parameters):
     (folder / 'csv').mkdir(parents=True)
     write_fleet(fleet, folder / 'csv' / 'fleet.csv')
-    write_info(RunInfo(scenario=parameters), folder)
+    write_info(RunInfo(scenario=parameters, lab=lab), folder)
     return folder
 
 

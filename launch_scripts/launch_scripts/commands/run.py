@@ -83,7 +83,7 @@ def main(args: argparse.Namespace) -> int:
     info = RunInfo(
         ['setcmas', *sys.argv[1:]],
         Outcome(State.NOT_FINISHED),
-        kept_record(found, inputs),
+        kept_record(found.replace(nb_robots=found.nb_robots), inputs),
         decided(lab) if lab else None,
         started=time.strftime('%Y-%m-%dT%H:%M:%S%z'),
     )

@@ -10,8 +10,8 @@ from setcmas_ctrl.filter.clearance import check_starts
 from setcmas_ctrl.scripts.loader import ALGORITHMS
 from setcmas_simu.yaml_entries import Entry
 from setcmas_tools.grade.criteria import Criterion, read_criteria
-from setcmas_tools.scenario.files import OF_FILES, ScenarioFolder
 from setcmas_tools.scenario.scenario import Scenario, options
+from setcmas_tools.scenario.scenario_files import OF_FILES, ScenarioFolder
 
 CONTROL, CTC = 'control', 'ctc'
 """Functions that a submission may define: a control law, or a triggering condition."""

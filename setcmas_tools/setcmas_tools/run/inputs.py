@@ -8,8 +8,8 @@ from typing import Any
 
 from setcmas_ctrl.scripts.imports import with_helpers
 from setcmas_simu.errors import SetcmasError
-from setcmas_tools.scenario.files import INPUTS, OF_FILES, robots_by_text
 from setcmas_tools.scenario.scenario import Scenario
+from setcmas_tools.scenario.scenario_files import INPUTS, OF_FILES, robots_by_text
 
 _LARGEST_BYTES = 2_000_000
 

@@ -22,14 +22,14 @@ from setcmas_simu.options.option import Option, plain
 from setcmas_simu.robots.models import NO_LIMITS, check_models, model_names
 from setcmas_simu.simulator.simulator_options import RobotOptions
 from setcmas_simu.yaml_entries import Entry, read_entries, write_yaml
-from setcmas_tools.scenario.files import (
+from setcmas_tools.scenario.scenario_files import (
     OF_FILES,
     Place,
     ScenarioFolder,
     robots_by_text,
     shipped_name,
 )
-from setcmas_tools.scenario.time import TimeOptions
+from setcmas_tools.scenario.time_options import TimeOptions
 
 VERSION = 1
 """Version of the keys of scenario files."""

@@ -12,8 +12,8 @@ import numpy as np
 from setcmas_ctrl.control.control_options import LawOptions
 from setcmas_simu.errors import SetcmasError
 from setcmas_tools.offline.simulation import Simulation
-from setcmas_tools.scenario.files import OF_FILES, ScenarioFolder
 from setcmas_tools.scenario.scenario import Scenario, name_of
+from setcmas_tools.scenario.scenario_files import OF_FILES, ScenarioFolder
 from setcmas_tools.study.case_table import SEED, CaseTable, read_cases, told_at
 from setcmas_tools.study.study_columns import COLUMNS
 from setcmas_tools.study.study_files import FILE_NAME, KeptFiles, StudyInfo, read_info

@@ -12,7 +12,7 @@ from typing import Any
 from setcmas_simu.errors import SetcmasError
 from setcmas_tools.run.run_info import INFO_FILE as RUN_FILE
 from setcmas_tools.run.run_info import builtins_of, this_origin
-from setcmas_tools.scenario.files import INPUTS
+from setcmas_tools.scenario.scenario_files import INPUTS
 from setcmas_tools.study import study_files, study_table
 from setcmas_tools.study.plan import Plan
 from setcmas_tools.study.study_files import StudyInfo, read_info, write_info

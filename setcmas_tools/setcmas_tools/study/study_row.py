@@ -15,8 +15,8 @@ from setcmas_tools.measures.metrics import measure
 from setcmas_tools.offline.engine import simulate
 from setcmas_tools.offline.script_call import only_here
 from setcmas_tools.run.run_info import State
-from setcmas_tools.scenario.files import INPUTS, OF_FILES, Place
 from setcmas_tools.scenario.scenario import Scenario
+from setcmas_tools.scenario.scenario_files import INPUTS, OF_FILES, Place
 from setcmas_tools.study.study_columns import numbers_of
 
 _LONGEST_MESSAGE = 300

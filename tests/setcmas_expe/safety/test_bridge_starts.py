@@ -96,7 +96,7 @@ def test_a_bridge_that_hung_or_slept_with_the_laptop_starts_nothing(lab, bridges
     bridges.popen.send_signal(signal.SIGCONT)
 
     bridges.wait_for_output('the bridge process stalled')
-    see_it_stand(lab, 'was not heard to pause first')
+    see_it_stand(lab, 'has not said pause before')
 
 
 def test_a_robot_stands_while_somebody_else_commands_it(lab, domain):

@@ -70,11 +70,18 @@ def test_vnom_is_that_of_the_run_unless_told(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ('limits', 'vnom'),
-    [('burger', 0.2108), ('ideal', 0.5), ({'V_max': 0.15}, 0.15), ({}, 0.5), ([1], 0.5), (2, 0.5)],
+    ('values', 'vnom'),
+    [
+        ({'limits': 'burger'}, 0.2108),
+        ({'limits': 'ideal'}, 0.5),
+        ({'lab': {'limits': {'V_max': 0.15}}}, 0.15),
+        ({'lab': {'limits': {}}}, 0.5),
+        ({'lab': {'limits': [1]}}, 0.5),
+        ({'limits': 2}, 0.5),
+    ],
 )
-def test_vnom_is_what_robots_can_reach_at_most(tmp_path, limits, vnom):
-    run = write_run(tmp_path, table((T, 0, 0, 0.2)), vnom=0.5, limits=limits)
+def test_vnom_is_what_robots_can_reach_at_most(tmp_path, values, vnom):
+    run = write_run(tmp_path, table((T, 0, 0, 0.2)), vnom=0.5, **values)
 
     assert compute(run).vnom_m_s == vnom
 
