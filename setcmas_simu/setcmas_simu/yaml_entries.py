@@ -93,8 +93,8 @@ class Entry:
         try:
             yield
         except SetcmasError as error:
-            told = str(error)
-            raise (error if told.startswith(f'{self.file}, line') else self.error(told)) from None
+            text = str(error)
+            raise (error if text.startswith(f'{self.file}, line') else self.error(text)) from None
 
     def number(
         self, least: float = -math.inf, above: float = -math.inf, most: float = math.inf

@@ -36,7 +36,7 @@ class Wanted:
 
     Attributes:
         law: Which control law, and how robots follow it.
-        options: Which robots, and who tells their poses.
+        options: Which robots, and the source of their poses.
         communication: Who hears whom.
         safety: What keeps robots apart.
         scripts: The scripts of the law.
@@ -129,7 +129,7 @@ def prepare(process: RosProcess, node: FleetNode, wanted: Wanted) -> Prepared:
 def _found_fleet(
     process: RosProcess, node: FleetNode, announced: FleetListener, options: ControllerOptions
 ) -> int:
-    # Nothing is commanded to robots of somebody else's simulator.
+    # Nothing is commanded to robots of another user's simulator.
     if options.simulator:
         _go_on(wait_for_source(process, node, announced, options.simulator))
     nb_robots = options.nb_robots or wait_for_fleet(process, node, announced)

@@ -72,10 +72,10 @@ def other_presets(graph: Graph, preset: str) -> list[Finding]:
         preset: The preset of the lab file.
     """
     graph = list(graph)
-    heard: dict[str, list[str]] = {}
+    listening: dict[str, list[str]] = {}
     for name, source in MOCAP_SOURCES.usable(lambda _: None).items():
         if name != preset and (found := heard_by(source, graph)):
-            heard.setdefault(found, []).append(name)
+            listening.setdefault(found, []).append(name)
     return [
         Finding(
             NOTE,
@@ -83,7 +83,7 @@ def other_presets(graph: Graph, preset: str) -> list[Finding]:
             f'{" or ".join(names)} would receive {found}',
             'set mocap.preset in the lab file, or --mocap',
         )
-        for found, names in heard.items()
+        for found, names in listening.items()
     ]
 
 
@@ -154,7 +154,7 @@ class RobotCheck:
             _ms(mocap.largest_gap if seen else None),
             _ms(mocap.age),
             f'{pose[0]:.2f}, {pose[1]:.2f}, {round(math.degrees(pose[2]))} deg' if pose else '-',
-            ', '.join(dict.fromkeys(self.kinds)) or 'nobody',
+            ', '.join(dict.fromkeys(self.kinds)) or 'no node',
             self._guard_word(),
             '-' if self.battery is None else f'{self.battery:.0f} %',
             _ms(self.round_trip),

@@ -26,7 +26,7 @@ class JoystickReader(FleetNode):
     def __init__(self) -> None:
         """Create the node; the joystick may be plugged in later."""
         super().__init__('joystick_reader')
-        # SDL asks for a window and its focus unless told otherwise.
+        # SDL asks for a window and its focus by default.
         os.environ.setdefault('SDL_VIDEODRIVER', 'dummy')
         os.environ.setdefault('SDL_JOYSTICK_ALLOW_BACKGROUND_EVENTS', '1')
         os.environ.setdefault('PYGAME_HIDE_SUPPORT_PROMPT', '1')

@@ -82,7 +82,7 @@ class Deviation:
 
     def _heading(self) -> str:
         rate, commanded = self.turned / self.seconds, self.commanded_turn / self.seconds
-        check = 'is its body symmetric or loose, or did somebody turn it?'
+        check = 'is its body symmetric or loose, or was it turned by hand?'
         if self.turned * self.commanded_turn < 0 and abs(self.turned) > _STILL_RAD:
             check = 'are the axes mirrored (y_up in the lab file), or is it another robot?'
         return f'turns at {rate:+.1f} rad/s, commanded {commanded:+.1f}: {check}'
@@ -92,7 +92,7 @@ class Deviation:
         wheels = '' if self.rolled is None else f', wheels {self.rolled / self.seconds:.2f}'
         return (
             f'moves at {speed:.2f} m/s, commanded {commanded:.2f}{wheels}: does motion capture '
-            'drift, or did somebody push it?'
+            'drift, or was it pushed?'
         )
 
 

@@ -1,1 +1,1 @@
-"""Options told once: kinds of values, and groups of options."""
+"""Options: kinds of values, and groups of options."""

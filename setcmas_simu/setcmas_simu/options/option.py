@@ -36,7 +36,7 @@ class Option:
         kind: The values that it takes.
         help: Its help text, without unit and default.
         form: How it is typed.
-        default_text: What the help text says of the default if that tells nothing by itself.
+        default_text: What the help text says of the default if that means nothing by itself.
         alone: The value that the name without a value means; None if that is a mistake.
         short: Another name, such as '-o'.
         flag: What is typed, where that is not the name.

@@ -127,7 +127,7 @@ class LockstepLoop:
         """Stop waiting for processes that have died, which vanish from the graph.
 
         Returns:
-            Who must replace them, as text, '' if nobody; None if all are alive.
+            Who must replace them, as text, '' if no process; None if all are alive.
         """
         late = self._roll.late(self._ticks.stamp(), exactly)
         if not late or self._node.count_publishers(topics.LOCKSTEP) >= len(self._roll):

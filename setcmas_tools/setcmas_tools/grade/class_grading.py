@@ -142,11 +142,11 @@ class KeptMarks:
     def keep(self, submission: Submission, marks: Marks) -> Marks:
         """Write the marks of a submission, whole or not at all; return them with their digest."""
         digest = self.digest(submission)
-        told = replace(marks, digest=digest)
+        kept = replace(marks, digest=digest)
         part = self._folder / f'{digest}.part'
-        part.write_bytes(msgspec.json.encode(told))
+        part.write_bytes(msgspec.json.encode(kept))
         part.replace(part.with_suffix('.json'))
-        return told
+        return kept
 
     def drop_others(self, submissions: Iterable[Submission]) -> None:
         """Remove the marks of all other submissions."""

@@ -127,7 +127,7 @@ def likeness_pairs(marks: Sequence[Marks]) -> list[Likeness]:
     for one in marks:
         for similar in one.similar:
             key = (one.submission, similar.submission)
-            if similar.submission in ours:  # each tells of the other
+            if similar.submission in ours:  # each lists the other
                 key = (min(key), max(key))
             pairs[key] = max(pairs.get(key, 0.0), similar.share)
     ordered = sorted(pairs.items(), key=lambda pair: (-pair[1], pair[0]))

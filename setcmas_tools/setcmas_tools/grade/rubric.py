@@ -169,8 +169,8 @@ def read_rubric(path: Path) -> Rubric:
 
 def _scenarios(entry: Entry, function: str, solution: Path | None) -> tuple[MarkedScenario, ...]:
     scenarios: list[MarkedScenario] = []
-    told = ((item, one) for item in entry.items() for one in read_scenarios(item, function))
-    for item, scenario in told:
+    entries = ((item, one) for item in entry.items() for one in read_scenarios(item, function))
+    for item, scenario in entries:
         if scenario.name in (one.name for one in scenarios):
             raise item.error(f"two scenarios are named '{scenario.name}'; rename one")
         needing = [one.metric for one in scenario.criteria if one.metric in COMPARED]

@@ -69,7 +69,7 @@ class MarkedScenario:
 
 
 def read_scenarios(entry: Entry, function: str) -> list[MarkedScenario]:
-    """Return the scenario that an entry of a rubric tells, once for each of its seeds.
+    """Return the scenario of an entry of a rubric, once for each of its seeds.
 
     Args:
         entry: The entry.

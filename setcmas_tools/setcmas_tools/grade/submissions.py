@@ -336,9 +336,9 @@ def _submission(parts: list[_Part], rubric: Rubric) -> Submission:
     if problem:
         return Submission(shown, student, problem=problem)
     folder = script.parent
-    beside = {
+    neighbours = {
         path.relative_to(folder).as_posix(): content
         for path, content in files.items()
         if path.is_relative_to(folder)
     }
-    return Submission(shown, student, script.name, beside)
+    return Submission(shown, student, script.name, neighbours)

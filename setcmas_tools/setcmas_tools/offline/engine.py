@@ -135,7 +135,7 @@ def _moved(
         radio.measure(poses, fleet.states[3], 0.0)
 
     def advance(done: int, step: int) -> Floats:
-        """Move the robots from one step to a later one; returns their poses as heard."""
+        """Move the robots to a later step; return their poses as their messages have them."""
         notes.enter(Function.STEP)
         later = fleet.steps(1 / robot_rate, step - done)
         notes.end()
@@ -145,18 +145,18 @@ def _moved(
             progress(float(t[step]))
         if not radio:
             return through_quaternion(fleet.poses)
-        heard = through_quaternion(later[:, :3].transpose(1, 0, 2))
+        received = through_quaternion(later[:, :3].transpose(1, 0, 2))
         for k, now in enumerate(t[done + 1 : step + 1].tolist()):
-            radio.measure(heard[:, k], later[k, 3], now)
-        return heard[:, -1]
+            radio.measure(received[:, k], later[k, 3], now)
+        return received[:, -1]
 
     done = 0
     for call, (now, step) in enumerate(zip(control_t.tolist(), due, strict=True)):
         if step > done:
             poses, done = advance(done, step), step
         drawings.t = now
-        heard = radio.known_poses(poses, now) if radio else ()
-        commanded = controllers(poses, now, *heard)
+        received = radio.known_poses(poses, now) if radio else ()
+        commanded = controllers(poses, now, *received)
         velocities[call, :2] = commanded.wanted
         if commanded.allowed is not None:
             velocities[call, 2:] = commanded.allowed

@@ -85,7 +85,7 @@ class FleetLaws:
         self,
         poses: Floats,
         t: float,
-        heard: Iterable[Floats] | None = None,
+        received: Iterable[Floats] | None = None,
         adjacency: Floats | None = None,
     ) -> Commanded:
         """Return what the laws want and what the robots are commanded.
@@ -93,7 +93,7 @@ class FleetLaws:
         Args:
             poses: Rows x, y in m and theta in rad, shape (3, N).
             t: Time in s.
-            heard: The poses that each law is given instead; None is the same for all.
+            received: The poses that each law is given instead; None is the same for all.
             adjacency: Who hears whom; None is complete.
         """
         wanted: list[float] = []
@@ -102,7 +102,9 @@ class FleetLaws:
         notes = board.current
         notes.enter(Function.CONTROL)
         begin = clock()
-        for law, known in zip(self._laws, repeat(poses) if heard is None else heard, strict=False):
+        for law, known in zip(
+            self._laws, repeat(poses) if received is None else received, strict=False
+        ):
             notes.begin(law.robot)
             try:
                 wanted += law(known, t, adjacency)

@@ -79,7 +79,7 @@ class Channel:
         return message
 
     def has_more(self) -> bool:
-        """Return whether a message waits to be read, as far as the system can tell."""
+        """Return whether a message waits to be read, as far as the system knows."""
         with suppress(OSError, AttributeError):
             return bool(self._end.recv(1, socket.MSG_PEEK | socket.MSG_DONTWAIT))
         return False

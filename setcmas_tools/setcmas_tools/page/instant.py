@@ -110,7 +110,7 @@ class NewestRows:
         Args:
             robot: Its number.
             t: The time.
-            longest_s: The age in s from which a row tells nothing any more.
+            longest_s: The age in s from which a row no longer counts.
         """
         if robot not in self._rows:
             return None
@@ -171,7 +171,7 @@ def difference(run: Run, other: Run) -> Curve | None:
 
 
 def _speeds(run: Run, robot: int, t: Floats) -> Floats:
-    """Return a robot's speed at times, which a row tells for the time before it; NaN in gaps."""
+    """Return a robot's speed at times, each row for the time before it; NaN in gaps."""
     track = Track(run[robot])
     speeds = np.append(track.rows.v, np.nan)[np.searchsorted(track.rows.t, t - SAME_TIME_S)]
     return np.where(np.isnan(track.poses(t)[0]), np.nan, speeds)
@@ -180,7 +180,7 @@ def _speeds(run: Run, robot: int, t: Floats) -> Floats:
 Velocity = tuple[float, float]
 _LOST = 'not recorded: messages were lost or changed at random while the run went in real time'
 _CHANNEL = 'not recorded: what delayed, lost or changed messages is not known'
-_OTHERS = 'not recorded: messages went in another way than the record tells'
+_OTHERS = 'not recorded: the links do not reproduce the recorded messages'
 _SENT, _CONNECTED, _ASKED = range(3)
 _Event = tuple[float, int, Any]
 
@@ -284,7 +284,7 @@ def _fastest(run: Run) -> float | None:
 
 def failure_at(run: Run, robot: int, t: float) -> ScriptFailure | None:
     """Return the failure of a robot's law that went on at a time in s; None if it worked."""
-    end = run.info.reloads[0].t if run.info.reloads else math.inf  # another version is not told of
+    end = run.info.reloads[0].t if run.info.reloads else math.inf  # another version follows
     for one in reversed(run.info.failures or []):
         until = end if one.until is None else one.until
         mine = one.robot == robot and one.function is Function.CONTROL
@@ -297,17 +297,17 @@ class Knowledge:
     """What robots knew at the calls of their laws.
 
     Without a record of communication each robot knows the newest poses of all. With one, the same
-    links that the controllers use are played again: what was sent when, and who heard whom, is in
-    the record, and the random numbers follow from the seed.
+    links that the controllers use are played again: what was sent when, and which robot received
+    it, is in the record, and the random numbers follow from the seed.
     """
 
     def __init__(self, history: RunHistory) -> None:
         """Prepare; a robot's links are played when it is asked for."""
         self._history = history
-        self._heard: dict[int, tuple[Floats, Floats] | str] = {}
+        self._received: dict[int, tuple[Floats, Floats] | str] = {}
 
     def of(self, robot: int, t: float) -> tuple[Floats | None, str]:
-        """Return what a robot knew at a time in s, or why that cannot be told.
+        """Return what a robot knew at a time in s, or why that is unknown.
 
         Returns:
             Rows x, y in m and theta in rad by robots' numbers from 1, shape (3, N), NaN for
@@ -316,19 +316,19 @@ class Knowledge:
         record, newest = self._history.run.record, self._by_number(self._history.newest(t))
         if record is None:
             return newest, ''
-        if robot not in self._heard:
-            self._heard[robot] = self._played(robot, record)
-        heard = self._heard[robot]
-        if isinstance(heard, str):
-            return None, heard
-        times, poses = heard
+        if robot not in self._received:
+            self._received[robot] = self._played(robot, record)
+        received = self._received[robot]
+        if isinstance(received, str):
+            return None, received
+        times, poses = received
         call = int(np.searchsorted(times, t + SAME_TIME_S, side='right')) - 1
         known = poses[max(0, call)].copy()
         known[:, robot - 1] = newest[:, robot - 1]
         return known, ''
 
     def _played(self, robot: int, record: CommunicationRecord) -> tuple[Floats, Floats] | str:
-        """Return what a robot heard, shape (C, 3, N), at the C calls of its law."""
+        """Return the poses that a robot received, shape (C, 3, N), at the C calls of its law."""
         run, size = self._history.run, self._size
         channel = _channel(run, size)
         if channel is None:
@@ -338,16 +338,16 @@ class Knowledge:
         links = Links([robot], channel, run.info.seed)
         own = np.zeros((3, 1))
         times, poses = [], []
-        for t, kind, told in self._events(robot, record):
+        for t, kind, robots in self._events(robot, record):
             if kind == _SENT:
-                links.send(told, self._by_number(self._history.newest(t))[:, told], t)
+                links.send(robots, self._by_number(self._history.newest(t))[:, robots], t)
             elif kind == _ASKED:
                 times.append(t)
                 poses.append(links.known_poses(own, t)[0].copy())
             elif times:
-                links.connect(told, t)
+                links.connect(robots, t)
             else:
-                links.begin(told)
+                links.begin(robots)
         if channel.is_random and not _agrees(links, robot, record):
             return _OTHERS
         return np.array(times), np.array(poses)
@@ -389,25 +389,26 @@ def _sent(run: Run, record: CommunicationRecord) -> Iterator[_Event]:
 
 
 def _channel(run: Run, size: int) -> Channel | None:
-    """Return what happens to messages on their way; None if the run does not tell."""
+    """Return what happens to messages on their way; None if the run does not record it."""
     names = ('graph', 'delay', 'loss', 'noise')
-    told = {name: run.parameters[name] for name in names if name in run.parameters}
+    values = {name: run.parameters[name] for name in names if name in run.parameters}
     files = [given.path for given in run.inputs if given.option == 'graph']
     if files:
-        told['graph'] = files[0]
-    if not told:
+        values['graph'] = files[0]
+    if not values:
         return None
     try:
-        return chosen_communication(size, CommunicationOptions(**told), run.info.seed).channel
+        return chosen_communication(size, CommunicationOptions(**values), run.info.seed).channel
     except (SetcmasError, TypeError):
         return None
 
 
 def _agrees(links: Links, robot: int, record: CommunicationRecord) -> bool:
-    """Return whether as many messages of each sender arrived as the record tells."""
+    """Return whether as many messages of each sender arrived as recorded."""
     counts = links.counts
     return all(
-        (told.received, told.lost) == (counts.received[0, sender - 1], counts.lost[0, sender - 1])
-        for (receiver, sender), told in record.links.items()
+        (count.received, count.lost)
+        == (counts.received[0, sender - 1], counts.lost[0, sender - 1])
+        for (receiver, sender), count in record.links.items()
         if receiver == robot
     )

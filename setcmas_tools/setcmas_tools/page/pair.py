@@ -60,7 +60,7 @@ class Pair:
             return None
 
     @property
-    def beside(self) -> str:
+    def headline(self) -> str:
         """The same in words; empty if there is none."""
         return f'{self.other_name} {self.shifted}' if self.shifted else ''
 

@@ -239,8 +239,8 @@ def _stage(pair: Pair, facts: Facts) -> str:
 def _metrics(pair: Pair) -> Iterator[str]:
     table, remarks = pair.metrics()
     yield '<section>\n<h2>Metrics</h2>'
-    if pair.beside:
-        yield element('p', f'{pair.beside}.')
+    if pair.headline:
+        yield element('p', f'{pair.headline}.')
     yield f'<div class="scroll metrics">{table.html()}</div>'
     yield from _paragraphs(remarks)
     if pair.verdict:

@@ -47,8 +47,8 @@ UNFILLED = 'Not filled in yet: this is the original exercise.'
 
 def summary(marks: Marks) -> str:
     """Return a summary of a submission; may be empty."""
-    told = [UNFILLED] if marks.unfilled else []
-    return '\n'.join(told + ([failure_text(marks.failure)] if marks.failure else []))
+    lines = [UNFILLED] if marks.unfilled else []
+    return '\n'.join(lines + ([failure_text(marks.failure)] if marks.failure else []))
 
 
 def criteria_texts(scenario: ScenarioMark) -> Iterator[tuple[CriterionMark, str]]:

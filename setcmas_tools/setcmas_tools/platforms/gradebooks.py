@@ -53,9 +53,9 @@ def _moodle_files(marks: Sequence[Marks]) -> Files:
 def _moodle_row(marks: Marks) -> list[str | float]:
     student = marks.student
     number = f'Participant {student.id}' if student.id.isdecimal() else student.id
-    told = escape(feedback(student_view(marks))).replace('  ', '&nbsp; ')
-    told = told.replace('\n', '<br>')
-    return [number, student.name, student.email, marks.score, marks.max_score, '', told]
+    text = escape(feedback(student_view(marks))).replace('  ', '&nbsp; ')
+    text = text.replace('\n', '<br>')
+    return [number, student.name, student.email, marks.score, marks.max_score, '', text]
 
 
 MOODLE = GradeFormat("Moodle's grading worksheet", _moodle_files)

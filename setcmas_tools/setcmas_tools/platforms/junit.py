@@ -39,17 +39,17 @@ def _add_suite(suites: Element, marks: Marks) -> None:
             _add_case(suite, one, mark)
     suite.set('tests', str(len(suite)))
     suite.set('failures', str(len(suite.findall('testcase/failure'))))
-    told = [summary(marks)]
-    told += [failure_text(one.failure) for one in marks.scenarios if one.failure]
-    SubElement(suite, 'system-err').text = _text('\n'.join(filter(None, told)))
+    texts = [summary(marks)]
+    texts += [failure_text(one.failure) for one in marks.scenarios if one.failure]
+    SubElement(suite, 'system-err').text = _text('\n'.join(filter(None, texts)))
 
 
 def _add_case(suite: Element, scenario: ScenarioMark, mark: CriterionMark) -> None:
     place = {'classname': _text(scenario.name), 'name': _text(mark.name), 'time': '0'}
     case = SubElement(suite, 'testcase', place)
     if not mark.is_full:
-        told = f'{points_text(mark.points)} of {points_text(mark.max_points)} points'
-        SubElement(case, 'failure', message=told).text = _text(criterion_text(mark))
+        texts = f'{points_text(mark.points)} of {points_text(mark.max_points)} points'
+        SubElement(case, 'failure', message=texts).text = _text(criterion_text(mark))
 
 
 def _text(text: str) -> str:

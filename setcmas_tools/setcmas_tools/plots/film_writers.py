@@ -135,6 +135,6 @@ def _write_mp4(path: Path, frames: Iterator[Image.Image]) -> None:
         except BaseException:
             ffmpeg.kill()
             raise
-        told = ffmpeg.stderr.read().decode(errors='replace')
+        text = ffmpeg.stderr.read().decode(errors='replace')
     if ffmpeg.returncode:
-        raise SetcmasError(f'ffmpeg cannot write the film: {" ".join(told.split())}')
+        raise SetcmasError(f'ffmpeg cannot write the film: {" ".join(text.split())}')

@@ -21,7 +21,7 @@ class RunInput:
         option: Name of the option.
         path: The file.
         robots: The robots that it is for; none if it is for all.
-        files: The file, and if it is a script the modules beside it that it imports.
+        files: The file, and if it is a script the modules of its folder that it imports.
         contents: What is in each of them.
     """
 

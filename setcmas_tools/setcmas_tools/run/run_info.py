@@ -264,12 +264,12 @@ class RunInfo:
         scenario: What was run, as `Scenario.record` gives it; files are paths in the folder of
             the run.
         lab: What the lab of an emulated experiment decides in place of the scenario.
-        references: Its task, if the law tells of one.
-        started: When, such as '2026-11-21T16:02:11+0000'; None if that is not told, so that equal
+        references: Its task, if the law names one.
+        started: When, such as '2026-11-21T16:02:11+0000'; None if unknown, so that equal
             runs leave equal files.
         origin: What it was made with; None is this process.
         reloads: The later versions of its control scripts; None if there were none.
-        failures: When which script failed for whom; None if none did, or if that is not told.
+        failures: When which script failed for whom; None if none did, or if unknown.
     """
 
     command: list[str] = field(default_factory=list)

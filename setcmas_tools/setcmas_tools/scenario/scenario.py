@@ -201,7 +201,7 @@ class Scenario:
 
     @classmethod
     def recorded(cls, values: Mapping[str, Any]) -> Scenario:
-        """Return the scenario that a record tells; files that it names are not looked for.
+        """Return the scenario of a record; files that it names are not looked for.
 
         Args:
             values: As `record` gives them, which may lack some.

@@ -100,5 +100,5 @@ def told_at(path: Path | None, line: int | None) -> Iterator[None]:
     except SetcmasError as error:
         if line is None:
             raise
-        told = str(error).removeprefix('--vary ')
-        raise SetcmasError(f"cases '{path}', line {line}: {told}") from error
+        text = str(error).removeprefix('--vary ')
+        raise SetcmasError(f"cases '{path}', line {line}: {text}") from error

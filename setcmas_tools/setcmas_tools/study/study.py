@@ -283,9 +283,9 @@ def _cell(value: object) -> str:
 
 def _summed_up(study: Study, group: Group, metrics: Sequence[str]) -> list[Any]:
     rows = [row for row in group.rows if study.measured[row]]
-    told: list[Any] = [*group.values.values(), len(group.rows), len(group.rows) - len(rows)]
-    told += [median(study.numbers(name)[rows]) for name in metrics]
+    cells: list[Any] = [*group.values.values(), len(group.rows), len(group.rows) - len(rows)]
+    cells += [median(study.numbers(name)[rows]) for name in metrics]
     if study.plan.info.success:
         share, low, high = share_of([study.successes()[row] for row in group.rows])
-        told.append(f'{100 * share:.0f} % ({100 * low:.0f} to {100 * high:.0f})')
-    return told
+        cells.append(f'{100 * share:.0f} % ({100 * low:.0f} to {100 * high:.0f})')
+    return cells

@@ -257,7 +257,7 @@ def plot(
     Args:
         study: The study.
         folder: Where they go.
-        metrics: What is drawn; by default what tells most of the task.
+        metrics: What is drawn; by default those of the task.
         look: How they look.
 
     Returns:

@@ -88,9 +88,9 @@ class PartialTable:
             lines.writerow(['run', *cases.names, 'seed', *OUTCOME, *columns])
             for row in self._rows():
                 own = cases.values(row.run)
-                told = [row.state.value, row.robots, row.message]
+                state = [row.state.value, row.robots, row.message]
                 numbers = [row.numbers.get(name) for name in columns]
-                lines.writerow([row.run, *map(_text, own.values()), *told, *map(_text, numbers)])
+                lines.writerow([row.run, *map(_text, own.values()), *state, *map(_text, numbers)])
             file.flush()
             os.fsync(file.fileno())
         part.replace(self._folder / FILE_NAME)
