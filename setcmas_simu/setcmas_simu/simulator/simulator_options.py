@@ -75,9 +75,9 @@ class _StartPoses(PathTo):
         return tuple(poses.values()) if isinstance(entry.value, list) else poses
 
     def parse(self, text: str) -> Any:
-        """Return the path that a text is, or the poses of a list or mapping in YAML."""
+        """Return the path that a text is, or poses by robot of a list or mapping in YAML."""
         if text.startswith(('[', '{')):
-            return self.read(entries_of(text, Path('poses')), str)
+            return poses_of_entry(entries_of(text, Path('poses')))
         return super().parse(text)
 
     def text(self, value: Any) -> str:

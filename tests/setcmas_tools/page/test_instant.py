@@ -239,7 +239,11 @@ def test_what_cannot_be_told_is_not_made_up():
     unknown = replace(run, info=replace(run.info, scenario={}))
     otherwise = replace(run, info=replace(run.info, scenario={**run.parameters, 'seed': 4}))
 
-    for one, word in ((over_ros, 'real time'), (unknown, 'delayed'), (otherwise, 'do not reproduce')):
+    for one, word in (
+        (over_ros, 'real time'),
+        (unknown, 'delayed'),
+        (otherwise, 'do not reproduce'),
+    ):
         known, reason = Knowledge(RunHistory(one)).of(1, 3.0)
         assert known is None
         assert reason.startswith('not recorded: ')

@@ -8,6 +8,7 @@ import pytest
 import yaml
 
 from setcmas_simu.errors import SetcmasError
+from setcmas_simu.simulator.simulator_options import RobotOptions
 from setcmas_tools import Scenario, simulate
 
 LAW = 'K = 1.0\ndef control(robotNo, nbRobots, poses, t):\n    return K, 0.0\n'
@@ -163,3 +164,11 @@ def test_a_browser_needs_numpy_and_pyyaml_only(square):
     )
 
     assert (done.returncode, done.stderr) == (0, '')
+
+
+def test_a_typed_list_of_poses_has_a_pose_for_each_robot():
+    poses = RobotOptions.options()['poses'].kind.parse('[[1, 2, 0], [3, 4, 0], [5, 6, 0]]')
+
+    scenario = Scenario.of('consensus', nb_robots=3).replace(poses=poses)
+
+    assert scenario.robots.start_poses(3)[:, 1].tolist() == [3, 4, 0]
