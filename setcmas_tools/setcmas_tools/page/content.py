@@ -19,11 +19,11 @@ from setcmas_tools.page.instant import (
     Curve,
     Instants,
     RobotInstant,
-    RunHistory,
     curves,
     difference,
 )
 from setcmas_tools.page.looks import changes, colour_code, look_entry, packed, page_content
+from setcmas_tools.page.run_history import RunHistory
 from setcmas_tools.plots.style import plot_style
 from setcmas_tools.plots.trajectories import draw_references
 from setcmas_tools.run.fleet_motion import SAME_TIME_S

@@ -37,7 +37,7 @@ def test_a_scenario_is_a_command_that_means_the_same(rubric):
     args = build_parser('run').parse_args(line)
     assert (args.algo, args.nb_robots, args.duration, args.loss) == ('my_law.py', 2, 6, 0.1)
     assert (args.event_triggered, args.filter) == (True, 'none')
-    assert args.poses == ((1.0, 1.0, 0.5), (-1.0, -1.0, 0.0))
+    assert args.poses == {1: (1.0, 1.0, 0.5), 2: (-1.0, -1.0, 0.0)}
     rubric.write_text(RUBRIC.replace('loss: 0.1', 'set: {WPL: [[1, 2]], REACHED: 0.2}'))
     [scenario] = read_rubric(rubric).scenarios
     args = build_parser('run').parse_args(['run', *command_line(scenario.of('my_law.py'))])

@@ -13,8 +13,9 @@ from setcmas_tools.page.content import (
     fleet_entry,
     plane_entry,
 )
-from setcmas_tools.page.instant import Instants, RunHistory, curves
+from setcmas_tools.page.instant import Instants, curves
 from setcmas_tools.page.looks import SCALE, changes, packed
+from setcmas_tools.page.run_history import RunHistory
 from setcmas_tools.run.fleet_motion import fleet_table
 from setcmas_tools.run.run import Run
 from setcmas_tools.run.run_info import RunInfo

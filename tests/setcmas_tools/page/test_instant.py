@@ -9,7 +9,8 @@ from setcmas_ctrl.filter.barrier import Verdict
 from setcmas_tools.measures.consensus_metrics import fleet_consensus
 from setcmas_tools.measures.safety_metrics import fleet_separation
 from setcmas_tools.offline.engine import simulate
-from setcmas_tools.page.instant import FLEET, Instants, Knowledge, RunHistory, curves, difference
+from setcmas_tools.page.instant import FLEET, Instants, Knowledge, curves, difference
+from setcmas_tools.page.run_history import RunHistory
 from setcmas_tools.run.fleet_motion import fleet_table
 from setcmas_tools.run.law_output import safety_record
 from setcmas_tools.run.run import Run
