@@ -16,8 +16,15 @@ from typing import Any
 
 from setcmas_simu.errors import SetcmasError
 from setcmas_tools.page.content import run_content
-from setcmas_tools.page.facts import Facts, Listing, Mark, facts_of, listings
-from setcmas_tools.page.pair import Pair, embedded_pictures
+from setcmas_tools.page.facts import (
+    Facts,
+    Listing,
+    Mark,
+    Pair,
+    embedded_pictures,
+    facts_of,
+    listings,
+)
 from setcmas_tools.run.run import Run
 from setcmas_tools.run.run_folder import find_run
 

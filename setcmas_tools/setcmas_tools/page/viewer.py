@@ -20,11 +20,11 @@ from setcmas_tools.page.browser import (
     may_open_windows,
 )
 from setcmas_tools.page.commands import FleetCommands, LawName
+from setcmas_tools.page.facts import Pair
 from setcmas_tools.page.feed import Feed
 from setcmas_tools.page.live import LiveRun, live_content
 from setcmas_tools.page.live_topics import LiveTopics
 from setcmas_tools.page.looks import page_content
-from setcmas_tools.page.pair import Pair
 from setcmas_tools.page.report_file import commands, document, element, report_page, stage
 from setcmas_tools.page.server import PageServer, announce
 

@@ -12,7 +12,7 @@ from setcmas_tools.compare.experiment_verdict import (
 )
 from setcmas_tools.compare.robot_drive import Drive
 from setcmas_tools.offline.engine import simulate
-from setcmas_tools.page.pair import Pair
+from setcmas_tools.page.facts import Pair
 from setcmas_tools.page.report_file import report_page
 from setcmas_tools.run.communication_record import CommunicationRecord, Counts
 from setcmas_tools.run.law_output import safety_record
