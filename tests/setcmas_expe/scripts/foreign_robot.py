@@ -107,8 +107,9 @@ def main():
     y = theta = V = omega = way = told = 0.0
     while True:
         for command in commands.take(10) if commands else []:
-            twist = getattr(command, 'twist', command)
-            V, omega = twist.linear.x, twist.angular.z
+            if isinstance(command, kind):  # not the end of a writer
+                twist = getattr(command, 'twist', command)
+                V, omega = twist.linear.x, twist.angular.z
         theta += STEP_S * omega
         x += STEP_S * V * math.cos(theta)
         y += STEP_S * V * math.sin(theta)
