@@ -53,8 +53,8 @@ def test_the_triggering_condition_is_told_with_its_own_command(tmp_path):
         (('numpy',), "'numpy' is a module"),
         (('class',), "'class' cannot be the name of a script"),
         (('../law',), 'cannot be the name of a script'),
-        (('law', '--from', 'consensu'), 'did you mean consensus'),
-        (('law', '--exercise'), "unknown exercise 'law'; must be one of consensus, ctc"),
+        (('unused', '--from', 'consensu'), 'did you mean consensus'),
+        (('unused', '--exercise'), "unknown exercise 'unused'; must be one of consensus, ctc"),
     ],
 )
 def test_mistakes_are_told_in_one_line_and_nothing_is_written(tmp_path, arguments, message):
