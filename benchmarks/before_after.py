@@ -172,6 +172,7 @@ def main() -> None:
 
 
 if __name__ == '__main__':
+    os.environ.pop('PYTHONDONTWRITEBYTECODE', None)  # each process would compile our modules anew
     with tempfile.TemporaryDirectory() as folder:
         os.chdir(folder)
         main()
