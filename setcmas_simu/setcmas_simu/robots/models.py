@@ -16,7 +16,7 @@ from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet.fleet import format_robots
 from setcmas_simu.fleet.per_robot import check_in_fleet, is_per_robot, parse_per_robot
 from setcmas_simu.robots.identified_robot import ENDINGS, ModelFile, read_model_file
-from setcmas_simu.robots.model import RobotModel, Shape, limits_named
+from setcmas_simu.robots.model import Motion, RobotModel, Shape, limits_named
 from setcmas_simu.robots.unicycle import Unicycle
 
 _SYMBOL_SIDE = 1.587
@@ -135,6 +135,14 @@ def shape_of(name: str) -> Shape:
         if not is_file(name):
             return MODELS.get(name).shape
     return Unicycle.shape
+
+
+def motion_of(name: str) -> Motion:
+    """Return how robots of a model follow velocities; as unicycles for scripts."""
+    with contextlib.suppress(SetcmasError):
+        if not is_file(name):
+            return MODELS.get(name).motion
+    return Unicycle.motion
 
 
 def fastest(text: str | None, nb_robots: int, limits: str) -> float | None:

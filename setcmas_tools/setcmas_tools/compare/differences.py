@@ -10,8 +10,7 @@ import numpy as np
 
 from setcmas_simu.fleet.fleet import format_robots
 from setcmas_simu.table import Table
-from setcmas_tools.compare.experiment_verdict import is_experiment
-from setcmas_tools.compare.run_distance import flat
+from setcmas_tools.compare.run_distance import flat, is_experiment
 from setcmas_tools.measures.metrics import Metrics, as_dict
 from setcmas_tools.run.run import Run, arena_of
 

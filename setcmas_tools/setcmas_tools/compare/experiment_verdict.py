@@ -13,7 +13,13 @@ from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet.topics import robot_name
 from setcmas_simu.table import Table
 from setcmas_tools.compare.robot_drive import Drive, drives, steps_of
-from setcmas_tools.compare.run_distance import RATE_HZ, Shifted, best_shift, delay_of
+from setcmas_tools.compare.run_distance import (
+    RATE_HZ,
+    Shifted,
+    best_shift,
+    delay_of,
+    is_experiment,
+)
 from setcmas_tools.measures.safety_metrics import held
 from setcmas_tools.run.fleet_motion import FleetGrid
 from setcmas_tools.run.run import Run
@@ -57,11 +63,6 @@ class Verdict:
     turn: Reached | None
     stopped: float
     lost: int | None
-
-
-def is_experiment(run: Run) -> bool:
-    """Return whether a run was an experiment, real or emulated: it has a safety record."""
-    return run.tables.safety is not None
 
 
 def verdicts(simulation: Run, experiment: Run, drives: Mapping[int, Drive]) -> dict[int, Verdict]:

@@ -112,7 +112,7 @@ def _distances(names: Sequence[str], shifted: Sequence[Shifted]) -> Figure:
         for (robot, distance), look in zip(other.distances.items(), dashes, strict=True):
             axes.plot(other.t, distance, **line_look(robot, len(robots)) | look)
         axes.set(ylabel=f'distance to {names[0]} (m)', ylim=(0.0, None))
-        axes.set_title(f"'{name}', best shift in time")
+        axes.set_title(f"'{name}', shifted by {-other.shift:g} s" if other.shift else f"'{name}'")
         legend(axes, robot_handles(robots))
     time_axis(panels, min(one.t[0] for one in shifted), max(one.t[-1] for one in shifted))
     return figure

@@ -5,6 +5,7 @@ from __future__ import annotations
 import filecmp
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
+from itertools import islice
 from pathlib import Path
 from typing import Any
 
@@ -52,19 +53,25 @@ class Shifted:
         largest = {robot: np.nanmax(self.distances[robot]) for robot in self.rms}
         robot = max(largest, key=lambda one: largest[one])
         when = self.t[np.nanargmax(self.distances[robot])]
-        later = f'{abs(self.shift):.1f} s {"later" if self.shift > 0 else "earlier"}'
+        later = 'later' if self.shift > 0 else 'earlier'
+        shift = f'is nearest {abs(self.shift):.1f} s {later}: ' if self.shift else 'is '
         return (
-            f'is nearest {later if self.shift else "at the same time"}: '
-            f'{_rms(np.array([*self.rms.values()])):.3g} m apart (RMS), at most '
+            f'{shift}{_rms(np.array([*self.rms.values()])):.3g} m apart (RMS), at most '
             f'{largest[robot]:.3g} m ({robot_name(robot)} at t = {when:.1f} s)'
         )
+
+
+def is_experiment(run: Run) -> bool:
+    """Return whether a run was an experiment, real or emulated: it has a safety record."""
+    return run.tables.safety is not None
 
 
 def best_shift(reference: Run, run: Run) -> Shifted:
     """Return the comparison of a run with a reference at the shift where robots are nearest.
 
-    That is the multiple of 0.1 s up to `LARGEST_SHIFT_S` with the least RMS distance over all
-    common robots and times; these are at least half of the shorter run.
+    Two simulations start together: they are not shifted. Otherwise it is the multiple of 0.1 s up
+    to `LARGEST_SHIFT_S` with the least RMS distance over all common robots and times; these are
+    at least half of the shorter run.
 
     Raises:
         SetcmasError: No robot is in both runs.
@@ -73,8 +80,9 @@ def best_shift(reference: Run, run: Run) -> Shifted:
     if not common:
         raise SetcmasError(_NOTHING_IN_COMMON)
     ours, theirs = (_positions(one.counted_grid, common) for one in (reference, run))
+    together = all(one.parameters and not is_experiment(one) for one in (reference, run))
     found = []
-    for steps, mine, others in shifts(len(ours), len(theirs)):
+    for steps, mine, others in islice(shifts(len(ours), len(theirs)), 1 if together else None):
         distances = np.linalg.norm(ours[mine] - theirs[others], axis=2)
         if np.isfinite(distances).any():
             found.append((_rms(distances), steps, mine.start, distances))

@@ -5,11 +5,19 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from setcmas_simu.arrays import Floats
+from setcmas_simu.robots.model import SLOW, Motion
+from setcmas_simu.robots.models import motion_of
 from setcmas_tools.measures.metric import Measured
 from setcmas_tools.run.fleet_motion import FleetGrid
-from setcmas_tools.run.run import Run
+from setcmas_tools.run.run import Run, models_of
+
+_LEAST_DECAY = 1.5
+"""Factor by which values decay at least where a rate is fitted."""
+
+_STILL = 1e-6  # m/s
 
 
 @dataclass(frozen=True)
@@ -17,7 +25,7 @@ class ConsensusMetrics(Measured):
     """Agreement on the position, from the first to the last time with all poses known.
 
     Settling times are None if the disagreement is above its bound at the end, the rate is None if
-    the disagreement does not fall from 20 % to 2 %.
+    the disagreement hardly falls below 20 % before all robots rest.
     """
 
     start_time_s: float
@@ -31,14 +39,18 @@ class ConsensusMetrics(Measured):
     final_centre_y_m: float
 
     def lines(self, task: str | None) -> list[str]:
-        """Return the agreement at the start and at the end, and the settling times."""
-        if not _is_to_agree(task):
+        """Return the agreement at the start and at the end, the settling times and the rate."""
+        settled = self.settling_time_5_percent_s is not None
+        if task != 'consensus' and not (task is None and settled):
             return []
+        rate = self.convergence_rate_1_s
+        known = 'unknown' if rate is None else f'{rate:.3g} 1/s, without time in the dead band'
         return [
             f'disagreement: {self.disagreement_at_start_m:.3f} m at the start, '
             f'{self.disagreement_at_end_m:.3f} m at the end',
             f'disagreement below 5 % {_when(self.settling_time_5_percent_s)}, '
             f'below 2 % {_when(self.settling_time_2_percent_s)}',
+            f'convergence rate: {known}',
             f'centre at the end: ({self.final_centre_x_m:.2f}, {self.final_centre_y_m:.2f}) m',
         ]
 
@@ -48,17 +60,15 @@ def _when(time: float | None) -> str:
 
 
 def is_agreement(run: Run) -> bool:
-    """Return whether a run is about agreement, as far as known."""
-    return _is_to_agree(run.references.task if run.references else None)
-
-
-def _is_to_agree(task: str | None) -> bool:
-    return task in (None, 'consensus')  # robots with another task need not meet
+    """Return whether a run may be about agreement: robots with another task need not meet."""
+    return run.references is None or run.references.task == 'consensus'
 
 
 def fleet_consensus(run: Run) -> ConsensusMetrics | None:
     """Return the agreement of a run's fleet on the position; None for one robot."""
-    return consensus(run.counted_grid)
+    grid, models = run.counted_grid, models_of(run)
+    free = [motion_of(models[robot]) is Motion.FREE for robot in grid.robots]
+    return consensus(grid, np.where(free, 0.0, SLOW))
 
 
 def disagreement(x: Floats, y: Floats) -> Floats:
@@ -96,7 +106,7 @@ def settling_time(t: Floats, values: Floats, share: float) -> float | None:
     return float(t[settled]) if settled < len(t) else None
 
 
-def convergence_rate(t: Floats, values: Floats) -> float | None:
+def convergence_rate(t: Floats, values: Floats, resting: NDArray[np.bool_]) -> float | None:
     """Return the decay rate r in 1/s of values, as in exp(-r t).
 
     The least-squares slope of their logarithm between 20 % and 2 % of the first value, where the
@@ -106,19 +116,37 @@ def convergence_rate(t: Floats, values: Floats) -> float | None:
     Args:
         t: Times in s, shape (K,), K at least 1.
         values: Non-negative decaying values, shape (K,).
+        resting: Whether all robots are in their dead band; the fit ends there, shape (K,).
 
     Returns:
-        None if fewer than three values are between these bounds.
+        None if fewer than three values are between these bounds, or if they hardly decay.
     """
-    first, last = (int(np.argmax(values < share * values[0])) for share in (0.2, 0.02))
-    chosen = slice(first, last or len(values))
+    first = int(np.argmax(values < 0.2 * values[0]))
+    ends = np.flatnonzero((values < 0.02 * values[0]) | resting)
+    end = next((int(k) for k in ends if k >= first), len(values))
+    chosen = slice(first, end)
     if not first or len(t[chosen]) < 3 or values[chosen].min() <= 0:
+        return None
+    if values[first] < _LEAST_DECAY * values[end - 1]:
         return None
     return -float(np.polyfit(t[chosen], np.log(values[chosen]), 1)[0])
 
 
-def consensus(grid: FleetGrid) -> ConsensusMetrics | None:
-    """Return the agreement of a fleet; None for one robot, or if not all are known at once."""
+def _resting(t: Floats, x: Floats, y: Floats, dead_bands: Floats) -> NDArray[np.bool_]:
+    """Return at which times no robot is faster than its dead band, shape (K,)."""
+    if len(t) < 2:
+        return np.zeros(len(t), bool)
+    speeds = np.hypot(np.diff(x), np.diff(y)) / np.diff(t)
+    return np.append((speeds <= dead_bands[:, None] + _STILL).all(axis=0), False)
+
+
+def consensus(grid: FleetGrid, dead_bands: Floats) -> ConsensusMetrics | None:
+    """Return the agreement of a fleet; None for one robot, or if not all are known at once.
+
+    Args:
+        grid: The fleet's motion.
+        dead_bands: Speed in m/s up to which each robot does not follow its law, shape (N,).
+    """
     known = np.isfinite(grid.x).all(axis=0)
     if len(grid.robots) < 2 or not known.any():
         return None
@@ -131,7 +159,7 @@ def consensus(grid: FleetGrid) -> ConsensusMetrics | None:
         disagreement_at_end_m=float(values[-1]),
         settling_time_2_percent_s=settling_time(t, values, 0.02),
         settling_time_5_percent_s=settling_time(t, values, 0.05),
-        convergence_rate_1_s=convergence_rate(t, values),
+        convergence_rate_1_s=convergence_rate(t, values, _resting(t, x, y, dead_bands)),
         final_centre_x_m=float(x[:, -1].mean()),
         final_centre_y_m=float(y[:, -1].mean()),
     )

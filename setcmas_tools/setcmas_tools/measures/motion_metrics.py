@@ -7,9 +7,11 @@ from dataclasses import asdict, dataclass
 from typing import Any, ClassVar, TypeGuard
 
 import numpy as np
+from numpy.typing import NDArray
 
 from setcmas_ctrl.control.saturation import VNOM
 from setcmas_simu.errors import SetcmasError
+from setcmas_simu.robots.model import SLOW
 from setcmas_simu.robots.models import fastest
 from setcmas_tools.measures.metric import Columns, Measured
 from setcmas_tools.run.fleet_motion import LONGEST_GAP_S, FleetTable, resets
@@ -27,6 +29,7 @@ class RobotMotion:
     mean_speed_m_s: float | None
     largest_speed_m_s: float | None
     time_in_saturation_s: float
+    time_in_dead_band_s: float
     end_x_m: float | None
     end_y_m: float | None
     communications: int
@@ -53,6 +56,7 @@ class FleetMotion(Measured):
             'mean v\n(m/s)': ('.3f', values('mean_speed_m_s')),
             'max v\n(m/s)': ('.3f', values('largest_speed_m_s')),
             'at max\n(s)': ('.1f', values('time_in_saturation_s')),
+            'dead\nband (s)': ('.1f', values('time_in_dead_band_s')),
             'sent': ('.0f', values('communications')),
             'end x\n(m)': ('.2f', values('end_x_m')),
             'end y\n(m)': ('.2f', values('end_y_m')),
@@ -104,9 +108,9 @@ def robot_motion(track: FleetTable, vnom: float, communications: int) -> RobotMo
     """Return the motion of a robot.
 
     The path length is the sum of the steps between poses, except resets; the mean speed is this
-    length over the time from the first to the last pose. The largest speed and the saturation use
-    the odometry's speed |v|; a row counts for the time since the previous row, up to
-    LONGEST_GAP_S.
+    length over the time from the first to the last pose. The largest speed, the saturation and
+    the dead band (below SLOW) use the odometry's speed |v|; a row counts for the time since the
+    previous row, up to LONGEST_GAP_S.
 
     Args:
         track: The rows of one robot, at least one of them at t >= 0.
@@ -122,18 +126,19 @@ def robot_motion(track: FleetTable, vnom: float, communications: int) -> RobotMo
         path_length_m=length,
         mean_speed_m_s=length / duration if duration > 0 else None,
         largest_speed_m_s=float(speeds.max()) if len(speeds) else None,
-        time_in_saturation_s=_time_in_saturation(track, vnom),
+        time_in_saturation_s=_time(track, np.abs(track.v) >= vnom * (1 - SATURATION_TOLERANCE)),
+        time_in_dead_band_s=_time(track, np.abs(track.v) < SLOW),
         end_x_m=float(counted.x[-1]) if len(counted.t) else None,
         end_y_m=float(counted.y[-1]) if len(counted.t) else None,
         communications=communications,
     )
 
 
-def _time_in_saturation(track: FleetTable, vnom: float) -> float:
+def _time(track: FleetTable, holds: NDArray[np.bool_]) -> float:
+    """Return for how long (s) a condition on the rows of a robot held."""
     durations = np.diff(np.maximum(track.t, 0.0))
-    saturated = np.abs(track.v[1:]) >= vnom * (1 - SATURATION_TOLERANCE)
     known = np.diff(track.t) <= LONGEST_GAP_S
-    return float(durations[saturated & known].sum())
+    return float(durations[holds[1:] & known].sum())
 
 
 @dataclass(frozen=True)

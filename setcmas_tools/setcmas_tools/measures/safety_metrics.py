@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -9,23 +11,32 @@ import numpy as np
 from setcmas_ctrl.filter.barrier import Verdict
 from setcmas_simu.arrays import Floats
 from setcmas_simu.robots.arena import Arena
+from setcmas_simu.robots.models import UNICYCLE, shape_of
 from setcmas_tools.measures.metric import Columns, Measured
 from setcmas_tools.run.fleet_motion import FleetGrid
 from setcmas_tools.run.law_output import MOVING, Commands, SafetyRecord
-from setcmas_tools.run.run import Run, arena_of
+from setcmas_tools.run.run import Run, arena_of, models_of
+
+_MOST_TOUCHES = 3
+"""Collisions that are listed; further ones are counted."""
 
 
 @dataclass(frozen=True)
 class Separation(Measured):
-    """Smallest and largest distances between robots of a fleet; None if unknown."""
+    """Smallest and largest distances between robots of a fleet; None if unknown.
+
+    `first_collisions` has the two robots and the time in s of the first pairs that touched.
+    """
 
     least_separation_m: float
     least_separation_time_s: float
     least_separation_robots: tuple[int, int]
     largest_distance_at_end_m: float | None
+    pairs_that_touched: int
+    first_collisions: list[tuple[int, int, float]]
 
     def lines(self, task: str | None) -> list[str]:
-        """Return the least and the largest distance."""
+        """Return the least and the largest distance, and the first collisions."""
         del task
         first, second = self.least_separation_robots
         largest = self.largest_distance_at_end_m
@@ -34,34 +45,98 @@ class Separation(Measured):
             f'{self.least_separation_time_s:.1f} s between robots {first} and {second}',
             'largest distance between two robots at the end: '
             f'{"-" if largest is None else format(largest, ".2f")} m',
+            *self._collisions(),
         ]
+
+    def _collisions(self) -> Iterator[str]:
+        if not self.first_collisions:
+            return
+        (i, j, t), *others = self.first_collisions
+        listed = [f'robots {i} and {j} touched at {t:.1f} s']
+        listed += [f'{i} and {j} at {t:.1f} s' for i, j, t in others]
+        if more := self.pairs_that_touched - len(listed):
+            listed.append(f'{more} more pair{"s" * (more > 1)} later')
+        yield f'collisions: {", ".join(listed)}'
 
 
 def fleet_separation(run: Run) -> Separation | None:
     """Return distances between the robots of a run; None for one robot."""
-    return separation(run.counted_grid)
+    return separation(run.counted_grid, models_of(run))
 
 
-def separation(grid: FleetGrid) -> Separation | None:
-    """Return the smallest distance of two robots, its time, and the largest distance at the end.
+def separation(grid: FleetGrid, models: Mapping[int, str] | None = None) -> Separation | None:
+    """Return the smallest distance of two robots, their collisions, and the distance at the end.
 
-    Between two samples of the grid, motion is taken as straight, at constant speed. The end is the
-    last sample with all robots known.
+    Between two samples of the grid, motion is taken as straight, at constant speed. Robots touch
+    as discs that are as large as their bodies. The end is the last sample with all robots known.
+
+    Args:
+        grid: The fleet's motion.
+        models: Model of each robot, by its number; unicycles by default.
 
     Returns:
         None if no two robots are known at the same time.
     """
-    steps = np.hypot(np.diff(grid.x), np.diff(grid.y))
-    reach = 2 * np.nan_to_num(steps).max(axis=0, initial=0.0)
+    radii = np.array([_radius((models or {}).get(robot, UNICYCLE)) for robot in grid.robots])
+    steps = np.nan_to_num(np.hypot(np.diff(grid.x), np.diff(grid.y)))
+    reach = 2 * steps.max(axis=0, initial=0.0)
     least, when, pair = np.inf, np.nan, (0, 0)
-    for i in range(len(grid.robots) - 1):  # one robot at a time: all pairs at once take gigabytes
+    touched = []
+    for i, robot in enumerate(grid.robots[:-1]):  # all pairs at once would take gigabytes
         offsets = np.array([grid.x[i + 1 :] - grid.x[i], grid.y[i + 1 :] - grid.y[i]])
         distance, time, j = _least_distance(grid.t, offsets, reach)
         if distance < least:
-            least, when, pair = distance, time, (grid.robots[i], grid.robots[i + 1 + j])
+            least, when, pair = distance, time, (robot, grid.robots[i + 1 + j])
+        for j, t in _touches(grid.t, offsets, reach, radii[i] + radii[i + 1 :]):
+            touched.append((robot, grid.robots[i + 1 + j], round(t, 3)))
     if not np.isfinite(least):
         return None
-    return Separation(least, when, pair, _largest_distance_at_end(grid))
+    first = sorted(touched, key=lambda one: one[2])[:_MOST_TOUCHES]
+    return Separation(least, when, pair, _largest_distance_at_end(grid), len(touched), first)
+
+
+def _radius(model: str) -> float:
+    """Return the radius in m of the disc that is as large as a model's largest part."""
+    outlines = (np.array(prism.outline).T for prism in shape_of(model).prisms)
+    area = max(float(x @ np.roll(y, -1) - y @ np.roll(x, -1)) / 2 for x, y in outlines)
+    return math.sqrt(area / math.pi)
+
+
+def _touches(
+    t: Floats, offsets: Floats, reach: Floats, radii: Floats
+) -> Iterator[tuple[int, float]]:
+    """Yield the points that come within a radius, and the first time of each, sorted by point.
+
+    Args:
+        t: Times, shape (K,).
+        offsets: Rows x, y of M points at these times, shape (2, M, K); NaN where unknown.
+        reach: Largest motion of the points from each time to the next, shape (K - 1,).
+        radii: Radius of each point, shape (M,).
+    """
+    distances = np.hypot(*offsets)
+    points, samples = np.nonzero(distances < radii[:, None] + np.append(reach, 0.0))
+    ends = np.minimum(samples + 1, len(t) - 1)
+    start, end = offsets[:, points, samples], offsets[:, points, ends]
+    between, share = _nearest(start, end)
+    hit = between < radii[points]
+    way = np.maximum(np.hypot(*np.nan_to_num(end - start)), np.finfo(float).tiny)
+    before = np.sqrt(np.maximum(radii[points] ** 2 - between**2, 0.0)) / way  # to the nearest
+    times = t[samples] + np.maximum(share - before, 0.0) * (t[ends] - t[samples])
+    found, first = np.unique(points[hit], return_index=True)
+    yield from zip(found.tolist(), times[hit][first].tolist(), strict=True)
+
+
+def _nearest(start: Floats, end: Floats) -> tuple[Floats, Floats]:
+    """Return the smallest norm of points on their way, and the share of the way, shape (M,).
+
+    Args:
+        start: Rows x, y, shape (2, M).
+        end: The same; if it is NaN, the start counts.
+    """
+    step = np.nan_to_num(end - start)
+    squares = np.maximum(np.sum(step**2, axis=0), np.finfo(float).tiny)
+    share = np.clip(-np.sum(start * step, axis=0) / squares, 0.0, 1.0)
+    return np.hypot(*(start + share * step)), share
 
 
 def distances_of_pairs(grid: FleetGrid) -> tuple[Floats, Floats, Floats]:
@@ -100,11 +175,7 @@ def _least_distance(t: Floats, offsets: Floats, reach: Floats) -> tuple[float, f
     if not np.isfinite(least):
         return least, when, int(point)
     points, samples = np.nonzero(distances[:, :-1] < least + reach)  # others stay further away
-    start = offsets[:, points, samples]
-    step = offsets[:, points, samples + 1] - start
-    squares = np.maximum(np.sum(step**2, axis=0), np.finfo(float).tiny)
-    share = np.clip(-np.sum(start * step, axis=0) / squares, 0.0, 1.0)
-    between = np.nan_to_num(np.hypot(*(start + share * step)), nan=np.inf)
+    between, share = _nearest(offsets[:, points, samples], offsets[:, points, samples + 1])
     if len(between) and between.min() < least:
         best = int(np.argmin(between))
         k = samples[best]

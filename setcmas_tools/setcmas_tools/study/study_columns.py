@@ -67,6 +67,7 @@ COLUMNS = {
     'least_separation': Column(
         'm', 'least distance of two robots', 'separation', 'least_separation_m'
     ),
+    'collisions': Column('', 'pairs of robots that touched', 'separation', 'pairs_that_touched'),
     'largest_distance': Column(
         'm', 'largest distance of two robots, at the end', 'separation',
         'largest_distance_at_end_m',
@@ -79,6 +80,9 @@ COLUMNS = {
     'saturation': Column(
         's', 'time at the largest speed, mean over the robots', 'robots',
         'time_in_saturation_s', 'mean',
+    ),
+    'dead_band': Column(
+        's', 'time below 0.01 m/s, mean over the robots', 'robots', 'time_in_dead_band_s', 'mean'
     ),
     'communications': Column('', 'states sent by all robots', 'robots', 'communications', 'sum'),
     'received': Column('', 'messages that arrived', 'messages', 'received'),

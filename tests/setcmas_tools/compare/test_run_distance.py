@@ -4,6 +4,7 @@ from metrics_runs import T, table
 from runs import run_of
 
 from setcmas_simu.errors import SetcmasError
+from setcmas_tools import simulate
 from setcmas_tools.compare.run_distance import best_shift, changes, delay_of, largest_distance
 from setcmas_tools.measures.metrics import measure
 
@@ -56,6 +57,17 @@ def test_a_delay_is_found_and_taken_out(delay):
     assert beside.rms == pytest.approx({1: 0.0, 2: 0.1}, abs=1e-9)
     assert best_shift(wave(delay), wave(0.0)).shift == pytest.approx(-delay)
     assert 'at most 0.1 m (tb3_2 at' in str(beside)
+
+
+def test_two_simulations_are_compared_at_the_same_times():
+    slow, fast = (simulate('consensus', 2, 20, set={'K': K}) for K in (0.3, 0.6))
+    found = best_shift(slow, fast)
+
+    assert found.shift == 0.0
+    assert str(found).startswith('is 0.')
+    assert max(map(np.nanmax, found.distances.values())) == pytest.approx(
+        largest_distance(slow, fast).distance
+    )
 
 
 def test_runs_without_a_common_robot_are_refused():

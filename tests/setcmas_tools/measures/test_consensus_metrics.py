@@ -1,4 +1,5 @@
 import math
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -7,6 +8,8 @@ from ros1_recordings import CONSENSUS
 from runs import measure
 
 from setcmas_tools import simulate
+
+ROOT = Path(__file__).parents[3]
 
 
 def test_two_robots_in_consensus_settle_when_theory_says():
@@ -55,3 +58,36 @@ def test_the_recording_of_the_ros_1_stack():
         assert motion.largest_speed_m_s == pytest.approx(0.5)
         assert 4.0 < motion.path_length_m < 9.0
         assert 0 < motion.time_in_saturation_s < motion.path_length_m / 0.5 + 0.1
+
+
+def test_a_rate_is_not_fitted_to_the_plateau_of_the_dead_band():
+    # Robots that are slower than 0.01 m/s do not turn: 0.0179 1/s with the time in which all are.
+    chain = {'graph': 'path', 'random_poses': 'auto', 'seed': 3, 'set': {'K': 0.1}}
+    run = simulate(str(ROOT / 'docs/studies/average.py'), 8, 250, **chain)
+
+    slowest = 2 - 2 * math.cos(math.pi / 8)  # eigenvalue of the path's Laplacian
+    found = run.metrics()['consensus'].convergence_rate_1_s
+    assert found == pytest.approx(0.1 * slowest, rel=0.03)
+    motions = run.metrics()['robots'].robots.values()
+    assert min(motion.time_in_dead_band_s for motion in motions) > 100
+
+
+def test_a_fleet_that_rests_early_has_the_rate_until_then():
+    decay = np.maximum(np.exp(-0.1 * 2 * T), 0.1)
+    agreement = measure(table((T, 4 * decay, 0), (T, -4 * decay, 0)))['consensus']
+
+    assert agreement.convergence_rate_1_s == pytest.approx(0.2, rel=0.01)
+
+
+def test_robots_without_a_dead_band_are_fitted_to_the_end():
+    place = {'poses': [[-1, 1], [0, 0], [0, 0]], 'model': 'omnidirectional', 'set': {'K': 0.02}}
+    run = simulate(str(ROOT / 'docs/studies/average.py'), 2, 100, **place, graph='path')
+
+    assert run.metrics()['consensus'].convergence_rate_1_s == pytest.approx(0.04, rel=0.05)
+
+
+def test_a_law_that_is_not_a_consensus_reports_no_disagreement(tmp_path):
+    apart = tmp_path / 'apart.py'
+    apart.write_text('def control(robotNo, nbRobots, poses, t):\n    return robotNo - 1.5, 0\n')
+    assert 'disagreement' not in str(simulate(apart, 2, 10).metrics())
+    assert 'below 5 % not reached' in str(simulate('consensus', 2, 2).metrics())

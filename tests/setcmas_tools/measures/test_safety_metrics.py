@@ -1,7 +1,15 @@
+import math
+
 import numpy as np
 import pytest
 
-from setcmas_tools.measures.safety_metrics import Safety, fleet_filtering, fleet_safety
+from setcmas_tools import simulate
+from setcmas_tools.measures.safety_metrics import (
+    Safety,
+    fleet_filtering,
+    fleet_safety,
+    fleet_separation,
+)
 from setcmas_tools.run.fleet_motion import fleet_table
 from setcmas_tools.run.law_output import Commands, Filtered, safety_record
 from setcmas_tools.run.run import Run
@@ -62,3 +70,38 @@ def test_a_simulation_has_no_safety_and_an_unknown_lab_no_arena():
     record = safety_record([(0.0, 1, 'moving', False)])
     assert fleet_safety(run_with_of_safety(None, **LAB)) is None
     assert fleet_safety(run_with_of_safety(record)) == Safety(0, 0.0, 0.0, None, None)
+
+
+AT_EACH_OTHER = 'def control(robotNo, nbRobots, poses, t):\n    return 3 - 2 * robotNo, 0\n'
+
+
+@pytest.mark.parametrize(('model', 'size'), [('unicycle', 0.15), ('car', 0.41), ('1:car', 0.28)])
+def test_robots_that_drive_through_each_other_touch_by_the_size_of_their_model(
+    tmp_path, model, size
+):
+    law = tmp_path / 'law.py'
+    law.write_text(AT_EACH_OTHER)
+    start = [[-1, 1], [0, 0], [0, math.pi]]  # 2 m apart, and 1 m/s nearer
+    found = simulate(law, 2, 4, poses=start, model=model).metrics()['separation']
+
+    ((first, second, t),) = found.first_collisions
+    assert (first, second, found.pairs_that_touched) == (1, 2, 1)
+    assert 2 - t == pytest.approx(size, abs=0.05)
+    assert f'collisions: robots 1 and 2 touched at {t:.1f} s' in found.lines(None)
+
+
+def test_robots_that_pass_between_two_samples_touch_and_others_do_not():
+    t = np.arange(3) / 10
+    rows = [(s, 1, 20 * s - 1, 0, 0, 20, 0) for s in t]
+    rows += [(s, 2, 0.05, 0, 0, 0, 0) for s in t] + [(s, 3, 0, 0.5, 0, 0, 0) for s in t]
+    found = fleet_separation(Run(RunTables(fleet_table(rows))))
+
+    assert found.first_collisions == [(1, 2, pytest.approx(0.0525, abs=0.01))]
+
+
+def test_collisions_are_counted_and_the_first_are_listed():
+    found = simulate('consensus', 8, 20).metrics()['separation']
+
+    assert found.pairs_that_touched == 28
+    assert len(found.first_collisions) == 3
+    assert found.lines(None)[-1].endswith(', 25 more pairs later')

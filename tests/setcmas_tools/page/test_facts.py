@@ -100,7 +100,7 @@ def test_two_runs_are_measured_and_drawn_beside_each_other():
     assert below == []
     assert names[:3] == ['paths', 'distances', 'trajectories']
     assert pair.differences == ['set.K: 0.02 -> 0.05']
-    assert pair.headline.startswith('fast is nearest')
+    assert pair.headline.startswith('fast is 0.')
 
 
 def test_one_run_has_the_table_of_its_robots():

@@ -102,7 +102,7 @@ def test_the_other_run_is_there_with_what_differs(failed_run):
     assert 'compared with other: consensus, 3 robots, 4 s, complete' in read.shown
     assert 'What differs' in read.shown
     assert 'delay: 0.3 -> 0.0' in read.shown
-    assert 'other is nearest' in read.shown
+    assert 'm apart (RMS)' in read.shown
 
 
 def test_runs_with_nothing_in_common_get_a_page_too(failed_run):
