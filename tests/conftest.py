@@ -38,6 +38,15 @@ def pytest_collection_modifyitems(items):
             item.add_marker(pytest.mark.ros)
 
 
+@pytest.fixture(autouse=True)
+def _restored_process():
+    """Restore what a test's scripts change in this process."""
+    from processes import restored_process
+
+    with restored_process():
+        yield
+
+
 @pytest.fixture
 def domain(monkeypatch, tmp_path_factory):
     """Reserve a ROS domain that no other test on this machine uses at the same time."""

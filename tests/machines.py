@@ -45,10 +45,6 @@ def stamp(message) -> float:
     return seconds(message.header.stamp)
 
 
-class NotGoingError(Exception):
-    """A fleet did not go at the start; holds what its processes said."""
-
-
 class ThreeMachines:
     """Robots 1 to 4 on one machine, 5 to 8 on another, controllers and recorder on the third."""
 
@@ -97,25 +93,25 @@ class ThreeMachines:
         return self.start('laptop', *RECORDER, '--output', str(self.bag))
 
     def t(self, robots) -> float:
-        """Return t of a controller, by the newest that it told; as of now."""
-        told = (one for one in self.times[::-1] if one.source.startswith(name(robots)))
-        newest = next(told, None)
+        """Return t of a controller, by its newest message; as of now."""
+        sent = (one for one in self.times[::-1] if one.source.startswith(name(robots)))
+        newest = next(sent, None)
         if newest is None:
             return math.nan
         return time.time() - stamp(newest) + seconds(newest.time_ref)
 
-    def told(self) -> str:
-        """Return which robots were heard and move, and what all processes said."""
-        heard = {robot: (len(told), moves(told)) for robot, told in self.odometry.items()}
-        return '\n--\n'.join([str(heard), *(one.output() for one in self._processes)])
+    def state(self) -> str:
+        """Return for each robot its number of messages and whether it moves, and all outputs."""
+        robots = {robot: (len(got), moves(got)) for robot, got in self.odometry.items()}
+        return '\n--\n'.join([str(robots), *(one.output() for one in self._processes)])
 
     def forget(self) -> None:
-        """Let what was heard count as nothing."""
+        """Forget the messages received so far."""
         for messages in self.peer.messages.values():
             messages.clear()
 
     def wait_until_all_go(self) -> None:
-        """Wait until every robot moves, by messages that come from now on, and t is one."""
+        """Wait until every robot moves, by messages from now on, and t is the same everywhere."""
         self.forget()
         self.peer.wait_for(lambda: all(moves(self.odometry[robot]) for robot in FLEET))
         self.peer.wait_for(lambda: abs(self.t(LEFT) - self.t(RIGHT)) < SAME_T_S)
@@ -140,7 +136,7 @@ def moves(odometry) -> bool:
 
 
 def go(way: str, domain: int, folder: Path) -> None:
-    """Let the fleet go, and see that all machines have one t."""
+    """Start the fleet, and check that all machines have the same t."""
     with ThreeMachines(way, domain, folder) as machines:
         begin(machines)
 
@@ -176,12 +172,12 @@ def begin(machines: ThreeMachines):
     try:
         machines.wait_until_all_go()
     except AssertionError:
-        raise NotGoingError(machines.told()) from None
+        raise AssertionError(machines.state()) from None
     return simulators, controllers
 
 
 def recover(way: str, domain: int, folder: Path) -> None:
-    """Let the fleet go, and see that it goes on after each fault without a restart of the rest."""
+    """Start the fleet, and check that it recovers from each fault by itself."""
     with ThreeMachines(way, domain, folder) as machines:
         recorder = machines.record()
         (_, right), (controller, _) = begin(machines)

@@ -5,6 +5,7 @@ import ctypes
 import multiprocessing
 import os
 import subprocess
+import time
 from pathlib import Path
 
 _CLONE_NEWNET = 0x40000000
@@ -27,8 +28,9 @@ def in_a_process(function, *arguments):
         return pool.apply(function, arguments)
 
 
-def ip(*arguments: str) -> None:
-    subprocess.run(['ip', *arguments], check=True, capture_output=True, text=True)
+def ip(*arguments: str) -> str:
+    done = subprocess.run(['ip', *arguments], check=True, capture_output=True, text=True)
+    return done.stdout
 
 
 class Network:
@@ -52,6 +54,8 @@ class Network:
             ip('-n', switch, 'link', 'set', 'bridge0', 'up')
             for name in self.addresses:
                 self._plug_in(name, switch)
+            for name in self.addresses:
+                self._wait_until_up(name)
         except (OSError, subprocess.CalledProcessError) as error:
             self.__exit__()
             raise NoNetworkError(f'network namespaces need root and iproute2: {error}') from error
@@ -70,6 +74,16 @@ class Network:
         ip('-n', switch, 'link', 'set', name, 'type', 'bridge_slave', 'mcast_flood', 'off')
         ip('-n', space, 'addr', 'add', f'{self.addresses[name]}/24', 'dev', 'eth0')
         ip('-n', space, 'link', 'set', 'eth0', 'up')
+
+    def _wait_until_up(self, name: str) -> None:
+        """Wait for the kernel, which calls a plugged-in interface up only a little later.
+
+        Fast DDS passes over an interface that is not up, and looks once: a process that starts
+        in between never hears another machine.
+        """
+        show = ['-br', '-n', self.space(name), 'link', 'show', 'eth0']
+        while ip(*show).split()[1] != 'UP':
+            time.sleep(0.01)
 
     def cut(self, name: str) -> None:
         """Pull a machine's plug."""

@@ -80,14 +80,41 @@ def run_setcmas(*arguments: str, cwd=None, timeout: float = 2 * TIMEOUT_S, **env
     )
 
 
+_INSTALLED = (sys.prefix, sys.base_prefix, str(Path(__file__).parents[1]))
+
+
+def _is_of_a_script(module) -> bool:
+    """Return whether a module is a file that a test has written: not ours, not installed."""
+    file = getattr(module, '__file__', None) or next(iter(getattr(module, '__path__', ())), None)
+    return bool(file) and not str(file).startswith(_INSTALLED)
+
+
+@contextlib.contextmanager
+def restored_process():
+    """Restore what commands and scripts change in this process: folder, environment, imports."""
+    folder, environment, path = Path.cwd(), dict(os.environ), list(sys.path)
+    modules, finders = set(sys.modules), list(sys.meta_path)
+    try:
+        yield
+    finally:
+        os.chdir(folder)
+        if os.environ != environment:
+            os.environ.clear()
+            os.environ.update(environment)
+        sys.path[:], sys.meta_path[:] = path, finders
+        for name in sys.modules.keys() - modules:
+            if _is_of_a_script(sys.modules[name]):
+                del sys.modules[name]
+
+
 def run_here(*arguments: str, cwd=None):
     """Run the setcmas command in this process, which is faster than starting one for it."""
-    before = Path.cwd()
-    os.chdir(cwd or before)
     with (
+        restored_process(),
         tempfile.TemporaryFile('w+', encoding='utf-8') as out,
         tempfile.TemporaryFile('w+', encoding='utf-8') as err,
     ):
+        os.chdir(cwd or '.')
         try:
             with (
                 contextlib.redirect_stdout(out),
@@ -97,7 +124,5 @@ def run_here(*arguments: str, cwd=None):
                 status = main(list(arguments))
         except SystemExit as error:
             status = error.code
-        finally:
-            os.chdir(before)
         texts = [file.seek(0) or file.read() for file in (out, err)]
     return subprocess.CompletedProcess(arguments, status, *texts)

@@ -88,6 +88,16 @@ def test_generated_parts_are_up_to_date(monkeypatch):
     assert stale == []
 
 
+def test_without_entry_points_no_table_is_emptied(monkeypatch):
+    monkeypatch.syspath_prepend(GENERATORS)
+    import generate
+
+    monkeypatch.setattr('setcmas_simu.doors._offers', lambda _: {})
+
+    with pytest.raises(SystemExit, match='is installed; install setcmas again'):
+        generate.main()
+
+
 def test_changelogs_of_packages_are_read_by_bloom(monkeypatch):
     changelog = pytest.importorskip('catkin_pkg.changelog')
     monkeypatch.syspath_prepend(GENERATORS)

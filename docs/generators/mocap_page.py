@@ -2,11 +2,25 @@
 
 from __future__ import annotations
 
+from configparser import ConfigParser
+from pathlib import Path
+
 from setcmas_expe.mocap.sources import MOCAP_SOURCES
+
+_DECLARED = Path(__file__).parents[2] / 'setcmas_expe' / 'setup.cfg'
 
 
 def text() -> str:
-    """Return a table of the drivers: topic, type of its messages, and how a loss looks."""
+    """Return a table of the drivers: topic, type of its messages, and how a loss looks.
+
+    Raises:
+        SetcmasError: The installed entry points are missing or old.
+    """
+    config = ConfigParser(delimiters='=')
+    config.read(_DECLARED)
+    for line in config['options.entry_points'][MOCAP_SOURCES.group].split('\n'):
+        if line:
+            MOCAP_SOURCES.offer(line.partition('=')[0].strip())
     lines = [
         '| `mocap.preset` | topic | type | a lost body looks like | read from |',
         '|---|---|---|---|---|',

@@ -32,10 +32,9 @@ def test_a_law_or_an_exercise_is_copied(tmp_path, arguments, source):
     assert (tmp_path / 'mine.py').read_bytes() == source.read_bytes()
 
 
-# In processes of their own: this one knows modules of other tests' folders.
 def test_an_exercise_may_keep_its_name(tmp_path):
     (tmp_path / 'wp_nav.py').touch()
-    assert run_setcmas('new', 'nav_wp', '--exercise', cwd=tmp_path).returncode == 0
+    assert run_here('new', 'nav_wp', '--exercise', cwd=tmp_path).returncode == 0
     assert (tmp_path / 'nav_wp.py').read_bytes() == EXERCISES.file('nav_wp').read_bytes()
 
 
@@ -70,7 +69,7 @@ def test_mistakes_are_told_in_one_line_and_nothing_is_written(tmp_path, argument
 
 
 def test_a_script_that_hides_a_built_in_law_is_told_when_written_and_when_run(tmp_path):
-    written = run_setcmas('new', 'consensus', cwd=tmp_path)
+    written = run_here('new', 'consensus', cwd=tmp_path)
     run = run_here('offline', '--no-plots', '--algo', 'consensus', '--duration', '1', cwd=tmp_path)
 
     assert '--algo consensus now runs this file instead of the built-in law' in written.stdout
