@@ -134,6 +134,7 @@ def _environment(discovery_range: str, discovery_server: str = '') -> dict[str, 
     environment.setdefault('RCUTILS_CONSOLE_OUTPUT_FORMAT', LOG_FORMAT)
     environment.setdefault('RCUTILS_COLORIZED_OUTPUT', '0')
     environment['PYTHONUNBUFFERED'] = '1'
+    environment['PYTHONHASHSEED'] = '0'  # equal runs visit sets in the same order
     if 'PYTHONPATH' in environment:  # an empty entry would be the current folder
         folders = environment['PYTHONPATH'].split(os.pathsep)
         environment['PYTHONPATH'] = os.pathsep.join(f for f in folders if f not in ('', '.'))

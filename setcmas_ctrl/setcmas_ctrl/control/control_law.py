@@ -173,7 +173,7 @@ def checked_velocity(result: Any) -> Velocity:
     if array.size != 2:
         values = 'value' if array.size == 1 else 'values'
         raise ValueError(f'control returned {array.size} {values}: {_short(result)}')
-    vx, vy = array.ravel().tolist()
+    vx, vy = _asarray(array).ravel().tolist()  # a matrix has two dimensions always
     return _finite(float(vx), float(vy), result)
 
 

@@ -20,8 +20,8 @@ from setcmas_ctrl.controller.markers import TaskTopic
 from setcmas_ctrl.controller.stepper import ControlStepper
 from setcmas_ctrl.scripts.call_watch import CallWatch
 from setcmas_ctrl.scripts.file_watch import FileWatch
-from setcmas_ctrl.scripts.loader import seed_scripts
 from setcmas_ctrl.scripts.script_errors import AbandonCall
+from setcmas_ctrl.scripts.shared_state import seed_scripts
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet import topics
 from setcmas_simu.fleet.fleet import robots_in_words
@@ -57,7 +57,7 @@ class LawLoader:
         """
         self.watch = watch
         self._scripts = scripts
-        self._seed = (seed + robots[0] - 1) % 2**32  # different in each process
+        self._seed = seed
         self._robots = robots
         self._nb_robots = nb_robots
         self._task = task
@@ -68,7 +68,7 @@ class LawLoader:
         Raises:
             SetcmasError: A script does not load, or has shut down ROS.
         """
-        seed_scripts(self._seed)
+        seed_scripts(self._seed, self._robots[0])
         laws = [self._law(robot) for robot in self._robots]
         with self.watch.loading(laws[0].robot, laws[0].path):
             self._task.publish(laws)

@@ -28,6 +28,16 @@ def robot_of_frame(frame: types.FrameType) -> int | None:
     return imports.robot if imports else None
 
 
+def calling_robot() -> int | None:
+    """Return the robot whose script has called, directly or not; None if no script has."""
+    frame: types.FrameType | None = sys._getframe(1)
+    while frame is not None:
+        if (robot := robot_of_frame(frame)) is not None:
+            return robot
+        frame = frame.f_back
+    return None
+
+
 def helper_files(module: types.ModuleType) -> list[Path]:
     """Return the files of the helper modules that a robot's script has imported so far."""
     imports: ScriptImports = vars(module)['__builtins__'][_OWNER]

@@ -1,11 +1,10 @@
-"""Loader of control scripts: a fresh module for every robot, with a seed of its own."""
+"""Loader of control scripts: a fresh module for every robot."""
 
 from __future__ import annotations
 
 import ast
 import contextlib
 import linecache
-import random
 import stat
 import sys
 import tokenize
@@ -15,8 +14,6 @@ from collections.abc import Sequence
 from importlib.machinery import FileFinder
 from pathlib import Path
 from typing import Any
-
-import numpy as np
 
 from setcmas_ctrl.scripts.function import CONTROL, check_defines
 from setcmas_ctrl.scripts.imports import ScriptImports
@@ -31,16 +28,6 @@ from setcmas_ctrl.scripts.script_settings import (
 from setcmas_simu.doors import ScriptDoor
 from setcmas_simu.errors import SetcmasError, did_you_mean
 from setcmas_simu.fleet.topics import robot_name
-
-SEED = 0
-"""Default seed: equal runs draw equal numbers."""
-
-
-def seed_scripts(value: int) -> None:
-    """Seed `random` and `numpy.random` for control scripts."""
-    random.seed(value)
-    np.random.seed(value)
-
 
 ALGORITHMS = ScriptDoor('setcmas.algorithms', 'control law')
 EXERCISES = ScriptDoor('setcmas.exercises', 'exercise')

@@ -13,10 +13,9 @@ from collections import defaultdict
 from collections.abc import Iterable, Iterator
 from contextlib import suppress
 from pathlib import Path
-from types import FrameType
 from typing import IO, Any, TextIO, cast
 
-from setcmas_ctrl.scripts.imports import robot_of_frame
+from setcmas_ctrl.scripts.imports import calling_robot, robot_of_frame
 from setcmas_ctrl.scripts.script_errors import describe_failure
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet.topics import robot_name
@@ -96,7 +95,7 @@ class ScriptOutput:
     def write(self, text: str) -> int:
         """Write a text; put the robot's name before lines of scripts."""
         _this_thread.output = self
-        robot = None if _this_thread.naming else _writing_robot()
+        robot = None if _this_thread.naming else calling_robot()
         if robot is None:
             return self._stream.write(text)
         with self._lock:
@@ -139,15 +138,6 @@ class ScriptOutput:
             self._stream.flush()
         finally:
             _this_thread.naming = False
-
-
-def _writing_robot() -> int | None:
-    frame: FrameType | None = sys._getframe(1)
-    while frame is not None:
-        if (robot := robot_of_frame(frame)) is not None:
-            return robot
-        frame = frame.f_back
-    return None
 
 
 def _show_thread_failure(failure: threading.ExceptHookArgs) -> None:

@@ -15,6 +15,7 @@ unicycle; command may also return the speed to the left: forward, left, omega.
 from __future__ import annotations
 
 from collections.abc import Callable
+from contextlib import ExitStack
 from pathlib import Path
 from typing import Any
 
@@ -31,6 +32,7 @@ from setcmas_ctrl.scripts.script_errors import (
     failure_of,
     safe_text,
 )
+from setcmas_ctrl.scripts.shared_state import kept_state, seed_scripts
 from setcmas_simu.arrays import Floats
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.robots.model import POSE, TWIST, Motion, RobotModel
@@ -42,6 +44,8 @@ STEP = 'step(state, command, Ts)'
 _OPTIONAL = {'start': 'start(x, y, theta)', 'command': 'command(velocity, pose)'}
 _STOPS = 'stops; the other robots continue'
 
+
+_process = ExitStack()
 
 on_call: Callable[[int], object] = int
 """Called with the robot's number before each call of a script; by default does nothing."""
@@ -80,6 +84,12 @@ class ScriptRobot(RobotModel):
         self.failed = False
         self._reports = ErrorReports(warn, _STOPS)
         self._t = 0.0
+
+    @staticmethod
+    def seed(seed: int) -> None:
+        """Seed the random numbers of the scripts of this process, until it ends."""
+        _process.enter_context(kept_state())
+        seed_scripts(seed)
 
     def start(self, poses: Floats) -> Floats:
         """Return the state (3 + 3 or more, 1) of the robot at rest at a pose (3, 1).

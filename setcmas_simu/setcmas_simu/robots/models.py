@@ -6,7 +6,7 @@ import contextlib
 import math
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 
@@ -72,8 +72,15 @@ UNICYCLE = 'unicycle'
 
 NO_LIMITS = 'ideal'
 
-LoadScript = Callable[[Path, int, Callable[[str], None]], RobotModel]
-"""Loads a robot script for a robot; the last argument shows messages when the script fails."""
+
+class ScriptLoader(Protocol):
+    """Loads robot scripts."""
+
+    def __call__(self, path: Path, robot: int, warn: Callable[[str], None]) -> RobotModel:
+        """Load a script for a robot; `warn` shows messages when the script fails."""
+
+    def seed(self, seed: int) -> None:
+        """Seed the random numbers that the scripts of this process draw."""
 
 
 def _checked(thing: Any) -> RobotModel:
@@ -84,10 +91,10 @@ def _checked(thing: Any) -> RobotModel:
     return thing
 
 
-def _callable(thing: Any) -> LoadScript:
+def _callable(thing: Any) -> ScriptLoader:
     if not callable(thing):
         raise MisfitError(f'it is a {type(thing).__name__}; it must be a function')
-    load: LoadScript = thing
+    load: ScriptLoader = thing
     return load
 
 
@@ -233,6 +240,12 @@ def robot_models(
         else:
             models.append(MODELS.get(name))
     return models
+
+
+def seed_scripts(names: Sequence[str], seed: int) -> None:
+    """Seed the random numbers that the robot scripts among some models draw."""
+    if any(map(is_script, names)):
+        SCRIPT_LOADERS.get('python').seed(seed)
 
 
 def _files(names: Sequence[str]) -> dict[str, ModelFile]:

@@ -16,6 +16,7 @@ from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet import topics
 from setcmas_simu.fleet.announcement import Kind, Lockstep, Scaled, SimulatedTime
 from setcmas_simu.reports.reports import Ready
+from setcmas_simu.robots.models import seed_scripts
 from setcmas_simu.ros import qos
 from setcmas_simu.ros.fleet_topic import FleetAnnouncer
 from setcmas_simu.ros.parameters import ProcessParameters, fixed_in_lockstep
@@ -69,6 +70,7 @@ def _simulate(process: RosProcess, args: argparse.Namespace) -> None:
     options = parameters.options
     announcer = FleetAnnouncer(node, Kind.SIMULATOR)
     guard = SimulatorGuard(node, simulated.robots)
+    seed_scripts(simulated.models, options.seed)
     profile = qos.LOCKSTEP_STATE if options.lockstep else qos.STATE
     nodes = _virtual_robots(simulated, options, profile)
     parameters.warn_of_unknown(*nodes)

@@ -16,8 +16,9 @@ import numpy as np
 from setcmas_ctrl import drawing
 from setcmas_ctrl.communication.triggering import CTC, checked_answer, takes_velocities
 from setcmas_ctrl.control.control_law import ControlLaw
-from setcmas_ctrl.scripts.loader import load_script, seed_scripts
+from setcmas_ctrl.scripts.loader import load_script
 from setcmas_ctrl.scripts.script_errors import ControlError, failure_of
+from setcmas_ctrl.scripts.shared_state import kept_state, seed_scripts
 from setcmas_simu.arrays import Floats
 from setcmas_simu.errors import SetcmasError
 from setcmas_tools.offline.host_channel import Channel
@@ -88,6 +89,7 @@ class SandboxedScript:
     seed: int
     settings: dict[str, Any]
 
+    @kept_state()
     def __call__(self, channel: Channel, _: Path) -> None:
         """Answer in this process."""
         drawing.canvas = _NoCanvas()

@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
+from functools import cache, partial
 from typing import Any
 
 import numpy as np
 
 from setcmas_ctrl.control.commander import Commander
 from setcmas_ctrl.control.control_options import Algo
-from setcmas_ctrl.scripts.loader import seed_scripts
 from setcmas_ctrl.scripts.output import named_output
+from setcmas_ctrl.scripts.shared_state import kept_state, seed_scripts, warn_of_generators
 from setcmas_simu.arrays import Floats
 from setcmas_simu.fleet.planar_pose import through_quaternion
 from setcmas_simu.reports.script_calls import Function
@@ -80,9 +81,27 @@ def simulate(
     radio = None
     if not one.communication.is_ideal:
         radio = OfflineCommunication(one.communication, one.nb_robots, warn)
-    with named_output(), offline_tables.recorded_drawings() as drawings:
+    with (
+        kept_state(_warning_of_functions(one)),
+        named_output(),
+        offline_tables.recorded_drawings() as drawings,
+    ):
         one.load()
         return _run(one, radio, drawings)
+
+
+def _warning_of_functions(one: Simulation) -> Callable[[], object]:
+    """Warn if functions draw numbers that no seed decides; return what to call when they do."""
+    given = [one.scenario.law.algo, one.scenario.communication.ctc]
+    several = [value.values() if isinstance(value, Mapping) else [value] for value in given]
+    functions = [value for values in several for value in values if callable(value)]
+    for function in dict.fromkeys(functions):
+        warn_of_generators(function, one.warn)
+    message = (
+        'a function has made a random generator without a seed, so equal runs will differ; seed '
+        'it, such as np.random.default_rng(robotNo)'
+    )
+    return cache(partial(one.warn, message)) if functions else bool
 
 
 def _run(one: Simulation, radio: OfflineCommunication | None, drawings: DrawingRecord) -> Run:

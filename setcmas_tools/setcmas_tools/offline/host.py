@@ -253,7 +253,7 @@ class Host:
                 stdout=self._output,
                 stderr=None if isolated else self._output,  # until it is prepared
                 cwd='/' if isolated else None,
-                env={**environment, **self._environment},
+                env={**environment, 'PYTHONHASHSEED': '0', **self._environment},
                 start_new_session=True,  # Ctrl-C is answered here
             )  # fmt: skip
             if sys.platform == 'win32':

@@ -32,6 +32,12 @@ def test_two_numbers_in_any_form_will_do(result):
     assert [type(v) for v in velocity] == [float, float]
 
 
+@pytest.mark.filterwarnings('ignore:the matrix subclass')
+@pytest.mark.parametrize('text', ['1 2', '1; 2'])
+def test_a_matrix_of_two_numbers_will_do(text):
+    assert checked_velocity(np.matrix(text)) == (1.0, 2.0)
+
+
 @pytest.mark.parametrize(
     ('result', 'message'),
     [

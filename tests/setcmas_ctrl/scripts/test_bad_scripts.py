@@ -36,7 +36,9 @@ IN_A_CONTROLLER = [
 """Scripts whose mistakes only a controller process can report: calls that last, and Ctrl-C."""
 
 # A few of the others over ROS too: what they say is found by the same code, in another process.
-LOADING_OVER_ROS = [BAD / f'{name}.py' for name in ('syntax_error', 'exits_while_loading')]
+LOADING_OVER_ROS = [
+    BAD / f'{name}.py' for name in ('syntax_error', 'exits_while_loading', 'replaces_numpy')
+]
 RUNNING_OVER_ROS = [BAD / f'{name}.py' for name in ('exits', 'fails_for_a_while', 'returns_none')]
 
 

@@ -49,6 +49,20 @@ def test_a_run_that_goes_well_is_the_same_as_without_a_process(run, tmp_path):
     assert (result.poses == simulate(tmp_path / 'law.py', 3, 4.0).poses).all()
 
 
+def test_sets_of_strings_and_generators_without_a_seed_are_the_same_in_each_process(run):
+    top = """
+        import random
+        import numpy as np
+        rng = np.random.default_rng()
+    """
+    body = "return hash('x') % 10 + rng.random(), list({'a', 'b', 'c'}).index('a') + rng.random()"
+
+    first, second = (run(body, top, vnom=float('inf'))[0].table for _ in range(2))
+
+    assert (first.x == second.x).all()
+    assert (first.y == second.y).all()
+
+
 def nightly(*bodies):
     return [pytest.param(body, marks=pytest.mark.nightly) for body in bodies]
 
