@@ -194,6 +194,13 @@ def _entries() -> SelectableGroups:
     return entry_points()
 
 
+def plugin_versions() -> dict[str, str]:
+    """Return the versions of installed packages with plugins, by name."""
+    groups = sorted(group for group in _entries().groups if group.startswith('setcmas.'))
+    offers = [_offer(entry) for group in groups for entry in _entries().select(group=group)]
+    return {one.package: one.version for one in offers if one and not one.shipped}
+
+
 @functools.cache
 def _offers(group: str) -> dict[str, Offer]:
     offers: dict[str, Offer] = {}

@@ -49,6 +49,16 @@ def test_a_thing_of_a_package_is_found_by_name(install):
     assert THINGS.get('two') == 2
 
 
+def test_packages_with_plugins_are_named_with_their_versions(install):
+    install('pack_a', 'ONE = 1\n', one=':ONE')
+    install('pack_c', '', group='other.things', one=':ONE')
+
+    versions = doors.plugin_versions()
+
+    assert versions['pack_a'] == '1.2'
+    assert not {'pack_c', 'setcmas'} & versions.keys()
+
+
 def test_nothing_is_imported_before_it_is_asked_for(install):
     install('pack_b', 'raise RuntimeError("too early")\n', one=':ONE')
 

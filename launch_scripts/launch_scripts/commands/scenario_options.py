@@ -15,6 +15,7 @@ from setcmas_simu.fleet.start_poses import parse_pose_option
 from setcmas_simu.options.group import typed_words
 from setcmas_tools.run.run import law_title
 from setcmas_tools.run.run_info import INFO_FILE as FILE_NAME
+from setcmas_tools.run.run_info import origin_changes, read_info
 from setcmas_tools.scenario.scenario import Scenario
 
 _STARTS: dict[str, Any] = {'poses': None, 'pose': (), 'random_poses': None}
@@ -122,6 +123,9 @@ def _base(args: argparse.Namespace) -> Scenario | None:
             str(one.relative_to(folder) if one.is_relative_to(folder) else one) for one in scripts
         ]
         warn(f'setcmas {args.verb}: {named} runs {", ".join(texts)}')
+    if earlier and (info := read_info(earlier)) and info.origin:
+        for line in origin_changes(info.origin):
+            warn(f'setcmas {args.verb}: {line}')
     return scenario
 
 

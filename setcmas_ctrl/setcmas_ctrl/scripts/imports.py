@@ -8,7 +8,7 @@ import contextlib
 import sys
 import threading
 import types
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from functools import lru_cache
 from importlib.abc import MetaPathFinder
 from importlib.machinery import ModuleSpec, PathFinder, SourceFileLoader
@@ -179,6 +179,26 @@ def _imported(file: Path, folder: Path) -> Iterator[Path]:
                 path = path / part
                 places = (path.with_suffix('.py'), path / '__init__.py')
                 yield from (place for place in places if place.is_file())
+
+
+def imported_packages(sources: Iterable[bytes]) -> set[str]:
+    """Return the packages that scripts import, but for Python's own.
+
+    Args:
+        sources: What is in each of the scripts.
+    """
+    found = set()
+    for source in sources:
+        with contextlib.suppress(SyntaxError, ValueError):
+            names = [name for node in _import_statements(source) for name in _modules_of(node)]
+            found |= {name.partition('.')[0] for name in names}
+    return found - sys.stdlib_module_names
+
+
+def _modules_of(node: ast.Import | ast.ImportFrom) -> list[str]:
+    if isinstance(node, ast.Import):
+        return [alias.name for alias in node.names]
+    return [] if node.level else [node.module or '']
 
 
 @lru_cache(maxsize=64)

@@ -17,6 +17,7 @@ from typing import Any, TypeVar
 
 from setcmas_ctrl.control.references import References
 from setcmas_simu import __version__
+from setcmas_simu.doors import plugin_versions
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet.fleet import format_robots
 from setcmas_simu.options.option import plain
@@ -111,7 +112,7 @@ def _record(entry: Entry, kind: Any) -> Any:
     return kind(**values)
 
 
-_PACKAGES = ('numpy', 'rclpy', 'rosbags', 'matplotlib')
+_PACKAGES = ('numpy', 'rclpy', 'rosbags', 'matplotlib', 'daqp')
 _ROOT = Path(__file__).parents[3]
 _GIT_TIMEOUT_S = 5.0
 
@@ -122,7 +123,7 @@ class Origin:
 
     Attributes:
         setcmas: The release of setcmas, or the commit of a checkout.
-        versions: Those of Python and of packages.
+        versions: Those of Python, of packages, and of all installed plugins.
         host: Name and system of the machine.
     """
 
@@ -132,14 +133,39 @@ class Origin:
 
 
 @functools.cache
-def this_origin() -> Origin:
-    """Return the origin of runs of this process."""
-    found = {name: version for name in _PACKAGES if (version := _version(name))}
+def this_origin(modules: frozenset[str] = frozenset()) -> Origin:
+    """Return the origin of runs of this process.
+
+    Args:
+        modules: Installed modules that its scripts import.
+    """
+    packages = [*_PACKAGES, *sorted(map(_package_of, modules))]
+    found = {name: version for name in packages if (version := _version(name))}
     return Origin(
         _commit() or __version__,
-        {'python': platform.python_version(), **found},
+        {'python': platform.python_version(), **found, **plugin_versions()},
         {'name': platform.node(), 'system': platform.platform()},
     )
+
+
+def origin_changes(origin: Origin) -> list[str]:
+    """Return how the versions of this process differ from those of a run, a line for each."""
+    now = {name: _version(name) for name in origin.versions} | this_origin().versions
+    before = {'setcmas': origin.setcmas, **origin.versions}
+    now['setcmas'] = this_origin().setcmas
+    return [
+        f'version of {name}: {version} -> {now[name] or "none"}'
+        for name, version in before.items()
+        if version != now[name]
+    ]
+
+
+def _package_of(module: str) -> str:
+    if _version(module):
+        return module
+    from importlib import metadata
+
+    return metadata.packages_distributions().get(module, [module])[0]
 
 
 def _version(package: str) -> str | None:

@@ -4,7 +4,7 @@ import textwrap
 import pytest
 from control_functions import load_control
 
-from setcmas_ctrl.scripts.imports import helper_files, helper_modules
+from setcmas_ctrl.scripts.imports import helper_files, helper_modules, imported_packages
 from setcmas_ctrl.scripts.loader import load_script
 from setcmas_simu.errors import SetcmasError
 
@@ -180,3 +180,13 @@ def test_a_folder_of_that_name_does_not_hide_an_installed_package(folder, tmp_pa
     law = 'import colorsys\ndef control(i, n, p, t):\n    return colorsys.rgb_to_hls(0, 0, 0)\n'
 
     assert load_control(folder(law=law), 1)(1, 1, None, 0.0) == (0, 0, 0)
+
+
+def test_installed_packages_that_scripts_import_are_known_without_running_them():
+    sources = [
+        b'import os, numpy.linalg as la\ndef f():\n    from yaml import x',
+        b'from . import a',
+        b'(',
+    ]
+
+    assert imported_packages(sources) == {'numpy', 'yaml'}

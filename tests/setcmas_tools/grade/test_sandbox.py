@@ -246,7 +246,8 @@ def test_an_endless_loop_is_told_with_its_line(host):
 def test_forged_modules_and_streams_are_those_of_the_submission_alone(host):
     script = (
         'import sys, threading\nimport numpy as np\nimport setcmas_ctrl.control.saturation as s\n'
-        'np.hypot = np.maximum = np.asarray = s.saturate = None\nsys.stdout = sys.stderr = None\n'
+        'vars(np).update(hypot=None, maximum=None, asarray=None)\n'
+        's.saturate = sys.stdout = sys.stderr = None\n'
         'def forge():\n    while True: pass\nthreading.Thread(target=forge, daemon=True).start()\n'
     )
 

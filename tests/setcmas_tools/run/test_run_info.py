@@ -1,12 +1,17 @@
+from dataclasses import replace
+
+import numpy as np
 import pytest
 
 from setcmas_ctrl.control.references import References
 from setcmas_simu.errors import SetcmasError
+from setcmas_tools.run import run_info
 from setcmas_tools.run.run_info import (
     Outcome,
     Reload,
     RunInfo,
     State,
+    origin_changes,
     read_info,
     this_origin,
     write_info,
@@ -45,6 +50,28 @@ def test_the_origin_names_release_or_commit(tmp_path):
     assert origin.setcmas.startswith('0.')
     assert origin.versions['numpy']
     assert origin.host['name']
+
+
+def test_the_origin_names_the_packages_that_scripts_import_and_those_of_plugins(monkeypatch):
+    monkeypatch.setattr(run_info, 'plugin_versions', lambda: {'my-lab': '1.0'})
+    this_origin.cache_clear()
+    versions = this_origin(frozenset({'pytest', 'yaml', 'my_helper'})).versions
+
+    assert versions['my-lab'] == '1.0'
+    assert {'pytest', 'PyYAML', 'rosbags'} < versions.keys()
+    assert 'my_helper' not in versions
+    this_origin.cache_clear()
+
+
+def test_other_versions_than_those_of_a_run_are_listed():
+    versions = {**this_origin().versions, 'my-lab': '1.0', 'numpy': '1.0'}
+    origin = replace(this_origin(), versions=versions)
+
+    assert origin_changes(this_origin()) == []
+    assert origin_changes(origin) == [
+        f'version of numpy: 1.0 -> {np.__version__}',
+        'version of my-lab: 1.0 -> none',
+    ]
 
 
 @pytest.mark.parametrize(
