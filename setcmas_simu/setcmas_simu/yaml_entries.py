@@ -224,6 +224,13 @@ def _entry(loader: yaml.SafeLoader, path: Path, node: yaml.Node, name: str) -> E
     return Entry(path, line, name, entries)
 
 
+def yaml_line(content: Mapping[str, Any]) -> str:
+    """Return a text in YAML of one line."""
+    return yaml.safe_dump(
+        dict(content), sort_keys=False, allow_unicode=True, default_flow_style=True, width=math.inf
+    ).strip()
+
+
 def write_yaml(content: Mapping[str, Any], path: Path) -> None:
     """Write a YAML file, whole or not at all.
 

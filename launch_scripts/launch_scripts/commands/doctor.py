@@ -46,8 +46,8 @@ def main(args: argparse.Namespace) -> int:
     if args.emulate:
         check_emulated_mocap(lab.mocap)
         options = replace(options, nb_robots=lab.nb_robots)
-    arguments = options.arguments() + DoctorOptions.of(args).arguments()
-    arguments += ProofOptions(emulated=args.emulate).arguments()
+    proofs = ProofOptions(emulated=args.emulate)
+    arguments = options.arguments(DoctorOptions.of(args), proofs)
     command = node_command(DOCTOR, arguments)
     environment = experiment_environment(lab, args.emulate)
     if not args.emulate:

@@ -46,7 +46,7 @@ from setcmas_expe.lab.lab import Lab
 from setcmas_expe.lab.lab_options import ExperimentOptions
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet.fleet import robots_in_words
-from setcmas_simu.options.group import spelled
+from setcmas_simu.options.group import spelled, take_values
 from setcmas_tools.run.inputs import inputs_of, kept_record
 from setcmas_tools.run.run_folder import RunFolder, RunOptions
 from setcmas_tools.run.run_info import Outcome, RunInfo, State
@@ -64,6 +64,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     WatchOptions.add_to(parser)
     add_from_argument(parser)
     ViewOptions.add_to(parser)
+    take_values(parser)
 
 
 def main(args: argparse.Namespace) -> int:

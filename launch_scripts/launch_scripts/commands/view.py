@@ -56,7 +56,7 @@ def main(args: argparse.Namespace) -> int:
         write_config(rviz.write_rviz, robots, rviz.experiment)
         print(f'show {robots_in_words(robots)} with rviz2 -d {rviz.write_rviz}')
         return 0
-    if surplus := rviz.changed():
+    if surplus := list(rviz.changed()):
         raise SetcmasError(
             f'{spelled(surplus[0])} is for the file of --write-rviz; the page shows all robots'
         )
@@ -77,5 +77,5 @@ def _check(options: FinishedRunOptions, nb_runs: int) -> None:
     """Check that options suit one finished run, two, or the running robots."""
     if nb_runs > 2:
         raise SetcmasError(f'{nb_runs} runs given; name one or two')
-    if (surplus := options.changed()) and not nb_runs:
+    if (surplus := list(options.changed())) and not nb_runs:
         raise SetcmasError(f'{spelled(surplus[0])} is for a finished run; name its folder')

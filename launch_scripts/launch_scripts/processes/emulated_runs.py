@@ -193,8 +193,8 @@ def _runs_emulated(script: Path | None, rubric: Rubric, show: Callable[[str], No
 def _in_lab(scenario: Scenario, script: Path | None) -> ScenarioRun:
     with TemporaryDirectory(prefix='setcmas_') as folder:
         place = Path(folder, 'run')
-        options = [*command_line(scenario), '--output', str(place)]
-        command = node_command('launch_scripts.cli', [*_RUN, *options])
+        options = [*_RUN, '--output', str(place), *passed_on(scenario)]
+        command = node_command('launch_scripts.cli', options)
         done = subprocess.run(command, capture_output=True, text=True, errors='replace')
         if done.returncode == _MISTAKEN or not (place / 'csv').is_dir():
             return _not_run(done.stderr, script)
@@ -219,20 +219,14 @@ def _run_solution(rubric: Rubric, show: Callable[[str], None]) -> None:
         rubric.keep_solution(scenario, made.run)
 
 
-def command_line(scenario: Scenario) -> list[str]:
-    """Return the options of `setcmas run` that are a scenario, its start poses as they are here.
-
-    Raises:
-        SetcmasError: A value has no option, as a matrix has none.
-    """
-    if not isinstance(scenario.communication.graph, str):
-        raise SetcmasError('graph is a matrix; in the emulated lab it must be a file')
+def passed_on(scenario: Scenario) -> list[str]:
+    """Return the arguments of `setcmas run` for a scenario; it starts where it does offline."""
     robots = scenario.robots
     if robots.poses or robots.pose or robots.random_poses:
-        poses = robots.start_poses(scenario.nb_robots)
+        poses = dict(enumerate(robots.start_poses(scenario.nb_robots).T.tolist(), 1))
         scenario = scenario.replace(poses=poses, pose=(), random_poses=None)
-    parts = (scenario.law, scenario.communication, scenario.safety, scenario.robots, scenario.time)
-    return list(dict.fromkeys(one for part in parts for one in part.arguments()))
+    parts = (scenario.communication, scenario.safety, scenario.robots, scenario.time)
+    return scenario.law.arguments(*parts)
 
 
 def _not_run(messages: str, script: Path | None) -> ScenarioRun:

@@ -81,14 +81,13 @@ class Experiment:
         self.on_status: Callable[[Status], None] = lambda _: None
         self.on_script: Callable[[ChildReport], None] = lambda _: None
         self._emulated: list[Child] = []
-        options = lab_options.arguments()
         if scenario.lab.emulate:
             emulation = EmulationOptions.among(scenario.values())
-            self._emulated = [start_emulated_lab(supervisor, options + emulation.arguments())]
-        bridges = options + ProofOptions(emulated=scenario.lab.emulate).arguments()
+            self._emulated = [start_emulated_lab(supervisor, lab_options.arguments(emulation))]
+        bridges = lab_options.arguments(ProofOptions(emulated=scenario.lab.emulate))
         self._bridges = supervisor.start('bridge', node_command(BRIDGES, bridges))
         ways = ['--console', *(['--hold'] if hold else []), *(['--joystick'] if joystick else [])]
-        pause = node_command(PAUSE, [*options, *ways])
+        pause = node_command(PAUSE, [*lab_options.arguments(), *ways])
         self._pause = supervisor.start('pause', pause, listens=True)
         self._pause.on_report = self._on_report
         if joystick:

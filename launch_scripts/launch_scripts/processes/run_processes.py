@@ -94,7 +94,7 @@ class SimulatedRun(RecordedRun):
         self._lockstep, self._rtf = simulation.lockstep, simulation.rtf
         nb_steps = simulation.nb_steps(scenario.time.duration) if simulation.lockstep else None
         lockstep = SimulatorOptions(recorded=simulation.lockstep, nb_steps=nb_steps)
-        robots = node_command(SIMULATOR, simulation.arguments() + lockstep.arguments())
+        robots = node_command(SIMULATOR, simulation.arguments(lockstep))
         self._simulator = supervisor.start('simu', robots)
         options = ControllerOptions(
             nb_robots=scenario.nb_robots,
@@ -153,15 +153,14 @@ class SimulatedRun(RecordedRun):
 def controller_arguments(
     scenario: Scenario, options: ControllerOptions, safety: FilterOptions
 ) -> list[str]:
-    """Return the command line of a controller process.
+    """Return the arguments of a controller process.
 
     Args:
         scenario: Has the control law and the communication.
         options: What concerns the process.
         safety: What keeps robots apart.
     """
-    parts = (scenario.law, scenario.communication, safety, options)
-    return [argument for part in parts for argument in part.arguments()]
+    return scenario.law.arguments(scenario.communication, safety, options)
 
 
 def outcome_of(failed: Sequence[ScriptCall]) -> Outcome:

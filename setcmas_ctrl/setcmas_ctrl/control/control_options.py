@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import astuple, dataclass
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, ClassVar
 
@@ -201,20 +201,22 @@ class _Limits(Kind):
         """The form."""
         return 'four numbers: forward, turn and wheel speed, and distance of the wheels'
 
-    def parse(self, text: str) -> VelocityLimits | str:
-        """Return the limits in a text."""
+    def value(self, given: Any) -> Any:
+        """Return the limits of four numbers, or of a text with them."""
         try:
-            return VelocityLimits(*map(float, text.split(',')))
+            return VelocityLimits(
+                *map(float, given.split(',') if isinstance(given, str) else given)
+            )
         except (TypeError, ValueError):
-            return text
+            return given
+
+    def parse(self, text: str) -> Any:
+        """Return the limits in a text."""
+        return self.value(text)
 
     def accepts(self, value: Any) -> bool:
         """Return whether a value is limits."""
         return isinstance(value, VelocityLimits)
-
-    def text(self, value: Any) -> str:
-        """Return the numbers."""
-        return ','.join(map(repr, astuple(value)))
 
 
 @dataclass(frozen=True, kw_only=True)

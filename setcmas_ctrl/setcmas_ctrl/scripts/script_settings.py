@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import ast
 import copy
-import json
 import re
 import symtable
 from collections.abc import Iterable, Iterator, Mapping
@@ -20,7 +19,6 @@ import yaml
 
 from setcmas_simu.errors import SetcmasError, did_you_mean
 from setcmas_simu.options.kinds import Kind
-from setcmas_simu.options.option import plain
 
 Settings = Mapping[str, Any]
 
@@ -87,10 +85,6 @@ class SettingsKind(Kind):
     def accepts(self, value: Any) -> bool:
         """Return whether a value is a name with its value."""
         return isinstance(value, tuple) and len(value) == 2 and str(value[0]).isidentifier()
-
-    def text(self, value: Any) -> str:
-        """Return what `parse` turns into a name and its value."""
-        return f'{value[0]}={json.dumps(plain(value[1]))}'
 
 
 def _with_numbers(value: Any) -> Any:

@@ -16,7 +16,7 @@ from setcmas_expe.lab.lab import Lab
 from setcmas_expe.lab.lab_options import LabOptions
 from setcmas_expe.safety.body_proofs import ProofOptions, Proofs
 from setcmas_simu.errors import SetcmasError
-from setcmas_simu.options.group import Options, flag
+from setcmas_simu.options.group import Options, flag, take_values
 from setcmas_simu.table import Table
 
 
@@ -102,6 +102,7 @@ def main(argv: list[str] | None = None) -> int:
     LabOptions.add_to(parser)
     DoctorOptions.add_to(parser)
     ProofOptions.add_to(parser)
+    take_values(parser)
     args = parser.parse_args(argv)
     try:
         return _examine(args, ros_arguments)

@@ -1,7 +1,7 @@
 """Groups of options, each a dataclass: its fields say all that is known of them.
 
-From a group come the arguments of a command line, the parsed values, the command line of a process
-that is to have the same values, what run.yaml records, and the checks of a Python function.
+A group gives the arguments of a command line, the parsed values, the document with which a child
+process gets the same values, what run.yaml records, and the checks of a Python function.
 """
 
 from __future__ import annotations
@@ -11,11 +11,13 @@ import math
 from collections.abc import Container, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import MISSING, Field, dataclass, field, fields
+from pathlib import Path
 from typing import Any, ClassVar, TypeVar
 
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.options.kinds import Kind
 from setcmas_simu.options.option import Form, Option, plain
+from setcmas_simu.yaml_entries import entries_of, yaml_line
 
 Group = TypeVar('Group', bound='Options')
 
@@ -150,20 +152,15 @@ class Options:
         """Return the values by name."""
         return {one.name: getattr(self, one.name) for one in fields(self)}
 
-    def arguments(self) -> list[str]:
-        """Return the command line of a process that is to have the same values."""
-        line: list[str] = []
-        for name, (kept, value) in self._changed().items():
-            line += kept.typed(kept.flag or spelled(name), value)
-        return line
+    def arguments(self, *others: Options) -> list[str]:
+        """Return the arguments that give a process these values, and those of other groups."""
+        given = {k: plain(v) for group in (self, *others) for k, v in group.changed().items()}
+        return [VALUES, yaml_line(given)] if given else []
 
-    def changed(self) -> list[str]:
-        """Return the names of the options that differ from their defaults."""
-        return list(self._changed())
-
-    def _changed(self) -> dict[str, tuple[Option, Any]]:
+    def changed(self) -> dict[str, Any]:
+        """Return the values by name that differ from their defaults."""
         return {
-            one.name: (one.metadata['option'], getattr(self, one.name))
+            one.name: getattr(self, one.name)
             for one in _in_order(type(self))
             if differs(getattr(self, one.name), default_of(one))
         }
@@ -175,6 +172,30 @@ class Options:
             name: None if default == math.inf and not differs(value, default) else plain(value)
             for name, (value, default) in values.items()
         }
+
+
+VALUES = '--values'
+"""The argument with the values of a child process by name, as YAML: `Options.arguments`."""
+
+
+def take_values(parser: argparse.ArgumentParser) -> None:
+    """Let a command line take values as a document, in place of typed options."""
+    parser.add_argument(VALUES, action=_TakeValues, help=argparse.SUPPRESS)
+
+
+class _TakeValues(argparse.Action):
+    """Reads each value as in a scenario file."""
+
+    def __call__(
+        self, parser: argparse.ArgumentParser, namespace: argparse.Namespace, values: Any, *_: Any
+    ) -> None:
+        actions = {one.dest: one for one in parser._actions if hasattr(one, 'option')}
+        try:
+            for name, entry in entries_of(values, Path(VALUES)).fields(actions).items():
+                setattr(namespace, name, actions[name].option.read(entry, str))
+                actions[name].required = False
+        except SetcmasError as error:
+            parser.error(str(error))
 
 
 def _in_order(group: type[Options]) -> list[Field[Any]]:

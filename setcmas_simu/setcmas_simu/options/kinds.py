@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from setcmas_simu.errors import SetcmasError
-from setcmas_simu.fleet.fleet import format_robots, parse_robots
+from setcmas_simu.fleet.fleet import parse_robots
 from setcmas_simu.fleet.per_robot import mapped
 from setcmas_simu.yaml_entries import Entry
 
@@ -288,10 +288,10 @@ class Robots(Kind):
         except SetcmasError:
             return text
 
+    def value(self, given: Any) -> Any:
+        """Return numbers of a list as a tuple."""
+        return tuple(given) if isinstance(given, list) else super().value(given)
+
     def accepts(self, value: Any) -> bool:
         """Return whether a value is a tuple of numbers."""
         return isinstance(value, tuple)
-
-    def text(self, value: Any) -> str:
-        """Return the shortest text for the numbers."""
-        return format_robots(list(value))

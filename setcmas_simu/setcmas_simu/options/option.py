@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import MISSING, dataclass
+from dataclasses import MISSING, astuple, dataclass, is_dataclass
 from enum import Enum
 from pathlib import Path
 from typing import Any
@@ -136,17 +136,9 @@ class Option:
         if quiet:
             known |= {'default': argparse.SUPPRESS, 'required': False}
         action = group.add_argument(*filter(None, (self.short, flag)), **known)
+        action.option = self  # type: ignore[attr-defined]  # for VALUES
         if self.complete:
             action.completer = self.complete  # type: ignore[attr-defined]  # argcomplete's
-
-    def typed(self, flag: str, value: Any) -> list[str]:
-        """Return how the option with a value is typed; with = as a value may begin with a dash."""
-        if self.form in (Form.FLAG, Form.SWITCH):
-            return [flag if value else f'--no-{flag[2:]}']
-        if self.form is Form.SEVERAL:
-            return [flag, *map(self.kind.text, value)]
-        several = self.kind.spread(value) if self.form is Form.REPEATED else [value]
-        return [f'{flag}={self.kind.text(one)}' for one in several]
 
     def _counted(self, default: Any) -> dict[str, Any]:
         if default is MISSING:
@@ -185,6 +177,8 @@ def plain(value: Any) -> Any:
         return {key: plain(one) for key, one in value.items()}
     if isinstance(value, (tuple, list)):
         return [plain(one) for one in value]
+    if is_dataclass(value) and not isinstance(value, type):
+        return list(astuple(value))
     if isinstance(value, (np.ndarray, np.generic)):
         return value.tolist()
     return str(value) if isinstance(value, Path) else value

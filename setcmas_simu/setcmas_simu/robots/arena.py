@@ -73,10 +73,6 @@ class Borders(Kind):
         xmin, xmax, ymin, ymax = value
         return bool(xmin < xmax and ymin < ymax)
 
-    def text(self, value: Any) -> str:
-        """Return the borders as text."""
-        return ','.join(map(repr, value))
-
 
 Point = tuple[float, float]
 

@@ -23,6 +23,7 @@ from rclpy.signals import SignalHandlerOptions
 from rclpy.subscription import Subscription
 
 from setcmas_simu.errors import SetcmasError
+from setcmas_simu.options.group import take_values
 from setcmas_simu.reports.launcher import Launcher, connected_launcher
 from setcmas_simu.reports.reports import Mistake
 from setcmas_simu.ros.dds_setup import dds_setup
@@ -215,6 +216,7 @@ def node_main(
             SetcmasError is printed and gives status 2.
         argv: The command line; by default that of this process.
     """
+    take_values(parser)
     own_arguments, ros_arguments = split_ros_arguments(sys.argv[1:] if argv is None else argv)
     args = parser.parse_args(own_arguments)
     launcher = connected_launcher()

@@ -222,8 +222,7 @@ class Scenario:
 
     def changed(self) -> dict[str, Any]:
         """Return the values by name that differ from their defaults."""
-        values = self.values()
-        return {name: values[name] for _, part in self._parts() for name in part.changed()}
+        return {k: v for _, part in self._parts() for k, v in part.changed().items()}
 
     def found(self) -> Scenario:
         """Return the same with absolute paths of the scripts and files that it names.

@@ -4,8 +4,8 @@ import pytest
 from processes import run_setcmas
 
 from launch_scripts.cli import build_parser
-from launch_scripts.processes.emulated_runs import command_line
-from setcmas_ctrl.control.control_options import LawOptions
+from launch_scripts.commands.scenario_options import scenario_of
+from launch_scripts.processes.emulated_runs import passed_on
 from setcmas_tools.grade.rubric import read_rubric
 
 RUBRIC = """\
@@ -31,17 +31,15 @@ def rubric(tmp_path):
     return tmp_path / 'final.yaml'
 
 
-def test_a_scenario_is_a_command_that_means_the_same(rubric):
-    [scenario] = read_rubric(rubric).scenarios
-    line = ['run', '--emulate', *command_line(scenario.of('my_law.py'))]
-    args = build_parser('run').parse_args(line)
-    assert (args.algo, args.nb_robots, args.duration, args.loss) == ('my_law.py', 2, 6, 0.1)
-    assert (args.event_triggered, args.filter) == (True, 'none')
-    assert args.poses == {1: (1.0, 1.0, 0.5), 2: (-1.0, -1.0, 0.0)}
-    rubric.write_text(RUBRIC.replace('loss: 0.1', 'set: {WPL: [[1, 2]], REACHED: 0.2}'))
-    [scenario] = read_rubric(rubric).scenarios
-    args = build_parser('run').parse_args(['run', *command_line(scenario.of('my_law.py'))])
-    assert LawOptions.of(args).set == {'WPL': [[1, 2]], 'REACHED': 0.2}
+@pytest.mark.parametrize('further', ['loss: 0.1', 'set: {WPL: [[1, 2]], REACHED: 0.2}'])
+def test_a_scenario_reaches_the_command_that_runs_it(rubric, further):
+    rubric.write_text(RUBRIC.replace('loss: 0.1', further))
+    [marked] = read_rubric(rubric).scenarios
+    scenario = marked.of('my_law.py')
+    args = build_parser('run').parse_args(['run', '--emulate', *passed_on(scenario)])
+    passed = scenario_of(args)
+    assert passed.replace(poses=None) == scenario.replace(poses=None, emulate=True)
+    assert (passed.robots.start_poses(2) == scenario.robots.start_poses(2)).all()
 
 
 @pytest.mark.nightly

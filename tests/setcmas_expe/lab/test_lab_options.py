@@ -6,6 +6,7 @@ import pytest
 
 from setcmas_expe.lab.lab_options import LabOptions
 from setcmas_simu.errors import SetcmasError
+from setcmas_simu.options.group import take_values
 from setcmas_simu.robots.arena import Arena
 from setcmas_simu.robots.model import ROBOT_MODELS
 
@@ -13,6 +14,7 @@ from setcmas_simu.robots.model import ROBOT_MODELS
 def parsed(*arguments):
     parser = argparse.ArgumentParser()
     LabOptions.add_to(parser)
+    take_values(parser)
     return LabOptions.of(parser.parse_args(arguments))
 
 

@@ -7,7 +7,7 @@ from typing import ClassVar
 import pytest
 
 from setcmas_simu.errors import SetcmasError
-from setcmas_simu.options.group import ClashError, Options, flag, option
+from setcmas_simu.options.group import ClashError, Options, flag, option, take_values
 from setcmas_simu.options.kinds import Kind, Number, OneOf, PathTo, Robots
 from setcmas_simu.options.option import Form
 
@@ -67,12 +67,22 @@ def test_defaults():
 
 @pytest.mark.parametrize('options', [Robot(law='go'), Robot(law='-go', quiet=True), EVERY])
 def test_a_process_gets_the_same_values(options):
-    assert Robot.of(parser_of(Robot).parse_args(options.arguments())) == options
+    parser = parser_of(Robot)
+    take_values(parser)
+    assert Robot.of(parser.parse_args(options.arguments())) == options
 
 
 def test_only_what_differs_is_passed_on():
-    assert parsed('--noise', '1').arguments() == ['--law=go', '--noise=1']
-    assert parsed('--noise', '1').changed() == ['law', 'noise']
+    assert parsed('--noise', '1').arguments() == ['--values', '{law: go, noise: 1.0}']
+    assert parsed('--noise', '1').changed() == {'law': 'go', 'noise': 1.0}
+
+
+def test_a_mistake_in_passed_values_names_the_value(capsys):
+    parser = parser_of(Robot)
+    take_values(parser)
+    with pytest.raises(SystemExit):
+        parser.parse_args(['--values', '{law: go, nois: 1}'])
+    assert "there is no key 'nois'" in capsys.readouterr().err
 
 
 def test_forms():

@@ -6,6 +6,8 @@ import pytest
 
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.options.kinds import NB_ROBOTS, RATE, Kind, Number, OneOf, PathTo, Robots, Whole
+from setcmas_simu.options.option import plain
+from setcmas_simu.yaml_entries import entries_of, yaml_line
 
 SPEED = Number(above=0, unit='m/s')
 PROBABILITY = Number(least=0, most=1)
@@ -26,10 +28,13 @@ PROBABILITY = Number(least=0, most=1)
         (Kind(), '', ''),
     ],
 )
-def test_a_value_comes_from_a_text_and_goes_back(kind, text, value):
+def test_a_value_comes_from_a_text_and_from_a_document(kind, text, value):
     assert kind.parse(text) == value
     kind.check('it', value)
-    assert kind.parse(kind.text(value)) == value
+    assert (
+        kind.value(entries_of(yaml_line({'it': plain(value)}), Path('f')).value['it'].plain())
+        == value
+    )
 
 
 def test_numbers_keep_their_last_bit():
