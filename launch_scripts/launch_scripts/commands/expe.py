@@ -16,7 +16,6 @@ import argparse
 import sys
 import time
 from collections.abc import Callable
-from dataclasses import replace
 
 from launch_scripts.commands.scenario_options import (
     add_scenario_arguments,
@@ -25,7 +24,7 @@ from launch_scripts.commands.scenario_options import (
 )
 from launch_scripts.commands.view_options import NONE, ViewOptions, view_beside
 from launch_scripts.processes.child_process import ChildDiedError
-from launch_scripts.processes.emulated_runs import lab_options
+from launch_scripts.processes.emulated_runs import bounded_lab_options
 from launch_scripts.processes.environment import require_ros
 from launch_scripts.processes.experiment import (
     Experiment,
@@ -116,22 +115,13 @@ def _lab_options(args: argparse.Namespace, scenario: Scenario) -> LabOptions:
     """Return the options of the lab; a scenario file tightens what the lab file sets.
 
     Raises:
-        SetcmasError: It loosens something.
+        SetcmasError: It loosens something, or names a real lab.
     """
     own = {'cmd_vel_type': args.cmd_vel_type, 'joystick_button': args.joystick_button}
-    options = lab_options(scenario, **own)
     typed = typed_values(args)
-    if not args.scenario:
-        return options
-    if not scenario.lab.emulate and scenario.lab.lab and 'lab' not in typed:
+    if args.scenario and not scenario.lab.emulate and scenario.lab.lab and 'lab' not in typed:
         raise SetcmasError(f"'{args.scenario}' names a lab; in experiments add --lab instead")
-    sure = {'algo': '', 'lab': scenario.lab.lab, 'nb_robots': scenario.robots.nb_robots, **typed}
-    bounds = lab_options(Scenario.of(**sure), **own).chosen()
-    if scenario.safety.obstacles and 'obstacles' not in typed:
-        both = filter(None, (str(bounds.obstacles), scenario.safety.obstacles))
-        options = replace(options, obstacles='; '.join(both))
-    options.chosen().check_tightens(bounds)
-    return options
+    return bounded_lab_options(scenario, typed, args.scenario is not None, **own)
 
 
 def _check(args: argparse.Namespace, scenario: Scenario, lab: Lab) -> None:

@@ -31,7 +31,7 @@ from launch_scripts.commands.scenario_options import (
 )
 from launch_scripts.commands.view_options import BROWSER, ViewOptions, view_beside
 from launch_scripts.processes.child_process import Child
-from launch_scripts.processes.emulated_runs import decided, in_lab, lab_options
+from launch_scripts.processes.emulated_runs import bounded_lab_options, decided, in_lab
 from launch_scripts.processes.environment import local_environment, require_ros
 from launch_scripts.processes.experiment import experiment_environment
 from launch_scripts.processes.node_commands import PAGE
@@ -170,7 +170,9 @@ def _emulated_lab(args: argparse.Namespace, scenario: Scenario) -> Lab | None:
         return None
     if name := next((name for name in _OF_SIMULATED_ROBOTS if name in typed), ''):
         raise SetcmasError(f'{spelled(name)} is for simulated robots; it has no place in a lab')
-    lab = lab_options(scenario, nb_robots=nb_robots).chosen()
+    # What an earlier run recorded was bounded by its own lab: only another lab can refuse it.
+    from_file = args.scenario is not None or (args.earlier is not None and 'lab' in typed)
+    lab = bounded_lab_options(scenario, typed, from_file, nb_robots=nb_robots).chosen()
     EmulationOptions.among(scenario.values()).robot_model(range(1, lab.nb_robots + 1))
     poses = emulated_start_poses(lab.arena, nb_robots, scenario.robots)
     check_starts(lab.safety(safety), poses)

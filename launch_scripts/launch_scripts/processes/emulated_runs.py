@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 import subprocess
 import time
-from collections.abc import Callable
-from dataclasses import asdict
+from collections.abc import Callable, Mapping
+from dataclasses import asdict, replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
@@ -46,6 +46,33 @@ def lab_options(scenario: Scenario, **others: Any) -> LabOptions:
     if values['limits'] == NO_LIMITS:
         values['limits'] = None
     return LabOptions.among({**values, **others})
+
+
+def bounded_lab_options(
+    scenario: Scenario, typed: Mapping[str, Any], from_file: bool, **others: Any
+) -> LabOptions:
+    """Return the options of a lab; a file may tighten what lab file and typed options set.
+
+    Args:
+        scenario: The experiment.
+        typed: Values on the command line, by name: the operator's, which go before the lab file.
+        from_file: Whether the scenario is from a file.
+        others: As for `lab_options`.
+
+    Raises:
+        SetcmasError: The scenario loosens something.
+    """
+    options = lab_options(scenario, **others)
+    if not from_file:
+        return options
+    sure = {'algo': '', 'lab': scenario.lab.lab, 'nb_robots': scenario.robots.nb_robots, **typed}
+    bounds = lab_options(Scenario.of(**sure), **others).chosen()
+    own = scenario.safety.obstacles
+    if own and 'obstacles' not in typed:
+        both = dict.fromkeys(filter(None, (str(bounds.obstacles), own)))
+        options = replace(options, obstacles='; '.join(both))
+    options.chosen().check_tightens(bounds)
+    return options
 
 
 def in_lab(scenario: Scenario, lab: Lab) -> Scenario:

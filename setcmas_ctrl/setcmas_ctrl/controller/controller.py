@@ -18,9 +18,8 @@ from setcmas_ctrl.control.control_options import (
     GainOptions,
     LawOptions,
 )
-from setcmas_ctrl.controller.build import build
+from setcmas_ctrl.controller.controlled_fleet import ControlledFleet
 from setcmas_ctrl.controller.lockstep_controller import LockstepLoop
-from setcmas_ctrl.controller.preparation import Wanted, prepare
 from setcmas_ctrl.controller.script_outcomes import end_process, end_stuck_script
 from setcmas_ctrl.controller.stepper import ControlStepper
 from setcmas_ctrl.filter.filter_options import FilterOptions
@@ -69,10 +68,17 @@ def _control(process: RosProcess, args: argparse.Namespace) -> int:
         if args.experiment:
             parameters.check = partial(_keep_rate, parameters.options.rate)
         try:
-            wanted = Wanted.of(args, parameters.options)
-            stepper, loop = build(prepare(process, node, wanted))
+            fleet = ControlledFleet(
+                process,
+                node,
+                parameters.options,
+                CommunicationOptions.of(args),
+                FilterOptions.of(args),
+                ControllerOptions.of(args),
+            )
         except StopCall:
             return 0
+        stepper, loop = fleet.stepper, fleet.loop
         process.take_signals()  # scripts may have changed the handlers while loading
         end_stuck_script(process, stepper.watch, stepper.stop)
         try:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Collection, Iterable
+from functools import partial
 from itertools import repeat
 
 import numpy as np
@@ -15,11 +16,6 @@ from setcmas_ctrl.control.control_options import GainOptions
 from setcmas_ctrl.controller.graph_watch import GraphWatch
 from setcmas_ctrl.controller.network_links import FleetCommunication
 from setcmas_ctrl.controller.script_outcomes import ScriptOutcomes
-from setcmas_ctrl.controller.start import (
-    fall_in_step,
-    wait_for_poses,
-    wait_for_states,
-)
 from setcmas_ctrl.driving.driven_robot import Controller, SiToUni
 from setcmas_ctrl.driving.fleet_discovery import LostRobots
 from setcmas_ctrl.driving.fleet_pause import PauseWatch
@@ -28,11 +24,15 @@ from setcmas_ctrl.driving.odometry import POSE_TIMEOUT_S, FleetOdometry
 from setcmas_ctrl.scripts.script_errors import AbandonCall, ControlError, StopCall
 from setcmas_simu.arrays import Floats
 from setcmas_simu.fleet.fleet import robots_in_words
+from setcmas_simu.fleet.topics import TRIG_ODOM, robot_topic
 from setcmas_simu.reports.reports import Started
 from setcmas_simu.ros.process import RosProcess
 from setcmas_simu.ros.step_loop import Clock, SteadyClock
 
 _NOTHING = (math.nan, 0.0, math.nan)
+_REMIND_EVERY_S = 2.0
+_LOOK_EVERY_S = 0.002
+_AFTER_ODOMETRY_S = 0.02
 _LISTENERS_WAIT_S = 2.0
 _ENDS_ALL = 'this process ends, because it cannot command any robot any more'
 _RECORDER_WAIT_S = 15.0  # enough for a machine that loads everything from disk first
@@ -100,10 +100,12 @@ class ControlStepper:
             recorded: Whether a recorder will come; then wait for it.
             lockstep: Whether the robots wait for the laws, which makes synchronising unnecessary.
         """
-        experiment = self._pause is not None
-        wait_for_poses(process, self._odometry, self.take, self._warn, experiment)
+        is_seen = 'does motion capture see all' if self._pause else 'is their simulator running'
+        self._await(process, 'odometry', self._odometry.missing, self._odometry.topic_of, is_seen)
         if self.communication:
-            wait_for_states(process, self.communication, self.take, self._warn)
+            sends = 'is their controller running with --event-triggered'
+            state_of = partial(robot_topic, topic=TRIG_ODOM)
+            self._await(process, 'states', self.communication.missing, state_of, sends)
         # The robots, and a recorder if there is one, must get the very first command.
         process.spin_until(self._graph.all_connected(), _LISTENERS_WAIT_S)
         if recorded:
@@ -123,8 +125,48 @@ class ControlStepper:
         process.launcher.report(Started(self.robots, law))
         self._take_signals = process.take_signals
         if not lockstep:
-            fall_in_step(process, self._odometry, self.take, self.robots[0], self.clock)
+            self._fall_in_step(process)
         self._stepped = self.clock.now()
+
+    def _await(
+        self,
+        process: RosProcess,
+        what: str,
+        missing: Callable[[], list[int]],
+        topic_of: Callable[[int], str],
+        question: str,
+    ) -> None:
+        """Wait until no robot is missing; ask about those that are, now and then."""
+
+        def complete() -> bool:
+            self.take()
+            return not missing()
+
+        while not process.spin_until(complete, _REMIND_EVERY_S) and not process.stopping:
+            robots = missing()
+            self._warn(
+                f'waiting for the {what} of {robots_in_words(robots)} ({topic_of(robots[0])}); '
+                f'{question}?'
+            )
+
+    def _fall_in_step(self, process: RosProcess) -> None:
+        """Wait until shortly after the next odometry of a robot.
+
+        Robots and laws step on clocks that run alike, at rates that divide each other, so that
+        from then on every call sees fresh poses, and its commands arrive before the robots' next
+        step.
+        """
+        self.take()
+
+        def is_new() -> bool:
+            self.take()
+            return self._odometry.age(self.robots[0]) == 0.0
+
+        process.spin_until(is_new, 1.0, _LOOK_EVERY_S)
+        begin = self.clock.now()
+        process.spin_until(
+            lambda: self.clock.now() - begin >= _AFTER_ODOMETRY_S, 1.0, _LOOK_EVERY_S
+        )
 
     @property
     def nodes(self) -> list[Node]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any, ClassVar
 
 from setcmas_simu.arrays import Floats
@@ -38,7 +39,7 @@ from setcmas_simu.robots.model import MODELS
 from setcmas_simu.robots.models import MODELS as ROBOT_MODELS
 from setcmas_simu.robots.models import NO_LIMITS, UNICYCLE, check_models, model_names
 from setcmas_simu.robots.unicycle import RATE_HZ
-from setcmas_simu.yaml_entries import Entry
+from setcmas_simu.yaml_entries import Entry, entries_of
 
 
 @dataclass(frozen=True)
@@ -71,6 +72,12 @@ class _StartPoses(PathTo):
             return super().read(entry, place)
         poses = poses_of_entry(entry)
         return tuple(poses.values()) if isinstance(entry.value, list) else poses
+
+    def parse(self, text: str) -> Any:
+        """Return the path that a text is, or the poses by robot of a list or mapping in YAML."""
+        if text.startswith(('[', '{')):
+            return poses_of_entry(entries_of(text, Path('poses')))
+        return super().parse(text)
 
     def accepts(self, value: Any) -> bool:
         """Return whether a value is a path, a tuple of poses, or poses by robot."""

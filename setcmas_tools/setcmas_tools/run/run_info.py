@@ -316,7 +316,8 @@ class RunInfo:
     @property
     def parameters(self) -> dict[str, Any]:
         """The values of the scenario by name, those of the lab in place of its own."""
-        return self.scenario | (self.lab or {})
+        values = {name: value for name, value in self.scenario.items() if name != 'version'}
+        return values | (self.lab or {})
 
 
 def write_info(info: RunInfo, folder: Path) -> None:

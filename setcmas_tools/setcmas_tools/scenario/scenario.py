@@ -115,8 +115,9 @@ class Scenario:
             SetcmasError: It has a mistake; the message names file and line.
         """
         entries = content.fields(('version', *options()))
-        if 'version' in entries and entries['version'].value != VERSION:
-            raise entries['version'].mistake(f'{VERSION}, the only one that this setcmas reads')
+        if 'version' in entries:
+            with entries['version'].located():
+                _check_version(entries['version'].value)
         exercise = 'exercise' in entries and entries['exercise'].flag()
         folder = ScenarioFolder(content.file.parent, exercise, of_run)
         given = {
@@ -210,6 +211,7 @@ class Scenario:
             SetcmasError: One is not what it must be.
         """
         given = {name: value for name, value in values.items() if value is not None}
+        _check_version(given.pop('version', VERSION))
         poses = given.pop('poses', None)
         if isinstance(poses, list):
             poses = tuple((x, y, theta) for x, y, theta in poses)
@@ -279,7 +281,8 @@ class Scenario:
     def record(self) -> dict[str, Any]:
         """Return all values as YAML has them; functions by their names, None for no limit."""
         found = {k: v for _, part in self._parts() for k, v in part.record().items()}
-        return {**found, 'algo': name_of(self.law.algo), 'ctc': name_of(self.communication.ctc)}
+        names = {'algo': name_of(self.law.algo), 'ctc': name_of(self.communication.ctc)}
+        return {'version': VERSION, **found, **names}
 
     def save(self, path: str | Path) -> Path:
         """Write the scenario to a file; what has its default is left out.
@@ -310,9 +313,17 @@ def check_record(values: Mapping[str, Any]) -> None:
     Raises:
         SetcmasError: One is not what it must be.
     """
+    _check_version(values.get('version', VERSION))
     for name, value in values.items():
         if value is not None and name in options() and name not in OF_FILES:
             options()[name].check(name, options()[name].value(value))
+
+
+def _check_version(version: Any) -> None:
+    if version != VERSION:
+        raise SetcmasError(
+            f'version is {version!r}; it must be {VERSION}, the only one that this setcmas reads'
+        )
 
 
 def _found(name: Any, law: LawOptions) -> str:

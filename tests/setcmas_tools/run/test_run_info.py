@@ -86,6 +86,7 @@ def test_other_versions_than_those_of_a_run_are_listed():
         ),
         (('seed: 7', 'seed: ['), r'run\.yaml, line \d+: not YAML'),
         (('format', '- format'), 'not YAML'),
+        (('nb_robots: 3', 'version: 2\n  nb_robots: 3'), 'version is 2; it must be 1, the only'),
     ],
 )
 def test_another_or_a_damaged_record_gets_a_line(tmp_path, change, message):

@@ -46,6 +46,7 @@ def test_a_file_an_option_and_an_argument_have_the_same_names(square):
     run = simulate(scenario)
     assert (run.poses == simulate(scenario.replace(loss=0.5), loss=0.1).poses).all()
     assert run.parameters['algo'] == 'inputs/algo/square.py'
+    assert run.info.scenario['version'] == 1
 
 
 def test_what_is_saved_is_loaded(square):

@@ -1,0 +1,260 @@
+"""The robots that a process controls: found, given their laws, and stepped by one loop."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+from setcmas_ctrl import drawing
+from setcmas_ctrl.communication.communication_options import CommunicationOptions
+from setcmas_ctrl.communication.communication_settings import chosen_communication
+from setcmas_ctrl.communication.triggering import CTC
+from setcmas_ctrl.control.commander import Commander
+from setcmas_ctrl.control.control_law import ControlLaw
+from setcmas_ctrl.control.control_options import ControllerOptions, LawOptions
+from setcmas_ctrl.control.law_scripts import LawScripts
+from setcmas_ctrl.controller.event_triggered_comm import EventTriggeredComm, broadcasters
+from setcmas_ctrl.controller.graph_watch import GraphWatch
+from setcmas_ctrl.controller.lockstep_controller import LockstepLoop
+from setcmas_ctrl.controller.markers import MarkerCanvas, TaskTopic, publish_obstacles
+from setcmas_ctrl.controller.network_links import FleetCommunication
+from setcmas_ctrl.controller.script_outcomes import ScriptOutcomes, end_stuck_script
+from setcmas_ctrl.controller.script_reload import LawLoader, ScriptReloader
+from setcmas_ctrl.controller.stepper import ControlStepper
+from setcmas_ctrl.driving.driven_robot import Controller, DrivenModels, SiToUni
+from setcmas_ctrl.driving.fleet_discovery import (
+    wait_for_announcement,
+    wait_for_fleet,
+    wait_for_source,
+)
+from setcmas_ctrl.driving.fleet_pause import FleetPause, PauseWatch
+from setcmas_ctrl.driving.odometry import FleetOdometry
+from setcmas_ctrl.filter.filter_options import FilterOptions
+from setcmas_ctrl.scripts.call_watch import CallWatch
+from setcmas_ctrl.scripts.script_errors import StopCall
+from setcmas_simu.errors import SetcmasError
+from setcmas_simu.fleet import topics
+from setcmas_simu.fleet.announcement import Lockstep, Scaled, SimulatedTime
+from setcmas_simu.robots.arena import Arena, Obstacles
+from setcmas_simu.robots.models import model_names
+from setcmas_simu.ros import qos
+from setcmas_simu.ros.fleet_topic import FleetListener
+from setcmas_simu.ros.polling import MOST_WITH_SERVICES
+from setcmas_simu.ros.process import FleetNode, RosProcess
+from setcmas_simu.ros.step_loop import ScaledClock, SteadyClock, StepClock, StepLoop
+
+
+class ControlledFleet:
+    """The robots that one process controls, all or some of a fleet.
+
+    Attributes:
+        stepper: Calls their laws.
+        loop: Calls the stepper.
+    """
+
+    def __init__(
+        self,
+        process: RosProcess,
+        node: FleetNode,
+        law: LawOptions,
+        communication: CommunicationOptions,
+        safety: FilterOptions,
+        options: ControllerOptions,
+    ) -> None:
+        """Find the fleet, load its laws, and create the nodes of its robots.
+
+        Args:
+            process: The process.
+            node: Its node.
+            law: The control laws, and how robots follow them.
+            communication: Which robot hears which.
+            safety: What keeps robots apart.
+            options: The robots, and the source of their poses.
+
+        Raises:
+            SetcmasError: A script does not load, or options contradict each other.
+            StopCall: The process was asked to stop meanwhile.
+        """
+        self._process, self._node, self._warn = process, node, node.get_logger().warning
+        self._law, self._safety, self._options = law, safety, options
+        communication, scripts = communication.found(law.exercise), law.scripts()
+        process.add(node)
+        self._announced = FleetListener(node)
+        self._nb_robots = self._find()
+        self._robots = options.controlled(self._nb_robots)
+        scripts.check(self._nb_robots)
+        drawing.canvas = canvas = MarkerCanvas(node)
+        self._loader = self._law_loader(scripts)
+        laws = self._loader.load()
+        self._communication = chosen_communication(self._nb_robots, communication, law.seed)
+        self._time = self._simulated_time()
+        self._profile = qos.COMMAND
+        if isinstance(self._time, Lockstep):
+            self._profile = qos.LOCKSTEP_COMMAND
+            canvas.profile = qos.LOCKSTEP_STATE  # a recorder gets the first ones, too
+        self._odometry = self._poses()
+        self.stepper, graph = self._stepper(laws)
+        if options.watch:
+            ScriptReloader(
+                node, self.stepper, laws, self._loader, options.pause_timeout, process.launcher
+            )
+        senders = self._connect()
+        self.loop = self._loop(senders, graph)
+
+    def _find(self) -> int:
+        """Return the size of the fleet; wait for the simulator that must have it."""
+        # Nothing is commanded to robots of another user's simulator.
+        if pid := self._options.simulator:
+            _go_on(wait_for_source(self._process, self._node, self._announced, pid))
+        nb_robots = self._options.nb_robots or wait_for_fleet(
+            self._process, self._node, self._announced
+        )
+        _go_on(nb_robots)
+        return nb_robots
+
+    def _law_loader(self, scripts: LawScripts) -> LawLoader:
+        watch = CallWatch(math.inf, self._warn, self._process.launcher)
+        end_stuck_script(self._process, watch)
+        task = TaskTopic(self._node, self._nb_robots)
+        return LawLoader(scripts, self._law.seed, self._robots, self._nb_robots, watch, task)
+
+    def _simulated_time(self) -> SimulatedTime | None:
+        """Return the time that the robots follow; None is the system's.
+
+        Raises:
+            SetcmasError: The laws cannot follow a simulator in lockstep.
+        """
+        if self._options.experiment:
+            return None
+        _go_on(wait_for_announcement(self._process, self._node, self._announced, self._nb_robots))
+        time = self._announced.time
+        if isinstance(time, Lockstep) and self._options.cmd_vel_type == 'twist':
+            raise SetcmasError(
+                'the simulator is in lockstep and needs commands with a stamp: '
+                '--cmd-vel-type must be twist_stamped'
+            )
+        is_part = len(self._robots) < self._nb_robots
+        if isinstance(time, Lockstep) and self._communication.event_triggered and is_part:
+            raise SetcmasError(
+                'the simulator is in lockstep: event-triggered robots must all be controlled by '
+                'one process; leave out --robots'
+            )
+        return time
+
+    def _poses(self) -> FleetOdometry:
+        # With event-triggered broadcast the laws know the other robots only by what they send;
+        # but the range of a radio depends on where robots are.
+        return FleetOdometry(
+            self._node,
+            self._nb_robots,
+            topics.mocap_topic if self._options.experiment else topics.odometry_topic,
+            None if self._communication.needs_all_poses else self._robots,
+            qos.LATCHED if isinstance(self._time, Lockstep) else qos.STATE,
+        )
+
+    def _stepper(self, laws: list[ControlLaw]) -> tuple[ControlStepper, GraphWatch]:
+        controllers = [Controller(law, self._profile) for law in laws]
+        self._show_surroundings()
+        if self._safety.is_on:
+            for controller in controllers:
+                controller.add_allowed_topic(self._profile)
+        followers = self._followers()
+        commander = self._commander(followers)
+        pause = self._pause(followers)
+        graph = GraphWatch(self._node, self._odometry, self._announced, followers, self._warn)
+        scripts = {law.robot: law.path for law in laws}
+        condition = self._communication.condition_script or Path(CTC)
+        outcomes = ScriptOutcomes(
+            self._warn, self._loader.watch, self._process.launcher, scripts, condition
+        )
+        robots = list(zip(controllers, followers, strict=True))
+        stepper = ControlStepper(
+            self._node, self._odometry, robots, commander, outcomes, graph, pause
+        )
+        return stepper, graph
+
+    def _show_surroundings(self) -> None:
+        arena = None  # that of an experiment is the bridge's to show
+        if self._safety.arena and not self._options.experiment:
+            arena = Arena(*self._safety.arena)
+        publish_obstacles(self._node, Obstacles.of(self._safety.obstacles or ''), arena)
+
+    def _followers(self) -> list[SiToUni]:
+        options = self._options
+        topic = topics.CMD_VEL_WANTED if options.experiment else topics.CMD_VEL
+        followers = [
+            SiToUni(robot, options.cmd_vel_type, topic, self._profile) for robot in self._robots
+        ]
+        models = DrivenModels(followers, self._warn)
+        if options.model:
+            models.use(model_names(options.model, self._nb_robots))
+        else:
+            models.follow(self._announced)
+        return followers
+
+    def _commander(self, followers: list[SiToUni]) -> Commander:
+        """Return the commander of the robots.
+
+        Raises:
+            SetcmasError: Some move in a way that cannot be filtered.
+        """
+        commander = Commander(self._law, self._safety, self._robots, self._nb_robots, self._warn)
+        commander.limits = self._options.limits
+        commander.use([follower.model for follower in followers])
+        return commander
+
+    def _pause(self, followers: list[SiToUni]) -> PauseWatch | None:
+        """Let the fleet be paused, and each robot of a small one; return an experiment's pause."""
+        pause = None
+        if self._options.experiment:
+            pause = PauseWatch(self._node, self._options.pause_timeout)
+        else:
+            in_lockstep = isinstance(self._time, Lockstep)
+            FleetPause(self._node, followers, self._process.launcher, in_lockstep)
+        if len(followers) <= MOST_WITH_SERVICES:
+            for follower in followers:
+                follower.offer_services()
+        return pause
+
+    def _connect(self) -> list[EventTriggeredComm]:
+        """Let the robots communicate; return the nodes that send states when triggered."""
+        in_lockstep, stepper = isinstance(self._time, Lockstep), self.stepper
+        if not self._communication.is_ideal:
+            profile = qos.LOCKSTEP_STATE if in_lockstep else qos.LATCHED
+            stepper.communication = FleetCommunication(
+                self._node, self._odometry, self._communication, self._robots, profile
+            )
+        if not self._communication.event_triggered:
+            return []
+        return broadcasters(
+            self._robots,
+            self._communication,
+            self._odometry,
+            stepper.outcomes.conditions,
+            lambda: stepper.t,
+            stepper.watch,
+            in_lockstep,
+        )
+
+    def _loop(
+        self, senders: list[EventTriggeredComm], graph: GraphWatch
+    ) -> StepLoop | LockstepLoop:
+        rate, stepper, process = self._law.rate, self.stepper, self._process
+        if isinstance(self._time, Lockstep):
+            return LockstepLoop(
+                process, self._node, self._odometry, stepper, senders, graph, rate, self._time
+            )
+        clock: StepClock = SteadyClock()
+        if isinstance(self._time, Scaled):
+            clock = ScaledClock(self._time.rtf, self._time.begin)
+        stepper.clock = clock
+        loop = StepLoop(process, 1.0 / rate, stepper.step, clock)
+        if stepper.communication:  # it counts when a state comes
+            loop.poll = stepper.take
+        return loop
+
+
+def _go_on(found: object) -> None:
+    """End the process if nothing was found: then it was asked to stop."""
+    if not found:
+        raise StopCall
