@@ -14,7 +14,6 @@ import time
 import numpy as np
 
 from setcmas_ctrl import network
-from setcmas_ctrl.communication.graph import complete
 from setcmas_simu.fleet.fleet import start_poses
 from setcmas_tools.offline.engine import simulate
 from setcmas_tools.offline.fleet_laws import load_laws
@@ -37,7 +36,7 @@ def laws_alone(algo, nb_robots: int, duration: float) -> float:
     begin = time.process_time()
     for k in range(round(duration * CONTROL_RATE_HZ)):
         for robot, function in enumerate(functions, start=1):
-            network.begin_call(robot, complete(nb_robots))
+            network.begin_call(robot, nb_robots)
             function(robot, nb_robots, poses, k / CONTROL_RATE_HZ)
     return time.process_time() - begin
 

@@ -52,10 +52,11 @@ def laplacian() -> Floats:
     return communication_graph.laplacian(adjacency())
 
 
-def begin_call(robot: int, matrix: Floats) -> None:
-    """Answer for a robot from now on (for callers of control laws)."""
+def begin_call(robot: int, nb_robots: int, matrix: Floats | None = None) -> None:
+    """Answer for a robot from now on (for callers of control laws); no matrix is complete."""
     global _robot, _adjacency
-    _robot, _adjacency = robot, matrix
+    _robot = robot
+    _adjacency = communication_graph.complete(nb_robots) if matrix is None else matrix
 
 
 def end_call() -> None:

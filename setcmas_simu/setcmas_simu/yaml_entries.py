@@ -24,7 +24,7 @@ _LONGEST_SHOWN = 40
 
 @dataclass(frozen=True)
 class Entry:
-    """A value in a YAML file, which knows where it stands.
+    """A value in a YAML file, with its file and line.
 
     Attributes:
         file: The file.
@@ -96,34 +96,18 @@ class Entry:
             text = str(error)
             raise (error if text.startswith(f'{self.file}, line') else self.error(text)) from None
 
-    def number(
-        self, least: float = -math.inf, above: float = -math.inf, most: float = math.inf
-    ) -> float:
-        """Return a finite number from `least`, above `above`, up to `most`.
+    def number(self) -> float:
+        """Return a finite number; `options.kinds.Number.of` returns one within bounds.
 
         Raises:
             SetcmasError: It is none.
         """
-        value = self.value
-        if isinstance(value, str) and _EXPONENT.fullmatch(value):
-            value = float(value)
-        numeric = isinstance(value, (int, float)) and not isinstance(value, bool)
-        if not numeric or not math.isfinite(value) or not least <= value <= most or value <= above:
-            bound = f' above {above:g}' if above > -math.inf else ''
-            bound = f' from {least:g}' if least > -math.inf else bound
-            bound += f' up to {most:g}' if most < math.inf else ''
-            raise self.mistake(f'a number{bound}')
+        value = self.plain()
+        if not isinstance(value, (int, float)) or isinstance(value, bool):
+            raise self.mistake('a number')
+        if not math.isfinite(value):
+            raise self.mistake('a finite number')
         return float(value)
-
-    def whole(self, least: int) -> int:
-        """Return a whole number from `least`.
-
-        Raises:
-            SetcmasError: It is none.
-        """
-        if isinstance(self.value, bool) or not isinstance(self.value, int) or self.value < least:
-            raise self.mistake(f'a whole number from {least}')
-        return self.value
 
     def text(self) -> str:
         """Return a text, which may be empty.
@@ -144,17 +128,6 @@ class Entry:
         if not isinstance(self.value, bool):
             raise self.mistake('true or false')
         return self.value
-
-    def choice(self, accepted: Iterable[str]) -> str:
-        """Return one of some words.
-
-        Raises:
-            SetcmasError: It is none of them.
-        """
-        words = list(accepted)
-        if self.value not in words:
-            raise self.mistake(f'one of {", ".join(words)}{did_you_mean(self.value, words)}')
-        return str(self.value)
 
 
 def _shown(value: Any) -> str:

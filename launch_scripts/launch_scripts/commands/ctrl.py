@@ -49,6 +49,6 @@ def main(args: argparse.Namespace) -> int:
     require_ros()
     with view_beside(ViewOptions.of(args), robots) as companions:
         options = ControllerOptions(**fleet.values(), watch=args.watch)
-        arguments = controller_arguments(scenario, options, scenario.safety)
+        arguments = controller_arguments(scenario, options)
         arguments += ros_arguments(args)
         return run_in_foreground('ctrl', node_command(CONTROLLER, arguments), companions)

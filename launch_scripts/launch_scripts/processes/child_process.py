@@ -36,7 +36,7 @@ class ScriptCalls:
         """Share a file's memory with the process."""
         self._current = CurrentCall.shared(memory)
         self._failed: dict[ScriptCall, None] = {}
-        self._told_since = 0.0
+        self._reported_since = 0.0
         self.failures: tuple[ScriptFailure, ...] = ()
 
     @property
@@ -44,7 +44,7 @@ class ScriptCalls:
         """Calls that failed, hung, or were running when the process was killed or died."""
         return tuple(self._failed)
 
-    def hear(self, report: Message) -> None:
+    def take(self, report: Message) -> None:
         """Take a report of the process."""
         if isinstance(report, Failed):
             self._failed[report.call] = None
@@ -52,14 +52,14 @@ class ScriptCalls:
             self._failed |= dict.fromkeys(report.failed)
             self.failures = report.failures
         elif isinstance(report, Stuck):
-            self._told_since = self._current.since
+            self._reported_since = self._current.since
             self.note(report.call)
 
     def silently_hanging(self) -> ScriptCall | None:
         """Return a call that hangs without a report of the process; each call once."""
-        if self.running_s <= SILENT_S or self._current.since == self._told_since:
+        if self.running_s <= SILENT_S or self._current.since == self._reported_since:
             return None
-        self._told_since = self._current.since
+        self._reported_since = self._current.since
         return self.running()
 
     def running(self) -> ScriptCall | None:
@@ -190,11 +190,11 @@ class Child:
         with suppress(BlockingIOError, BrokenPipeError):  # it hangs or has ended
             os.write(self.process.stdin.fileno(), encode(message))
 
-    def hear(self, report: ChildReport) -> None:
+    def take(self, report: ChildReport) -> None:
         """Take a report of the process."""
         self.spoke = True
         self._reported[type(report)] = report
-        self.calls.hear(report)
+        self.calls.take(report)
         self.on_report(report)
         if isinstance(report, Stuck):
             self.on_hang()

@@ -36,11 +36,11 @@ _COMES_TO_REST_S = 2.0
 
 
 def lab_options(scenario: Scenario, **others: Any) -> LabOptions:
-    """Return the options of an experiment's processes; unicycles without limits have the lab's.
+    """Return the lab's options for the processes; robots without limits have the lab's.
 
     Args:
         scenario: The experiment.
-        others: Options that are no values of scenarios.
+        others: Options that scenarios do not have.
     """
     values = scenario.values()
     if values['limits'] == NO_LIMITS:
@@ -76,7 +76,7 @@ def bounded_lab_options(
 
 
 def in_lab(scenario: Scenario, lab: Lab) -> Scenario:
-    """Return a scenario with what its emulated lab decides."""
+    """Return a scenario with the values that its emulated lab sets."""
     known = (name for name, limits in ROBOT_MODELS.items() if limits == lab.limits)
     return scenario.replace(
         lab=scenario.lab.lab or DEFAULT_FILE,
@@ -93,7 +93,7 @@ def in_lab(scenario: Scenario, lab: Lab) -> Scenario:
 
 
 def decided(lab: Lab) -> dict[str, Any]:
-    """Return what run.yaml records of a lab in place of the scenario's values."""
+    """Return the values that run.yaml records for a lab, in place of the scenario's."""
     return {'limits': asdict(lab.limits), 'robot_rate': None}
 
 
@@ -182,7 +182,7 @@ _TO_THE_END = (State.COMPLETE, State.FAILED)
 
 
 def runners_in_lab(rubric: Rubric, verb: str) -> Callable[[Path], LawRunner]:
-    """Run the solution of a rubric in the emulated lab; return a function from script to runner.
+    """Run a rubric's solution in the emulated lab; return the function that runs a script there.
 
     Args:
         rubric: Its scenarios are run.

@@ -5,6 +5,7 @@ from __future__ import annotations
 import importlib.util
 import os
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 from launch_scripts.processes.child_process import Child, ChildReport
@@ -43,9 +44,9 @@ class Experiment:
     """Bridge, pause and controller processes, and optionally an emulated lab.
 
     Attributes:
-        on_status: Called with the state of pause and robots, several times a second.
-        on_script: Called with reports of the controllers.
-        runaways: Names of robots that have moved although commanded zero.
+        on_status: Called several times a second with the state of the pause node and the robots.
+        on_script: Called with each report of the controllers.
+        runaways: Names of robots that moved although commanded zero.
     """
 
     def __init__(
@@ -65,10 +66,10 @@ class Experiment:
             supervisor: Starts and monitors them.
             lab: The lab.
             scenario: What is run.
-            lab_options: Options of the lab for the processes.
+            lab_options: The lab, as the processes get it.
             recorded: Whether the controllers wait for a recorder.
             hold: Whether robots move only while a key or a button is held.
-            watch: Whether scripts are loaded again when they are saved.
+            watch: Whether scripts are reloaded on every save.
             joystick: The command that reads a joystick; None without one.
 
         Raises:
@@ -100,7 +101,8 @@ class Experiment:
             limits=lab.limits,
             watch=watch,
         )
-        laws = controller_arguments(scenario, controllers, lab.safety(scenario.safety))
+        in_lab = replace(scenario, safety=lab.safety(scenario.safety))
+        laws = controller_arguments(in_lab, controllers)
         self._ctrl = supervisor.start('ctrl', node_command(CONTROLLER, laws))
         self._ctrl.on_report = lambda report: self.on_script(report)
 
@@ -116,16 +118,16 @@ class Experiment:
 
     @property
     def failed(self) -> tuple[ScriptCall, ...]:
-        """Script calls that failed or hung at some time, after the end of the controllers."""
+        """Script calls that failed or hung; complete once controllers end."""
         return self._ctrl.calls.failed
 
     @property
     def failures(self) -> tuple[ScriptFailure, ...]:
-        """Periods of failures of laws and conditions, after the end of the controllers."""
+        """Periods in which laws and conditions failed; complete once controllers end."""
         return self._ctrl.calls.failures
 
     def request(self, action: Action, by: str = '') -> None:
-        """Send a request to the pause process; `by` is its origin, such as 'by space bar'."""
+        """Send an operator's request to the pause node; `by` says from where: 'by space bar'."""
         self._pause.send(OperatorRequest(action, by))
 
     def stop(self) -> int:

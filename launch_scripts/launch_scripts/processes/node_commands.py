@@ -8,7 +8,6 @@ from collections.abc import Sequence
 
 from launch_scripts.processes.child_process import Child
 from launch_scripts.processes.supervisor import Supervisor
-from setcmas_simu.fleet.fleet import format_robots
 from setcmas_simu.reports.reports import Started
 
 SIMULATOR = 'setcmas_simu.simulator.simulator'
@@ -34,7 +33,7 @@ _RUN_MODULE = (
 
 
 def add_ros_arguments(parser: argparse.ArgumentParser) -> None:
-    """Pass what follows `--ros-args` to the node process; it must come last."""
+    """Add `--ros-args`, the last option: all words after it go to the node process."""
     parser.add_argument(
         '--ros-args',
         nargs=argparse.REMAINDER,
@@ -58,11 +57,11 @@ def node_command(module: str, arguments: Sequence[str] = ()) -> list[str]:
 
 
 def stop_robots_of(supervisor: Supervisor, ctrl: Child) -> None:
-    """Command zero to the robots of a controller process, if it has commanded them.
+    """Stop the robots of a controller process that hangs or has died, if it commanded any.
 
-    In experiments the bridge does so, and faster.
+    In experiments the bridge stops them, and faster.
     """
     started = ctrl.reported(Started)
     if started:
-        robots = format_robots(list(started.robots))
+        robots = ','.join(map(str, started.robots))
         supervisor.run_aside(node_command(STAND_IN, ['--robots', robots]))

@@ -17,7 +17,6 @@ from launch_scripts.processes.node_commands import (
 )
 from launch_scripts.processes.supervisor import Supervisor
 from setcmas_ctrl.control.control_options import ControllerOptions
-from setcmas_ctrl.filter.filter_options import FilterOptions
 from setcmas_simu.reports.reports import Paused, Reached, Ready, Recording, Reloaded, Started
 from setcmas_simu.reports.script_calls import Function, ScriptCall, ScriptFailure
 from setcmas_simu.robots.model import limits_named
@@ -104,7 +103,7 @@ class SimulatedRun(RecordedRun):
             recorded=True,
             simulator=self._simulator.process.pid,
         )
-        laws = node_command(CONTROLLER, controller_arguments(scenario, options, scenario.safety))
+        laws = node_command(CONTROLLER, controller_arguments(scenario, options))
         self._ctrl = supervisor.start('ctrl', laws)
         self._ctrl.on_report = self.reloads.take
         self._ctrl.on_hang = partial(stop_robots_of, supervisor, self._ctrl)
@@ -150,17 +149,9 @@ class SimulatedRun(RecordedRun):
         self._supervisor.stop(self._ctrl, self.recorder, self._simulator)
 
 
-def controller_arguments(
-    scenario: Scenario, options: ControllerOptions, safety: FilterOptions
-) -> list[str]:
-    """Return the arguments of a controller process.
-
-    Args:
-        scenario: Has the control law and the communication.
-        options: What concerns the process.
-        safety: What keeps robots apart.
-    """
-    return scenario.law.arguments(scenario.communication, safety, options)
+def controller_arguments(scenario: Scenario, options: ControllerOptions) -> list[str]:
+    """Return the arguments of a controller process."""
+    return scenario.law.arguments(scenario.communication, scenario.safety, options)
 
 
 def outcome_of(failed: Sequence[ScriptCall]) -> Outcome:

@@ -115,7 +115,7 @@ class Supervisor:
         self.children.append(child)
         self._watch(child.process.stdout, self._shows(child, self.stdout))
         self._watch(child.process.stderr, self._shows(child, self.stderr))
-        self._watch(child.reports, _hears(child))
+        self._watch(child.reports, _reports_of(child))
         return child
 
     def run(
@@ -260,16 +260,16 @@ def _end(process: subprocess.Popen[bytes]) -> None:
         process.wait()
 
 
-def _hears(child: Child) -> Callable[[bytes], None]:
+def _reports_of(child: Child) -> Callable[[bytes], None]:
     decoder: LineDecoder[ChildReport] = LineDecoder(ChildReport)
 
-    def hear(data: bytes) -> None:
+    def take(data: bytes) -> None:
         for report in decoder.feed(data):
-            child.hear(report)
+            child.take(report)
         if not data:
             child.note_end_of_reports()
 
-    return hear
+    return take
 
 
 def run_to_end(command: Sequence[str], environment: Mapping[str, str]) -> int:

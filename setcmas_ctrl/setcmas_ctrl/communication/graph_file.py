@@ -18,11 +18,20 @@ from setcmas_ctrl.communication.channel import LinkChannel
 from setcmas_ctrl.communication.graph import PRESETS, Segment, checked_adjacency
 from setcmas_simu.arrays import Floats
 from setcmas_simu.errors import SetcmasError
+from setcmas_simu.options.kinds import Number, OneOf
 from setcmas_simu.yaml_entries import Entry, read_entries
 
 _LINK = re.compile(r'\s*([1-9]\d{0,3})\s*(-|<-|->)\s*([1-9]\d{0,3})\s*')
 _LINK_FORM = "'1 - 2' (both directions), '1 <- 2' (1 receives from 2) or '2 -> 1' (the same)"
 _GRAPH_KEYS = ('graph', 'adjacency', 'edges')
+
+_WEIGHT = Number(least=0, finite=True)
+_DURATION = Number(above=0, unit='s', finite=True)
+_OF_LINKS = {
+    'delay': Number(least=0, unit='s', finite=True),
+    'loss': Number(least=0, most=1),
+    'noise': Number(least=0, unit='m', finite=True),
+}
 
 Build = Callable[[int], Floats]
 Pairs = list[tuple[int, int]]
@@ -104,7 +113,7 @@ class _Parser:
         name = keys['name'].text() if 'name' in keys else f'segment {number}'
         duration = math.inf
         if 'duration' in keys:
-            duration = keys['duration'].number(above=0.0)
+            duration = _DURATION.of(keys['duration'])
         return name, duration, self._graph(entry, keys)
 
     def _graph(self, entry: Entry, keys: dict[str, Entry]) -> Build:
@@ -117,10 +126,10 @@ class _Parser:
         return build
 
     def _graph_of(self, entry: Entry) -> Build:
-        return PRESETS[entry.choice(PRESETS)]
+        return PRESETS[OneOf(tuple(PRESETS)).of(entry)]
 
     def _adjacency_of(self, entry: Entry) -> Build:
-        rows = [[cell.number(least=0.0) for cell in row.items()] for row in _items(entry)]
+        rows = [[_WEIGHT.of(cell) for cell in row.items()] for row in _items(entry)]
         if any(len(row) != len(rows) for row in rows):
             lengths = ', '.join(str(len(row)) for row in rows)
             raise entry.error(f'the matrix has rows of {lengths} numbers; it must be square')
@@ -158,7 +167,7 @@ class _Parser:
         if len(entry.value) != 1:
             raise entry.mistake(f'{_LINK_FORM}, or with a weight: 1 - 2: 0.5')
         ((link, weight),) = entry.value.items()
-        return self._pairs(entry, link), weight.number(least=0.0)
+        return self._pairs(entry, link), _WEIGHT.of(weight)
 
     def _pairs(self, entry: Entry, text: object) -> Pairs:
         found = _LINK.fullmatch(text) if isinstance(text, str) else None
@@ -177,9 +186,7 @@ class _Parser:
         if 'link' not in keys:
             raise entry.error(f"'link' is missing; it must be {_LINK_FORM}")
         values: dict[str, Any] = {
-            name: keys[name].number(least=0.0, most=most)
-            for name, most in (('delay', math.inf), ('loss', 1.0), ('noise', math.inf))
-            if name in keys
+            name: kind.of(keys[name]) for name, kind in _OF_LINKS.items() if name in keys
         }
         return [
             replace(LinkChannel(receiver, sender), **values)

@@ -12,7 +12,6 @@ from typing import Any
 import numpy as np
 
 from setcmas_ctrl import network
-from setcmas_ctrl.communication.graph import complete
 from setcmas_ctrl.scripts.function import checked_control
 from setcmas_ctrl.scripts.imports import helper_files
 from setcmas_ctrl.scripts.loader import load_script
@@ -108,9 +107,7 @@ class ControlLaw:
         Raises:
             ControlError: The script raised, or did not return two finite numbers.
         """
-        network.begin_call(
-            self.robot, complete(self._nb_robots) if adjacency is None else adjacency
-        )
+        network.begin_call(self.robot, self._nb_robots, adjacency)
         try:
             result = self._control(self.robot, self._nb_robots, poses.copy(), t)
         except (StopCall, AbandonCall, ControlError):  # ControlError: from another law

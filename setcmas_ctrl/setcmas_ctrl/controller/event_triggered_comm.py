@@ -29,10 +29,9 @@ from setcmas_simu.fleet.fleet import parse_robots, robots_in_words
 from setcmas_simu.reports.script_calls import Function
 from setcmas_simu.robots.unicycle import RATE_HZ as ROBOT_RATE_HZ
 from setcmas_simu.ros import qos
-from setcmas_simu.ros.messages import read_stamp
+from setcmas_simu.ros.messages import NO_STAMP, read_stamp
 from setcmas_simu.ros.process import FleetNode, RosProcess, node_main
 from setcmas_simu.ros.step_loop import StepLoop
-from setcmas_simu.simulator.lockstep import NONE
 
 _LOOK_EVERY_S = 0.01
 
@@ -42,7 +41,7 @@ class EventTriggeredComm(FleetNode):
 
     Attributes:
         robot: Number of the robot.
-        sent: Stamp of the last state sent in ns; NONE if none was sent.
+        sent: Stamp of the last state sent in ns; NO_STAMP if none was sent.
     """
 
     def __init__(
@@ -62,7 +61,7 @@ class EventTriggeredComm(FleetNode):
         """
         super().__init__('event_triggered_comm', namespace=topics.robot_name(broadcast.robot))
         self.robot = broadcast.robot
-        self.sent = NONE
+        self.sent = NO_STAMP
         self._broadcast = broadcast
         self._now = clock
         self._watch = watch

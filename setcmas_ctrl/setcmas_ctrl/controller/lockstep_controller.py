@@ -13,9 +13,10 @@ from setcmas_ctrl.controller.stepper import ControlStepper
 from setcmas_ctrl.driving.odometry import FleetOdometry
 from setcmas_simu.fleet import topics
 from setcmas_simu.fleet.announcement import Lockstep
+from setcmas_simu.ros.messages import NO_STAMP
 from setcmas_simu.ros.polling import wait_for_any
 from setcmas_simu.ros.process import RosProcess
-from setcmas_simu.simulator.lockstep import NONE, Ticks, stamp_at
+from setcmas_simu.simulator.lockstep import Ticks, stamp_at
 from setcmas_simu.simulator.lockstep_topics import Answerer
 
 _WAIT_S = 0.02
@@ -64,7 +65,7 @@ class LockstepLoop:
         self._nodes = [node, *stepper.nodes, *broadcasters]
         self._recorded: set[str] = set()
         self._calls = 0
-        self._commanded = NONE
+        self._commanded = NO_STAMP
 
     def run(self) -> None:
         """Answer until the process must stop."""

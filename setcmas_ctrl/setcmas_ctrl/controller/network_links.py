@@ -17,9 +17,8 @@ from setcmas_ctrl.driving.odometry import FleetOdometry, State, read_state
 from setcmas_simu.arrays import Floats
 from setcmas_simu.fleet import topics
 from setcmas_simu.ros import qos
-from setcmas_simu.ros.messages import read_stamp
+from setcmas_simu.ros.messages import NO_STAMP, read_stamp
 from setcmas_simu.ros.polling import PolledTopic
-from setcmas_simu.simulator.lockstep import NONE
 
 _COUNTS_EVERY_S = 1.0
 _GRAPH_EVERY_S = 0.2
@@ -71,7 +70,7 @@ class FleetCommunication:
             )
             for robot in robots
         ]
-        self.stamps = np.full(self._nb_robots, NONE)
+        self.stamps = np.full(self._nb_robots, NO_STAMP)
         """Stamps of the states that event-triggered robots have sent, in ns, shape (N,)."""
         self._states: list[PolledTopic] = []
         self._listen(node)

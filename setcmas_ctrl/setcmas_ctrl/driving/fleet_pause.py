@@ -66,8 +66,8 @@ SURE_AFTER_S = 0.25
 """Time in s with only "go" messages before it counts: the sender of a message is unknown, but a
 pause node that means pause repeats it ten times a second."""
 
-BY_WISH = 'paused'
-SILENT = 'paused: no message from the pause node'
+PAUSED = 'paused'
+PAUSE_NODE_SILENT = 'paused: no message from the pause node'
 NOT_STARTED = 'paused: the pause node says go, but has not said pause before'
 SEVERAL = 'paused: several pause nodes publish /paused; is another experiment in this ROS domain?'
 
@@ -112,15 +112,15 @@ class PauseWatch:
         if self._paused:
             self._may_go = True
             self._held = ''
-            return BY_WISH
+            return PAUSED
         if not self._may_go:
             return self._held or NOT_STARTED
-        return BY_WISH if now - self._go_since < SURE_AFTER_S else ''
+        return PAUSED if now - self._go_since < SURE_AFTER_S else ''
 
-    def hold(self, why: str) -> None:
+    def latch(self, why: str) -> None:
         """Pause until the pause node says pause and then go again."""
         self._may_go = False
-        self._held = f'{BY_WISH}: {why}'
+        self._held = f'{PAUSED}: {why}'
 
     def forget(self) -> None:
         """Forget all messages, because this process was suspended meanwhile."""
@@ -132,7 +132,7 @@ class PauseWatch:
         if self._node.count_publishers(topics.PAUSED) > 1:
             return SEVERAL
         silent = time.monotonic() - self._received > self._timeout_s
-        return SILENT if silent else ''
+        return PAUSE_NODE_SILENT if silent else ''
 
     def _on_paused(self, message: Bool) -> None:
         if message.data:

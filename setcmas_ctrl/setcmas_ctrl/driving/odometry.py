@@ -16,9 +16,8 @@ from setcmas_simu.arrays import Floats
 from setcmas_simu.fleet import topics
 from setcmas_simu.fleet.planar_pose import yaw_of_quaternion
 from setcmas_simu.ros import qos
-from setcmas_simu.ros.messages import read_odometry, read_stamp
+from setcmas_simu.ros.messages import NO_STAMP, read_odometry, read_stamp
 from setcmas_simu.ros.polling import PolledTopic
-from setcmas_simu.simulator.lockstep import NONE
 
 Pose = tuple[float, float, float]
 """x, y in m and theta in rad."""
@@ -49,7 +48,7 @@ class FleetOdometry:
 
     Attributes:
         poses: Rows x, y in m and theta in rad, shape (3, N); NaN for robots not seen yet.
-        stamps: Times of the newest odometry in ns, shape (N,); NONE for robots not seen yet.
+        stamps: Times of the newest odometry in ns, shape (N,); NO_STAMP for robots not seen yet.
         now: Time in s of the last `take`.
     """
 
@@ -73,7 +72,7 @@ class FleetOdometry:
         self.topic_of = topic_of
         self.poses: Floats = np.full((3, nb_robots), np.nan)
         self.now = 0.0
-        self.stamps = np.full(nb_robots, NONE)
+        self.stamps = np.full(nb_robots, NO_STAMP)
         self._received = np.full(nb_robots, -np.inf)
         self._followed = list(robots or range(1, nb_robots + 1))
         self._complete = False

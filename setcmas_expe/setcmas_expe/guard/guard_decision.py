@@ -6,7 +6,7 @@ import enum
 from collections.abc import Set as AbstractSet
 from dataclasses import dataclass
 
-from setcmas_ctrl.driving.fleet_pause import BY_WISH
+from setcmas_ctrl.driving.fleet_pause import PAUSED
 
 UNHEARD = 'its base does not listen; is its bringup running?'
 
@@ -121,11 +121,11 @@ class StartLatch:
             return state, why
         if not situation.is_commanded:
             return State.IDLE, ''
-        if paused == BY_WISH:
+        if paused == PAUSED:
             self._was = State.HELD
             return State.PAUSED, ''
         if paused:
-            return self._was, paused.removeprefix(f'{BY_WISH}: ')
+            return self._was, paused.removeprefix(f'{PAUSED}: ')
         return (state, why) if state else (State.FOLLOWING, '')
 
 

@@ -138,7 +138,7 @@ class CmdVelGuard(FleetNode):
                 for publisher in self._to_base:
                     self.destroy_publisher(publisher)
                 self._use(base, now)
-                self._pause.hold('its base listens to another topic than before')
+                self._pause.latch('its base listens to another topic than before')
         self._now = now
         self._cmd_vel.take()
         before, latch = self._report.state, self._latch
@@ -153,7 +153,7 @@ class CmdVelGuard(FleetNode):
             ending=self._commands.trouble,
         )
         if why := latch.reason_to_wait(situation):
-            self._pause.hold(why)
+            self._pause.latch(why)
         state, reason = latch.decide(situation, self._pause.reason())
         if situation.intruder:
             self._fights_until = now + _FIGHTS_S

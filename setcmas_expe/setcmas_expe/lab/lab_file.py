@@ -24,6 +24,7 @@ from setcmas_expe.mocap.sources import (
 from setcmas_simu.doors import UnusableError
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet.topics import AUTO, CMD_VEL_TYPES, robot_name
+from setcmas_simu.options.kinds import Number, OneOf, Whole
 from setcmas_simu.robots.arena import Arena, Obstacles
 from setcmas_simu.robots.model import ROBOT_MODELS, VelocityLimits
 from setcmas_simu.yaml_entries import Entry, read_entries
@@ -56,8 +57,10 @@ _GROUPS = {
 }
 _LIMITS = {'forward': 3.0, 'turn': 20.0, 'wheel': 3.0, 'wheel_separation': 2.0}
 """Limits that describe another robot, and the largest plausible values indoors."""
-_TIMEOUTS_S = (0.3, 2.0)  # commands come every 0.2 s
-"""Shortest and longest timeout: more than the time between two commands, and still safe."""
+_TIMEOUT = Number(least=0.3, most=2.0, unit='s')  # commands come every 0.2 s
+"""Timeouts: more than the time between two commands, and still safe."""
+_POSITIVE = Number(above=0, finite=True)
+_RESUMES = ('operator', 'automatic')
 _LARGEST_PORT = 65535
 _NAMESPACE = re.compile(r'[A-Za-z][A-Za-z0-9_]*(/[A-Za-z][A-Za-z0-9_]*)*')
 _ADDRESS = re.compile(r'[A-Za-z0-9_.:-]+')
@@ -86,15 +89,15 @@ def load_lab(path: Path, nb_robots: int | None = None) -> Lab:
         arena=arena,
         min_separation=_separation(chosen['min_separation'], arena),
         obstacles=Obstacles.listed(chosen['obstacles']),
-        filter=chosen['filter'].choice(FILTERS),
+        filter=OneOf(FILTERS).of(chosen['filter']),
         limits=_limits(chosen['limits']),
-        accel=given['accel'].number(above=0) if 'accel' in given else math.inf,
+        accel=_POSITIVE.of(given['accel']) if 'accel' in given else math.inf,
         timeouts=Timeouts(*(_timeout(groups['timeouts'][key]) for key in _GROUPS['timeouts'])),
         checks_motion=groups['safety']['motion_check'].flag(),
-        resumes=groups['safety']['resume'].choice(('operator', 'automatic')) == 'automatic',
+        resumes=OneOf(_RESUMES).of(groups['safety']['resume']) == _RESUMES[1],
         guarded=True,
-        cmd_vel_type=chosen['cmd_vel_type'].choice((AUTO, *CMD_VEL_TYPES)),
-        joystick_button=groups['joystick']['button'].whole(0),
+        cmd_vel_type=OneOf((AUTO, *CMD_VEL_TYPES)).of(chosen['cmd_vel_type']),
+        joystick_button=Whole().of(groups['joystick']['button']),
         joystick_topic=_checked(groups['joystick']['topic'], _is_topic, 'a topic, such as /joy'),
         static_peers=tuple(
             _checked(peer, _ADDRESS.fullmatch, 'an address, such as 192.168.1.21')
@@ -142,7 +145,7 @@ def _robot(entry: Entry, source: MocapSource) -> LabRobot:
     fields = entry.fields(('number', 'mocap_name', 'namespace'))
     if 'number' not in fields:
         raise entry.mistake('a robot with a number, such as {number: 1, mocap_name: tb3_1}')
-    number = fields['number'].whole(1)
+    number = Whole(1).of(fields['number'])
     names = {'mocap_name': robot_name(number), 'namespace': robot_name(number)}
     of_letters = f'a name of letters, digits and _, such as {robot_name(number)}'
     for key, accepts, expected in (
@@ -165,7 +168,7 @@ def _refuse_same(entry: Entry, robot: LabRobot, other: LabRobot) -> None:
 
 
 def _mocap(fields: dict[str, Entry]) -> Mocap:
-    name = fields['preset'].choice((*MOCAP_SOURCES.offers(), CUSTOM))
+    name = OneOf((*MOCAP_SOURCES.offers(), CUSTOM)).of(fields['preset'])
     try:
         source = _custom(fields) if name == CUSTOM else MOCAP_SOURCES.get(name)
     except UnusableError as error:
@@ -179,7 +182,7 @@ def _mocap(fields: dict[str, Entry]) -> Mocap:
     if 'type' in fields:
         if not source.per_body:
             raise fields['type'].mistake(f'left out: {name} has its own type')
-        message_type, read = STANDARD[fields['type'].choice(STANDARD)]
+        message_type, read = STANDARD[OneOf(tuple(STANDARD)).of(fields['type'])]
         source = replace(source, message_type=message_type, read=read)
     return Mocap(name, source, fields['y_up'].flag())
 
@@ -206,7 +209,7 @@ def _interval(entry: Entry) -> tuple[float, float]:
 
 
 def _separation(entry: Entry, arena: Arena) -> float:
-    value = entry.number(above=0)
+    value = float(_POSITIVE.of(entry))
     across = math.hypot(arena.xmax - arena.xmin, arena.ymax - arena.ymin)
     if value >= across:
         raise entry.mistake(f'less than the {across:.2f} m that the arena measures across')
@@ -215,20 +218,16 @@ def _separation(entry: Entry, arena: Arena) -> float:
 
 def _limits(entry: Entry) -> VelocityLimits:
     if not isinstance(entry.value, dict):
-        return ROBOT_MODELS[entry.choice(ROBOT_MODELS)]
+        return ROBOT_MODELS[OneOf(tuple(ROBOT_MODELS)).of(entry)]
     fields = entry.fields(_LIMITS)
     missing = [key for key in _LIMITS if key not in fields]
     if missing:
         raise entry.mistake(f'{", ".join(ROBOT_MODELS)}, or all of {", ".join(_LIMITS)}')
-    return VelocityLimits(*(fields[key].number(above=0, most=_LIMITS[key]) for key in _LIMITS))
+    return VelocityLimits(*(Number(above=0, most=_LIMITS[key]).of(fields[key]) for key in _LIMITS))
 
 
 def _timeout(entry: Entry) -> float:
-    value = entry.number(above=0)
-    shortest, longest = _TIMEOUTS_S
-    if not shortest <= value <= longest:
-        raise entry.mistake(f'a time from {shortest:g} to {longest:g} s')
-    return value
+    return float(_TIMEOUT.of(entry))
 
 
 def _is_server(text: str) -> bool:

@@ -7,7 +7,7 @@ import time
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from rclpy.node import Node
 
-from setcmas_ctrl.driving.fleet_pause import BY_WISH
+from setcmas_ctrl.driving.fleet_pause import PAUSED
 from setcmas_expe.guard.guard_watch import diagnostic_values
 from setcmas_expe.lab.lab import Lab
 from setcmas_expe.pause.console import RobotStatus
@@ -109,7 +109,7 @@ class BridgeWatch:
             self._received = time.monotonic()
             self._robots = tuple(map(_robot_status, ours))
             self._is_new = True
-            self.held = diagnostic_values(ours[0]).get('held', '').removeprefix(f'{BY_WISH}: ')
+            self.held = diagnostic_values(ours[0]).get('held', '').removeprefix(f'{PAUSED}: ')
 
 
 def _robot_status(status: DiagnosticStatus) -> RobotStatus:
@@ -125,5 +125,5 @@ def _robot_status(status: DiagnosticStatus) -> RobotStatus:
         battery=values.get('battery', ''),
         speed=values.get('speed', ''),
         runs_away=bool(values.get('runs_away')),
-        ready=state is not State.PAUSED or status.message == BY_WISH,
+        ready=state is not State.PAUSED or status.message == PAUSED,
     )

@@ -15,7 +15,13 @@ from geometry_msgs.msg import Point
 from rclpy.node import Node
 from visualization_msgs.msg import Marker, MarkerArray
 
-from setcmas_ctrl.driving.fleet_pause import BY_WISH, SILENT, STOPPED, EmergencyWatch, PauseWatch
+from setcmas_ctrl.driving.fleet_pause import (
+    PAUSE_NODE_SILENT,
+    PAUSED,
+    STOPPED,
+    EmergencyWatch,
+    PauseWatch,
+)
 from setcmas_expe.lab.lab import Lab
 from setcmas_expe.lab.lab_options import LabOptions
 from setcmas_expe.mocap.pose_track import mark_swapped
@@ -156,9 +162,9 @@ class SafetyStepper:
         self._motion.commanded({} if paused else commands, now)
         if not self._lab.resumes:
             self._latch(decisions)
-        self._reports.update(decisions, paused == SILENT, now)
+        self._reports.update(decisions, paused == PAUSE_NODE_SILENT, now)
         if self._steps % _DIAGNOSTICS_EVERY == 0:
-            held = '' if paused == BY_WISH else paused
+            held = '' if paused == PAUSED else paused
             self._diagnostics.publish(self._robots, decisions, self._runaways.robots, held, now)
         self._steps += 1
 
@@ -174,7 +180,7 @@ class SafetyStepper:
         """Return why all robots are paused; empty if they are not."""
         # A process that commands one robot past the checks may command them all.
         if contested := next((bridge for _, bridge in self._robots if bridge.rival), None):
-            self._pause.hold(f'robot {contested.robot}: {contested.rival}')
+            self._pause.latch(f'robot {contested.robot}: {contested.rival}')
         paused = self._pause.reason()
         return STOPPED if self._emergency.take() else paused
 
@@ -234,7 +240,7 @@ class SafetyStepper:
             reason = next(iter(stopped.values()))
             robots = [robot for robot, why in stopped.items() if why == reason]
             each = ', each' if len(robots) > 1 else ''
-            self._pause.hold(f'{robots_in_words(robots)}{each}: {reason}')
+            self._pause.latch(f'{robots_in_words(robots)}{each}: {reason}')
 
 
 def _greet(node: FleetNode, lab: Lab) -> None:

@@ -9,7 +9,7 @@ from numbers import Integral, Real
 from pathlib import Path
 from typing import Any
 
-from setcmas_simu.errors import SetcmasError
+from setcmas_simu.errors import SetcmasError, did_you_mean
 from setcmas_simu.fleet.fleet import parse_robots
 from setcmas_simu.fleet.per_robot import mapped
 from setcmas_simu.yaml_entries import Entry
@@ -34,6 +34,11 @@ class Kind:
     def must_be(self) -> str:
         """What a value must be, in words that follow "must be"."""
         return 'a text'
+
+    def expected(self, value: Any) -> str:
+        """Return what a value that is not accepted must be, in words that follow "must be"."""
+        del value  # some kinds offer a similar one
+        return self.must_be
 
     def parse(self, text: str) -> Any:
         """Return the value in a text, or the text itself if it has none."""
@@ -62,6 +67,17 @@ class Kind:
             SetcmasError: A text or a file is malformed.
         """
         return self.value(self.located(entry.plain(), place))
+
+    def of(self, entry: Entry) -> Any:
+        """Return the value of a YAML entry.
+
+        Raises:
+            SetcmasError: It is not of this kind; the message names file and line.
+        """
+        value = self.value(entry.plain())
+        if not self.accepts(value):
+            raise entry.mistake(self.expected(value))
+        return value
 
     def gathered(self, values: Iterable[Any]) -> Any:
         """Return the value of an option that is typed several times."""
@@ -93,7 +109,7 @@ class Kind:
         """
         if not self.accepts(value):
             shown = str(value).removesuffix('.0') if isinstance(value, Real) else repr(value)
-            raise SetcmasError(f'{name} is {shown}; it must be {self.must_be}')
+            raise SetcmasError(f'{name} is {shown}; it must be {self.expected(value)}')
 
 
 @dataclass(frozen=True)
@@ -150,12 +166,11 @@ class Number(Kind):
         """Return the shortest text for a number to the last bit."""
         return repr(float(value)).removesuffix('.0')
 
-    def check(self, name: str, value: Any) -> None:
-        """Check that a value is a number within the bounds."""
-        if isinstance(value, str):
-            of = 'of ' if self.must_be.startswith('at least') else ''
-            raise SetcmasError(f'{name} is {value!r}; it must be a number {of}{self.must_be}')
-        super().check(name, value)
+    def expected(self, value: Any) -> str:
+        """Return the bounds, and for what is no number that it must be one."""
+        if isinstance(value, Real) and not isinstance(value, bool):
+            return self.must_be
+        return f'a number {"of " * self.must_be.startswith("at least")}{self.must_be}'
 
 
 MAX_RATE_HZ = 200.0
@@ -231,6 +246,10 @@ class OneOf(Kind):
         """The list, as part of a sentence."""
         *others, last = self.words
         return f'{", ".join(others)} or {last}' if others else last
+
+    def expected(self, value: Any) -> str:
+        """Return the list, and the word in it that a value resembles."""
+        return f'{self.must_be}{did_you_mean(value, self.words)}'
 
     def accepts(self, value: Any) -> bool:
         """Return whether a value is in the list."""

@@ -14,7 +14,7 @@ import yaml
 from setcmas_simu.arrays import Floats
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet.topics import robot_name
-from setcmas_simu.options.kinds import MAX_RATE_HZ
+from setcmas_simu.options.kinds import MAX_RATE_HZ, Number, OneOf
 from setcmas_simu.robots import unicycle
 from setcmas_simu.robots.model import IDEAL, MODELS, RobotModel, VelocityLimits, limits_named
 from setcmas_simu.robots.unicycle import BURGER_SHAPE
@@ -167,7 +167,7 @@ def read_model_file(path: Path) -> ModelFile:
         SetcmasError: The file cannot be read, or is invalid.
     """
     fields = read_entries(path).fields(('limits', 'robots', OTHERS))
-    limits = fields['limits'].choice(MODELS) if 'limits' in fields else 'ideal'
+    limits = OneOf(tuple(MODELS)).of(fields['limits']) if 'limits' in fields else 'ideal'
     others = _robot(fields[OTHERS], limits) if OTHERS in fields else None
     named = fields['robots'].value if 'robots' in fields else {}
     if not isinstance(named, dict):
@@ -207,18 +207,17 @@ def _number(key: str, entry: Entry) -> int:
     return int(key)
 
 
+_DELAY = Number(least=0, most=LONGEST_DELAY_S, unit='s')
+
+
 def _robot(entry: Entry, limits: str) -> IdentifiedRobot:
     fields = entry.fields(_ROWS)
     forward, turn = (_response(fields[r]) if r in fields else Response() for r in _ROWS[:2])
-    way = fields['way'].number(least=0.0, most=LONGEST_DELAY_S) if 'way' in fields else 0.0
+    way = _DELAY.of(fields['way']) if 'way' in fields else 0.0
     return IdentifiedRobot(forward, turn, limits_named(limits), way)
 
 
 def _response(entry: Entry) -> Response:
     given = entry.fields(('gain', 'lag', 'delay'))
-    bounds = {
-        'gain': {'above': 0.0, 'most': _MOST_GAIN},
-        'lag': {'least': 0.0, 'most': LONGEST_DELAY_S},
-        'delay': {'least': 0.0, 'most': LONGEST_DELAY_S},
-    }
-    return Response(**{name: value.number(**bounds[name]) for name, value in given.items()})
+    kinds = {'gain': Number(above=0, most=_MOST_GAIN), 'lag': _DELAY, 'delay': _DELAY}
+    return Response(**{name: kinds[name].of(value) for name, value in given.items()})

@@ -22,6 +22,9 @@ POSE = '=7d'
 TWIST = '=6d'
 """Format of geometry_msgs/Twist: velocities in m/s, turn rates in rad/s."""
 
+NO_STAMP = -1
+"""In place of a stamp in ns: no message yet."""
+
 _OURS = serialize_message(Twist())[:2]  # the encoding of this machine
 _ORIGIN = 4  # bytes of the header of the encoding, from which on fields are aligned
 _STAMP_SIZE = 8

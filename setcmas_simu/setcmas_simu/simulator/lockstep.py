@@ -10,6 +10,7 @@ import msgspec
 
 from setcmas_simu.fleet.fleet import robots_in_words
 from setcmas_simu.ros import messages
+from setcmas_simu.ros.messages import NO_STAMP
 
 _FIRST_NS = 10**9  # stamp of t = 0: ROS and readers of bags take 0 for "no time"
 
@@ -53,10 +54,6 @@ def stamp_at(t: float) -> int:
     return _FIRST_NS + round(t * 1e9)
 
 
-NONE = -1
-"""No time."""
-
-
 class Follower(msgspec.Struct, frozen=True):
     """A process that follows simulated time: a controller of robots, or a recorder (no robots)."""
 
@@ -76,13 +73,13 @@ class Answer(msgspec.Struct, frozen=True):
     Attributes:
         follower: The process.
         stamp: Stamp in ns of the newest states that it has finished with.
-        commanded: Stamp in ns of the last commands that it sent; NONE if it sent none.
+        commanded: Stamp in ns of the last commands that it sent; NO_STAMP if it sent none.
         leaves: Whether it stops following.
     """
 
     follower: Follower
     stamp: int
-    commanded: int = NONE
+    commanded: int = NO_STAMP
     leaves: bool = False
 
 
@@ -151,7 +148,7 @@ class Roll:
         return {
             robot: answer.commanded
             for answer in self._answers.values()
-            if answer.commanded != NONE
+            if answer.commanded != NO_STAMP
             for robot in answer.follower.robots
         }
 

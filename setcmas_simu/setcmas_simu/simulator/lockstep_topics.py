@@ -9,8 +9,9 @@ from std_msgs.msg import String
 
 from setcmas_simu.fleet import topics
 from setcmas_simu.ros import qos
+from setcmas_simu.ros.messages import NO_STAMP
 from setcmas_simu.ros.polling import PolledTopic
-from setcmas_simu.simulator.lockstep import NONE, Answer, Roll, decode, encode, this_process
+from setcmas_simu.simulator.lockstep import Answer, Roll, decode, encode, this_process
 
 
 class Answerer:
@@ -21,7 +22,7 @@ class Answerer:
         self._follower = this_process(robots)
         self._publisher = node.create_publisher(String, topics.LOCKSTEP, qos.LATCHED)
 
-    def answer(self, stamp: int, commanded: int = NONE) -> None:
+    def answer(self, stamp: int, commanded: int = NO_STAMP) -> None:
         """Report that this process has finished with the states of a time, in ns.
 
         Args:
@@ -32,7 +33,7 @@ class Answerer:
 
     def leave(self) -> None:
         """Report that this process stops following."""
-        self._send(Answer(self._follower, NONE, leaves=True))
+        self._send(Answer(self._follower, NO_STAMP, leaves=True))
 
     def _send(self, answer: Answer) -> None:
         self._publisher.publish(String(data=encode(answer)))

@@ -28,10 +28,17 @@ from setcmas_simu.robots.unicycle import BURGER_SHAPE
 from setcmas_simu.robots.virtual_fleet import Command
 from setcmas_simu.ros import qos
 from setcmas_simu.ros.cmd_vel_topics import TYPES
-from setcmas_simu.ros.messages import POSE, STAMP, TWIST, PreparedMessage, read_stamp, read_twist
+from setcmas_simu.ros.messages import (
+    NO_STAMP,
+    POSE,
+    STAMP,
+    TWIST,
+    PreparedMessage,
+    read_stamp,
+    read_twist,
+)
 from setcmas_simu.ros.polling import PolledService, PolledTopic
 from setcmas_simu.ros.process import FleetNode
-from setcmas_simu.simulator.lockstep import NONE
 
 _EDGE = 0.09  # m: two by two cubes are about as wide and high as a Burger
 _BODY = [(0.0, side * _EDGE / 2, _EDGE * level) for side in (-1, 1) for level in (0.5, 1.5)]
@@ -127,7 +134,7 @@ class VirtualRobot(FleetNode):
     Attributes:
         robot: Its number.
         commands: Topic of its commands.
-        commanded: Stamp of its newest command in ns; NONE without one.
+        commanded: Stamp of its newest command in ns; NO_STAMP without one.
 
     Parameters: robot_no, x0, y0 (m), theta0 (rad), rate (Hz), world_frame, robot_frame, model,
     limits, cmd_timeout (s), cmd_vel_type.
@@ -144,7 +151,7 @@ class VirtualRobot(FleetNode):
             profile: Quality of service of its states.
         """
         self.robot = robot
-        self.commanded = NONE
+        self.commanded = NO_STAMP
         self.on_command: OnCommand = lambda _: None
         self.on_reset: Callable[[], None] = lambda: None
 

@@ -14,9 +14,8 @@ from setcmas_simu.fleet.announcement import Lockstep
 from setcmas_simu.reports.reports import WRITES_S, Recording
 from setcmas_simu.ros.fleet_topic import FleetListener
 from setcmas_simu.ros.message_class import NoPythonTypeError
-from setcmas_simu.ros.messages import read_stamp
+from setcmas_simu.ros.messages import NO_STAMP, read_stamp
 from setcmas_simu.ros.process import FleetNode, RosProcess, node_main
-from setcmas_simu.simulator.lockstep import NONE
 from setcmas_simu.simulator.lockstep_topics import Answerer
 from setcmas_tools.bags.bag_times import BagTimes, bag_times
 from setcmas_tools.bags.bag_writer import BagWriter, TransformRecorder
@@ -32,8 +31,8 @@ class LockstepAnswers:
     def __init__(self, node: Node, robots: Sequence[int]) -> None:
         """Answer through a node for odometry of robots."""
         self._answerer = Answerer(node)
-        self._stamps = {topics.odometry_topic(robot): NONE for robot in robots}
-        self._answered = NONE
+        self._stamps = {topics.odometry_topic(robot): NO_STAMP for robot in robots}
+        self._answered = NO_STAMP
 
     def take(self, received: Sequence[Received]) -> None:
         """Report the oldest of the newest states."""

@@ -8,6 +8,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from setcmas_simu.options.kinds import Number, OneOf
 from setcmas_simu.yaml_entries import Entry
 from setcmas_tools.compare.run_distance import distances_between
 from setcmas_tools.measures.metric import METRICS
@@ -209,7 +210,7 @@ def _criterion(entry: Entry, before: Sequence[Criterion]) -> Criterion:
     criterion = Criterion(
         name=fields['name'].text() if 'name' in fields else '',
         metric=metric,
-        points=fields['points'].number(above=0) if 'points' in fields else 1.0,
+        points=Number(above=0, finite=True).of(fields['points']) if 'points' in fields else 1.0,
         bounds=bounds,
         hint=' '.join(fields['hint'].text().split()) if 'hint' in fields else '',
         hidden='hidden' in fields and fields['hidden'].flag(),
@@ -234,7 +235,7 @@ def _metric(entry: Entry, fields: dict[str, Entry]) -> str:
     if 'metric' not in fields:
         raise entry.mistake('a criterion with a metric, such as metric: path_error')
     name = fields['metric'].text()
-    return name if is_plugins(name) else fields['metric'].choice(FIGURES)
+    return name if is_plugins(name) else str(OneOf(tuple(FIGURES)).of(fields['metric']))
 
 
 def _bounds(entry: Entry, fields: dict[str, Entry]) -> Bounds:
@@ -256,9 +257,8 @@ def _bounds(entry: Entry, fields: dict[str, Entry]) -> Bounds:
         return Bounds(low, high, False, below if none else None, above if none else None)
     bound = fields[key].number()
     if key in ('at_most', 'below'):
-        return Bounds(
-            high=bound, strict=strict, none_above=none.number(above=bound) if none else None
-        )
+        higher = Number(above=bound, finite=True)
+        return Bounds(high=bound, strict=strict, none_above=higher.of(none) if none else None)
     none_below = none.number() if none else None
     if none and none_below is not None and none_below >= bound:
         raise none.mistake(f'a number below {bound:g}')

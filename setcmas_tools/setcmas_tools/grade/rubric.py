@@ -9,6 +9,7 @@ from pathlib import Path
 from setcmas_ctrl.scripts.imports import with_helpers
 from setcmas_ctrl.scripts.loader import ALGORITHMS, EXERCISES
 from setcmas_simu.errors import SetcmasError
+from setcmas_simu.options.kinds import OneOf
 from setcmas_simu.yaml_entries import Entry, read_entries
 from setcmas_tools.grade.criteria import COMPARED, FIGURES, SAFETY, figures_of
 from setcmas_tools.grade.rubric_scenarios import (
@@ -144,10 +145,12 @@ def read_rubric(path: Path) -> Rubric:
     if not content.value:
         raise SetcmasError(f"rubric '{path}' is empty; it must have a list of scenarios")
     fields = content.fields(_KEYS)
-    exercise = fields['exercise'].choice(EXERCISES.offers()) if 'exercise' in fields else ''
+    exercise = (
+        OneOf(tuple(EXERCISES.offers())).of(fields['exercise']) if 'exercise' in fields else ''
+    )
     function = CONTROL
     if 'function' in fields:
-        function = fields['function'].choice((CONTROL, CTC))
+        function = OneOf((CONTROL, CTC)).of(fields['function'])
     elif exercise:
         function = _function_of(EXERCISES.file(exercise))
     if 'scenarios' not in fields:

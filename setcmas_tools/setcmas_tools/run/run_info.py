@@ -20,6 +20,7 @@ from setcmas_simu import __version__
 from setcmas_simu.doors import plugin_versions
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet.fleet import format_robots
+from setcmas_simu.options.kinds import OneOf
 from setcmas_simu.options.option import plain
 from setcmas_simu.reports.script_calls import ScriptFailure
 from setcmas_simu.yaml_entries import Entry, read_entries, write_yaml
@@ -92,7 +93,7 @@ def _converted(entry: Entry, kind: Any) -> Any:
             raise entry.mistake('a mapping')
         return {key: _converted(one, inner[1]) for key, one in entry.value.items()}
     if issubclass(kind, enum.Enum):
-        return kind(entry.choice([one.value for one in kind]))
+        return kind(OneOf(tuple(one.value for one in kind)).of(entry))
     accepted = (int, float) if kind is float else kind
     if not isinstance(entry.value, accepted) or (kind is not bool and entry.value is True):
         raise entry.mistake(_NAMES[kind])

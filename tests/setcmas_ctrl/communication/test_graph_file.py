@@ -64,7 +64,7 @@ def test_segments_and_links(load):
 @pytest.mark.parametrize(
     ('text', 'line', 'message'),
     [
-        ('graph: rong\n', 1, "graph is 'rong'; it must be one of complete, ring"),
+        ('graph: rong\n', 1, "graph is 'rong'; it must be complete, ring"),
         (
             '# comment\nedge:\n  - 1 - 2\n',
             2,
@@ -72,7 +72,7 @@ def test_segments_and_links(load):
         ),
         ('edges:\n  - 1 - 2\n  - 1 + 2\n', 3, "edges[1] is '1 + 2'; it must be '1 - 2'"),
         ('edges:\n  - 1 - 2\n  - 2 - 2\n', 3, 'robots have no links to themselves'),
-        ('edges:\n  - 1 - 2: heavy\n', 2, "is 'heavy'; it must be a number from 0"),
+        ('edges:\n  - 1 - 2: heavy\n', 2, "is 'heavy'; it must be a number of at least 0"),
         (
             'edges:\n  - [1, 2]\n',
             2,
@@ -85,7 +85,7 @@ def test_segments_and_links(load):
         (
             'adjacency:\n  - [0, 1]\n  - [-1, 0]\n',
             3,
-            'adjacency[1][0] is -1; it must be a number from 0',
+            'adjacency[1][0] is -1; it must be at least 0',
         ),
         ('adjacency:\n  - [1, 1]\n  - [1, 0]\n', 1, 'robots have no links to themselves'),
         ('graph: ring\nedges: [1 - 2]\n', 1, 'has graph and edges; it must be one of'),
@@ -96,13 +96,13 @@ def test_segments_and_links(load):
         (
             'segments:\n  - {graph: ring, duration: 0}\n',
             2,
-            'duration is 0; it must be a number above 0',
+            'duration is 0; it must be above 0 s',
         ),
         ('segments:\n  - {graph: ring}\nedges: [1 - 2]\n', 3, "'edges' belongs in the segments"),
         (
             'graph: ring\nlinks:\n  - {link: 1 - 2, loss: 1.5}\n',
             3,
-            'loss is 1.5; it must be a number from 0 up to 1',
+            'loss is 1.5; it must be from 0 to 1',
         ),
         ('graph: ring\nlinks:\n  - {loss: 0.5}\n', 3, "'link' is missing"),
         ('graph: ring\nlinks:\n  - {link: 1 - 2, lost: 1}\n', 3, 'did you mean loss?'),

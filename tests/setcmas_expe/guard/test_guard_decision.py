@@ -2,7 +2,7 @@ from dataclasses import replace
 
 import pytest
 
-from setcmas_ctrl.driving.fleet_pause import BY_WISH, NOT_STARTED, SILENT
+from setcmas_ctrl.driving.fleet_pause import NOT_STARTED, PAUSE_NODE_SILENT, PAUSED
 from setcmas_expe.guard.guard_decision import Situation, Source, StartLatch, State
 
 BRIDGE, PAUSE, ROGUE = b'bridge', b'pause', b'rogue'
@@ -43,14 +43,14 @@ WELL = Situation(
     ('changes', 'paused', 'state'),
     [
         ({}, '', State.FOLLOWING),
-        ({}, BY_WISH, State.PAUSED),
-        ({}, SILENT, State.HELD),
+        ({}, PAUSED, State.PAUSED),
+        ({}, PAUSE_NODE_SILENT, State.HELD),
         ({}, NOT_STARTED, State.HELD),
-        ({'is_commanded': False, 'has_ended': True}, SILENT, State.IDLE),
+        ({'is_commanded': False, 'has_ended': True}, PAUSE_NODE_SILENT, State.IDLE),
         ({'has_ended': True}, '', State.SILENT),
-        ({'is_heard': False}, BY_WISH, State.HELD),
-        ({'conflict': 'two'}, BY_WISH, State.RIVAL),
-        ({'intruder': 'rogue'}, BY_WISH, State.RIVAL),
+        ({'is_heard': False}, PAUSED, State.HELD),
+        ({'conflict': 'two'}, PAUSED, State.RIVAL),
+        ({'intruder': 'rogue'}, PAUSED, State.RIVAL),
         ({'emergency': True, 'intruder': 'rogue'}, '', State.EMERGENCY),
     ],
 )
@@ -65,8 +65,8 @@ def test_the_state_says_what_stopped_the_robot_until_it_is_paused():
     latch = StartLatch(resumes=False)
     latch.decide(WELL, '')
     assert latch.reason_to_wait(replace(WELL, has_ended=True)) == 'ended'
-    assert latch.decide(WELL, f'{BY_WISH}: ended') == (State.SILENT, 'ended')
-    latch.decide(WELL, BY_WISH)
+    assert latch.decide(WELL, f'{PAUSED}: ended') == (State.SILENT, 'ended')
+    latch.decide(WELL, PAUSED)
     assert latch.decide(WELL, NOT_STARTED)[0] is State.HELD
 
 

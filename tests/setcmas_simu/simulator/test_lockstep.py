@@ -1,4 +1,5 @@
-from setcmas_simu.simulator.lockstep import NONE, Answer, Follower, Roll, decode, encode
+from setcmas_simu.ros.messages import NO_STAMP
+from setcmas_simu.simulator.lockstep import Answer, Follower, Roll, decode, encode
 
 FIRST, SECOND = Follower('lab', 1, (1, 2)), Follower('lab', 2, (3,))
 RECORDER = Follower('lab', 3)
@@ -26,7 +27,7 @@ def test_later_those_that_are_there_are_waited_for():
     for follower in (FIRST, SECOND):
         ours.take(Answer(follower, 1000))
     assert ours.missing(1000) == ''
-    ours.take(Answer(FIRST, NONE, leaves=True))
+    ours.take(Answer(FIRST, NO_STAMP, leaves=True))
 
     assert ours.missing(1100) == ''
     assert [answer.follower for answer in ours.late(1100)] == [SECOND]

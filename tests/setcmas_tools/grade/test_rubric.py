@@ -83,7 +83,7 @@ def test_modules_that_a_solution_imports_belong_to_its_rubric(read, tmp_path):
         ('links', 'knots', 8, 'knots.yaml'),
         ('metric: disagreement', 'metric: disagrement', 11, 'did you mean disagreement'),
         ('below: 0.1, ', '', 11, 'one of at_most, below'),
-        ('none_at: 1', 'none_at: 0.1', 11, 'a number above 0.1'),
+        ('none_at: 1', 'none_at: 0.1', 11, 'it must be above 0.1'),
         ('below: 0.1, ', 'below: 0.1, above: 0, ', 11, 'has two bounds, below and above'),
         ('metric: path_error', 'metric: filter_overruled_s', 4, 'add filter: barrier'),
         ('at_most: 0.2', 'between: [2, 1]', 12, 'the smaller one first'),
