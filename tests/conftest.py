@@ -31,11 +31,23 @@ def pytest_terminal_summary(terminalreporter, exitstatus):
 
 
 @pytest.hookimpl(tryfirst=True)
-def pytest_collection_modifyitems(items):
-    """Mark the tests that need ROS topics."""
+def pytest_collection_modifyitems(items, config):
+    """Mark the tests that need ROS topics; spread them evenly where several workers run tests.
+
+    They mostly wait: so that the processor has other tests to run meanwhile. For the same reason
+    fixtures that take long belong to the session, not to a module.
+    """
+    groups = [], []
     for item in items:
-        if 'domain' in getattr(item, 'fixturenames', ()):
+        needs_ros = 'domain' in getattr(item, 'fixturenames', ())
+        if needs_ros:
             item.add_marker(pytest.mark.ros)
+        groups[needs_ros].append(item)
+    if hasattr(config, 'workerinput'):
+        places = [
+            ((i + 0.5) / len(group), item) for group in groups for i, item in enumerate(group)
+        ]
+        items[:] = [item for _, item in sorted(places, key=lambda place: place[0])]
 
 
 @pytest.fixture(autouse=True)

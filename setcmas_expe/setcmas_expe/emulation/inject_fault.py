@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import argparse
 import os
+import signal
 import sys
 
 from rclpy.duration import Duration
@@ -45,6 +46,7 @@ def main(argv: list[str] | None = None) -> int:
     parser.add_argument('kind', choices=list(PURPOSES))
     parser.add_argument('robot')
     parser.add_argument('seconds', nargs='?', default=f'{DEFAULT_S}')
+    signal.alarm(_LONGEST_S)  # in case ROS never starts
     return node_main(parser, _inject, argv)
 
 

@@ -98,7 +98,7 @@ def test_when_a_process_dies_everything_stops(terminal, victim):
 def test_the_whole_job_in_an_emulated_lab(start, tmp_path):
     process = start(
         *SETCMAS, 'run', '--emulate', '--algo', 'consensus', '--nb-robots', '2', '--duration', '4',
-        '--without-motion-check', '--output', 'out', cwd=tmp_path,
+        '--without-motion-check', '--no-plots', '--output', 'out', cwd=tmp_path,
     )  # fmt: skip
 
     assert process.wait() == 0, process.output()
@@ -109,7 +109,6 @@ def test_the_whole_job_in_an_emulated_lab(start, tmp_path):
         assert np.diff(motion.t).mean() < 0.035
         assert np.abs(motion.v[motion.t < 0]).max(initial=0.0) < 0.05  # t = 0 is the start
         assert motion.v[(motion.t > 2) & (motion.t < 4)].mean() > 0.1
-    assert (tmp_path / 'out' / 'plots' / 'trajectories.png').is_file()
     assert '\x02' not in process.output()
     recorded = yaml.safe_load((tmp_path / 'out' / 'run.yaml').read_text())
     assert recorded['scenario']['arena'] == [-3, 3, -3, 3]

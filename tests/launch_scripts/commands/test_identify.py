@@ -64,6 +64,7 @@ def test_the_next_simulation_is_nearer_to_what_was_measured(folder, capsys):
     assert near < 0.2 * far
 
 
+@pytest.mark.nightly
 def test_a_lockstep_run_over_ros_moves_by_the_model_and_tells_it(folder, domain):
     options = ('--lockstep', '--model', 'truth.yaml', '--nb-robots', '2', '--duration', '20')
     ran = run_here('run', '--algo', 'nav_wp', *options, '--no-plots', '-o', 'out')

@@ -2,7 +2,6 @@ import csv
 import os
 import signal
 import time
-from pathlib import Path
 
 import numpy as np
 import psutil
@@ -33,7 +32,7 @@ def test_the_whole_job(start, tmp_path):
     process = start(
         *SETCMAS, 'run', '--algo', 'consensus', '--nb-robots', '3', '--duration', '12',
         '--pose', '1:1,0', '--pose', '2:0,1', '--pose', '3:-1,-1', '--output', 'out',
-        '--format', 'png', 'svg', cwd=tmp_path,
+        '--format', 'svg', cwd=tmp_path,
     )  # fmt: skip
     process.wait_for_output('[ctrl] controlling robots 1-3')
     nodes = nodes_of(process)
@@ -43,7 +42,7 @@ def test_the_whole_job(start, tmp_path):
     assert all_gone(nodes)
     out = tmp_path / 'out'
     assert (out / 'bag' / 'metadata.yaml').is_file()
-    assert {path.suffix for path in (out / 'plots').iterdir()} == {'.png', '.svg'}
+    assert {path.suffix for path in (out / 'plots').iterdir()} == {'.svg'}
     fleet = table(out / 'csv' / 'fleet.csv')
     assert list(fleet[0]) == ['t', 'robot', 'x', 'y', 'theta', 'v', 'omega']
     assert fleet[-1]['t'] > 11.5
@@ -147,6 +146,7 @@ def test_a_script_with_a_mistake_starts_nothing(domain, tmp_path):
     assert not (tmp_path / 'out').exists()
 
 
+@NIGHTLY
 def test_a_script_that_fails_while_loading_ends_the_run_with_status_2(start, tmp_path):
     (tmp_path / 'law.py').write_text('import no_such\ndef control(a, b, c, d):\n    return 1, 2\n')
 
@@ -182,11 +182,7 @@ def test_three_terminals(start, tmp_path):
         assert 'Traceback' not in process.output()
 
     assert run_here('bag_to_csv', 'bag', cwd=tmp_path).returncode == 0
-    plots = run_here('csv_to_plot', 'csv', cwd=tmp_path)
-
-    assert plots.returncode == 0, plots.stderr
     assert table(tmp_path / 'csv' / 'fleet.csv')
-    assert all(Path(tmp_path, line).is_file() for line in plots.stdout.splitlines())
 
 
 def test_a_gain_of_the_command_line_and_a_script_that_is_edited_meanwhile(start, tmp_path):
@@ -237,7 +233,7 @@ def test_when_a_law_failed_is_kept_over_ros_as_offline(tmp_path):
     (tmp_path / 'law.py').write_text(law)
     given = ('--algo', 'law.py', '--nb-robots', '2', '--duration', '2', '--no-plots')
     run_setcmas('run', *given, '--lockstep', '-o', 'ros', cwd=tmp_path)
-    run_setcmas('offline', *given, '-o', 'offline', cwd=tmp_path)
+    run_here('offline', *given, '-o', 'offline', cwd=tmp_path)
     ros, offline = (
         yaml.safe_load((tmp_path / name / 'run.yaml').read_text())['failures']
         for name in ('ros', 'offline')

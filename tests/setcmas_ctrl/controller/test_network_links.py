@@ -28,6 +28,7 @@ def counts(message):
     return np.array(message.data).reshape(sizes)
 
 
+@pytest.mark.nightly
 def test_a_ring_with_losses(start, peer, script):
     law = script(
         """

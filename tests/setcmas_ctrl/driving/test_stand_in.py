@@ -25,7 +25,7 @@ ENDS = [
     pytest.param('ctypes.string_at(0)', marks=pytest.mark.nightly),
     pytest.param('os.abort()', marks=pytest.mark.nightly),
     pytest.param('os.closerange(0, 256)', marks=pytest.mark.nightly),
-    'import rclpy; rclpy.shutdown()',
+    pytest.param('import rclpy; rclpy.shutdown()', marks=pytest.mark.nightly),
 ]
 
 
@@ -77,6 +77,7 @@ def test_a_forked_copy_of_the_controller_is_ended_and_told(start, peer, script, 
     assert process.end() == 1
 
 
+@pytest.mark.nightly
 def test_a_script_that_ignores_signals_ends_with_its_process(start, peer, script, robots):
     law = HARM.format(harm='signal.signal(signal.SIGINT, signal.SIG_IGN); signal.alarm(1)')
     process = start(*SETCMAS, 'ctrl', '--algo', script(law))

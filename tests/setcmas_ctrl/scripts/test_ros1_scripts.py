@@ -38,6 +38,7 @@ def test_over_ros(start, peer):
     from visualization_msgs.msg import Marker, MarkerArray
 
     fleet = str(3 * len(PRINTED))
+    laws = [f'{3 * k + 1}-{3 * k + 3}:{FOLDER / name}.py' for k, name in enumerate(PRINTED)]
     start(*SIMU, '--nb-robots', fleet, '--pose', '10:0.9,0.9').wait_for_output('simulating')
     odometry = [peer.odometry(robot + 1) for robot in range(3 * len(PRINTED))]
     markers = peer.listen(Marker, '/tb3_1/ref'), peer.listen(Marker, '/tb3_10/wp_ref')
@@ -47,11 +48,7 @@ def test_over_ros(start, peer):
     )
     peer.wait_for(lambda: all(odometry))
     begin = [position(messages[0]) for messages in odometry]
-    processes = [
-        start(*CTRL, '--algo', str(FOLDER / f'{name}.py'), '--nb-robots', fleet, '--robots',
-              f'{3 * k + 1}-{3 * k + 3}')
-        for k, name in enumerate(PRINTED)
-    ]  # fmt: skip
+    process = start(*CTRL, '--algo', ','.join(laws), '--nb-robots', fleet)
 
     def moved(robot):
         here = position(odometry[robot - 1][-1])
@@ -59,9 +56,8 @@ def test_over_ros(start, peer):
 
     peer.wait_for(lambda: all(map(moved, range(1, 3 * len(PRINTED) + 1))), 60)
     peer.wait_for(lambda: all(markers) and all(trails))
-    assert processes[0].wait_for_output('tb3_2: robot 2 of 15\n')
-    assert processes[2].wait_for_output('tb3_8: first call of the helper of robot 8\n')
-    assert processes[3].wait_for_output('tb3_10: waypoint 1\n')
-    assert processes[4].wait_for_output('tb3_13: third call\n')
-    for process in processes:
-        assert process.end() == 0, process.output()
+    assert process.wait_for_output('tb3_2: robot 2 of 15\n')
+    assert process.wait_for_output('tb3_8: first call of the helper of robot 8\n')
+    assert process.wait_for_output('tb3_10: waypoint 1\n')
+    assert process.wait_for_output('tb3_13: third call\n')
+    assert process.end() == 0, process.output()

@@ -86,6 +86,7 @@ def test_a_robot_without_a_guard_is_not_nudged(start, peer):
     assert all(message.twist.twist.linear.x == 0.0 for message in truth)
 
 
+@pytest.mark.nightly
 def test_no_nudge_by_poses_of_two_senders(start, peer):
     start(*LAB)
     truth = peer.odometry(1)

@@ -8,7 +8,7 @@ from setcmas_tools.run.law_output import safety_record
 from setcmas_tools.run.run_info import Outcome, RunInfo, State
 
 
-@pytest.fixture(scope='module')
+@pytest.fixture(scope='session')
 def run():
     return simulate('consensus', 3, 3.0)
 

@@ -21,12 +21,12 @@ from setcmas_tools.run.run import Run
 T = np.arange(100) / 10
 
 
-@pytest.fixture(scope='module')
+@pytest.fixture(scope='session')
 def simulation():
     return simulate('nav_wp', 2, 30.0, limits='burger')
 
 
-@pytest.fixture(scope='module')
+@pytest.fixture(scope='session')
 def experiment():
     """Slow robots, of which safety stops the second from 3 to 5 s; links lose three messages."""
     run = simulate('nav_wp', 2, 30.0, model='burger', vnom=0.15)
@@ -90,7 +90,7 @@ def test_robots_that_are_apart_at_the_end_have_parted_however_late():
     assert parted(T, distances) == pytest.approx(9.4)
 
 
-@pytest.fixture(scope='module')
+@pytest.fixture(scope='session')
 def runs(tmp_path_factory):
     """Folders of a simulation, and of the same with a safety record that stops robot 1 for 2 s."""
     folder = tmp_path_factory.mktemp('runs')
@@ -114,7 +114,8 @@ def test_two_simulations_get_no_verdict(runs):
     assert experiment_verdict(runs[:1] * 2, [Run.load(runs[0])] * 2, lambda _: None) is None
 
 
-def test_the_verdict_is_on_the_page(runs):
+def test_the_verdict_is_on_the_page(runs, monkeypatch):
+    monkeypatch.setattr('setcmas_tools.page.report_file.embedded_pictures', lambda _: [])
     sim, lab = map(Run.load, runs)
     page = report_page(Pair('sim', sim, 'lab', lab, lambda _: None, runs))
 

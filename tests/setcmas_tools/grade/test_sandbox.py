@@ -22,7 +22,7 @@ TIMES = Times(1.0, 4.0)
 LAWS = ('consensus', 'nav_wp', 'traj_tracking', 'leader_follower_formation')
 
 
-@pytest.fixture(scope='module')
+@pytest.fixture(scope='session')
 def host(tmp_path_factory):
     with sandbox(tmp_path_factory.mktemp('sandbox'), confined=True) as one:
         yield one

@@ -69,7 +69,7 @@ MISTAKES = {
 """Exercise, what is right in its solution, what stands there instead: least and most points."""
 
 
-@pytest.fixture(scope='module')
+@pytest.fixture(scope='session')
 def rubrics():
     return {name: rubric_of_exercise(name) for name in EXERCISE_NAMES}
 

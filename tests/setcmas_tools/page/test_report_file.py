@@ -61,7 +61,7 @@ def test_only_a_live_page_connects():
 MOST_BYTES = 1_000_000
 
 
-@pytest.fixture(scope='module')
+@pytest.fixture(scope='session')
 def page(failed_run):
     return report_page(Pair('failed', failed_run))
 
@@ -88,13 +88,20 @@ def test_only_its_own_script_may_run_and_nothing_is_fetched(page):
     assert not re.findall(r'(?:src|href)="(?!data:)', page)
 
 
+@pytest.mark.nightly
 def test_a_run_of_a_minute_with_eight_robots_fits_into_a_mail():
     run = simulate('consensus', 8, 60.0, event_triggered=True, delay=0.2)
 
     assert len(report_page(Pair('run', run)).encode()) < MOST_BYTES
 
 
-def test_the_other_run_is_there_with_what_differs(failed_run):
+@pytest.fixture
+def no_plots(monkeypatch):
+    """Leave out the plots, which take most of the time."""
+    monkeypatch.setattr('setcmas_tools.page.report_file.embedded_pictures', lambda _: [])
+
+
+def test_the_other_run_is_there_with_what_differs(failed_run, no_plots):
     other = simulate('consensus', 3, 4.0)
     read = Page(report_page(Pair('failed', failed_run, 'other', other)))
 
@@ -105,7 +112,7 @@ def test_the_other_run_is_there_with_what_differs(failed_run):
     assert 'm apart (RMS)' in read.shown
 
 
-def test_runs_with_nothing_in_common_get_a_page_too(failed_run):
+def test_runs_with_nothing_in_common_get_a_page_too(failed_run, no_plots):
     from runs import run_of
 
     from setcmas_tools.run.fleet_motion import fleet_table
@@ -147,7 +154,7 @@ def test_a_page_that_cannot_be_written_is_told_before(tmp_path, page, message):
         check_page(tmp_path / page)
 
 
-def test_a_folder_in_the_way_is_told(failed, tmp_path):
+def test_a_folder_in_the_way_is_reported(failed, no_plots, tmp_path):
     (tmp_path / 'run.html').mkdir()
 
     with pytest.raises(SetcmasError, match=r"run\.html' cannot be written: Is a directory"):

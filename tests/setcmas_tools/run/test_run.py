@@ -26,7 +26,7 @@ def control(i, n, p, t):
 """
 
 
-@pytest.fixture(scope='module')
+@pytest.fixture(scope='session')
 def run(tmp_path_factory):
     path = tmp_path_factory.mktemp('scripts') / 'law.py'
     path.write_text(LAW)

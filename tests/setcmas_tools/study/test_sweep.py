@@ -30,7 +30,7 @@ STUDY = {
 }
 
 
-@pytest.fixture(scope='module')
+@pytest.fixture(scope='session')
 def law(tmp_path_factory):
     folder = tmp_path_factory.mktemp('law')
     (folder / 'law.py').write_text(LAW)
@@ -38,7 +38,7 @@ def law(tmp_path_factory):
     return folder / 'law.py'
 
 
-@pytest.fixture(scope='module')
+@pytest.fixture(scope='session')
 def study(law, tmp_path_factory):
     return sweep(law, 3, 8, output=tmp_path_factory.mktemp('study') / 'one', jobs=1, **STUDY)
 
