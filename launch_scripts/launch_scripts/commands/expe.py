@@ -1,7 +1,7 @@
 """Drive real TurtleBot3s under motion capture with a control law, until q or Ctrl-C.
 
 The experiment starts paused: s starts it, the space bar pauses it, Esc or e is an emergency stop.
-If something that it depends on falls silent, it pauses until a person starts it again.
+If poses, commands or the operator's pause node are missing, it pauses until you restart it.
 
 Examples:
   setcmas expe square.yaml --emulate

@@ -144,6 +144,6 @@ def _earlier_scenario(folder: Path) -> Scenario:
 
 
 def output_folder(args: argparse.Namespace, scenario: Scenario) -> Path:
-    """Return the folder that was asked for, or one named after verb, scripts, date and time."""
+    """Return the requested folder, or one named after verb, scripts, date and time."""
     name = law_title(str(scenario.law.algo)).replace(', ', '_')
     return args.output or Path(time.strftime(f'{args.verb}_{name}_%Y%m%d-%H%M%S'))

@@ -31,8 +31,8 @@ class ViewOptions(Options):
     rviz: bool = flag('also show the robots in RViz 2')
     view: str = option(
         OneOf((AUTO, BROWSER, NONE)),
-        'show the robots: on a page in the browser (also --view alone), not at all, or auto: '
-        'RViz 2 if it is installed, else the page, where a person uses the terminal',
+        'show the robots on a page in the browser (--view alone means this) or not at all; auto: '
+        'RViz 2 if installed, otherwise the page, and neither where no person reads the output',
         default=AUTO,
         alone=BROWSER,
     )

@@ -64,7 +64,7 @@ class CommunicationOptions(Options):
         _Condition(metavar='FILE'),
         'script with the triggering condition ctc(pos, last_pos, t): a path or a name',
         default=None,
-        default_text='distance from the last position sent above --threshold',
+        default_text='send at a distance of --threshold from the last position sent',
     )
     threshold: float = option(
         LENGTH,

@@ -91,11 +91,11 @@ class LawOptions(GainOptions):
         "one per robot: '1:leader.py,2-8:follower.py'",
         complete=names_and_files(ALGORITHMS.offers, ('py',)),
     )
-    exercise: bool = flag('make --algo NAME the exercise of that name')
+    exercise: bool = flag('run the exercise NAME of --algo, not the law of that name')
     set: Mapping[str, Any] = option(
         SettingsKind(metavar='NAME=VALUE'),
-        'value of a module-level variable of the script, such as kp=1.2; values computed '
-        'from it follow; may be repeated',
+        'set a module-level variable of the script, such as kp=1.2; values computed from it '
+        'change too; may be repeated',
         form=Form.REPEATED,
         default={},
     )

@@ -32,7 +32,7 @@ PURPOSES = {
     ZERO: 'it sends position 0, quaternion 0',
     NAN: 'it sends values that are not numbers',
     FROZEN: 'it repeats the last pose',
-    JUMP: 'it sees the robot 1 m off its place',
+    JUMP: 'it sees the robot 1 m away from its place',
     SWAP: 'it swaps the names of the robot and the next one',
     LATE: 'its poses arrive 1 s late',
     DRIFT: 'its poses drift away at 0.3 m/s',

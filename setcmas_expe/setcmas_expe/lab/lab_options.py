@@ -26,7 +26,7 @@ class LabChoice(Options):
     TITLE: ClassVar[str] = 'lab'
 
     lab: Path | None = option(
-        PathTo(), 'lab file', default=None, default_text='the one of the package'
+        PathTo(), 'lab file', default=None, default_text='the lab file of the package'
     )
     mocap: str | None = option(
         Kind(metavar='NAME'),
@@ -34,13 +34,13 @@ class LabChoice(Options):
         default=None,
         complete=names_and_files(MOCAP_SOURCES.offers),
     )
-    resume: bool = flag('robots resume by themselves when the reason of a stop is gone')
+    resume: bool = flag('let robots resume by themselves when the reason for a stop is gone')
     without_guard: bool = flag(
         'allow robots without a cmd_vel_guard, which keep moving if this machine or the network '
         'dies'
     )
     without_motion_check: bool = flag(
-        'switch off the check that robots move as commanded, and their proof of who is who'
+        'switch off the check that robots move as commanded, which also proves their identity'
     )
 
 

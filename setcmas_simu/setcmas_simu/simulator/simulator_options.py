@@ -164,8 +164,8 @@ class ClockOptions(Options):
     TITLE: ClassVar[str] = 'simulated robots'
 
     lockstep: bool = flag(
-        'advance time only after every controller has answered: as fast as they can, and '
-        'with exactly the results of setcmas offline'
+        'advance time only after every controller has answered; the run is as fast as possible, '
+        'and its results are exactly those of setcmas offline'
     )
     rtf: float = option(
         Number(above=0, most=100, metavar='FACTOR'),
@@ -210,7 +210,7 @@ class RobotOptions(StartPoseOptions):
     )
     cmd_timeout: float = option(
         Number(above=0, unit='s'),
-        'stop a robot after this long without a command, in s',
+        'stop a robot after this long without a command (s)',
         default=math.inf,
         default_text='never',
     )

@@ -29,8 +29,8 @@ class BrowserOptions(Options):
 
     host: str = option(
         Kind(metavar='ADDRESS'),
-        'address to serve the page at; with 0.0.0.0 others on the network can see it, and press '
-        'its buttons with the token that is part of the address',
+        'address of the page; with 0.0.0.0 others on the network can open it, and with the '
+        'token in the address also press its buttons',
         default=HOST,
         default_text=f'{HOST}, this machine only',
     )
