@@ -13,9 +13,14 @@ Examples:
 from __future__ import annotations
 
 import argparse
-from pathlib import Path
 
-from launch_scripts.commands.plot_options import BEST, FilmOptions, PlotFolderOptions, StyleOptions
+from launch_scripts.commands.plot_options import (
+    BEST,
+    FilmOptions,
+    PlotFolderOptions,
+    StyleOptions,
+    add_run_argument,
+)
 from launch_scripts.terminal.terminal_output import warner
 
 _warn = warner('csv_to_plot')
@@ -23,12 +28,7 @@ _warn = warner('csv_to_plot')
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the options of the verb."""
-    parser.add_argument(
-        'run',
-        type=Path,
-        metavar='DIR',
-        help='folder of a run, of its CSV files, a fleet.csv, or a bag',
-    )
+    add_run_argument(parser)
     PlotFolderOptions.add_to(parser)
     StyleOptions.add_to(parser)
     FilmOptions.add_to(parser)

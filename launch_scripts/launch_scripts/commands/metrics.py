@@ -15,8 +15,8 @@ from __future__ import annotations
 
 import argparse
 from dataclasses import dataclass
-from pathlib import Path
 
+from launch_scripts.commands.plot_options import add_run_argument
 from launch_scripts.terminal.terminal_output import warner
 from setcmas_ctrl.control.references import TASKS
 from setcmas_simu.options.group import Options, option
@@ -52,12 +52,7 @@ class MetricsOptions(Options):
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the options of the verb."""
-    parser.add_argument(
-        'run',
-        type=Path,
-        metavar='DIR',
-        help='folder of a run, of its CSV files, a fleet.csv, or a bag',
-    )
+    add_run_argument(parser)
     MetricsOptions.add_to(parser)
 
 

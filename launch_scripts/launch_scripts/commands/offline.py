@@ -32,7 +32,6 @@ from launch_scripts.commands.scenario_options import (
 )
 from launch_scripts.terminal.terminal_output import progress_output, warn
 from setcmas_ctrl.control.control_options import SCRIPT_FAILED
-from setcmas_ctrl.filter.clearance import check_starts
 from setcmas_simu.reports.script_calls import ScriptFailure
 from setcmas_tools.run.inputs import inputs_of, kept_record
 from setcmas_tools.run.run_folder import OfflineOptions, RunFolder, RunOptions
@@ -59,7 +58,7 @@ def main(args: argparse.Namespace) -> int:
     """Run, and write the results; return the exit status."""
     scenario, earlier = scenario_of(args), earlier_run(args)
     scenario.check()  # mistakes are found before anything starts
-    check_starts(scenario.safety, scenario.robots.start_poses(scenario.nb_robots))
+    scenario.start_poses()
     for note in (*scenario.notes, *scenario.safety.notes):
         warn(f'setcmas offline: {note}')
     scenario = scenario.found()

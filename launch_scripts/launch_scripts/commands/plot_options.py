@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import argparse
 import re
 from dataclasses import dataclass
 from pathlib import Path
@@ -14,6 +15,17 @@ from setcmas_simu.options.option import Form
 from setcmas_tools.plots.look import FILMS, FORMATS, PALETTES, PAPERS
 
 _LEAST_PX, _MOST_PX = 200, 7680
+
+
+def add_run_argument(parser: argparse.ArgumentParser) -> None:
+    """Add the run that a verb reads."""
+    parser.add_argument(
+        'run',
+        type=Path,
+        metavar='DIR',
+        help='folder of a run, of its CSV files, a fleet.csv, or a bag',
+    )
+
 
 BEST = 'best'
 """The best kind of film on this machine."""

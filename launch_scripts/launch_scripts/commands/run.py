@@ -162,7 +162,7 @@ def _emulated_lab(args: argparse.Namespace, scenario: Scenario) -> Lab | None:
     """
     typed, safety, nb_robots = typed_values(args), scenario.safety, scenario.nb_robots
     if not scenario.lab.emulate:
-        check_starts(safety, scenario.robots.start_poses(nb_robots))
+        scenario.start_poses()
         for note in safety.notes:
             warn(f'setcmas run: {note}')
         if name := next((name for name in ExperimentOptions.options() if name in typed), ''):

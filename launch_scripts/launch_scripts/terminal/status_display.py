@@ -9,7 +9,6 @@ import msgspec
 
 from launch_scripts.terminal.terminal_output import QueuedStream
 from setcmas_expe.pause.console import RobotStatus, Status
-from setcmas_expe.safety.safety_decision import State
 from setcmas_simu.errors import needs
 
 with needs('lab'):
@@ -98,10 +97,9 @@ def _headline(status: Status) -> str:
         return 'EMERGENCY STOP'
     if status.paused:
         return 'PAUSED'
-    if all(robot.state is State.PAUSED and robot.ready for robot in status.robots):
-        return 'STARTING'  # the bridge waits briefly for contradicting messages
-    moves = any(robot.state is State.MOVING for robot in status.robots)
-    return 'RUNNING' if moves else 'STOPPED'
+    if status.is_starting:
+        return 'STARTING'
+    return 'RUNNING' if status.is_moving else 'STOPPED'
 
 
 def _plain_line(robot: RobotStatus) -> str:

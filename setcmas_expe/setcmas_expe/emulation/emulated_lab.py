@@ -36,7 +36,6 @@ from setcmas_expe.lab.lab import Lab, LabRobot
 from setcmas_expe.lab.lab_options import LabOptions
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet import topics
-from setcmas_simu.reports.reports import Ready
 from setcmas_simu.robots.model import ROBOT_MODELS
 from setcmas_simu.ros import qos
 from setcmas_simu.ros.process import FleetNode, RosProcess, node_main
@@ -286,7 +285,7 @@ def _emulate(process: RosProcess, args: argparse.Namespace) -> None:
     lab = EmulatedLab(LabOptions.of(args).chosen(), EmulationOptions.of(args))
     process.add(*lab.nodes)
     lab.greet()
-    process.launcher.report(Ready())
+    process.launcher.report_ready()
     StepLoop(process, lab.period, lab.step).run()
 
 

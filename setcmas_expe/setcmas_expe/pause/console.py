@@ -95,6 +95,16 @@ class Status(Message, frozen=True):
     why: str
     robots: tuple[RobotStatus, ...]
 
+    @property
+    def is_starting(self) -> bool:
+        """Whether all robots wait for the bridge alone, which rules out contradicting messages."""
+        return all(robot.state is State.PAUSED and robot.ready for robot in self.robots)
+
+    @property
+    def is_moving(self) -> bool:
+        """Whether a robot moves."""
+        return any(robot.state is State.MOVING for robot in self.robots)
+
 
 class ConsoleReader:
     """Reads requests from standard input in a thread, and hands them out without waiting.

@@ -7,7 +7,7 @@ from collections.abc import MutableMapping
 from contextlib import suppress
 
 from setcmas_simu.reports.current_call import CurrentCall
-from setcmas_simu.reports.reports import Message, encode
+from setcmas_simu.reports.reports import Message, Ready, encode
 
 VARIABLE = 'SETCMAS_LAUNCHER'
 """Environment variable: descriptors of the pipe and of the memory of the current call, and the
@@ -36,6 +36,10 @@ class Launcher:
         if self._pipe is not None:
             with suppress(OSError):  # launcher stuck or gone, or a script closed the pipe
                 os.write(self._pipe, encode(message))
+
+    def report_ready(self) -> None:
+        """Report that other processes need not wait for this one any more."""
+        self.report(Ready())
 
 
 def connected_launcher(environment: MutableMapping[str, str] = os.environ) -> Launcher:

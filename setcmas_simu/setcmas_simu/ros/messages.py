@@ -16,6 +16,9 @@ from rclpy.serialization import deserialize_message, serialize_message
 STAMP = '=iI'
 """Format of builtin_interfaces/Time: s and ns."""
 
+NO_STAMP = -1
+"""Stamp in ns of what has not been sent."""
+
 POSE = '=7d'
 """Format of geometry_msgs/Pose: position in m, quaternion."""
 

@@ -15,7 +15,6 @@ from rclpy.qos import QoSProfile
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet import topics
 from setcmas_simu.fleet.announcement import Kind, Lockstep, Scaled, SimulatedTime
-from setcmas_simu.reports.reports import Ready
 from setcmas_simu.robots.models import seed_scripts
 from setcmas_simu.ros import qos
 from setcmas_simu.ros.fleet_topic import FleetAnnouncer
@@ -96,7 +95,7 @@ def _simulate(process: RosProcess, args: argparse.Namespace) -> None:
     if time:
         stepper.publish_time = ClockTopic(node).publish
     announcer.announce(simulated.robots, options.fleet_size, models, time)
-    process.launcher.report(Ready())
+    process.launcher.report_ready()
     parameters.check = fixed_in_lockstep if options.lockstep else stepper.check
 
     def follow(options: SimulationOptions) -> None:

@@ -6,7 +6,6 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from setcmas_ctrl.filter.clearance import check_starts
 from setcmas_ctrl.scripts.loader import ALGORITHMS
 from setcmas_simu.yaml_entries import Entry
 from setcmas_tools.grade.criteria import Criterion, read_criteria
@@ -105,8 +104,7 @@ _EXAMPLES = {'name': 'name: eight robots', 'criteria': 'criteria: [{metric: ...,
 
 def _checked(entry: Entry, scenario: MarkedScenario) -> MarkedScenario:
     with entry.located():
-        robots = scenario.base.robots
-        check_starts(scenario.base.safety, robots.start_poses(robots.fleet_size))
+        scenario.base.start_poses()
     return scenario
 
 

@@ -10,7 +10,6 @@ from pathlib import Path
 from setcmas_ctrl.communication.communication_settings import chosen_communication
 from setcmas_ctrl.control.control_law import ControlLaw
 from setcmas_ctrl.control.references import References, references_of_fleet
-from setcmas_ctrl.filter.clearance import check_starts
 from setcmas_ctrl.scripts.script_errors import ErrorReports
 from setcmas_simu.arrays import Floats
 from setcmas_simu.errors import SetcmasError
@@ -68,8 +67,7 @@ class Simulation:
         robots = scenario.robots
         self.nb_steps = robots.nb_steps(scenario.time.duration)
         _check_size(self.nb_steps, self.nb_robots)
-        self.start = robots.start_poses(self.nb_robots)
-        check_starts(scenario.safety, self.start)
+        self.start = scenario.start_poses()
         # Files are found before a script is loaded: it may change the current folder.
         self._found = found = scenario.found()
         self._inputs = inputs_of(found)

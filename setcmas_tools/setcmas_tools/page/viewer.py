@@ -11,7 +11,6 @@ import threading
 import time
 import webbrowser
 
-from setcmas_simu.reports.reports import Ready
 from setcmas_simu.ros.process import FleetNode, RosProcess, node_main
 from setcmas_tools.page.browser import (
     BrowserOptions,
@@ -88,7 +87,7 @@ class LivePage:
         """Send messages until a signal asks to stop."""
         next_look = 0.0
         opener = Opener(self._server.url)
-        self._process.launcher.report(Ready())
+        self._process.launcher.report_ready()
         while not self._process.stopping:
             now = time.monotonic()
             if now >= next_look:

@@ -18,7 +18,6 @@ from matplotlib.patches import Circle, Patch, Polygon
 from matplotlib.path import Path as Outline
 from matplotlib.transforms import Affine2D
 
-from setcmas_ctrl.drawing import Sphere
 from setcmas_simu.arrays import Floats
 from setcmas_simu.fleet.fleet import Colour
 from setcmas_simu.robots.models import UNICYCLE, symbol
@@ -119,7 +118,7 @@ class DrawnPlane:
         self.markers = PolyCollection([], linewidths=0, zorder=2.5)
         for artist in (self.trails, self.markers):
             axes.add_collection(artist, autolim=False)
-        self.handles = [_handle(self._drawn.shown[-1].sphere)] if self._drawn.shown else []
+        self.handles = [_handle(self._drawn.shown[-1])] if self._drawn.shown else []
         if self._drawn.shown:
             axes.update_datalim([(d.sphere.x, d.sphere.y) for d in self._drawn.shown])
 
@@ -135,9 +134,10 @@ def _fill(artist: PolyCollection, drawings: Sequence[Drawing]) -> None:
     artist.set_facecolor([_shown(*s.colour, s.alpha) for s in spheres])
 
 
-def _handle(sphere: Sphere) -> Line2D:
+def _handle(drawing: Drawing) -> Line2D:
     look: dict[str, Any] = {'linestyle': '', 'marker': 'o', 'markeredgewidth': 0}
-    return Line2D([], [], label='drawn by the script', color=_shown(*sphere.colour, 1.0), **look)
+    colour = _shown(*drawing.sphere.colour, 1.0)
+    return Line2D([], [], label='drawn by the script', color=colour, **look)
 
 
 def _shown(*colour: float) -> tuple[float, float, float, float]:

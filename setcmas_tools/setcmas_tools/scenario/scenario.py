@@ -12,8 +12,10 @@ from setcmas_ctrl.communication.communication_options import CommunicationOption
 from setcmas_ctrl.communication.communication_settings import check_communication
 from setcmas_ctrl.control.control_options import Algo, LawOptions
 from setcmas_ctrl.control.law_scripts import LawScripts
+from setcmas_ctrl.filter.clearance import check_starts
 from setcmas_ctrl.filter.filter_options import FilterOptions
 from setcmas_expe.lab.lab_options import ExperimentOptions
+from setcmas_simu.arrays import Floats
 from setcmas_simu.errors import SetcmasError, did_you_mean
 from setcmas_simu.fleet.per_robot import format_per_robot
 from setcmas_simu.fleet.start_poses import poses_of_array
@@ -251,6 +253,19 @@ class Scenario:
         laws = self.law.scripts().notes if self.law.is_scripts else []
         conditions = self.communication.found(self.law.exercise).notes
         return [*laws, *conditions]
+
+    def start_poses(self) -> Floats:
+        """Return the start poses of a simulation, checked against the safety filter.
+
+        Returns:
+            Rows x, y in m and theta in rad, shape (3, nb_robots).
+
+        Raises:
+            SetcmasError: They cannot be, or a robot starts where the filter does not allow it.
+        """
+        poses = self.robots.start_poses(self.nb_robots)
+        check_starts(self.safety, poses)
+        return poses
 
     def named(self, name: str) -> dict[str, list[int]]:
         """Return each text that a value names, with the robots that it is for; none if for all."""

@@ -12,7 +12,6 @@ from setcmas_ctrl.communication.communication_settings import graph_description,
 from setcmas_ctrl.control.law_scripts import LawScripts
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet.per_robot import mapped
-from setcmas_simu.robots.models import is_file
 from setcmas_tools.run.inputs import RunInput
 from setcmas_tools.run.run_info import Origin, read_record, write_record
 
@@ -135,4 +134,4 @@ def _found(option: str, value: str, exercise: bool) -> str:
 
 
 def _file(name: str) -> str:
-    return str(Path(name).resolve()) if is_file(name) else name
+    return str(Path(name).resolve()) if Path(name).suffix else name  # a built-in has none
