@@ -91,7 +91,9 @@ def test_generated_parts_are_up_to_date(monkeypatch):
 def test_without_entry_points_no_table_is_emptied(monkeypatch):
     monkeypatch.syspath_prepend(GENERATORS)
     import generate
+    import mocap_page
 
+    monkeypatch.setattr(generate, 'generated_files', mocap_page.text)
     monkeypatch.setattr('setcmas_simu.doors._offers', lambda _: {})
 
     with pytest.raises(SystemExit, match='is installed; install setcmas again'):
@@ -119,7 +121,7 @@ def test_changelogs_of_packages_are_read_by_bloom(monkeypatch):
     ]
 
 
-def test_topics_of_no_row_and_rows_of_no_topic_are_told(monkeypatch, tmp_path):
+def test_topics_without_a_row_and_rows_without_a_topic_are_reported(monkeypatch, tmp_path):
     monkeypatch.syspath_prepend(GENERATORS)
     import topics_page
 

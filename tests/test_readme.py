@@ -28,7 +28,7 @@ def test_its_moving_picture_is_small():
     assert (ROOT / picture).stat().st_size < MOST_BYTES_OF_A_PICTURE
 
 
-def test_every_built_in_law_is_told():
+def test_every_built_in_law_is_named():
     for path in sorted({ALGORITHMS.file(name) for name in ALGORITHMS.offers()}):
         assert f'`{path.stem}`' in README
 

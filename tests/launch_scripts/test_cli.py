@@ -97,7 +97,7 @@ def test_help_imports_neither_ros_nor_matplotlib_nor_numpy():
         (('csv_to_plot', 'no_run'), 'no_run'),
     ],
 )
-def test_mistakes_are_told_in_one_line_with_status_2(arguments, message, tmp_path):
+def test_mistakes_are_reported_in_one_line_with_status_2(arguments, message, tmp_path):
     result = run_here(*arguments, cwd=tmp_path)
 
     assert result.returncode == 2
@@ -107,7 +107,7 @@ def test_mistakes_are_told_in_one_line_with_status_2(arguments, message, tmp_pat
 
 
 @pytest.mark.parametrize('option', ['--animate', '--paper', '--format'])
-def test_a_folder_that_an_option_takes_for_its_value_is_told_to_go_first(option, tmp_path):
+def test_a_folder_that_an_option_takes_for_its_value_must_go_first(option, tmp_path):
     (tmp_path / 'out').mkdir()
 
     result = run_here('csv_to_plot', option, 'out', cwd=tmp_path)
@@ -176,7 +176,7 @@ def test_completion_of_verbs_options_and_values(tmp_path):
     assert complete('setcmas simu --model wa') == ['waffle']
 
 
-def test_a_current_folder_that_was_removed_is_told_in_one_line(tmp_path):
+def test_a_current_folder_that_was_removed_is_reported_in_one_line(tmp_path):
     command = f'mkdir gone && cd gone && rmdir ../gone && {SETCMAS[0]} csv_to_plot ../out'
     result = subprocess.run(
         ['sh', '-c', command], cwd=tmp_path, capture_output=True, text=True, check=False

@@ -82,7 +82,7 @@ def test_traj_tracking_counts_time_from_its_own_first_call():
     assert (vx, vy) == pytest.approx((0.0, 0.4))
 
 
-def test_followers_keep_their_places_beside_the_leader():
+def test_followers_keep_their_places_around_the_leader():
     history = poses_of('leader_follower_formation', start_poses(7), 60)[:2]
     places = history[:, 1:, -100:] - history[:, :1, -100:]
     wanted = [(-1.5, 0.866), (-1.5, -0.866), (1.5, -0.866), (1.5, 0.866)]

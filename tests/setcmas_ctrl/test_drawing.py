@@ -24,7 +24,7 @@ def test_drawing_functions_of_the_ros_1_stack_resolve_and_draw_nothing_without_r
 
 @pytest.mark.parametrize('arguments', ['1, 2, 0, 1, "red"', '"a", 2, 0, 1', '1, 2, 0, 1, [1, 0]'])
 @pytest.mark.parametrize('module', ['rviz_marker', 'rviz_marker_array'])
-def test_mistakes_in_drawing_are_told_without_ros_too(script, module, arguments):
+def test_mistakes_in_drawing_are_reported_without_ros_too(script, module, arguments):
     call = f'{module}.publish_marker({arguments})'
     path = script(f'import {module}\ndef control(i, n, p, t):\n    {call}\n    return 0, 0\n')
 
@@ -43,7 +43,7 @@ def test_mistakes_in_drawing_are_told_without_ros_too(script, module, arguments)
         ('1, 2, 0, i, marker_name="odom"', 'a topic of the robot itself'),
     ],
 )
-def test_names_that_cannot_be_drawn_on_are_told_without_ros_too(script, arguments, message):
+def test_names_that_cannot_be_drawn_on_are_reported_without_ros_too(script, arguments, message):
     call = f'rviz_marker.publish_marker({arguments})'
     path = script(f'import rviz_marker\ndef control(i, n, p, t):\n    {call}\n    return 0, 0\n')
 

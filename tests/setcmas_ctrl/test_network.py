@@ -53,7 +53,7 @@ def test_nothing_is_answered_between_calls(tmp_path):
             question()
 
 
-def test_a_law_that_uses_what_it_does_not_hear_is_told_so(tmp_path):
+def test_a_law_that_uses_unknown_poses_gets_a_message(tmp_path):
     heard = np.where(path(4)[1] + np.eye(4)[1] > 0, 0.0, np.nan) + POSES
     said = []
     reports = ErrorReports(said.append)

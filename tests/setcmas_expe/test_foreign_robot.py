@@ -40,7 +40,7 @@ def test_nothing_listens(start, domain):
 
 
 @NIGHTLY
-def test_nobody_but_the_bridge_moves_a_robot_whose_base_hears_its_guard_alone(domain, tmp_path):
+def test_only_the_bridge_moves_a_robot_whose_base_listens_to_its_guard_alone(domain, tmp_path):
     try:
         ways = in_a_process(ways_past_a_rogue, domain, tmp_path)
     except NoNetworkError as error:

@@ -81,7 +81,7 @@ def test_nothing_is_imported_before_it_is_asked_for(install):
     ],
     ids=['raises', 'imports', 'syntax', 'exits', 'lacks', 'does_not_fit'],
 )
-def test_a_plugin_that_cannot_be_used_is_told_in_one_line_and_the_others_go_on(
+def test_a_plugin_that_cannot_be_used_is_reported_in_one_line_and_the_others_go_on(
     install, request, code, reason
 ):
     package = f'pack_{request.node.callspec.id}'
@@ -99,7 +99,7 @@ def test_a_plugin_that_cannot_be_used_is_told_in_one_line_and_the_others_go_on(
     assert told == [str(e.value)]
 
 
-def test_an_unknown_name_is_told_with_those_that_exist(install):
+def test_an_unknown_name_is_reported_with_the_known_ones(install):
     install('pack_c', 'ONE = 1', first=':ONE', second=':ONE')
 
     with pytest.raises(
@@ -113,7 +113,7 @@ def test_a_door_without_anything_says_that_the_installation_is_incomplete(instal
         THINGS.get('one')
 
 
-def test_what_ships_goes_before_a_plugin_of_the_same_name_and_the_user_is_told(install, capsys):
+def test_a_shipped_name_hides_a_plugin_with_a_warning(install, capsys):
     install('pack_d', '', group='setcmas.algorithms', consensus='', own='')
 
     assert LAWS.offer('consensus').package == 'setcmas'
@@ -137,7 +137,7 @@ def test_a_script_is_found_as_a_file_and_not_run(install, tmp_path):
         ('', '', 'must be in a package'),
     ],
 )
-def test_a_script_that_cannot_be_found_is_told_with_its_package(install, code, target, reason):
+def test_a_script_that_cannot_be_found_is_reported_with_its_package(install, code, target, reason):
     package = f'pack_of{target[1:]}_{len(code)}'
     install(package, code, group=LAWS.group, own=target)
 

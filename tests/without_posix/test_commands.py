@@ -38,7 +38,7 @@ def test_a_run_offline_and_what_is_done_with_it(tmp_path):
         assert result.stderr == ''
 
 
-def test_the_doctor_tells_what_it_finds(tmp_path):
+def test_the_doctor_reports_its_findings(tmp_path):
     result = run_setcmas('doctor', cwd=tmp_path, PYTHONPATH=HERE)
 
     assert result.returncode in (0, 1)

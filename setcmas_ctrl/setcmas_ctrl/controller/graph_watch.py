@@ -58,6 +58,7 @@ class GraphWatch:
         self._contested: set[int] = set()
         self._mixed_reported: set[int] = set()
         self._known = set(range(1, odometry.poses.shape[1] + 1))
+        self._latecomers: set[int] = set()
 
     def all_connected(self) -> Callable[[], bool]:
         """Return a check whether all robots listen, which also adapts the type of cmd_vel."""
@@ -168,7 +169,9 @@ class GraphWatch:
             *robots_with_odometry(self._node, self._odometry.topic_of, self._known),
             *self._announced.robots,
         }
-        if latecomers := present - self._known:
+        latecomers = present - self._known
+        complete, self._latecomers = latecomers == self._latecomers, latecomers
+        if latecomers and complete:  # DDS discovers robots one after another
             self._known |= latecomers
             self._warn(
                 f'{robots_in_words(sorted(latecomers), "have")} appeared; this controller '

@@ -33,7 +33,7 @@ def test_a_copy_of_a_law_has_all_points_and_a_picture(tmp_path):
     assert (tmp_path / 'my_law_check.png').read_bytes().startswith(b'\x89PNG')
 
 
-def test_what_goes_wrong_is_told_with_the_own_line(tmp_path):
+def test_a_failure_is_reported_with_the_line_of_the_script(tmp_path):
     (tmp_path / 'r.yaml').write_text(RUBRIC)
     (tmp_path / 'law.py').write_text(LAW)
     arguments = ('check', 'law.py', '-R', 'r.yaml', '--call-timeout', '0.5')

@@ -45,7 +45,7 @@ def test_one_run_alone_is_refused(folders, capsys):
     assert "'one' is only one run; name at least two" in capsys.readouterr().err
 
 
-def test_an_experiment_beside_its_simulation_gets_a_verdict(folders, capsys):
+def test_an_experiment_and_its_simulation_get_a_verdict(folders, capsys):
     """In either order; what was not recorded is said."""
     run = Run.load('other')
     safety = safety_record(

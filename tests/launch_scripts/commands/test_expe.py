@@ -144,7 +144,7 @@ def test_without_a_terminal_the_status_is_a_line_now_and_then(start):
 
 
 @NIGHTLY
-def test_after_q_no_status_is_told_any_more(domain, tmp_path):
+def test_after_q_no_status_is_shown(domain, tmp_path):
     keys, terminal = os.openpty()
     log = tmp_path / 'log.txt'
     with log.open('w') as output:
@@ -183,7 +183,7 @@ def test_after_q_no_status_is_told_any_more(domain, tmp_path):
         (('--rate', '2'), '--rate is 2; it must be above 2 Hz in this lab'),
     ],
 )
-def test_mistakes_are_told_before_anything_starts(arguments, message, tmp_path):
+def test_mistakes_are_reported_before_anything_starts(arguments, message, tmp_path):
     (tmp_path / 'bad.yaml').write_text('arena:\n  z: 1\n')
     result = run_here('expe', '--algo', 'nav_wp', *arguments, cwd=tmp_path)
 

@@ -42,7 +42,7 @@ def write_class(folder, **scripts):
         (['.', '-R', 'consensus'], "'grades' would be in the folder of the submissions, '.'"),
     ],
 )
-def test_mistakes_are_told_in_a_line(tmp_path, monkeypatch, capsys, arguments, told):
+def test_mistakes_are_reported_in_a_line(tmp_path, monkeypatch, capsys, arguments, told):
     monkeypatch.chdir(tmp_path)
 
     assert main(['grade', *arguments]) == 2

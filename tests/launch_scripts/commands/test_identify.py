@@ -65,7 +65,7 @@ def test_the_next_simulation_is_nearer_to_what_was_measured(folder, capsys):
 
 
 @pytest.mark.nightly
-def test_a_lockstep_run_over_ros_moves_by_the_model_and_tells_it(folder, domain):
+def test_a_lockstep_run_over_ros_moves_by_the_model_and_announces_it(folder, domain):
     options = ('--lockstep', '--model', 'truth.yaml', '--nb-robots', '2', '--duration', '20')
     ran = run_here('run', '--algo', 'nav_wp', *options, '--no-plots', '-o', 'out')
     assert ran.returncode == 0, ran.stderr
@@ -99,7 +99,7 @@ def test_lag_and_delay_of_the_emulated_lab_are_found(folder, domain, capsys):
     assert 'setcmas identify lab finds a model' in verdict
 
 
-def test_a_run_that_tells_nothing_leaves_no_model(folder, capsys):
+def test_a_run_without_motion_gives_no_model(folder, capsys):
     (folder / 'stands.py').write_text(
         'def control(robotNo, nbRobots, poses, t):\n    return 0, 0\n'
     )
@@ -120,7 +120,7 @@ def test_a_run_that_tells_nothing_leaves_no_model(folder, capsys):
         (['seen/csv/fleet.csv'], 'has no commands of robots'),
     ],
 )
-def test_a_mistake_is_told_in_one_line(folder, capsys, arguments, message):
+def test_a_mistake_is_reported_in_one_line(folder, capsys, arguments, message):
     simulate('nav_wp', 1, 3.0).save('seen')
     (folder / 'seen' / 'csv' / 'commands.csv').unlink()
 

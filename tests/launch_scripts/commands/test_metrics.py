@@ -90,7 +90,7 @@ def test_another_table_has_its_name_before_that_of_the_file(tmp_path):
         (('broken.mcap',), 'broken.mcap'),
     ],
 )
-def test_mistakes_are_told_in_one_line_with_status_2(run, arguments, message):
+def test_mistakes_are_reported_in_one_line_with_status_2(run, arguments, message):
     (run.parent / 'empty').mkdir()
     (run.parent / 'damaged.csv').write_text(f'{HEADER}0,1,0\n')
     (run.parent / 'broken.mcap').write_text('nothing of the kind')

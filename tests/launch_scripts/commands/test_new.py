@@ -4,7 +4,7 @@ from processes import run_here, run_setcmas
 from setcmas_ctrl.scripts.loader import ALGORITHMS, EXERCISES
 
 
-def test_the_new_script_runs_and_the_command_that_is_told_is_right(tmp_path):
+def test_the_new_script_runs_by_the_command_that_is_printed(tmp_path):
     result = run_here('new', 'my_law', cwd=tmp_path)
     told = result.stdout.splitlines()[-1].split()
 
@@ -38,7 +38,7 @@ def test_an_exercise_may_keep_its_name(tmp_path):
     assert (tmp_path / 'nav_wp.py').read_bytes() == EXERCISES.file('nav_wp').read_bytes()
 
 
-def test_the_triggering_condition_is_told_with_its_own_command(tmp_path):
+def test_a_triggering_condition_gets_its_own_command(tmp_path):
     told = run_here('new', 'my_ctc', '--from', 'ctc', '--exercise', cwd=tmp_path).stdout
 
     assert '--event-triggered --ctc my_ctc' in told
@@ -56,7 +56,7 @@ def test_the_triggering_condition_is_told_with_its_own_command(tmp_path):
         (('unused', '--exercise'), "unknown exercise 'unused'; must be one of consensus, ctc"),
     ],
 )
-def test_mistakes_are_told_in_one_line_and_nothing_is_written(tmp_path, arguments, message):
+def test_mistakes_are_reported_in_one_line_and_nothing_is_written(tmp_path, arguments, message):
     (tmp_path / 'taken.py').write_text('mine')
 
     result = run_here('new', *arguments, cwd=tmp_path)
@@ -68,7 +68,7 @@ def test_mistakes_are_told_in_one_line_and_nothing_is_written(tmp_path, argument
     assert len(list(tmp_path.iterdir())) == 1
 
 
-def test_a_script_that_hides_a_built_in_law_is_told_when_written_and_when_run(tmp_path):
+def test_a_script_that_hides_a_built_in_law_is_reported_when_written_and_when_run(tmp_path):
     written = run_here('new', 'consensus', cwd=tmp_path)
     run = run_here('offline', '--no-plots', '--algo', 'consensus', '--duration', '1', cwd=tmp_path)
 

@@ -84,7 +84,7 @@ def test_a_run_is_repeated_from_what_it_keeps(tmp_path):
         ((), 'add --algo, or a scenario file, or --from'),
     ],
 )
-def test_a_run_that_cannot_be_repeated_is_told_in_one_line(tmp_path, arguments, message):
+def test_a_run_that_cannot_be_repeated_is_reported_in_one_line(tmp_path, arguments, message):
     for name in ('old', 'empty'):
         (tmp_path / name).mkdir()
     (tmp_path / 'old' / 'run.yaml').write_text('parameters: {algo: nav_wp}\n')
@@ -121,7 +121,7 @@ def test_a_run_that_cannot_be_repeated_is_told_in_one_line(tmp_path, arguments, 
         (('--algo', 'nav_wp', '--ctc', 'x.py'), '--ctc needs --event-triggered'),
     ],
 )
-def test_mistakes_are_told_in_one_line(tmp_path, arguments, message):
+def test_mistakes_are_reported_in_one_line(tmp_path, arguments, message):
     result = run_here('offline', '--no-plots', *arguments, cwd=tmp_path)
 
     assert result.returncode == 2
@@ -130,7 +130,7 @@ def test_mistakes_are_told_in_one_line(tmp_path, arguments, message):
     assert list(tmp_path.iterdir()) == []
 
 
-def test_a_law_that_failed_is_told_at_the_end_and_by_the_exit_status(tmp_path):
+def test_a_law_that_failed_is_reported_at_the_end_and_by_the_exit_status(tmp_path):
     (tmp_path / 'law.py').write_text('def control(i, n, p, t):\n    return (1 / (i - 2), 0)\n')
     options = ('--nb-robots', '3', '--duration', '1', '--output', 'out')
 
@@ -304,7 +304,7 @@ def test_results_of_a_script_that_removes_the_current_folder_are_written(tmp_pat
     ('output', 'message'),
     [('', "--output is ''; it must be a path"), ('a' * 300, 'cannot be written: File name too')],
 )
-def test_an_output_that_can_be_no_folder_is_told_in_one_line(tmp_path, output, message):
+def test_an_output_that_can_be_no_folder_is_reported_in_one_line(tmp_path, output, message):
     result = run_here(
         'offline', '--no-plots', '--algo', 'nav_wp', '--output', output, cwd=tmp_path
     )

@@ -44,7 +44,7 @@ def test_the_page_is_named_after_its_run_and_not_overwritten(folder, monkeypatch
         (['.'], "there is no fleet.csv in '.'"),
     ],
 )
-def test_mistakes_are_told_in_one_line(folder, monkeypatch, capsys, arguments, message):
+def test_mistakes_are_reported_in_one_line(folder, monkeypatch, capsys, arguments, message):
     monkeypatch.chdir(folder)
 
     assert main(['report', *arguments]) == 2

@@ -43,7 +43,7 @@ def test_processes_see_the_whole_graph_of_a_discovery_server(monkeypatch):
 
 
 @pytest.mark.parametrize('name', ['robot1.invalid', 'robot..1'])
-def test_a_static_peer_that_does_not_exist_is_told_in_one_line(monkeypatch, name):
+def test_a_static_peer_that_does_not_exist_is_reported_in_one_line(monkeypatch, name):
     monkeypatch.delenv('ROS_STATIC_PEERS', raising=False)
     lab = replace(load_lab(DEFAULT_FILE, 1), static_peers=('192.168.1.21', name))
 
@@ -118,7 +118,7 @@ def test_warnings_that_are_errors_do_not_end_ros(domain):
     assert 'Warning' not in result.stderr
 
 
-def test_another_middleware_than_the_wheels_is_told(domain, monkeypatch):
+def test_a_middleware_without_wheels_is_reported(domain, monkeypatch):
     pytest.importorskip('rclpy')
     monkeypatch.delenv('AMENT_PREFIX_PATH', raising=False)
 

@@ -32,7 +32,7 @@ def test_a_second_run_commands_nothing(start, peer, tmp_path):
     assert [path.name for path in tmp_path.iterdir()] == ['law.py']
 
 
-def test_an_emulated_run_that_nobody_can_start_again_ends_and_says_so(start, peer, tmp_path):
+def test_an_emulated_run_that_cannot_be_restarted_ends_and_says_so(start, peer, tmp_path):
     (tmp_path / 'law.py').write_text(LAW)
     run = ('run', '--emulate', '--algo', 'law.py', '--nb-robots', '1', '--duration', '600')
     process = start(*SETCMAS, *run, '--no-plots', '-o', 'out', cwd=tmp_path, env=NO_WINDOWS)
@@ -47,7 +47,7 @@ def test_an_emulated_run_that_nobody_can_start_again_ends_and_says_so(start, pee
 
 
 @pytest.mark.nightly
-def test_a_second_emulated_run_pauses_nobody(start, peer, tmp_path):
+def test_a_second_emulated_run_pauses_no_robot(start, peer, tmp_path):
     (tmp_path / 'law.py').write_text(LAW)
     run = ('run', '--emulate', '--algo', 'law.py', '--nb-robots', '1')
     first = start(*SETCMAS, *run, '--duration', '600', cwd=tmp_path, env=NO_WINDOWS)

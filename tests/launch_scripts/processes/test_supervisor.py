@@ -79,7 +79,7 @@ SETUP += 'from setcmas_simu.reports.reports import *\n'
 SETUP += 'from setcmas_simu.reports.script_calls import Function\n'
 
 
-def test_a_mistake_that_a_process_has_told_is_not_told_again(supervisor):
+def test_a_mistake_that_a_process_has_reported_is_not_repeated(supervisor):
     code = (
         'print("error: because of this"); launcher().report(Mistake("this")); raise SystemExit(2)'
     )
@@ -104,7 +104,7 @@ def test_what_a_process_reports_is_not_what_it_prints(supervisor):
     assert not any('Started' in line for line in supervisor.lines)
 
 
-def test_a_status_of_2_is_told_even_if_a_script_prints_error(supervisor):
+def test_a_status_of_2_is_reported_even_if_a_script_prints_error(supervisor):
     supervisor.start('bad', python('import os; print("error: x", flush=True); os._exit(2)'))
 
     with pytest.raises(ChildDiedError, match='ended unexpectedly with exit status 2'):
@@ -171,7 +171,7 @@ def test_a_process_without_descriptors_is_of_no_more_use(supervisor):
 
 
 @pytest.mark.parametrize('hang', ['sum(range(10**14))', 'os.kill(os.getpid(), 19)'])
-def test_a_call_that_keeps_its_process_from_speaking_is_told_and_ended(supervisor, hang):
+def test_a_call_that_silences_its_process_is_reported_and_ended(supervisor, hang):
     takes_signals = 'import signal; signal.signal(signal.SIGTERM, lambda *_: None)\n'
     child = supervisor.start('ctrl', python(IN_A_CALL.format(ago=9) + takes_signals + hang))
     hung = []

@@ -36,7 +36,7 @@ def test_words_that_are_typed_or_pasted_do_not(batches):
     assert starts([*batches, *[''] * 20, 's', *[''] * 5]) != []
 
 
-def test_a_key_that_is_to_be_held_is_told_each_time():
+def test_a_key_to_hold_is_reported_each_time():
     assert starts(['s', '', 'ss', 's', '', 'l', 's'], held=True) == [0, 2, 3]
 
 

@@ -91,7 +91,7 @@ def test_a_condition_may_be_an_exercise(tmp_path, monkeypatch):
         (['--event-triggered', '--ctc', 'law.py'], 'law.py has no function ctc'),
     ],
 )
-def test_mistakes_are_told_before_the_fleet_is_known(tmp_path, monkeypatch, arguments, message):
+def test_mistakes_are_found_before_the_fleet_is_known(tmp_path, monkeypatch, arguments, message):
     monkeypatch.chdir(tmp_path)
     (tmp_path / 'law.py').write_text('def control(a, b, c, d):\n    return 0, 0\n')
 

@@ -16,7 +16,7 @@ def test_words_are_those_of_splitmix64():
 
 
 @pytest.mark.parametrize('varied', ['seed', 'receiver', 'sender', 'times_up', 'number'])
-def test_words_are_uniform_and_uncorrelated_along_all_that_tells_messages_apart(varied):
+def test_draws_are_uniform_and_uncorrelated_between_messages(varied):
     what = dict.fromkeys(('seed', 'receiver', 'sender', 'times_up'), 3) | {'number': 0}
     what[varied] = NUMBERS
     number = what.pop('number')

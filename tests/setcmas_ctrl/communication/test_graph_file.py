@@ -114,7 +114,7 @@ def test_segments_and_links(load):
         ('- 1\n', 1, 'it must be a mapping with the keys segments, graph'),
     ],
 )
-def test_mistakes_are_told_with_their_line(load, text, line, message):
+def test_mistakes_are_reported_with_their_line(load, text, line, message):
     with pytest.raises(SetcmasError) as error:
         load(text)
 

@@ -58,7 +58,7 @@ def test_what_was_sent_last_is_held():
     np.testing.assert_array_equal(heard[0, :, 2], POSES[:, 2])
 
 
-def test_a_delayed_message_is_heard_when_it_arrives():
+def test_a_delayed_message_counts_when_it_arrives():
     links = begun(delay=0.3)
     seen = []
     for k in range(1, 9):
@@ -201,7 +201,7 @@ def test_nothing_is_known_of_a_robot_that_never_sent():
     assert np.isnan(links.known_poses(POSES[:, [0]], 0.0)[0, 0]).tolist() == [False, False, True]
 
 
-def test_messages_do_not_pile_up_while_nobody_asks():
+def test_messages_that_are_not_taken_do_not_pile_up():
     links = begun(delay=0.3)
     for k in range(1000):
         links.send(ALL, moved(k), 0.1 * k)

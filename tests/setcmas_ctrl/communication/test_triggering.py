@@ -97,7 +97,7 @@ def test_what_counts_as_true(broadcast, said, result):
         ("return float('nan')", 'ctc returned nan'),
     ],
 )
-def test_a_condition_that_fails_counts_as_a_trigger_and_is_told_once(
+def test_a_condition_that_fails_counts_as_a_trigger_and_is_reported_once(
     broadcast, said, body, message
 ):
     own = broadcast(f'def ctc(pos, last_pos, t):\n    {body}\n')
@@ -109,7 +109,7 @@ def test_a_condition_that_fails_counts_as_a_trigger_and_is_told_once(
     assert 'tb3_3 sends its state whenever the condition fails' in said[0]
 
 
-def test_a_condition_that_works_again_is_told_too(broadcast, said):
+def test_a_condition_that_works_again_is_reported_too(broadcast, said):
     own = broadcast('def ctc(pos, last_pos, t):\n    return 1 / int(pos[0]) < 0\n')
 
     assert decisions(own, [1, 0, 0, 1]) == [True, True, True, False]

@@ -63,12 +63,12 @@ def test_a_file_whose_name_begins_as_robots_do_is_meant_by_its_folder():
         ('leader.py', {'K': 1.0}, r"--set K: leader\.py has no module-level name 'K'"),
     ],
 )
-def test_mistakes_are_told_of(algo, settings, message):
+def test_mistakes_are_reported(algo, settings, message):
     with pytest.raises(SetcmasError, match=message):
         LawScripts(algo, settings=settings).check(3)
 
 
-def test_a_file_that_hides_a_built_in_law_is_told(tmp_path):
+def test_a_file_that_hides_a_built_in_law_is_reported(tmp_path):
     assert LawScripts('consensus').notes == []
     (tmp_path / 'consensus.py').write_text(LEADER)
 

@@ -64,7 +64,7 @@ def test_a_law_may_have_other_names(told, text):
         ("task = 'tracking'\ndef references(n):\n    raise SystemExit", 'SystemExit'),
     ],
 )
-def test_a_mistake_is_told_in_a_line_and_the_run_goes_on(told, tmp_path, text, message):
+def test_a_mistake_is_reported_in_a_line_and_the_run_goes_on(told, tmp_path, text, message):
     with pytest.raises(SetcmasError, match=message):
         told(text)
     said = []
@@ -75,7 +75,7 @@ def test_a_mistake_is_told_in_a_line_and_the_run_goes_on(told, tmp_path, text, m
     assert said[0].endswith('the run continues without a task')
 
 
-def test_the_first_law_that_tells_a_task_counts():
+def test_the_first_law_that_declares_a_task_counts():
     laws = [({}, Path('a.py')), ({'task': 'distances', 'D': 2}, Path('b.py'))]
 
     assert references_of_fleet(laws, 2, print) == References(
@@ -84,7 +84,7 @@ def test_the_first_law_that_tells_a_task_counts():
 
 
 @pytest.mark.parametrize('text', ['', '3', '{}', '{"task": 3, "values": {}}', '{"task": "a", "v'])
-def test_what_somebody_else_publishes_is_no_task(text):
+def test_messages_of_other_nodes_are_no_task(text):
     with pytest.raises(ValueError, match=r'JSON|Expected|Input|truncated|missing'):
         References.decoded(text)
 
@@ -101,7 +101,7 @@ def test_what_somebody_else_publishes_is_no_task(text):
         ('consensus', 'consensus', 'consensus'),
     ],
 )
-def test_built_in_laws_tell_their_task(algo, task, part, nb_robots):
+def test_built_in_laws_declare_their_task(algo, task, part, nb_robots):
     metrics = simulate(algo, nb_robots, 2.0).metrics()
 
     assert metrics.task == task

@@ -89,7 +89,7 @@ def test_a_part_of_the_fleet_is_controlled_with_the_poses_of_all(start, peer):
     assert not commands[3]
 
 
-def test_it_waits_for_a_recorder_that_hears_the_robots_too(start, peer):
+def test_it_waits_for_a_recorder_that_records_the_robots_too(start, peer):
     recorder = rclpy.create_node('recorder', context=peer.context)
     recorder.create_subscription(TwistStamped, '/tb3_1/cmd_vel', print, 10)
     commands = peer.cmd_vel(1)

@@ -10,7 +10,7 @@ pytest.importorskip('rclpy')
 from ros_peer import position, velocity
 
 
-def test_a_slow_fleet_is_told_so_and_not_that_its_odometry_is_lost(start, script):
+def test_a_slow_fleet_is_reported_as_slow_and_not_as_lost(start, script):
     law = script('import time\ndef control(i, n, p, t):\n    time.sleep(0.3)\n    return 0, 0\n')
     start(*SIMU, '--nb-robots', '5')
     process = start(*CTRL, '--algo', law)
@@ -141,7 +141,7 @@ def test_a_robot_whose_odometry_ends_is_commanded_zero(start, peer, script):
         ),
     ],
 )
-def test_scripts_that_cannot_be_loaded_are_told(start, script, text, message):
+def test_scripts_that_cannot_be_loaded_are_reported(start, script, text, message):
     start(*SIMU, '--nb-robots', '1')
     process = start(*CTRL, '--algo', script(text))
 

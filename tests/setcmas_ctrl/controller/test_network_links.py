@@ -64,7 +64,7 @@ def test_a_ring_with_losses(start, peer, script):
     assert graph[-1].data.tolist() == ring.ravel().tolist()
 
 
-def test_a_fleet_over_two_processes_hears_of_the_others_by_their_broadcasts_only(start, peer):
+def test_a_fleet_over_two_processes_knows_the_others_by_their_broadcasts_only(start, peer):
     places = [
         f'--pose={i}:{x},{y}' for i, (x, y) in enumerate([(1, 1), (1, -1), (-1, -1), (-1, 1)], 1)
     ]
@@ -120,7 +120,7 @@ def test_a_graph_switches_at_the_step_at_which_it_does_offline(peer, script):
     ]
 
 
-def test_a_process_tells_what_its_own_robots_hear(start, peer):
+def test_a_process_reports_the_links_of_its_own_robots(start, peer):
     start(*SIMU, '--nb-robots', '3').wait_for_output('simulating')
     options = ['--graph', 'directed_ring', '--nb-robots', '3', '--robots', '2-3']
     start(*CTRL, '--algo', 'consensus', *options)
@@ -132,7 +132,7 @@ def test_a_process_tells_what_its_own_robots_hear(start, peer):
     assert weights[1:].tolist() == [[0, 0, 1], [1, 0, 0]]
 
 
-def test_failing_scripts_and_unheard_robots_are_told(start, peer, script):
+def test_failing_scripts_and_unknown_robots_are_reported(start, peer, script):
     law = script('def control(i, n, poses, t):\n    return poses[0].mean() if i == 1 else 0, 0\n')
     when = script('def ctc(pos, last_pos, t):\n    return 1 / 0\n', 'when.py')
     start(*SIMU, '--nb-robots', '3').wait_for_output('simulating')
@@ -150,7 +150,7 @@ def test_failing_scripts_and_unheard_robots_are_told(start, peer, script):
     assert 'ZeroDivisionError in when.py, line 2 occurred' in process.output()
 
 
-def test_a_slow_condition_is_told_as_a_slow_law_is(start, script):
+def test_a_slow_condition_is_reported_like_a_slow_law(start, script):
     when = script(
         'import time\ndef ctc(pos, last_pos, t):\n    time.sleep(0.15)\n    return True\n',
         'when.py',

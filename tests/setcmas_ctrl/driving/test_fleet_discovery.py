@@ -55,7 +55,7 @@ def test_an_announced_fleet_is_controlled_whole_however_slowly_it_is_discovered(
     assert 'assuming that the fleet is' not in process.output()
 
 
-def test_where_nobody_announces_robots_are_guessed_and_that_is_told(start, peer, script):
+def test_without_an_announcement_robots_are_guessed_with_a_warning(start, peer, script):
     SlowFleet(peer, 2)
     process = start(*CTRL, '--algo', script(STAND))
 
@@ -95,7 +95,7 @@ def test_a_controller_waits_for_its_own_simulator(start, peer, script):
 
 
 @pytest.mark.nightly
-def test_fifteen_times_in_a_row_beside_two_busy_loops(start, script):
+def test_fifteen_times_in_a_row_with_two_busy_loops(start, script):
     for _ in range(2):
         start(sys.executable, '-c', 'while True: pass')
     for _ in range(15):

@@ -39,7 +39,7 @@ def test_a_process_that_comes_later_joins_whatever_its_clock_says():
     assert time.step(10.0, held=False) == pytest.approx(57.1)
 
 
-def test_what_was_heard_long_ago_is_of_a_fleet_that_has_ended():
+def test_an_old_t_belongs_to_a_fleet_that_has_ended():
     time = FleetTime()
     time.synchronise(57.0, 8.0)
 
@@ -49,7 +49,7 @@ def test_what_was_heard_long_ago_is_of_a_fleet_that_has_ended():
 @pytest.mark.parametrize(
     ('heard', 't'), [(30.0, 30.0), (5.01, 5.0), (4.9, 5.0)], ids=['later', 'same', 'on its way']
 )
-def test_the_latest_t_that_is_heard_is_that_of_the_fleet(heard, t):
+def test_the_latest_received_t_is_that_of_the_fleet(heard, t):
     time = begun()
     time.synchronise(heard, 105.0)
 

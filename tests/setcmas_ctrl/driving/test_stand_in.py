@@ -67,7 +67,7 @@ def test_robots_stand_when_their_controller_has_died(start, peer, script, robots
     assert 'the other robots continue' not in process.output()
 
 
-def test_a_forked_copy_of_the_controller_is_ended_and_told(start, peer, script, robots):
+def test_a_forked_copy_of_the_controller_is_ended_and_reported(start, peer, script, robots):
     law = HARM.format(harm='globals().setdefault("pid", None) or globals().update(pid=os.fork())')
     process = start(*SETCMAS, 'ctrl', '--algo', script(law))
     process.wait_for_output('law.py called os.fork; the child process was ended')

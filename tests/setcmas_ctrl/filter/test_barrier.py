@@ -75,7 +75,7 @@ def test_robots_of_two_processes_do_half_each():
     assert 0.4 <= least < 0.45
 
 
-def test_robots_that_block_each_other_are_told_once_and_stand():
+def test_robots_that_block_each_other_are_reported_once_and_stand():
     fleet = swap()
     fleet.run(10.0)
 
@@ -93,7 +93,7 @@ def test_robots_that_turn_right_arrive(model):
     assert np.abs(fleet.poses[:2] - fleet.goals).max() < 0.1
 
 
-def test_who_is_in_nobodys_way_is_commanded_as_without_a_filter_to_the_last_bit():
+def test_a_robot_with_free_way_is_commanded_as_without_a_filter_to_the_last_bit():
     poses = np.array([[0.0, 0.1, 4.0], [0.0, 0.4, 0.0], [0.0, -1.0, 2.0]])
     wanted = np.array([[0.1, 0.0, -0.2], [0.3, -0.3, 0.3]])
     on, off = (
@@ -111,7 +111,7 @@ def test_who_is_in_nobodys_way_is_commanded_as_without_a_filter_to_the_last_bit(
 
 
 @pytest.mark.parametrize('model', [UNICYCLE, Unicycle()])
-def test_limits_that_are_told_are_those_of_every_unicycle_without_its_own(model):
+def test_given_limits_are_those_of_every_unicycle_without_its_own(model):
     poses = np.array([[0.0, 1.0], [0.0, 0.0], [0.0, math.pi]])
     wanted = np.array([[0.3, -0.3], [0.3, 0.3]])
     commanders = [

@@ -6,7 +6,7 @@ NB_ROBOTS = 30
 SPEED = 0.5
 
 
-def test_pairs_that_are_left_out_could_not_hinder_points_of_the_speed_told():
+def test_omitted_pairs_could_not_hinder_points_of_the_given_speed():
     rng = np.random.default_rng(1)
     points = rng.uniform(-4.0, 4.0, (2, NB_ROBOTS))
     own = np.arange(NB_ROBOTS) < 20

@@ -31,7 +31,7 @@ def test_a_call_that_does_not_return_is_reported_with_its_line(watched):
     assert 'assert spoken.wait(30)  # the line that the report must name' in said[0]
 
 
-def test_a_slow_step_is_told_by_what_was_called_in_it(watched):
+def test_a_slow_step_is_reported_with_its_calls(watched):
     watch, said, _ = watched
 
     with watch.call(1, Path(__file__)):  # before the first control period
@@ -95,7 +95,7 @@ def test_the_calls_for_all_robots_are_added_up_and_the_longest_is_named(slow):
     ]
 
 
-def test_slow_periods_are_counted_and_told_now_and_then(slow):
+def test_slow_periods_are_counted_and_reported_now_and_then(slow):
     calls, said = slow
     for step in range(20):
         calls.add(LAW, 1, 0.4)
@@ -107,7 +107,7 @@ def test_slow_periods_are_counted_and_told_now_and_then(slow):
     ]
 
 
-def test_scripts_are_told_apart(slow):
+def test_scripts_are_distinguished(slow):
     calls, said = slow
     calls.add(LAW, 1, 0.15)
     for _ in range(2):  # conditions are evaluated twice in a control period

@@ -34,7 +34,7 @@ def test_a_copy_is_not_filled_in_until_its_maths_changes(copy, old, new, unfille
     assert ('mine.py is not filled in yet' in unfilled_note(script)) == unfilled
 
 
-def test_a_script_tells_its_exercise_or_has_its_name(copy, tmp_path):
+def test_a_script_declares_its_exercise_or_has_its_name(copy, tmp_path):
     assert exercise_of(copy()) == 'consensus'
     assert exercise_of(copy("exercise = 'consensus'", '')) == ''
     assert exercise_of(ALGORITHMS.file('nav_wp')) == 'nav_wp'

@@ -153,7 +153,7 @@ def test_files_of_helpers_are_known(folder, tmp_path):
     }
 
 
-def test_a_drawing_module_beside_the_script_is_not_the_one_of_ros_1(folder):
+def test_a_drawing_module_in_the_folder_of_the_script_is_not_that_of_ros_1(folder):
     path = folder(
         rviz_marker='import rospy\n',
         law='import rviz_marker\n'
@@ -163,7 +163,7 @@ def test_a_drawing_module_beside_the_script_is_not_the_one_of_ros_1(folder):
     assert load_control(path, 1)(1, 1, None, 0.0) == (1, 0)
 
 
-def test_what_a_helper_cannot_import_is_told_with_its_line(folder):
+def test_what_a_helper_cannot_import_is_reported_with_its_line(folder):
     path = folder(
         failing_helper='x = 1\nimport no_such_module\n',
         law='import failing_helper\ndef control(i, n, p, t):\n    return 0, 0\n',

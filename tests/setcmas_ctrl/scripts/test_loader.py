@@ -55,7 +55,7 @@ def test_a_path_to_a_file_goes_before_all(folder):
     assert find_script('elsewhere/consensus.py') == path
 
 
-def test_a_missing_script_is_told_with_the_nearest_names(folder):
+def test_a_missing_script_is_reported_with_the_nearest_names(folder):
     script(folder, CONTROL, 'my_law.py')
     script(folder, 'NAME = 1', 'my_lave.py')  # no law: not offered
 
@@ -97,7 +97,7 @@ def test_a_folder_is_no_script(folder):
         (f'# coding: lattin-1\n{CONTROL}', 'utf-8', 'law.py has an unknown encoding; save it as'),
     ],
 )
-def test_a_script_that_is_no_text_of_a_known_encoding_is_told(folder, text, encoding, message):
+def test_a_script_that_is_no_text_of_a_known_encoding_is_reported(folder, text, encoding, message):
     path = folder / 'law.py'
     path.write_text(text, encoding=encoding)
 
@@ -118,7 +118,7 @@ def test_a_script_that_is_no_text_of_a_known_encoding_is_told(folder, text, enco
         ('control = 3\n', 'no function control'),
     ],
 )
-def test_faults_while_loading_are_told_with_script_and_line(folder, text, message):
+def test_faults_while_loading_are_reported_with_script_and_line(folder, text, message):
     path = script(folder, text)
 
     with pytest.raises(SetcmasError, match=message):
@@ -207,7 +207,7 @@ def test_a_keyboard_interrupt_of_the_script_is_a_failure_where_ctrl_c_is_handled
         ('law.ipynb', r'is a notebook; start its cell with `%%writefile law\.py`'),
     ],
 )
-def test_what_is_no_script_is_told_for_what_it_is(tmp_path, name, message):
+def test_files_that_are_no_scripts_are_reported_as_what_they_are(tmp_path, name, message):
     (tmp_path / 'folder').mkdir()
     (tmp_path / 'law.ipynb').write_text('{}')
     os.mkfifo(tmp_path / 'pipe')
@@ -227,7 +227,7 @@ def test_advice_for_what_scripts_cannot_do(tmp_path):
             load_control(path, 1)
 
 
-def test_odd_syntax_is_told_once_for_all_robots(tmp_path, capsys):
+def test_odd_syntax_is_reported_once_for_all_robots(tmp_path, capsys):
     path = tmp_path / 'law.py'
     path.write_text('TEXT = 1 is 1\n\ndef control(i, n, p, t):\n    return 0, 0\n')
 

@@ -58,7 +58,7 @@ def test_pieces_of_a_line_are_put_together_and_the_last_line_ends(tmp_path, caps
     assert captured.err == 'tb3_1: to stderrto stderr\ntb3_2: to stderrto stderr\n'
 
 
-def test_a_warning_is_told_once_for_all_robots_and_calls(tmp_path):
+def test_a_warning_is_reported_once_for_all_robots_and_calls(tmp_path):
     body = 'import numpy as np\nnp.float64(1.0) / np.float64(t)\nreturn np.zeros(2)'
     with warnings.catch_warnings(record=True) as told, named_output():
         warnings.simplefilter('always')
@@ -113,7 +113,7 @@ def test_inside_another_naming_the_name_comes_once(tmp_path, capsys):
     assert capsys.readouterr().out == 'tb3_2: x\n'
 
 
-def test_a_thread_that_fails_is_told_in_one_message(tmp_path, capsys):
+def test_a_thread_that_fails_is_reported_in_one_message(tmp_path, capsys):
     body = """
     threads.append(threading.Thread(target=lambda: 1 / 0))
     threads[-1].start()
@@ -128,7 +128,7 @@ def test_a_thread_that_fails_is_told_in_one_message(tmp_path, capsys):
     )
 
 
-def test_a_script_that_closes_the_output_closes_it_for_nobody(tmp_path, capsys):
+def test_a_script_that_closes_the_output_closes_only_its_own(tmp_path, capsys):
     with named_output():
         law(tmp_path, 'import sys\nsys.stdout.close()\nprint("x")')(2, 2, None, 0.0)
     print('y')
@@ -191,7 +191,7 @@ def test_a_thread_may_be_inside_of_print_when_the_naming_ends(tmp_path):
     assert result.stdout == 'tb3_1: a \ntb3_1: True b\n'
 
 
-def test_a_flood_of_lines_is_cut_and_told(tmp_path, capsys):
+def test_a_flood_of_lines_is_cut_with_a_message(tmp_path, capsys):
     with named_output():
         control = law(tmp_path, 'for k in range(50_000): print(k)')
         control(2, 2, None, 0.0)
@@ -219,7 +219,7 @@ def test_what_python_can_make_no_value_of_is_none(tmp_path, value):
 
 
 @pytest.mark.parametrize('text', ['WPL = [', f'x = {"-" * 100_000}1'], ids=['open', 'deep'])
-def test_a_script_that_is_not_python_is_told(tmp_path, text):
+def test_a_script_that_is_not_python_is_reported(tmp_path, text):
     (tmp_path / 'law.py').write_text(text)
 
     with pytest.raises(SetcmasError, match=r'law.py. cannot be read: .'):

@@ -108,7 +108,7 @@ def test_a_script_may_turn_velocities_into_commands_itself(robot):
         ('def step(s, c, Ts):\n    raise SystemExit(0)\n', 'the script called exit'),
     ],
 )
-def test_a_robot_whose_script_fails_stands_and_is_told_of_once(robot, said, text, message):
+def test_a_robot_whose_script_fails_stands_and_is_reported_once(robot, said, text, message):
     script = robot(text)
     states = script.start(POSE)
     for _ in range(3):
@@ -142,12 +142,12 @@ def test_a_command_that_fails_is_zero(robot, said):
         ('def step(s, c, t): pass\n1 / 0', 'line 2: ZeroDivisionError'),
     ],
 )
-def test_scripts_that_cannot_be_loaded_are_told_of(robot, text, message):
+def test_scripts_that_cannot_be_loaded_are_reported(robot, text, message):
     with pytest.raises(SetcmasError, match=message):
         robot(text)
 
 
-def test_a_start_that_fails_is_told_of(robot):
+def test_a_start_that_fails_is_reported(robot):
     script = robot('def step(s, c, t): pass\ndef start(x, y, theta): return x / 0')
     with pytest.raises(SetcmasError, match='line 2: ZeroDivisionError'):
         script.start(POSE)
@@ -155,7 +155,7 @@ def test_a_start_that_fails_is_told_of(robot):
         robot('def step(s, c, t): pass\ndef start(x, y, theta): return x').start(POSE)
 
 
-def test_every_robot_has_a_script_of_its_own_beside_other_models(tmp_path, said):
+def test_every_robot_may_have_its_own_script_or_model(tmp_path, said):
     path = tmp_path / 'count.py'
     path.write_text(
         'n = 0\ndef step(state, command, Ts):\n    global n\n    n += 1\n'

@@ -100,7 +100,7 @@ def test_no_nudge_by_poses_of_two_senders(start, peer):
     assert all(message.twist.twist.linear.x == 0.0 for message in truth)
 
 
-def test_a_mistake_in_the_lab_file_is_told_in_one_line(start, tmp_path):
+def test_a_mistake_in_the_lab_file_is_reported_in_one_line(start, tmp_path):
     lab = tmp_path / 'lab.yaml'
     lab.write_text('arena: {x: [1, -1]}\n')
 
@@ -110,7 +110,7 @@ def test_a_mistake_in_the_lab_file_is_told_in_one_line(start, tmp_path):
     assert 'line 1' in doctor.output()
 
 
-def test_faults_are_ordered_and_those_of_no_robot_are_told(start, peer):
+def test_faults_are_injected_and_those_of_no_robot_are_reported(start, peer):
     lab = start(*LAB)
     lab.wait_for_output('emulating')
     order = peer.publisher(String, '/emulated_lab/fault')

@@ -72,7 +72,7 @@ def test_bodies_that_another_preset_would_hear_are_named():
     assert told == ['tf would receive /tf, with all bodies', 'vrpn would receive Blue, Red']
 
 
-def test_presets_that_hear_the_same_are_told_in_one_line():
+def test_presets_with_the_same_bodies_are_reported_in_one_line():
     told = found('vicon', ('/Red/pose', POSE), ('/tb3_1/pose', POSE))
 
     assert told == ['natnet or nokov or optitrack would receive Red, tb3_1']
@@ -119,7 +119,7 @@ def test_a_robot_that_is_well():
         ({'round_trip': 0.3}, NOTE, '300 ms'),
     ],
 )
-def test_what_is_wrong_is_told(changes, level, told):
+def test_problems_are_reported(changes, level, told):
     check = replace(GOOD, **changes)
     (finding,) = check.findings(LAB, ['body_7'])
 

@@ -9,7 +9,7 @@ def test_every_fault_is_understood_as_it_is_written(kind):
     assert parse_fault(str(Fault(kind, 2, 1.5))) == Fault(kind, 2, 1.5)
 
 
-def test_a_fault_lasts_a_while_unless_told():
+def test_a_fault_lasts_three_seconds_by_default():
     assert parse_fault('dropout 3') == Fault('dropout', 3, DEFAULT_S)
 
 

@@ -8,7 +8,7 @@ from setcmas_expe.guard.guard_decision import Situation, Source, StartLatch, Sta
 BRIDGE, PAUSE, ROGUE = b'bridge', b'pause', b'rogue'
 
 
-def test_the_bridge_is_followed_beside_the_pause_node_and_nobody_beside_a_rogue():
+def test_the_bridge_is_followed_with_the_pause_node_and_no_node_with_a_rogue():
     source = Source()
     assert source.conflict({BRIDGE, PAUSE}, PAUSE, free=False) == ''
     assert source.pinned == BRIDGE
@@ -16,7 +16,7 @@ def test_the_bridge_is_followed_beside_the_pause_node_and_nobody_beside_a_rogue(
     assert source.conflict({BRIDGE, ROGUE}, None, free=True)
 
 
-def test_nobody_takes_the_place_of_the_bridge_while_the_robot_may_move():
+def test_no_node_replaces_the_bridge_while_the_robot_may_move():
     source = Source()
     source.conflict({BRIDGE}, None, free=False)
     assert source.conflict({ROGUE}, None, free=True)

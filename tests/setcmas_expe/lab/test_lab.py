@@ -5,7 +5,7 @@ import pytest
 from setcmas_expe.lab.lab import Battery
 
 
-def test_a_battery_is_told_in_percent_whatever_its_scale():
+def test_a_battery_is_shown_in_percent_whatever_its_scale():
     share, percent = Battery(), Battery()
 
     assert share.percent(0.04) == pytest.approx(4.0)

@@ -144,7 +144,7 @@ def test_fewer_robots_than_the_lab_has_may_take_part(lab_file):
         ('robots: [1]\n', 1, 'a mapping with the keys number'),
     ],
 )
-def test_a_mistake_is_told_with_its_line(lab_file, text, line, message):
+def test_a_mistake_is_reported_with_its_line(lab_file, text, line, message):
     path = lab_file(text)
 
     with pytest.raises(SetcmasError, match=message) as caught:
@@ -153,7 +153,7 @@ def test_a_mistake_is_told_with_its_line(lab_file, text, line, message):
     assert '\n' not in str(caught.value)
 
 
-def test_a_file_that_cannot_be_read_is_told(tmp_path):
+def test_a_file_that_cannot_be_read_is_reported(tmp_path):
     with pytest.raises(SetcmasError, match='cannot be read'):
         load_lab(tmp_path / 'none.yaml')
     (tmp_path / 'loop.yaml').write_text('robots: &a [*a]\n')

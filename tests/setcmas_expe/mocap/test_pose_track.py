@@ -83,7 +83,7 @@ def test_before_the_first_pose_nothing_is_known(tracker):
     assert tracker.track.age(tracker.now) == math.inf
 
 
-def test_a_jump_is_not_believed_until_somebody_has_paused_and_it_stands_still(tracker):
+def test_a_jump_is_rejected_until_a_pause_while_the_pose_stands_still(tracker):
     tracker.moving = True
     tracker.feed(1.0)
     assert tracker.feed(5.0, x=1.0) == 0
@@ -129,7 +129,7 @@ def test_a_late_burst_is_not_a_jump(tracker):
     assert tracker.feed(0.2, x=0.2 + 0.08, speed=0.2) == 10
 
 
-def test_frozen_poses_of_a_robot_that_is_told_to_move_are_not_believed(tracker):
+def test_frozen_poses_of_a_robot_that_is_commanded_to_move_are_rejected(tracker):
     tracker.moving = True
     tracker.feed(1.0)
     good = tracker.feed(1.0, noise=0)

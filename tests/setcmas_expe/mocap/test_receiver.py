@@ -82,7 +82,7 @@ def test_robots_find_their_bodies_in_any_order_missing_or_there_twice(
     assert 'Traceback' not in process.output()
 
 
-def test_the_doctor_tells_bodies_rates_and_what_is_missing(see, tmp_path, peer):
+def test_the_doctor_shows_bodies_rates_and_missing_poses(see, tmp_path, peer):
     preset, topic, names = SOURCES[0]
     see(('Blue', 0.0, 1.0, 0.0), (names[0], -1.0, 0.5, 0.0), topic=topic)
     peer.wait_for(lambda: peer.node.count_publishers(f'/{topic}'))
@@ -97,7 +97,7 @@ def test_the_doctor_tells_bodies_rates_and_what_is_missing(see, tmp_path, peer):
     assert result.returncode == 1
 
 
-def test_a_source_that_cannot_read_its_messages_tells_so_and_the_others_are_heard(peer):
+def test_a_source_that_cannot_read_its_messages_says_so_and_the_others_work(peer):
     def read(message):
         if message.header.frame_id:
             raise ValueError(f'no frame\n{message.header.frame_id}')
@@ -129,7 +129,7 @@ def test_a_source_that_cannot_read_its_messages_tells_so_and_the_others_are_hear
 
 
 @pytest.mark.parametrize('command', [('doctor',), ('expe', '--algo', 'nav_wp')])
-def test_a_message_package_that_is_missing_is_told_before_anything_starts(command):
+def test_a_missing_message_package_is_reported_before_anything_starts(command):
     result = run_setcmas(*command, '--mocap', 'mocap4r2')
 
     assert result.returncode == 2

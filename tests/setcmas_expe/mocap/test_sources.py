@@ -56,7 +56,7 @@ def test_what_is_no_source_does_not_fit(thing, reason):
         checked_source(thing)
 
 
-def test_a_package_that_is_not_installed_is_told_with_the_command_that_installs_it():
+def test_a_missing_package_is_reported_with_the_command_that_installs_it():
     source = MOCAP_SOURCES.get('mocap4r2')
 
     with pytest.raises(SetcmasError, match='sudo apt install ros-jazzy-mocap4r2-msgs'):

@@ -22,7 +22,7 @@ def test_a_button_that_is_down_at_first_is_neither_pressed_nor_held():
     assert joystick.held == {7}
 
 
-def test_a_joystick_that_goes_silent_is_told_once():
+def test_a_joystick_that_goes_silent_is_reported_once():
     joystick = Joystick()
     assert not joystick.disappeared(100.0)  # it was never there
     joystick.pressed(UP, 100.0)

@@ -130,7 +130,7 @@ def operate(domain, peer):
         yield begin
 
 
-def test_anybody_may_pause_and_only_the_operator_start(operate, peer, bridge):
+def test_every_node_may_pause_and_only_the_operator_start(operate, peer, bridge):
     paused = peer.listen(Bool, '/paused')
     operator = operate()
     wish = peer.publisher(Bool, '/pause')

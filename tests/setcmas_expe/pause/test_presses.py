@@ -78,7 +78,7 @@ def test_a_key_that_is_held_down_releases_nothing():
     assert emergency.release(presses[-1] + 1.3 + RELEASES_WITHIN_S + REPEATS_WITHIN_S)
 
 
-def test_a_guard_that_has_not_heard_of_the_release_yet_does_not_renew_it():
+def test_a_guard_that_has_not_received_the_release_yet_does_not_renew_the_stop():
     emergency = Emergency()
     assert emergency.take_over('that a guard holds', 0.0)
     emergency.release(1.0)

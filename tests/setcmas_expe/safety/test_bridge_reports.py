@@ -1,7 +1,7 @@
 from setcmas_expe.safety.bridge_reports import StopReports
 
 
-def test_each_stop_is_told_once_and_so_is_its_end():
+def test_each_stop_is_reported_once_and_so_is_its_end():
     told = []
     reports = StopReports(told.append)
     for step in range(20):
@@ -12,7 +12,7 @@ def test_each_stop_is_told_once_and_so_is_its_end():
     assert told == ['robots 1,3 stopped: lost', 'robot 1 free to move again']
 
 
-def test_a_robot_at_the_edge_is_not_told_again_and_again():
+def test_a_robot_at_the_edge_is_reported_once():
     told = []
     reports = StopReports(told.append)
     for step in range(100):
@@ -21,7 +21,7 @@ def test_a_robot_at_the_edge_is_not_told_again_and_again():
     assert told == ['robot 1 stopped: outside']
 
 
-def test_another_reason_is_told():
+def test_another_reason_is_reported():
     told = []
     reports = StopReports(told.append)
     reports.update({1: 'outside'}, 0.0)

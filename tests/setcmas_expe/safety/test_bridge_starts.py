@@ -49,7 +49,7 @@ def test_a_go_of_an_earlier_experiment_starts_nothing(lab):
     lab.let_go({1: GO})
 
 
-def test_a_pause_node_that_is_heard_again_starts_nothing(lab):
+def test_a_pause_node_that_returns_starts_nothing(lab):
     lab.let_go({1: GO})
     lab.paused = None
     lab.wait_for_command(1, STOP)
@@ -58,7 +58,7 @@ def test_a_pause_node_that_is_heard_again_starts_nothing(lab):
     see_it_stand(lab, 'has not said pause before')
 
 
-def test_a_robot_that_was_stopped_waits_until_somebody_starts_it_again(lab):
+def test_a_stopped_robot_waits_until_a_person_starts_it_again(lab):
     lab.let_go({1: GO})
     pose, lab.poses[1] = lab.poses[1], None
     see_it_stand(lab, 'paused: robot 1: no good pose for 0.5 s')
@@ -77,7 +77,7 @@ def slips_in_late(lab):
     return time.monotonic() - begin > SURE_AFTER_S
 
 
-def test_a_go_that_somebody_slips_in_between_pauses_starts_nothing(lab):
+def test_a_forged_go_between_pauses_starts_nothing(lab):
     lab.let_go({1: GO})
     held_up = True
     while held_up:  # a machine that is busy says go for longer than for a moment
@@ -99,7 +99,7 @@ def test_a_bridge_that_hung_or_slept_with_the_laptop_starts_nothing(lab, bridges
     see_it_stand(lab, 'has not said pause before')
 
 
-def test_a_robot_stands_while_somebody_else_commands_it(lab, domain):
+def test_a_robot_stands_while_another_node_commands_it(lab, domain):
     lab.let_go({1: GO})
     with Peer(domain) as other:  # a process of its own, as DDS sees it
         rogue = Node('cmd_vel_guard', namespace='tb3_1', context=other.context)
@@ -114,7 +114,7 @@ def test_a_robot_stands_while_somebody_else_commands_it(lab, domain):
 
 
 @pytest.mark.parametrize(('V', 'omega'), [(0.2, 0.0), (0.0, 2.0)])
-def test_a_robot_that_moves_although_it_is_commanded_zero_is_told(lab, bridges, V, omega):
+def test_a_robot_that_moves_against_a_commanded_zero_is_reported(lab, bridges, V, omega):
     lab.let_go({1: GO})
     begin = time.monotonic()
 
@@ -151,7 +151,7 @@ def test_who_plays_the_guard_of_a_robot_that_needs_none_is_noticed(lab, start):
     see_it_stand(lab, '/tb3_1/cmd_vel_guard also commands it')
 
 
-def test_a_robot_stands_while_somebody_else_tells_its_law_where_it_is(lab):
+def test_a_robot_stands_while_another_node_sends_poses_to_its_law(lab):
     lab.let_go({1: GO})
     lab.peer.node.create_publisher(Odometry, '/mocap/tb3_1/odom', 1)
 

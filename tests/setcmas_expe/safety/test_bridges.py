@@ -82,7 +82,7 @@ def test_a_robot_moves_only_while_all_that_it_needs_is_there(start, peer, lab):
     assert 'Traceback' not in process.output()
 
 
-def test_odometry_diagnostics_and_arena_are_told(start, peer, lab):
+def test_odometry_diagnostics_and_arena_are_published(start, peer, lab):
     odometry = peer.listen(Odometry, '/mocap/tb3_1/odom')
     arena = peer.listen(MarkerArray, '/arena', qos.LATCHED)
     start(*BRIDGES, '--nb-robots', '2', '--arena=-2,2,-1,1')

@@ -114,7 +114,7 @@ def alarms(law, rate, seconds, seeds):
 
 
 @pytest.mark.parametrize('law', LAWS)
-def test_robots_that_do_as_they_are_told_are_believed(law):
+def test_robots_that_move_as_commanded_are_believed(law):
     assert alarms(law, 50.0, 10.0, (1, 2)) == []
 
 

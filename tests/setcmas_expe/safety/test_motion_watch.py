@@ -64,7 +64,7 @@ def test_robots_crawl_until_they_are_proved_and_the_next_time_they_do_not(file):
     assert again.told == []
 
 
-def test_what_was_told_but_not_seen_proves_nothing(file):
+def test_commands_without_seen_motion_prove_nothing(file):
     fleet = Fleet(file)
     fleet.slip = 0.3  # which is not enough to doubt it
     fleet.drive(4.6)
@@ -74,7 +74,7 @@ def test_what_was_told_but_not_seen_proves_nothing(file):
     assert not any(map(fleet.watch.trouble, (1, 2)))
 
 
-def test_exchanged_names_are_told_before_anything_has_gone_far(file):
+def test_exchanged_names_are_reported_before_robots_have_gone_far(file):
     fleet = Fleet(file, bodies=(2, 1))
     fleet.drive(5.0)
 

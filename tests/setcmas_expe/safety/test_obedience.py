@@ -36,7 +36,7 @@ def test_wheels_do_what_they_are_commanded(commanded, wheels, seconds, told):
     assert told in verdict if told else not verdict
 
 
-def test_a_robot_that_was_heard_and_is_silent_is_off_and_one_that_never_was_tells_nothing():
+def test_a_robot_that_falls_silent_is_off_and_one_that_was_always_silent_is_unknown():
     forward = (0.1, 0.0)
     assert 'switched off' in judged(forward, forward, 2.0, silent_from=0.5)
     assert not judged(forward, forward, 2.0, silent_from=0.0)
@@ -76,7 +76,7 @@ def test_a_robot_that_came_to_rest_is_carried():
     assert runaways.robots == {}
 
 
-def test_a_robot_that_somebody_else_commands_is_not_carried():
+def test_a_robot_that_another_node_commands_is_not_carried():
     runaways = Runaways()
     assert not runaways.update(1, True, 0.0, True, 0.0)
 

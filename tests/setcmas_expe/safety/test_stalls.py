@@ -12,7 +12,7 @@ def test_regular_signs_of_life_are_no_hold_up():
     assert not stalls.recent(108.0)
 
 
-def test_a_gap_is_told_once_and_what_comes_in_after_it_is_not_trusted_for_a_while():
+def test_a_gap_is_reported_once_and_what_comes_in_after_it_is_not_trusted_for_a_while():
     stalls = StallDetector(0.5, 100.0)
 
     assert stalls.recent(103.0)  # before the first sign of life after it, too

@@ -42,7 +42,7 @@ def test_robots_of_several_processes_are_one_fleet():
     assert robots_of([SECOND, FIRST]) == [1, 2, 3, 4, 5, 8]
 
 
-def test_a_source_is_told_in_words():
+def test_a_source_is_described_in_words():
     assert str(FIRST.source) == 'simulator (process 12 on here)'
     assert own_source(Kind.LAB) == own_source(Kind.LAB)
 

@@ -110,7 +110,7 @@ def test_options_that_a_command_lacks_keep_their_defaults():
         ((), 'required: --law'),
     ],
 )
-def test_mistakes_are_told_in_the_words_of_the_command_line(arguments, message, capsys):
+def test_mistakes_are_reported_with_the_names_of_options(arguments, message, capsys):
     with pytest.raises(SystemExit) as status:
         parser_of(Robot).parse_args(arguments)
 
@@ -118,14 +118,14 @@ def test_mistakes_are_told_in_the_words_of_the_command_line(arguments, message, 
     assert message in capsys.readouterr().err
 
 
-def test_mistakes_are_told_in_the_words_of_python():
+def test_mistakes_are_reported_with_the_names_of_arguments():
     with pytest.raises(SetcmasError, match=r'^v_max is -1; it must be above 0 m/s$'):
         Robot(law='go', v_max=-1)
     with pytest.raises(SetcmasError, match=r'^law is 3; it must be a text$'):
         Robot(law=3)
 
 
-def test_options_that_do_not_go_together_are_told_in_either_words():
+def test_conflicting_options_are_reported_by_option_or_argument():
     with pytest.raises(SetcmasError, match=r'^quiet goes without tag$'):
         Robot(law='go', quiet=True, tag=('x',))
     with pytest.raises(SetcmasError, match=r'^--quiet goes without --tag$'):

@@ -63,6 +63,6 @@ def test_numbers_keep_their_last_bit():
         (Robots(), '3-1', "it is '3-1'; it must be numbers from 1 and ranges"),
     ],
 )
-def test_what_is_refused_is_told_with_what_it_must_be(kind, value, message):
+def test_a_refused_value_is_reported_with_what_it_must_be(kind, value, message):
     with pytest.raises(SetcmasError, match=message):
         kind.check('it', value)

@@ -48,5 +48,5 @@ def test_what_is_no_report_is_left_out(noise):
     assert list(decoder.feed(noise + encode(Ready()))) == [Ready()]
 
 
-def test_a_call_is_told_in_words():
+def test_a_call_is_described_in_words():
     assert str(CALL) == 'control of loi é.py for tb3_2'

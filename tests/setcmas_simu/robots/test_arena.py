@@ -30,7 +30,7 @@ def test_a_mistake_is_named(text, told):
         Obstacles.of(text)
 
 
-def test_a_mistake_in_a_file_is_told_with_its_line(tmp_path):
+def test_a_mistake_in_a_file_is_reported_with_its_line(tmp_path):
     file = tmp_path / 'walls.yaml'
     file.write_text('- disc: [1, 2, 0.5]\n- polygon: [[0, 0], [1, 1], [1, 0], [0, 1]]\n')
 

@@ -71,7 +71,7 @@ def test_each_robot_of_a_fleet_has_its_own(path):
         ('a: [', 'not YAML'),
     ],
 )
-def test_a_mistake_is_told_in_one_line(path, text, message):
+def test_a_mistake_is_reported_in_one_line(path, text, message):
     path.write_text(text)
 
     with pytest.raises(SetcmasError) as caught:
@@ -80,7 +80,7 @@ def test_a_mistake_is_told_in_one_line(path, text, message):
     assert '\n' not in str(caught.value)
 
 
-def test_a_file_that_is_not_there_is_told(path):
+def test_a_file_that_is_not_there_is_reported(path):
     with pytest.raises(SetcmasError, match=r"model.yaml' cannot be read: No such file"):
         check_models([str(path)], 'ideal')
 

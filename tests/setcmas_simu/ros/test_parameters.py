@@ -66,7 +66,7 @@ def test_ros_arguments_that_make_no_sense(node_with, given):
         ProcessParameters(node_with(given), Gains(), {'K': 'gain', 'mode': 'mode'})
 
 
-def test_an_unknown_parameter_is_told(node_with, capfd):
+def test_an_unknown_parameter_is_reported(node_with, capfd):
     node = node_with('gian:=2', 'use_sim_time:=false')
     ProcessParameters(node, Gains(), {'gain': 'gain'}).warn_of_unknown()
     told = capfd.readouterr().err
@@ -74,7 +74,7 @@ def test_an_unknown_parameter_is_told(node_with, capfd):
     assert 'use_sim_time' not in told
 
 
-def test_what_is_set_counts_and_is_told_once(gains):
+def test_a_set_parameter_counts_and_is_reported_once(gains):
     node, parameters, changes = gains
 
     assert change(node, K=4) == []
@@ -114,7 +114,7 @@ def test_what_cannot_be_now_is_refused(gains):
     assert changes == []
 
 
-def test_clients_are_told_types_and_ranges(gains):
+def test_clients_see_types_and_ranges(gains):
     described = gains[0].describe_parameter('K')
 
     (bounds,) = described.floating_point_range

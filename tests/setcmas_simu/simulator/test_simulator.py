@@ -224,7 +224,7 @@ def test_signals_end_the_process_well(start, signum):
         (('--ros-args', '-p', 'foo'), 'invalid arguments after --ros-args'),
     ],
 )
-def test_mistakes_are_told_without_a_traceback(start, arguments, message):
+def test_mistakes_are_reported_without_a_traceback(start, arguments, message):
     process = start(*SIMU, *arguments)
 
     assert process.wait() == 2

@@ -40,7 +40,7 @@ def complete_size(mcap, size):
     return end
 
 
-def test_what_a_cut_mcap_tells(tmp_path, write_bag, points):
+def test_a_cut_mcap_is_reported(tmp_path, write_bag, points):
     path = only_file(write_bag(tmp_path / 'bag', points), '*.mcap')
     whole = path.read_bytes()
     path.write_bytes(whole[: len(whole) // 2])

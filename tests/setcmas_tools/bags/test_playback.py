@@ -57,7 +57,7 @@ def choosable_bag(tmp_path, write_bag, make):
         yield choosable_bag
 
 
-def test_what_is_left_out_is_told(choosable_bag):
+def test_omissions_are_reported(choosable_bag):
     choice = Choice(choosable_bag, None, own_clock=True)
 
     assert [topic.name for topic in choice.classes] == ['/number', '/twice']
@@ -117,7 +117,7 @@ def test_what_robots_act_on_is_never_played(name, msgtype):
         ('/scan', 'sensor_msgs/msg/LaserScan'),
     ],
 )
-def test_what_was_measured_or_told_is_played(name, msgtype):
+def test_measurements_and_reports_are_played(name, msgtype):
     assert not is_command(name, msgtype)
 
 

@@ -138,7 +138,7 @@ def conflict(peer):
     return RobotConflict(peer.node, PLAYED)
 
 
-def test_nobody_has_them(conflict, peer):
+def test_no_node_publishes_them(conflict, peer):
     peer.node.create_publisher(Odometry, '/tb3_3/odom', 1)
 
     assert conflict.before_playing() == ''

@@ -39,7 +39,7 @@ def test_publishers_that_guarantee_nothing(record, peer, bag):
     assert offered(bag, '/number')[0]['reliability'] == 'best_effort'
 
 
-def test_first_message_of_a_publisher_that_somebody_waits_for(record, peer, bag):
+def test_first_message_of_a_publisher_that_is_awaited(record, peer, bag):
     recorder = record()
     for topic in ('/command', '/latched'):
         peer.listen(UInt16, topic)
@@ -102,7 +102,7 @@ def test_type_that_only_its_package_knows(record, peer, bag):
     assert connection.digest == str(info.topic_type_hash)
 
 
-def test_type_without_a_python_package_is_told_once(record, peer, bag, tmp_path):
+def test_type_without_a_python_package_is_reported_once(record, peer, bag, tmp_path):
     package = tmp_path / 'hidden' / 'stereo_msgs'
     package.mkdir(parents=True)
     (package / '__init__.py').write_text('raise ImportError')

@@ -13,20 +13,20 @@ def run():
     return simulate('consensus', 3, 3.0)
 
 
-def test_runs_of_other_robots_tell_which_are_compared(run):
+def test_runs_of_different_robots_name_the_compared_ones(run):
     assert differences(run, simulate('consensus', 2, 3.0))[:2] == [
         'robots: 1-3 -> 1-2',
         '    distances are of robots 1-2 alone, means of all robots of each run',
     ]
 
 
-def test_runs_that_end_at_other_times_tell_when(run):
+def test_runs_of_different_lengths_show_their_ends(run):
     told = differences(run, simulate('consensus', 3, 5.0))
 
     assert told[0] == 'end: 3.0 s -> 5.0 s; metrics are of each run to its own end'
 
 
-def test_a_law_that_failed_is_told(run):
+def test_a_law_that_failed_is_reported(run):
     failed = Outcome(State.FAILED, {'law.py': [1, 2]})
     other = replace(run, info=replace(run.info, outcome=failed))
 
@@ -35,7 +35,7 @@ def test_a_law_that_failed_is_told(run):
     ]
 
 
-def test_a_run_without_a_description_is_told_in_a_line(run):
+def test_a_run_without_a_description_is_reported_in_a_line(run):
     other = replace(run, info=RunInfo(), inputs=())
 
     assert differences(run, other) == ['options and versions of this run are not known']

@@ -44,7 +44,7 @@ def test_only_what_safety_watched_is_an_experiment(simulation, experiment):
     assert is_experiment(experiment)
 
 
-def test_each_robot_is_told_where_it_parts_and_why(simulation, experiment):
+def test_each_robot_has_its_departure_and_the_reason(simulation, experiment):
     t = np.arange(150) / 5
     commands = np.array([t, np.full(150, 0.2), np.full(150, 0.05)])
     drive = Drive(commands, '/tb3_1/cmd_vel', experiment.table.of(1))
@@ -60,7 +60,7 @@ def test_each_robot_is_told_where_it_parts_and_why(simulation, experiment):
     assert second.speed is None
 
 
-def test_a_run_beside_itself_does_not_part(simulation):
+def test_a_run_does_not_depart_from_itself(simulation):
     one = verdicts(simulation, simulation, {})[1]
 
     assert (one.parted, one.rms, one.delay) == (None, 0.0, 0.0)
@@ -100,7 +100,7 @@ def runs(tmp_path_factory):
     return run.save(folder / 'sim'), watched.save(folder / 'lab')
 
 
-def test_an_experiment_is_told_whichever_comes_first(runs):
+def test_an_experiment_is_recognised_in_either_order(runs):
     for paths in (runs, runs[::-1]):
         verdict = experiment_verdict(paths, [Run.load(path) for path in paths], lambda _: None)
 

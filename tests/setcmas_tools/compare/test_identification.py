@@ -22,7 +22,7 @@ def identified(forward_quality):
     return {1: Identified(channels, {FORWARD: response, TURN: response}, 0.0)}
 
 
-def test_a_poor_fit_is_told_though_its_standard_errors_are_small():
+def test_a_poor_fit_is_reported_though_its_standard_errors_are_small():
     (note,) = identified_notes(identified(44.0))
 
     assert note.startswith('tb3_1: the model explains less than 70 % of its forward speed;')

@@ -56,7 +56,7 @@ def test_standard_errors_grow_with_noise_and_hold_the_truth():
         assert abs(one.response.delay - truth.delay) < 4 * one.errors.delay + 2e-3
 
 
-def test_a_robot_that_only_stands_or_ignores_commands_tells_nothing():
+def test_a_robot_that_stands_or_ignores_commands_gives_no_values():
     standing = measured(Response(0.9, 0.15, 0.2), 40)
     noise = np.random.default_rng(2).normal(0.0, 0.05, len(standing.y))
     ignoring = Measured(standing.command, standing.begin, standing.end, noise, 10.0)
@@ -68,7 +68,7 @@ def test_a_robot_that_only_stands_or_ignores_commands_tells_nothing():
     assert not fitted(unmoved).gain_known
 
 
-def test_a_constant_command_tells_neither_lag_nor_delay():
+def test_a_constant_command_gives_neither_lag_nor_delay():
     constant = measured(Response(0.9, 0.15, 0.2), changes=1, noise=0.05)
     late = constant.begin > 2.0
     alone = Measured(
@@ -80,7 +80,7 @@ def test_a_constant_command_tells_neither_lag_nor_delay():
     assert not found.times_known
 
 
-def test_a_robot_that_follows_at_once_is_told_to_do_so():
+def test_a_robot_that_follows_at_once_has_no_lag():
     """Its lag and delay cannot be told apart, but their sum can."""
     found = fitted(measured(Response(1.0, 1e-3, 0.0), changes=40, noise=0.01))
 
@@ -90,7 +90,7 @@ def test_a_robot_that_follows_at_once_is_told_to_do_so():
 
 
 @pytest.mark.parametrize('early', [0.02, 0.05, 0.09])
-def test_gain_of_a_simulation_that_gives_a_whole_step_to_the_command_heard_within_it(early):
+def test_gain_of_a_simulation_that_holds_a_command_for_its_whole_step(early):
     t = np.arange(0.0, 20.0, 0.2)
     u = -3.5 * np.exp(-1.5 * t)
     steps = np.arange(-1.0, 20.0, 0.1) + 0.1 - early  # each with the command of its end
@@ -107,7 +107,7 @@ def test_gain_of_a_simulation_that_gives_a_whole_step_to_the_command_heard_withi
     assert found.times_known
 
 
-def test_a_robot_that_never_moves_nor_is_commanded_to_tells_nothing_without_a_warning():
+def test_a_robot_without_commands_or_motion_gives_no_values_and_no_warning():
     begin = np.arange(0.0, 5.0, 0.1)
     still = HeldCommand(np.array([0.0, 1.0]), np.zeros(2))
 

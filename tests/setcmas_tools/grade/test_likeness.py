@@ -33,7 +33,7 @@ def test_the_exercise_itself_and_scripts_that_are_not_python_are_like_nothing():
     assert found == {'ada': {}, 'bob': {}, 'cid': {}, 'eve': {}}
 
 
-def test_two_copies_tell_of_each_other():
+def test_two_copies_name_each_other():
     other = SHIPPED.replace('    return', '    t += 1\n    return', 1)
 
     found = shares(ada=other, bob=other)

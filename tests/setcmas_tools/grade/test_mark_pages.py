@@ -27,7 +27,7 @@ def test_figures_of_a_class():
     assert [has_failed(one) for one in marks] == [False, False, True, False]
 
 
-def test_a_pair_that_tells_of_each_other_is_one_likeness():
+def test_a_pair_that_names_each_other_is_one_likeness():
     from dataclasses import replace
 
     from setcmas_tools.grade.marks import Similar

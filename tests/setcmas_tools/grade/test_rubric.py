@@ -96,7 +96,7 @@ def test_modules_that_a_solution_imports_belong_to_its_rubric(read, tmp_path):
         ('solution: mine.py\n', '', 3, 'add solution: FILE'),
     ],
 )
-def test_a_mistake_is_told_with_its_line(read, old, new, line, words):
+def test_a_mistake_is_reported_with_its_line(read, old, new, line, words):
     with pytest.raises(SetcmasError) as error:
         read(old, new)
     assert f'rubric.yaml, line {line}: ' in str(error.value)

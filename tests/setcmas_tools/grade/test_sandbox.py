@@ -217,7 +217,7 @@ def is_named(host, body, told, tmp_path):
 
 
 @pytest.mark.parametrize('name', RUNS_ON)
-def test_what_a_submission_must_not_do_fails_and_is_told(host, tmp_path, name):
+def test_forbidden_actions_fail_and_are_reported(host, tmp_path, name):
     assert is_named(host, *RUNS_ON[name], tmp_path).is_complete
     assert not Path('/tmp/forged').exists()
 
@@ -233,7 +233,7 @@ def test_a_submission_that_takes_too_much_is_ended(host, tmp_path, name):
     is_named(host, *SLOW[name], tmp_path)
 
 
-def test_an_endless_loop_is_told_with_its_line(host):
+def test_an_endless_loop_is_reported_with_its_line(host):
     script = 'def control(i, n, poses, t):\n    while t > 0:\n        pass\n    return 0, 0\n'
 
     failure = run(host, script, times=Times(0.3, 4.0)).failure

@@ -159,7 +159,7 @@ def test_a_folder_without_submissions_says_what_it_must_be(tmp_path):
         ('consensus_2_final.py', 'consensus 2 final', '', ''),
     ],
 )
-def test_a_name_tells_whose_a_submission_is(name, student, number, file):
+def test_a_file_name_gives_the_student(name, student, number, file):
     identity = identity_of(name, name.removesuffix('.py'))
 
     assert (identity.student.name, identity.student.id) == (student, number)

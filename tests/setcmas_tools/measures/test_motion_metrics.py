@@ -60,7 +60,7 @@ def test_a_gap_is_not_time_in_saturation():
     assert measure(table((t, 0, 0, 0.5)))['robots'][1].time_in_saturation_s == pytest.approx(10.0)
 
 
-def test_vnom_is_that_of_the_run_unless_told(tmp_path):
+def test_vnom_is_that_of_the_run_unless_given(tmp_path):
     run = write_run(tmp_path / 'a', table((T, 0, 0, 0.2)), vnom=0.2)
 
     assert compute(run)['robots'][1].time_in_saturation_s == pytest.approx(20.0)

@@ -72,7 +72,7 @@ def test_two_pairs_become_two_clusters():
     assert np.hypot(*(end[:, 0] - end[:, 2])) > 9
 
 
-def test_a_leader_that_hears_nobody_is_met_by_its_followers(tmp_path):
+def test_a_leader_without_neighbours_is_met_by_its_followers(tmp_path):
     (tmp_path / 'tree.yaml').write_text('edges: [1 -> 2, 2 -> 3, 1 -> 4]\n')
     run = simulate('consensus', 4, 60.0, graph=tmp_path / 'tree.yaml')
 
@@ -104,7 +104,7 @@ def test_a_delay_is_seen_by_the_laws():
     np.testing.assert_allclose(other, np.maximum(own - 0.2, 0.0), atol=1e-9)
 
 
-def test_switching_graphs_change_who_is_heard(tmp_path):
+def test_switching_graphs_change_the_neighbours(tmp_path):
     (tmp_path / 'switch.yaml').write_text(
         'segments:\n  - {duration: 1, edges: [1 - 2]}\n  - {duration: 0.6, edges: [1 - 3]}\n'
         'repeat: true\n'
@@ -128,7 +128,7 @@ def test_switching_graphs_change_who_is_heard(tmp_path):
     np.testing.assert_array_equal(run.record.adjacency(1.2, 3), [[0, 0, 1], [0, 0, 0], [1, 0, 0]])
 
 
-def test_robots_out_of_range_are_not_heard():
+def test_robots_out_of_range_are_unknown():
     def law(robotNo, nbRobots, poses, t):
         heard = np.isfinite(poses[0])
         assert (np.hypot(*(poses[:2, heard] - poses[:2, robotNo - 1, None])) <= 3.0).all()
@@ -176,7 +176,7 @@ def test_a_failing_condition_is_a_failure_of_its_robot():
     assert len(said) == 2
 
 
-def test_a_law_that_reads_a_forbidden_column_is_told_whom_it_does_not_hear():
+def test_a_law_that_reads_an_unknown_column_gets_the_names_of_unknown_robots():
     said = []
 
     def law(robotNo, nbRobots, poses, t):
@@ -188,7 +188,7 @@ def test_a_law_that_reads_a_forbidden_column_is_told_whom_it_does_not_hear():
     assert 'tb3_2 receives nothing from robots 4-5' in said[1]
 
 
-def test_a_law_that_stumbles_over_a_forbidden_column_is_told_so_too():
+def test_a_law_that_fails_on_an_unknown_column_gets_them_too():
     said = []
 
     def law(robotNo, nbRobots, poses, t):

@@ -137,7 +137,7 @@ def test_start_poses_that_make_no_sense_are_refused(arguments):
         ({'ctc': lambda: 0}, 'ctc needs event_triggered; add it'),
     ],
 )
-def test_arguments_are_checked_as_options_are_and_told_in_their_own_words(arguments, message):
+def test_arguments_are_checked_as_options_and_reported_as_arguments(arguments, message):
     with pytest.raises(SetcmasError, match=f'^{message}$'):
         simulate(forward, **arguments)
 
@@ -183,5 +183,5 @@ def test_ros_is_not_imported():
     assert result.stdout == '[]\n', result.stderr
 
 
-def test_a_run_tells_of_itself_in_one_line():
+def test_a_run_describes_itself_in_one_line():
     assert repr(simulate(forward, 2, 1.0)) == 'Run(forward, 2 robots, 1 s, complete)'

@@ -81,7 +81,7 @@ def nightly(*bodies):
         ),
     ],
 )
-def test_a_call_that_does_not_return_is_told_and_ended(run, body):
+def test_a_call_that_does_not_return_is_reported_and_ended(run, body):
     result, said = run(body)
 
     assert isinstance(result, BrokenRun)
@@ -109,7 +109,7 @@ def test_a_call_that_swallows_everything_is_ended_too(run):
     assert result.reason.startswith('control has not returned for 3 s')
 
 
-def test_a_robot_that_does_not_step_is_told_and_ended(run, tmp_path):
+def test_a_robot_that_does_not_step_is_reported_and_ended(run, tmp_path):
     robot = tmp_path / 'robot.py'
     robot.write_text('def step(state, command, Ts):\n    while True:\n        pass\n')
 
@@ -120,7 +120,7 @@ def test_a_robot_that_does_not_step_is_told_and_ended(run, tmp_path):
     assert said[0].startswith('tb3_3: step has not returned for 2 s; it is at robot.py, line ')
 
 
-def test_a_script_that_does_not_load_is_told_and_ended(run):
+def test_a_script_that_does_not_load_is_reported_and_ended(run):
     result, said = run(top='while True: pass')
 
     assert 'law.py has been loading for 3 s' in result.reason
@@ -139,7 +139,7 @@ def test_a_script_that_does_not_load_is_told_and_ended(run):
         ('os.abort()', 'killed by SIGABRT'),
     ],
 )
-def test_a_script_that_dies_is_told_with_robot_and_line(run, body, reason):
+def test_a_script_that_dies_is_reported_with_robot_and_line(run, body, reason):
     result, _ = run(body)
 
     assert isinstance(result, BrokenRun)

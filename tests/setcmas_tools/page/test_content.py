@@ -72,7 +72,7 @@ def test_numbers_come_back_to_a_tenth_of_a_millimetre_and_gaps_stay():
     assert packed([math.nan]) == [None]
 
 
-def test_what_seldom_changes_is_told_where_it_does():
+def test_rare_changes_are_stored_where_they_occur():
     assert changes(['a', 'a', 'b', 'b', 'a']) == [(0, 'a'), (2, 'b'), (4, 'a')]
     assert changes([]) == []
 
@@ -99,7 +99,7 @@ def test_references_arena_and_obstacles_are_there():
     assert entry['discs'] == ((3, 3, 0.5),)
 
 
-def test_broadcasts_by_event_are_told():
+def test_broadcasts_by_event_are_shown():
     run = simulate('consensus', 3, 5.0, event_triggered=True)
     entry = plane_entry(RunHistory(run))
 
@@ -107,7 +107,7 @@ def test_broadcasts_by_event_are_told():
         assert np.allclose(unpacked(entry['sent'][robot]), times)
 
 
-def test_each_call_tells_what_was_wanted_and_what_became_of_it(failed_run):
+def test_each_call_has_its_wanted_velocity_and_the_outcome(failed_run):
     calls = calls_entry(RunHistory(failed_run))
     rows = failed_run.commands.of(3)
 
@@ -135,7 +135,7 @@ def test_what_a_robot_knew_is_what_its_links_brought(failed_run):
             assert np.allclose(told, known, rtol=0, atol=6e-5, equal_nan=True)
 
 
-def test_the_filter_is_told_and_that_all_is_known():
+def test_the_page_names_the_filter_and_that_all_poses_are_known():
     run = simulate('consensus', 4, 16.0, filter='barrier', warn=lambda _: None)
     own = calls_entry(RunHistory(run))[1]
 
@@ -144,7 +144,7 @@ def test_the_filter_is_told_and_that_all_is_known():
     assert np.allclose(unpacked(own['allowedX']), run.commands.of(1).allowed.vx, atol=6e-5)
 
 
-def test_without_commands_failures_are_told_all_the_same(failed_run):
+def test_failures_are_shown_without_commands_too(failed_run):
     tables = failed_run.tables
     bare = Run(type(tables)(tables.fleet), RunInfo(failures=failed_run.info.failures))
 
@@ -154,7 +154,7 @@ def test_without_commands_failures_are_told_all_the_same(failed_run):
     assert [kind for _, (kind, _) in calls[3]['words']] == ['failed']
 
 
-def test_curves_are_those_of_the_plots_with_the_other_run_beside_them():
+def test_curves_are_those_of_the_plots_with_the_other_run_dashed():
     run, other = (simulate('consensus', 3, 4.0, seed=1, set={'K': k}) for k in (0.02, 0.05))
     t = np.arange(41) / 10
     charts = {chart['name']: chart for chart in charts_entry(run, other, t)}

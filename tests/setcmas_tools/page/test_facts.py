@@ -33,14 +33,14 @@ def test_a_failed_run_says_so_with_command_and_versions(failed_run):
     assert facts.origin['numpy']
 
 
-def test_a_run_that_died_tells_of_what(failed_run):
+def test_a_run_that_died_gives_the_reason(failed_run):
     outcome = Outcome(State.DIED, detail='tb3_1: killed\n    9 | x')
     facts = facts_of(Run(failed_run.tables, RunInfo(outcome=outcome)))
 
     assert (facts.outcome, facts.detail) == ('died: tb3_1: killed', 'tb3_1: killed\n    9 | x')
 
 
-def test_an_outcome_that_tells_all_is_told_once(failed_run):
+def test_a_complete_outcome_is_not_repeated(failed_run):
     outcome = Outcome(State.DIED, detail='tb3_1: killed')
     facts = facts_of(Run(failed_run.tables, RunInfo(outcome=outcome)))
 
@@ -78,7 +78,7 @@ def test_a_line_of_another_version_is_not_marked(failed_run):
     assert [n for n, (_, marks) in enumerate(listing.lines, 1) if marks] == [10]
 
 
-def test_robots_that_fail_alike_are_told_together_and_by_time():
+def test_equal_failures_are_reported_together_and_by_time():
     marks = marks_of([
         failure(2.0, 4), failure(1.0, 2, 1.4), failure(3.0, 2, 3.2), failure(0.5, 1, 0.7, 'Oh'),
     ])  # fmt: skip
@@ -89,7 +89,7 @@ def test_robots_that_fail_alike_are_told_together_and_by_time():
     ]
 
 
-def test_two_runs_are_measured_and_drawn_beside_each_other():
+def test_two_runs_are_measured_and_drawn_together():
     run, other = (simulate('consensus', 2, 3.0, set={'K': k}) for k in (0.02, 0.05))
     pair = Pair('slow', run, 'fast', other)
     table, below = pair.metrics()

@@ -84,7 +84,7 @@ def test_states_of_an_experiment():
     assert history.safety(1, -0.5) is None
 
 
-def test_they_are_what_metrics_tell():
+def test_they_equal_the_metrics():
     run = simulate('consensus', 4, 20.0)
     found = {curve.name: curve for curve in curves(run)}
 
@@ -234,7 +234,7 @@ def test_between_two_calls_it_is_that_of_the_first_one_but_for_itself():
     np.testing.assert_array_equal(known[:, 1], run.poses[51, :, 1])
 
 
-def test_what_cannot_be_told_is_not_made_up():
+def test_unknown_values_are_not_made_up():
     run, _ = witnessed(**CASES['lossy'])
     over_ros = replace(run, info=replace(run.info, started='2026-11-21T16:02:11+0000'))
     unknown = replace(run, info=replace(run.info, scenario={}))

@@ -149,7 +149,7 @@ def test_an_existing_page_is_overwritten_only_when_asked(tmp_path):
     ('page', 'message'),
     [('out.pdf', r"the page '.*out\.pdf' must end with \.html"), ('no/out.html', 'no folder')],
 )
-def test_a_page_that_cannot_be_written_is_told_before(tmp_path, page, message):
+def test_a_page_that_cannot_be_written_is_reported_first(tmp_path, page, message):
     with pytest.raises(SetcmasError, match=message):
         check_page(tmp_path / page)
 

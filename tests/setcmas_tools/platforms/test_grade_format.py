@@ -73,7 +73,7 @@ def test_modules_that_the_solution_imports_are_in_the_bundle(tmp_path):
     assert bundle('gradescope', rubric=rubric).read('rubric/gains.py') == b'K = 1'
 
 
-def test_files_of_a_rubric_that_lie_elsewhere_are_told(tmp_path):
+def test_files_outside_the_folder_of_a_rubric_are_reported(tmp_path):
     law = tmp_path / 'law.py'
     law.touch()
 

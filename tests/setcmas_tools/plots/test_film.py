@@ -87,7 +87,7 @@ def test_speed_size_and_folder(run, tmp_path):
         assert film.size == (500, 400)
 
 
-def test_what_is_told_beside_the_plane_has_room(run):
+def test_texts_next_to_the_plane_have_room(run):
     with Image.open(animate(run(2), kind='gif', speed=12.5)) as film:
         for number in range(film.n_frames):
             assert (frame(film, number)[:, -2:] == 255).all()  # a white edge
@@ -172,7 +172,7 @@ def test_an_unfinished_film_is_removed(tmp_path, ffmpeg, kind):
     assert not list(tmp_path.glob('film*'))
 
 
-def test_what_ffmpeg_complains_about_is_told(tmp_path, ffmpeg):
+def test_complaints_of_ffmpeg_are_reported(tmp_path, ffmpeg):
     odd = [Image.new('RGB', (63, 48)) for _ in range(3)]
 
     with pytest.raises(SetcmasError, match=r'ffmpeg cannot write the film: .*not divisible by 2'):

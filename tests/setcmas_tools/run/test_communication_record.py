@@ -85,7 +85,7 @@ def test_a_bag_without_graphs_is_that_of_a_complete_one(bag):
     assert record.changes.tolist() == [[0, 1, 2, 1], [0, 2, 1, 1]]
 
 
-def test_a_bag_of_the_ros_1_stack_tells_what_was_sent_only(tmp_path, make, write_bag):
+def test_a_bag_of_the_ros_1_stack_has_only_sent_messages(tmp_path, make, write_bag):
     messages = []
     for k in range(20):
         event = make('std_msgs/msg/UInt16', {'data': int(k % 5 == 0)})

@@ -10,7 +10,7 @@ from setcmas_tools.run.run_tables import read_safety
 WANTED = np.array([[0.0, 1, 0.5, 0.1], [0.0, 2, 0.4, 0.0], [0.2, 1, 0.3, 0.2], [0.2, 2, 0.1, 0.0]])
 
 
-def test_what_a_filter_allowed_stands_beside_its_command():
+def test_allowed_velocities_are_in_the_row_of_their_command():
     allowed = np.array([[0.201, 1, 0.1, 0.0, 2], [0.001, 2, 0.0, 0.0, 1]])
 
     rows = with_allowed(WANTED, allowed)
@@ -20,7 +20,7 @@ def test_what_a_filter_allowed_stands_beside_its_command():
 
 @pytest.mark.parametrize('rate', [10, 60, 200, 1000])
 @pytest.mark.parametrize('delay', [-0.1, 0.0, 0.1, 0.7])
-def test_what_was_allowed_stands_beside_the_command_of_its_own_step(rate, delay):
+def test_allowed_velocities_belong_to_the_command_of_their_step(rate, delay):
     steps = np.arange(50.0)
     wanted = np.column_stack([steps / rate, np.ones(50), steps, steps])
     t = np.maximum((steps + max(delay, -0.0005 * rate)) / rate, 0.0)

@@ -136,14 +136,14 @@ def test_a_data_frame(run):
     assert len(frame) == 31 * 3
 
 
-def test_without_pandas_it_is_told_what_to_install(run, monkeypatch):
+def test_without_pandas_the_message_names_what_to_install(run, monkeypatch):
     monkeypatch.setitem(sys.modules, 'pandas', None)
 
     with pytest.raises(SetcmasError, match=r'pandas is needed.*\[notebook\]'):
         run.to_dataframe()
 
 
-def test_a_folder_of_csv_files_tells_the_task(run, tmp_path):
+def test_a_folder_of_csv_files_has_the_task(run, tmp_path):
     out = run.save(tmp_path / 'out')
     (out / 'csv').rename(tmp_path / 'alone')
 
@@ -158,7 +158,7 @@ def test_a_run_is_not_replaced_by_mistake(run, tmp_path):
     run.save(tmp_path / 'out', overwrite=True)
 
 
-def test_a_record_that_cannot_be_read_is_told_and_the_motion_is_there(run, tmp_path):
+def test_an_unreadable_record_is_reported_and_the_motion_is_there(run, tmp_path):
     out = run.save(tmp_path / 'out')
     (out / 'run.yaml').write_text('parameters: {algo: nav_wp}\n')
     said = []

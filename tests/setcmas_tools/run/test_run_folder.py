@@ -56,7 +56,7 @@ def test_a_file_is_no_folder(tmp_path):
         RunFolder(tmp_path / 'out').check(overwrite=True)
 
 
-def test_a_folder_that_cannot_be_created_is_told(tmp_path):
+def test_a_folder_that_cannot_be_created_is_reported(tmp_path):
     (tmp_path / 'file').touch()
 
     with pytest.raises(SetcmasError, match='cannot be written'):
@@ -106,7 +106,7 @@ def test_a_run_does_not_replace_what_it_is_given(tmp_path):
     RunFolder(tmp_path / 'again', [kept]).check(overwrite=True)
 
 
-def test_an_input_that_has_gone_is_told(tmp_path):
+def test_a_missing_input_is_reported(tmp_path):
     with pytest.raises(SetcmasError, match=r"gone\.yaml' cannot be read: No such file"):
         RunInput('graph', tmp_path / 'gone.yaml')
 

@@ -93,7 +93,7 @@ def test_what_no_file_can_hold_is_refused_by_name(square, values, told):
         ('algo: square.py', '', 1, 'there is no control law'),
     ],
 )
-def test_a_mistake_is_told_with_its_line(square, old, new, line, words):
+def test_a_mistake_is_reported_with_its_line(square, old, new, line, words):
     square.write_text(SQUARE.replace(old, new))
 
     with pytest.raises(SetcmasError) as caught:

@@ -16,7 +16,7 @@ pytest.importorskip('distributed')
 LAW = 'from helper import K\n\ndef control(robotNo, nbRobots, poses, t):\n    return K, 0.0\n'
 
 
-def test_a_cluster_that_does_not_answer_is_told(tmp_path):
+def test_a_cluster_that_does_not_answer_is_reported(tmp_path):
     with pytest.raises(SetcmasError, match="cluster 'nowhere' does not answer"):
         sweep('consensus', 2, 1, cluster='nowhere', output=tmp_path / 'study')
 

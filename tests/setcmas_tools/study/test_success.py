@@ -33,7 +33,7 @@ def test_expressions(expression, successful):
         ('9**9**9**9', 'evaluate'),
     ],
 )
-def test_what_is_no_such_expression_is_told(expression, told):
+def test_an_invalid_expression_is_reported(expression, told):
     with pytest.raises(SetcmasError, match=told):
         Success(expression, ROW).of(ROW)
 

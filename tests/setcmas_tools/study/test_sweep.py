@@ -126,7 +126,7 @@ def test_shares_medians_and_plots(study):
             study.plot(metric, by=by)
 
 
-def test_robots_that_the_filter_could_not_keep_apart_are_told_before_a_study(law):
+def test_starts_that_are_too_close_are_reported_before_a_study(law):
     filtered = {'filter': 'barrier', 'vary': {'min_separation': [0.4, 11.0]}}
 
     with pytest.raises(SetcmasError, match='robots 1 and 2 start 10 m apart'):
@@ -193,7 +193,7 @@ def test_functions_and_what_they_are_called():
         ({'seeds': 0}, 'seeds is 0'),
     ],
 )
-def test_mistakes_are_told_before_anything_starts(law, tmp_path, given, told):
+def test_mistakes_are_reported_before_anything_starts(law, tmp_path, given, told):
     with pytest.raises(SetcmasError, match=told):
         sweep(law, 3, 8, output=tmp_path / 'study', **given)
     assert not (tmp_path / 'study').exists()

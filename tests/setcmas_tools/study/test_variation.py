@@ -14,7 +14,7 @@ from setcmas_tools.study.variation import (
 SCRIPT = {'K', 'loss', 'PLACES'}
 
 
-def test_options_and_names_of_the_script_are_told_apart():
+def test_options_and_names_of_the_script_are_distinguished():
     assert checked_name('K', SCRIPT) == 'K'
     assert checked_name('nb-robots', SCRIPT) == 'nb_robots'
     given = Scenario.of('consensus', nb_robots=3, loss=0.1, set={'D': 1})
@@ -105,7 +105,7 @@ def test_draws_follow_their_distribution_the_seed_and_the_name():
         '{a: 1}',
     ],
 )
-def test_what_is_no_variation_is_told_in_a_line(text):
+def test_an_invalid_variation_is_reported_in_one_line(text):
     if text == '{a: 1}':  # a list with one word
         assert parse_variation('K', text, 0) == [text]
         return
