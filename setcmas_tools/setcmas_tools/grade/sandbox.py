@@ -1,4 +1,4 @@
-"""Sandbox of submissions: the engine is here, their scripts in a process that can only answer."""
+"""Sandbox of submissions: the engine is here, and each robot in a process that only answers."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ import pickle
 import re
 import time
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import ExitStack
 from dataclasses import dataclass, replace
 from pathlib import Path
 from struct import Struct
@@ -30,7 +31,8 @@ from setcmas_tools.grade.sandboxed_script import (
 )
 from setcmas_tools.offline.confinement import FILE_SIZE, MEMORY, OPEN_FILES
 from setcmas_tools.offline.engine import simulate
-from setcmas_tools.offline.host import EndedError, Host, script_of
+from setcmas_tools.offline.host import Host
+from setcmas_tools.offline.host_child import EndedError, script_of
 from setcmas_tools.offline.host_process import Isolation
 from setcmas_tools.scenario.scenario import Scenario
 
@@ -88,22 +90,18 @@ class SandboxRunner:
         """Return the run of a scenario with the submission."""
         base = scenario.base
         is_condition = self.function == CTC
-        work = SandboxedScript(
-            self.script,
-            is_condition,
-            base.nb_robots,
-            base.seed,
-            {} if is_condition else dict(base.law.set),
-        )
-        scripts = SandboxedScripts(self.host, self.files, work, self.times)
+        settings = {} if is_condition else dict(base.law.set)
+        works = [
+            SandboxedScript(self.script, is_condition, robot, base.nb_robots, base.seed, settings)
+            for robot in range(1, base.nb_robots + 1)
+        ]
         if not is_condition:
             scenario = replace(scenario, base=base.replace(set={}))
-        try:
-            run = simulate(scripts.scenario(scenario), warn=_ignore)
-        except LostError:
-            return ScenarioRun(None, self._located(scripts.failure), is_complete=False)
-        finally:
-            self.host.end()
+        with SandboxedScripts(self.host, self.files, works, self.times) as scripts:
+            try:
+                run = simulate(scripts.scenario(scenario), warn=_ignore)
+            except LostError:
+                return ScenarioRun(None, self._located(scripts.failure), is_complete=False)
         return ScenarioRun(run, self._located(scripts.failure))
 
     def _located(self, failure: Failure | None) -> Failure | None:
@@ -120,35 +118,57 @@ class SandboxRunner:
 
 
 class SandboxedScripts:
-    """The laws or the conditions of a fleet in a sandbox, as functions that the engine calls.
+    """The laws or conditions of a fleet in a sandbox, as functions that the engine calls.
+
+    Robots share no process, so that they know of each other only by their links. Use as a context
+    manager, which ends the processes.
 
     Attributes:
         failure: The first error; None if there was none yet.
     """
 
     def __init__(
-        self, host: Host, files: Mapping[str, bytes], work: SandboxedScript, times: Times
+        self,
+        host: Host,
+        files: Mapping[str, bytes],
+        works: Sequence[SandboxedScript],
+        times: Times,
     ) -> None:
-        """Load them.
+        """Begin to load them.
 
         Args:
             host: The sandbox.
             files: The files of the submission.
-            work: What to load of them.
-            times: How long it may take.
+            works: The scripts of robots 1 to N.
+            times: How long they may take.
         """
         self.failure: Failure | None = None
-        self._host = host
-        self._work = work
+        self._works = works
+        self._name = CTC if works[0].is_condition else CONTROL
         self._times = times
-        self._adjacency: Floats | None = None
+        self._adjacency: list[Floats | None] = [None] * len(works)
+        self._deadline = time.monotonic() + times.run
         limits = {
             'AS': MEMORY, 'CPU': math.ceil(times.run), 'FSIZE': FILE_SIZE, 'NOFILE': OPEN_FILES,
             'MSGQUEUE': 0, 'MEMLOCK': 0,
         }  # fmt: skip
-        host.begin(pickle.dumps(work), files, limits)
-        self._folders = {(host.folder / name).parent for name in files}
-        self._deadline = time.monotonic() + times.run
+        self._ended = ExitStack()
+        with ExitStack() as started:
+            self._children = [
+                started.enter_context(host.begin(pickle.dumps(work), files, limits))
+                for work in works
+            ]
+            self._ended = started.pop_all()
+        folders = {Path(name).parent for name in files}
+        self._folders = [{child.folder / name for name in folders} for child in self._children]
+
+    def __enter__(self) -> SandboxedScripts:
+        """Return the functions."""
+        return self
+
+    def __exit__(self, *exc_info: object) -> None:
+        """End the processes."""
+        self._ended.close()
 
     def scenario(self, marked: MarkedScenario) -> Scenario:
         """Return a scenario with the submission, once everything is loaded.
@@ -156,22 +176,28 @@ class SandboxedScripts:
         Raises:
             LostError: Something cannot be loaded.
         """
-        answer = self._asked(b'', f'{self._work.script} has been loading', Failure(''))
+        function = self._condition if self._name == CTC else self._law
+        return marked.of(
+            {work.robot: function(work.robot, self._loaded(work)) for work in self._works},
+            self._name,
+        )
+
+    def _loaded(self, work: SandboxedScript) -> bool:
+        """Wait until a script is loaded; return whether it takes velocities."""
+        answer = self._asked(work.robot, b'', f'{work.script} has been loading', Failure(''))
         kinds = {loaded: velocities for velocities, loaded in LOADED.items()}
         if answer not in kinds:
             self._lose(Failure(_refusal(answer).message))
-        robots = range(1, self._work.nb_robots + 1)
-        if self._work.is_condition:
-            conditions = {robot: self._condition(robot, kinds[answer]) for robot in robots}
-            return marked.of(conditions, CTC)
-        return marked.of({robot: self._law(robot) for robot in robots}, CONTROL)
+        return kinds[answer]
 
-    def _law(self, robot: int) -> Callable[[int, int, Floats, float], tuple[float, float]]:
+    def _law(
+        self, robot: int, _: bool
+    ) -> Callable[[int, int, Floats, float], tuple[float, float]]:
         def control(robotNo: int, nbRobots: int, poses: Floats, t: float) -> tuple[float, float]:
             del robotNo, nbRobots
             adjacency = network.adjacency()
-            is_new = adjacency is not self._adjacency
-            self._adjacency = adjacency
+            is_new = adjacency is not self._adjacency[robot - 1]
+            self._adjacency[robot - 1] = adjacency
             arrays = (poses, adjacency) if is_new else (poses,)
             vx, vy = self._answer(robot, t, arrays, VELOCITY, is_new)
             return vx, vy
@@ -201,11 +227,10 @@ class SandboxedScripts:
             ControlError: It fails.
             LostError: It will not answer any more.
         """
-        request = REQUEST.pack(robot, is_new, t)
+        request = REQUEST.pack(is_new, t)
         request += b''.join(np.asarray(array, dtype=float).tobytes() for array in arrays)
         here = Failure('', robot=robot, t=t)
-        name = CTC if self._work.is_condition else CONTROL
-        answer = self._asked(request, f'{name} has not returned', here)
+        answer = self._asked(robot, request, f'{self._name} has not returned', here)
         if len(answer) == form.size:
             return form.unpack(answer)
         refusal = _refusal(answer)
@@ -214,17 +239,18 @@ class SandboxedScripts:
             self.failure = replace(here, message=message, script=refusal.file, line=refusal.line)
         raise ControlError(message, (refusal.kind, *place), place=place)
 
-    def _asked(self, request: bytes, late: str, here: Failure) -> bytes:
+    def _asked(self, robot: int, request: bytes, late: str, here: Failure) -> bytes:
+        child, folders = self._children[robot - 1], self._folders[robot - 1]
         left = self._deadline - time.monotonic()
         timeout, text = self._times.call, f'{late} for {self._times.call:g} s'
         if left < timeout:
             timeout, text = left, f'the run takes longer than {self._times.run:g} s'
         try:
             if request:
-                self._host.send(request, timeout)
-            return self._host.receive(timeout, text, self._folders)
+                child.send(request, timeout)
+            return child.receive(timeout, text, folders)
         except EndedError as error:
-            file, line = script_of(error.places, self._folders) or (Path(), 0)
+            file, line = script_of(error.places, folders) or (Path(), 0)
             self._lose(replace(here, message=str(error), script=file.name, line=line))
 
     def _lose(self, failure: Failure) -> NoReturn:

@@ -23,8 +23,8 @@ from setcmas_simu.arrays import Floats
 from setcmas_simu.errors import SetcmasError
 from setcmas_tools.offline.host_channel import Channel
 
-REQUEST = struct.Struct('<HHxxxxd')
-"""Number of a robot, whether a new adjacency matrix follows its poses, and time in s.
+REQUEST = struct.Struct('<?xxxxxxxd')
+"""Whether a new adjacency matrix follows the poses, and time in s.
 
 The numbers of the arrays that the function takes follow.
 """
@@ -73,18 +73,20 @@ class _NoCanvas:
 
 @dataclass(frozen=True)
 class SandboxedScript:
-    """Work of a copy of a host: loads a script for each robot, and answers until it is ended.
+    """Work of a child of a host: loads the script of a robot, and answers until it is ended.
 
     Attributes:
-        script: Name of the script, in the folder of the copy.
+        script: Name of the script, in the folder of the child.
         is_condition: Whether it is a triggering condition; else it is a control law.
+        robot: Number of the robot.
         nb_robots: Size of the fleet.
-        seed: Seed of the random numbers.
+        seed: Seed of the run.
         settings: Values for names of the script.
     """
 
     script: str
     is_condition: bool
+    robot: int
     nb_robots: int
     seed: int
     settings: dict[str, Any]
@@ -93,9 +95,10 @@ class SandboxedScript:
     def __call__(self, channel: Channel, _: Path) -> None:
         """Answer in this process."""
         drawing.canvas = _NoCanvas()
-        seed_scripts(self.seed)
+        # A sequence of its own for each robot: equal ones would not be random over the fleet.
+        seed_scripts(int(np.random.SeedSequence([self.seed, self.robot]).generate_state(1)[0]))
         try:
-            velocities, answer = self._conditions() if self.is_condition else self._laws()
+            velocities, answer = self._condition() if self.is_condition else self._law()
         except SetcmasError as error:
             channel.send(_encoded(Refusal(str(error))), math.inf)
             return
@@ -108,41 +111,39 @@ class SandboxedScript:
                 reply = _encoded(_refusal(error))
             channel.send(reply, math.inf)
 
-    def _laws(self) -> tuple[bool, Callable[[bytes], bytes]]:
-        """Return what answers for control laws, loaded as `simulate` does."""
-        path = Path(self.script).resolve()
-        robots = range(1, self.nb_robots + 1)
-        laws = [ControlLaw(path, robot, self.nb_robots, self.settings) for robot in robots]
+    def _law(self) -> tuple[bool, Callable[[bytes], bytes]]:
+        """Return what answers for the control law, loaded as `simulate` does."""
+        path, nb_robots = Path(self.script).resolve(), self.nb_robots
+        law = ControlLaw(path, self.robot, nb_robots, self.settings)
         adjacency: Floats = np.empty(0)
 
         def answer(request: bytes) -> bytes:
             nonlocal adjacency
-            robot, is_new, t = REQUEST.unpack_from(request)
+            is_new, t = REQUEST.unpack_from(request)
             numbers: Floats = np.frombuffer(request, offset=REQUEST.size)
             if is_new:
-                adjacency = numbers[3 * self.nb_robots :].reshape(self.nb_robots, self.nb_robots)
-            poses = numbers[: 3 * self.nb_robots].reshape(3, self.nb_robots)
-            return VELOCITY.pack(*laws[robot - 1](poses, t, adjacency))
+                adjacency = numbers[3 * nb_robots :].reshape(nb_robots, nb_robots)
+            return VELOCITY.pack(
+                *law(numbers[: 3 * nb_robots].reshape(3, nb_robots), t, adjacency)
+            )
 
         return False, answer
 
-    def _conditions(self) -> tuple[bool, Callable[[bytes], bytes]]:
-        """Return what answers for triggering conditions, and whether they take velocities."""
+    def _condition(self) -> tuple[bool, Callable[[bytes], bytes]]:
+        """Return what answers for the triggering condition, and whether it takes velocities."""
         path = Path(self.script).resolve()
-        scripts = [load_script(path, robot, CTC) for robot in range(1, self.nb_robots + 1)]
-        conditions = [vars(script).get('ctc') for script in scripts]
-        with_velocities = [takes_velocities(one, path.name) for one in conditions]
+        condition: Any = vars(load_script(path, self.robot, CTC)).get('ctc')
 
         def answer(request: bytes) -> bytes:
-            robot, _, t = REQUEST.unpack_from(request)
+            _, t = REQUEST.unpack_from(request)
             vectors = np.frombuffer(request, offset=REQUEST.size).reshape(-1, 3).copy()
             try:
-                result = conditions[robot - 1](*vectors, t)
+                result = condition(*vectors, t)
             except BaseException as error:
                 raise failure_of(error, path) from error
             return TRIGGERED.pack(checked_answer(result, path))
 
-        return with_velocities[0], answer
+        return takes_velocities(condition, path.name), answer
 
 
 def import_for_scripts() -> None:

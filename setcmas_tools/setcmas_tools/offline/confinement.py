@@ -12,7 +12,7 @@ import errno
 import os
 import sys
 import sysconfig
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import suppress
 from importlib.metadata import distributions
 from pathlib import Path
@@ -21,14 +21,15 @@ from typing import TYPE_CHECKING
 from setcmas_simu.errors import install_command
 
 if TYPE_CHECKING:
+    from landlockpy import AccessFS, Ruleset
     from pyseccomp import SyscallFilter
 
 _LEAST_ABI = 2  # of Landlock: Linux 5.19, and Debian 12's 6.1
 _CLONE_THREAD = 0x10000
 _IOCTLS = (0x5401, 0x541B, 0x5421, 0x5451)
 """TCGETS, FIONREAD, FIONBIO, FIOCLEX: others could make a file immutable, for one."""
-_FCNTLS = (*range(8), 36, 37, 38, 1030, 1032)
-"""Duplicates, flags and locks; others, such as F_SETOWN, could signal another process."""
+_FCNTLS = (*range(5), 1030, 1032)
+"""Duplicates and flags; others, such as F_SETOWN and locks, reach other processes."""
 _WRITES = (1, 2)  # O_WRONLY, O_RDWR
 _TRUNCATES = 0x200
 _MODE = 3 | _TRUNCATES
@@ -49,8 +50,8 @@ _SINGLE = (
 _ALLOWED = """
 access alarm arch_prctl brk capget chdir clock_getres clock_gettime clock_nanosleep close
 close_range creat dup dup2 dup3 epoll_create epoll_create1 epoll_ctl epoll_pwait epoll_wait
-eventfd eventfd2 exit exit_group faccessat faccessat2 fadvise64 fdatasync flock fstat
-fstatfs fsync ftruncate futex get_mempolicy get_robust_list getcpu getcwd getdents getdents64
+eventfd eventfd2 exit exit_group faccessat faccessat2 fadvise64 fdatasync fstat
+fsync ftruncate futex get_mempolicy get_robust_list getcpu getcwd getdents getdents64
 getegid geteuid getgid getgroups getitimer getpgid getpgrp getpid getppid getpriority getrandom
 getresgid getresuid getrlimit getrusage getsid gettid gettimeofday getuid lseek lstat
 madvise mmap mprotect mremap msync munmap nanosleep newfstatat pause pipe pipe2 poll
@@ -58,12 +59,12 @@ ppoll pread64 preadv pselect6 pwrite64 pwritev read readlink readlinkat readv re
 renameat renameat2 restart_syscall rseq rt_sigaction rt_sigpending rt_sigprocmask rt_sigreturn
 rt_sigsuspend rt_sigtimedwait sched_get_priority_max sched_get_priority_min sched_getaffinity
 sched_getparam sched_getscheduler sched_yield select sendto set_robust_list set_tid_address
-setitimer sigaltstack stat statfs statx sysinfo time times umask uname unlink unlinkat
+setitimer sigaltstack stat statx time times umask uname unlink unlinkat
 wait4 write writev
 """
 _REFUSED = """
-accept bind chmod chown clone connect execve execveat fchmod fchmodat fork kill listen mkdir
-mkdirat ptrace sendmsg setrlimit socket socketpair tgkill tkill truncate vfork
+accept bind chmod chown connect execve execveat fchmod fchmodat flock fork listen mkdir mkdirat
+ptrace sendmsg setrlimit socket socketpair tkill truncate vfork
 """
 """Refused as such; others are 'not implemented', for which libc has another way where it can."""
 
@@ -83,23 +84,6 @@ def obstacle() -> str:
         return 'this kernel has no Landlock'
     needed = f'{_LEAST_ABI} (Linux 5.19) is needed'
     return '' if abi >= _LEAST_ABI else f'Landlock of this kernel is of version {abi}; {needed}'
-
-
-def confine_files(folder: Path) -> None:
-    """Let this process and its children write in a folder only, and read what `readable` says."""
-    from landlockpy import AccessFS, Ruleset, Scope
-
-    read = AccessFS.READ_FILE | AccessFS.READ_DIR | AccessFS.EXECUTE
-    write = read | AccessFS.WRITE_FILE | AccessFS.TRUNCATE | AccessFS.MAKE_REG
-    files, listed = readable()
-    with Ruleset(scoped=Scope.SIGNAL | Scope.ABSTRACT_UNIX_SOCKET) as rules:
-        for path in files:
-            rules.allow_path(path, read if path.is_dir() else read & ~AccessFS.READ_DIR)
-        for path in listed:
-            rules.allow_path(path, AccessFS.READ_DIR)
-        rules.allow_path('/dev/null', AccessFS.READ_FILE | AccessFS.WRITE_FILE)
-        rules.allow_path(folder, write | AccessFS.REMOVE_FILE)
-        rules.restrict()
 
 
 def readable() -> tuple[list[Path], list[Path]]:
@@ -142,8 +126,78 @@ def _without(folder: Path, hidden: set[Path], listed: list[Path]) -> Iterator[Pa
         yield from _without(inside, hidden, listed)
 
 
-def call_filter() -> Callable[[], None]:
-    """Return a function that filters the system calls of its process for good."""
+class Confinement:
+    """Confinement of a process and its children, each of which gets a folder in a common one.
+
+    Two layers of Landlock: the process may write in the common folder, and read `readable`; a
+    child may write in its own folder only. Being of different domains, children cannot trace each
+    other either.
+    """
+
+    def __init__(self, parent: Path) -> None:
+        """Prepare; `parent` is the common folder."""
+        self._parent = parent
+        self._files, self._listed = readable()
+        # The second layer only takes away, so that a few large folders do.
+        self._tops = {_top(path, parent) for path in (*self._files, *self._listed)}
+        self._filter = _call_filter()
+
+    def confine_parent(self) -> None:
+        """Confine this process and its children, for good."""
+        from landlockpy import AccessFS
+
+        read, write = _accesses()
+        with _ruleset() as rules:
+            for path in self._files:
+                rules.allow_path(path, read if path.is_dir() else read & ~AccessFS.READ_DIR)
+            for path in self._listed:
+                rules.allow_path(path, AccessFS.READ_DIR)
+            rules.allow_path('/dev/null', AccessFS.READ_FILE | AccessFS.WRITE_FILE)
+            rules.allow_path(self._parent, write)
+            rules.restrict()
+
+    def confine_child(self, folder: Path) -> None:
+        """Confine this process, a child, to its folder, and filter its system calls, for good."""
+        import pyseccomp as sc
+        from landlockpy import AccessFS
+
+        read, write = _accesses()
+        with _ruleset() as rules:
+            for path in self._tops:
+                rules.allow_path(path, read)
+            rules.allow_path('/dev/null', AccessFS.READ_FILE | AccessFS.WRITE_FILE)
+            rules.allow_path(folder, write)
+            rules.restrict()
+        own = os.getpid()
+        for name in ('kill', 'tgkill'):
+            _add(self._filter, sc.ALLOW, name, sc.Arg(0, sc.EQ, own))
+            _add(self._filter, sc.ERRNO(errno.EPERM), name, sc.Arg(0, sc.NE, own))
+        self._filter.load()
+
+
+def _ruleset() -> Ruleset:
+    from landlockpy import Ruleset, Scope
+
+    return Ruleset(scoped=Scope.SIGNAL | Scope.ABSTRACT_UNIX_SOCKET)
+
+
+def _accesses() -> tuple[AccessFS, AccessFS]:
+    """Return what may be done with files and folders to be read, and to be written."""
+    from landlockpy import AccessFS
+
+    read = AccessFS.READ_FILE | AccessFS.READ_DIR | AccessFS.EXECUTE
+    write = AccessFS.WRITE_FILE | AccessFS.TRUNCATE | AccessFS.MAKE_REG | AccessFS.REMOVE_FILE
+    return read, read | write
+
+
+def _top(path: Path, other: Path) -> Path:
+    """Return the topmost folder of a path that does not contain another path."""
+    folders = (*reversed(path.parents), path)
+    return next(folder for folder in folders if not other.is_relative_to(folder))
+
+
+def _call_filter() -> SyscallFilter:
+    """Return a filter of system calls, but for those that send signals."""
     import pyseccomp as sc
 
     rules = sc.SyscallFilter(sc.ERRNO(errno.ENOSYS))
@@ -164,18 +218,9 @@ def call_filter() -> Callable[[], None]:
     for name in _ALLOWED.split():
         _add(rules, sc.ALLOW, name)
     for name in _REFUSED.split():
-        if name not in ('clone', 'kill', 'tgkill'):
-            _add(rules, refuse, name)
+        _add(rules, refuse, name)
     _add(rules, refuse, 'clone', sc.Arg(0, sc.MASKED_EQ, _CLONE_THREAD, 0))
-
-    def confine() -> None:
-        own = os.getpid()
-        for name in ('kill', 'tgkill'):
-            _add(rules, sc.ALLOW, name, sc.Arg(0, sc.EQ, own))
-            _add(rules, refuse, name, sc.Arg(0, sc.NE, own))
-        rules.load()
-
-    return confine
+    return rules
 
 
 def _add(rules: SyscallFilter, action: int, name: str, *arguments: object) -> None:

@@ -1,9 +1,10 @@
-"""Process of a `Host`: runs each work in a copy of itself, and ends it with all that it started.
+"""Process of a `Host`: forks a child for each work, and ends it with all that it started.
 
 Its arguments are FOLDER PREPARE ISOLATION; orders come on a socket, its standard input. An order
-to begin comes with the socket on which the copy (fork) receives its work, a pickled function. The
+to begin comes with the socket on which the child receives its work, a pickled function. The
 process of a confined host knows Python, numpy and what scripts import of setcmas, but no rubric,
-no solution, no other submission, and nothing of the user's environment.
+no solution, no other submission, and nothing of the user's environment. Its children share
+nothing: each has its folder, streams and domain of Landlock.
 """
 
 from __future__ import annotations
@@ -27,24 +28,25 @@ from contextlib import suppress
 from pathlib import Path
 from typing import IO, Any, NoReturn
 
-from setcmas_tools.offline.confinement import (
-    OPEN_FILES,
-    call_filter,
-    confine_files,
-    limit_amounts,
-)
+from setcmas_tools.offline.confinement import Confinement, limit_amounts
 from setcmas_tools.offline.host_channel import Channel
 from setcmas_tools.offline.process_tree import adopt_orphans, end_orphans, end_with_parent
 
 FORKS = hasattr(os, 'fork')
+ORDER = struct.Struct('<ci')
+"""An order, and the process ID of the child that it is for; 0 for a new one."""
 BEGIN, PLACE, END, WAIT = b'b', b'?', b'x', b'w'
-"""Orders: begin some work, write where its process is, end it, wait for its end."""
+"""Begin some work; write where the child is; end it; wait for its end."""
 READY = b'r'
 """Answer of a process that is prepared."""
 NUMBER = struct.Struct('<i')
-"""Process ID of a copy that has begun, and its exit status once it has ended."""
+"""Process ID of a child that has begun, or its exit status once it has ended."""
+
+HOMES = ('HOME', 'TMPDIR', 'MPLCONFIGDIR')
+"""Variables of the environment that name the folder of an isolated child."""
 
 _PLACES = 'where'
+_MOST_DESCRIPTORS = 1 << 16
 _MOST_READ = 1 << 15
 # A confined process may write anything: lines of more than nine digits are none.
 _FRAME = re.compile(r'^  File "(?P<file>.*)", line (?P<line>\d{1,9}) in ', re.MULTILINE)
@@ -53,7 +55,7 @@ _exit = os._exit
 
 
 class Isolation(enum.Enum):
-    """What copies may do.
+    """What children may do.
 
     NONE: whatever the user can, in the user's folder and environment. HOME: the same, in a home
     and an environment of their own. CONFINED: in that home, and the kernel keeps them there.
@@ -64,84 +66,99 @@ class Isolation(enum.Enum):
     CONFINED = enum.auto()
 
 
-class Copy:
-    """The copy that runs now; there is at most one."""
+class Children:
+    """The children of this process."""
 
-    def __init__(
-        self, folder: Path, isolation: Isolation, confine: Callable[[], None] | None
-    ) -> None:
+    def __init__(self, isolation: Isolation, confinement: Confinement | None) -> None:
         """Prepare.
 
         Args:
-            folder: Where it writes.
-            isolation: What it may do.
-            confine: Filters its system calls; None for one that is not confined.
+            isolation: What they may do.
+            confinement: Confines them; None if they are not confined.
         """
-        self._folder = folder
         self._isolation = isolation
-        self._confine = confine
-        self._process = 0
+        self._confinement = confinement
+        self._running: set[int] = set()
 
     def begin(self, end: int) -> int:
-        """Begin with the work that comes on a socket; returns the process ID."""
-        self._process = os.fork()
-        if not self._process:
+        """Begin the work that comes on a socket; returns the process ID."""
+        process = os.fork()
+        if not process:
             os.setsid()
             end_with_parent()
             os.dup2(end, 3, inheritable=False)
-            os.closerange(4, OPEN_FILES)
+            if self._isolation is not Isolation.NONE:
+                _own_streams()
+            os.closerange(4, _MOST_DESCRIPTORS)
             self.work(socket.socket(fileno=3))
         os.close(end)
-        return self._process
+        self._running.add(process)
+        return process
 
-    def ask_place(self) -> None:
-        """Let the copy write where it is."""
-        if self._process:
-            os.kill(self._process, signal.SIGUSR1)
+    def ask_place(self, process: int) -> None:
+        """Let a child write where it is."""
+        if process in self._running:
+            os.kill(process, signal.SIGUSR1)
 
-    def end(self, wait_s: float = 0.0) -> int:
-        """End the copy and all that it started; returns its exit status, 0 if there is none.
+    def end(self, process: int, wait_s: float = 0.0) -> int:
+        """End a child and all that it started; returns its exit status.
 
         Args:
+            process: Its process ID.
             wait_s: For how long it may take to end by itself.
         """
-        if not self._process:
-            return 0
+        if process not in self._running:  # of an earlier process of the host
+            return -signal.SIGKILL
         ended, status, deadline = 0, 0, time.monotonic() + wait_s
         while not ended and time.monotonic() < deadline:
-            ended, status = os.waitpid(self._process, os.WNOHANG)
+            ended, status = os.waitpid(process, os.WNOHANG)
             time.sleep(0.0 if ended else 0.002)
         if not ended:
-            os.kill(self._process, signal.SIGKILL)
-            _, status = os.waitpid(self._process, 0)
+            os.kill(process, signal.SIGKILL)
+            _, status = os.waitpid(process, 0)
         with suppress(ProcessLookupError, PermissionError):
-            os.killpg(self._process, signal.SIGKILL)
-        self._process = 0
-        if not self._confine:
-            end_orphans(set())
+            os.killpg(process, signal.SIGKILL)
+        self._running.remove(process)
+        if not self._confinement:
+            end_orphans(self._running)
         return os.waitstatus_to_exitcode(status)
+
+    def end_all(self) -> None:
+        """End all children."""
+        for process in [*self._running]:
+            self.end(process)
 
     def work(self, end: socket.socket) -> NoReturn:
         """Run the work that comes on a socket in this process, and end it."""
         status = 1
         with suppress(BaseException):  # such as where a script has closed the socket
+            channel = Channel(end, sys.maxsize)
+            folder, limits, work = pickle.loads(channel.receive(math.inf))
             if self._isolation is not Isolation.NONE:
-                os.chdir(self._folder)
-            write_places(self._folder)
+                os.chdir(folder)
+                os.environ.update(dict.fromkeys(HOMES, folder))
+            write_places(Path(folder))
             if hasattr(signal, 'SIGALRM'):  # a script's alarm does nothing, as over ROS
                 signal.signal(signal.SIGALRM, lambda *_: None)
-            channel = Channel(end, sys.maxsize)
-            limits, work = pickle.loads(channel.receive(math.inf))
             limit_amounts(limits)
             function = pickle.loads(work)
-            if self._confine:
-                self._confine()
-            function(channel, self._folder)
+            if self._confinement:
+                self._confinement.confine_child(Path(folder))
+            function(channel, Path(folder))
             for stream in (sys.__stdout__, sys.__stderr__):
                 if stream is not None and not stream.closed:
                     stream.flush()
             status = 0
         _exit(status)
+
+
+def _own_streams() -> None:
+    """Open the standard streams anew: flags of an open file are shared with all that have it."""
+    nowhere = os.open(os.devnull, os.O_RDWR)
+    for stream in (0, 1, 2):
+        os.close(stream)
+        os.open(os.devnull, os.O_RDWR)  # the lowest free number
+    os.close(nowhere)
 
 
 def write_places(folder: Path) -> None:
@@ -187,29 +204,31 @@ def main() -> NoReturn:
     os.dup2(nowhere := os.open(os.devnull, os.O_RDWR), 0)
     adopt_orphans()
     module, _, function = sys.argv[2].partition(':')
-    confine = call_filter() if isolation is Isolation.CONFINED else None
+    confinement = Confinement(folder) if isolation is Isolation.CONFINED else None
     getattr(importlib.import_module(module), function)()
-    if confine:
-        confine_files(folder)
+    if confinement:
+        confinement.confine_parent()
     if isolation is not Isolation.NONE:
         os.dup2(nowhere, 2)
     orders.sendall(READY)
-    gc.freeze()  # or else a copy would touch, and so copy, the memory of all
-    copy = Copy(folder, isolation, confine)
+    gc.freeze()  # or else a child would touch, and so copy, the memory of all
+    children = Children(isolation, confinement)
     if not FORKS:
-        copy.work(orders)
+        children.work(orders)
     while True:
-        order, ends, _, _ = socket.recv_fds(orders, 1, 1)
-        if ends:
-            orders.sendall(NUMBER.pack(copy.begin(ends[0])))
-        elif order == PLACE:
-            copy.ask_place()
-        elif order in (END, WAIT):
-            orders.sendall(NUMBER.pack(copy.end(_WAIT_S if order == WAIT else 0.0)))
-        else:
-            copy.end()
+        message, ends, _, _ = socket.recv_fds(orders, ORDER.size, 1)
+        if not message:
+            children.end_all()
             shutil.rmtree(folder, ignore_errors=True)
             _exit(0)
+        order, process = ORDER.unpack(message)
+        if order == BEGIN:
+            orders.sendall(NUMBER.pack(children.begin(ends[0])))
+        elif order == PLACE:
+            children.ask_place(process)
+        else:
+            wait_s = _WAIT_S if order == WAIT else 0.0
+            orders.sendall(NUMBER.pack(children.end(process, wait_s)))
 
 
 def _orders() -> socket.socket:

@@ -23,7 +23,8 @@ from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet.topics import robot_name
 from setcmas_simu.reports.script_calls import Function
 from setcmas_tools.offline.engine import simulate
-from setcmas_tools.offline.host import EndedError, Host, script_of
+from setcmas_tools.offline.host import Host
+from setcmas_tools.offline.host_child import EndedError, script_of
 from setcmas_tools.offline.script_call import Kind, ScriptCall, only_here, result_of
 from setcmas_tools.run.run import Run
 from setcmas_tools.scenario.scenario import Scenario
@@ -83,7 +84,8 @@ class OfflineRun:
             environment={'PYTHONUNBUFFERED': '1'},
             output=subprocess.PIPE,
         )
-        self._board = ScriptCall(partial(_simulated, scenario)).begin(self._host)
+        call = ScriptCall(partial(_simulated, scenario))
+        self._child, self._board = call.begin(self._host)
         process = self._host.process
         assert process
         assert process.stdout
@@ -139,24 +141,24 @@ class OfflineRun:
 
     def place(self) -> str:
         """Return where in the script the process is now, or was last; empty if that is unknown."""
-        return self._described(self._host.places(self._folders), ' in ')
+        return self._described(self._child.places(self._folders), ' in ')
 
     def _message(
         self, call_timeout: float, warn: Callable[[str], None], on_state: Callable[[int], None]
     ) -> bytes:
         calls, since, warned = -1, time.monotonic(), False
-        while (message := self._host.poll(_LOOK_S)) is None:
+        while (message := self._child.poll(_LOOK_S)) is None:
             on_state(self._board.done)
             now = time.monotonic()
             if self._board.calls != calls or not self._board.robot:
                 calls, since, warned = self._board.calls, now, False
             elif now - since > call_timeout:
-                places = self._host.places(self._folders)
+                places = self._child.places(self._folders)
                 late = f'{self._late(call_timeout)} (--call-timeout)'
-                raise EndedError(late, self._host.end(), places)
+                raise EndedError(late, self._child.end(), places)
             elif now - since > STUCK_S and not warned:
                 warned = True
-                place = self._described(self._host.places(self._folders), '; it is at ')
+                place = self._described(self._child.places(self._folders), '; it is at ')
                 warn(f'{robot_name(self._board.robot)}: {self._late(STUCK_S)}{place}')
         return message
 

@@ -1,4 +1,4 @@
-"""Call of a function that runs scripts, in a copy of a host: its result, or where it stopped."""
+"""Call of a function that runs scripts, in a child of a host: its result, or where it stopped."""
 
 from __future__ import annotations
 
@@ -16,6 +16,7 @@ from setcmas_simu.errors import SetcmasError
 from setcmas_tools.offline import board
 from setcmas_tools.offline.host import Host
 from setcmas_tools.offline.host_channel import Channel
+from setcmas_tools.offline.host_child import Child
 
 _BOARD = 'board'
 _exit = os._exit
@@ -31,10 +32,10 @@ class Kind(Enum):
 
 @dataclass(frozen=True)
 class ScriptCall:
-    """Work of a copy: calls a function, and sends its result.
+    """Work of a child: calls a function, and sends its result.
 
     Attributes:
-        function: The function; takes the folder of the host.
+        function: The function; takes the folder of the child.
     """
 
     function: Callable[[Path], Any]
@@ -44,11 +45,11 @@ class ScriptCall:
         host: Host,
         files: Mapping[str, bytes] | None = None,
         limits: Mapping[str, int] | None = None,
-    ) -> board.Board:
-        """Begin it in a copy of a host; returns the board on which it notes how far it is."""
+    ) -> tuple[Child, board.Board]:
+        """Begin it in a child of a host; return the child, and the board with its progress."""
         empty = {_BOARD: bytes(board.HEAD)}
-        host.begin(pickle.dumps(self), {**(files or {}), **empty}, limits)
-        return board.Board(host.folder / _BOARD)
+        child = host.begin(pickle.dumps(self), {**(files or {}), **empty}, limits)
+        return child, board.Board(child.folder / _BOARD)
 
     def __call__(self, channel: Channel, folder: Path) -> None:
         """Call the function in this process."""
@@ -64,7 +65,7 @@ class ScriptCall:
 
 
 def result_of(message: bytes) -> tuple[Kind, Any]:
-    """Return how a call ended, and its result or a message, from what the copy has sent."""
+    """Return how a call ended, and its result or a message, from what the child has sent."""
     try:
         kind, result = pickle.loads(message)
         return Kind(kind), result
@@ -73,7 +74,7 @@ def result_of(message: bytes) -> tuple[Kind, Any]:
 
 
 def only_here() -> Callable[[float], None]:
-    """Return what ends a copy of this process, which a script has forked, at its next step."""
+    """Return a function that ends a fork of this process, made by a script, at its next step."""
     process = os.getpid()
 
     def check(_: float) -> None:

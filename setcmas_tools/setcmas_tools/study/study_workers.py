@@ -1,6 +1,6 @@
 """Workers of a study: make its runs on this machine or on a cluster, in any order.
 
-A thread has a host for scripts, which keeps its process from run to run: a run is made in a copy
+A thread has a host for scripts, which keeps its process from run to run: a run is made in a child
 that has run nothing else, so rows depend neither on the order of runs nor on who makes them.
 """
 
@@ -19,7 +19,8 @@ from setcmas_simu import __version__
 from setcmas_simu.errors import SetcmasError, needs
 from setcmas_simu.fleet.topics import robot_name
 from setcmas_tools.offline.board import Board
-from setcmas_tools.offline.host import EndedError, Host, script_of
+from setcmas_tools.offline.host import Host
+from setcmas_tools.offline.host_child import EndedError, script_of
 from setcmas_tools.offline.script_call import Kind, ScriptCall, result_of
 from setcmas_tools.run.run_info import State
 from setcmas_tools.study.study_row import Job, Row, one_line
@@ -119,16 +120,14 @@ def make_row(job: Job) -> Row:
         _of_thread.host = host
         _hosts.append(host)
     assert host
-    call = ScriptCall(job.row)
-    notes = call.begin(host, job.files, {'AS': job.memory})
-    scripts = job.scripts(host.folder)
-    try:
-        late = f'ended after {job.timeout:g} s (--timeout)'
-        message = host.receive(job.timeout, late, scripts)
-    except EndedError as error:
-        return _broken(job, notes, error, scripts)
-    finally:
-        host.end()
+    child, notes = ScriptCall(job.row).begin(host, job.files, {'AS': job.memory})
+    with child:
+        scripts = job.scripts(child.folder)
+        try:
+            late = f'ended after {job.timeout:g} s (--timeout)'
+            message = child.receive(job.timeout, late, scripts)
+        except EndedError as error:
+            return _broken(job, notes, error, scripts)
     kind, result = result_of(message)
     if kind is Kind.RESULT and isinstance(result, Row):
         return result

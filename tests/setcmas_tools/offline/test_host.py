@@ -29,8 +29,8 @@ def test_nothing_of_a_submission_runs_before_it_is_confined(tmp_path):
     files = {'law.py': LAW, 'helper.py': b'V = 0.25\n', **forged(outside)}
     with sandbox(tmp_path, confined=True) as host:
         for _ in range(2):
-            host.begin(pickle.dumps(SandboxedScript('law.py', False, 1, 1, {})), files)
-            assert host.receive(10, 'late', ()) == LOADED[False]
+            child = host.begin(pickle.dumps(SandboxedScript('law.py', False, 1, 1, 1, {})), files)
+            assert child.receive(10, 'late', ()) == LOADED[False]
             host.process.kill()  # what is started next finds the files of this one
             host.process.wait()
 

@@ -1,0 +1,211 @@
+"""Child of a host: a process that does some work, as it is seen from outside."""
+
+from __future__ import annotations
+
+import shutil
+import signal
+import time
+from collections.abc import Collection
+from contextlib import suppress
+from pathlib import Path
+from typing import Protocol
+
+from setcmas_tools.offline.host_channel import LOOK_S, Channel, ChannelError, LateError
+from setcmas_tools.offline.host_process import END, WAIT, last_places, places_size
+
+_PLACE_S = 2.0  # a process that waits for a core answers late
+_MOST_WAITED_S = 600.0
+
+
+class EndedError(Exception):
+    """A child does not answer any more; the message says why.
+
+    Attributes:
+        status: Its exit status, or the number of the signal that killed it, negative.
+        places: Files and lines of the calls that it was in, the innermost first.
+    """
+
+    def __init__(self, message: str, status: int, places: list[tuple[Path, int]]) -> None:
+        """Take the cause and the place of the end."""
+        super().__init__(message)
+        self.status = status
+        self.places = places
+
+
+class Parent(Protocol):
+    """The host of a child, as the child uses it."""
+
+    is_isolated: bool
+
+    def ask_place(self, process: int) -> bool:
+        """Let a child write where it is; return whether it can."""
+
+    def end_child(self, child: Child, order: bytes) -> int:
+        """End a child, and return its exit status."""
+
+    def check_amounts(self) -> None:
+        """Raise ChannelError if the children take too much memory, or write too much."""
+
+
+class Child:
+    """A process that does some work; use as a context manager, which ends it.
+
+    Attributes:
+        folder: Its folder.
+        process: Its process ID.
+    """
+
+    def __init__(self, host: Parent, process: int, folder: Path) -> None:
+        """Take a child that `Host.begin` has started."""
+        self.process = process
+        self.folder = folder
+        self._host = host
+        self._channel: Channel | None = None
+        self._waited: float | None = None
+        self._looked = 0.0
+
+    def __enter__(self) -> Child:
+        """Return the child."""
+        return self
+
+    def __exit__(self, *exc_info: object) -> None:
+        """End it, and remove its folder."""
+        self.end()
+        shutil.rmtree(self.folder, ignore_errors=True)
+
+    def connect(self, channel: Channel) -> None:
+        """Exchange messages on a channel from now on."""
+        self._channel = channel
+
+    def send(self, message: bytes, timeout: float) -> None:
+        """Send a message; if the child does not take it, the next `receive` says why."""
+        with suppress(ChannelError):
+            if self._channel:
+                self._channel.send(message, time.monotonic() + timeout)
+
+    def poll(self, timeout: float) -> bytes | None:
+        """Return the next message; None if none comes in this time, in s.
+
+        Raises:
+            EndedError: The child has ended, or was ended because it took too much.
+        """
+        self._waited = None
+        message = ''
+        try:
+            if self._channel:
+                if time.monotonic() > self._looked + LOOK_S:
+                    self.look()
+                return self._channel.receive(time.monotonic() + timeout)
+        except LateError:
+            return None
+        except ChannelError as error:
+            message = str(error)
+        status = self.end(END if message else WAIT)
+        raise EndedError(message or _death(status), status, last_places(self.folder))
+
+    def receive(self, timeout: float, late: str, scripts: Collection[Path]) -> bytes:
+        """Return the next message of the child, which ends if it takes too long.
+
+        Time in which it could run but others had the cores does not count (Linux).
+
+        Args:
+            timeout: How long it may take, in s.
+            late: The message if it takes longer.
+            scripts: As for `places`.
+
+        Raises:
+            EndedError: It has ended, or was ended because it took too long or too much.
+        """
+        answer = self.poll(timeout)
+        if answer is not None:
+            return answer
+        places = self.places(scripts)
+        raise EndedError(late, self.end(), places)
+
+    def places(self, scripts: Collection[Path]) -> list[tuple[Path, int]]:
+        """Return files and lines of the calls that the child is in, or was last, innermost first.
+
+        Args:
+            scripts: Folders of the scripts; waits for a place in one of them.
+        """
+        before = places_size(self.folder)
+        if not before or not self._channel or not self._host.ask_place(self.process):
+            return last_places(self.folder)
+        deadline = time.monotonic() + _PLACE_S
+        while time.monotonic() < deadline:  # it comes line by line
+            if script_of(found := last_places(self.folder, before), scripts):
+                return found
+            time.sleep(0.01)
+        return last_places(self.folder)
+
+    def end(self, order: bytes = END) -> int:
+        """End the child and all that it started; return its exit status, 0 if it had ended.
+
+        Args:
+            order: END, or WAIT to give it time to end by itself.
+        """
+        if self._channel is None:
+            return 0
+        self._channel.close()
+        self._channel = None
+        return self._host.end_child(self, order)
+
+    def look(self) -> float:
+        """Return how long others have kept the child from running since it was asked, in s.
+
+        Raises:
+            ChannelError: It has ended, though something that it started goes on; or it was
+                stopped; or all children together take too much.
+        """
+        self._looked = time.monotonic()
+        self._host.check_amounts()
+        state = _state(self.process)
+        if state == 'Z' and not (self._channel and self._channel.has_more()):
+            raise ChannelError
+        if state == 'T' and self._host.is_isolated:
+            raise ChannelError('the script stopped its process')
+        now = _waited_s(self.process)
+        if self._waited is None:
+            self._waited = now
+        return min(now - self._waited, _MOST_WAITED_S)
+
+    def unlinked_size(self) -> int:
+        """Return the size of its open files without a name, in bytes (Linux)."""
+        size = 0
+        with suppress(OSError):
+            for file in Path(f'/proc/{self.process}/fd').iterdir():
+                with suppress(OSError):
+                    status = file.stat()
+                    size += 0 if status.st_nlink else 512 * status.st_blocks
+        return size
+
+
+def script_of(
+    places: Collection[tuple[Path, int]], folders: Collection[Path]
+) -> tuple[Path, int] | None:
+    """Return the first of some places, file and line, in one of these folders."""
+    return next(((file, line) for file, line in places if file.parent in folders), None)
+
+
+def _waited_s(process: int) -> float:
+    """Return how long a process could have run but had to wait for a core, in s (Linux)."""
+    try:
+        return int(Path(f'/proc/{process}/schedstat').read_text().split()[1]) / 1e9
+    except (OSError, ValueError, IndexError):
+        return 0.0
+
+
+def _state(process: int) -> str:
+    """Return the state of a process, such as Z if only its number is left (Linux)."""
+    try:
+        return Path(f'/proc/{process}/stat').read_text().rpartition(')')[2].split()[0]
+    except (OSError, IndexError):
+        return ''
+
+
+def _death(status: int) -> str:
+    if status == -getattr(signal, 'SIGXCPU', 0):
+        return 'the script took too much processor time'
+    if status < 0:
+        return f'the process of the script was killed by {signal.Signals(-status).name}'
+    return f'the script ended its process with exit status {status}'
