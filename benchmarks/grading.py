@@ -22,8 +22,8 @@ import msgspec
 import numpy as np
 
 from setcmas_ctrl.scripts.loader import EXERCISES
+from setcmas_tools.grade.class_grading import KEPT
 from setcmas_tools.grade.marks import Marks
-from setcmas_tools.grade.submissions import KEPT
 
 SCENARIOS = (
     'nb_robots: 8, duration: 20',

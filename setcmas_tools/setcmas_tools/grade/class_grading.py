@@ -27,7 +27,7 @@ from setcmas_tools.grade.marking import mark, unmarked
 from setcmas_tools.grade.marks import Failure, LawRunner, Marks
 from setcmas_tools.grade.rubric import Rubric
 from setcmas_tools.grade.sandbox import SandboxRunner, Times, sandbox
-from setcmas_tools.grade.submissions import KEPT, Submission
+from setcmas_tools.grade.submissions import Submission
 from setcmas_tools.offline.confinement import obstacle
 from setcmas_tools.offline.host import Host
 from setcmas_tools.offline.process_tree import end_with_parent
@@ -99,6 +99,9 @@ def graded(submission: Submission) -> Marks:
         failure = Failure(f'it cannot be graded: {summarise(error)}')
         return unmarked(grader.rubric, submission.name, submission.student, failure)
 
+
+KEPT = 'marks'
+"""Folder with the marks of submissions."""
 
 _SANDBOX = 3
 """Version of the sandbox; in earlier ones scripts left it, or robots shared what they knew."""

@@ -8,11 +8,12 @@ import re
 import stat
 import zipfile
 from collections import defaultdict
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import partial
 from io import BytesIO
 from pathlib import Path, PurePosixPath
-from typing import IO
+from typing import IO, Any
 
 from setcmas_ctrl.scripts.script_errors import safe_text
 from setcmas_simu.errors import SetcmasError
@@ -66,17 +67,52 @@ def _student(name: str, number: str) -> Student:
 
 
 _LARGEST = 1 << 20  # bytes of a file
-_MOST = 1 << 28  # bytes of all files of a zip file
-_DIGEST = 64  # letters of the name of a file of marks
+_MOST_NESTED = 3  # zip files in each other
+_MOST_OF_STUDENT = 1000, 1 << 24  # files and bytes
+_MOST_OF_CLASS = 100_000, 1 << 29
 _LONGEST_NAME = 255  # bytes, of most file systems
 _IGNORED = ('__MACOSX', '__pycache__')
 _BROKEN = (zipfile.BadZipFile, RuntimeError, NotImplementedError, EOFError, OSError, ValueError)
-
-KEPT = 'marks'
-"""Folder with the marks of submissions; identifies a folder of grades."""
+_BOUNDED = (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED)  # others unpack megabytes at a time
 _EMPTY = '.empty'
 
 Files = dict[PurePosixPath, bytes]
+
+
+class Unread(bytes):
+    """Why a file has not been read, in place of its content."""
+
+
+class _TooMuchError(Exception):
+    """Files have too many bytes, or are too many."""
+
+
+@dataclass
+class _Limit:
+    """How many files and bytes may still be read."""
+
+    files: int
+    size: int
+
+    def take(self, size: int) -> None:
+        self.files, self.size = self.files - 1, self.size - size
+        if self.files < 0 or self.size < 0:
+            raise _TooMuchError
+
+
+@dataclass(frozen=True)
+class _Entry:
+    """A file that may be read.
+
+    Attributes:
+        path: Its path.
+        size: Its size in bytes, as far as it is known.
+        read: Returns as many of its bytes, at most.
+    """
+
+    path: PurePosixPath
+    size: int
+    read: Callable[[int], bytes]
 
 
 def is_empty(path: PurePosixPath) -> bool:
@@ -87,40 +123,92 @@ def is_empty(path: PurePosixPath) -> bool:
 def handed_in(place: Path) -> Files:
     """Return the files in a folder or a zip file, including those of inner zip files.
 
-    Skips folders of grades. For each folder there is a path that `is_empty`.
+    For each folder there is a path that `is_empty`; what cannot be read is `Unread`.
 
     Args:
         place: The folder or the zip file.
 
     Raises:
-        SetcmasError: It is neither.
+        SetcmasError: It is neither, or holds more than a class does.
     """
-    if place.is_dir():
-        return dict(_in_folder(place))
     try:
-        return dict(_in_zip(place.read_bytes()))
+        if place.is_dir():
+            return _read_class(list(_in_folder(place)))
+        with zipfile.ZipFile(place) as archive:
+            return _read_class(list(_in_zip(archive)))
+    except _TooMuchError as error:
+        files, size = _MOST_OF_CLASS
+        raise SetcmasError(
+            f"'{place}' holds more than {files:,} files or {size >> 20} MB; grade it in parts"
+        ) from error
     except OSError as error:
         raise SetcmasError(f"'{place}' cannot be read: {error.strerror}") from error
     except _BROKEN as error:
         raise SetcmasError(f"'{place}' is neither a folder nor a zip file") from error
 
 
-def _in_folder(place: Path) -> Iterator[tuple[PurePosixPath, bytes]]:
+def _read_class(entries: Sequence[_Entry]) -> Files:
+    """Return the files of a class, of each submission within its limits."""
+    prefix = PurePosixPath(os.path.commonpath([str(one.path.parent) for one in entries] or ['']))
+    own: defaultdict[PurePosixPath, list[_Entry]] = defaultdict(list)
+    for one in entries:
+        own[PurePosixPath(*one.path.parts[: len(prefix.parts) + 1])].append(one)
+    whole, files = _Limit(*_MOST_OF_CLASS), Files()
+    for top, its_own in own.items():
+        limit = _Limit(*_MOST_OF_STUDENT)
+        try:
+            found = {path: read for one in its_own for path, read in _opened(one, limit)}
+        except _TooMuchError:
+            count, size = _MOST_OF_STUDENT
+            reason = (
+                f'{top.name} has more than {count:,} files, {size >> 20} MB or {_MOST_NESTED} '
+                'zip files in each other'
+            )
+            found = {top if its_own[0].path == top else top / 'all': _unread(reason)}
+        for read in found.values():
+            whole.take(len(read))
+        files |= found
+    return files
+
+
+def _in_folder(place: Path) -> Iterator[_Entry]:
     for folder, folders, names in os.walk(place):
-        wanted = [name for name in folders if _is_wanted(PurePosixPath(name))]
-        folders[:] = sorted(name for name in wanted if not _is_of_grades(Path(folder, name)))
+        folders[:] = sorted(name for name in folders if _is_wanted(PurePosixPath(name)))
         for name in folders:
-            yield _readable(Path(folder, name, _EMPTY).relative_to(place)), b''
+            path = _readable(Path(folder, name, _EMPTY).relative_to(place))
+            yield _Entry(path, 0, partial(_unread, ''))
         for name in sorted(names):
             file = Path(folder, name)
-            path = _readable(file.relative_to(place))
-            if _is_wanted(path) and stat.S_ISREG(file.lstat().st_mode):
-                with file.open('rb') as content:
-                    yield from _opened(path, content, _MOST)
+            path, status = _readable(file.relative_to(place)), file.lstat()
+            if not _is_wanted(path) or not stat.S_ISREG(status.st_mode):
+                continue
+            if status.st_nlink > 1:  # it may be any file of the teacher's disk
+                yield _Entry(path, 0, partial(_unread, f'{path.name} is a hard link; copy it'))
+            else:
+                yield _Entry(path, status.st_size, partial(_start_of, file.open, 'rb'))
 
 
-def _is_of_grades(folder: Path) -> bool:
-    return any(len(file.stem) == _DIGEST for file in (folder / KEPT).glob('*.json'))
+def _in_zip(archive: zipfile.ZipFile) -> Iterator[_Entry]:
+    for one in sorted(archive.infolist(), key=lambda info: info.filename):
+        path = PurePosixPath(one.filename)
+        if not _is_wanted(path):
+            continue
+        if one.is_dir():
+            yield _Entry(path / _EMPTY, 0, partial(_unread, ''))
+        elif one.compress_type in _BOUNDED:
+            yield _Entry(path, one.file_size, partial(_start_of, archive.open, one))
+        else:
+            reason = f'{path.name} is compressed by an unusual method'
+            yield _Entry(path, 0, partial(_unread, reason))
+
+
+def _start_of(opened: Callable[[Any], IO[bytes]], name: Any, most: int) -> bytes:
+    with opened(name) as file:
+        return file.read(most)
+
+
+def _unread(reason: str, _: int = 0) -> Unread:
+    return Unread(reason.encode(errors='replace'))
 
 
 def _readable(path: Path) -> PurePosixPath:
@@ -128,38 +216,34 @@ def _readable(path: Path) -> PurePosixPath:
     return PurePosixPath(path.as_posix().encode(errors='backslashreplace').decode())
 
 
-def _in_zip(content: bytes) -> Iterator[tuple[PurePosixPath, bytes]]:
-    left = _MOST
-    with zipfile.ZipFile(BytesIO(content)) as archive:
-        for one in sorted(archive.infolist(), key=lambda info: info.filename):
-            path = PurePosixPath(one.filename)
-            if not _is_wanted(path) or not left:
-                continue
-            if one.is_dir():
-                yield path / _EMPTY, b''
-                continue
-            with archive.open(one) as file:
-                for inside, read in _opened(path, file, left):
-                    left = max(0, left - len(read))
-                    yield inside, read
-
-
 def _opened(
-    path: PurePosixPath, file: IO[bytes], most: int
+    entry: _Entry, limit: _Limit, nested: int = 0
 ) -> Iterator[tuple[PurePosixPath, bytes]]:
-    """Yield a file, or the files in a readable zip file."""
-    is_zip = path.suffix == '.zip'
-    content = file.read(min(most, _MOST if is_zip else _LARGEST + 1))
-    if is_zip:
-        try:
-            for inside, read in list(_in_zip(content)) or [(PurePosixPath(_EMPTY), b'')]:
-                yield path / inside, read
-        except _BROKEN:
-            yield path, b''
-    elif len(content) <= _LARGEST or path.suffix == '.py':  # large scripts are reported later
-        yield path, content
-    else:
+    """Yield a file, or the files in a readable zip file.
+
+    Raises:
+        _TooMuchError: The limit is reached.
+    """
+    path, is_zip = entry.path, entry.path.suffix == '.zip'
+    if entry.size > _LARGEST and path.suffix not in ('.py', '.zip'):
+        limit.take(0)
         yield path, b'larger than 1 MB: left out\n'
+        return
+    content = entry.read(limit.size + 1 if is_zip else _LARGEST + 1)
+    limit.take(len(content))
+    if not is_zip or isinstance(content, Unread):
+        yield path, content
+        return
+    if nested == _MOST_NESTED:
+        raise _TooMuchError
+    try:
+        with zipfile.ZipFile(BytesIO(content)) as archive:
+            inner = [pair for one in _in_zip(archive) for pair in _opened(one, limit, nested + 1)]
+    except _BROKEN:
+        yield path, _unread(f'{path.name} is damaged or has a password')
+    else:
+        for inside, read in inner or [(PurePosixPath(_EMPTY), b'')]:
+            yield path / inside, read
 
 
 def _is_wanted(path: PurePosixPath) -> bool:
@@ -189,10 +273,14 @@ def chosen_script(files: Files, function: str, exercise: str) -> tuple[PurePosix
         function: The function, 'control' or 'ctc'.
         exercise: Name of the exercise; '' without one.
     """
-    sources = {path: content for path, content in files.items() if path.suffix == '.py'}
+    sources = {
+        path: content
+        for path, content in files.items()
+        if path.suffix == '.py' and not isinstance(content, Unread)
+    }
     none = PurePosixPath()
     if not sources:
-        return none, _without_script(sorted({path.name for path in files}))
+        return none, _without_script(files)
     if (size := sum(map(len, sources.values()))) > _MOST_SOURCE:
         limit = _MOST_SOURCE // 1000
         return none, f'its Python files have {size // 1000} kB, but at most {limit} kB are allowed'
@@ -211,11 +299,12 @@ def chosen_script(files: Files, function: str, exercise: str) -> tuple[PurePosix
     return fitting[0], ''
 
 
-def _without_script(names: list[str]) -> str:
+def _without_script(files: Files) -> str:
+    if unread := [content for content in files.values() if isinstance(content, Unread)]:
+        return unread[0].decode(errors='replace')
+    names = sorted({path.name for path in files})
     if not names:
         return 'the submission is empty'
-    if damaged := [name for name in names if name.endswith('.zip')]:  # others were opened
-        return f'{damaged[0]} is damaged or has a password'
     more = f' and {len(names) - _MOST_NAMES} more' if len(names) > _MOST_NAMES else ''
     return f'no Python file, only {", ".join(names[:_MOST_NAMES])}{more}'
 

@@ -25,7 +25,7 @@ from setcmas_tools.platforms.autograder import (
 )
 
 _UTF_8 = '\ufeff'  # shows the encoding to Excel; Moodle and Canvas remove it
-_FORMULA = ('=', '+', '-', '@', '\t', '\r')
+_FORMULA = ('=', '+', '-', '@', '＝', '＋', '－', '＠')
 
 
 def csv_text(rows: Iterable[Iterable[str | float]]) -> str:
@@ -39,7 +39,7 @@ def _safe(cell: str | float) -> str | float:
     if not isinstance(cell, str):
         return f'{cell:.6g}'
     plain = ' '.join(''.join(c if c.isprintable() else ' ' for c in cell).split())
-    return f"'{plain}" if cell.startswith(_FORMULA) else plain
+    return f"'{plain}" if plain.startswith(_FORMULA) else plain
 
 
 UNFILLED = 'Not filled in yet: this is the original exercise.'

@@ -8,7 +8,7 @@ from processes import SETCMAS, TIMEOUT_S, Process, run_setcmas
 
 from launch_scripts.cli import main
 from setcmas_ctrl.scripts.loader import ALGORITHMS
-from setcmas_tools.grade.submissions import KEPT
+from setcmas_tools.grade.class_grading import KEPT
 from setcmas_tools.offline.confinement import obstacle
 
 needs_sandbox = pytest.mark.skipif(bool(obstacle()), reason=obstacle())

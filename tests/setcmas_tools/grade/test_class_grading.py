@@ -7,13 +7,13 @@ import pytest
 from setcmas_ctrl.scripts.loader import ALGORITHMS, EXERCISES
 from setcmas_simu.errors import SetcmasError
 from setcmas_tools.grade import class_grading
-from setcmas_tools.grade.class_grading import Grader, KeptMarks
+from setcmas_tools.grade.class_grading import KEPT, Grader, KeptMarks
 from setcmas_tools.grade.grade_options import GradeOptions
 from setcmas_tools.grade.marking import unmarked
 from setcmas_tools.grade.marks import Failure, Student
 from setcmas_tools.grade.rubric import rubric_of_exercise
 from setcmas_tools.grade.sandbox import Times
-from setcmas_tools.grade.submissions import KEPT, Submission
+from setcmas_tools.grade.submissions import Submission
 from setcmas_tools.offline.confinement import obstacle
 
 pytestmark = pytest.mark.skipif(bool(obstacle()), reason=obstacle())

@@ -148,6 +148,10 @@ ENDS = {
     'exit': ('    import os\n    os._exit(0)', 'ended its process with exit status 0'),
     'loading': ('    pass\nimport os\nos._exit(3)', 'ended its process with exit status 3'),
     'signal': ('    import os\n    os.kill(os.getpid(), 9)', 'killed by SIGKILL'),
+    'stop': (
+        '    import os\n    os.kill(os.getpid(), 19)\n    return 0, 0',
+        'the script stopped its process',
+    ),
     'crash': ('    import ctypes\n    ctypes.string_at(0)', 'killed by SIGSEGV'),
     'connection': ('    import os\n    os.write(3, bytes(range(99)))', 'on its connection'),
     'answers': (
@@ -278,3 +282,12 @@ def test_a_sandbox_whose_process_was_killed_goes_on_with_another(host):
     host.process.wait()
 
     assert run(host, STILL).failure is None
+
+
+def test_a_trusted_script_that_stops_the_process_of_the_host_costs_nothing(tmp_path):
+    script = (
+        'import os\nos.kill(os.getppid(), 19)\ndef control(i, n, poses, t):\n    return 0, 0\n'
+    )
+    with sandbox(tmp_path, confined=False) as host:
+        for _ in range(2):
+            assert run(host, script).failure is None

@@ -15,9 +15,9 @@ MOODLE = 'cid_1_assignsubmission_file_'
 CANVAS = 'kinga_LATE_12_'
 
 
-def archive(files):
+def archive(files, method=zipfile.ZIP_STORED):
     content = io.BytesIO()
-    with zipfile.ZipFile(content, 'w') as file:
+    with zipfile.ZipFile(content, 'w', method) as file:
         for name, source in files.items():
             file.writestr(name, source)
     return content.getvalue()
@@ -119,17 +119,70 @@ def test_of_several_laws_the_one_that_is_called_as_the_exercise_counts(tmp_path)
     assert found(tmp_path, files)['ada'].script == 'consensus.py'
 
 
-def test_links_are_not_followed_and_grades_are_no_submission(tmp_path):
+def test_links_are_not_followed(tmp_path):
     (tmp_path / 'rubric.yaml').write_text('secret')
-    (tmp_path / 'class/ada').mkdir(parents=True)
+    for student in ('ada', 'cid'):
+        (tmp_path / 'class' / student).mkdir(parents=True)
     (tmp_path / 'class/ada/secret.py').symlink_to(tmp_path / 'rubric.yaml')
+    (tmp_path / 'class/cid/secret.py').hardlink_to(tmp_path / 'rubric.yaml')
 
-    submissions = found(
-        tmp_path, {'ada/law.py': LAW, f'grades/marks/{"a" * 64}.json': b'', 'grades/x.py': LAW}
-    )
+    submissions = found(tmp_path, {'ada/law.py': LAW})
 
-    assert list(submissions) == ['ada']
     assert submissions['ada'].files.keys() == {'law.py'}
+    assert submissions['cid'].problem == 'secret.py is a hard link; copy it'
+
+
+def test_a_student_cannot_pass_for_a_folder_of_grades(tmp_path):
+    files = {'ada/law.py': LAW, f'ada/marks/{"a" * 64}.json': b'{}', 'bob.py': LAW}
+
+    assert list(found(tmp_path, files)) == ['ada', 'bob.py']
+
+
+def nested(depth, content):
+    for _ in range(depth):
+        content = archive({'inner.zip': content})
+    return content
+
+
+def branched(depth):
+    """Return an archive that unpacks to 100 to the power of depth files."""
+    content = archive({'law.py': LAW})
+    for _ in range(depth):
+        content = archive({f'{k}.zip': content for k in range(100)}, zipfile.ZIP_DEFLATED)
+    return content
+
+
+BOMBS = {
+    'depth': (lambda: nested(9, LAW), '3 zip files in each other'),
+    'files': (lambda: branched(2), '1,000 files'),
+    'bytes': (
+        lambda: archive({f'{k}.py': bytes(1 << 20) for k in range(99)}, zipfile.ZIP_DEFLATED),
+        '16 MB',
+    ),
+    'zip file': (
+        lambda: archive({'a.zip': archive({'b.py': bytes(1 << 26)})}, zipfile.ZIP_DEFLATED),
+        '16 MB',
+    ),
+    'method': (lambda: archive({'a.py': bytes(1 << 20)}, zipfile.ZIP_BZIP2), 'unusual method'),
+}
+
+
+@pytest.mark.parametrize('name', BOMBS)
+@pytest.mark.parametrize('place', ['class', 'class.zip'])
+def test_an_archive_that_unpacks_to_too_much_costs_its_student_alone(tmp_path, name, place):
+    bomb, problem = BOMBS[name]
+
+    submissions = found(tmp_path, {'ada.py': LAW, 'bob.zip': bomb(), 'cid.py': LAW}, place)
+
+    assert list(submissions) == ['ada.py', 'bob.zip', 'cid.py']
+    assert problem in submissions['bob.zip'].problem
+
+
+def test_a_class_has_a_limit_too(tmp_path, monkeypatch):
+    monkeypatch.setattr(submissions, '_MOST_OF_CLASS', (5, 1 << 20))
+
+    with pytest.raises(SetcmasError, match='more than 5 files or 1 MB; grade it in parts'):
+        found(tmp_path, {f'{k}.py': LAW for k in range(6)})
 
 
 def test_names_of_any_bytes_can_be_written(tmp_path):

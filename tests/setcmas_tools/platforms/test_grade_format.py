@@ -9,6 +9,7 @@ import subprocess
 import sysconfig
 import zipfile
 from dataclasses import replace
+from itertools import product
 from xml.etree import ElementTree
 
 import pytest
@@ -18,7 +19,7 @@ from platform_schemas import SCHEMAS
 
 from setcmas_simu.errors import SetcmasError
 from setcmas_tools.grade.mark_pages import write_pages
-from setcmas_tools.grade.marks import Failure
+from setcmas_tools.grade.marks import Failure, Student
 from setcmas_tools.grade.rubric import rubric_of_exercise
 from setcmas_tools.platforms.grade_format import GRADE_FORMATS, make_bundle, write_formats
 
@@ -167,10 +168,22 @@ def test_moodle_and_canvas_know_students_by_their_numbers():
     assert first == ['Ada Lovelace', '12345', '', '', '', '5.5']
 
 
-def test_no_spreadsheet_computes_a_name():
-    for name in ('csv', 'moodle', 'canvas'):
-        cells = [cell for row in rows_of(name) for cell in row]
-        assert not [cell for cell in cells if cell.startswith(('=', '+', '@'))]
+HIDDEN = ('', ' ', '\n', '\t', '\u200b', '\ufeff', '\u202e', '\x00', ' \u200b\r\n ')
+
+
+@pytest.mark.parametrize('name', ['csv', 'moodle', 'canvas'])
+def test_no_spreadsheet_computes_a_name(name):
+    students = [
+        replace(CLASS[0], submission=text, student=Student(text, text, text))
+        for sign, hidden in product('=+-@＝', HIDDEN)
+        for text in [f'{hidden}{sign}HYPERLINK("http://x";1)']
+    ]
+    [content] = GRADE_FORMATS.get(name).files(students).values()
+
+    rows = csv.reader(io.StringIO(content.removeprefix('\ufeff')))
+    shown = [''.join(filter(str.isprintable, cell)).strip() for row in rows for cell in row]
+    assert any('HYPERLINK' in cell for cell in shown)
+    assert not [cell for cell in shown if cell.startswith(tuple('=+-@＝'))]
 
 
 def test_junit_counts_a_test_for_each_criterion():
