@@ -95,8 +95,7 @@ class SandboxedScript:
     def __call__(self, channel: Channel, _: Path) -> None:
         """Answer in this process."""
         drawing.canvas = _NoCanvas()
-        # A sequence of its own for each robot: equal ones would not be random over the fleet.
-        seed_scripts(int(np.random.SeedSequence([self.seed, self.robot]).generate_state(1)[0]))
+        seed_scripts(self.seed, self.robot)
         try:
             velocities, answer = self._condition() if self.is_condition else self._law()
         except SetcmasError as error:

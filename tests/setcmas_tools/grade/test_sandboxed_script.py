@@ -13,7 +13,7 @@ pytestmark = pytest.mark.skipif(bool(obstacle()), reason=obstacle())
 PAIR = Scenario.of('', nb_robots=2, duration=1.0)
 RING = Scenario.of('', nb_robots=4, duration=8.0, graph='ring', loss=0.5)
 LAW = """
-import builtins, ctypes, fcntl, gc, os, signal, socket, sys, tempfile, time
+import ctypes, fcntl, gc, os, signal, socket, sys, tempfile, time
 import numpy as np
 from multiprocessing import shared_memory
 
@@ -57,7 +57,7 @@ CHANNELS = {
         'return hasattr(np, "told")',
     ),
     'objects': (
-        'builtins.told = [SECRET]',
+        'global told\n    told = [SECRET]',
         'return any(type(one) is list and one == [SECRET] for one in gc.get_objects())',
     ),
     'environment': (
