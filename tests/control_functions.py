@@ -2,10 +2,10 @@
 
 from pathlib import Path
 
-from setcmas_ctrl.scripts.function import Control, checked_control
+from setcmas_ctrl.scripts.function import Control, checked_function
 from setcmas_ctrl.scripts.loader import load_script
 
 
 def load_control(path: Path, robot: int) -> Control:
     """Run a script in a fresh module for one robot and return its `control`."""
-    return checked_control(vars(load_script(path, robot)).get('control'), path)
+    return checked_function(vars(load_script(path, robot)).get('control'), path)

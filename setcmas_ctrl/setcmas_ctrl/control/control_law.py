@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from setcmas_ctrl import network
-from setcmas_ctrl.scripts.function import checked_control
+from setcmas_ctrl.scripts.function import checked_function
 from setcmas_ctrl.scripts.imports import helper_files
 from setcmas_ctrl.scripts.loader import load_script
 from setcmas_ctrl.scripts.script_errors import (
@@ -66,7 +66,7 @@ class ControlLaw:
         self._nb_robots = nb_robots
         self._module = load_script(path, robot, settings=settings)
         self.names: Mapping[str, Any] = vars(self._module)
-        self._control = checked_control(self.names.get('control'), path)
+        self._control = checked_function(self.names.get('control'), path)
 
     @property
     def files(self) -> list[Path]:
@@ -86,7 +86,7 @@ class ControlLaw:
         law.is_script = False
         law.robot = robot
         law._nb_robots = nb_robots
-        law._control = checked_control(control, law.path)
+        law._control = checked_function(control, law.path)
         law.names = getattr(control, '__globals__', {})
         return law
 

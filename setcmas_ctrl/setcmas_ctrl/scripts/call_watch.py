@@ -30,12 +30,7 @@ class SlowCalls:
     """
 
     def __init__(self, period: float, warn: Callable[[str], None]) -> None:
-        """Set the period and the function that shows messages.
-
-        Args:
-            period: Control period in s.
-            warn: Shows a message to the user.
-        """
+        """Set the control period in s and the function that shows messages."""
         self.period = period
         self._warn = warn
         self._spent: defaultdict[Path, defaultdict[int, float]] = defaultdict(
@@ -112,9 +107,7 @@ class CallWatch:
         self.have_been_stuck: list[ScriptCall] = []
         """Calls that have been stuck at some time."""
         self._launcher = launcher
-        self._is_copy = False
-        if hasattr(os, 'register_at_fork'):
-            os.register_at_fork(after_in_child=self._note_copy)
+        self._process = os.getpid()
         self._call: _Call | None = None
         self._stuck: _Call | None = None
         self.slow = SlowCalls(period, warn)
@@ -128,21 +121,15 @@ class CallWatch:
     def call(
         self, robot: int, path: Path, function: Function = Function.CONTROL
     ) -> Iterator[None]:
-        """Monitor the code inside as a call for a robot.
-
-        Args:
-            robot: Number of the robot.
-            path: The script.
-            function: The function of the script that is called.
-        """
+        """Monitor the code inside as a call of a script's function for a robot."""
         call = self._call = _Call(robot, path, function, time.monotonic())
         self._launcher.current_call.enter(function, path)
         self._launcher.current_call.begin(robot, call.started)
         try:
             yield
         finally:
-            if self._is_copy:
-                self._end_copy(call)
+            if os.getpid() != self._process:
+                self._end_fork(call)
             self._call = None
             self._launcher.current_call.end()
             if function is not Function.LOADING and self._counting:
@@ -176,10 +163,7 @@ class CallWatch:
         """Return whether the current call is stuck."""
         return self.running_s > self._stuck_s
 
-    def _note_copy(self) -> None:
-        self._is_copy = True
-
-    def _end_copy(self, call: _Call) -> NoReturn:
+    def _end_fork(self, call: _Call) -> NoReturn:
         """End this process, which a script has forked, so that it does not control robots too."""
         text = f'{call.path.name} called os.fork; the child process was ended'
         self._launcher.report(Failed(call.described(), text))

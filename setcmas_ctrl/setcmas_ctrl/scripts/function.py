@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import ast
 import inspect
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -25,7 +26,7 @@ def check_defines(tree: ast.Module, expected: str, path: Path) -> None:
     Args:
         tree: The script.
         expected: The function with its parameters, such as CONTROL.
-        path: The script's file.
+        path: The file of the script.
 
     Raises:
         SetcmasError: The function is missing.
@@ -37,14 +38,16 @@ def check_defines(tree: ast.Module, expected: str, path: Path) -> None:
         )
 
 
-def checked_function(function: Any, expected: str, result: str, path: Path) -> Control:
+def checked_function(
+    function: Any, path: Path, expected: str = CONTROL, result: str = 'vx, vy'
+) -> Control:
     """Return a script's function if it takes the expected arguments.
 
     Args:
         function: The script's object with this name; None if there is none.
-        expected: The function with its parameters, such as CONTROL.
+        path: The script.
+        expected: The function with its parameters.
         result: Its return value, for messages.
-        path: The script's file.
 
     Raises:
         SetcmasError: It cannot be called with these arguments.
@@ -74,29 +77,40 @@ def checked_function(function: Any, expected: str, result: str, path: Path) -> C
     return checked
 
 
-def checked_control(control: Any, path: Path) -> Control:
-    """Return a script's `control` if it takes four arguments.
+def literals(tree: ast.Module) -> Iterator[tuple[str, Any]]:
+    """Yield the names that the top level of a script assigns, with their literal values."""
+    for node in tree.body:
+        if isinstance(node, (ast.Assign, ast.AnnAssign)) and node.value:
+            targets = node.targets if isinstance(node, ast.Assign) else [node.target]
+            with suppress(ValueError, TypeError, RecursionError, MemoryError):
+                value = ast.literal_eval(node.value)
+                yield from ((one.id, value) for one in targets if isinstance(one, ast.Name))
+
+
+def plain_values(script: Path) -> dict[str, Any]:
+    """Return the plain values that a script assigns at its top level, without running it.
 
     Raises:
-        SetcmasError: It does not.
+        SetcmasError: The script cannot be read, or is not Python.
     """
-    return checked_function(control, CONTROL, 'vx, vy', path)
+    try:
+        return dict(literals(ast.parse(script.read_bytes(), script.name)))
+    except (OSError, SyntaxError, ValueError, RecursionError, MemoryError) as error:
+        reason = str(error) or 'it is nested too deeply'
+        raise SetcmasError(f"control script '{script}' cannot be read: {reason}") from error
 
 
 def _may_define(tree: ast.Module, name: str) -> bool:
-    for node in ast.walk(tree):
-        if (
-            isinstance(node, (ast.FunctionDef, ast.AsyncFunctionDef, ast.ClassDef))
-            and node.name == name
-        ):
-            return True
-        if isinstance(node, ast.Name) and node.id == name and isinstance(node.ctx, ast.Store):
-            return True
-        if isinstance(node, (ast.Import, ast.ImportFrom)):
-            names = {alias.asname or alias.name for alias in node.names}
-            if names & {name, '*'}:
-                return True
-    return False
+    return any(not {name, '*'}.isdisjoint(_defined(node)) for node in ast.walk(tree))
+
+
+def _defined(node: ast.AST) -> list[str]:
+    """Return the names that a statement or expression itself defines."""
+    if isinstance(node, (ast.FunctionDef, ast.AsyncFunctionDef, ast.ClassDef)):
+        return [node.name]
+    if isinstance(node, (ast.Import, ast.ImportFrom)):
+        return [alias.asname or alias.name for alias in node.names]
+    return [node.id] if isinstance(node, ast.Name) and isinstance(node.ctx, ast.Store) else []
 
 
 def _hint(tree: ast.Module, name: str, path: Path) -> str:

@@ -190,15 +190,10 @@ def imported_packages(sources: Iterable[bytes]) -> set[str]:
     found = set()
     for source in sources:
         with contextlib.suppress(SyntaxError, ValueError):
-            names = [name for node in _import_statements(source) for name in _modules_of(node)]
+            nodes = [node for node in _import_statements(source) if not getattr(node, 'level', 0)]
+            names = [name for node in nodes for _, name in _names(node, Path(), Path())]
             found |= {name.partition('.')[0] for name in names}
     return found - sys.stdlib_module_names
-
-
-def _modules_of(node: ast.Import | ast.ImportFrom) -> list[str]:
-    if isinstance(node, ast.Import):
-        return [alias.name for alias in node.names]
-    return [] if node.level else [node.module or '']
 
 
 @lru_cache(maxsize=64)

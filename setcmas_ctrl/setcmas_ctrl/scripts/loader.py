@@ -79,12 +79,11 @@ def scripts_in(folder: Path) -> list[Path]:
 
 def _may_be_law(path: Path) -> bool:
     """Return whether a script defines a control law, or cannot be parsed."""
-    try:
-        check_defines(ast.parse(path.read_bytes()), CONTROL, path)
-    except SetcmasError:
-        return False
-    except (OSError, SyntaxError, ValueError, RecursionError, MemoryError):
-        return True
+    with contextlib.suppress(OSError, SyntaxError, ValueError, RecursionError, MemoryError):
+        try:
+            check_defines(ast.parse(path.read_bytes()), CONTROL, path)
+        except SetcmasError:
+            return False
     return True
 
 
@@ -125,8 +124,7 @@ def compile_script(
         settings: Values that replace the script's own (`--set`).
 
     Raises:
-        SetcmasError: The script cannot be read, has a syntax error, or lacks the function or
-        a name that is to be set.
+        SetcmasError: It cannot be read or parsed, or lacks the function or a name of `settings`.
     """
     source = _read(path)
     what = source, expected, repr(settings)
@@ -189,13 +187,7 @@ def load_script(
     """Run a script in a fresh module for one robot and return the module.
 
     Helper modules in its folder are fresh for every robot too, because scripts keep their state in
-    module globals.
-
-    Args:
-        path: The script.
-        robot: Number of the robot.
-        expected: The function that it must define, with its parameters.
-        settings: Values that replace the script's own (`--set`).
+    module globals. Arguments as for `compile_script`.
 
     Raises:
         SetcmasError: The script cannot be read, or raises while it loads.

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import ast
 import contextlib
 import sys
 import threading
@@ -11,36 +10,12 @@ import traceback
 import warnings
 from collections import defaultdict
 from collections.abc import Iterable, Iterator
-from contextlib import suppress
 from pathlib import Path
 from typing import IO, Any, TextIO, cast
 
 from setcmas_ctrl.scripts.imports import calling_robot, robot_of_frame
 from setcmas_ctrl.scripts.script_errors import describe_failure
-from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet.topics import robot_name
-
-
-def plain_values(script: Path) -> dict[str, Any]:
-    """Return the plain values that a script assigns at its top level, without running it.
-
-    Raises:
-        SetcmasError: The script cannot be read, or is not Python.
-    """
-    try:
-        body = ast.parse(script.read_bytes(), script.name).body
-    except (OSError, SyntaxError, ValueError, RecursionError, MemoryError) as error:
-        reason = str(error) or 'it is nested too deeply'
-        raise SetcmasError(f"control script '{script}' cannot be read: {reason}") from error
-    values = {}
-    for node in body:
-        if isinstance(node, (ast.Assign, ast.AnnAssign)) and node.value:
-            target = node.targets[0] if isinstance(node, ast.Assign) else node.target
-            if isinstance(target, ast.Name):
-                with suppress(ValueError, TypeError, RecursionError, MemoryError):
-                    values[target.id] = ast.literal_eval(node.value)
-    return values
-
 
 _LONGEST_LINE = 16 * 1024
 _MOST_LINES = 10_000

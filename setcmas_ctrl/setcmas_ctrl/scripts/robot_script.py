@@ -73,9 +73,9 @@ class ScriptRobot(RobotModel):
         self._path = path.resolve()
         self._robot = robot
         functions = vars(load_script(self._path, robot, STEP))
-        self._step = checked_function(functions.get('step'), STEP, 'x, y, theta', self._path)
+        self._step = checked_function(functions.get('step'), self._path, STEP, 'x, y, theta')
         self._own = {
-            name: checked_function(functions[name], expected, 'numbers', self._path)
+            name: checked_function(functions[name], self._path, expected, 'numbers')
             for name, expected in _OPTIONAL.items()
             if name in functions
         }
@@ -102,7 +102,7 @@ class ScriptRobot(RobotModel):
             return state
         try:
             own = _numbers(self._own['start'](*poses[:, 0].tolist()), range(3, 1000), 'start')
-        except _ResultError as error:
+        except ControlError as error:
             raise SetcmasError(f'{self._path.name}: {error}') from error
         except (StopCall, AbandonCall, KeyboardInterrupt):
             raise
@@ -141,9 +141,8 @@ class ScriptRobot(RobotModel):
             result = _numbers(function(*arguments), sizes, function.__name__)
         except (StopCall, AbandonCall, KeyboardInterrupt):
             raise
-        except _ResultError as error:
-            key = ('result', function.__name__, '')
-            self._fail(ControlError(f'{self._path.name}: {error}', key))
+        except ControlError as error:
+            self._fail(ControlError(f'{self._path.name}: {error}', error.key))
             return None
         except BaseException as error:  # whatever a script raises, the other robots continue
             self._fail(failure_of(error, self._path))
@@ -156,10 +155,6 @@ class ScriptRobot(RobotModel):
         self._reports.failed(self._robot, self._t, error)
 
 
-class _ResultError(Exception):
-    """A function returned something invalid."""
-
-
 def _numbers(result: Any, sizes: range | tuple[int, ...], function: str) -> Floats:
     try:
         numbers = np.asarray(result, dtype=float).ravel()
@@ -168,7 +163,8 @@ def _numbers(result: Any, sizes: range | tuple[int, ...], function: str) -> Floa
     if numbers.size not in sizes or not np.isfinite(numbers).all():
         shown = ' '.join(safe_text(repr, result).split())[:60]
         count = ' or '.join(map(str, sizes)) if isinstance(sizes, tuple) else '3 or more'
-        raise _ResultError(f'{function} returned {shown}; it must return {count} finite numbers')
+        message = f'{function} returned {shown}; it must return {count} finite numbers'
+        raise ControlError(message, ('result', function, ''))
     return numbers
 
 

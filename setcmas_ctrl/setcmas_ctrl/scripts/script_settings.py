@@ -10,13 +10,14 @@ import ast
 import copy
 import re
 import symtable
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 import yaml
 
+from setcmas_ctrl.scripts.function import literals
 from setcmas_simu.errors import SetcmasError, did_you_mean
 from setcmas_simu.options.kinds import Kind
 
@@ -96,16 +97,10 @@ def _with_numbers(value: Any) -> Any:
 
 
 def apply_settings(tree: ast.Module, source: str, settings: Settings, script: str) -> None:
-    """Make a script use other values: `W = 0.5` gets another line after it.
+    """Make a script use other values: add a line after `W = 0.5` in its tree.
 
     A mapping as the script's variables would avoid the extra lines, but Python bypasses it for
     names that a function declares `global`.
-
-    Args:
-        tree: The script before compilation; it is changed.
-        source: Its text.
-        settings: The names and their values.
-        script: Name of the script in messages.
 
     Raises:
         SetcmasError: The script does not assign a name, or assigns a value of another kind, as
@@ -116,8 +111,9 @@ def apply_settings(tree: ast.Module, source: str, settings: Settings, script: st
     for name, value in settings.items():
         if name not in plain:
             raise SetcmasError(f'--set {name}: {_refusal(name, symbols.get(name), plain, script)}')
-        for own in _literals(tree, name):
-            converted(name, own, value, script)
+        for assigned, own in literals(tree):
+            if assigned == name:
+                converted(name, own, value, script)
     ast.fix_missing_locations(_NextLines(settings).visit(tree))
 
 
@@ -203,15 +199,3 @@ def converted(name: str, own: Any, value: Any, script: str) -> Any:
 
 def _kind(value: Any) -> str | None:
     return next((kind for types, kind in _KINDS if isinstance(value, types)), None)
-
-
-def _literals(tree: ast.Module, name: str) -> Iterator[Any]:
-    """Yield the literal values that the top level assigns to a name."""
-    for node in tree.body:
-        if isinstance(node, (ast.Assign, ast.AnnAssign)) and node.value:
-            targets = node.targets if isinstance(node, ast.Assign) else [node.target]
-            if any(isinstance(target, ast.Name) and target.id == name for target in targets):
-                try:
-                    yield ast.literal_eval(node.value)
-                except (ValueError, TypeError, RecursionError, MemoryError):
-                    continue

@@ -7,12 +7,10 @@ import time
 import warnings
 
 import numpy as np
-import pytest
 from control_functions import load_control
 from processes import TIMEOUT_S
 
-from setcmas_ctrl.scripts.output import named_output, plain_values
-from setcmas_simu.errors import SetcmasError
+from setcmas_ctrl.scripts.output import named_output
 
 
 def law(tmp_path, body, robot=2, top=''):
@@ -202,25 +200,3 @@ def test_a_flood_of_lines_is_cut_with_a_message(tmp_path, capsys):
     assert lines[-1] == f'tb3_2: {left_out} more lines are not shown'
     assert left_out > 10_000
     assert len(lines) - 1 + left_out == 50_000
-
-
-def test_plain_values_are_read_without_running_the_script(tmp_path):
-    path = tmp_path / 'law.py'
-    path.write_text('raise RuntimeError\nWPL = [[1, 2]]\nN = len(WPL)\nD: float = 2\n')
-
-    assert plain_values(path) == {'WPL': [[1, 2]], 'D': 2}
-
-
-@pytest.mark.parametrize('value', ['{[1]: 2}', '{{}}'])
-def test_what_python_can_make_no_value_of_is_none(tmp_path, value):
-    (tmp_path / 'law.py').write_text(f'K = 1\nx = {value}\n')
-
-    assert plain_values(tmp_path / 'law.py') == {'K': 1}
-
-
-@pytest.mark.parametrize('text', ['WPL = [', f'x = {"-" * 100_000}1'], ids=['open', 'deep'])
-def test_a_script_that_is_not_python_is_reported(tmp_path, text):
-    (tmp_path / 'law.py').write_text(text)
-
-    with pytest.raises(SetcmasError, match=r'law.py. cannot be read: .'):
-        plain_values(tmp_path / 'law.py')
