@@ -110,14 +110,14 @@ export function stateAt(robot, t) {
 
 export const lastSent = (robot, t) => robot.sent[countUntil(robot.sent, t) - 1];
 
-// The links at a time, by 'receiver sender': their weights. Read on from the last time that was asked for.
+// The links at a time by 'receiver sender': receiver, sender and weight. Read on from the last time that was asked for.
 const links = {t: -Infinity, place: 0, weights: new Map()};
 export function linksAt(t) {
   const changes = run.plane.links || [];
   if (t < links.t) Object.assign(links, {place: 0, weights: new Map()});
   for (links.t = t; links.place < changes.length && changes[links.place][0] <= t + TINY; links.place++) {
     const [, receiver, sender, weight] = changes[links.place], pair = `${receiver} ${sender}`;
-    if (weight) links.weights.set(pair, weight); else links.weights.delete(pair);
+    if (weight) links.weights.set(pair, [receiver, sender, weight]); else links.weights.delete(pair);
   }
   return links.weights;
 }
@@ -158,7 +158,7 @@ function forgetOldest(count) {
   const kept = shapes.filter(shape => shape.to >= first());
   shapes.splice(0, shapes.length, ...kept);
   const weights = linksAt(first()), changes = run.plane.links.slice(links.place);
-  run.plane.links = [...[...weights].map(([pair, weight]) => [-Infinity, ...pair.split(' ').map(Number), weight]), ...changes];
+  run.plane.links = [...[...weights.values()].map(link => [-Infinity, ...link]), ...changes];
   Object.assign(links, {t: -Infinity, place: 0, weights: new Map()});
 }
 

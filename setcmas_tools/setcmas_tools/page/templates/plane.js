@@ -2,9 +2,9 @@
 
 import {aim, camera, px, py} from './camera.js';
 import {EDGE, INK, KINDS, LINE, SOFT, digitsOf, find, roundStep, sized} from './canvas.js';
-import {byNumber, callAt, indexAt, lastSent, linksAt, others, poseAt, robots, run, shapes, stateAt} from './history.js';
+import {byNumber, callAt, first, indexAt, lastSent, linksAt, others, poseAt, robots, run, shapes, stateAt} from './history.js';
 
-const FLASH_S = 0.5, MOST_NUMBERS = 20, MOST_TRAIL_POINTS = 25_000, ARROW_S = 1.5;
+const FLASH_S = 0.5, MOST_NUMBERS = 20, MOST_TRAIL_POINTS = 25_000, ARROW_S = 1.5, GROUND_MS = 200;
 const OBSTACLE = '#d0d7de', BORDER = '#8c959f';
 
 function path(pen, points, close) {
@@ -38,7 +38,7 @@ function drawGrid(pen, width, height) {
   pen.textAlign = 'right'; pen.fillText('x (m)', width - 4, height - 5);
   pen.textAlign = 'left'; pen.fillText('y (m)', 4, 12);
 }
-function drawGround(pen) {
+function drawWorld(pen) {
   const {arena, discs, polygons, references} = run.plane;
   pen.lineWidth = 1.5; pen.strokeStyle = BORDER; pen.fillStyle = OBSTACLE;
   if (arena) { const [a, b, c, d] = arena; path(pen, [[a, c], [b, c], [b, d], [a, d]], true); pen.stroke(); }
@@ -88,18 +88,18 @@ function drawShapes(pen, now) {
 }
 
 function drawLinks(pen, now) {
-  const weights = linksAt(now), shade = Math.max(0.04, Math.min(0.4, 16 / weights.size));
+  const pairs = linksAt(now), shade = Math.max(0.04, Math.min(0.4, 16 / pairs.size));
   pen.lineWidth = 1; pen.strokeStyle = `rgba(87, 96, 106, ${shade})`;
   pen.beginPath();
-  for (const pair of weights.keys()) {
-    const [receiver, sender] = pair.split(' ').map(number => byNumber.get(+number)?.pose);
+  for (const [i, j] of pairs.values()) {
+    const receiver = byNumber.get(i)?.pose, sender = byNumber.get(j)?.pose;
     if (!receiver || !sender) continue;
     pen.moveTo(px(receiver.x), py(receiver.y)); pen.lineTo(px(sender.x), py(sender.y));
   }
   pen.stroke();
 }
-function drawTrail(pen, robot, now, length, dashed) {
-  const end = indexAt(now), begin = length === Infinity ? 0 : indexAt(now - length);
+function drawTrail(pen, robot, from, now, dashed) {
+  const end = indexAt(now), begin = indexAt(from);
   const each = Math.max(1, Math.ceil((end - begin) * robots.length / MOST_TRAIL_POINTS));
   let leg = null;
   pen.beginPath();
@@ -114,18 +114,23 @@ function drawTrail(pen, robot, now, length, dashed) {
   pen.strokeStyle = robot.colour; pen.lineWidth = 2; pen.stroke();
   pen.setLineDash([]);
 }
-function drawRobot(pen, robot, size, ghost) {
-  const {pose} = robot;
-  if (!pose) return;
-  const cos = size * Math.cos(pose.theta), sin = size * Math.sin(pose.theta), x = px(pose.x), y = py(pose.y);
-  pen.beginPath();
-  robot.outline.forEach(([a, b], k) => {
-    if (k) pen.lineTo(x + a * cos - b * sin, y - a * sin - b * cos); else pen.moveTo(x + a * cos - b * sin, y - a * sin - b * cos);
-  });
-  pen.closePath();
-  pen.globalAlpha = ghost ? 0.35 : 1;
-  pen.fillStyle = robot.colour; pen.fill();
-  pen.strokeStyle = INK; pen.lineWidth = 1; pen.stroke();
+function drawTrails(pen, from, now) {
+  if (isShown('ghosts')) others.forEach(robot => drawTrail(pen, robot, from, now, true));
+  drawn().forEach(robot => drawTrail(pen, robot, from, now));
+}
+// Robots of a colour in one path: fewer calls than one for each robot.
+function drawRobots(pen, shown, times, ghosts) {
+  const paths = new Map();
+  for (const {pose, outline, colour, metres} of shown) {
+    if (!pose) continue;
+    if (!paths.has(colour)) paths.set(colour, new Path2D());
+    const path = paths.get(colour), size = halfOf(metres, times), cos = size * Math.cos(pose.theta), sin = size * Math.sin(pose.theta);
+    const x = px(pose.x), y = py(pose.y);
+    outline.forEach(([a, b], k) => k ? path.lineTo(x + a * cos - b * sin, y - a * sin - b * cos) : path.moveTo(x + a * cos - b * sin, y - a * sin - b * cos));
+    path.closePath();
+  }
+  pen.globalAlpha = ghosts ? 0.35 : 1; pen.strokeStyle = INK; pen.lineWidth = 1;
+  for (const [colour, path] of paths) { pen.fillStyle = colour; pen.fill(path, 'nonzero'); pen.stroke(path); }
   pen.globalAlpha = 1;
 }
 function drawSigns(pen, robot, size, now) {
@@ -157,24 +162,43 @@ function drawSelected(pen, robot, size, now) {
 }
 
 // Half the side of a robot's symbol in px: one that can be seen, or as many times its true size as chosen.
-const halfOf = (robot, times) => times ? times * robot.metres * camera.scale : Math.max(5, 0.07 * camera.scale, Math.min(camera.width, camera.height) * 0.016);
+const halfOf = (metres, times) => times ? times * metres * camera.scale : Math.max(5, 0.07 * camera.scale, Math.min(camera.width, camera.height) * 0.016);
+const isShown = id => !find(id) || find(id).checked;
+const drawn = () => [...robots].reverse();  // those with colours of their own on top
 
-export function drawPlane(now, selected) {
+// Grid, ground and trails are on a canvas of their own, drawn again when the view changes, and some times a second.
+const ground = {look: '', t: Infinity, at: 0};
+function drawGround(now, length, often) {
+  const {x, y, scale, width, height} = camera, look = [x, y, scale, width, height, length, isShown('ghosts'), first()].join();
+  if (often && look === ground.look && now >= ground.t && performance.now() - ground.at < GROUND_MS) return;
+  Object.assign(ground, {look, t: now, at: performance.now()});
+  const {pen} = sized(find('ground'));
+  drawGrid(pen, width, height);
+  drawWorld(pen);
+  if (length) drawTrails(pen, now - length, now);
+}
+
+export function drawPlane(now, selected, often) {
   const {pen, width, height} = sized(find('plane')), place = indexAt(now);
   for (const robot of [...robots, ...others]) robot.pose = poseAt(robot, now, place);
   aim(width, height);
-  const times = +find('size').value, trail = +find('trails').value;
-  const isShown = id => !find(id) || find(id).checked;
-  drawGrid(pen, width, height);
-  drawGround(pen);
+  const times = +find('size').value, length = +find('trails').value;
+  drawGround(now, length, often);
+  if (length && ground.t < now) drawTrails(pen, ground.t, now);
   drawShapes(pen, now);
   if (run.plane.links && isShown('links')) drawLinks(pen, now);
-  const ghosts = isShown('ghosts') ? others : [], drawn = [...robots].reverse();  // those with colours of their own on top
-  if (trail) { ghosts.forEach(robot => drawTrail(pen, robot, now, trail, true)); drawn.forEach(robot => drawTrail(pen, robot, now, trail)); }
-  ghosts.forEach(robot => drawRobot(pen, robot, halfOf(robot, times), true));
-  drawn.forEach(robot => drawRobot(pen, robot, halfOf(robot, times)));
-  drawn.forEach(robot => drawSigns(pen, robot, halfOf(robot, times), now));
-  drawSelected(pen, selected, selected && halfOf(selected, times), now);
+  if (isShown('ghosts')) drawRobots(pen, others, times, true);
+  drawRobots(pen, drawn(), times);
+  robots.forEach(robot => drawSigns(pen, robot, halfOf(robot.metres, times), now));
+  drawSelected(pen, selected, selected && halfOf(selected.metres, times), now);
+}
+
+export function savePicture() {
+  const canvas = document.createElement('canvas'), layers = [find('ground'), find('plane')], pen = canvas.getContext('2d');
+  Object.assign(canvas, {width: layers[0].width, height: layers[0].height});
+  pen.fillStyle = '#fff'; pen.fillRect(0, 0, canvas.width, canvas.height);
+  layers.forEach(layer => pen.drawImage(layer, 0, 0));
+  Object.assign(document.createElement('a'), {href: canvas.toDataURL(), download: 'robots.png'}).click();
 }
 
 // The robot that is drawn nearest to a place on the canvas; null if none is near.

@@ -12,9 +12,9 @@ export const player = {now: 0, playing: false, atPresent: isLive, selected: null
 const step = () => !isLive && times.length > 1 ? times[1] - times[0] : 0.1;
 let before = 0, pictured = 0, figured = 0;
 
-export function show(t, clock = Infinity) {
+export function show(t, clock = Infinity) {  // without a clock everything is drawn again
   player.now = Math.max(first(), Math.min(last(), t));
-  drawPlane(player.now, player.selected);
+  drawPlane(player.now, player.selected, clock < Infinity);
   player.pictures++;
   if (clock - figured < FIGURES_MS) return;
   figured = performance.now();
@@ -24,7 +24,7 @@ export function show(t, clock = Infinity) {
   bar.setAttribute('aria-valuetext', find('now').textContent);
   find('latest').hidden = !isLive || player.atPresent;
   run.charts.forEach(chart => drawChart(chart, player.now, player.selected));
-  fillRows(player.now, player.selected, select);
+  fillRows(player.now, player.selected, select, clock < Infinity);
   fillAbout(player.now, player.selected);
 }
 function timeText() {

@@ -27,9 +27,13 @@ function matchRows(select) {
     find('robots').append(rows.get(robot).row);
   }
 }
-export function fillRows(now, selected, select) {
+export function fillRows(now, selected, select, often) {
   matchRows(select);
-  for (const [robot, {row, button, texts}] of rows) {
+  const {scrollTop, clientHeight} = find('robots').closest('.rows');
+  const height = rows.size ? find('robots').offsetHeight / rows.size : 1, top = scrollTop / height - 2, bottom = top + clientHeight / height + 3;
+  for (const [place, robot] of robots.entries()) {
+    if (often && (place < top || place > bottom)) continue;  // not in sight
+    const {row, button, texts} = rows.get(robot);
     const pose = poseAt(robot, now) || UNKNOWN, {kind, label} = stateAt(robot, now);
     const fresh = [number(pose.x, 3), number(pose.y, 3), number(wrapped(pose.theta), 2), number(pose.v, 3), label];
     fresh.forEach((text, k) => { if (text !== texts[k]) row.cells[k + 1].textContent = texts[k] = text; });
