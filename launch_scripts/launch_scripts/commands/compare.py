@@ -65,6 +65,6 @@ def main(args: argparse.Namespace) -> int:
         verdict = experiment_verdict([args.runs[0], path], [runs[0], run], _warn)
         if verdict:
             print(f'\n{verdict.title}', verdict.table(), *verdict.lines, sep='\n')
-    look = PlotLook(tuple(args.format))
+    look = PlotLook(tuple(args.format), args.palette)
     print(*write_pictures(names, runs, shifted, args.output, look), sep='\n')
     return 0

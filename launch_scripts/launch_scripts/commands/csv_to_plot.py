@@ -4,7 +4,7 @@ Examples:
   setcmas csv_to_plot out                        a run's folder; plots go to out/plots
   csv_to_plot lab.mcap                           a single bag; plots go to lab_plots
   csv_to_plot out/csv -o figures --format pdf svg
-  csv_to_plot out --palette okabe-ito --show     for colour-blind readers
+  csv_to_plot out --palette ros1 --show          the colours of the ROS 1 stack
   csv_to_plot out --paper                        as PDF, 3.5 in wide with 8 pt text
   csv_to_plot out --animate --speed 4            also a film, four times as fast
   csv_to_plot out --animate mp4 --size 1920x1080 --dpi 200

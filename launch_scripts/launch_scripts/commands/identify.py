@@ -73,7 +73,7 @@ def main(args: argparse.Namespace) -> int:
     print(identified_table(found))
     for note in identified_notes(found):
         _warn(note)
-    pictures = write_picture(found, run.title, output, PlotLook(tuple(args.format)))
+    pictures = write_picture(found, run.title, output, PlotLook(tuple(args.format), args.palette))
     limits = args.limits or limits_of(run)
     if limits is None:
         _warn(f'the recording has no velocity limits; using those of {_USUAL} (see --limits)')

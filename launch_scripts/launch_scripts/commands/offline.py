@@ -79,7 +79,7 @@ def main(args: argparse.Namespace) -> int:
     replace(run, info=info, inputs=tuple(inputs)).save(folder.path, args.overwrite)
     # Measure what the files contain, so that `setcmas metrics` gives the same.
     saved = replace(Run.load(folder.path, warn), call_time=run.call_time)
-    look = PlotLook(tuple(args.format))
+    look = PlotLook(tuple(args.format), args.palette)
     plots = folder.plots if args.plots else None
     evaluation = evaluate(saved, plots, look, folder.metrics, warn)
     print(evaluation)

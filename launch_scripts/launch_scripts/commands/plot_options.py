@@ -12,7 +12,8 @@ from setcmas_simu.errors import SetcmasError
 from setcmas_simu.options.group import ClashError, Options, option
 from setcmas_simu.options.kinds import Kind, Number, OneOf, PathTo
 from setcmas_simu.options.option import Form
-from setcmas_tools.plots.look import FILMS, FORMATS, PALETTES, PAPERS
+from setcmas_tools.page.browser import palette_option
+from setcmas_tools.plots.look import FILMS, FORMATS, PAPERS
 
 _LEAST_PX, _MOST_PX = 200, 7680
 
@@ -70,7 +71,7 @@ class _Pixels(Kind):
 
 @dataclass(frozen=True, kw_only=True)
 class FormatOptions(Options):
-    """File formats of plots."""
+    """Formats and colours of plots."""
 
     format: tuple[str, ...] = option(
         _OneOfBesideFolder(FORMATS),
@@ -78,6 +79,7 @@ class FormatOptions(Options):
         default=('png',),
         form=Form.SEVERAL,
     )
+    palette: str = palette_option()
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -104,11 +106,7 @@ class StyleOptions(Options):
         default_text='png',
         form=Form.SEVERAL,
     )
-    palette: str = option(
-        OneOf(PALETTES),
-        'colours of the robots; okabe-ito suits colour-blind readers',
-        default=PALETTES[0],
-    )
+    palette: str = palette_option()
     paper: str | None = option(
         _OneOfBesideFolder(tuple(PAPERS)),
         'for print, as PDF: 3.5 in wide (column, the default) or 7.16 in (page)',

@@ -17,6 +17,7 @@ from pathlib import Path
 
 from launch_scripts.terminal.terminal_output import warner
 from setcmas_simu.errors import SetcmasError
+from setcmas_simu.fleet.fleet import PALETTES, palette
 
 _warn = warner('report')
 
@@ -37,6 +38,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar='FILE.html',
         help='the page (default: named after the runs, in this folder)',
     )
+    parser.add_argument(
+        '--palette',
+        choices=PALETTES,
+        default=PALETTES[0],
+        help='colours of the robots, for colour-blind readers or as in ROS 1',
+    )
     parser.add_argument('--overwrite', action='store_true', help='overwrite an existing page')
 
 
@@ -48,6 +55,7 @@ def main(args: argparse.Namespace) -> int:
         raise SetcmasError(f'{len(args.runs)} runs given; name one or two')
     page = args.output or page_named_after(args.runs)
     check_page(page, args.overwrite)
+    palette.set(args.palette)
     write_report(args.runs, page, _warn)
     print(page)
     return 0

@@ -91,7 +91,7 @@ def main(args: argparse.Namespace) -> int:
     robots = list(range(1, scenario.nb_robots + 1))
     view = ViewOptions.of(args)
     environment = experiment_environment(lab, emulated=True) if lab else local_environment()
-    views_of_fleet = view_beside(view, robots, experiment=lab is not None)
+    views_of_fleet = view_beside(view, robots, lab is not None, args.palette)
     with views_of_fleet as views, Supervisor(environment, prefix=True) as supervisor:
         status, outcome = run_robots(supervisor, scenario, folder, info, lab, views, args.watch)
         stays = view.view == BROWSER and outcome is not None and outcome.state in _ENDED
@@ -202,7 +202,7 @@ def _evaluate(
             f'setcmas run: plots and metrics include {robots_in_words(sorted(strangers))} '
             'of another simulator'
         )
-    look = PlotLook(tuple(args.format))
+    look = PlotLook(tuple(args.format), args.palette)
     plots = folder.plots if args.plots else None
     evaluation = evaluate(run, plots, look, folder.metrics, warn)
     lines = [str(evaluation), *([comparison_line(folder.path, earlier)] if earlier else [])]

@@ -80,7 +80,7 @@ def _plots(study: Any, folder: Path, args: argparse.Namespace) -> list[Path]:
     from setcmas_tools.plots.look import PlotLook
     from setcmas_tools.study.study_plots import plot
 
-    look = PlotLook(tuple(args.format or ('png',)))
+    look = PlotLook(tuple(args.format or ('png',)), args.palette)
     return plot(study, folder / 'plots', args.metric, look)
 
 

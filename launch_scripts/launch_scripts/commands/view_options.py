@@ -10,6 +10,7 @@ from dataclasses import dataclass
 
 from launch_scripts.processes.node_commands import BROWSER_VIEW, PAGE, node_command
 from launch_scripts.processes.rviz import Companion, rviz_beside, why_no_rviz
+from setcmas_simu.fleet.fleet import PALETTES
 from setcmas_simu.options.group import Options, flag, option
 from setcmas_simu.options.kinds import OneOf
 
@@ -56,7 +57,7 @@ def choose_view(options: ViewOptions, attended: bool, no_rviz: str) -> Choice:
 
 @contextmanager
 def view_beside(
-    options: ViewOptions, robots: list[int], experiment: bool = False
+    options: ViewOptions, robots: list[int], experiment: bool = False, palette: str = PALETTES[0]
 ) -> Iterator[list[Companion]]:
     """Yield the views of a fleet, as companions of the robots' process.
 
@@ -64,11 +65,14 @@ def view_beside(
         options: Requested views.
         robots: Numbers of the robots.
         experiment: Whether they are real.
+        palette: Colours of the robots on the page.
     """
     attended = sys.stdout.isatty() and 'CI' not in os.environ
     choice = choose_view(options, attended, why_no_rviz())
     with rviz_beside(choice.rviz, robots, experiment) as companions:
-        yield companions + ([(PAGE, browser_command())] if choice.browser else [])
+        yield companions + (
+            [(PAGE, browser_command([f'--palette={palette}']))] if choice.browser else []
+        )
 
 
 def browser_command(arguments: Sequence[str] = ()) -> list[str]:

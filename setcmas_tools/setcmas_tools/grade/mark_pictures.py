@@ -18,10 +18,10 @@ from matplotlib.lines import Line2D
 
 from setcmas_simu.arrays import Floats
 from setcmas_simu.errors import SetcmasError
-from setcmas_simu.fleet.fleet import plot_hex
+from setcmas_simu.fleet.fleet import plot_colour, plot_hex
 from setcmas_tools.grade.marks import Marks, RobotPath, ScenarioMark
 from setcmas_tools.plots.plot import show, window
-from setcmas_tools.plots.style import line_look, plot_style, robot_colour, robot_handles, save
+from setcmas_tools.plots.style import line_look, plot_style, robot_handles, save
 
 _PANEL_IN = 4.4  # width and height of a scenario's panel
 _WANTED: dict[str, Any] = {'color': '0.72', 'linewidth': 5.0, 'zorder': 1.0}
@@ -98,7 +98,7 @@ def _draw_path(axes: Axes, path: RobotPath, nb_robots: int) -> None:
     wanted, own = _columns(path.wanted), _columns(path.own)
     axes.plot(*wanted, **_WANTED)
     axes.plot(*own, **line_look(path.robot, nb_robots))
-    colour = robot_colour(path.robot, nb_robots)
+    colour = plot_colour(path.robot, nb_robots)
     ring: dict[str, Any] = {'markerfacecolor': 'white', 'markeredgecolor': colour, 'markersize': 6}
     axes.plot(*own[:, :1], marker='o', linestyle='', zorder=3, **ring)
     axes.plot(*own[:, -1:], marker='o', linestyle='', zorder=4, color=colour, markersize=5)

@@ -10,8 +10,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import ClassVar
 
+from setcmas_simu.fleet.fleet import PALETTES
 from setcmas_simu.options.group import Options, flag, option
-from setcmas_simu.options.kinds import Kind, Number, Whole
+from setcmas_simu.options.kinds import Kind, Number, OneOf, Whole
 
 EVERYWHERE = {'0.0.0.0': '127.0.0.1', '::': '::1'}
 """Addresses that mean all of a machine's, and how the machine itself is reached then."""
@@ -19,6 +20,12 @@ HOST = '127.0.0.1'
 PORT = 8080
 _RECONNECT_S = 2.5
 """How long a page that is still open from the last time gets to come back by itself."""
+
+
+def palette_option() -> str:
+    """Return an option: the palette of pages, plots and films."""
+    purpose = 'colours of the robots, for colour-blind readers or as in ROS 1'
+    return option(OneOf(PALETTES), purpose, default=PALETTES[0])
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -39,6 +46,7 @@ class BrowserOptions(Options):
         'port of the page; the next free one if it is taken',
         default=PORT,
     )
+    palette: str = palette_option()
     read_only: bool = flag('no buttons that start, pause, stop or reset robots')
 
     @property

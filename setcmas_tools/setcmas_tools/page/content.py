@@ -80,7 +80,7 @@ def fleet_entry(history: RunHistory, t: Floats) -> list[dict[str, Any]]:
     put = [history.put(*pair) for pair in zip(t[:-1].tolist(), t[1:].tolist(), strict=True)]
     return [
         {
-            **look_entry(robot, models[robot]),
+            **look_entry(robot, models[robot], len(models)),
             'x': packed(x[:, column]),
             'y': packed(y[:, column]),
             'theta': packed(theta[:, column]),

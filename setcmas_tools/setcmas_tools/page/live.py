@@ -208,7 +208,7 @@ class LiveRun:
         self._sent: set[int] = set()
         self._links: dict[tuple[int, int], float] = {}
         self._pending: list[Message] = [{'kind': 'begin'}]
-        self._reported_looks: dict[int, str] = {}
+        self._reported_looks: dict[int, tuple[str, int]] = {}
         self._reported_states: dict[int, tuple[str, str, str]] = {}
         self._reported_status: Message = {}
 
@@ -290,10 +290,11 @@ class LiveRun:
         return np.array([now - self._seen[robot].time > limit for robot in robots], bool)
 
     def _looks(self) -> list[Message]:
-        models = {robot: self.models.get(robot, UNICYCLE) for robot in self.robots}
-        fresh = {r: name for r, name in models.items() if self._reported_looks.get(r) != name}
+        robots = self.robots
+        models = {robot: (self.models.get(robot, UNICYCLE), len(robots)) for robot in robots}
+        fresh = {r: own for r, own in models.items() if self._reported_looks.get(r) != own}
         self._reported_looks |= fresh
-        looks = [look_entry(robot, name) for robot, name in fresh.items()]
+        looks = [look_entry(robot, *own) for robot, own in fresh.items()]
         return [{'kind': 'looks', 'robots': looks}] if looks else []
 
     def _frame(self, now: float) -> list[Message]:

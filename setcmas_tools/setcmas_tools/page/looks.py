@@ -40,15 +40,15 @@ def page_content(**known: Any) -> dict[str, Any]:
     return empty | known
 
 
-def look_entry(robot: int, model: str) -> dict[str, Any]:
+def look_entry(robot: int, model: str, nb_robots: int) -> dict[str, Any]:
     """Return name, colour and outline of a robot; one unit of its outline is so many metres."""
     outline = symbol(model)
     true_m = np.ptp(np.array(shape_of(model).outline), axis=0)
     return {
         'number': robot,
         'name': robot_name(robot),
-        'colour': plot_hex(robot),
-        'bright': is_bright(plot_colour(robot)),
+        'colour': plot_hex(robot, nb_robots),
+        'bright': is_bright(plot_colour(robot, nb_robots)),
         'outline': np.round(outline, 3).tolist(),
         'metres': round(float(true_m[0] / np.ptp(outline[:, 0])), 4),
     }

@@ -11,6 +11,7 @@ import threading
 import time
 import webbrowser
 
+from setcmas_simu.fleet.fleet import palette
 from setcmas_simu.ros.process import FleetNode, RosProcess, node_main
 from setcmas_tools.page.browser import (
     BrowserOptions,
@@ -44,6 +45,7 @@ def show_runs(pair: Pair, browser: BrowserOptions, options: FinishedRunOptions) 
         number: signal.signal(number, lambda *_: stop.set())
         for number in (signal.SIGINT, signal.SIGTERM)
     }
+    palette.set(browser.palette)
     server = PageServer(report_page(pair), browser.host, browser.port)
     place = '' if options.at is None else f'/#t={options.at:g}'
     try:
@@ -150,6 +152,7 @@ def main(argv: list[str] | None = None) -> int:
 
 def _show(process: RosProcess, args: argparse.Namespace) -> None:
     options = BrowserOptions.of(args)
+    palette.set(options.palette)
     takes_actions = not options.read_only
     server = PageServer(
         live_page(takes_actions),

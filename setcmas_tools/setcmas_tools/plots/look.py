@@ -7,12 +7,10 @@ from dataclasses import dataclass
 from typing import Any
 
 from setcmas_simu.errors import SetcmasError
+from setcmas_simu.fleet.fleet import PALETTES
 
 FORMATS = ('png', 'pdf', 'svg')
 """File formats by file ending: PNG at 150 dpi (600 on paper), and vector graphics."""
-
-PALETTES = ('robots', 'okabe-ito')
-"""The robots' own colours, or colours for colour-blind readers."""
 
 PAPERS = {'column': 3.5, 'page': 7.16}
 """Widths in inches of a one-column and a two-column figure in a two-column paper (IEEE)."""
@@ -27,7 +25,7 @@ class PlotLook:
 
     Attributes:
         formats: Any of `formats.FORMATS`.
-        palette: One of `formats.PALETTES`.
+        palette: One of `fleet.PALETTES`.
         paper: One of `formats.PAPERS`, for fonts and sizes of a printed paper.
         show: Whether to open the plots in windows until the user closes them.
     """
@@ -54,7 +52,7 @@ class FilmLook:
 
     Attributes:
         speed: Playback speed in multiples of real time.
-        palette: One of `formats.PALETTES`.
+        palette: One of `fleet.PALETTES`.
         size: Width and height in pixels; odd sizes are reduced by one for MP4.
         dpi: Dots per inch; higher values enlarge text and lines.
     """

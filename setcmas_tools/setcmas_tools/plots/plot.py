@@ -11,7 +11,8 @@ from matplotlib.figure import Figure
 
 from setcmas_simu.doors import Door, MisfitError
 from setcmas_simu.errors import SetcmasError
-from setcmas_tools.plots.look import PALETTES, PlotLook, check_style
+from setcmas_simu.fleet.fleet import PALETTES
+from setcmas_tools.plots.look import PlotLook, check_style
 from setcmas_tools.plots.style import finish, plot_style, save_in
 from setcmas_tools.run.run import Run
 

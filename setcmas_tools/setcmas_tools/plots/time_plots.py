@@ -17,11 +17,12 @@ from matplotlib.patches import Patch
 from matplotlib.ticker import FuncFormatter, MultipleLocator
 
 from setcmas_ctrl.filter.barrier import Verdict
+from setcmas_simu.fleet.fleet import plot_colour
 from setcmas_tools.measures.consensus_metrics import disagreement, is_agreement
 from setcmas_tools.measures.safety_metrics import distances_of_pairs
 from setcmas_tools.measures.task import Errors, task_of
 from setcmas_tools.plots.plot import applies_to
-from setcmas_tools.plots.style import legend, line_look, robot_colour, robot_handles, time_axis
+from setcmas_tools.plots.style import legend, line_look, robot_handles, time_axis
 from setcmas_tools.plots.trajectories import (
     draw_references,
     draw_robot_lines,
@@ -216,8 +217,8 @@ def _draw_pairs(axes: Axes, grid: FleetGrid) -> list[Artist]:
     for i, j in combinations(range(len(grid.robots)), 2):
         first, second = grid.robots[i], grid.robots[j]
         look: dict[str, Any] = {
-            'color': robot_colour(first, len(grid.robots)),
-            'gapcolor': robot_colour(second, len(grid.robots)),
+            'color': plot_colour(first, len(grid.robots)),
+            'gapcolor': plot_colour(second, len(grid.robots)),
             'linestyle': (0, (5, 5)),
             'linewidth': 1.25 * width,
         }

@@ -19,10 +19,10 @@ from matplotlib.path import Path as Outline
 from matplotlib.transforms import Affine2D
 
 from setcmas_simu.arrays import Floats
-from setcmas_simu.fleet.fleet import Colour
+from setcmas_simu.fleet.fleet import Colour, plot_colour
 from setcmas_simu.robots.models import UNICYCLE, symbol
 from setcmas_tools.measures.task import task_of
-from setcmas_tools.plots.style import edge_effects, legend, line_look, robot_colour, robot_handles
+from setcmas_tools.plots.style import edge_effects, legend, line_look, robot_handles
 from setcmas_tools.run.fleet_motion import FleetTable, gaps
 from setcmas_tools.run.law_output import Drawing, DrawnOverTime
 from setcmas_tools.run.run import Run, arena_of, models_of, obstacles_of
@@ -235,7 +235,7 @@ def draw_trajectories(figure: Figure, run: Run) -> None:
     looks = symbols(run)
     for robot in robots:
         _draw_path(axes, table.of(robot), robot, len(robots), size)
-        _draw_end(axes, table.of(robot), robot_colour(robot, len(robots)), size, looks[robot])
+        _draw_end(axes, table.of(robot), plot_colour(robot, len(robots)), size, looks[robot])
     drawn = DrawnPlane(axes, run)
     drawn.show(np.inf)
     marks = draw_references('trajectories', axes, run) + draw_world(axes, run) + drawn.handles
@@ -250,7 +250,7 @@ def _draw_path(axes: Axes, path: FleetTable, robot: int, nb_robots: int, size: f
         return
     x, y = with_gaps(path, path.x, path.y)
     axes.plot(x, y, **line_look(robot, nb_robots))
-    colour = robot_colour(robot, nb_robots)
+    colour = plot_colour(robot, nb_robots)
     axes.plot(
         path.x[:1], path.y[:1], marker='o', markersize=size * 0.8, markerfacecolor='white',
         markeredgecolor=colour, markeredgewidth=size / 5, linestyle='', zorder=3,

@@ -13,7 +13,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from setcmas_simu.errors import SetcmasError
-from setcmas_tools.plots.look import PALETTES, PlotLook, check_style
+from setcmas_simu.fleet.fleet import PALETTES
+from setcmas_tools.plots.look import PlotLook, check_style
 from setcmas_tools.plots.plot import Picture
 from setcmas_tools.plots.style import finish, legend, plot_style, save_in
 from setcmas_tools.study.study import Study, median, quantiles, runs_in_words

@@ -162,7 +162,7 @@ def test_mistakes_get_one_line(tmp_path, run):
     folder = run(1)
     with pytest.raises(SetcmasError, match="unknown format 'gif'; must be one of png, pdf"):
         plot(folder, formats=['gif'])
-    with pytest.raises(SetcmasError, match="unknown palette 'grey'; must be robots, ok"):
+    with pytest.raises(SetcmasError, match="unknown palette 'grey'; must be okabe-ito, ros1"):
         plot(folder, palette='grey')
     with pytest.raises(SetcmasError, match="unknown paper 'a4'; must be column, page"):
         plot(folder, paper='a4')

@@ -15,7 +15,7 @@ from setcmas_tools.plots.time_plots import (
 from setcmas_tools.plots.trajectories import draw_trajectories
 
 DRAWINGS = [draw_trajectories, draw_positions, draw_heading, draw_velocities, draw_distances]
-STYLES = [(8, 'robots', None), (8, 'okabe-ito', 'page'), (50, 'robots', 'column')]
+STYLES = [(8, 'ros1', None), (8, 'okabe-ito', 'page'), (50, 'ros1', 'column')]
 
 
 @pytest.mark.parametrize(('nb_robots', 'palette', 'paper'), STYLES)

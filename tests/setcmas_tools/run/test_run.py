@@ -100,7 +100,7 @@ def test_robots_with_times_of_their_own():
 
 
 def test_plots_by_name(run):
-    figure = run.plot('trajectories', palette='okabe-ito')
+    figure = run.plot('trajectories', palette='ros1')
 
     assert figure.axes[0].get_title(loc='right') == 'law, 3 robots'
     assert figure._repr_png_().startswith(b'\x89PNG')
