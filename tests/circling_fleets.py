@@ -21,7 +21,7 @@ def circling_fleet(nb_robots, turns=1.5):
     return fleet_table(np.concatenate(rows))
 
 
-def drawn(drawing, nb_robots, palette='ros1', paper=None):
+def drawn(drawing, nb_robots, palette='okabe-ito', paper=None):
     with plot_style(palette, paper):
         figure = Figure()
         drawing(figure, run_of(circling_fleet(nb_robots)))

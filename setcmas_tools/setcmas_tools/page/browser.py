@@ -8,7 +8,7 @@ import time
 import webbrowser
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import Any, ClassVar
 
 from setcmas_simu.fleet.fleet import PALETTES
 from setcmas_simu.options.group import Options, flag, option
@@ -22,7 +22,7 @@ _RECONNECT_S = 2.5
 """How long a page that is still open from the last time gets to come back by itself."""
 
 
-def palette_option() -> str:
+def palette_option() -> Any:
     """Return an option: the palette of pages, plots and films."""
     purpose = 'colours of the robots, for colour-blind readers or as in ROS 1'
     return option(OneOf(PALETTES), purpose, default=PALETTES[0])

@@ -27,6 +27,9 @@ from setcmas_tools.run.fleet_motion import FleetTable, gaps
 from setcmas_tools.run.law_output import Drawing, DrawnOverTime
 from setcmas_tools.run.run import Run, arena_of, models_of, obstacles_of
 
+MOST_NUMBERS = 20
+"""Fleets of more robots are drawn without their numbers."""
+
 _NEAR = 0.005  # share of the range of all curves
 _DASH = 4.0  # in widths of the line
 
@@ -235,6 +238,8 @@ def draw_trajectories(figure: Figure, run: Run) -> None:
     looks = symbols(run)
     for robot in robots:
         _draw_path(axes, table.of(robot), robot, len(robots), size)
+        if len(robots) <= MOST_NUMBERS:
+            _number(axes, table.of(robot), robot)
         _draw_end(axes, table.of(robot), plot_colour(robot, len(robots)), size, looks[robot])
     drawn = DrawnPlane(axes, run)
     drawn.show(np.inf)
@@ -266,6 +271,15 @@ def _draw_end(axes: Axes, path: FleetTable, colour: Colour, size: float, corners
         markersize=size * float(np.abs(corners).max()), markerfacecolor=colour, zorder=4,
         markeredgecolor='0.15', markeredgewidth=size / 11, linestyle='',
     )  # fmt: skip
+
+
+def _number(axes: Axes, path: FleetTable, robot: int) -> None:
+    path = finite_rows(path, 'x', 'y')
+    for x, y in zip(path.x[:1], path.y[:1], strict=True):
+        axes.annotate(
+            str(robot), (x, y), (6, 6), textcoords='offset points', zorder=5,
+            fontsize=rcParams['legend.fontsize'],
+        )  # fmt: skip
 
 
 def fit_plane(axes: Axes, table: FleetTable) -> None:

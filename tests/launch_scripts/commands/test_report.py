@@ -1,8 +1,12 @@
+import base64
 import csv
+import io
 import re
 import shutil
 
+import numpy as np
 import pytest
+from PIL import Image
 from report_pages import HOSTILE, LAW
 
 from launch_scripts.cli import main
@@ -32,6 +36,18 @@ def test_the_page_is_named_after_its_run_and_not_overwritten(folder, monkeypatch
     assert '<title>consensus, 3 robots</title>' in (folder / 'well.html').read_text()
     assert main(['report', 'well']) == 2
     assert capsys.readouterr().err.endswith("'well.html' exists; --overwrite replaces it\n")
+
+
+@pytest.mark.parametrize(('palette', 'colour'), [('ros1', '#ff0000'), ('okabe-ito', '#0072b2')])
+def test_the_palette_is_that_of_the_plane_and_of_the_plots(folder, tmp_path, palette, colour):
+    page = tmp_path / 'page.html'
+    assert main(['report', str(folder / 'well'), '-o', str(page), '--palette', palette]) == 0
+
+    text = page.read_text()
+    assert f'"colour":"{colour}"' in text
+    picture = re.search(r'data:image/png;base64,([\w+/=]+)" alt="trajectories', text)[1]
+    drawn = np.asarray(Image.open(io.BytesIO(base64.b64decode(picture))).convert('RGB'), int)
+    assert (np.abs(drawn - [*bytes.fromhex(colour[1:])]).max(axis=2) < 16).any()
 
 
 @pytest.mark.parametrize(

@@ -4,7 +4,7 @@ import re
 import pytest
 from rosbags.typesys import Stores, get_typestore
 
-from setcmas_simu.fleet.fleet import colour
+from setcmas_simu.fleet.fleet import plot_hex
 from setcmas_tools.bags.foxglove import RecordedTopics, foxglove_layout, write_layout
 
 MARKER, ARRAY = (f'visualization_msgs/msg/{name}' for name in ('Marker', 'MarkerArray'))
@@ -68,8 +68,7 @@ def test_robots_are_curves_of_their_colours_in_order():
         '/tb3_2/odom.pose.pose.position.y',
         '/tb3_10/odom.pose.pose.position.y',
     ]
-    assert plot['paths'][0]['color'] == '#00ff00'
-    assert colour(2) == (0, 1, 0)
+    assert plot['paths'][0]['color'] == plot_hex(2)
 
 
 def test_scene_shows_all_markers_of_the_recording():

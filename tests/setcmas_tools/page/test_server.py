@@ -203,6 +203,36 @@ def test_fifty_pages_of_which_half_read_nothing_delay_no_message(live):
                 pass
 
 
+def test_a_page_that_never_reads_is_closed_and_its_messages_are_dropped(live):
+    """Its queue is bounded, so that its memory is; the others get all messages."""
+    frame = {'kind': 'frame', 't': 0.0, 'numbers': [1] * 2000, 'poses': [9] * 8000, 'put': []}
+    with contextlib.ExitStack() as stack, talk(live) as reader:
+        deaf = [stack.enter_context(deaf_page(live)) for _ in range(5)]
+        for number in range(3000):  # 60 MB to each of them
+            live.send([frame | {'t': float(number)}])
+            while json.loads(reader.recv(timeout=TIMEOUT_S))[-1].get('t') != number:
+                pass
+            if len(live._viewers) == 1:
+                break
+        assert len(live._viewers) == 1
+        for one in deaf:
+            with contextlib.suppress(ConnectionError):  # what the system still held, then the end
+                while one.recv(1 << 20):
+                    pass
+
+
+def deaf_page(server):
+    """Return the socket of a page that is open and never reads."""
+    one = socket.create_connection(('127.0.0.1', server.port), timeout=TIMEOUT_S)
+    key = 'Sec-WebSocket-Key: AAAAAAAAAAAAAAAAAAAAAA=='
+    one.sendall(
+        f'GET /live HTTP/1.1\r\nHost: localhost\r\nUpgrade: websocket\r\nConnection: Upgrade\r\n'
+        f'{key}\r\nSec-WebSocket-Version: 13\r\n\r\n'.encode()
+    )
+    assert one.recv(12) == b'HTTP/1.1 101'
+    return one
+
+
 def test_a_page_that_comes_later_gets_what_it_missed(live):
     live.send([
         {'kind': 'looks', 'robots': [{'number': 2}]},

@@ -5,7 +5,7 @@ import pytest
 from circling_fleets import drawn
 
 from setcmas_simu.fleet.fleet import plot_colour
-from setcmas_tools.plots.style import line_look, plot_style, robot_colour
+from setcmas_tools.plots.style import line_look, plot_style
 from setcmas_tools.plots.time_plots import (
     draw_distances,
     draw_heading,
@@ -67,7 +67,7 @@ def luminance(colour):
 
 
 def test_bright_lines_have_a_dark_edge():
-    (axes,) = drawn(draw_trajectories, 8).axes
+    (axes,) = drawn(draw_trajectories, 8, 'ros1').axes
     paths = [line for line in axes.get_lines() if len(line.get_xdata()) > 1]
 
     edged = [bool(line.get_path_effects()) for line in paths]
@@ -92,7 +92,7 @@ def test_okabe_and_itos_colours_then_dashes_then_a_scale():
 def robot_line(nb_robots, robot):
     with plot_style('okabe-ito'):
         look = line_look(robot, nb_robots)
-        assert look['color'] == robot_colour(robot, nb_robots)
+        assert look['color'] == plot_colour(robot, nb_robots)
         return look
 
 
