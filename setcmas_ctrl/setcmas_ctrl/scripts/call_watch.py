@@ -96,7 +96,7 @@ class CallWatch:
 
         Args:
             period: Control period in s, in which the calls for all robots must fit.
-            warn: Shows a message to the user; called from either thread.
+            warn: Shows a message; called from either thread.
             launcher: Receives the current call, and reports of stuck calls.
             stuck_s: Duration in s after which a call counts as stuck.
         """

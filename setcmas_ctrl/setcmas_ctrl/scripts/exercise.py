@@ -29,11 +29,7 @@ def is_unfilled(script: Path, exercise: str = '') -> bool:
     """Return whether a script's maths is still that of the empty exercise.
 
     Only `control` and `ctc` count, without comments and docstrings. Errors of a script that cannot
-    be read are reported when it is loaded.
-
-    Args:
-        script: The script.
-        exercise: Name of the exercise; by default the one that the script names.
+    be read are reported when it is loaded. The script names the exercise by default.
     """
     try:
         name = exercise or exercise_of(script)
@@ -55,8 +51,8 @@ def unfilled_note(script: Path) -> str:
 
 def _functions(script: Path) -> list[str]:
     tree = ast.parse(script.read_bytes())
-    found = [one for one in tree.body if isinstance(one, ast.FunctionDef)]
-    return [_dumped(one) for one in found if one.name in _FILLED_IN]
+    functions = (node for node in tree.body if isinstance(node, ast.FunctionDef))
+    return [_dumped(function) for function in functions if function.name in _FILLED_IN]
 
 
 def _dumped(function: ast.FunctionDef) -> str:

@@ -31,23 +31,14 @@ class FileWatch:
         self.watch(files)
 
     def watch(self, files: Iterable[Path], new_are_saved: bool = False) -> None:
-        """Watch these files; files watched before keep their recorded state.
-
-        Args:
-            files: The files.
-            new_are_saved: Whether files not watched before count as saved now.
-        """
+        """Watch these files; those not watched before count as saved now if `new_are_saved`."""
         self._seen = {
             file: self._seen.get(file, _GONE if new_are_saved else _signature(file))
             for file in files
         }
 
     def poll(self, now: float) -> bool:
-        """Return True once after each save of a file.
-
-        Args:
-            now: Time in s of any steady clock.
-        """
+        """Return True once after each save of a file; `now` is in s of any steady clock."""
         current = {file: _signature(file) for file in self._seen}
         if current == self._seen:
             self._changing = current

@@ -23,7 +23,7 @@ _LOCK = threading.RLock()
 
 
 def robot_of_frame(frame: types.FrameType) -> int | None:
-    """Return the robot whose script or helper module a frame runs; None if it is no script."""
+    """Return the robot whose script or helper module a frame runs; None for other code."""
     imports = frame.f_builtins.get(_OWNER)
     return imports.robot if imports else None
 
@@ -45,15 +45,15 @@ def helper_files(module: types.ModuleType) -> list[Path]:
 
 
 class ScriptImports(MetaPathFinder):
-    """Imports for the script of one robot.
+    """Imports of a robot's script.
 
     Attributes:
         robot: Number of the robot.
-        builtins: Builtins to run the script with.
+        builtins: Builtins of the script.
     """
 
     def __init__(self, folder: Path, robot: int) -> None:
-        """Prepare for one robot; helper modules are those in the script's folder."""
+        """Import helper modules from the script's folder."""
         self.robot = robot
         self._folder = str(folder)
         self._modules: dict[str, types.ModuleType] = dict(_DRAWING)
@@ -182,11 +182,7 @@ def _imported(file: Path, folder: Path) -> Iterator[Path]:
 
 
 def imported_packages(sources: Iterable[bytes]) -> set[str]:
-    """Return the packages that scripts import, but for Python's own.
-
-    Args:
-        sources: What is in each of the scripts.
-    """
+    """Return the packages that the sources of scripts import, except Python's own."""
     found = set()
     for source in sources:
         with contextlib.suppress(SyntaxError, ValueError):

@@ -97,7 +97,7 @@ def _no_notebook(path: Path) -> Path:
 
 
 def _refuse_other_kinds(path: Path) -> None:
-    """Refuse a path that exists but is no file."""
+    """Refuse a folder or another path that is not a file."""
     try:
         mode = path.stat().st_mode
     except PermissionError as error:

@@ -60,12 +60,7 @@ class ScriptRobot(RobotModel):
     shape = BURGER_SHAPE
 
     def __init__(self, path: Path, robot: int, warn: Callable[[str], None]) -> None:
-        """Load the script.
-
-        Args:
-            path: The script.
-            robot: Number of the robot.
-            warn: Shows messages about failures.
+        """Load the script for a robot; `warn` shows messages when it fails.
 
         Raises:
             SetcmasError: The script does not load, or lacks a function.

@@ -45,12 +45,7 @@ def quoted_line(path: Path | str, line: int | None, indented: bool = False) -> s
 
 
 def script_place(error: BaseException, path: Path) -> tuple[Path, int | None]:
-    """Return the place of an error in the student's code.
-
-    Returns:
-        The innermost file (the script or a helper module) that the error passed through, and
-        the line there; the script and None if there is no such file.
-    """
+    """Return the innermost file (script or helper) and line of an error; else script and None."""
     places = places_in(traceback.walk_tb(error.__traceback__), path)
     return places[-1] if places else (path, None)
 
@@ -69,12 +64,7 @@ def places_in(
 
 
 def describe_failure(error: BaseException, path: Path) -> str:
-    """Return a message with the script, the line, the type of the error, and a quotation.
-
-    Args:
-        error: Exception from compiling, loading or calling the script.
-        path: The script.
-    """
+    """Return a message on an error of a script: script, line, type, and the line quoted."""
     try:
         return _described(error, path)
     except (StopCall, AbandonCall):
@@ -154,11 +144,11 @@ def _is_shown(letter: str) -> bool:
 
 
 class ControlError(Exception):
-    """A call of `control` failed.
+    """A call of a script failed.
 
     Attributes:
-        key: Identifies the error; the same for what a student would call the same error.
-        consequence: What happens to the robot, to follow its name; '' for the usual consequence.
+        key: The same for errors that a student would call the same.
+        consequence: What happens to the robot, after its name; '' for the usual consequence.
         place: File and line of the error, if known.
     """
 
@@ -203,11 +193,11 @@ class ErrorReports:
         on_new: Callable[[int, str], None] = lambda *_: None,
         function: Function = Function.CONTROL,
     ) -> None:
-        """Set the functions that receive messages and errors.
+        """Set who receives messages.
 
         Args:
             warn: Shows a message to the user.
-            consequence: What happens to a robot whose script fails, to follow its name.
+            consequence: What happens to a robot whose script fails, after its name.
             on_new: Called with robot and message for each error that is new to the robot.
             function: The function of the script.
         """

@@ -73,7 +73,7 @@ class SettingsKind(Kind):
         return dict(given) if isinstance(given, Mapping) else given
 
     def gathered(self, values: Iterable[Any]) -> Any:
-        """Return values by name, the last of a name counts; or what is no name with a value."""
+        """Return values by name; a later value replaces an earlier one."""
         pairs = list(values)
         return dict(pairs) if all(map(self.accepts, pairs)) else pairs
 

@@ -45,7 +45,9 @@ def seed_scripts(seed: int, first_robot: int = 1) -> None:
     global _seed
     _seed = seed
     _made.clear()
-    own = (seed + first_robot - 1) % 2**32
+    own = seed
+    if first_robot > 1:  # other sequences than those of other seeds
+        own = int(np.random.SeedSequence([seed, first_robot]).generate_state(1)[0])
     random.seed(own)
     np.random.seed(own)
 
