@@ -54,10 +54,12 @@ def test_a_law_in_a_sandbox_drives_as_it_does_offline_to_the_last_bit(host, law)
     assert done.failure is None
 
 
-def test_a_law_in_a_sandbox_hears_as_it_does_offline(host, tmp_path):
-    source = b'from setcmas_ctrl import network\nK = 1\n'
+def test_a_law_in_a_sandbox_hears_and_draws_as_it_does_offline(host, tmp_path):
+    source = b'import random\nimport numpy as np\nfrom setcmas_ctrl import network\nK = 1\n'
+    source += b'rng = np.random.default_rng()\nother = random.Random()\n'
     source += b'def control(i, n, poses, t):\n'
-    source += b'    return 0.1, K * len(network.neighbours()) * poses[0, i - 1]\n'
+    source += b'    vx = 0.1 * rng.random() * other.random()\n'
+    source += b'    return vx, K * len(network.neighbours()) * poses[0, i - 1]\n'
     (tmp_path / 'law.py').write_bytes(source)
     scenario = LOSSY.replace(seed=3, set={'K': -0.1})
 
