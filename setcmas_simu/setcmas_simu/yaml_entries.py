@@ -7,19 +7,21 @@ import os
 import re
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 import yaml
 
 from setcmas_simu.errors import SetcmasError, did_you_mean
+from setcmas_simu.limited_file import read_limited
 
 _EXPONENT = re.compile(
     r'[-+]?[0-9]+(\.[0-9]*)?[eE][-+]?[0-9]+'
 )  # 1e-3: YAML 1.1 takes it for text
 
 _LONGEST_SHOWN = 40
+_LONGEST_TEXT = 200
 
 
 @dataclass(frozen=True)
@@ -58,8 +60,8 @@ class Entry:
         for key, entry in self.value.items():
             if key not in known:
                 raise entry.error(
-                    f"there is no key '{entry.name}'; it must be one of {', '.join(known)}"
-                    f'{did_you_mean(key, known)}'
+                    f"there is no key '{entry.name[:_LONGEST_TEXT]}'; it must be one of "
+                    f'{", ".join(known)}{did_you_mean(key, known)}'
                 )
         return dict(self.value)
 
@@ -136,17 +138,26 @@ def _shown(value: Any) -> str:
     if isinstance(value, list):
         text = f'[{", ".join(_shown(item.value) for item in value)}]'
         return text if len(text) <= _LONGEST_SHOWN else 'a list'
-    return 'empty' if value is None else repr(value)
+    text = 'empty' if value is None else repr(value)
+    return text if len(text) <= _LONGEST_TEXT else f'{text[:_LONGEST_TEXT]}…'
+
+
+MOST_BYTES = 1_000_000
+"""Largest YAML file, which takes 5 s to read."""
+_MOST_ENTRIES = 200_000  # a file may repeat a part by its name, again and again
+_DEEPEST = 50
+_LONGEST_NUMBER = 100
+_LONGEST_NAME = 500
 
 
 def read_entries(path: Path) -> Entry:
     """Return the content of a YAML file; an empty file is an empty mapping.
 
     Raises:
-        SetcmasError: The file cannot be read, is not YAML, or has a key twice.
+        SetcmasError: The file cannot be read, is not YAML, is too large, or has a key twice.
     """
     try:
-        return entries_of(path.read_text(encoding='utf-8'), path)
+        return entries_of(read_limited(path, MOST_BYTES).decode('utf-8'), path)
     except OSError as error:
         raise SetcmasError(f"'{path}' cannot be read: {error.strerror}") from error
     except UnicodeDecodeError as error:
@@ -161,40 +172,70 @@ def entries_of(text: str, path: Path) -> Entry:
         path: The file that it is from.
 
     Raises:
-        SetcmasError: It is not YAML, or has a key twice.
+        SetcmasError: It is not YAML, is nested too deep or too long, or has a key twice.
     """
     try:
         loader = yaml.SafeLoader(text)
         node = loader.get_single_node()
-        return _entry(loader, path, node, '') if node else Entry(path, 1, '', {})
+        return _Entries(loader, path).of(node, '') if node else Entry(path, 1, '', {})
     except yaml.MarkedYAMLError as error:
         mark = error.problem_mark or error.context_mark
         line = f', line {mark.line + 1}' if mark else ''
         raise SetcmasError(f'{path}{line}: not YAML: {error.problem}') from error
-    except (yaml.YAMLError, RecursionError, ValueError) as error:
+    except RecursionError:
+        raise SetcmasError(f"'{path}' has {_TOO_DEEP}") from None
+    except (yaml.YAMLError, ValueError) as error:
         raise SetcmasError(f"'{path}' is not YAML: {' '.join(str(error).split())}") from error
 
 
-def _entry(loader: yaml.SafeLoader, path: Path, node: yaml.Node, name: str) -> Entry:
-    line = node.start_mark.line + 1
-    if isinstance(node, yaml.SequenceNode):
-        items = [_entry(loader, path, item, f'{name}[{i}]') for i, item in enumerate(node.value)]
-        return Entry(path, line, name, items)
-    if not isinstance(node, yaml.MappingNode):
-        return Entry(path, line, name, loader.construct_object(node))
-    entries: dict[str, Entry] = {}
-    for key_node, value_node in node.value:
-        key = str(key_node.value)
-        inner = f'{name}.{key}' if name else key
-        line_of_key = key_node.start_mark.line + 1
-        if key in entries:
-            raise SetcmasError(
-                f'{path}, line {line_of_key}: {inner} is there twice (first in line '
-                f'{entries[key].line}); leave one out'
-            )
-        value = _entry(loader, path, value_node, inner).value
-        entries[key] = Entry(path, line_of_key, inner, value)
-    return Entry(path, line, name, entries)
+_TOO_DEEP = f'lists or mappings nested too deep; at most {_DEEPEST} levels are read'
+
+
+class _Entries:
+    """Turns the nodes of a file into entries, up to the limits."""
+
+    def __init__(self, loader: yaml.SafeLoader, path: Path) -> None:
+        self._loader = loader
+        self._path = path
+        self._count = 0
+
+    def of(self, node: yaml.Node, name: str, depth: int = 0) -> Entry:
+        """Return the entry of a node, and those in it."""
+        line = node.start_mark.line + 1
+        self._count += 1
+        if depth > _DEEPEST:
+            raise SetcmasError(f'{self._path}, line {line}: {_TOO_DEEP}')
+        if self._count > _MOST_ENTRIES:
+            raise SetcmasError(f"'{self._path}' has more than {_MOST_ENTRIES:,} values")
+        if isinstance(node, yaml.SequenceNode):
+            items = [self.of(one, f'{name}[{i}]', depth + 1) for i, one in enumerate(node.value)]
+            return Entry(self._path, line, name, items)
+        if isinstance(node, yaml.MappingNode):
+            return Entry(self._path, line, name, self._mapping(node, name, depth))
+        entry = Entry(self._path, line, name, node.value)
+        if node.tag == 'tag:yaml.org,2002:int' and len(node.value) > _LONGEST_NUMBER:
+            raise entry.error(f'a number has more than {_LONGEST_NUMBER} digits')
+        return replace(entry, value=self._loader.construct_object(node))
+
+    def _mapping(self, node: yaml.MappingNode, name: str, depth: int) -> dict[str, Entry]:
+        entries: dict[str, Entry] = {}
+        for key_node, value_node in node.value:
+            line = key_node.start_mark.line + 1
+            if not isinstance(key_node, yaml.ScalarNode):
+                raise SetcmasError(f'{self._path}, line {line}: a key must be a text')
+            key = key_node.value
+            inner = f'{name}.{key}' if name else key
+            if len(inner) > _LONGEST_NAME:
+                raise SetcmasError(
+                    f'{self._path}, line {line}: a key has more than {_LONGEST_NAME} letters'
+                )
+            if key in entries:
+                raise SetcmasError(
+                    f'{self._path}, line {line}: {inner} is there twice (first in line '
+                    f'{entries[key].line}); leave one out'
+                )
+            entries[key] = replace(self.of(value_node, inner, depth + 1), line=line, name=inner)
+        return entries
 
 
 def yaml_line(content: Mapping[str, Any]) -> str:

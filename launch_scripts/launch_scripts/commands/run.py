@@ -191,7 +191,9 @@ def _evaluate(
     from setcmas_tools.run.bag_conversion import convert
     from setcmas_tools.run.run import Run
 
-    if not convert(folder.bag, folder.csv).fleet:
+    report = convert(folder.bag, folder.csv)
+    info = replace(info, parameters_set=report.parameters_set or None)
+    if not report.fleet:
         warn('setcmas run: no odometry was recorded, so there are no plots')
         return 1
     run = Run.load(folder.path, warn)

@@ -17,6 +17,9 @@ from setcmas_simu.reports.reports import Paused
 from setcmas_simu.ros import qos
 from setcmas_simu.ros.polling import PolledTopic
 
+_MOST_LINES = 10  # in _FLOOD_S
+_FLOOD_S = 10.0
+
 
 class FleetPause:
     """Pauses and resumes robots, and reports it to the launcher."""
@@ -28,6 +31,7 @@ class FleetPause:
         self._followers = followers
         self._launcher = launcher
         self._stopped = False
+        self._printed: list[float] = []
         if not in_lockstep:
             node.create_subscription(Bool, topics.FLEET_PAUSE, self._on_pause, qos.EVENT)
             node.create_service(SetBool, '~/pause', self._answer)
@@ -49,10 +53,19 @@ class FleetPause:
         if self._stopped:
             return
         if any(follower.paused != paused for follower in self._followers):
-            print(f'{"paused" if paused else "started"} by {by}', flush=True)
+            self._print(f'{"paused" if paused else "started"} by {by}')
             self._launcher.report(Paused(paused))
         for follower in self._followers:
             follower.pause(paused)
+
+    def _print(self, line: str) -> None:
+        """Print a line, unless a flood of requests would fill the terminal."""
+        now = time.monotonic()
+        self._printed = [at for at in self._printed if now - at < _FLOOD_S]
+        if len(self._printed) < _MOST_LINES:
+            self._printed.append(now)
+            rest = len(self._printed) == _MOST_LINES
+            print(f'{line}{"; further ones are not shown for now" if rest else ""}', flush=True)
 
     def _answer(self, request: SetBool.Request, response: SetBool.Response) -> SetBool.Response:
         self._pause(request.data, 'service')

@@ -16,6 +16,11 @@ from pathlib import Path
 from typing import Any
 
 from setcmas_ctrl import rviz_marker, rviz_marker_array
+from setcmas_simu.errors import SetcmasError
+from setcmas_simu.limited_file import read_limited
+
+MOST_BYTES = 2_000_000
+"""Largest script."""
 
 _OWNER = '__setcmas_imports__'
 _DRAWING = {'rviz_marker': rviz_marker, 'rviz_marker_array': rviz_marker_array}
@@ -169,9 +174,9 @@ def helper_modules(script: Path) -> list[Path]:
 def _imported(file: Path, folder: Path) -> Iterator[Path]:
     """Yield the files in a folder that a file may import."""
     try:
-        statements = _import_statements(file.read_bytes())
-    except (OSError, SyntaxError, ValueError):
-        return  # its syntax error is reported when it is imported
+        statements = _import_statements(read_limited(file, MOST_BYTES))
+    except (OSError, SetcmasError, SyntaxError, ValueError, RecursionError, MemoryError):
+        return  # its error is reported when it is imported
     for node in statements:
         for base, name in _names(node, file, folder):
             path = base

@@ -54,6 +54,8 @@ EMULATED_FAULT = '/emulated_lab/fault'
 CLOCK = '/clock'
 TF = '/tf'
 LOCKSTEP = '/lockstep'
+PARAMETER_EVENTS = '/parameter_events'
+ROSOUT = '/rosout'
 TF_STATIC = '/tf_static'
 
 CMD_VEL_TYPES = ('twist_stamped', 'twist')
@@ -71,8 +73,9 @@ CMD_VEL_BRIDGE_NODE = 'cmd_vel_bridge'
 CMD_VEL_GUARD_NODE = 'cmd_vel_guard'
 PAUSE_NODE = 'pause'
 STAND_IN_NODE = 'stand_in'
-ROBOT_PATTERN = re.compile(r'/tb3_([1-9][0-9]*)/')
+ROBOT_PATTERN = re.compile(r'/tb3_([1-9][0-9]{0,3})/')
 """Finds the robot's number in a topic's full name."""
+MAX_ROBOTS = 2000
 
 CONTROLLERS = 'controllers'
 """Node with the parameters of a process of controllers."""
@@ -122,4 +125,5 @@ def is_odometry(topic: str) -> bool:
 def robot_of(topic: str) -> int | None:
     """Return the robot that a full topic name belongs to; None if it belongs to none."""
     found = ROBOT_PATTERN.search(topic)
-    return int(found.group(1)) if found else None
+    robot = int(found[1]) if found else 0
+    return robot if 1 <= robot <= MAX_ROBOTS else None

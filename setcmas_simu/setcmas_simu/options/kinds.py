@@ -12,6 +12,7 @@ from typing import Any
 from setcmas_simu.errors import SetcmasError, did_you_mean
 from setcmas_simu.fleet.fleet import parse_robots
 from setcmas_simu.fleet.per_robot import mapped
+from setcmas_simu.fleet.topics import MAX_ROBOTS
 from setcmas_simu.yaml_entries import Entry
 
 
@@ -218,7 +219,6 @@ class Whole(Kind):
         return self.least <= int(value) and (self.most is None or int(value) <= self.most)
 
 
-MAX_ROBOTS = 2000
 NB_ROBOTS = Whole(1, MAX_ROBOTS)
 """Sizes of a fleet: each robot knows of each other one, which memory and time limit."""
 

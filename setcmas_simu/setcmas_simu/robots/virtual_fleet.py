@@ -13,6 +13,8 @@ from setcmas_simu.robots.unicycle import Unicycle
 Command = tuple[float, float, float]
 """Forward speed and speed to the left in m/s, and turn rate in rad/s."""
 
+MOST_SPEED = 1e6
+"""Largest speed of a command in m/s, and turn rate in rad/s."""
 _STAND: Command = (0.0, 0.0, 0.0)
 
 
@@ -58,18 +60,24 @@ class VirtualFleet:
         """Change the robot model, which has the same states, and the command time-out."""
         self.model, self._cmd_timeout = model, cmd_timeout
 
-    def command(self, index: int, command: Command, now: float) -> None:
+    def command(self, index: int, command: Command, now: float) -> bool:
         """Set the command that a robot follows from the next step on.
 
-        A command that is not finite stops the robot.
+        A command that is not finite, or beyond MOST_SPEED, stops the robot: its pose would become
+        infinite, and stay so.
 
         Args:
             index: Column of the robot.
             command: The command, as on cmd_vel.
             now: Time in s on any steady clock; `step` must use the same.
+
+        Returns:
+            Whether the robot follows it.
         """
-        self._commands[:, index] = command if all(map(math.isfinite, command)) else _STAND
+        usable = all(abs(speed) <= MOST_SPEED for speed in command)
+        self._commands[:, index] = command if usable else _STAND
         self._command_times[index] = now
+        return usable
 
     def command_all(self, commands: Floats, now: float) -> None:
         """Set finite commands for all robots, shape (3, N), as `command` does."""

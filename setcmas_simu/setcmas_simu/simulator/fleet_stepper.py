@@ -20,7 +20,7 @@ from setcmas_simu.options.kinds import MAX_RATE_HZ
 from setcmas_simu.reports.reports import Failed
 from setcmas_simu.reports.script_calls import Function, ScriptCall
 from setcmas_simu.robots.models import check_models, fleet_model, is_script, robot_models
-from setcmas_simu.robots.virtual_fleet import Command, VirtualFleet
+from setcmas_simu.robots.virtual_fleet import MOST_SPEED, Command, VirtualFleet
 from setcmas_simu.ros import messages, qos
 from setcmas_simu.ros.polling import MOST_WITH_SERVICES, PolledTopic
 from setcmas_simu.simulator.simulator_options import SimulationOptions
@@ -78,6 +78,7 @@ class FleetStepper:
         self._transforms = FleetTransforms(
             node, [(str(r.value('world_frame')), str(r.value('robot_frame'))) for r in robots]
         )
+        self._refused: set[int] = set()
         self._missed = 0
         self._now = 0.0
         self._last_step: float | None = None
@@ -150,7 +151,13 @@ class FleetStepper:
         self._resets.take()
 
     def _command(self, index: int, command: Command) -> None:
-        self._fleet.command(index, command, self._now)
+        if not self._fleet.command(index, command, self._now) and index not in self._refused:
+            self._refused.add(index)
+            V, left, omega = command
+            self._node.get_logger().warning(
+                f'{topics.robot_name(self._robots[index].robot)} stops: its command on cmd_vel is '
+                f'{V:g}, {left:g} m/s, {omega:g} rad/s; each must be at most {MOST_SPEED:g}'
+            )
 
     def _warn(self, text: str) -> None:
         self._node.get_logger().warning(text)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import os
+import stat
 import tempfile
 import time
 from collections.abc import Sequence
@@ -31,12 +32,7 @@ class RobotLocks:
         Raises:
             SetcmasError: Another process holds one of them.
         """
-        self._file: int | None = None
-        # A file of another user cannot be opened; then the ROS graph must do.
-        with contextlib.suppress(PermissionError):
-            if hasattr(os, 'O_NOFOLLOW'):  # Windows has no such locks
-                flags = os.O_RDWR | os.O_CREAT | os.O_NOFOLLOW
-                self._file = os.open(_path(domain), flags, 0o666)
+        self._file = _lock_file(_path(domain))
         taken = {robot: holder for robot in robots if (holder := self._take(robot))}
         if taken:
             self.release()
@@ -66,6 +62,21 @@ class RobotLocks:
             return holder or 'of another user'
         os.pwrite(self._file, f'{os.getpid():<{_ENTRY_SIZE}}'.encode(), place)
         return None
+
+
+def _lock_file(path: Path) -> int | None:
+    """Open the file of the locks; without it the ROS graph must show other simulators."""
+    if not hasattr(os, 'O_NOFOLLOW'):  # Windows has no such locks
+        return None
+    try:
+        # Other users can put a link, a folder or a pipe into the shared folder.
+        file = os.open(path, os.O_RDWR | os.O_CREAT | os.O_NOFOLLOW | os.O_NONBLOCK, 0o666)
+    except OSError:
+        return None
+    if stat.S_ISREG(os.fstat(file).st_mode):
+        return file
+    os.close(file)
+    return None
 
 
 def _path(domain: str) -> Path:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import re
+import tempfile
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import ExitStack
@@ -14,9 +15,18 @@ from typing import Any
 from rosbags.interfaces import Connection, Qos
 from rosbags.rosbag1 import Reader as Ros1Reader
 from rosbags.rosbag2 import Reader as Ros2Reader
+from rosbags.rosbag2.storage_mcap import McapReader
 
 from setcmas_simu.errors import SetcmasError
-from setcmas_tools.bags.bag_sources import BagSource, IndexedSource, McapSalvage, one_line
+from setcmas_simu.limited_file import read_limited
+from setcmas_tools.bags.bag_limits import McapOutline, decompress_file
+from setcmas_tools.bags.bag_sources import (
+    BagSource,
+    DecompressedSource,
+    IndexedSource,
+    McapSalvage,
+    one_line,
+)
 from setcmas_tools.bags.message_types import (
     BagTypes,
     MessageType,
@@ -24,6 +34,7 @@ from setcmas_tools.bags.message_types import (
     UnresolvedTypeError,
 )
 
+_MOST_METADATA_BYTES = 1_000_000
 _BAGS = 'a rosbag2 folder, an .mcap or a .db3 file, or a ROS 1 .bag file'
 _REINDEX = 'it must be whole (rosbag reindex repairs a cut one)'
 _ADVICE = {
@@ -51,25 +62,22 @@ def open_sources(path: Path, stack: ExitStack) -> list[BagSource]:
     """
     if not path.exists():
         raise SetcmasError(f"there is no bag '{path}'; it must be {_BAGS}")
-    if path.is_dir() and _is_compressed(path):
-        return [_opened(_open_whole, path, stack)]
     sources, failures = [], []
-    for file in _files(path):
+    mode = _compression(path) if path.is_dir() else ''
+    files = _unpacked(path, stack) if mode == 'file' else _files(path)
+    for file in files:
         try:
-            sources.append(_opened(_open_file, file, stack))
+            source = _open_file(file)
         except SetcmasError as error:
             failures.append(error)
+        else:
+            stack.callback(source.close)
+            sources.append(DecompressedSource(source) if mode == 'message' else source)
     if not sources:
         raise failures[0]
     # Only of a bag in several files, whose recorder was killed just after it began a new one.
     sources[0].notices[:0] = map(str, failures)
     return sources
-
-
-def _opened(opener: Callable[[Path], BagSource], path: Path, stack: ExitStack) -> BagSource:
-    source = opener(path)
-    stack.callback(source.close)
-    return source
 
 
 def _files(path: Path) -> list[Path]:
@@ -84,13 +92,25 @@ def _files(path: Path) -> list[Path]:
     return files
 
 
-def _is_compressed(folder: Path) -> bool:
+def _compression(folder: Path) -> str:
+    """Return 'file' or 'message' of a compressed bag, else nothing."""
     try:
-        metadata = (folder / 'metadata.yaml').read_text(encoding='utf-8', errors='replace')
+        metadata = read_limited(folder / 'metadata.yaml', _MOST_METADATA_BYTES)
     except FileNotFoundError:
-        return False
-    pattern = r'^\s*compression_mode:\s*[\'"]?(file|message)'
-    return bool(re.search(pattern, metadata, re.IGNORECASE | re.MULTILINE))
+        return ''
+    found = re.search(
+        rb'^\s*compression_mode:\s*[\'"]?(file|message)', metadata, re.IGNORECASE | re.MULTILINE
+    )
+    return found[1].decode().lower() if found else ''
+
+
+def _unpacked(folder: Path, stack: ExitStack) -> list[Path]:
+    """Return the files of a bag that is compressed as a whole, in a temporary folder."""
+    packed = sorted(folder.glob('*.zstd'))
+    if not packed:
+        raise SetcmasError(f"folder '{folder}' is not a bag; it must be {_BAGS}")
+    place = Path(stack.enter_context(tempfile.TemporaryDirectory(prefix='setcmas_bag_')))
+    return [decompress_file(file, place / file.stem) for file in packed]
 
 
 def _open_file(file: Path) -> BagSource:
@@ -99,10 +119,7 @@ def _open_file(file: Path) -> BagSource:
     if not file.stat().st_size:
         raise SetcmasError(f"bag '{file}' is empty: nothing was ever written to it")
     if file.suffix == '.mcap':
-        try:
-            return IndexedSource(file, Ros2Reader(file))
-        except Exception:  # its index, the last to be written, is missing or damaged
-            return McapSalvage(file)
+        return _open_mcap(file)
     if Path(f'{file}-wal').exists():  # of a .db3 file; rosbags ignores it
         raise SetcmasError(
             f"bag '{file}' was not closed; this closes it: "
@@ -111,14 +128,26 @@ def _open_file(file: Path) -> BagSource:
     return _open_whole(file)
 
 
-def _open_whole(path: Path) -> BagSource:
-    """Open a file or a compressed folder, which cannot be salvaged."""
-    advice = _ADVICE.get(path.suffix, 'a compressed bag must be whole')
-    reader = Ros1Reader if path.suffix in ('.bag', '.active') else Ros2Reader
+def _open_mcap(file: Path) -> BagSource:
+    outline = McapOutline(file)
+    if outline.is_complete:
+        with contextlib.suppress(Exception):  # the index is damaged
+            reader = Ros2Reader(file)
+            source = IndexedSource(file, reader)
+            if isinstance(reader.storage, McapReader) and outline.has_chunks_of(reader.storage):
+                return source
+            source.close()
+    return McapSalvage(file)
+
+
+def _open_whole(file: Path) -> BagSource:
+    """Open a file that cannot be salvaged."""
+    reader = Ros2Reader if file.suffix == '.db3' else Ros1Reader
     try:
-        return IndexedSource(path, reader(path))
+        return IndexedSource(file, reader(file))
     except Exception as error:  # a damaged file makes any of several libraries fail
-        raise SetcmasError(f"bag '{path}' cannot be read ({one_line(error)}); {advice}") from error
+        advice = _ADVICE[file.suffix]
+        raise SetcmasError(f"bag '{file}' cannot be read ({one_line(error)}); {advice}") from error
 
 
 DERIVED = '# The recorder of setcmas made these messages from the odometry in this bag.\n'
@@ -220,15 +249,14 @@ class Bag:
             if own := takers.get(topic):
                 try:
                     message = topic.type.decode(data)
+                    for take in own:
+                        take(time_ns - self.start_ns, message)
                 except UndecodableError as error:
                     wrong[topic] = wrong.get(topic, 0) + 1
                     lines[topic] = (
                         f'topic {topic.name}: {wrong[topic]:,} of {topic.count:,} messages are '
                         f'left out, their bytes are not a {topic.type.name} ({error})'
                     )
-                    continue
-                for take in own:
-                    take(time_ns - self.start_ns, message)
         return [lines[topic] for topic in self.topics if topic in lines]
 
     def _resolve(self) -> dict[tuple[str, str], BagTopic]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import struct
 from collections import Counter
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import islice
 from pathlib import Path
 from typing import Any, Protocol
@@ -25,6 +25,7 @@ from rosbags.rosbag2 import Reader as Ros2Reader
 from rosbags.rosbag2.metadata import parse_qos
 
 from setcmas_simu.errors import SetcmasError
+from setcmas_tools.bags.bag_limits import LARGEST_RECORD, decompressed, zstd_content
 
 Entry = tuple[Connection, int, bytes]
 """Connection, receive time in ns, and the serialised message."""
@@ -117,13 +118,34 @@ class IndexedSource:
         self._reader.close()
 
 
+class DecompressedSource:
+    """A file whose messages are compressed one by one."""
+
+    def __init__(self, source: BagSource) -> None:
+        """Read the messages of another source."""
+        self._source = source
+        self.connections = source.connections
+        self.extent = source.extent
+        self.notices = source.notices
+
+    def messages(self) -> Iterator[Entry]:
+        """Yield all messages; a damaged one has no bytes."""
+        for connection, time_ns, data in self._source.messages():
+            try:
+                content = zstd_content(data)
+            except Exception:  # of the decompressor
+                content = b''
+            yield connection, time_ns, content
+
+    def close(self) -> None:
+        """Release the file."""
+        self._source.close()
+
+
 _GARBAGE = (McapError, MemoryError, OverflowError, ValueError, struct.error)
 """Errors of reading bytes that are no records."""
 
 _FORMATS = {'ros2msg': MessageDefinitionFormat.MSG, 'ros2idl': MessageDefinitionFormat.IDL}
-
-_LARGEST_CHUNK = 2**26
-"""Most bytes by which a cut record may exceed its file; a larger claim is garbage."""
 
 
 class McapSalvage:
@@ -169,10 +191,10 @@ class McapSalvage:
 
     def _scan(self) -> Iterator[Message]:
         size = self._path.stat().st_size
-        limit = size + _LARGEST_CHUNK
         self._damaged_chunks = 0
         with self._path.open('rb') as stream:
-            reader = StreamReader(stream, emit_chunks=True, record_size_limit=limit)
+            # A cut record may exceed its file; a larger claim is garbage.
+            reader = StreamReader(stream, emit_chunks=True, record_size_limit=LARGEST_RECORD)
             try:
                 for record in reader.records:
                     yield from self._messages_in(record)
@@ -188,7 +210,8 @@ class McapSalvage:
     def _messages_in(self, record: Any) -> Iterator[Message]:
         if isinstance(record, Chunk):
             try:
-                records = breakup_chunk(record, validate_crc=True)
+                data = decompressed(record.data, record.compression, record.uncompressed_size)
+                records = breakup_chunk(replace(record, compression='', data=data), True)
             except Exception:  # of any of the decompressors
                 self._damaged_chunks += 1
                 return

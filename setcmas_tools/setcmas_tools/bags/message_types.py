@@ -27,7 +27,10 @@ from rosbags.typesys import (
 from rosbags.typesys.store import Typestore
 
 from setcmas_tools.bags.bag_sources import one_line
+from setcmas_tools.bags.type_limits import MOST_LETTERS, TooLargeError, TypeLimits
 
+_MOST_LETTERS = 20 * MOST_LETTERS
+_MOST_STORES = 50
 _IDL_SEPARATOR = '=' * 80 + '\n'
 
 
@@ -61,6 +64,7 @@ class BagTypes:
         """Start without any type."""
         # More than one store only if topics disagree on a definition, as in merged bags.
         self._stores: list[Typestore] = []
+        self._letters = 0
         self._resolved: dict[tuple[str, str, bool], MessageType] = {}
 
     def resolve(self, connection: Connection) -> MessageType:
@@ -77,14 +81,16 @@ class BagTypes:
         key = (connection.msgtype, connection.msgdef.data, is_ros1)
         if key not in self._resolved:
             store = self._store_for(connection)
-            self._resolved[key] = MessageType(
-                connection.msgtype, store, _decoder(store, connection.msgtype, is_ros1)
-            )
+            decode = _decoder(store, connection.msgtype, is_ros1)
+            self._resolved[key] = MessageType(connection.msgtype, store, decode)
         return self._resolved[key]
 
     def _store_for(self, connection: Connection) -> Typestore:
         if connection.msgdef.format == MessageDefinitionFormat.NONE:
             return _store_of_ros(connection.msgtype)
+        self._letters += len(connection.msgdef.data)
+        if self._letters > _MOST_LETTERS or len(self._stores) > _MOST_STORES:
+            raise UnresolvedTypeError('the definitions in the bag are too long or too many')
         definitions = _parse(connection)
         fresh = get_typestore(Stores.EMPTY)
         for store in (*self._stores, fresh):
@@ -109,6 +115,10 @@ def _store_of_ros(msgtype: str) -> Typestore:
 
 def _parse(connection: Connection) -> dict[str, Any]:
     text = connection.msgdef.data
+    if len(text) > MOST_LETTERS:
+        raise UnresolvedTypeError(
+            f'its definition has {len(text):,} letters; at most {MOST_LETTERS:,} are read'
+        )
     try:
         if connection.msgdef.format == MessageDefinitionFormat.MSG:
             return dict(get_types_from_msg(text, connection.msgtype))
@@ -117,22 +127,26 @@ def _parse(connection: Connection) -> dict[str, Any]:
             idl = part.split('\n', 1)[1] if part.startswith('IDL: ') else part
             if idl.strip():
                 definitions.update(get_types_from_idl(idl))
-    except (TypesysError, ValueError) as error:
+    except (TypesysError, ValueError, RecursionError) as error:
         raise UnresolvedTypeError(f'its definition is damaged ({one_line(error)})') from error
     return definitions
 
 
 def _decoder(store: Typestore, msgtype: str, is_ros1: bool) -> Callable[[bytes], Any]:
     try:
+        limits = TypeLimits(store.fielddefs, msgtype)
         store.get_msgdef(msgtype)
+    except TooLargeError as error:
+        raise UnresolvedTypeError(str(error)) from error
     except KeyError as error:  # of a type or of a kind of field
         raise UnresolvedTypeError(f'no definition of {error} is known') from error
     deserialise = store.deserialize_ros1 if is_ros1 else store.deserialize_cdr
 
     def decode(data: bytes) -> Any:
         try:
+            limits.check(data)
             return deserialise(data, msgtype)
-        except SerdeError as error:
+        except (SerdeError, TooLargeError) as error:
             raise UndecodableError(one_line(error)) from error
 
     return decode

@@ -83,6 +83,8 @@ class Choice:
         """Return why a topic is not played; otherwise keep its class and return nothing."""
         if is_command(topic.name, topic.type.name):
             return 'no robot moves because of a recording'
+        if topic.name in (topics.PARAMETER_EVENTS, topics.ROSOUT):
+            return 'they are of the programs that were recorded'
         if own_clock and topic.name == CLOCK:
             return '--clock takes its place'
         if any(topic.name == other.name for other in self.classes):

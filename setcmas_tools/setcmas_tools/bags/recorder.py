@@ -49,7 +49,6 @@ class LockstepAnswers:
         self._answerer.leave()
 
 
-_LEFT_OUT = ('/parameter_events', '/rosout', topics.LOCKSTEP)
 _ANNOUNCED_WITHIN_NS = 10**9
 
 
@@ -126,7 +125,7 @@ class GraphRecorder:
     def _is_wanted(self, name: str) -> bool:
         if self._chosen is not None:
             return name in self._chosen or (name == topics.CLOCK and self.follows)
-        return name not in _LEFT_OUT and '/_' not in name
+        return name != topics.LOCKSTEP and '/_' not in name
 
     def _follow(self, name: str, types: list[str]) -> None:
         infos = self._node.get_publishers_info_by_topic(name)
@@ -230,8 +229,8 @@ def _record_bag(process: RosProcess, args: argparse.Namespace) -> int:
 def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(
         prog='recorder',
-        description='Record all topics but /parameter_events, /rosout and hidden ones (/_...) '
-        'into a rosbag2 bag, new topics as they appear, until Ctrl-C.',
+        description='Record all topics but hidden ones (/_...) into a rosbag2 bag, new topics as '
+        'they appear, until Ctrl-C.',
     )
     RecorderOptions.add_to(parser)
     return parser

@@ -16,6 +16,7 @@ from setcmas_tools.bags.bag import Bag, Message, open_bag
 from setcmas_tools.bags.topic_table import TopicTable, flattener
 from setcmas_tools.run.csv_columns import FLEET
 from setcmas_tools.run.run_folder import stem_of_bag
+from setcmas_tools.run.run_info import ParameterChange
 from setcmas_tools.run.run_samples import RunSamples
 from setcmas_tools.run.run_tables import FILE_NAMES, write_tables
 
@@ -34,6 +35,7 @@ class ConversionReport:
         messages: Number of rows of all topics.
         duration: From the first to the last message, in s.
         notices: A line for each loss in the bag.
+        parameters_set: The ROS parameters that were set.
     """
 
     folder: Path
@@ -42,6 +44,7 @@ class ConversionReport:
     messages: int
     duration: float
     notices: list[str]
+    parameters_set: list[ParameterChange]
 
     def __str__(self) -> str:
         """Return the notices and a summary."""
@@ -121,6 +124,7 @@ def _write_files(bag: Bag, unfinished: Path, folder: Path) -> ConversionReport:
         sum(file.nb_rows for file in written),
         (bag.end_ns - bag.start_ns) / 1e9,
         bag.notices + undecodable,
+        samples.parameters_set(),
     )
 
 

@@ -6,12 +6,16 @@ import csv
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import partial
+from io import TextIOWrapper
+from itertools import chain, islice
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from setcmas_simu.errors import SetcmasError
+from setcmas_simu.fleet.topics import MAX_ROBOTS
+from setcmas_simu.limited_file import open_limited
 
 ALL = 'all'
 """The receiver of a broadcast."""
@@ -32,24 +36,19 @@ class Cells:
     parsed: Callable[[Sequence[str]], Any]
 
 
-def _numbers(cells: Sequence[str], least: float | None = None, whole: bool = False) -> Any:
-    values = np.array(cells, dtype=float)
-    if least is not None and not (values >= least).all():
-        raise ValueError
-    if whole and (values % 1).any():
-        raise ValueError
-    return values
+def _numbers(cells: Sequence[str]) -> Any:
+    return np.array(cells, dtype=float)
 
 
-def _times(cells: Sequence[str]) -> Any:
+def _bounded(cells: Sequence[str], least: float, most: float, whole: bool = True) -> Any:
     values = _numbers(cells)
-    if not np.isfinite(values).all():
+    if not ((values >= least) & (values <= most)).all() or (whole and (values % 1).any()):
         raise ValueError
     return values
 
 
 def _receivers(cells: Sequence[str]) -> list[str]:
-    _numbers([cell for cell in cells if cell != ALL], least=1, whole=True)
+    _bounded([cell for cell in cells if cell != ALL], 1, MAX_ROBOTS)
     return list(cells)
 
 
@@ -57,12 +56,19 @@ def _known_numbers(cells: Sequence[str]) -> Any:
     return _numbers([cell or 'nan' for cell in cells])
 
 
-TIME = Cells('a finite number', '.6f', _times)
+_LATEST_S = 1e6
+_MOST_COUNTED = 1e15
+_ROBOT = f'a whole number from 1 to {MAX_ROBOTS}'
+TIME = Cells(
+    f'a number up to {_LATEST_S:g}',
+    '.6f',
+    partial(_bounded, least=-_LATEST_S, most=_LATEST_S, whole=False),
+)
 NUMBER = Cells('a number', '.9f', _numbers)
 SHORT_NUMBER = Cells('a number', '.9g', _numbers)
-COUNT = Cells('a whole number', '.0f', partial(_numbers, least=0, whole=True))
-ROBOT = Cells('a whole number from 1', '.0f', partial(_numbers, least=1, whole=True))
-RECEIVER = Cells(f"a whole number from 1, or '{ALL}'", '', _receivers)
+COUNT = Cells('a whole number', '.0f', partial(_bounded, least=0, most=_MOST_COUNTED))
+ROBOT = Cells(_ROBOT, '.0f', partial(_bounded, least=1, most=MAX_ROBOTS))
+RECEIVER = Cells(f"{_ROBOT}, or '{ALL}'", '', _receivers)
 SECONDS = Cells('a number, or empty', '', _known_numbers)
 TEXT = Cells('text', '', list)
 
@@ -123,9 +129,9 @@ class CsvFile:
             SetcmasError: The file cannot be read or is damaged.
         """
         try:
-            with path.open(encoding='utf-8-sig', newline='') as file:
-                reader = csv.reader(file)
-                header, rows = ','.join(next(reader, [])), list(reader)
+            binary = open_limited(path, _MOST_BYTES)
+            with TextIOWrapper(binary, 'utf-8-sig', newline='') as file:
+                return self._read(path, file)
         except FileNotFoundError:
             return None
         except OSError as error:
@@ -134,18 +140,49 @@ class CsvFile:
             raise SetcmasError(
                 f"'{path}' is not a CSV file; it must have the columns {self.header}"
             ) from error
+
+    def _read(self, path: Path, file: TextIOWrapper) -> list[Any]:
+        rows = csv.reader(iter(partial(file.readline, _LONGEST_LINE), ''))
+        header = ','.join(next(rows, []))
         for columns in (self.columns, self.columns + self.further):
             if _header(columns) == header:
-                return list(_parsed(path, columns, rows))
-        raise SetcmasError(f"'{path}', line 1: '{header}' is not the columns {self.header}")
+                return _values(path, columns, rows)
+        raise SetcmasError(
+            f"'{path}', line 1: '{_short(header)}' is not the columns {self.header}"
+        )
+
+
+_MOST_BYTES = 1_000_000_000
+_LONGEST_LINE = 100_000
+_ROWS_AT_ONCE = 50_000  # as texts they take ten times the memory
+_LONGEST_SHOWN = 200
+
+
+def _short(text: str) -> str:
+    line = ' '.join(text[: 2 * _LONGEST_SHOWN].split())
+    return line if len(line) <= _LONGEST_SHOWN else f'{line[:_LONGEST_SHOWN]}…'
 
 
 def _header(columns: Iterable[Column]) -> str:
     return ','.join(column.name for column in columns)
 
 
-def _parsed(path: Path, columns: Sequence[Column], rows: list[list[str]]) -> Iterator[Any]:
-    for number, row in enumerate(rows, start=2):
+def _values(path: Path, columns: Sequence[Column], rows: Iterator[list[str]]) -> list[Any]:
+    blocks = [list(_parsed(path, columns, [], 2))]
+    line = 2
+    while block := list(islice(rows, _ROWS_AT_ONCE)):
+        blocks.append(list(_parsed(path, columns, block, line)))
+        line += len(block)
+    return [
+        np.concatenate(parts) if isinstance(parts[0], np.ndarray) else list(chain(*parts))
+        for parts in zip(*blocks, strict=True)
+    ]
+
+
+def _parsed(
+    path: Path, columns: Sequence[Column], rows: list[list[str]], first: int
+) -> Iterator[Any]:
+    for number, row in enumerate(rows, start=first):
         if len(row) != len(columns):
             raise _damage(path, number, row, columns, f'it must have {len(columns)} cells')
     cells = list(zip(*rows, strict=True)) or [()] * len(columns)
@@ -155,7 +192,7 @@ def _parsed(path: Path, columns: Sequence[Column], rows: list[list[str]]) -> Ite
         except ValueError:
             i = next(i for i, cell in enumerate(own) if not _fits(column, cell))
             must = f'{column.name} must be {column.cells.must}'
-            raise _damage(path, i + 2, rows[i], columns, must) from None
+            raise _damage(path, first + i, rows[i], columns, must) from None
 
 
 def _fits(column: Column, cell: str) -> bool:
@@ -169,8 +206,10 @@ def _fits(column: Column, cell: str) -> bool:
 def _damage(
     path: Path, line: int, row: Iterable[str], columns: Iterable[Column], must: str
 ) -> SetcmasError:
-    text = f"'{path}', line {line}: '{','.join(row)}' is not a row of {_header(columns)}; {must}"
-    return SetcmasError(text)
+    text = _short(','.join(row))
+    return SetcmasError(
+        f"'{path}', line {line}: '{text}' is not a row of {_header(columns)}; {must}"
+    )
 
 
 def _columns(cells: Cells, /, **meanings: str) -> tuple[Column, ...]:

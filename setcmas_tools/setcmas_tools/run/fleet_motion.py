@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, fields
+from pathlib import Path
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from setcmas_simu.arrays import Floats
+from setcmas_simu.errors import SetcmasError
 
 
 @dataclass(frozen=True)
@@ -83,7 +85,28 @@ def fleet_table(rows: ArrayLike) -> FleetTable:
     """
     values = np.asarray(rows, dtype=float).reshape(-1, len(fields(FleetTable)))
     t, robot, *rest = values[np.lexsort((values[:, 1], values[:, 0]))].T
-    return FleetTable(t, robot.astype(np.int64), *rest)
+    known = (np.where(np.abs(column) <= _LARGEST, column, np.nan) for column in rest)
+    return FleetTable(t, robot.astype(np.int64), *known)
+
+
+_LARGEST = 1e12  # m, rad, m/s: squares of larger numbers may be infinite
+
+
+_MOST_ROBOT_SECONDS = 1e6  # 8 robots for 35 h, or 250 for an hour
+
+
+def check_extent(table: FleetTable, source: Path) -> None:
+    """Check that robots and duration fit into memory.
+
+    Raises:
+        SetcmasError: They do not; one wrong time is enough.
+    """
+    duration = float(np.ptp(table.t)) if len(table.t) else 0.0
+    if len(table.robots) * duration > _MOST_ROBOT_SECONDS:
+        raise SetcmasError(
+            f"'{source}' has {len(table.robots)} robots over {duration:g} s; their product must "
+            f'be at most {_MOST_ROBOT_SECONDS:g} s'
+        )
 
 
 LONGEST_GAP_S = 1.0

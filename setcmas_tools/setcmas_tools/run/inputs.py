@@ -3,55 +3,57 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
-from setcmas_ctrl.scripts.imports import with_helpers
+from setcmas_ctrl.scripts.imports import MOST_BYTES, with_helpers
 from setcmas_simu.errors import SetcmasError
+from setcmas_simu.limited_file import read_limited
 from setcmas_tools.scenario.scenario import Scenario
 from setcmas_tools.scenario.scenario_files import INPUTS, OF_FILES, robots_by_text
 
-_LARGEST_BYTES = 2_000_000
+_MOST_BYTES = 20_000_000
+"""Most bytes of a script with the modules that it imports."""
 
 
 class RunInput:
-    """A file that an option names, and those that it needs.
+    """A file that an option names, and the modules that it imports.
 
     Attributes:
         option: Name of the option.
         path: The file.
         robots: The robots that it is for; none if it is for all.
         files: The file, and if it is a script the modules of its folder that it imports.
-        contents: What is in each of them.
+        contents: The bytes of each of them.
     """
 
     def __init__(self, option: str, path: Path, robots: Sequence[int] = ()) -> None:
-        """Read the file and what belongs to it.
+        """Read the file and its modules.
 
         Raises:
-            SetcmasError: A file cannot be read.
+            SetcmasError: A file cannot be read, or they are too large.
         """
         self.option = option
         self.path = path
         self.robots = tuple(robots)
         self.files = with_helpers(path)
-        self.contents = [_read(file) for file in self.files]
+        self.contents: list[bytes] = []
+        for file in self.files:
+            self.contents.append(_read(file))
+            if sum(map(len, self.contents)) > _MOST_BYTES:
+                raise SetcmasError(
+                    f"'{path}' and the modules that it imports are too large; they must have at "
+                    f'most {_MOST_BYTES:,} bytes'
+                )
 
     @property
     def folder(self) -> str:
-        """The folder of the run in which it is kept."""
+        """Its folder in the folder of the run."""
         return f'{INPUTS}/{self.option}' + (f'_{self.robots[0]}' if self.robots else '')
 
-    def write_to(self, run: Path) -> None:
-        """Write the files into the folder of a run, modules in packages into such packages.
-
-        Raises:
-            OSError: A file cannot be written.
-        """
-        self.write_into(run / self.folder)
-
-    def write_into(self, folder: Path) -> None:
-        """Write the files into a folder of their own.
+    def write_to(self, folder: Path) -> None:
+        """Write the files into a folder, modules in packages into such packages.
 
         Raises:
             OSError: A file cannot be written.
@@ -64,7 +66,7 @@ class RunInput:
 
 def _read(file: Path) -> bytes:
     try:
-        return file.read_bytes()
+        return read_limited(file, MOST_BYTES)
     except OSError as error:
         raise SetcmasError(f"'{file}' cannot be read: {error.strerror}") from error
 
@@ -98,35 +100,30 @@ def kept_record(scenario: Scenario, inputs: Iterable[RunInput]) -> dict[str, Any
 
 
 def kept_inputs(folder: Path, record: Mapping[str, Any]) -> tuple[RunInput, ...]:
-    """Return the inputs that the folder of a run keeps; those that have gone are left out.
+    """Return the inputs that the folder of a run keeps; those that are missing are left out.
+
+    A stranger's run.yaml may name any file: it must be a small one in inputs/, without links.
 
     Args:
         folder: The folder.
         record: The scenario in its run.yaml.
     """
-    return tuple(
-        RunInput(name, folder / path, robots)
-        for name in OF_FILES
-        for path, robots in robots_by_text(record.get(name)).items()
-        if _is_kept(folder, Path(path))
-    )
+    found = []
+    for name in OF_FILES:
+        for text, robots in robots_by_text(record.get(name)).items():
+            if _is_kept(folder, Path(text)):
+                with suppress(SetcmasError):  # too large
+                    found.append(RunInput(name, folder / text, robots))
+    return tuple(one for one in found if all(_is_kept(folder, f) for f in _parts(folder, one)))
+
+
+def _parts(folder: Path, given: RunInput) -> list[Path]:
+    return [file.relative_to(folder) for file in given.files]
 
 
 def _is_kept(folder: Path, path: Path) -> bool:
-    """Return whether a file, with the modules that it imports, is really in a run's inputs.
-
-    A stranger's run.yaml may name any file: it must be a small one, reached without links.
-    """
-    return _is_inside(folder, path) and all(
-        _is_inside(folder, file.relative_to(folder)) for file in with_helpers(folder / path)
-    )
-
-
-def _is_inside(folder: Path, path: Path) -> bool:
     parts = path.parts
     if parts[:1] != (INPUTS,) or '..' in parts:
         return False
     places = [folder.joinpath(*parts[:count]) for count in range(1, len(parts) + 1)]
-    file = places[-1]
-    linked = any(place.is_symlink() for place in places)
-    return not linked and file.is_file() and file.stat().st_size <= _LARGEST_BYTES
+    return places[-1].is_file() and not any(place.is_symlink() for place in places)

@@ -223,7 +223,7 @@ class RunFolder:
             self._empty()
             self.write_info(info)
             for given in self._inputs:
-                given.write_to(self.path)
+                given.write_to(self.path / given.folder)
 
     def keep_reload(self, t: float, works: bool) -> None:
         """Keep the control scripts as they are now, t seconds after the run has begun."""
@@ -233,7 +233,7 @@ class RunFolder:
                 if given.option == 'algo':
                     folder = f'{given.folder}_reload_{len(self.reloads) + 1}'
                     now = RunInput(given.option, given.path, given.robots)
-                    now.write_into(self.path / folder)
+                    now.write_to(self.path / folder)
                     kept.append(f'{folder}/{given.path.name}')
         self.reloads.append(Reload(round(t, 3), works, kept))
 

@@ -53,6 +53,7 @@ def read_record(path: Path, kind: type[Record]) -> Record | None:
     values = dict(content.value) if isinstance(content.value, dict) else {}
     found = values.pop('format').value if 'format' in values else 'none'
     if found != FORMAT:
+        found = str(found)[:40]
         raise SetcmasError(f"'{path}' has format {found}; this setcmas reads format {FORMAT} only")
     record: Record = _converted(dataclasses.replace(content, value=values), kind)
     return record
@@ -282,6 +283,23 @@ class Reload:
 
 
 @dataclass(frozen=True)
+class ParameterChange:
+    """A ROS parameter that was set during a run.
+
+    Attributes:
+        t: When, in s from the first command.
+        node: Full name of its node, such as '/controllers'.
+        name: Its name.
+        value: Its value from then on.
+    """
+
+    t: float
+    node: str
+    name: str
+    value: Any
+
+
+@dataclass(frozen=True)
 class RunInfo:
     """What a run was.
 
@@ -297,6 +315,7 @@ class RunInfo:
         origin: What it was made with; None is this process.
         reloads: The later versions of its control scripts; None if there were none.
         failures: When which script failed for whom; None if none did, or if unknown.
+        parameters_set: The ROS parameters that were set; None if none were, or if unknown.
     """
 
     command: list[str] = field(default_factory=list)
@@ -308,6 +327,7 @@ class RunInfo:
     origin: Origin | None = None
     reloads: list[Reload] | None = None
     failures: list[ScriptFailure] | None = None
+    parameters_set: list[ParameterChange] | None = None
 
     @property
     def seed(self) -> int:

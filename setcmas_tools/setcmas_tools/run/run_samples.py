@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-import re
 from array import array
 from collections.abc import Callable, Iterable
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -19,7 +19,7 @@ from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet import topics
 from setcmas_simu.fleet.planar_pose import yaw_of_quaternion
 from setcmas_tools.run.communication_record import CommunicationRecord, Counts, record_of
-from setcmas_tools.run.fleet_motion import FleetTable, fleet_table
+from setcmas_tools.run.fleet_motion import FleetTable, check_extent, fleet_table
 from setcmas_tools.run.law_output import (
     DrawingRecord,
     SafetyRecord,
@@ -28,6 +28,7 @@ from setcmas_tools.run.law_output import (
     safety_record,
     with_allowed,
 )
+from setcmas_tools.run.run_info import ParameterChange
 from setcmas_tools.run.run_tables import RunTables
 
 if TYPE_CHECKING:
@@ -112,8 +113,9 @@ class FleetSamples:
 
 
 def _robot_of(name: str, topic: str) -> int | None:
-    found = re.fullmatch(rf'(?:{_MOTION_CAPTURE})?/tb3_([1-9][0-9]*)/{topic}', name)
-    return int(found[1]) if found else None
+    robot = topics.robot_of(name)
+    own = robot and name.removeprefix(_MOTION_CAPTURE) == topics.robot_topic(robot, topic)
+    return robot if own else None
 
 
 _MATRIX = 'std_msgs/msg/Float32MultiArray'
@@ -207,6 +209,13 @@ _VELOCITY = 'geometry_msgs/msg/Point32'
 _MARKER = 'visualization_msgs/msg/Marker'
 _TRAIL = 'visualization_msgs/msg/MarkerArray'
 _TEXT = 'std_msgs/msg/String'
+_PARAMETER_EVENT = 'rcl_interfaces/msg/ParameterEvent'
+_VALUES = (
+    'bool_value', 'integer_value', 'double_value', 'string_value', 'byte_array_value',
+    'bool_array_value', 'integer_array_value', 'double_array_value', 'string_array_value',
+)  # fmt: skip
+"""Fields of rcl_interfaces/ParameterValue, in the order of its types from 1."""
+
 _STATUSES = 'diagnostic_msgs/msg/DiagnosticArray'
 _SPHERE_TYPE = 2
 
@@ -227,6 +236,7 @@ class RunSamples:
         self._drawings = DrawingRecord()
         self._references: References | None = None
         self._safety: list[SafetyRow] = []
+        self._changes: list[ParameterChange] = []
 
     def collectors(self, topic: str, msgtype: str) -> list[Taker]:
         """Return the functions that take the messages of a topic."""
@@ -255,6 +265,11 @@ class RunSamples:
             self._safety_record(start_ns / 1e9),
         )
 
+    def parameters_set(self) -> list[ParameterChange]:
+        """Return the parameters that were set, in the order of time."""
+        start = self._fleet.start_ns / 1e9
+        return [replace(one, t=round(one.t - start, 6)) for one in self._changes]
+
     def _safety_record(self, start: float) -> SafetyRecord | None:
         rows = [(t - start, robot, state, over) for t, robot, state, over in self._safety]
         return safety_record(rows) if rows else None
@@ -262,6 +277,8 @@ class RunSamples:
     def _own_collector(self, topic: str, msgtype: str) -> Taker | None:
         if topic == topics.TASK and msgtype == _TEXT:
             return self._take_task
+        if topic == topics.PARAMETER_EVENTS and msgtype == _PARAMETER_EVENT:
+            return self._take_parameters
         if topic == topics.DIAGNOSTICS and msgtype == _STATUSES:
             return self._take_statuses
         robot = topics.robot_of(topic)
@@ -283,6 +300,14 @@ class RunSamples:
             self._references = References.decoded(message.data)
         except ValueError:
             return  # of another program
+
+    def _take_parameters(self, time_ns: int, message: Any) -> None:
+        for parameter in message.changed_parameters:
+            kind = parameter.value.type
+            value = getattr(parameter.value, _VALUES[kind - 1]) if 0 < kind < 10 else None
+            value = value.tolist() if isinstance(value, np.ndarray) else value
+            change = ParameterChange(time_ns / 1e9, message.node, parameter.name, value)
+            self._changes.append(change)
 
     def _take_statuses(self, time_ns: int, message: Any) -> None:
         for status in message.status:
@@ -334,5 +359,6 @@ def read_bag(path: Path, warn: Callable[[str], None]) -> RunTables:
         for notice in bag.notices:
             warn(notice)
     if tables := samples.tables():
+        check_extent(tables.fleet, path)
         return tables
     raise SetcmasError(f"bag '{path}' holds no odometry of robots (/tb3_i/odom)")

@@ -13,6 +13,7 @@ import numpy as np
 from setcmas_ctrl.control.references import References
 from setcmas_ctrl.drawing import Sphere
 from setcmas_simu.errors import SetcmasError
+from setcmas_simu.limited_file import read_limited
 from setcmas_tools.run.communication_record import CommunicationRecord, Counts
 from setcmas_tools.run.csv_columns import (
     ALL,
@@ -25,10 +26,11 @@ from setcmas_tools.run.csv_columns import (
     SAFETY,
     TRIGGERS,
 )
-from setcmas_tools.run.fleet_motion import FleetTable, fleet_table
+from setcmas_tools.run.fleet_motion import FleetTable, check_extent, fleet_table
 from setcmas_tools.run.law_output import Commands, Drawing, SafetyRecord, commands, safety_record
 
 TASK_FILE = 'task.json'
+_MOST_TASK_BYTES = 10_000_000
 FILE_NAMES = (*(file.name for file in CSV_FILES), TASK_FILE)
 
 
@@ -117,7 +119,9 @@ def read_fleet(path: Path) -> FleetTable:
         raise SetcmasError(f"'{path}' cannot be read: there is no such file")
     if not len(columns[0]):
         raise SetcmasError(f"'{path}' holds no rows; it must have the columns {FLEET.header}")
-    return fleet_table(np.column_stack(columns))
+    table = fleet_table(np.column_stack(columns))
+    check_extent(table, path)
+    return table
 
 
 def write_commands(given: Commands, path: Path) -> None:
@@ -212,7 +216,7 @@ def read_communication(folder: Path) -> CommunicationRecord | None:
 
 def _read_references(path: Path) -> References | None:
     try:
-        return References.decoded(path.read_text(encoding='utf-8'))
+        return References.decoded(read_limited(path, _MOST_TASK_BYTES).decode('utf-8'))
     except FileNotFoundError:
         return None
     except (OSError, ValueError) as error:

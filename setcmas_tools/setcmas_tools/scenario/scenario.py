@@ -330,8 +330,15 @@ def check_record(values: Mapping[str, Any]) -> None:
     """
     _check_version(values.get('version', VERSION))
     for name, value in values.items():
-        if value is not None and name in options() and name not in OF_FILES:
+        if value is None or name not in options():
+            continue
+        if name not in OF_FILES:
             options()[name].check(name, options()[name].value(value))
+        elif not isinstance(value, (str, list, dict) if name in _OF_NUMBERS else str):
+            raise SetcmasError(f'{name} is {str(value)[:80]}; it must be a text')
+
+
+_OF_NUMBERS = ('poses', 'graph')
 
 
 def _check_version(version: Any) -> None:

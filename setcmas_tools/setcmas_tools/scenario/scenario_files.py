@@ -32,8 +32,8 @@ class ScenarioFolder:
             exercise: Whether names of laws may mean exercises.
             of_run: Whether it is that of a run, which keeps its scripts in inputs/.
         """
-        self._of_run = of_run
         self._folder = folder.resolve()
+        self._of_run = of_run
         self._exercise = exercise
 
     def place_of(self, name: str) -> Place:
@@ -49,52 +49,43 @@ class ScenarioFolder:
         return lambda text: self._named(text, name)
 
     def _law(self, text: str) -> str:
-        if self._of_run:
-            return self._kept(text)
-        if found := self._script(text):
-            return found
-        if self._exercise and text in EXERCISES:
-            return str(EXERCISES.file(text))
-        return self._file(text) if _is_path(text) else str(ALGORITHMS.file(text))
+        found = self._script(text)
+        return found or (self._file(text) if _is_path(text) else str(ALGORITHMS.file(text)))
 
     def _condition(self, text: str) -> str:
-        if self._of_run:
-            return self._kept(text)
-        if found := self._script(text):
-            return found
-        if self._exercise and text in EXERCISES:
-            return str(EXERCISES.file(text))
-        if _is_path(text):
-            return self._file(text)
+        found = self._script(text)
+        if found or _is_path(text):
+            return found or self._file(text)
         raise SetcmasError(
             f"script '{text}' of ctc was not found; it must be a script in the scenario's folder "
             f'with a function {CTC}'
         )
 
-    def _kept(self, text: str) -> str:
-        if not text.startswith(f'{INPUTS}/'):
-            raise SetcmasError(
-                f"'{text}' is not in the folder {INPUTS} of the run, so the run cannot be repeated"
-            )
-        return self._file(text)
-
     def _model(self, text: str) -> str:
         return self._file(text) if is_file(text) or _is_path(text) else text
 
     def _script(self, text: str) -> str:
-        """Return the path of a script in the folder; empty if there is none."""
+        """Return the path of a script in the folder, or of an exercise; empty if there is none."""
+        if self._of_run:
+            return self._file(text)
         if self._is_inside(text) and (self._folder / text).is_file():
             return str((self._folder / text).resolve())
-        return ''
+        return str(EXERCISES.file(text)) if self._exercise and text in EXERCISES else ''
 
     def _is_inside(self, text: str) -> bool:
         named = Path(text)
         if named.is_absolute() or PurePosixPath(text).is_absolute() or '..' in named.parts:
             return False
-        return (self._folder / named).resolve().is_relative_to(self._folder)
+        inside = self._folder / INPUTS if self._of_run else self._folder
+        return (self._folder / named).resolve().is_relative_to(inside)
 
     def _file(self, text: str) -> str:
         if not self._is_inside(text):
+            if self._of_run:
+                raise SetcmasError(
+                    f"'{text}' is not in the folder {INPUTS} of the run, so the run cannot be "
+                    'repeated'
+                )
             raise SetcmasError(
                 f"'{text}' is outside the folder of the scenario; it must be in "
                 f"'{self._folder}' or a folder below"

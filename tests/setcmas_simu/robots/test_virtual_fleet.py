@@ -50,12 +50,13 @@ def test_reset_puts_one_robot_back_at_rest(start):
 
 
 @pytest.mark.parametrize(
-    'command', [(math.nan, 0.0, 0.0), (0.1, 0.0, math.inf), (0.0, -math.inf, math.nan)]
+    'command',
+    [(math.nan, 0.0, 0.0), (0.1, 0.0, math.inf), (0.0, -math.inf, math.nan), (1e308, 0.0, 0.0)],
 )
 def test_a_command_that_is_not_finite_stops_the_robot(start, command):
     fleet = VirtualFleet(start)
     fleet.command(0, (1.0, 0.0, 0.0), now=0.0)
-    fleet.command(0, command, now=0.0)
+    assert not fleet.command(0, command, now=0.0)
     fleet.step(0.1, now=0.0)
 
     np.testing.assert_array_equal(fleet.poses, start)

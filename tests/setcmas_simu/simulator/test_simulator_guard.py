@@ -1,3 +1,4 @@
+import os
 import subprocess
 import sys
 from pathlib import Path
@@ -5,6 +6,7 @@ from pathlib import Path
 import pytest
 
 from setcmas_simu.errors import SetcmasError
+from setcmas_simu.simulator import simulator_guard
 from setcmas_simu.simulator.simulator_guard import RobotLocks
 
 HOLDER = """
@@ -43,6 +45,20 @@ def test_other_robots_and_other_domains_are_free(holder):
 def test_a_killed_process_leaves_no_lock(holder):
     holder.kill()
     holder.wait()
+
+    RobotLocks([1, 2], 'test').release()
+
+
+def link(path):
+    path.symlink_to('/etc/passwd')
+
+
+@pytest.mark.parametrize('obstruct', [link, os.mkfifo, os.mkdir])
+def test_what_another_user_puts_in_the_place_of_the_locks_stops_no_simulator(
+    tmp_path, monkeypatch, obstruct
+):
+    monkeypatch.setattr('tempfile.tempdir', str(tmp_path))
+    obstruct(simulator_guard._path('test'))
 
     RobotLocks([1, 2], 'test').release()
 

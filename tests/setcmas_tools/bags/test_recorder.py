@@ -29,7 +29,6 @@ def test_every_topic_and_those_that_appear_later(record, peer, bag):
     assert recorder.end(signal.SIGINT) == 0
     assert [message.data for message in recorded(bag, '/first')] == list(range(100))
     assert [message.x for message in recorded(bag, '/later')] == [1.5]
-    assert recorded(bag, '/parameter_events') == []
     assert recorder.output().count('recording ') == 1
     assert 'recorded 101 messages of 2 topics in ' in recorder.output()
 
@@ -87,7 +86,7 @@ def test_kill_leaves_what_was_recorded(record, peer, bag):
 
 
 def test_chosen_topics_only(record, peer, bag):
-    recorder = record('--topics', 'wanted', '/parameter_events', '/missing')
+    recorder = record('--topics', 'wanted', '/missing')
     wanted = peer.publisher(UInt16, '/wanted')
     unwanted = peer.node.create_publisher(UInt16, '/unwanted', 10)
     unwanted.publish(UInt16())

@@ -1,0 +1,53 @@
+"""Files that may come from a stranger: regular ones of limited size."""
+
+from __future__ import annotations
+
+import os
+import stat
+from pathlib import Path
+from typing import BinaryIO
+
+from setcmas_simu.errors import SetcmasError
+
+
+def open_limited(path: Path, most: int) -> BinaryIO:
+    """Open a regular file for reading.
+
+    Args:
+        path: The file.
+        most: Its largest size in bytes.
+
+    Raises:
+        OSError: It cannot be opened.
+        SetcmasError: It is a pipe, a socket or a device, or is larger.
+    """
+    # A pipe without a writer would block.
+    file = open(path, 'rb', opener=lambda p, flags: os.open(p, flags | _AT_ONCE))  # noqa: SIM115
+    status = os.fstat(file.fileno())
+    if stat.S_ISREG(status.st_mode) and status.st_size <= most:
+        return file
+    file.close()
+    if stat.S_ISREG(status.st_mode):
+        raise _too_large(path, most)
+    raise SetcmasError(f"'{path}' is not a regular file")
+
+
+def read_limited(path: Path, most: int) -> bytes:
+    """Return the content of a regular file of at most so many bytes.
+
+    Raises:
+        OSError: It cannot be read.
+        SetcmasError: It is a pipe, a socket or a device, or is larger.
+    """
+    with open_limited(path, most) as file:
+        content = file.read(most + 1)
+    if len(content) > most:  # files in /proc have size 0
+        raise _too_large(path, most)
+    return content
+
+
+_AT_ONCE = getattr(os, 'O_NONBLOCK', 0)  # Windows has no such pipes
+
+
+def _too_large(path: Path, most: int) -> SetcmasError:
+    return SetcmasError(f"'{path}' is too large; it must have at most {most:,} bytes")

@@ -1,0 +1,212 @@
+"""What a stranger sends is read within limits, or refused in one line that names it."""
+
+import os
+import shutil
+import warnings
+from contextlib import suppress
+
+import pytest
+from strange_files import chances, damaged_bytes, damaged_table, damaged_yaml
+
+from setcmas_simu.errors import SetcmasError
+from setcmas_simu.yaml_entries import read_entries
+from setcmas_tools.offline.engine import simulate
+from setcmas_tools.page.content import run_content
+from setcmas_tools.page.facts import facts_of
+from setcmas_tools.run.bag_conversion import convert
+from setcmas_tools.run.run import Run
+from setcmas_tools.run.run_folder import find_run
+from setcmas_tools.scenario.scenario import Scenario
+
+LAW = """
+import rviz_marker
+task = 'consensus'
+def control(robotNo, nbRobots, poses, t):
+    rviz_marker.publish_marker(1.0, 2.0, 0.0, robotNo, color=[1, 0, 0], marker_name='wp_ref')
+    return poses[0].mean() - poses[0, robotNo - 1], 0.0
+"""
+
+
+@pytest.fixture(scope='module')
+def whole(tmp_path_factory):
+    """A run with every kind of table."""
+    folder = tmp_path_factory.mktemp('whole')
+    (folder / 'law.py').write_text(LAW)
+    run = simulate(str(folder / 'law.py'), nb_robots=3, duration=2, graph='ring', loss=0.2)
+    return run.save(folder / 'run')
+
+
+@pytest.fixture
+def run(whole, tmp_path):
+    return shutil.copytree(whole, tmp_path / 'run')
+
+
+def used(path):
+    """Return the lines shown while a run is read, measured and drawn; other errors are raised."""
+    lines = []
+    with warnings.catch_warnings():
+        warnings.simplefilter('error')
+        try:
+            read = Run.load(path, lines.append)
+            str(read.metrics())
+            facts_of(read)
+            run_content(read, None)
+        except SetcmasError as error:
+            lines.append(str(error))
+    assert [line for line in lines if '\n' in line or len(line) > 1000] == []
+    return lines
+
+
+def in_one_line(path):
+    (line,) = used(path)
+    return line
+
+
+def test_damaged_bags(golden_bag, tmp_path):
+    content = golden_bag.read_bytes()
+    path = tmp_path / 'damaged.mcap'
+    for chance in chances('bag', 300):
+        path.write_bytes(damaged_bytes(content, chance))
+        used(path)
+
+
+def test_damaged_tables(whole, run):
+    for chance in chances('table', 200):
+        file = chance.choice(sorted((whole / 'csv').iterdir()))
+        target = run / 'csv' / file.name
+        target.write_text(damaged_table(file.read_text(), chance), encoding='utf-8')
+        used(run)
+        shutil.copy(file, target)
+
+
+def test_damaged_records(whole, run):
+    text = (whole / 'run.yaml').read_text()
+    for chance in chances('yaml', 100):
+        (run / 'run.yaml').write_bytes(damaged_yaml(text, chance))
+        used(run)
+        with suppress(SetcmasError):
+            Scenario.load(run / 'run.yaml').check()
+
+
+FLEET = 't,robot,x,y,theta,v,omega\n'
+
+
+@pytest.mark.parametrize(
+    ('rows', 'words'),
+    [
+        ('0,1,0,0,0,0,0\n1e9,1,0,0,0,0,0\n', 'line 3: .* t must be a number up to 1e'),
+        ('0,1,0,0,0,0,0\n9e5,2,0,0,0,0,0\n', 'has 2 robots over 900000 s; .* at most 1e'),
+        ('0,1000000000000000,0,0,0,0,0\n', 'line 2: .* whole number from 1 to 2000'),
+        ('0,' * 90_000, r'line 2: .* it must have 7 cells|not a CSV file'),
+    ],
+)
+def test_a_fleet_beyond_the_limits(tmp_path, rows, words):
+    (tmp_path / 'fleet.csv').write_text(FLEET + rows)
+
+    with pytest.raises(SetcmasError, match=rf"^'.*fleet.csv'.*({words})") as caught:
+        Run.load(tmp_path)
+    assert len(str(caught.value)) < 600
+
+
+def test_the_largest_fleet_is_read_and_measured(tmp_path):
+    rows = [f'{t},{robot},{robot},{t},0,0,0' for t in (0.0, 0.1) for robot in range(1, 2001)]
+    (tmp_path / 'fleet.csv').write_text(FLEET + '\n'.join(rows))
+
+    assert len(Run.load(tmp_path).robots) == 2000
+
+
+def test_numbers_that_no_robot_has_are_unknown_poses(tmp_path):
+    (tmp_path / 'fleet.csv').write_text(f'{FLEET}0,1,1e308,-1e308,0,0,0\n0.1,1,1,2,0,0,inf\n')
+
+    assert used(tmp_path) == []
+    assert Run.load(tmp_path).table.x.tolist()[1:] == [1.0]
+
+
+@pytest.mark.parametrize(
+    ('text', 'words'),
+    [
+        ('a: &a [*a]', 'nested too deep'),
+        ('[' * 3000, 'nested too deep'),
+        ('- ' * 200 + '1', 'nested too deep'),
+        ('a: &a [x,x,x,x,x,x,x,x,x,x]\n' + ''.join(
+            f'{"abcdefghij"[i + 1]}: &{"abcdefghij"[i + 1]} '
+            f'[{",".join(["*" + "abcdefghij"[i]] * 10)}]\n' for i in range(9)
+        ), 'more than 200,000 values'),
+        ('? [1, 2]\n: 3', 'line 1: a key must be a text'),
+        ('a: ' + '9' * 5000, 'more than 100 digits'),
+        ('a: 0x' + 'f' * 5000, 'more than 100 digits'),
+        ('k' * 800 + ': 1', 'more than 500 letters'),
+        ('# ' + 'x' * 2_000_000, 'at most 1,000,000 bytes'),
+    ],
+)  # fmt: skip
+def test_yaml_beyond_the_limits(tmp_path, text, words):
+    file = tmp_path / 'strange.yaml'
+    file.write_text(text)
+
+    with pytest.raises(SetcmasError, match=words) as caught:
+        read_entries(file)
+    assert str(file) in str(caught.value)
+
+
+@pytest.mark.skipif(not hasattr(os, 'mkfifo'), reason='pipes with names are POSIX')
+@pytest.mark.parametrize('name', ['run.yaml', 'csv/fleet.csv', 'csv/task.json'])
+@pytest.mark.parametrize('kind', ['pipe', 'device', 'ten gigabytes'])
+def test_a_file_that_has_no_end(run, name, kind):
+    path = run / name
+    path.unlink()
+    if kind == 'pipe':
+        os.mkfifo(path)
+    elif kind == 'device':
+        path.symlink_to('/dev/zero')
+    else:
+        with path.open('wb') as file:
+            file.truncate(10**10)
+
+    if name == 'csv/fleet.csv' and kind != 'ten gigabytes':  # it is none, and there is no bag
+        assert 'there is no fleet.csv' in in_one_line(run)
+    else:
+        words = (
+            'is too large; it must have at most' if kind == 'ten gigabytes' else 'not a regular'
+        )
+        assert str(path) in in_one_line(run)
+        assert words in in_one_line(run)
+
+
+@pytest.mark.parametrize(
+    ('name', 'value'),
+    [('model', 7), ('arena', [1, 2]), ('obstacles', {'a': 1}), ('algo', []), ('graph', 3)],
+)
+def test_values_of_another_kind_hinder_no_report(run, name, value):
+    text = (run / 'run.yaml').read_text()
+    lines = [line for line in text.splitlines() if not line.startswith(f'  {name}:')]
+    at = lines.index('scenario:') + 1
+    (run / 'run.yaml').write_text('\n'.join([*lines[:at], f'  {name}: {value}', *lines[at:]]))
+
+    used(run)
+
+
+def test_a_robot_beyond_the_largest_fleet_is_none(tmp_path, write_bag, make):
+    odometry = make('nav_msgs/msg/Odometry')
+    names = ('/tb3_1/odom', '/tb3_1000000000000000/odom', '/tb3_2001/odom')
+    bag = write_bag(
+        tmp_path / 'bag', [(name, i / 10, odometry) for i in range(20) for name in names]
+    )
+
+    assert used(bag) == []
+    assert Run.load(bag).robots == [1]
+    assert len(convert(bag).files) == 3
+    assert find_run(bag).bag == bag
+
+
+def test_parameters_that_were_set_have_their_times(tmp_path, write_bag, make):
+    value = make('rcl_interfaces/msg/ParameterValue', {'type': 3, 'double_value': 0.1})
+    vnom = make('rcl_interfaces/msg/Parameter', {'name': 'vnom', 'value': value})
+    event = {'node': '/controllers', 'changed_parameters': [vnom], 'new_parameters': [vnom]}
+    messages = [('/tb3_1/odom', i / 10, make('nav_msgs/msg/Odometry')) for i in range(20)]
+    messages += [('/tb3_1/cmd_vel', 0.5, make('geometry_msgs/msg/TwistStamped'))]
+    messages += [('/parameter_events', 1.2, make('rcl_interfaces/msg/ParameterEvent', event))]
+
+    (change,) = convert(write_bag(tmp_path / 'bag', messages)).parameters_set
+
+    assert (change.node, change.name, change.value) == ('/controllers', 'vnom', 0.1)
+    assert change.t == pytest.approx(0.7)
