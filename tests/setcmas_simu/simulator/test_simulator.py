@@ -1,3 +1,4 @@
+import math
 import signal
 
 import numpy as np
@@ -90,6 +91,20 @@ def test_a_robot_stops_when_commands_stop_if_a_timeout_is_set(start, peer):
     peer.wait_for(lambda: odometry and odometry[-1].twist.twist.linear.x == 0.5)
     peer.wait_for(lambda: odometry[-1].twist.twist.linear.x == 0.0)
     assert position(odometry[-1])[0] < 1.0
+
+
+def test_commands_that_are_no_numbers_stop_a_robot_for_now_and_are_reported_once(start, peer):
+    simulator = start(*SIMU, '--nb-robots', '1')
+    odometry = peer.odometry(1)
+    publisher = peer.publisher(TwistStamped, '/tb3_1/cmd_vel')
+    for V in (math.nan, math.inf, 1e308, math.nan):
+        publisher.publish(twist_stamped(V, 0.0))
+        peer.wait_for_new(odometry, 3)
+    publisher.publish(twist_stamped(0.5, 0.0))
+
+    peer.wait_for(lambda: odometry[-1].twist.twist.linear.x == 0.5)
+    assert abs(position(odometry[-1])[0]) < 1.0
+    assert simulator.output().count('tb3_1 stops: its command') == 1
 
 
 def test_a_robot_can_listen_to_plain_twist(start, peer):
