@@ -87,6 +87,7 @@ SCENARIOS = [
     'setcmas_expe.test_networks',
     'setcmas_tools.bags.test_damage',
     'setcmas_tools.grade.test_shipped_rubrics',
+    'setcmas_tools.run.test_strange_files',
 ]
 """Tests of something that several modules do together."""
 

@@ -9,8 +9,7 @@ from os import SEEK_END
 from pathlib import Path
 from typing import Any, NamedTuple
 
-import lz4.frame
-import zstandard
+from mcap.stream_reader import lz4, zstandard
 from rosbags.rosbag1.reader import decompressors
 from rosbags.rosbag2.storage_mcap import DECOMPRESSORS, McapReader
 
@@ -21,7 +20,8 @@ LARGEST_RECORD = 2**26
 """Most bytes of a record, such as a chunk, also when it is decompressed."""
 
 _MOST_BYTES = 2**40
-_LARGEST_RATIO = 300  # of all chunks together; robots' bags have 10 to 50
+_SMALL_BAG = 2**25
+_LARGEST_RATIO = 100  # of all chunks together; robots' bags have 10 to 50
 _LARGEST_OVERLAP = 2**29  # rosbags holds chunks that overlap in time in memory
 _BYTES_AT_ONCE = 2**20
 _MAGIC = b'\x89MCAP0\r\n'
@@ -52,7 +52,7 @@ def decompress_file(packed: Path, target: Path) -> Path:
         OSError: A file cannot be read or written.
         SetcmasError: It is damaged or too large.
     """
-    most = LARGEST_RECORD + _LARGEST_RATIO * packed.stat().st_size
+    most = _SMALL_BAG + _LARGEST_RATIO * packed.stat().st_size
     with open_limited(packed, _MOST_BYTES) as source, target.open('wb') as file:
         stream = zstandard.ZstdDecompressor().stream_reader(source)
         try:
@@ -77,7 +77,7 @@ def decompressed(data: bytes, compression: str, size: int) -> bytes:
     if compression == 'zstd':
         content = zstd_content(data, size)
     elif compression == 'lz4':
-        content = bytes(lz4.frame.LZ4FrameDecompressor().decompress(data, max_length=size + 1))
+        content = bytes(lz4.LZ4FrameDecompressor().decompress(data, max_length=size + 1))
     else:
         content = data
     if len(content) != size:
@@ -94,7 +94,7 @@ def _within_limit(decompressor: Any, data: bytes) -> bytes:
 
 # Those of rosbags have no limit.
 decompressors['bz2'] = lambda data: _within_limit(BZ2Decompressor(), data)
-decompressors['lz4'] = lambda data: _within_limit(lz4.frame.LZ4FrameDecompressor(), data)
+decompressors['lz4'] = lambda data: _within_limit(lz4.LZ4FrameDecompressor(), data)
 DECOMPRESSORS['zstd'] = lambda data, size: decompressed(data, 'zstd', size)
 DECOMPRESSORS['lz4'] = lambda data, size: decompressed(data, 'lz4', size)
 
@@ -145,7 +145,7 @@ class McapOutline:
             if chunk.size > LARGEST_RECORD:
                 raise _too_large(path, f'a chunk of {chunk.size:,} bytes', LARGEST_RECORD)
         whole = sum(chunk.size for chunk in self.chunks)
-        most = LARGEST_RECORD + _LARGEST_RATIO * self._size
+        most = _SMALL_BAG + _LARGEST_RATIO * self._size
         if whole > most:
             raise _too_large(path, f'chunks of {whole:,} bytes', most)
         self.is_complete = self._is_ordered() and _summary_start(path) in (0, summary)

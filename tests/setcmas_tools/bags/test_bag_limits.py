@@ -3,9 +3,8 @@
 import struct
 import zlib
 
-import lz4.frame
 import pytest
-import zstandard
+from mcap.stream_reader import lz4, zstandard
 from mcap.writer import CompressionType, Writer
 from rosbags.rosbag2 import StoragePlugin
 from rosbags.rosbag2 import Writer as Ros2Writer
@@ -18,7 +17,7 @@ from setcmas_tools.run.bag_conversion import convert
 
 BOMBS = {
     'zstd': lambda size: zstandard.ZstdCompressor(write_content_size=False).compress(bytes(size)),
-    'lz4': lambda size: lz4.frame.compress(bytes(size)),
+    'lz4': lambda size: lz4.compress(bytes(size)),
 }
 
 
@@ -45,10 +44,10 @@ def bomb(tmp_path):
 
 @pytest.mark.parametrize('kind', BOMBS)
 def test_chunks_that_would_fill_the_memory(bomb, monkeypatch, kind):
-    monkeypatch.setattr(bag_limits, 'LARGEST_RECORD', 2**20)
+    monkeypatch.setattr(bag_limits, '_SMALL_BAG', 2**20)
     for size, count, claimed, words in (
-        (2**22, 1, None, 'a chunk of 4,194,304 bytes; at most 1,048,576'),
-        (2**20, 90, None, 'chunks'),
+        (2**27, 1, None, 'a chunk of 134,217,728 bytes; at most 67,108,864'),
+        (2**20, 3, None, 'chunks of 3,145,728 bytes'),
         (2**22, 1, 100, '1 damaged chunk was left out'),
     ):
         with pytest.raises(SetcmasError, match=words), open_bag(bomb(kind, size, count, claimed)):
@@ -64,7 +63,7 @@ def test_no_more_is_decompressed_than_a_chunk_says():
 def test_a_message_or_a_file_that_is_a_bomb(tmp_path, monkeypatch):
     packed = tmp_path / 'bag.mcap.zstd'
     packed.write_bytes(BOMBS['zstd'](2**22))
-    monkeypatch.setattr(bag_limits, 'LARGEST_RECORD', 2**20)
+    monkeypatch.setattr(bag_limits, '_SMALL_BAG', 2**20)
     with pytest.raises(ValueError, match='more than'):
         bag_limits.zstd_content(packed.read_bytes(), 2**20)
     with pytest.raises(SetcmasError, match='at most'):

@@ -62,6 +62,7 @@ def in_one_line(path):
     return line
 
 
+@pytest.mark.nightly  # test_damage has 720 others
 def test_damaged_bags(golden_bag, tmp_path):
     content = golden_bag.read_bytes()
     path = tmp_path / 'damaged.mcap'
