@@ -126,3 +126,11 @@ def run_here(*arguments: str, cwd=None):
             status = error.code
         texts = [file.seek(0) or file.read() for file in (out, err)]
     return subprocess.CompletedProcess(arguments, status, *texts)
+
+
+def refuses(*arguments: str, message: str, cwd) -> None:
+    """Check that a command ends with status 2 and one line that holds a message."""
+    result = run_here(*arguments, cwd=cwd)
+    assert result.returncode == 2
+    assert message in result.stderr
+    assert len(result.stderr.strip().splitlines()) == 1

@@ -11,36 +11,24 @@ Examples:
 from __future__ import annotations
 
 import argparse
-from dataclasses import dataclass
 from pathlib import Path
-
-from setcmas_simu.options.group import Options, option
-from setcmas_simu.options.kinds import PathTo
-
-
-@dataclass(frozen=True, kw_only=True)
-class TableFolderOptions(Options):
-    """Destination of the CSV files."""
-
-    output: Path | None = option(
-        PathTo(metavar='DIR'),
-        'folder of the CSV files',
-        default=None,
-        default_text='csv next to a folder named bag, else BAG_csv',
-        short='-o',
-    )
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the options of the verb."""
     parser.add_argument('bag', type=Path, metavar='BAG', help='folder or file of the bag')
-    TableFolderOptions.add_to(parser)
+    parser.add_argument(
+        '-o',
+        '--output',
+        type=Path,
+        metavar='DIR',
+        help='folder of the CSV files (default: csv next to a folder named bag, else BAG_csv)',
+    )
 
 
 def main(args: argparse.Namespace) -> int:
     """Convert; return the exit status."""
     from setcmas_tools.run.bag_conversion import convert
 
-    report = convert(args.bag, args.output)
-    print(report)
+    print(convert(args.bag, args.output))
     return 0

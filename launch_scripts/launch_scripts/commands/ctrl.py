@@ -14,7 +14,7 @@ from __future__ import annotations
 import argparse
 
 from launch_scripts.commands.scenario_options import add_scenario_arguments, scenario_of
-from launch_scripts.commands.view_options import NONE, ViewOptions, view_beside
+from launch_scripts.commands.view_options import NONE, ViewOptions, fleet_views
 from launch_scripts.processes.environment import require_ros
 from launch_scripts.processes.foreground import run_in_foreground
 from launch_scripts.processes.node_commands import (
@@ -47,7 +47,7 @@ def main(args: argparse.Namespace) -> int:
         warn(f'setcmas ctrl: {note}')
     robots = shown_robots(fleet.robots, fleet.nb_robots)
     require_ros()
-    with view_beside(ViewOptions.of(args), robots) as companions:
+    with fleet_views(ViewOptions.of(args), robots) as companions:
         options = ControllerOptions(**fleet.values(), watch=args.watch)
         arguments = controller_arguments(scenario, options)
         arguments += ros_arguments(args)

@@ -22,7 +22,7 @@ from launch_scripts.commands.scenario_options import (
     scenario_of,
     typed_values,
 )
-from launch_scripts.commands.view_options import NONE, ViewOptions, view_beside
+from launch_scripts.commands.view_options import NONE, ViewOptions, fleet_views
 from launch_scripts.processes.child_process import ChildDiedError
 from launch_scripts.processes.emulated_runs import bounded_lab_options
 from launch_scripts.processes.environment import require_ros
@@ -87,7 +87,7 @@ def main(args: argparse.Namespace) -> int:
     environment = experiment_environment(lab, scenario.lab.emulate)
     numbers = [robot.number for robot in lab.robots]
     with (
-        view_beside(ViewOptions.of(args), numbers, experiment=True) as views,
+        fleet_views(ViewOptions.of(args), numbers, experiment=True) as views,
         Keyboard() as keyboard,
         Supervisor(environment, prefix=True) as supervisor,
     ):

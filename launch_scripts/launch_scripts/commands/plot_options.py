@@ -33,7 +33,7 @@ BEST = 'best'
 
 
 @dataclass(frozen=True)
-class _OneOfBesideFolder(OneOf):
+class _OneOfBeforeFolder(OneOf):
     """Values of options that might swallow the folder after them."""
 
     def check(self, name: str, value: Any) -> None:
@@ -74,7 +74,7 @@ class FormatOptions(Options):
     """Formats and colours of plots."""
 
     format: tuple[str, ...] = option(
-        _OneOfBesideFolder(FORMATS),
+        _OneOfBeforeFolder(FORMATS),
         'formats of the plots',
         default=('png',),
         form=Form.SEVERAL,
@@ -100,7 +100,7 @@ class StyleOptions(Options):
     """Colours and sizes of plots; PDF by default for --paper."""
 
     format: tuple[str, ...] | None = option(
-        _OneOfBesideFolder(FORMATS),
+        _OneOfBeforeFolder(FORMATS),
         'formats of the plots',
         default=None,
         default_text='png',
@@ -108,7 +108,7 @@ class StyleOptions(Options):
     )
     palette: str = palette_option()
     paper: str | None = option(
-        _OneOfBesideFolder(tuple(PAPERS)),
+        _OneOfBeforeFolder(tuple(PAPERS)),
         'for print, as PDF: 3.5 in wide (column, the default) or 7.16 in (page)',
         default=None,
         alone='column',
@@ -125,7 +125,7 @@ class FilmOptions(Options):
     """Options of films."""
 
     animate: str | None = option(
-        _OneOfBesideFolder((BEST, *FILMS)),
+        _OneOfBeforeFolder((BEST, *FILMS)),
         'also write a film: mp4 (needs ffmpeg) or gif',
         default=None,
         default_text='mp4 if possible',

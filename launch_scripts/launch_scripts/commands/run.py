@@ -29,7 +29,7 @@ from launch_scripts.commands.scenario_options import (
     scenario_of,
     typed_values,
 )
-from launch_scripts.commands.view_options import BROWSER, ViewOptions, view_beside
+from launch_scripts.commands.view_options import BROWSER, ViewOptions, fleet_views
 from launch_scripts.processes.child_process import Child
 from launch_scripts.processes.emulated_runs import bounded_lab_options, decided, in_lab
 from launch_scripts.processes.environment import local_environment, require_ros
@@ -91,8 +91,10 @@ def main(args: argparse.Namespace) -> int:
     robots = list(range(1, scenario.nb_robots + 1))
     view = ViewOptions.of(args)
     environment = experiment_environment(lab, emulated=True) if lab else local_environment()
-    views_of_fleet = view_beside(view, robots, lab is not None, args.palette)
-    with views_of_fleet as views, Supervisor(environment, prefix=True) as supervisor:
+    with (
+        fleet_views(view, robots, lab is not None, args.palette) as views,
+        Supervisor(environment, prefix=True) as supervisor,
+    ):
         status, outcome = run_robots(supervisor, scenario, folder, info, lab, views, args.watch)
         stays = view.view == BROWSER and outcome is not None and outcome.state in _ENDED
         page = _page_that_stays(supervisor) if stays else None

@@ -13,7 +13,7 @@ import argparse
 from dataclasses import replace
 
 from launch_scripts.commands.scenario_options import add_scenario_arguments, scenario_of
-from launch_scripts.commands.view_options import ViewOptions, view_beside
+from launch_scripts.commands.view_options import ViewOptions, fleet_views
 from launch_scripts.processes.environment import require_ros
 from launch_scripts.processes.foreground import run_in_foreground
 from launch_scripts.processes.node_commands import (
@@ -45,7 +45,7 @@ def main(args: argparse.Namespace) -> int:
         given = SimulationOptions(**own, **values)
     simulated = given.simulated()  # report mistakes before anything starts
     require_ros()
-    with view_beside(ViewOptions.of(args), simulated.robots) as companions:
+    with fleet_views(ViewOptions.of(args), simulated.robots) as companions:
         given = replace(given, nb_robots=given.fleet_size)
         command = node_command(SIMULATOR, given.arguments() + ros_arguments(args))
         return run_in_foreground('simu', command, companions)

@@ -56,7 +56,7 @@ def choose_view(options: ViewOptions, attended: bool, no_rviz: str) -> Choice:
 
 
 @contextmanager
-def view_beside(
+def fleet_views(
     options: ViewOptions, robots: list[int], experiment: bool = False, palette: str = PALETTES[0]
 ) -> Iterator[list[Companion]]:
     """Yield the views of a fleet, as companions of the robots' process.

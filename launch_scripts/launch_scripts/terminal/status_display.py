@@ -44,17 +44,17 @@ class StatusDisplay:
         self._next_plain = 0.0
         self._plain_state: tuple[object, ...] = ()
         self._last: Status | None = None
-        self._heard = 0.0
+        self._received = 0.0
 
     def show(self, status: Status) -> None:
         """Show a status in place of the previous one."""
-        self._last, self._heard = status, time.monotonic()
+        self._last, self._received = status, time.monotonic()
         self._draw(status)
 
     def note_silence(self) -> None:
         """Without news, show that the robots have presumably stopped."""
         last = self._last
-        if last and not last.paused and time.monotonic() - self._heard > _SILENT_AFTER_S:
+        if last and not last.paused and time.monotonic() - self._received > _SILENT_AFTER_S:
             why = 'the pause node is silent: the bridge stops the robots'
             self.show(msgspec.structs.replace(last, paused=True, why=why))
 

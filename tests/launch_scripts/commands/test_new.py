@@ -1,5 +1,5 @@
 import pytest
-from processes import run_here, run_setcmas
+from processes import refuses, run_here, run_setcmas
 
 from setcmas_ctrl.scripts.loader import ALGORITHMS, EXERCISES
 
@@ -59,11 +59,7 @@ def test_a_triggering_condition_gets_its_own_command(tmp_path):
 def test_mistakes_are_reported_in_one_line_and_nothing_is_written(tmp_path, arguments, message):
     (tmp_path / 'taken.py').write_text('mine')
 
-    result = run_here('new', *arguments, cwd=tmp_path)
-
-    assert result.returncode == 2
-    assert message in result.stderr
-    assert len(result.stderr.strip().splitlines()) == 1
+    refuses('new', *arguments, message=message, cwd=tmp_path)
     assert (tmp_path / 'taken.py').read_text() == 'mine'
     assert len(list(tmp_path.iterdir())) == 1
 
