@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import argparse
 import time
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -15,7 +15,7 @@ from setcmas_simu.fleet.start_poses import parse_pose_option
 from setcmas_simu.options.group import typed_words
 from setcmas_tools.run.run import law_title
 from setcmas_tools.run.run_info import INFO_FILE as FILE_NAME
-from setcmas_tools.run.run_info import origin_changes, read_info
+from setcmas_tools.run.run_info import RunInfo, origin_changes, read_info
 from setcmas_tools.scenario.scenario import Scenario
 
 _STARTS: dict[str, Any] = {'poses': None, 'pose': (), 'random_poses': None}
@@ -123,10 +123,21 @@ def _base(args: argparse.Namespace) -> Scenario | None:
             str(one.relative_to(folder) if one.is_relative_to(folder) else one) for one in scripts
         ]
         warn(f'setcmas {args.verb}: {named} runs {", ".join(texts)}')
-    if earlier and (info := read_info(earlier)) and info.origin:
-        for line in origin_changes(info.origin):
+    if earlier and (info := read_info(earlier)):
+        for line in _not_repeated(info):
             warn(f'setcmas {args.verb}: {line}')
     return scenario
+
+
+def _not_repeated(info: RunInfo) -> Iterator[str]:
+    """Yield how repeating a run will differ from the run."""
+    if info.origin:
+        yield from origin_changes(info.origin)
+    if changes := info.parameters_set:
+        listed = ', '.join(
+            f'{one.name} = {one.value} of {one.node} at t = {one.t:.1f} s' for one in changes
+        )
+        yield f'parameters set during that run are not repeated: {listed}'
 
 
 def _earlier_scenario(folder: Path) -> Scenario:
