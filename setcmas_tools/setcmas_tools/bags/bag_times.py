@@ -5,7 +5,6 @@ from __future__ import annotations
 import time
 from bisect import bisect_right
 from collections.abc import Callable, Iterator
-from typing import Protocol
 
 from setcmas_simu.fleet import topics
 from setcmas_simu.fleet.announcement import Lockstep, Scaled, SimulatedTime
@@ -58,28 +57,6 @@ Timed = tuple[int, Received]
 """A time in ns, and the message that has it."""
 
 
-class BagTimes(Protocol):
-    """Gives messages their times."""
-
-    def of(self, messages: list[Received], complete: bool) -> Iterator[Timed]:
-        """Yield messages with their times, in order; those yielded are taken from the list.
-
-        Args:
-            messages: The messages that arrived and are not written yet.
-            complete: Whether these are the last: hold none back.
-        """
-
-
-def bag_times(simulated: SimulatedTime | None) -> BagTimes:
-    """Return the times for robots that follow a simulated time; None is the system's."""
-    if isinstance(simulated, Lockstep):
-        return StampTimes()
-    if isinstance(simulated, Scaled):
-        begin, rtf = round(simulated.begin * 1e9), simulated.rtf
-        return ArrivalTimes(lambda ns: max(0, round((ns - begin) * rtf)))
-    return ArrivalTimes()
-
-
 class ArrivalTimes:
     """Times of arrival, possibly scaled."""
 
@@ -89,7 +66,12 @@ class ArrivalTimes:
         self._pace = pace
 
     def of(self, messages: list[Received], complete: bool) -> Iterator[Timed]:
-        """Yield all messages in the order of arrival."""
+        """Yield messages with their times, in order; those yielded are taken from the list.
+
+        Args:
+            messages: The messages that arrived and are not written yet.
+            complete: Whether these are the last: hold none back.
+        """
         del complete
         self._clock.update()
         messages.sort(key=lambda message: message.time_ns)
@@ -113,7 +95,7 @@ class StampTimes:
         self._ticks: list[int] = []
 
     def of(self, messages: list[Received], complete: bool) -> Iterator[Timed]:
-        """Yield the messages of all ticks but the newest one."""
+        """Yield the messages of all ticks but the newest one, as `ArrivalTimes` does."""
         for message in messages:
             if message.topic.name == topics.CLOCK:
                 self._note_tick(message.sent_ns, read_stamp(message.data))
@@ -139,3 +121,16 @@ class StampTimes:
         # A node that does not follow the simulation has stamps far from the tick.
         stamp = read_stamp(message.data) if message.topic.has_stamp else tick
         return stamp if 0 <= stamp - tick < 10**9 else tick
+
+
+BagTimes = ArrivalTimes | StampTimes
+
+
+def bag_times(simulated: SimulatedTime | None) -> BagTimes:
+    """Return the times for robots that follow a simulated time; None is the system's."""
+    if isinstance(simulated, Lockstep):
+        return StampTimes()
+    if isinstance(simulated, Scaled):
+        begin, rtf = round(simulated.begin * 1e9), simulated.rtf
+        return ArrivalTimes(lambda ns: max(0, round((ns - begin) * rtf)))
+    return ArrivalTimes()

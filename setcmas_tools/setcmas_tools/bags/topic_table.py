@@ -10,7 +10,7 @@ from functools import lru_cache
 from itertools import islice, pairwise
 from operator import attrgetter
 from pathlib import Path
-from typing import Any, Protocol, TypeAlias
+from typing import Any, TypeAlias
 
 import numpy as np
 from rosbags.interfaces import Nodetype
@@ -75,16 +75,6 @@ Lengths: TypeAlias = tuple[int, ...]
 """Lengths of all arrays of a message, in the order of its fields; they define its columns."""
 
 
-class Part(Protocol):
-    """Columns and cells of a field."""
-
-    def read(self, message: Any, cells: list[Any], lengths: list[int], /) -> None:
-        """Append the field's cells, and the lengths of the arrays in it."""
-
-    def columns(self, lengths: Iterator[int], /) -> Iterator[Column]:
-        """Yield the field's columns; takes the lengths of its arrays."""
-
-
 @dataclass(frozen=True)
 class Field:
     """A field with one value."""
@@ -142,6 +132,9 @@ class Array:
             else:
                 for place, name in columns(self.parts, lengths):
                     yield (i, *place), f'{self.name}[{i}].{name}'
+
+
+Part: TypeAlias = Field | Array
 
 
 def columns(parts: Sequence[Part], lengths: Iterator[int]) -> Iterator[Column]:

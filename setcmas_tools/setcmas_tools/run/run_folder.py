@@ -1,4 +1,4 @@
-"""The folder of a run, and the paths that mean a run."""
+"""Folder of a run, and the paths that users give for a run."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from setcmas_tools.scenario.scenario_files import INPUTS
 
 @dataclass(frozen=True, kw_only=True)
 class RunOptions(Options):
-    """Where the results of a run go."""
+    """Output of a run."""
 
     output: Path | None = option(
         PathTo(metavar='DIR'), 'folder of the results, to be created', default=None, short='-o'
@@ -33,7 +33,7 @@ class RunOptions(Options):
 
 @dataclass(frozen=True, kw_only=True)
 class OfflineOptions(Options):
-    """How long a call of a script may take in an offline run."""
+    """Options of offline runs."""
 
     call_timeout: float = option(
         Number(above=0, unit='s'),
@@ -50,7 +50,7 @@ class RunSource:
     """The files of a run.
 
     Attributes:
-        folder: The folder of the run, which may hold nothing but a table or a bag.
+        folder: The folder of the run; it may hold a table or a bag only.
         fleet_csv: Its table; None if there is only a bag.
         bag: Its bag, if there is no table.
     """
@@ -61,7 +61,7 @@ class RunSource:
 
     @property
     def stem(self) -> str:
-        """What the names of files about it begin with, as there may be several in a folder."""
+        """Prefix of the names of its files, as a folder may hold several runs."""
         if self.fleet_csv:
             own = self.fleet_csv.name == FLEET.name
             return '' if own else f'{self.fleet_csv.stem}_'
@@ -70,15 +70,14 @@ class RunSource:
 
     @property
     def plots(self) -> Path:
-        """Where its plots go by default."""
+        """Default folder of its plots."""
         return self.folder / f'{self.stem}plots'
 
 
 def stem_of_bag(bag: Path) -> str:
-    """Return what the names of files about a bag begin with.
+    """Return the prefix of the names of a bag's files.
 
-    The file of a recording loses its ending there, unless that is all that sets it apart from
-    another recording in its folder.
+    It has no ending such as .mcap, unless only the ending distinguishes two bags of a folder.
     """
     bag = bag.resolve()
     if bag.name == 'bag':
@@ -90,7 +89,7 @@ def stem_of_bag(bag: Path) -> str:
 
 
 def find_run(path: Path) -> RunSource:
-    """Return the files of the run that a path means.
+    """Return the files of a run.
 
     Args:
         path: The folder of a run, the folder of its CSV files, a fleet.csv, or a bag.
@@ -130,16 +129,20 @@ _PARTS = ('bag', 'layouts', 'csv', 'plots', INPUTS, 'metrics.yaml', INFO_FILE)
 
 
 class RunFolder:
-    """Where the parts of a run go.
+    """The folder of a run.
 
     Attributes:
         path: The folder, absolute: a script that changes the current folder moves no results.
+        bag: The folder of the rosbag2 bag.
+        csv: The folder of the CSV files.
+        plots: The folder of the plots.
+        metrics: The file of the metrics.
         reloads: The later versions of control scripts that it keeps.
         failures: When scripts failed.
     """
 
     def __init__(self, path: Path, inputs: Sequence[RunInput] = ()) -> None:
-        """Name the folder, and what the run is given; nothing is created yet.
+        """Name the folder and the inputs of the run; nothing is created yet.
 
         Raises:
             SetcmasError: The path is relative, and the current folder is gone.
@@ -150,42 +153,24 @@ class RunFolder:
         self._inputs = inputs
         with self._writing():
             self.path = path.absolute()
+        self.bag, self.csv, self.plots = (self.path / name for name in ('bag', 'csv', 'plots'))
+        self.metrics = self.path / 'metrics.yaml'
 
     def shown(self, part: Path) -> Path:
-        """Return the path of a part as it follows from the name of the folder, for messages."""
+        """Return the path of a part for messages: relative if the user's path is."""
         return self._named / part.relative_to(self.path)
 
-    @property
-    def bag(self) -> Path:
-        """The folder of the rosbag2 bag."""
-        return self.path / 'bag'
-
-    @property
-    def csv(self) -> Path:
-        """The folder of the CSV files."""
-        return self.path / 'csv'
-
-    @property
-    def plots(self) -> Path:
-        """The folder of the plots."""
-        return self.path / 'plots'
-
-    @property
-    def metrics(self) -> Path:
-        """The file of the metrics."""
-        return self.path / 'metrics.yaml'
-
     def summary(self, nb_plots: int) -> str:
-        """Return where CSV files and plots are, in words."""
+        """Return a line with the folders of CSV files and plots."""
         plots = f'   {nb_plots} plots: {self.shown(self.plots)}' if nb_plots else ''
         return f'CSV: {self.shown(self.csv)}{plots}'
 
     def check(self, overwrite: bool) -> None:
-        """Check that no earlier run would be lost, and nothing that this one needs.
+        """Check that no earlier run and no input of this run would be lost.
 
         Raises:
-            SetcmasError: The folder holds a run and must not be overwritten, is no folder, cannot
-                be looked at, or what would be overwritten is an input of the new run.
+            SetcmasError: The folder holds a run that must not be overwritten, or an input of the
+                new run; or it is a file, or cannot be read.
         """
         with self._writing():
             self._check(overwrite)
@@ -213,7 +198,7 @@ class RunFolder:
                 )
 
     def create(self, info: RunInfo) -> None:
-        """Create the folder with run.yaml and what the run is given, without an earlier run.
+        """Create the folder with run.yaml and inputs; remove an earlier run.
 
         Raises:
             SetcmasError: The folder cannot be created or emptied.
@@ -226,7 +211,7 @@ class RunFolder:
                 given.write_to(self.path / given.folder)
 
     def keep_reload(self, t: float, works: bool) -> None:
-        """Keep the control scripts as they are now, t seconds after the run has begun."""
+        """Keep the control scripts as they are now, t seconds after the start of the run."""
         kept = []
         with suppress(OSError, SetcmasError):  # such as a script that is deleted meanwhile
             for given in self._inputs:
@@ -238,7 +223,7 @@ class RunFolder:
         self.reloads.append(Reload(round(t, 3), works, kept))
 
     def write_info(self, info: RunInfo) -> None:
-        """Write run.yaml in place of the one that is there.
+        """Replace run.yaml.
 
         Raises:
             SetcmasError: It cannot be written.
@@ -261,7 +246,7 @@ class RunFolder:
             write_tables(tables, self.csv)
 
     def discard(self) -> None:
-        """Remove what a run that never began has created."""
+        """Remove the parts of a run that did not start."""
         with suppress(OSError):
             self._empty()
             self.path.rmdir()  # stays if the user has files of their own in it

@@ -1,4 +1,4 @@
-"""run.yaml: the scenario of a run, its origin, and what became of it."""
+"""run.yaml: scenario, origin and outcome of a run."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ _NAMES = {str: 'a text', int: 'a whole number', float: 'a number', bool: 'true o
 
 
 def write_record(record: Any, path: Path) -> None:
-    """Write a dataclass, whole or not at all; what is None is left out.
+    """Write a dataclass without its values None, whole or not at all.
 
     Raises:
         OSError: The file cannot be written.
@@ -60,7 +60,7 @@ def read_record(path: Path, kind: type[Record]) -> Record | None:
 
 
 def builtins_of(value: Any) -> Any:
-    """Return a record as YAML has it, without what is None in dataclasses."""
+    """Return a record as values of YAML, without None in dataclasses."""
     if dataclasses.is_dataclass(value):
         pairs = ((one.name, getattr(value, one.name)) for one in dataclasses.fields(value))
         return {name: builtins_of(one) for name, one in pairs if one is not None}
@@ -74,7 +74,7 @@ def builtins_of(value: Any) -> Any:
 
 
 def _converted(entry: Entry, kind: Any) -> Any:
-    """Return the value of an entry as a type has it.
+    """Return the value of an entry as a type.
 
     Raises:
         SetcmasError: It is of another type; the message names file and line.
@@ -121,7 +121,7 @@ _GIT_TIMEOUT_S = 5.0
 
 @dataclass(frozen=True)
 class Origin:
-    """What a run was made with.
+    """Versions and machine of a run.
 
     Attributes:
         setcmas: The release of setcmas, or the commit of a checkout.
@@ -198,7 +198,7 @@ def _commit() -> str | None:
 
 
 class State(Enum):
-    """What became of a run."""
+    """End of a run."""
 
     NOT_FINISHED = 'not finished'
     """It is running, or was killed."""
@@ -218,10 +218,10 @@ class Outcome:
     """How a run ended.
 
     Attributes:
-        state: In a word.
+        state: The kind of end.
         failed_laws: The robots for which each control script failed at some time, by script.
         failed_conditions: The same of triggering conditions.
-        detail: What there is to say beyond, such as which process died of what.
+        detail: Further details, such as which process died and why.
     """
 
     state: State
@@ -230,7 +230,7 @@ class Outcome:
     detail: str = ''
 
     def __str__(self) -> str:
-        """Return the outcome for people, such as 'complete, but law.py failed for robot 2'."""
+        """Return a text such as 'complete, but law.py failed for robot 2'."""
         failures = [
             *(f'{name} failed for {_listed(r)}' for name, r in self.failed_laws.items()),
             *(
@@ -249,7 +249,7 @@ class Outcome:
         failed_laws: Mapping[str, list[int]],
         failed_conditions: Mapping[str, list[int]] | None = None,
     ) -> Outcome:
-        """Return the outcome of a run that went on to its end.
+        """Return the outcome of a run that lasted its whole duration.
 
         Args:
             failed_laws: Robots by control script; robots may be none.
@@ -301,20 +301,19 @@ class ParameterChange:
 
 @dataclass(frozen=True)
 class RunInfo:
-    """What a run was.
+    """Content of run.yaml.
 
     Attributes:
-        command: The command line; empty for a run that a script of Python has made.
+        command: The command line; empty for a run made in Python.
         outcome: How it ended.
-        scenario: What was run, as `Scenario.record` gives it; files are paths in the folder of
-            the run.
-        lab: What the lab of an emulated experiment decides in place of the scenario.
+        scenario: The scenario, from `Scenario.record`; files are paths in the folder of the run.
+        lab: Values of an emulated lab that replace those of the scenario.
         references: Its task, if the law names one.
         started: When, such as '2026-11-21T16:02:11+0000'; None if unknown, so that equal
             runs leave equal files.
-        origin: What it was made with; None is this process.
+        origin: Versions and machine; None is this process.
         reloads: The later versions of its control scripts; None if there were none.
-        failures: When which script failed for whom; None if none did, or if unknown.
+        failures: Failures of scripts with robot and time; None if none, or if unknown.
         parameters_set: The ROS parameters that were set; None if none were, or if unknown.
     """
 

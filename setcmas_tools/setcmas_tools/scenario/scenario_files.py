@@ -7,6 +7,7 @@ from pathlib import Path, PurePosixPath
 from typing import Any
 
 from setcmas_ctrl.communication.triggering import CTC
+from setcmas_ctrl.scripts.imports import MOST_BYTES
 from setcmas_ctrl.scripts.loader import ALGORITHMS, EXERCISES
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet.per_robot import is_per_robot, parse_per_robot
@@ -69,7 +70,7 @@ class ScenarioFolder:
         if self._of_run:
             return self._file(text)
         if self._is_inside(text) and (self._folder / text).is_file():
-            return str((self._folder / text).resolve())
+            return self._file(text)
         return str(EXERCISES.file(text)) if self._exercise and text in EXERCISES else ''
 
     def _is_inside(self, text: str) -> bool:
@@ -93,6 +94,8 @@ class ScenarioFolder:
         path = (self._folder / text).resolve()
         if not path.is_file():
             raise SetcmasError(f"there is no file '{text}' in '{self._folder}'")
+        if path.stat().st_size > MOST_BYTES:
+            raise SetcmasError(f"'{text}' is too large; it must have at most {MOST_BYTES:,} bytes")
         return str(path)
 
     def _named(self, text: str, name: str) -> str:

@@ -53,7 +53,11 @@ def link(path):
     path.symlink_to('/etc/passwd')
 
 
-@pytest.mark.parametrize('obstruct', [link, os.mkfifo, os.mkdir])
+def pipe(path):
+    os.mkfifo(path)
+
+
+@pytest.mark.parametrize('obstruct', [link, pipe, os.mkdir])
 def test_what_another_user_puts_in_the_place_of_the_locks_stops_no_simulator(
     tmp_path, monkeypatch, obstruct
 ):

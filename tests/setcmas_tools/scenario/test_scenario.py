@@ -1,5 +1,6 @@
 """Scenarios: made from values and files, checked, written, and safe to take from strangers."""
 
+import os
 import subprocess
 import sys
 
@@ -119,6 +120,25 @@ def test_a_scenario_names_scripts_of_its_own_folder_only(square, name):
         )
         with pytest.raises(SetcmasError, match='outside the folder of the scenario'):
             Scenario.load(file)
+
+
+@pytest.mark.parametrize('name', ['link.py', 'pipe.py', 'large.py', 'out.py', '../../square.py'])
+@pytest.mark.parametrize('key', ['algo', 'model', 'ctc'])
+def test_a_run_runs_small_regular_scripts_of_its_inputs_only(square, key, name):
+    out = simulate(Scenario.load(square)).save(square.parent / 'out')
+    (out / 'out.py').write_text(LAW)
+    (out / 'inputs' / 'link.py').symlink_to(out / 'out.py')
+    if hasattr(os, 'mkfifo'):
+        os.mkfifo(out / 'inputs' / 'pipe.py')
+    with (out / 'inputs' / 'large.py').open('wb') as file:
+        file.truncate(10**10)
+    record = yaml.safe_load((out / 'run.yaml').read_text())
+    record['scenario'] |= {'event_triggered': True}
+    record['scenario'][key] = name if name == 'out.py' else f'inputs/{name}'
+    (out / 'run.yaml').write_text(yaml.safe_dump(record))
+
+    with pytest.raises(SetcmasError, match='not in the folder inputs|there is no file|too large'):
+        Scenario.load(out / 'run.yaml')
 
 
 def test_a_name_means_a_law_that_ships_never_a_script_of_the_current_folder(tmp_path, monkeypatch):
