@@ -7,11 +7,13 @@ from recordings import RECORDER, offered, recorded, wait_until_on_disk
 
 from setcmas_simu.errors import SetcmasError
 from setcmas_tools.bags.bag import open_bag
+from setcmas_tools.run.bag_conversion import convert
 
 pytest.importorskip('rclpy')
 
 from geometry_msgs.msg import Point32
 from nav_msgs.msg import Odometry
+from rclpy.parameter import Parameter
 from rosbags.highlevel import AnyReader
 from std_msgs.msg import String, UInt16
 
@@ -31,6 +33,26 @@ def test_every_topic_and_those_that_appear_later(record, peer, bag):
     assert [message.x for message in recorded(bag, '/later')] == [1.5]
     assert recorder.output().count('recording ') == 1
     assert 'recorded 101 messages of 2 topics in ' in recorder.output()
+
+
+def test_parameters_that_are_set_and_logs_are_kept(record, peer, bag, tmp_path):
+    peer.node.declare_parameter('vnom', 0.5)
+    recorder = record()
+    peer.wait_for(lambda: peer.node.count_subscribers('/parameter_events'))
+    peer.wait_for(lambda: peer.node.count_subscribers('/rosout'))
+    peer.node.set_parameters([Parameter('vnom', value=0.1)])
+    peer.node.get_logger().warning('slow down')
+    wait_until_on_disk(peer, bag, '/parameter_events')
+    wait_until_on_disk(peer, bag, '/rosout')
+
+    assert recorder.end() == 0
+    (change,) = convert(bag, tmp_path / 'csv').parameters_set
+    assert (change.node, change.name, change.value) == (
+        peer.node.get_fully_qualified_name(),
+        'vnom',
+        0.1,
+    )
+    assert 'slow down' in [log.msg for log in recorded(bag, '/rosout')]
 
 
 def test_times_in_the_bag_do_not_go_back(record, peer, bag):

@@ -137,7 +137,7 @@ def test_a_run_runs_small_regular_scripts_of_its_inputs_only(square, key, name):
     record['scenario'][key] = name if name == 'out.py' else f'inputs/{name}'
     (out / 'run.yaml').write_text(yaml.safe_dump(record))
 
-    with pytest.raises(SetcmasError, match='not in the folder inputs|there is no file|too large'):
+    with pytest.raises(SetcmasError, match=r'not in the folder inputs|there is no file|too large'):
         Scenario.load(out / 'run.yaml')
 
 
