@@ -33,7 +33,6 @@ MAY_IMPORT_ROS = [
     'setcmas_ctrl.driving.fleet_pause',
     'setcmas_ctrl.driving.fleet_time',
     'setcmas_ctrl.driving.odometry',
-    'setcmas_ctrl.driving.pose_to_odom',
     'setcmas_expe.doctor.lab_examination',
     'setcmas_expe.doctor.lab_watch',
     'setcmas_expe.doctor.nudge',

@@ -124,7 +124,7 @@ class EmulatedRun(RecordedRun):
             supervisor, lab, scenario, lab_options(scenario), recorded=True, watch=watch
         )
         self._experiment.on_status = self._start_when_ready
-        self._experiment.on_script = self.reloads.take
+        self._experiment.on_script = self._take
 
     def _start_when_ready(self, status: Status) -> None:
         ready = all(robot.ready for robot in status.robots)

@@ -27,28 +27,6 @@ from setcmas_tools.run.run_info import Outcome
 from setcmas_tools.scenario.scenario import Scenario
 
 
-class ReloadTimes:
-    """Times of reloads of control scripts.
-
-    Attributes:
-        on_reload: Called with the time in s since the first call of the laws, and whether the new
-            version works.
-    """
-
-    def __init__(self, elapsed: Callable[[float], float]) -> None:
-        """Start before the first call of the laws; `elapsed` is the run's clock."""
-        self._elapsed = elapsed
-        self._begin = time.monotonic()
-        self.on_reload: Callable[[float, bool], None] = lambda _t, _works: None
-
-    def take(self, report: ChildReport) -> None:
-        """Take a report of the controllers."""
-        if isinstance(report, Started):
-            self._begin = time.monotonic()
-        elif isinstance(report, Reloaded):
-            self.on_reload(self._elapsed(time.monotonic() - self._begin), report.works)
-
-
 class RecordedRun:
     """A run and its recorder; subclasses add the other processes.
 
@@ -57,13 +35,15 @@ class RecordedRun:
         status: Exit status of the controllers, after `finish`.
         failed: Script calls that failed or hung at some time, after `finish`.
         failures: Periods of failures of laws and conditions, after `finish`.
-        reloads: Times of reloads.
+        on_reload: Called when a script was reloaded, with the time in s since the first call of
+            the laws, and whether the new version works.
     """
 
     def __init__(self, supervisor: Supervisor, bag: Path) -> None:
         """Start the recorder."""
         self.status = 0
-        self.reloads = ReloadTimes(self.elapsed)
+        self.on_reload: Callable[[float, bool], None] = lambda _t, _works: None
+        self._begin = time.monotonic()
         self.failed: tuple[ScriptCall, ...] = ()
         self.failures: tuple[ScriptFailure, ...] = ()
         self._supervisor = supervisor
@@ -73,6 +53,13 @@ class RecordedRun:
     def elapsed(self, wall_s: float) -> float:
         """Return the run's own elapsed time, `wall_s` s after its start."""
         return wall_s
+
+    def _take(self, report: ChildReport) -> None:
+        """Take a report of the controllers."""
+        if isinstance(report, Started):
+            self._begin = time.monotonic()
+        elif isinstance(report, Reloaded):
+            self.on_reload(self.elapsed(time.monotonic() - self._begin), report.works)
 
 
 class SimulatedRun(RecordedRun):
@@ -105,7 +92,7 @@ class SimulatedRun(RecordedRun):
         )
         laws = node_command(CONTROLLER, controller_arguments(scenario, options))
         self._ctrl = supervisor.start('ctrl', laws)
-        self._ctrl.on_report = self.reloads.take
+        self._ctrl.on_report = self._take
         self._ctrl.on_hang = partial(stop_robots_of, supervisor, self._ctrl)
 
     @property

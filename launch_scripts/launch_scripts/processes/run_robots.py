@@ -68,7 +68,7 @@ def run_robots(
             if lab
             else SimulatedRun(supervisor, scenario, folder.bag, watch)
         )
-        run.reloads.on_reload = folder.keep_reload
+        run.on_reload = folder.keep_reload
         deadline = time.monotonic() + _START_TIMEOUT_S
         supervisor.run(lambda: run.started or time.monotonic() > deadline, run.tick)
         if not run.started:

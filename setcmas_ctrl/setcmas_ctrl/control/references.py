@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -48,9 +49,7 @@ class References:
 
     def encoded(self) -> str:
         """Return a line of JSON."""
-        import msgspec  # for topics; laws alone need no msgspec
-
-        return msgspec.json.encode(self).decode('utf-8')
+        return json.dumps(asdict(self), ensure_ascii=False, separators=(',', ':'))
 
     @classmethod
     def decoded(cls, text: str) -> References:
@@ -59,9 +58,13 @@ class References:
         Raises:
             ValueError: The line is invalid.
         """
-        import msgspec
-
-        return msgspec.json.decode(text, type=cls)
+        try:
+            match json.loads(text):
+                case {'task': str(task), 'values': dict(values)}:
+                    return cls(task, values)
+        except RecursionError as error:
+            raise ValueError('its references are too deep') from error
+        raise ValueError('it has no task with references')
 
 
 def references_of(names: Mapping[str, Any], script: Path, nb_robots: int) -> References | None:

@@ -6,8 +6,10 @@ import math
 from pathlib import Path
 
 from setcmas_ctrl import drawing
-from setcmas_ctrl.communication.communication_options import CommunicationOptions
-from setcmas_ctrl.communication.communication_settings import chosen_communication
+from setcmas_ctrl.communication.communication_settings import (
+    CommunicationOptions,
+    chosen_communication,
+)
 from setcmas_ctrl.communication.triggering import CTC
 from setcmas_ctrl.control.commander import Commander
 from setcmas_ctrl.control.control_law import ControlLaw

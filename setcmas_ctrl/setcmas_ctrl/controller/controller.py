@@ -11,7 +11,7 @@ import argparse
 import contextlib
 from functools import partial
 
-from setcmas_ctrl.communication.communication_options import CommunicationOptions
+from setcmas_ctrl.communication.communication_settings import CommunicationOptions
 from setcmas_ctrl.control.control_options import (
     SCRIPT_FAILED,
     ControllerOptions,

@@ -15,8 +15,11 @@ from pathlib import Path
 from nav_msgs.msg import Odometry
 from std_msgs.msg import UInt16
 
-from setcmas_ctrl.communication.communication_options import CommunicationOptions
-from setcmas_ctrl.communication.communication_settings import Communication, chosen_communication
+from setcmas_ctrl.communication.communication_settings import (
+    Communication,
+    CommunicationOptions,
+    chosen_communication,
+)
 from setcmas_ctrl.communication.triggering import CONSEQUENCE, CTC, Broadcast
 from setcmas_ctrl.control.control_options import SCRIPT_FAILED
 from setcmas_ctrl.controller.script_outcomes import end_process, end_stuck_script

@@ -17,7 +17,7 @@ from setcmas_ctrl.controller.graph_watch import GraphWatch
 from setcmas_ctrl.controller.network_links import FleetCommunication
 from setcmas_ctrl.controller.script_outcomes import ScriptOutcomes
 from setcmas_ctrl.driving.driven_robot import Controller, SiToUni
-from setcmas_ctrl.driving.fleet_discovery import LostRobots
+from setcmas_ctrl.driving.fleet_discovery import LostRobots, wait_until
 from setcmas_ctrl.driving.fleet_pause import PauseWatch
 from setcmas_ctrl.driving.fleet_time import FleetTime, FleetTimeTopic
 from setcmas_ctrl.driving.odometry import POSE_TIMEOUT_S, FleetOdometry
@@ -30,7 +30,6 @@ from setcmas_simu.ros.process import RosProcess
 from setcmas_simu.ros.step_loop import Clock, SteadyClock
 
 _NOTHING = (math.nan, 0.0, math.nan)
-_REMIND_EVERY_S = 2.0
 _LOOK_EVERY_S = 0.002
 _AFTER_ODOMETRY_S = 0.02
 _LISTENERS_WAIT_S = 2.0
@@ -142,12 +141,14 @@ class ControlStepper:
             self.take()
             return not missing()
 
-        while not process.spin_until(complete, _REMIND_EVERY_S) and not process.stopping:
+        def remind() -> None:
             robots = missing()
             self._warn(
                 f'waiting for the {what} of {robots_in_words(robots)} ({topic_of(robots[0])}); '
                 f'{question}?'
             )
+
+        wait_until(process, complete, remind)
 
     def _fall_in_step(self, process: RosProcess) -> None:
         """Wait until shortly after the next odometry of a robot.

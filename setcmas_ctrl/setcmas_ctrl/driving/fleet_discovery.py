@@ -46,6 +46,20 @@ def robots_with_odometry(
     return sorted(robots)
 
 
+def wait_until(
+    process: RosProcess, is_there: Callable[[], bool], remind: Callable[[], object]
+) -> bool:
+    """Wait for something, and remind the user every 2 s.
+
+    Returns:
+        Whether it is there; False if the process must stop.
+    """
+    while not process.stopping and not process.spin_until(is_there, _REMIND_EVERY_S):
+        if not process.stopping:
+            remind()
+    return not process.stopping
+
+
 def wait_for_fleet(process: RosProcess, node: Node, listener: FleetListener) -> int:
     """Wait for the announced fleet size; guess it, with a warning, if there is no announcer.
 
@@ -58,11 +72,9 @@ def wait_for_fleet(process: RosProcess, node: Node, listener: FleetListener) -> 
         Size of the fleet; 0 if the process must stop.
     """
     fleet = _Fleet(node, listener)
-    while not process.stopping and not process.spin_until(fleet.is_known, _REMIND_EVERY_S):
-        if not process.stopping:
-            fleet.remind()
+    found = wait_until(process, fleet.is_known, fleet.remind)
     fleet.close()
-    return 0 if process.stopping else fleet.nb_robots
+    return fleet.nb_robots if found else 0
 
 
 def wait_for_source(process: RosProcess, node: Node, listener: FleetListener, pid: int) -> bool:
@@ -72,12 +84,9 @@ def wait_for_source(process: RosProcess, node: Node, listener: FleetListener, pi
         Whether it has announced its robots; False if this process must stop.
     """
     source = own_source(Kind.SIMULATOR, pid)
-    while not process.stopping and not process.spin_until(
-        lambda: source in listener.take(), _REMIND_EVERY_S
-    ):
-        if not process.stopping:
-            node.get_logger().warning(f'waiting for the {source} to announce its robots')
-    return not process.stopping
+    text = f'waiting for the {source} to announce its robots'
+    warn = node.get_logger().warning
+    return wait_until(process, lambda: source in listener.take(), lambda: warn(text))
 
 
 def wait_for_announcement(
@@ -94,12 +103,12 @@ def wait_for_announcement(
         none_announces = node.count_publishers(topics.FLEET) == 0
         return bool(listener.take()) or (none_announces and bool(robots_with_odometry(node)))
 
-    while not process.spin_until(is_known, _REMIND_EVERY_S) and not process.stopping:
-        node.get_logger().warning(
-            f'waiting for the odometry of {robots_in_words([*range(1, nb_robots + 1)])} '
-            f'({topics.odometry_topic(1)}); is their simulator running?'
-        )
-    return not process.stopping
+    text = (
+        f'waiting for the odometry of {robots_in_words([*range(1, nb_robots + 1)])} '
+        f'({topics.odometry_topic(1)}); is their simulator running?'
+    )
+    warn = node.get_logger().warning
+    return wait_until(process, is_known, lambda: warn(text))
 
 
 class _Fleet:

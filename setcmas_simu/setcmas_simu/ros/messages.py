@@ -17,16 +17,13 @@ STAMP = '=iI'
 """Format of builtin_interfaces/Time: s and ns."""
 
 NO_STAMP = -1
-"""Stamp in ns of what has not been sent."""
+"""In place of a stamp in ns: nothing was sent."""
 
 POSE = '=7d'
 """Format of geometry_msgs/Pose: position in m, quaternion."""
 
 TWIST = '=6d'
 """Format of geometry_msgs/Twist: velocities in m/s, turn rates in rad/s."""
-
-NO_STAMP = -1
-"""In place of a stamp in ns: no message yet."""
 
 _OURS = serialize_message(Twist())[:2]  # the encoding of this machine
 _ORIGIN = 4  # bytes of the header of the encoding, from which on fields are aligned

@@ -11,8 +11,10 @@ from typing import Any
 import numpy as np
 
 from setcmas_ctrl.communication.channel import Channel
-from setcmas_ctrl.communication.communication_options import CommunicationOptions
-from setcmas_ctrl.communication.communication_settings import chosen_communication
+from setcmas_ctrl.communication.communication_settings import (
+    CommunicationOptions,
+    chosen_communication,
+)
 from setcmas_ctrl.communication.links import Links
 from setcmas_ctrl.filter.barrier import Verdict
 from setcmas_simu.arrays import Floats

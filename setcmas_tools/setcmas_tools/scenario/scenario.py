@@ -8,8 +8,11 @@ from functools import cache
 from pathlib import Path
 from typing import Any, ClassVar, NoReturn
 
-from setcmas_ctrl.communication.communication_options import CommunicationOptions, Condition
-from setcmas_ctrl.communication.communication_settings import check_communication
+from setcmas_ctrl.communication.communication_settings import (
+    CommunicationOptions,
+    Condition,
+    check_communication,
+)
 from setcmas_ctrl.control.control_options import Algo, LawOptions
 from setcmas_ctrl.control.law_scripts import LawScripts
 from setcmas_ctrl.filter.clearance import check_starts
@@ -19,10 +22,11 @@ from setcmas_simu.arrays import Floats
 from setcmas_simu.errors import SetcmasError, did_you_mean
 from setcmas_simu.fleet.per_robot import format_per_robot
 from setcmas_simu.fleet.start_poses import poses_of_array
-from setcmas_simu.options.group import ClashError, Options
+from setcmas_simu.options.group import ClashError, Options, option
+from setcmas_simu.options.kinds import DURATION
 from setcmas_simu.options.option import Option, plain
 from setcmas_simu.robots.models import NO_LIMITS, check_models, model_names
-from setcmas_simu.simulator.simulator_options import RobotOptions
+from setcmas_simu.simulator.simulator_options import ClockOptions, RobotOptions
 from setcmas_simu.yaml_entries import Entry, read_entries, write_yaml
 from setcmas_tools.scenario.scenario_files import (
     OF_FILES,
@@ -31,13 +35,19 @@ from setcmas_tools.scenario.scenario_files import (
     robots_by_text,
     shipped_name,
 )
-from setcmas_tools.scenario.time_options import TimeOptions
 
 VERSION = 1
 """Version of the keys of scenario files."""
 
 OF_RUN = 'scenario'
 """The key of run.yaml and study.yaml that holds a scenario."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class TimeOptions(ClockOptions):
+    """How long a run takes, and how simulated time goes by."""
+
+    duration: float = option(DURATION, 'length of the run, from the first command', default=40.0)
 
 
 @dataclass(frozen=True, kw_only=True)

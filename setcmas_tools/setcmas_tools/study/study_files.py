@@ -7,8 +7,11 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from setcmas_ctrl.communication.communication_options import find_condition
-from setcmas_ctrl.communication.communication_settings import graph_description, graph_file
+from setcmas_ctrl.communication.communication_settings import (
+    find_condition,
+    graph_description,
+    graph_file,
+)
 from setcmas_ctrl.control.law_scripts import LawScripts
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet.per_robot import mapped

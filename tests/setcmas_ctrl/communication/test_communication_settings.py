@@ -3,8 +3,8 @@ import argparse
 import numpy as np
 import pytest
 
-from setcmas_ctrl.communication.communication_options import CommunicationOptions
 from setcmas_ctrl.communication.communication_settings import (
+    CommunicationOptions,
     check_communication,
     chosen_communication,
 )

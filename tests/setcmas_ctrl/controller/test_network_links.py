@@ -13,8 +13,10 @@ from rclpy.qos import DurabilityPolicy, QoSProfile
 from ros_peer import position
 from std_msgs.msg import Float32MultiArray, Float64MultiArray
 
-from setcmas_ctrl.communication.communication_options import CommunicationOptions
-from setcmas_ctrl.communication.communication_settings import chosen_communication
+from setcmas_ctrl.communication.communication_settings import (
+    CommunicationOptions,
+    chosen_communication,
+)
 from setcmas_ctrl.controller.network_links import FleetCommunication
 from setcmas_ctrl.driving.odometry import FleetOdometry
 
