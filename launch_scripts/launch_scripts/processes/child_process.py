@@ -103,7 +103,7 @@ AnyReport = TypeVar('AnyReport', bound=Message)
 
 
 def known_signals(*names: str) -> tuple[signal.Signals, ...]:
-    """Return those of these signals that the system has (Windows lacks some)."""
+    """Return the named signals; the system may lack some (Windows does)."""
     return tuple(signal.Signals[name] for name in names if name in signal.Signals.__members__)
 
 

@@ -74,7 +74,7 @@ class SimulatedRun(RecordedRun):
     is_stuck = False
 
     def __init__(self, supervisor: Supervisor, scenario: Scenario, bag: Path, watch: bool) -> None:
-        """Start the processes; `watch` is whether scripts are loaded again when saved."""
+        """Start the processes; `watch` reloads scripts on every save."""
         super().__init__(supervisor, bag)
         simulation = SimulationOptions.among(scenario.values())
         self._lockstep, self._rtf = simulation.lockstep, simulation.rtf

@@ -12,7 +12,7 @@ from setcmas_simu.arrays import Floats
 
 @dataclass(frozen=True)
 class LinkChannel:
-    """Properties of one link; None where they are those of all links.
+    """Properties of one link; None where it is like all others.
 
     Attributes:
         receiver: Number of the receiving robot.

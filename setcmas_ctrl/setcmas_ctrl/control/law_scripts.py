@@ -61,30 +61,11 @@ class LawScripts:
         return hiding + list(filter(None, map(unfilled_note, self.paths)))
 
     @property
-    def title(self) -> str:
-        """Names of the scripts without their suffix, such as 'leader, follower'."""
-        return ', '.join(path.stem for path in self.paths)
-
-    @property
-    def name(self) -> str:
-        """The script, or the names of several, for a record."""
-        return self.title if self._by_robot else str(self.paths[0])
-
-    @property
     def text(self) -> str:
         """Value of `--algo` for these scripts that works in any folder."""
         if not self._by_robot:
             return str(self.paths[0])
         return format_per_robot({robot: str(path) for robot, path in self._by_robot.items()})
-
-    @property
-    def robots_of(self) -> dict[Path, tuple[int, ...]]:
-        """The robots of each script; empty if one script is for all robots."""
-        by_robot = self._by_robot or {}
-        return {
-            path: tuple(sorted(robot for robot, own in by_robot.items() if own == path))
-            for path in self.paths
-        }
 
     def check(self, nb_robots: int, others: Collection[int] = ()) -> None:
         """Check that exactly the robots of the fleet have a script.

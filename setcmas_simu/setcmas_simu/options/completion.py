@@ -9,7 +9,7 @@ from typing import Any
 def names_and_files(
     names: Callable[[], Iterable[str]], endings: tuple[str, ...] = ()
 ) -> Callable[..., list[str]]:
-    """Return what offers names, and files with some endings.
+    """Return a completer of names and of files with some endings.
 
     Args:
         names: Returns the names; called only when the user presses tab.

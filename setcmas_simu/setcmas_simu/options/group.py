@@ -1,7 +1,7 @@
-"""Groups of options, each a dataclass: its fields say all that is known of them.
+"""Groups of options: dataclasses whose fields are options.
 
-A group gives the arguments of a command line, the parsed values, the document with which a child
-process gets the same values, what run.yaml records, and the checks of a Python function.
+A group adds its options to a command line, checks their values, and writes them for child
+processes and run.yaml.
 """
 
 from __future__ import annotations
@@ -23,22 +23,22 @@ Group = TypeVar('Group', bound='Options')
 
 
 class ClashError(SetcmasError):
-    """Options that do not go together.
+    """Options contradict each other.
 
     Attributes:
         names: Their names.
-        typed: The message in the words of the command line.
+        typed: The message with the names as typed.
     """
 
     def __init__(self, message: str, *names: str) -> None:
-        """Fill the names of options into a message, in the words of Python."""
+        """Fill the names of options into a message."""
         super().__init__(message.format(*names))
         self.names = names
         self.typed = message.format(*map(spelled, names))
 
 
 def spelled(name: str) -> str:
-    """Return an option's name as it is typed."""
+    """Return an option's name as typed, such as --nb-robots."""
     return f'--{name.replace("_", "-")}'
 
 
@@ -46,9 +46,9 @@ def option(kind: Kind, help: str, *, default: Any = MISSING, **known: Any) -> An
     """Return a field of a group, for an option with a value.
 
     Args:
-        kind: The values that it takes.
+        kind: Kind of its values.
         help: Its help text.
-        default: Its value where it is not given; it must be given if there is none.
+        default: Its default; the option is required without.
         known: Further attributes of `Option`.
     """
     metadata = {'option': Option(kind, help, **known)}
@@ -73,13 +73,13 @@ class Options:
     """The values of a group of options, checked."""
 
     TITLE: ClassVar[str] = ''
-    """What the group is called in help texts; empty: it belongs to the command itself."""
+    """Title of the group in help texts; empty for options of the command itself."""
 
     def __post_init__(self) -> None:
         """Check the values.
 
         Raises:
-            SetcmasError: One makes no sense, in the words of Python.
+            SetcmasError: One is invalid, or they contradict each other.
         """
         for one in fields(self):
             value = getattr(self, one.name)
@@ -89,10 +89,10 @@ class Options:
         self.check()
 
     def check(self) -> None:
-        """Check that the values go together.
+        """Check that the values do not contradict each other.
 
         Raises:
-            ClashError: They do not.
+            ClashError: They do.
         """
 
     @classmethod
@@ -103,13 +103,13 @@ class Options:
         quiet: bool = False,
         **defaults: Any,
     ) -> None:
-        """Add the options to a command line, those of the class itself first.
+        """Add the options to a command line, the class's own before inherited ones.
 
         Args:
-            parser: That of the command line.
-            without: Names of options that it does not have.
-            quiet: Whether parsed arguments lack an option that is not typed.
-            defaults: Defaults that are others there.
+            parser: Parser of the command line.
+            without: Names of options to leave out.
+            quiet: Whether the parsed arguments lack options that are not typed.
+            defaults: Other defaults, by name.
         """
         group = _argument_group(parser, cls.TITLE)
         for one in _in_order(cls):
@@ -120,10 +120,10 @@ class Options:
 
     @classmethod
     def of(cls: type[Group], args: argparse.Namespace) -> Group:
-        """Return the values in parsed arguments, and defaults for options that these lack.
+        """Return the values in parsed arguments, and defaults for missing ones.
 
         Raises:
-            SetcmasError: Options do not go together.
+            SetcmasError: Options contradict each other.
         """
         with typed_words():
             return cls.among(cls.typed(args))
@@ -140,12 +140,12 @@ class Options:
 
     @classmethod
     def options(cls) -> dict[str, Option]:
-        """Return the options by name, those of the class itself first."""
+        """Return the options by name, the class's own before inherited ones."""
         return {one.name: one.metadata['option'] for one in _in_order(cls)}
 
     @classmethod
     def among(cls: type[Group], values: Mapping[str, Any]) -> Group:
-        """Return the values that are among others by name, and defaults for those that are not."""
+        """Pick the group's values from others by name; missing ones have their defaults."""
         return cls(**{one.name: values[one.name] for one in fields(cls) if one.name in values})
 
     def values(self) -> dict[str, Any]:
@@ -153,12 +153,12 @@ class Options:
         return {one.name: getattr(self, one.name) for one in fields(self)}
 
     def arguments(self, *others: Options) -> list[str]:
-        """Return the arguments that give a process these values, and those of other groups."""
+        """Return the arguments that give a child process these values and other groups'."""
         given = {k: plain(v) for group in (self, *others) for k, v in group.changed().items()}
         return [VALUES, yaml_line(given)] if given else []
 
     def changed(self) -> dict[str, Any]:
-        """Return the values by name that differ from their defaults."""
+        """Return the values that differ from their defaults, by name."""
         return {
             one.name: getattr(self, one.name)
             for one in _in_order(type(self))
@@ -199,13 +199,13 @@ class _TakeValues(argparse.Action):
 
 
 def _in_order(group: type[Options]) -> list[Field[Any]]:
-    """Return the fields of a group, its own before those of the groups that it extends."""
+    """Return the fields of a group, its own before inherited ones."""
     inherited = {name for base in group.__bases__ for name in getattr(base, '__annotations__', ())}
     return sorted(fields(group), key=lambda one: one.name in inherited)
 
 
 def _argument_group(parser: argparse.ArgumentParser, title: str) -> argparse._ArgumentGroup:
-    """Return the argument group of a title, whichever group of options added it."""
+    """Return the parser's group with a title; several groups of options may share it."""
     if not title:
         return parser._optionals
     titled = (group for group in parser._action_groups if group.title == title)
@@ -219,10 +219,10 @@ def differs(value: Any, other: Any) -> bool:
 
 @contextmanager
 def typed_words() -> Iterator[None]:
-    """Let messages about options that do not go together use the words of the command line.
+    """Give messages about contradicting options their names as typed.
 
     Raises:
-        SetcmasError: Options do not go together.
+        SetcmasError: Options contradict each other.
     """
     try:
         yield

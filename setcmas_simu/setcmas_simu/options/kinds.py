@@ -21,28 +21,28 @@ class Kind:
     """Any text.
 
     Attributes:
-        metavar: What stands for a value in help texts.
+        metavar: Placeholder of a value in help texts.
     """
 
     metavar: str | None = field(default=None, kw_only=True)
 
     @property
     def choices(self) -> tuple[str, ...]:
-        """All values, if they are words: for help texts and completion."""
+        """All values if they are words, for help texts and completion."""
         return ()
 
     @property
     def must_be(self) -> str:
-        """What a value must be, in words that follow "must be"."""
+        """Words that follow "must be" in messages."""
         return 'a text'
 
     def expected(self, value: Any) -> str:
-        """Return what a value that is not accepted must be, in words that follow "must be"."""
-        del value  # some kinds offer a similar one
+        """Return the words that follow "must be" for a refused value."""
+        del value  # some kinds suggest a similar one
         return self.must_be
 
     def parse(self, text: str) -> Any:
-        """Return the value in a text, or the text itself if it has none."""
+        """Return the value of a text; a malformed text unchanged."""
         return text
 
     def accepts(self, value: Any) -> bool:
@@ -50,19 +50,19 @@ class Kind:
         return isinstance(value, str)
 
     def text(self, value: Any) -> str:
-        """Return the text that `parse` turns into a value."""
+        """Return a value as text for help and messages."""
         return str(value)
 
     def value(self, given: Any) -> Any:
-        """Return the value that Python or YAML gives, a text as on a command line."""
+        """Convert a value from Python or YAML; texts as on a command line."""
         return self.parse(given) if isinstance(given, str) else given
 
     def read(self, entry: Entry, place: Callable[[str], str]) -> Any:
-        """Return the value of a YAML entry, which `check` judges.
+        """Return the value of a YAML entry; `check` judges it.
 
         Args:
             entry: The entry.
-            place: Returns the path of a file, and a text that names none as it is.
+            place: Returns the path of a file that a text names, and other texts unchanged.
 
         Raises:
             SetcmasError: A text or a file is malformed.
@@ -81,29 +81,20 @@ class Kind:
         return value
 
     def gathered(self, values: Iterable[Any]) -> Any:
-        """Return the value of an option that is typed several times."""
+        """Join the values of a repeated option."""
         return tuple(values)
 
     def spread(self, value: Any) -> Iterable[Any]:
-        """Return what `gathered` turns into the value of an option that is typed several times."""
+        """Return the values that `gathered` joins."""
         return tuple(value)
 
     def located(self, value: Any, place: Callable[[str], str]) -> Any:
-        """Return a value with each file that it names in its place.
-
-        Args:
-            value: The value, as YAML has it.
-            place: Returns the path of a file, and a text that names none as it is.
-        """
+        """Replace the files that a value names, as YAML has it, by their paths."""
         del place  # most values name no file
         return value
 
     def check(self, name: str, value: Any) -> None:
-        """Check that a value is of this kind.
-
-        Args:
-            name: What the message calls it.
-            value: The value, or a text without a value.
+        """Check that a value is of this kind; `name` is its name in the message.
 
         Raises:
             SetcmasError: It is not.
@@ -122,7 +113,7 @@ class Number(Kind):
         least: The smallest.
         most: The largest.
         unit: Their unit.
-        finite: Whether inf, which is no limit, is refused.
+        finite: Whether inf (no limit) is refused.
     """
 
     above: float = -math.inf
@@ -168,7 +159,7 @@ class Number(Kind):
         return repr(float(value)).removesuffix('.0')
 
     def expected(self, value: Any) -> str:
-        """Return the bounds, and for what is no number that it must be one."""
+        """Return the bounds; they begin with "a number" unless the value is one."""
         if isinstance(value, Real) and not isinstance(value, bool):
             return self.must_be
         return f'a number {"of " * self.must_be.startswith("at least")}{self.must_be}'
@@ -208,7 +199,7 @@ class Whole(Kind):
         return int(text) if text.removeprefix('-').isdecimal() else text
 
     def value(self, given: Any) -> Any:
-        """Return a number as an int, also one that a range of a study has as a float."""
+        """Return a number as an int, also 2.0 in a range of a study."""
         is_whole = isinstance(given, Real) and not isinstance(given, bool) and given % 1 == 0
         return int(given) if is_whole else given
 
@@ -220,7 +211,7 @@ class Whole(Kind):
 
 
 NB_ROBOTS = Whole(1, MAX_ROBOTS)
-"""Sizes of a fleet: each robot knows of each other one, which memory and time limit."""
+"""Sizes of a fleet; memory and time grow with its square."""
 
 SEEDS = Whole(0, 2**32 - 1)
 """Seeds that every generator takes."""
@@ -243,12 +234,12 @@ class OneOf(Kind):
 
     @property
     def must_be(self) -> str:
-        """The list, as part of a sentence."""
+        """The list."""
         *others, last = self.words
         return f'{", ".join(others)} or {last}' if others else last
 
     def expected(self, value: Any) -> str:
-        """Return the list, and the word in it that a value resembles."""
+        """Return the list, and the word in it most like the value."""
         return f'{self.must_be}{did_you_mean(value, self.words)}'
 
     def accepts(self, value: Any) -> bool:

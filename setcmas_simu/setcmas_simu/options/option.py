@@ -1,4 +1,4 @@
-"""Options of a command line: what is known of each but its name and default."""
+"""An option: the kind of its values, its help text, and how it is typed."""
 
 from __future__ import annotations
 
@@ -30,17 +30,17 @@ class Form(Enum):
 
 @dataclass(frozen=True)
 class Option:
-    """What is known of an option besides its name and default.
+    """An option; the field of its group has its name and default.
 
     Attributes:
-        kind: The values that it takes.
+        kind: Kind of its values.
         help: Its help text, without unit and default.
         form: How it is typed.
-        default_text: What the help text says of the default if that means nothing by itself.
-        alone: The value that the name without a value means; None if that is a mistake.
+        default_text: The default in words, if its value says nothing by itself.
+        alone: The value if only the name is typed; None if that is a mistake.
         short: Another name, such as '-o'.
-        flag: What is typed, where that is not the name.
-        complete: Offers values to argcomplete, if they are no files and no list of words.
+        flag: The name as typed, if it is not --NAME.
+        complete: Offers values to argcomplete; None for files and listed words.
     """
 
     kind: Kind
@@ -63,7 +63,7 @@ class Option:
         return self.form in (Form.REPEATED, Form.SEVERAL)
 
     def value(self, given: Any) -> Any:
-        """Return the value that Python, YAML or a command line gives; `check` judges it.
+        """Convert a value from Python, YAML or a command line; `check` judges it.
 
         Raises:
             SetcmasError: A text is malformed.
@@ -80,10 +80,10 @@ class Option:
 
         Args:
             entry: The entry.
-            place: Returns the path of a file, and a text that names none as it is.
+            place: Returns the path of a file that a text names, and other texts unchanged.
 
         Raises:
-            SetcmasError: It is none; the message names file and line.
+            SetcmasError: It is invalid; the message names file and line.
         """
         with entry.located():
             if self.form is Form.ONE:
@@ -97,7 +97,7 @@ class Option:
         """Check a value.
 
         Raises:
-            SetcmasError: It is none of this option.
+            SetcmasError: It is invalid.
         """
         if self.is_switch and not isinstance(value, bool):
             raise SetcmasError(f'{name} is {value!r}; it must be true or false')
@@ -120,8 +120,8 @@ class Option:
             group: Takes the option.
             name: Its name in the parsed arguments.
             flag: What is typed.
-            default: Its default; it is required if that is MISSING.
-            quiet: Whether the parsed arguments lack it where it is not typed.
+            default: Its default; MISSING if it is required.
+            quiet: Whether the parsed arguments lack it if it is not typed.
         """
         known: dict[str, Any] = {'dest': name, 'help': self._help(default)}
         if self.form in (Form.FLAG, Form.SWITCH):
@@ -172,7 +172,7 @@ class Option:
 
 
 def plain(value: Any) -> Any:
-    """Return a value of an option as YAML has it; a function stays one."""
+    """Return a value of an option as YAML has it; functions stay as they are."""
     if isinstance(value, Mapping):
         return {key: plain(one) for key, one in value.items()}
     if isinstance(value, (tuple, list)):

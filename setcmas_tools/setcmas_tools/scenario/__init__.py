@@ -1,1 +1,1 @@
-"""Scenario: what is to be run."""
+"""Scenario of a run, in files and in Python."""

@@ -1,4 +1,4 @@
-"""Scenario: laws, robots, communication, safety and time of what is to be run."""
+"""Scenario of a run: its laws, robots, communication, safety, time and lab."""
 
 from __future__ import annotations
 
@@ -45,14 +45,14 @@ OF_RUN = 'scenario'
 
 @dataclass(frozen=True, kw_only=True)
 class TimeOptions(ClockOptions):
-    """How long a run takes, and how simulated time goes by."""
+    """Duration of a run, and the pace of simulated time."""
 
     duration: float = option(DURATION, 'length of the run, from the first command', default=40.0)
 
 
 @dataclass(frozen=True, kw_only=True)
 class Scenario:
-    """What is to be run, checked when it is made.
+    """A run to be made, checked here.
 
         scenario = Scenario.load('square.yaml')
         run = simulate(scenario.replace(loss=0.3, set={'K': 2}))
@@ -166,7 +166,7 @@ class Scenario:
         return self._with(given)
 
     def _with(self, given: Mapping[str, Any]) -> Scenario:
-        """Return the same with other values of their options' types."""
+        """Return the same with some values replaced by converted ones."""
         changed: dict[str, Any] = {}
         for name, part in self._parts():
             own = {key: value for key, value in given.items() if key in part.options()}
@@ -183,7 +183,7 @@ class Scenario:
             check()
 
     def _checks(self) -> dict[str, Callable[[], object]]:
-        """Return the checks that look into files, by the value that each is of."""
+        """Return the checks that read files, by the name of the value."""
         law, robots, nb_robots = self.law, self.robots, self.robots.nb_robots
         own = CommunicationOptions(graph=self.communication.graph)
         models = model_names(robots.model, self.nb_robots)
@@ -214,13 +214,13 @@ class Scenario:
 
     @classmethod
     def recorded(cls, values: Mapping[str, Any]) -> Scenario:
-        """Return the scenario of a record; files that it names are not looked for.
+        """Return the scenario of a record, without looking for its files.
 
         Args:
-            values: As `record` gives them, which may lack some.
+            values: As `record` gives them; missing ones have their defaults.
 
         Raises:
-            SetcmasError: One is not what it must be.
+            SetcmasError: A value is invalid.
         """
         given = {name: value for name, value in values.items() if value is not None}
         _check_version(given.pop('version', VERSION))
@@ -255,7 +255,7 @@ class Scenario:
 
     @property
     def notes(self) -> list[str]:
-        """What to say before it is run, such as of scripts that are not filled in yet.
+        """Notes for the user, such as on scripts that are not filled in yet.
 
         Raises:
             SetcmasError: A script is missing or has a mistake.
@@ -278,19 +278,19 @@ class Scenario:
         return poses
 
     def named(self, name: str) -> dict[str, list[int]]:
-        """Return each text that a value names, with the robots that it is for; none if for all."""
+        """Return each text of a value, with its robots; no robots means all."""
         return robots_by_text(self.values()[name])
 
     def scripts(self) -> list[Path]:
-        """Return the scripts that it runs, but for laws that ship, if it names them by paths."""
+        """Return the scripts that it names by paths, except shipped laws."""
         found = [Path(text) for name in ('algo', 'ctc', 'model') for text in self.named(name)]
         return [path for path in found if path.suffix == '.py' and not shipped_name(path)]
 
     def located(self, place_of: Callable[[str], Place]) -> Scenario:
-        """Return the same with the files that it names in their places.
+        """Return the same with the paths of the files that it names.
 
         Args:
-            place_of: Returns the function from what a value of a name says to the path of a file.
+            place_of: Returns, for the name of a value, the function from its text to a path.
 
         Raises:
             SetcmasError: There is no such file.
@@ -304,19 +304,16 @@ class Scenario:
         return self.replace(**found)
 
     def record(self) -> dict[str, Any]:
-        """Return all values as YAML has them; functions by their names, None for no limit."""
+        """Return version and values as YAML has them; functions by name, None for no limit."""
         found = {k: v for _, part in self._parts() for k, v in part.record().items()}
         names = {'algo': name_of(self.law.algo), 'ctc': name_of(self.communication.ctc)}
         return {'version': VERSION, **found, **names}
 
     def save(self, path: str | Path) -> Path:
-        """Write the scenario to a file; what has its default is left out.
+        """Write the scenario to a file, without defaults, and return its path.
 
         Args:
-            path: The file, in the folder of the scripts and files that the scenario names.
-
-        Returns:
-            The path.
+            path: The file, in the folder of the scenario's scripts and files.
 
         Raises:
             SetcmasError: A value is a function or a matrix, a file is in another folder, or the
@@ -333,10 +330,10 @@ class Scenario:
 
 
 def check_record(values: Mapping[str, Any]) -> None:
-    """Check the values of a record that options have; files that it names are not looked for.
+    """Check the values of a record, without looking for its files.
 
     Raises:
-        SetcmasError: One is not what it must be.
+        SetcmasError: A value is invalid.
     """
     _check_version(values.get('version', VERSION))
     for name, value in values.items():
@@ -367,7 +364,7 @@ def _absolute(text: str) -> str:
 
 
 def name_of(given: Algo | Condition) -> str | None:
-    """Return what a record calls scripts or functions."""
+    """Return the name of scripts or functions in a record."""
     if isinstance(given, Mapping):
         return format_per_robot({robot: str(name_of(own)) for robot, own in given.items()})
     if callable(given):
@@ -396,10 +393,10 @@ def _refuse(name: str) -> NoReturn:
 
 
 def _written(name: str, value: Any, folder: ScenarioFolder) -> Any:
-    """Return a value as a file has it.
+    """Return a value for a file.
 
     Raises:
-        SetcmasError: A file cannot have it.
+        SetcmasError: A file cannot hold it.
     """
     several = value.values() if name in ('algo', 'ctc') and isinstance(value, Mapping) else [value]
     if any(map(callable, several)):

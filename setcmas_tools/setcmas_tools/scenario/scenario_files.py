@@ -1,4 +1,4 @@
-"""Files that a scenario names: found in the folder of its own file, and nowhere else."""
+"""Files that a scenario names; they must be in the folder of its own file."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ Place = Callable[[str], str]
 
 
 class ScenarioFolder:
-    """The folder of a scenario's file; a scenario from a stranger names no file outside."""
+    """The folder of a scenario's file; a stranger's scenario may name no file outside."""
 
     def __init__(self, folder: Path, exercise: bool = False, of_run: bool = False) -> None:
         """Take a folder.
@@ -31,19 +31,19 @@ class ScenarioFolder:
         Args:
             folder: The folder.
             exercise: Whether names of laws may mean exercises.
-            of_run: Whether it is that of a run, which keeps its scripts in inputs/.
+            of_run: Whether it is a run's, with its scripts in inputs/.
         """
         self._folder = folder.resolve()
         self._of_run = of_run
         self._exercise = exercise
 
     def place_of(self, name: str) -> Place:
-        """Return the function from texts of a value to the absolute paths of the files named."""
+        """Return the function from a value's text to the absolute path of the file it names."""
         places = {'algo': self._law, 'ctc': self._condition, 'model': self._model}
         return places.get(name, self._file)
 
     def name_of(self, name: str) -> Place:
-        """Return the function from texts of a value to what a file in this folder says.
+        """Return the function from a value's text to its text in a file of this folder.
 
         It raises SetcmasError for a file outside the folder.
         """
@@ -116,7 +116,7 @@ def _is_path(text: str) -> bool:
 
 
 def shipped_name(path: Path) -> str:
-    """Return the name of a law or exercise that ships or that a plugin has; empty for others."""
+    """Return the name of a law or exercise of setcmas or a plug-in; empty for other paths."""
     for door in (ALGORITHMS, EXERCISES):
         if path.is_absolute() and path.stem in door and door.file(path.stem) == path:
             return path.stem
@@ -124,7 +124,7 @@ def shipped_name(path: Path) -> str:
 
 
 def robots_by_text(value: Any) -> dict[str, list[int]]:
-    """Return each text that a value names, with the robots that it is for; none if for all."""
+    """Return each text of a value, with its robots; no robots means all."""
     if isinstance(value, str) and is_per_robot(value):
         value = parse_per_robot(value, 'it')
     if not isinstance(value, Mapping):

@@ -26,7 +26,6 @@ def test_each_robot_has_its_script():
     scripts = LawScripts('1:leader.py,2-3:follower')
 
     assert velocities(scripts, 3) == [(0.3, 0.0), (0.0, 0.2), (0.0, 0.2)]
-    assert scripts.title == 'leader, follower'
     assert [scripts.script(robot).name for robot in (1, 3)] == ['leader.py', 'follower.py']
 
 
@@ -34,7 +33,7 @@ def test_one_script_is_for_every_robot_of_any_fleet():
     scripts = LawScripts('leader')
 
     assert velocities(scripts, 5) == [(0.3, 0.0)] * 5
-    assert scripts.title == 'leader'
+    assert [path.name for path in scripts.paths] == ['leader.py']
 
 
 def test_values_go_to_the_scripts_that_have_the_name():
