@@ -240,9 +240,9 @@ class _Entries:
 
 def yaml_line(content: Mapping[str, Any]) -> str:
     """Return a text in YAML of one line."""
-    return yaml.safe_dump(
-        dict(content), sort_keys=False, allow_unicode=True, default_flow_style=True, width=math.inf
-    ).strip()
+    # In ASCII: PyYAML does not read back every character that it writes.
+    text = yaml.safe_dump(dict(content), sort_keys=False, default_flow_style=True, width=math.inf)
+    return text.strip()
 
 
 def write_yaml(content: Mapping[str, Any], path: Path) -> None:

@@ -26,6 +26,7 @@ PROBABILITY = Number(least=0, most=1)
         (PathTo(), 'out/a b', Path('out/a b')),
         (Robots(), '1-3,5', (1, 2, 3, 5)),
         (Kind(), '', ''),
+        (Kind(), "a\x85\u2028: 'b' \udce9\n#", "a\x85\u2028: 'b' \udce9\n#"),
     ],
 )
 def test_a_value_comes_from_a_text_and_from_a_document(kind, text, value):
