@@ -36,7 +36,6 @@ from launch_scripts.processes.supervisor import StoppedError, Supervisor
 from launch_scripts.terminal.keyboard import ESC, Keyboard, StartKey, single_keys
 from launch_scripts.terminal.status_display import KEYS, StatusDisplay
 from launch_scripts.terminal.terminal_output import warn
-from setcmas_ctrl.communication.communication_settings import check_communication
 from setcmas_ctrl.control.control_options import WatchOptions
 from setcmas_ctrl.filter.clearance import check_starts
 from setcmas_expe.emulation.emulation_options import (
@@ -130,10 +129,7 @@ def _check(args: argparse.Namespace, scenario: Scenario, lab: Lab) -> None:
     Raises:
         SetcmasError: It cannot.
     """
-    scenario.check()
-    scenario.law.check_laws(lab.nb_robots)
-    communication = scenario.communication.found(scenario.law.exercise)
-    check_communication(communication, lab.nb_robots)
+    scenario.replace(nb_robots=lab.nb_robots).check()
     safety = lab.safety(scenario.safety)
     lab.check_rate(scenario.law.rate)
     if scenario.lab.emulate:

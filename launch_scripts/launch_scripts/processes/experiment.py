@@ -65,7 +65,7 @@ class Experiment:
         Args:
             supervisor: Starts and monitors them.
             lab: The lab.
-            scenario: What is run.
+            scenario: The experiment's scenario.
             lab_options: The lab, as the processes get it.
             recorded: Whether the controllers wait for a recorder.
             hold: Whether robots move only while a key or a button is held.

@@ -17,13 +17,7 @@ def run_in_foreground(
     command: Sequence[str],
     companions: Sequence[tuple[str, Sequence[str]]] = (),
 ) -> int:
-    """Run a process until Ctrl-C; return the exit status, 0 if it ended well.
-
-    Args:
-        name: Name of the process in messages.
-        command: Program and arguments.
-        companions: Names and commands of optional processes that end with it.
-    """
+    """Run a process until Ctrl-C, with optional companions; return the exit status."""
     with Supervisor(local_environment(), prefix=bool(companions)) as supervisor:
         child = supervisor.start(name, command)
         child.on_hang = partial(stop_robots_of, supervisor, child)

@@ -41,12 +41,12 @@ def run_robots(
 
     Args:
         supervisor: Starts the processes.
-        scenario: What is run.
-        folder: Where the run goes.
-        info: What it is.
-        lab: That of an emulated experiment; None for a simulation.
+        scenario: The run's scenario.
+        folder: The run's folder.
+        info: Its run.yaml.
+        lab: The lab of an emulated experiment; None for a simulation.
         views: Pages and windows that show the robots.
-        watch: Whether scripts are loaded again when they are saved.
+        watch: Whether scripts are reloaded on every save.
 
     Returns:
         The exit status so far, and the outcome; None if the run has not begun.

@@ -53,11 +53,6 @@ def rviz_beside(
     """Yield RViz 2 as a companion of the robots' process, if requested and available.
 
     If it is unavailable, a message suggests an alternative.
-
-    Args:
-        wanted: Value of --rviz.
-        robots: Numbers of the robots.
-        experiment: Whether they are real.
     """
     missing = why_no_rviz() if wanted else ''
     if missing:

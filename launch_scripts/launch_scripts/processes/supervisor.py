@@ -52,12 +52,7 @@ class Supervisor:
     """
 
     def __init__(self, environment: dict[str, str], prefix: bool = False) -> None:
-        """Prepare.
-
-        Args:
-            environment: Environment of all processes.
-            prefix: Whether lines of output start with the name of their process.
-        """
+        """Prepare; with `prefix`, lines of output start with the name of their process."""
         self.children: list[Child] = []
         self._aside: list[subprocess.Popen[bytes]] = []
         self.write: Callable[[str, Stream], None] = write_line
@@ -107,7 +102,7 @@ class Supervisor:
         Args:
             name: Name of the process in messages.
             command: Program and arguments.
-            needed: Whether its end ends `run`; windows are not needed.
+            needed: Whether its end ends `run`.
             listens: Whether it reads messages of `Child.send`.
         """
         mistake = 'error' if self._prefix else f'setcmas {name}'

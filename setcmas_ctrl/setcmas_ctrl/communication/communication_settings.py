@@ -111,10 +111,7 @@ class CommunicationOptions(Options):
             raise ClashError('{} has its own threshold; remove {}', 'ctc', 'threshold')
 
     def found(self, exercise: bool = False) -> CommunicationOptions:
-        """Return the same with the file of the script that `ctc` names.
-
-        Args:
-            exercise: Whether it may be the name of an exercise.
+        """Return the same with the file of the script, or of the exercise, that `ctc` names.
 
         Raises:
             SetcmasError: There is no such script.
@@ -125,7 +122,7 @@ class CommunicationOptions(Options):
 
     @property
     def notes(self) -> list[str]:
-        """What to say of a condition that was found and is not filled in yet."""
+        """Notes for the user on a condition that is not filled in yet."""
         note = unfilled_note(self.ctc) if isinstance(self.ctc, Path) else ''
         return [note] if note else []
 
@@ -216,12 +213,7 @@ class Communication:
 def chosen_communication(
     nb_robots: int, options: CommunicationOptions | None = None, seed: int = 0
 ) -> Communication:
-    """Return the communication of a fleet of nb_robots.
-
-    Args:
-        nb_robots: Size of the fleet.
-        options: Options of a command; None is ideal communication.
-        seed: Seed of the links' random numbers.
+    """Return the communication of a fleet; without options it is ideal.
 
     Raises:
         SetcmasError: The graph does not suit the fleet, or the condition does not exist.
@@ -240,11 +232,7 @@ def chosen_communication(
 
 
 def check_communication(options: CommunicationOptions, nb_robots: int | None) -> None:
-    """Check options of communication before anything starts.
-
-    Args:
-        options: Options of a command.
-        nb_robots: Size of the fleet, if known.
+    """Check options of communication before anything starts; the fleet's size may be unknown.
 
     Raises:
         SetcmasError: An option is invalid.

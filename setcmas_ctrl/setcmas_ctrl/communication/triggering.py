@@ -75,11 +75,7 @@ def have_gone_far(positions: Floats, sent: Floats, threshold: float) -> NDArray[
 
 
 def takes_velocities(condition: Any, name: str) -> bool:
-    """Return whether a condition has the form with velocities.
-
-    Args:
-        condition: The function.
-        name: Name of its script in messages.
+    """Return whether a condition has the form with velocities; `name` is that of its script.
 
     Raises:
         SetcmasError: It has neither form.
@@ -108,12 +104,6 @@ class Broadcast:
 
     def __init__(self, robot: int, condition: Any, path: Path, reports: ErrorReports) -> None:
         """Prepare; the first state is always sent.
-
-        Args:
-            robot: Number of the robot.
-            condition: A function in one of the two forms.
-            path: Its script.
-            reports: Receives its errors.
 
         Raises:
             SetcmasError: The condition has neither form.
@@ -179,10 +169,6 @@ class Broadcast:
 
 def checked_answer(result: Any, path: Path) -> bool:
     """Convert the result of a condition to a bool; 0 and 1 are accepted.
-
-    Args:
-        result: Its return value.
-        path: Its script.
 
     Raises:
         ControlError: It is something else.

@@ -51,12 +51,12 @@ class Commander:
         nb_robots: int,
         report: Callable[[str], None] = print,
     ) -> None:
-        """Prepare; `use` sets the robot models.
+        """Prepare to command R robots of a fleet of N; `use` sets their models.
 
         Args:
             gains: How robots follow their laws.
             options: The safety filter.
-            robots: Numbers of the R commanded robots.
+            robots: Numbers of the R robots.
             nb_robots: Size of the fleet, N.
             report: Called with a message when robots block each other.
 

@@ -49,13 +49,7 @@ class ControlLaw:
     def __init__(
         self, path: Path, robot: int, nb_robots: int, settings: Settings | None = None
     ) -> None:
-        """Load the script for a robot.
-
-        Args:
-            path: The script.
-            robot: Number of the robot.
-            nb_robots: Size of the fleet.
-            settings: Values that replace the script's own (`--set`).
+        """Load the script for a robot; settings replace the script's own values (`--set`).
 
         Raises:
             SetcmasError: The script does not load.

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, ClassVar
@@ -10,7 +10,7 @@ from typing import Any, ClassVar
 from setcmas_ctrl.control.law_scripts import LawScripts
 from setcmas_ctrl.control.saturation import VNOM
 from setcmas_ctrl.scripts.loader import ALGORITHMS
-from setcmas_ctrl.scripts.script_settings import SettingsKind
+from setcmas_ctrl.scripts.script_settings import parse_setting
 from setcmas_ctrl.scripts.shared_state import SEED
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet.fleet import format_robots
@@ -81,6 +81,39 @@ class _LawName(NameOrFile):
         return isinstance(value, (str, Mapping)) or callable(value)
 
 
+@dataclass(frozen=True)
+class _Settings(Kind):
+    """Values for names of a script: typed as 'kp=1.2', a mapping in YAML and Python."""
+
+    @property
+    def must_be(self) -> str:
+        """The form."""
+        return 'a mapping from names of the script to values, such as {K: 1.2}'
+
+    def parse(self, text: str) -> tuple[str, Any]:
+        """Return a name and its value."""
+        return parse_setting(text)
+
+    def value(self, given: Any) -> Any:
+        """Return a mapping, or a name and its value."""
+        return dict(given) if isinstance(given, Mapping) else given
+
+    def gathered(self, values: Iterable[Any]) -> Any:
+        """Return values by name; a later value replaces an earlier one."""
+        pairs = list(values)
+        return dict(pairs) if all(map(self.accepts, pairs)) else pairs
+
+    def spread(self, value: Any) -> Iterable[Any]:
+        """Return names with their values."""
+        if isinstance(value, (Mapping, list)):
+            return value.items() if isinstance(value, Mapping) else value
+        return [value]
+
+    def accepts(self, value: Any) -> bool:
+        """Return whether a value is a name with its value."""
+        return isinstance(value, tuple) and len(value) == 2 and str(value[0]).isidentifier()
+
+
 @dataclass(frozen=True, kw_only=True)
 class LawOptions(GainOptions):
     """Control law and its settings."""
@@ -93,7 +126,7 @@ class LawOptions(GainOptions):
     )
     exercise: bool = flag('run the exercise NAME of --algo, not the law of that name')
     set: Mapping[str, Any] = option(
-        SettingsKind(metavar='NAME=VALUE'),
+        _Settings(metavar='NAME=VALUE'),
         'set a module-level variable of the script, such as kp=1.2; values computed from it '
         'change too; may be repeated',
         form=Form.REPEATED,

@@ -29,12 +29,7 @@ class LawScripts:
     def __init__(
         self, algo: str, exercise: bool = False, settings: Settings | None = None
     ) -> None:
-        """Find and compile the scripts.
-
-        Args:
-            algo: Value of `--algo`.
-            exercise: Whether names are those of exercises.
-            settings: New values by name; each goes to the scripts that assign the name.
+        """Find and compile the scripts of `--algo`; each setting goes to those that assign it.
 
         Raises:
             SetcmasError: A script is missing or invalid, or no script assigns a name.
@@ -68,11 +63,7 @@ class LawScripts:
         return format_per_robot({robot: str(path) for robot, path in self._by_robot.items()})
 
     def check(self, nb_robots: int, others: Collection[int] = ()) -> None:
-        """Check that exactly the robots of the fleet have a script.
-
-        Args:
-            nb_robots: Size of the fleet.
-            others: Robots that need no script.
+        """Check that exactly the robots of the fleet, except others, have a script.
 
         Raises:
             SetcmasError: A robot has no script, or a script is for a robot outside the fleet.

@@ -37,7 +37,7 @@ TASKS = Door('setcmas.tasks', 'task', instance_of(TaskNames))
 
 @dataclass(frozen=True)
 class References:
-    """What the robots should achieve.
+    """The goal of the robots.
 
     Attributes:
         task: Name of the task.
@@ -68,12 +68,7 @@ class References:
 
 
 def references_of(names: Mapping[str, Any], script: Path, nb_robots: int) -> References | None:
-    """Return task and references of a loaded control script; None if it has no task.
-
-    Args:
-        names: Its top-level names and values.
-        script: The script.
-        nb_robots: Size of the fleet.
+    """Return task and references among a script's top-level names; None if it has no task.
 
     Raises:
         SetcmasError: The task is unknown, or a reference is missing or invalid.
@@ -92,12 +87,8 @@ def references_of_fleet(
 ) -> References | None:
     """Return the references of the first script with a task; mistakes give a warning.
 
-    Scripts of the ROS 1 stack may use the name `task` for something else; they run anyway.
-
-    Args:
-        scripts: Top-level names of each loaded script, and its file.
-        nb_robots: Size of the fleet.
-        warn: Shows a message to the user.
+    Scripts of the ROS 1 stack may use the name `task` for something else; they run anyway. Each
+    script is given by its top-level names and its file.
     """
     for names, script in scripts:
         try:
@@ -110,12 +101,7 @@ def references_of_fleet(
 
 
 def checked_references(task: str, given: Mapping[str, Any], script: str) -> References:
-    """Return the references of a task from names and their values.
-
-    Args:
-        task: Name of the task.
-        given: Values by name; superfluous names are ignored.
-        script: Name of the script in messages.
+    """Return the references of a task from values by name; superfluous names are ignored.
 
     Raises:
         SetcmasError: The task is unknown, or a reference is missing or invalid.

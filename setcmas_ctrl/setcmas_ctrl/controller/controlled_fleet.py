@@ -65,14 +65,6 @@ class ControlledFleet:
     ) -> None:
         """Find the fleet, load its laws, and create the nodes of its robots.
 
-        Args:
-            process: The process.
-            node: Its node.
-            law: The control laws, and how robots follow them.
-            communication: Which robot hears which.
-            safety: What keeps robots apart.
-            options: The robots, and the source of their poses.
-
         Raises:
             SetcmasError: A script does not load, or options contradict each other.
             StopCall: The process was asked to stop meanwhile.

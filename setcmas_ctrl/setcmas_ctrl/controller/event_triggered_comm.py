@@ -54,13 +54,9 @@ class EventTriggeredComm(FleetNode):
         watch: CallWatch,
         lockstep: bool = False,
     ) -> None:
-        """Create the node in the robot's namespace.
+        """Create the node in the robot's namespace; `clock` returns the time t of the run in s.
 
-        Args:
-            broadcast: Decides whether to send.
-            clock: Returns the time since the run started, in s.
-            watch: Monitors calls of the condition.
-            lockstep: Whether late recorders still get everything.
+        In lockstep, late recorders still get everything.
         """
         super().__init__('event_triggered_comm', namespace=topics.robot_name(broadcast.robot))
         self.robot = broadcast.robot

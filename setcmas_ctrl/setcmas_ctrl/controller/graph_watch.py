@@ -33,15 +33,7 @@ class GraphWatch:
         followers: list[SiToUni],
         warn: Callable[[str], None],
     ) -> None:
-        """Prepare.
-
-        Args:
-            node: Node through which to look at the graph.
-            odometry: The fleet that this process knows.
-            announced: Announced robots, including later ones.
-            followers: The si_to_uni nodes of this process.
-            warn: Shows a message to the user.
-        """
+        """Watch through a node; `warn` shows a message to the user."""
         self._node = node
         self._odometry = odometry
         self._announced = announced

@@ -38,18 +38,7 @@ class LockstepLoop:
         rate: float,
         announced: Lockstep,
     ) -> None:
-        """Give the simulator's time to the stepper.
-
-        Args:
-            process: Served now and then; ends the loop when it stops.
-            node: Holds the subscriptions.
-            odometry: The states of the fleet.
-            stepper: Calls the laws.
-            broadcasters: Send the states of event-triggered robots of this process.
-            graph: Knows the listeners.
-            rate: Rate of control in Hz.
-            announced: Time of the simulator, as announced.
-        """
+        """Give the simulator's time, as announced, to the stepper; `rate` is in Hz."""
         self._process = process
         self._node = node
         self._odometry = odometry

@@ -37,14 +37,10 @@ class FleetCommunication:
         robots: list[int],
         profile: QoSProfile = qos.LATCHED,
     ) -> None:
-        """Subscribe to the states that the robots of the fleet send.
+        """Subscribe to the states that the fleet sends to some robots, those of this process.
 
-        Args:
-            node: Holds subscriptions and publishers.
-            odometry: States of the robots; of all robots if communication is periodic.
-            communication: How the fleet communicates.
-            robots: The receivers: robots that this process controls.
-            profile: Quality of service of the published graph.
+        Without event triggering the odometry must have all robots. The profile is the quality of
+        service of the published graph.
         """
         self._odometry = odometry
         self._communication = communication

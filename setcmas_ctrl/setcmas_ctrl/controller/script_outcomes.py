@@ -22,13 +22,7 @@ from setcmas_simu.ros.process import RosProcess
 def end_stuck_script(
     process: RosProcess, watch: CallWatch, stop: Callable[[], None] = lambda: None
 ) -> None:
-    """Make a stop signal end a script's call, even one that swallows exceptions.
-
-    Args:
-        process: Handles the signals.
-        watch: Knows whether a call is running.
-        stop: Called before the process is killed.
-    """
+    """Make a stop signal end a script's call; `stop` is called before the process is killed."""
     signals = 0
 
     def on_stop_signal() -> None:
@@ -55,9 +49,9 @@ class ScriptOutcomes:
     """Collects failed and stuck calls over all versions of a script.
 
     Attributes:
-        watch: Knows the stuck calls.
-        laws: Receives errors of control laws.
-        conditions: Receives errors of triggering conditions.
+        watch: Monitors the calls.
+        laws: Errors of control laws.
+        conditions: Errors of triggering conditions.
     """
 
     def __init__(
@@ -68,15 +62,7 @@ class ScriptOutcomes:
         laws: Mapping[int, Path],
         condition: Path,
     ) -> None:
-        """Prepare.
-
-        Args:
-            warn: Shows a message to the user.
-            watch: Knows the stuck calls.
-            launcher: Receives each new error, and all of them at the end.
-            laws: The script of each robot's control law.
-            condition: Script of the triggering condition.
-        """
+        """Report each new error to the launcher, and all at the end; `laws` are by robot."""
         self._warn = warn
         self.watch = watch
         self._launcher = launcher

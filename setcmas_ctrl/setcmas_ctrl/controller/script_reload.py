@@ -45,16 +45,7 @@ class LawLoader:
         watch: CallWatch,
         task: TaskTopic,
     ) -> None:
-        """Prepare.
-
-        Args:
-            scripts: The control scripts.
-            seed: Seed of their random numbers.
-            robots: The robots of this process.
-            nb_robots: Size of the fleet.
-            watch: Monitors the scripts.
-            task: Publishes the task of the laws.
-        """
+        """Prepare for some robots of a fleet; `seed` is that of their scripts' random numbers."""
         self.watch = watch
         self._scripts = scripts
         self._seed = seed
@@ -107,15 +98,9 @@ class ScriptReloader:
         pause_timeout_s: float,
         launcher: Launcher,
     ) -> None:
-        """Watch the script and the helper modules that it has imported.
+        """Watch the scripts of the laws, and the helper modules that they have imported.
 
-        Args:
-            node: Node for the timer and messages to the user.
-            stepper: Calls the laws.
-            laws: The current laws.
-            loader: Loads new laws, and knows whether a call is stuck.
-            pause_timeout_s: Longest silence of the pause node before robots stop.
-            launcher: Receives a report for each version.
+        `pause_timeout_s` is the longest silence of the pause node before robots stop, in s.
         """
         self._node = node
         self._stepper = stepper

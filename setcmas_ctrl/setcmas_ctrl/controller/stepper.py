@@ -56,15 +56,8 @@ class ControlStepper:
     ) -> None:
         """Prepare; the first step makes the first call.
 
-        Args:
-            node: Node for messages to the user.
-            odometry: The poses of the fleet.
-            robots: Controller and si_to_uni node of each robot of this process.
-            commander: Converts velocities of the laws to commands.
-            outcomes: Receives errors of the scripts; its watch monitors the calls.
-            graph: Finds listeners and other commanders.
-            pause: Pauses the laws of an experiment; in a simulation they pause while all
-                robots are paused. During a pause t stands still.
+        In an experiment `pause` pauses the laws; in a simulation they pause while all robots are
+        paused. During a pause t does not advance.
         """
         self._node = node
         self._odometry = odometry
@@ -92,12 +85,9 @@ class ControlStepper:
     def get_ready(
         self, process: RosProcess, recorded: bool = False, lockstep: bool = False
     ) -> None:
-        """Wait until all poses are known and the robots listen.
+        """Wait until all poses are known and the robots listen, and the recorder if there is one.
 
-        Args:
-            process: Served while waiting.
-            recorded: Whether a recorder will come; then wait for it.
-            lockstep: Whether the robots wait for the laws, which makes synchronising unnecessary.
+        In lockstep the robots wait for the laws, so the clocks need no synchronising.
         """
         is_seen = 'does motion capture see all' if self._pause else 'is their simulator running'
         self._await(process, 'odometry', self._odometry.missing, self._odometry.topic_of, is_seen)

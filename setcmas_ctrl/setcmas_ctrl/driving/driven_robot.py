@@ -75,11 +75,7 @@ class SiToUni(FleetNode):
     ) -> None:
         """Create the node in the robot's namespace.
 
-        Args:
-            robot: Number of the robot.
-            cmd_vel_type: 'twist', 'twist_stamped', or 'auto' for what the robot listens to.
-            topic: Name of the robot's command topic.
-            profile: Quality of service of the commands.
+        The type of cmd_vel is 'twist', 'twist_stamped', or 'auto' for the type of its listener.
         """
         super().__init__(NODE_NAME, namespace=topics.robot_name(robot))
         self.robot = robot

@@ -27,13 +27,7 @@ def robots_with_odometry(
     topic_of: Callable[[int], str] = topics.odometry_topic,
     known: Container[int] = (),
 ) -> list[int]:
-    """Return the sorted numbers of robots with odometry publishers.
-
-    Args:
-        node: Node through which to look at the ROS graph.
-        topic_of: Returns the odometry topic of a robot.
-        known: Robots to leave out.
-    """
+    """Return the sorted numbers of robots with odometry publishers, except known ones."""
     robots = [
         robot
         for name, types in node.get_topic_names_and_types()
@@ -62,11 +56,6 @@ def wait_until(
 
 def wait_for_fleet(process: RosProcess, node: Node, listener: FleetListener) -> int:
     """Wait for the announced fleet size; guess it, with a warning, if there is no announcer.
-
-    Args:
-        process: Served while waiting.
-        node: Node through which to look at the ROS graph.
-        listener: Receives announcements.
 
     Returns:
         Size of the fleet; 0 if the process must stop.

@@ -82,14 +82,7 @@ class FleetTimeTopic:
     def __init__(
         self, node: Node, robots: list[int], fleet_time: FleetTime, now: Callable[[], float]
     ) -> None:
-        """Create publisher and subscription.
-
-        Args:
-            node: Holds publisher and subscription.
-            robots: Numbers of the robots of this process.
-            fleet_time: The time to publish and to synchronise.
-            now: Returns the time of its clock in s.
-        """
+        """Publish and synchronise a time; `now` returns the time of its clock in s."""
         self._node = node
         self._time = fleet_time
         self._now = now

@@ -60,14 +60,9 @@ class FleetOdometry:
         robots: Iterable[int] | None = None,
         profile: QoSProfile = qos.STATE,
     ) -> None:
-        """Subscribe to the odometry of robots; `take` takes new messages.
+        """Subscribe to the odometry of some robots of a fleet, by default all.
 
-        Args:
-            node: The subscribing node.
-            nb_robots: Number of robots in the fleet.
-            topic_of: Returns the odometry topic of a robot.
-            robots: The robots to follow; None is the whole fleet.
-            profile: Quality of service.
+        `take` takes new messages; `topic_of` returns the odometry topic of a robot.
         """
         self.topic_of = topic_of
         self.poses: Floats = np.full((3, nb_robots), np.nan)

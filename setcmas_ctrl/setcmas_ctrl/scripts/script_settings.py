@@ -10,8 +10,7 @@ import ast
 import copy
 import re
 import symtable
-from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -19,7 +18,6 @@ import yaml
 
 from setcmas_ctrl.scripts.function import literals
 from setcmas_simu.errors import SetcmasError, did_you_mean
-from setcmas_simu.options.kinds import Kind
 
 Settings = Mapping[str, Any]
 
@@ -53,39 +51,6 @@ def parse_setting(text: str) -> tuple[str, Any]:
     except yaml.YAMLError as error:
         reason = getattr(error, 'problem', None) or 'not YAML'
         raise SetcmasError(f"--set '{text}': invalid value ({reason}); must be {_FORM}") from error
-
-
-@dataclass(frozen=True)
-class SettingsKind(Kind):
-    """Values for names of a script: typed as 'kp=1.2', a mapping in YAML and Python."""
-
-    @property
-    def must_be(self) -> str:
-        """The form."""
-        return 'a mapping from names of the script to values, such as {K: 1.2}'
-
-    def parse(self, text: str) -> tuple[str, Any]:
-        """Return a name and its value."""
-        return parse_setting(text)
-
-    def value(self, given: Any) -> Any:
-        """Return a mapping, or a name and its value."""
-        return dict(given) if isinstance(given, Mapping) else given
-
-    def gathered(self, values: Iterable[Any]) -> Any:
-        """Return values by name; a later value replaces an earlier one."""
-        pairs = list(values)
-        return dict(pairs) if all(map(self.accepts, pairs)) else pairs
-
-    def spread(self, value: Any) -> Iterable[Any]:
-        """Return names with their values."""
-        if isinstance(value, (Mapping, list)):
-            return value.items() if isinstance(value, Mapping) else value
-        return [value]
-
-    def accepts(self, value: Any) -> bool:
-        """Return whether a value is a name with its value."""
-        return isinstance(value, tuple) and len(value) == 2 and str(value[0]).isidentifier()
 
 
 def _with_numbers(value: Any) -> Any:

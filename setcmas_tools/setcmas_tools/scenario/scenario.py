@@ -193,7 +193,7 @@ class Scenario:
             'model': lambda: check_models(models, NO_LIMITS),
             'limits': lambda: check_models(models, robots.limits),
             'graph': lambda: check_communication(own, nb_robots),
-            'ctc': lambda: check_communication(self.communication, nb_robots),
+            'ctc': lambda: check_communication(self.communication.found(law.exercise), nb_robots),
             'poses': lambda: robots.start_poses(self.nb_robots),
             'pose': lambda: robots.start_poses(self.nb_robots),
             'random_poses': lambda: robots.start_poses(self.nb_robots),
