@@ -84,13 +84,15 @@ class StampTimes:
     """Times of a simulation in lockstep: a message's stamp, else its tick's.
 
     Messages of the newest tick wait for the next tick, since more may arrive; not for long, if
-    time stops.
+    time stops. What has just arrived waits in any case: the message of its tick may come with the
+    next batch.
     """
 
     def __init__(self, steady_s: Callable[[], float] = time.monotonic) -> None:
         """Wait for the first tick; `steady_s` is a clock in s that is never set."""
         self._steady_s = steady_s
         self._last_tick_at = 0.0
+        self._nb_waiting = 0
         self._sent: list[int] = []
         self._ticks: list[int] = []
 
@@ -105,10 +107,13 @@ class StampTimes:
             ((self._time(message), message) for message in messages),
             key=lambda one: (one[0], one[1].sent_ns),
         )
-        complete = complete or self._steady_s() - self._last_tick_at > _HELD_BACK_S
+        is_late = self._steady_s() - self._last_tick_at > _HELD_BACK_S
+        seen = set(map(id, messages if complete else messages[: self._nb_waiting * is_late]))
         newest = self._ticks[-1]
-        messages[:] = [message for t, message in timed if t >= newest and not complete]
-        yield from (one for one in timed if one[0] < newest or complete)
+        due = [one for one in timed if one[0] < newest or id(one[1]) in seen]
+        messages[:] = [one for t, one in timed if t >= newest and id(one) not in seen]
+        self._nb_waiting = len(messages)
+        yield from due
 
     def _note_tick(self, sent_ns: int, stamp: int) -> None:
         if not self._ticks or stamp > self._ticks[-1]:

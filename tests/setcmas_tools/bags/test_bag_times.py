@@ -71,6 +71,19 @@ def test_where_time_stands_the_newest_state_is_not_held_back():
     assert told(times, waiting) == [(S, '/clock'), (S, '/tb3_1/odom')]
 
 
+def test_a_message_that_arrives_before_that_of_its_tick_waits_for_it_also_on_a_slow_machine():
+    now = 5.0
+    times = StampTimes(lambda: now)
+    waiting = [message('/clock', 50, S), message('/tb3_1/odom', 60, S)]
+    told(times, waiting)
+    now = 6.0
+    waiting.append(message('/tb3_1/trig_event', 80))
+
+    assert told(times, waiting) == [(S, '/clock'), (S, '/tb3_1/odom')]
+    waiting += [message('/clock', 70, 2 * S), message('/clock', 90, 3 * S)]
+    assert told(times, waiting) == [(2 * S, '/clock'), (2 * S, '/tb3_1/trig_event')]
+
+
 class Clocks:
     """A system clock that somebody sets, and one that nobody sets."""
 
