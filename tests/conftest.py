@@ -60,12 +60,11 @@ def _restored_process():
 
 
 @pytest.fixture
-def domain(monkeypatch, tmp_path_factory):
+def domain(monkeypatch):
     """Reserve a ROS domain that no other test on this machine uses at the same time."""
     with reserved_domain() as number:
         monkeypatch.setenv('ROS_DOMAIN_ID', str(number))
         monkeypatch.setenv('ROS_AUTOMATIC_DISCOVERY_RANGE', 'LOCALHOST')
-        monkeypatch.setenv('XDG_STATE_HOME', str(tmp_path_factory.mktemp('state')))
         yield number
 
 

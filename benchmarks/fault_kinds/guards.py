@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 from diagnostic_msgs.msg import DiagnosticStatus
-from rehearsal import Rehearsal
+from rehearsal import BRIDGES, Rehearsal
 from std_msgs.msg import Bool
 
 from fault_kinds.kind import Kind, falls_silent, sends
@@ -25,7 +27,22 @@ def _false_release(r: Rehearsal) -> float:
     return stop
 
 
+def _deaf(stop: Callable[[Rehearsal], float], line: str = 'does not obey zero') -> Kind:
+    """Return a stop of a robot whose base keeps its last command."""
+
+    def inject(r: Rehearsal) -> float:
+        r.fault('deaf 1 60')
+        r.peer.spin(0.5)
+        return stop(r)
+
+    return Kind(inject, line)
+
+
 KINDS = {
+    'deaf base, space bar': _deaf(lambda r: r.press(' ')),
+    'deaf base, Esc': _deaf(lambda r: r.press('\x1b'), '(?i)emergency'),
+    'deaf base, mocap dropout of the other': _deaf(lambda r: r.fault('dropout 2 2')),
+    'deaf base, bridge killed (-9)': _deaf(lambda r: r.kill(BRIDGES), 'bridge process has died'),
     'guard hung': Kind(lambda r: r.fault('unguarded 1 4'), 'cmd_vel_guard is silent'),
     'robot off and on': Kind(lambda r: r.fault('off 1 4'), 'paused: robot'),
     'somebody else speaks as the guard': Kind(

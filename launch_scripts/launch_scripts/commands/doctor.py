@@ -27,7 +27,6 @@ from launch_scripts.terminal.terminal_output import write_line
 from setcmas_expe.doctor.doctor_process import DoctorOptions
 from setcmas_expe.emulation.emulation_options import check_emulated_mocap
 from setcmas_expe.lab.lab_options import LabOptions
-from setcmas_expe.safety.body_proofs import ProofOptions
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -46,8 +45,7 @@ def main(args: argparse.Namespace) -> int:
     if args.emulate:
         check_emulated_mocap(lab.mocap)
         options = replace(options, nb_robots=lab.nb_robots)
-    proofs = ProofOptions(emulated=args.emulate)
-    arguments = options.arguments(DoctorOptions.of(args), proofs)
+    arguments = options.arguments(DoctorOptions.of(args))
     command = node_command(DOCTOR, arguments)
     environment = experiment_environment(lab, args.emulate)
     if not args.emulate:

@@ -25,7 +25,6 @@ from setcmas_expe.emulation.emulation_options import EmulationOptions
 from setcmas_expe.lab.lab import Lab
 from setcmas_expe.lab.lab_options import LabOptions
 from setcmas_expe.pause.console import Action, OperatorRequest, Status
-from setcmas_expe.safety.body_proofs import ProofOptions
 from setcmas_simu.reports.reports import Started
 from setcmas_simu.reports.script_calls import ScriptCall, ScriptFailure
 from setcmas_tools.scenario.scenario import Scenario
@@ -85,8 +84,8 @@ class Experiment:
         if scenario.lab.emulate:
             emulation = EmulationOptions.among(scenario.values())
             self._emulated = [start_emulated_lab(supervisor, lab_options.arguments(emulation))]
-        bridges = lab_options.arguments(ProofOptions(emulated=scenario.lab.emulate))
-        self._bridges = supervisor.start('bridge', node_command(BRIDGES, bridges))
+        bridges = node_command(BRIDGES, lab_options.arguments())
+        self._bridges = supervisor.start('bridge', bridges)
         ways = ['--console', *(['--hold'] if hold else []), *(['--joystick'] if joystick else [])]
         pause = node_command(PAUSE, [*lab_options.arguments(), *ways])
         self._pause = supervisor.start('pause', pause, listens=True)

@@ -14,7 +14,6 @@ from setcmas_expe.doctor.findings import Finding, advice_lines, exit_status, tab
 from setcmas_expe.doctor.machine_checks import environment_findings, ros_is_there
 from setcmas_expe.lab.lab import Lab
 from setcmas_expe.lab.lab_options import LabOptions
-from setcmas_expe.safety.body_proofs import ProofOptions, Proofs
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.options.group import Options, flag, take_values
 from setcmas_simu.table import Table
@@ -52,16 +51,14 @@ def look_around(ros_arguments: list[str]) -> list[Finding]:
         return [fleets_finding(node, announced)]
 
 
-def examine_lab(
-    lab: Lab, name: str, nudge: bool, proofs: Proofs | None, ros_arguments: list[str]
-) -> list[Finding]:
+def examine_lab(lab: Lab, name: str, nudge: bool, ros_arguments: list[str]) -> list[Finding]:
     """Print the table of a lab's robots, nudge them if wanted, and return the findings."""
     # Imported late: the checks of this machine need no ROS.
     from setcmas_expe.doctor.lab_examination import LabExamination
     from setcmas_simu.ros.process import ros_process
 
     with ros_process(ros_arguments) as process:
-        examination = LabExamination(process, lab, proofs)
+        examination = LabExamination(process, lab)
         examination.watch(_WATCH_S)
         columns, rows, findings = examination.result()
         print(f'\nrobots of {name}')
@@ -101,7 +98,6 @@ def main(argv: list[str] | None = None) -> int:
     parser = argparse.ArgumentParser(prog='doctor', description=__doc__)
     LabOptions.add_to(parser)
     DoctorOptions.add_to(parser)
-    ProofOptions.add_to(parser)
     take_values(parser)
     args = parser.parse_args(argv)
     try:
@@ -122,8 +118,7 @@ def _examine(args: argparse.Namespace, ros_arguments: list[str]) -> int:
     print(f'this machine\n{table(findings)}', flush=True)
     if lab and ros_is_there():
         name = str(options.lab or 'the default lab')
-        proofs = ProofOptions.of(args).proofs(lab)
-        findings += examine_lab(lab, name, nudge, proofs, ros_arguments)
+        findings += examine_lab(lab, name, nudge, ros_arguments)
     advice = advice_lines(findings)
     if advice:
         print('\nwhat to do\n' + '\n'.join(advice))

@@ -11,7 +11,6 @@ from setcmas_expe.doctor.lab_checks import COLUMNS, RobotCheck, other_presets
 from setcmas_expe.doctor.lab_watch import LabWatch, round_trip
 from setcmas_expe.doctor.nudge import Nudger
 from setcmas_expe.lab.lab import Lab
-from setcmas_expe.safety.body_proofs import Proofs
 from setcmas_simu.fleet import topics
 from setcmas_simu.fleet.fleet import robots_in_words
 from setcmas_simu.ros.fleet_topic import FleetListener
@@ -55,15 +54,8 @@ _EXPERIMENT = Finding(NOTE, 'experiment', 'one is running', 'end it (q in its te
 class LabExamination:
     """What the doctor does in a lab."""
 
-    def __init__(self, process: RosProcess, lab: Lab, proofs: Proofs | None) -> None:
-        """Start to listen.
-
-        Args:
-            process: The process.
-            lab: The lab.
-            proofs: Keeps what nudges prove; None to keep nothing.
-        """
-        self._proofs = proofs
+    def __init__(self, process: RosProcess, lab: Lab) -> None:
+        """Start to listen."""
         self._process = process
         self._lab = lab
         self._watch = LabWatch(lab)
@@ -94,8 +86,7 @@ class LabExamination:
     def nudge(self) -> list[Finding]:
         """Nudge the robots one after the other, and return the results."""
         self._process.spin_until(lambda: False, 0.2)  # messages that came during the question
-        proofs = None if self._watch.is_emulated() else self._proofs
-        return list(Nudger(self._process, self._watch, proofs).findings())
+        return list(Nudger(self._process, self._watch).findings())
 
     def _checks(self) -> list[RobotCheck]:
         # Take the statistics first: questions to robots take time.

@@ -131,10 +131,6 @@ class LabWatch(FleetNode):
         watch = self.robots[robot]
         return arrival_statistics(watch.arrivals, watch.stamps, self._begin, time.time())
 
-    def is_emulated(self) -> bool:
-        """Return whether the robots are those of an emulated lab."""
-        return self.count_subscribers(topics.EMULATED_FAULT) > 0
-
     def runs_experiment(self) -> bool:
         """Return whether another process pauses and starts robots here."""
         return bool(cmd_vel_topics.strangers(self, topics.PAUSED, {self._own}))

@@ -20,7 +20,7 @@ from setcmas_expe.doctor.findings import OK, PROBLEM, Finding
 from setcmas_expe.doctor.lab_watch import LabWatch
 from setcmas_expe.lab.lab import Lab, LabRobot
 from setcmas_expe.mocap.sample import Pose
-from setcmas_expe.safety.body_proofs import CRAWL_M_S, PROOF_M, Proofs
+from setcmas_expe.safety.body_proofs import CRAWL_M_S, PROOF_M
 from setcmas_expe.safety.motion_watch import MotionWatch
 from setcmas_expe.safety.robot_bridges import robot_commands
 from setcmas_simu.fleet import topics
@@ -84,20 +84,12 @@ def missing_room(robot: int, poses: Mapping[int, Pose], lab: Lab) -> str:
 class Nudger:
     """Moves one robot at a time; all others must stand still."""
 
-    def __init__(self, process: RosProcess, watch: LabWatch, proofs: Proofs | None) -> None:
-        """Prepare; nothing moves before `findings`.
-
-        Args:
-            process: The process.
-            watch: The watch over the lab.
-            proofs: Keeps what nudges prove, and forgets earlier proofs; None to keep nothing.
-        """
+    def __init__(self, process: RosProcess, watch: LabWatch) -> None:
+        """Prepare; nothing moves before `findings`."""
         self._process = process
         self._watch = watch
         self._lab = watch.lab
-        if proofs:
-            proofs.drop(*watch.robots)
-        self._motion = MotionWatch(watch.robots, proofs, lambda _: None)
+        self._motion = MotionWatch(watch.robots, lambda _: None)
 
     @cached_property
     def _paused(self) -> Publisher:

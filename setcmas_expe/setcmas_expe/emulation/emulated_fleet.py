@@ -69,13 +69,15 @@ class EmulatedFleet:
         self._torque = np.ones(nb_robots)
         self._held_for = np.zeros(nb_robots)
         self._stalled_for = np.zeros(nb_robots)
+        self._deaf_for = np.zeros(nb_robots)
         self._pushes = np.zeros((2, nb_robots))
         self._pushed_for = np.zeros(nb_robots)
         self._wheel_errors = rng.normal(0.0, _WHEEL_ERROR, (2, nb_robots))
 
     def command(self, index: int, V: float, omega: float) -> None:
-        """Have a robot follow a command (m/s, rad/s) from now on."""
-        self._commands[:, index] = truncated(V), truncated(omega)
+        """Have a robot follow a command (m/s, rad/s) from now on, unless it takes none."""
+        if self._deaf_for[index] <= 0.0:
+            self._commands[:, index] = truncated(V), truncated(omega)
 
     def set_torque(self, index: int, on: bool) -> None:
         """Switch the motors of a robot on or off; they are on at the start."""
@@ -97,6 +99,10 @@ class EmulatedFleet:
         """Stop the wheels of a robot for a time (s)."""
         self._stalled_for[index] = duration
 
+    def ignore_commands(self, index: int, duration: float) -> None:
+        """Have a robot keep its last command for a time (s)."""
+        self._deaf_for[index] = duration
+
     def step(self, Ts: float) -> None:
         """Move all robots by one period of Ts s."""
         turns = self._torque * (self._stalled_for <= 0.0)
@@ -105,7 +111,8 @@ class EmulatedFleet:
         self.V, self.omega = self._states[TWIST][[0, 2]] * turns
         free = self._held_for <= 0.0
         self.poses = unicycle.step(self.poses, self.V * free, self.omega * free, Ts)
-        self._held_for, self._stalled_for = self._held_for - Ts, self._stalled_for - Ts
+        for left in (self._held_for, self._stalled_for, self._deaf_for):
+            left -= Ts
         self.poses[:2] += np.minimum(Ts, self._pushed_for) * self._pushes
         self._pushed_for = np.maximum(0.0, self._pushed_for - Ts)
         self.odometry = unicycle.step(self.odometry, *self.wheel_velocities(), Ts)

@@ -267,6 +267,8 @@ class EmulatedLab(FleetNode):
             self._fleet.push_outwards(index, self._middle, fault.duration)
         elif fault.kind == emulated_faults.STALLED:
             self._fleet.stall(index, fault.duration)
+        elif fault.kind == emulated_faults.DEAF:
+            self._fleet.ignore_commands(index, fault.duration)
         elif fault.kind in (emulated_faults.BLOCKED, emulated_faults.LIFT):
             self._fleet.hold(index, fault.duration)
         if fault.kind in emulated_faults.OF_MOCAP:

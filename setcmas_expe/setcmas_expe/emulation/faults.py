@@ -26,6 +26,7 @@ BLOCKED = 'blocked'
 STALLED = 'stalled'
 OFF = 'off'
 UNGUARDED = 'unguarded'
+DEAF = 'deaf'
 
 PURPOSES = {
     DROPOUT: 'motion capture sends nothing for the robot',
@@ -46,11 +47,12 @@ PURPOSES = {
     STALLED: 'its wheels do not turn',
     OFF: 'the robot is switched off, and then on again',
     UNGUARDED: 'its guard hangs',
+    DEAF: 'its base takes no commands, and keeps the last one',
     PUSH: 'the robot is pushed out of the arena',
 }
 """What happens in each fault, by name."""
 
-OF_MOCAP = PURPOSES.keys() - {PUSH, BLOCKED, STALLED, OFF, UNGUARDED}
+OF_MOCAP = PURPOSES.keys() - {PUSH, BLOCKED, STALLED, OFF, UNGUARDED, DEAF}
 """Faults of motion capture; the others are of the robot itself."""
 
 DEFAULT_S = 3.0

@@ -20,6 +20,7 @@ from dataclasses import dataclass
 
 from diagnostic_msgs.msg import DiagnosticStatus
 from geometry_msgs.msg import Twist, TwistStamped
+from nav_msgs.msg import Odometry
 from rclpy.duration import Duration
 from rclpy.publisher import Publisher
 
@@ -28,13 +29,14 @@ from setcmas_expe.guard.guard_commands import SILENCE_S, Commands, StopOnSilence
 from setcmas_expe.guard.guard_decision import Situation, Source, StartLatch, State
 from setcmas_expe.guard.guard_watch import GuardReport, Power
 from setcmas_expe.guard.motor_power import MotorPower
+from setcmas_expe.guard.obedience import IGNORES_ZERO, Obedience
 from setcmas_expe.guard.surroundings import Base, Surroundings
 from setcmas_simu.fleet import topics
 from setcmas_simu.fleet.topics import AUTO, CMD_VEL_TYPES
 from setcmas_simu.options.group import Options, flag, option
 from setcmas_simu.options.kinds import DURATION, Number, OneOf
 from setcmas_simu.robots.model import MODELS, limits_named
-from setcmas_simu.ros import qos
+from setcmas_simu.ros import messages, qos
 from setcmas_simu.ros.cmd_vel_topics import TYPES, command, velocities
 from setcmas_simu.ros.polling import PolledTopic
 from setcmas_simu.ros.process import FleetNode, RosProcess, node_main
@@ -118,6 +120,10 @@ class CmdVelGuard(FleetNode):
         self._commands = Commands(options.silence)
         self._emergency = EmergencyWatch(self)
         self._power = MotorPower(self)
+        self._obedience = Obedience(self._limits)
+        self._wheels = PolledTopic(
+            self, Odometry, topics.ODOM, self._on_wheels, qos.SENSOR, encoded=True
+        )
         self._pause = PauseWatch(self, latches=True)
         self._latch = StartLatch(options.resume)
         self._report = GuardReport(State.IDLE, '', False, Power.UNKNOWN, '')
@@ -141,6 +147,7 @@ class CmdVelGuard(FleetNode):
                 self._pause.latch('its base listens to another topic than before')
         self._now = now
         self._cmd_vel.take()
+        self._wheels.take()
         before, latch = self._report.state, self._latch
         conflict = self._surroundings.impostor or self._conflict(latch.is_free)
         situation = Situation(
@@ -216,11 +223,16 @@ class CmdVelGuard(FleetNode):
         return self._commands.newest(now) is None
 
     def _switch(self, situation: Situation, before: State, state: State) -> None:
-        """Switch the motors: off where zeros may not help, on only by a start or a release."""
+        """Switch the motors: off where zeros do not or may not help, on only by a start."""
         open_rival = situation.conflict and self._base.is_open
-        if state is State.EMERGENCY or situation.intruder or open_rival:
+        disobeys = self._obedience.update(*self._sent, self._now) == IGNORES_ZERO
+        disobeys &= not self._base.is_open  # others may have commanded it
+        if disobeys and not self._power.is_cut:
+            name = self.get_namespace().strip('/')
+            self.get_logger().warning(f'{name} does not obey zero: its motors are switched off')
+        if state is State.EMERGENCY or situation.intruder or open_rival or disobeys:
             self._power.cut()
-        elif before is State.EMERGENCY or (state is State.FOLLOWING and before is not state):
+        elif state is State.FOLLOWING and before is not state:
             self._power.give()
 
     def _command(self, state: State, now: float) -> None:
@@ -251,6 +263,10 @@ class CmdVelGuard(FleetNode):
             self.get_logger().warning(f'{name} is stopped: {reason}')
         self._report, self._reported = report, now
         self._reports.publish(report.message(name, self._surroundings.cmd_vel))
+
+    def _on_wheels(self, message: bytes) -> None:
+        odometry = messages.read_odometry(message)
+        self._obedience.measure(odometry.V, odometry.omega, self._now)
 
     def _on_cmd_vel(self, message: Twist | TwistStamped) -> None:
         V, omega = velocities(message)

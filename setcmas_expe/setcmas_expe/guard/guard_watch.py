@@ -19,6 +19,7 @@ SILENT_AFTER_S = 0.5
 """Silence at which a guard counts as gone, in s; it reports five times a second."""
 
 MISSING = 'no cmd_vel_guard on it'
+PAST_GUARD = 'commands it past its guard'
 _SILENT = 'its cmd_vel_guard is silent'
 
 
@@ -145,7 +146,11 @@ class GuardWatch:
             self.doubt = f'{found[0].full_name} reports as its guard, but is none'
         known = reporters if reporters and not self.doubt else guards
         past = cmd_vel_topics.strangers(node, self._guarded, known)
-        self.intruder = f'{past[0]} commands it past its guard' if past else ''
+        intruder = f'{past[0]} {PAST_GUARD}' if past else ''
+        if intruder and intruder != self.intruder:  # also while robots are paused
+            name = self._topic.split('/')[1]
+            self._node.get_logger().error(f'{name}: {intruder}: SWITCH THE ROBOT OFF')
+        self.intruder = intruder
         return reporters if self.is_open and not self.doubt else set()
 
     @property

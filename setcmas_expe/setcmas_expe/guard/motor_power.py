@@ -38,8 +38,19 @@ class MotorPower:
         self._wanted, self._next, self.power = Power.ON, -math.inf, Power.UNKNOWN
 
     def leave(self) -> None:
-        """Leave the motors as they are."""
-        self._wanted = None
+        """Stop asking to switch them on: a stop has come in between."""
+        if self._wanted is Power.ON:
+            self._wanted = None
+
+    @property
+    def is_cut(self) -> bool:
+        """Whether they are kept off."""
+        return self._wanted is Power.OFF
+
+    @property
+    def can_switch(self) -> bool:
+        """Whether the robot offers the service."""
+        return self._client.service_is_ready()
 
     def step(self, now: float) -> None:
         """Take the robot's answers, and ask again when due; `now` is in s."""

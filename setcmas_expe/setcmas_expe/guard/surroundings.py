@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 from rclpy.node import Node
 
+from setcmas_expe.guard.guard_watch import PAST_GUARD
 from setcmas_simu.fleet import topics
 from setcmas_simu.fleet.topics import CMD_VEL_TYPES
 from setcmas_simu.ros import cmd_vel_topics
@@ -71,7 +72,7 @@ class Surroundings:
     def intruder(self) -> str:
         """Return who else publishes to the base; empty if none."""
         found = cmd_vel_topics.strangers(self._node, self.guarded, {self._own})
-        return f'{found[0]} commands it past its guard' if found else ''
+        return f'{found[0]} {PAST_GUARD}' if found else ''
 
     def stranger(self, known: Collection[bytes]) -> str:
         """Return who commands the robot except these processes; empty if none."""

@@ -27,6 +27,8 @@ class StampClock:
         """Start without a measurement."""
         self._offset: float | None = None
         self._stamp = self._now = 0.0
+        self.repeats = 0
+        """Number of measurements with the stamp of the one before, in a row."""
 
     def lateness(self, stamp: float, now: float) -> float:
         """Return how much later than the promptest ones a measurement is, in s.
@@ -35,6 +37,7 @@ class StampClock:
             stamp: On the sender's clock in s; 0 if not given, which counts as prompt.
             now: Time of arrival on a steady clock in s.
         """
+        self.repeats = self.repeats + 1 if stamp == self._stamp != 0.0 else 0
         if stamp == 0.0:
             return 0.0
         offset = now - stamp
@@ -150,6 +153,7 @@ JUMPED = 'jumped'
 FROZEN = 'frozen'
 LIFTED = 'lifted'
 SLOW = 'slow'
+STAMPS = 'constant stamps'
 
 _JUMPED_TROUBLE = 'it jumped (if you carried it: pause for a second, then start)'
 
@@ -212,8 +216,11 @@ class PoseTrack:
         if self.fault == LIFTED:
             return (
                 f'it was lifted (body at {self._z:.2f} m, usually {self._height:.2f}): set it '
-                'down; if you moved its body, restart the experiment'
+                'down; is y_up wrong in the lab file? If you moved its body, restart the '
+                'experiment'
             )
+        if self.fault == STAMPS:
+            return 'its stamps do not change: correct the clock of motion capture, or send none'
         if self.fault == SLOW:
             return (
                 f'two gaps of {self.arrivals.gap:.2f} s or more in a row (limit '
@@ -225,6 +232,11 @@ class PoseTrack:
     def repeats(self) -> bool:
         """Whether the newest measurements are equal."""
         return self._same_frames >= _FROZEN_FRAMES
+
+    @property
+    def height(self) -> float | None:
+        """Height of its last good pose in m, smoothed; None before the first."""
+        return self._height
 
     def age(self, now: float) -> float:
         """Return the age of the last good pose in s; inf before the first."""
@@ -273,6 +285,8 @@ class PoseTrack:
     ) -> str | None:
         if self._is_frozen(sample, now):
             return FROZEN
+        if self._clock.repeats >= _FROZEN_FRAMES and self._same_frames == 1:
+            return STAMPS
         if not self._reach.holds(pose, now - lateness):
             return JUMPED
         self._z = sample.position[2]

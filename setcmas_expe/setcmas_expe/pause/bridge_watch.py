@@ -8,7 +8,7 @@ from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from rclpy.node import Node
 
 from setcmas_ctrl.driving.fleet_pause import PAUSED
-from setcmas_expe.guard.guard_watch import diagnostic_values
+from setcmas_expe.guard.guard_watch import PAST_GUARD, diagnostic_values
 from setcmas_expe.lab.lab import Lab
 from setcmas_expe.pause.console import RobotStatus
 from setcmas_expe.safety.robot_bridges import robot_commands
@@ -90,6 +90,11 @@ class BridgeWatch:
             return conflict
         unready = [robot for robot in self._robots if not robot.ready]
         return '; '.join(f'{robot.name}: {robot.reason}' for robot in unready[:1])
+
+    @property
+    def intruded(self) -> list[str]:
+        """Names of robots that another process commands past their guards."""
+        return [robot.name for robot in self._robots if PAST_GUARD in robot.reason]
 
     def command_zero(self) -> None:
         """Stop all robots."""

@@ -143,9 +143,11 @@ class Pause(FleetNode):
             self._report_stop()
 
     def _report_stop(self) -> None:
+        intruded = ', '.join(self._bridge.intruded)
+        danger = f'SWITCH {intruded} OFF, somebody else drives it; ' if intruded else ''
         self.get_logger().error(
-            f'EMERGENCY STOP {self._emergency.why}: press R twice to release it; robots then stay '
-            'paused'
+            f'EMERGENCY STOP {self._emergency.why}: {danger}press R twice to release it; robots '
+            'then stay paused'
         )
         self.set(True, f'{STOPPED} {self._emergency.why}')
 

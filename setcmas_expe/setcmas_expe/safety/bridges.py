@@ -22,14 +22,13 @@ from setcmas_ctrl.driving.fleet_pause import (
     EmergencyWatch,
     PauseWatch,
 )
+from setcmas_expe.guard.obedience import Runaways
 from setcmas_expe.lab.lab import Lab
 from setcmas_expe.lab.lab_options import LabOptions
 from setcmas_expe.mocap.pose_track import mark_swapped
 from setcmas_expe.mocap.receiver import MocapReceiver
-from setcmas_expe.safety.body_proofs import ProofOptions, Proofs
 from setcmas_expe.safety.bridge_reports import BridgeReports, RobotDiagnostics
 from setcmas_expe.safety.motion_watch import MotionWatch
-from setcmas_expe.safety.obedience import Runaways
 from setcmas_expe.safety.robot_bridges import CmdVelBridge, MocapBridge
 from setcmas_expe.safety.safety_decision import RATE_HZ, Decision, Situation, State, decide
 from setcmas_expe.safety.stalls import StallDetector, time_since_boot
@@ -97,7 +96,6 @@ class SafetyStepper:
         lab: Lab,
         mocaps: list[MocapBridge],
         bridges: list[CmdVelBridge],
-        proofs: Proofs | None,
     ) -> None:
         """Prepare; nothing is sent before the first step.
 
@@ -106,7 +104,6 @@ class SafetyStepper:
             lab: The lab.
             mocaps: The mocap bridge of each robot.
             bridges: The cmd_vel bridge of each robot, in the same order.
-            proofs: Earlier proofs of who is who; None to use and keep none.
 
         Raises:
             SetcmasError: The package of the messages of motion capture is not installed.
@@ -125,7 +122,7 @@ class SafetyStepper:
         self._stalls = StallDetector(lab.timeouts.pause_s, time_since_boot())
         self._runaways = Runaways()
         robots = [mocap.robot for mocap in mocaps] if lab.checks_motion else []
-        self._motion = MotionWatch(robots, proofs, self._warn)
+        self._motion = MotionWatch(robots, self._warn)
         if not lab.checks_motion:
             self._warn('the check that robots move as commanded is off')
         self._steps = 0
@@ -171,8 +168,6 @@ class SafetyStepper:
     def _look_around(self) -> None:
         """Check who else takes part."""
         self._receiver.look_around()
-        if self._node.count_subscribers(topics.EMULATED_FAULT):
-            self._motion.keep_nothing()
         for _, bridge in self._robots:
             bridge.look_around()
 
@@ -232,6 +227,8 @@ class SafetyStepper:
                 f'robot {bridge.robot} still moves ({speed:.2f} m/s) although it is commanded '
                 'zero: switch it off'
             )
+        if bridge.robot in self._runaways.robots:
+            bridge.cut_motors()
 
     def _latch(self, decisions: dict[int, Decision]) -> None:
         """Pause all robots until a person starts them, if a robot stopped for a lasting reason."""
@@ -257,7 +254,6 @@ def main(argv: list[str] | None = None) -> int:
     """Bridge until a signal arrives; return the exit status."""
     parser = argparse.ArgumentParser(prog='bridges', description=__doc__)
     LabOptions.add_to(parser)
-    ProofOptions.add_to(parser)
     return node_main(parser, _bridge, argv)
 
 
@@ -269,7 +265,7 @@ def _bridge(process: RosProcess, args: argparse.Namespace) -> None:
     bridges = [CmdVelBridge(robot, lab) for robot in lab.robots]
     process.add(node, *mocaps, *bridges)
     publish_arena(node, lab)
-    stepper = SafetyStepper(node, lab, mocaps, bridges, ProofOptions.of(args).proofs(lab))
+    stepper = SafetyStepper(node, lab, mocaps, bridges)
     _greet(node, lab)
     try:
         announcer.announce([robot.number for robot in lab.robots], lab.nb_robots)

@@ -12,7 +12,9 @@ from setcmas_expe.mocap.sample import Pose
 from setcmas_simu.fleet.planar_pose import wrap_angle
 
 _STILL_SHARE = 0.4  # of the commanded motion, below which a robot has not moved
-_OFF_HEADING_RAD = math.radians(25)
+_OFF_HEADING_DEG = 25.0
+_BACKWARDS_DEG = 150.0
+_SEEN_M = 0.005  # shortest displacement whose direction is known
 _STILL_M = 0.02
 _STILL_RAD = 0.1
 _ZERO_M_S = 0.005  # shown as 0.00 m/s
@@ -50,14 +52,19 @@ class Deviation:
 
     def text(self, proved: bool) -> str:
         """Return what happened, a colon and what to check; a proved robot has the right axes."""
-        if self._is_still():
+        if self._is_still() and (proved or not self.in_heading):
             return self._standstill()
         if self.in_heading:
-            return self._heading()
+            return self._heading(proved)
         wanted, got = abs(self.commanded), abs(self.moved)
-        if not proved and wanted > _STILL_M and 0.5 * wanted < got < 2.0 * wanted:
+        if wanted > _SEEN_M and 0.5 * wanted < got < 2.0 * wanted:
             off = math.degrees(cmath.phase(self.moved / self.commanded))
-            if abs(off) > math.degrees(_OFF_HEADING_RAD):
+            if abs(off) > _BACKWARDS_DEG:
+                return (
+                    f'moves {round(off):+d} deg off its heading: is its body turned by 180 deg, '
+                    'or is it another robot?'
+                )
+            if not proved and abs(off) > _OFF_HEADING_DEG:
                 return (
                     f'moves {round(off):+d} deg off its heading: are the axes of its body or y_up '
                     'wrong, or is it another robot?'
@@ -80,10 +87,12 @@ class Deviation:
             wheels, check = ', nor do its wheels', 'is it blocked, or are its motors off?'
         return f'does not move as commanded{wheels}: {check}'
 
-    def _heading(self) -> str:
+    def _heading(self, proved: bool) -> str:
         rate, commanded = self.turned / self.seconds, self.commanded_turn / self.seconds
         check = 'is its body symmetric or loose, or was it turned by hand?'
-        if self.turned * self.commanded_turn < 0 and abs(self.turned) > _STILL_RAD:
+        if not proved and abs(self.turned) <= _STILL_SHARE * abs(self.commanded_turn):
+            check = 'is y_up wrong in the lab file, is it held, or is it another robot?'
+        elif self.turned * self.commanded_turn < 0 and abs(self.turned) > _STILL_RAD:
             check = 'are the axes mirrored (y_up in the lab file), or is it another robot?'
         return f'turns at {rate:+.1f} rad/s, commanded {commanded:+.1f}: {check}'
 
@@ -145,6 +154,7 @@ class MotionCheck:
 
     Attributes:
         advanced: How far the last step took the robot in the commanded direction, in m.
+        turned: By which angle it turned in the commanded direction, in rad.
     """
 
     def __init__(self) -> None:
@@ -166,7 +176,7 @@ class MotionCheck:
         self._turns = self._driven = zeros
         self._rolled = 0.0
         self._in_a_row = 0
-        self.advanced = 0.0
+        self.advanced = self.turned = 0.0
 
     def command(self, V: float, omega: float, now: float) -> None:
         """Note the robot's command (m/s, rad/s) from now on."""
@@ -193,7 +203,7 @@ class MotionCheck:
         """
         self._heading += float(wrap_angle(pose[2] - self._heading))
         self._add_up(min(max(0.0, now - self._stepped), _LONGEST_STEP_S), now)
-        self._stepped, self.advanced = now, 0.0
+        self._stepped, self.advanced, self.turned = now, 0.0, 0.0
         if seen <= self._seen:
             return None
         self._seen = seen
@@ -201,10 +211,13 @@ class MotionCheck:
         sums = self._ways, self._turns, self._driven, self._rolled
         newest = _Row(seen, place, self._heading, *sums)
         if self._rows:
-            speeds = (self._commanded(seen - delay)[0] for delay in DELAYS_S)
-            V = next(filter(None, speeds), 0.0)
+            speeds = [self._commanded(seen - delay) for delay in DELAYS_S]
+            V = next((V for V, _ in speeds if V), 0.0)
+            omega = next((omega for _, omega in speeds if abs(omega) > _ZERO_RAD_S), 0.0)
             moved = (place - self._rows[-1].place) / cmath.rect(1.0, self._heading)
             self.advanced = moved.real * ((V > 0) - (V < 0))
+            turn = self._heading - self._rows[-1].heading
+            self.turned = turn * ((omega > 0) - (omega < 0))
         self._rows.append(newest)
         while self._rows[0].time < seen - WINDOWS_S[-1]:
             self._rows.popleft()

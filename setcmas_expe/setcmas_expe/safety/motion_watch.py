@@ -6,33 +6,43 @@ import math
 from collections.abc import Callable, Collection, Mapping
 
 from setcmas_expe.mocap.pose_track import PoseTrack
-from setcmas_expe.safety.body_proofs import CRAWL_M_S, PROOF_M, Proofs, Proving
+from setcmas_expe.mocap.sample import Pose
+from setcmas_expe.safety.body_proofs import CRAWL_M_S, PROOF_M, Proving
 from setcmas_expe.safety.motion_check import Deviation, MotionCheck
 from setcmas_simu.fleet.fleet import robots_in_words
+from setcmas_simu.fleet.planar_pose import wrap_angle
 
 _LASTS_S = 2.0
+_OUT_OF_SIGHT_S = 1.0
+_CARRIED_M = 0.1
+_CARRIED_RAD = 0.5
+_RESTS_AFTER_S = 1.0  # of a pause
+_UNEVEN_M = 0.5
 
 
 class MotionWatch:
-    """Checks the motion of each robot; all times in s on one steady clock."""
+    """Checks the motion of each robot; all times in s on one steady clock.
 
-    def __init__(
-        self, robots: Collection[int], proofs: Proofs | None, warn: Callable[[str], None]
-    ) -> None:
+    Motion proves which body is which robot until another body may have got its name: out of
+    sight, or carried during a pause.
+    """
+
+    def __init__(self, robots: Collection[int], warn: Callable[[str], None]) -> None:
         """Start with robots at rest.
 
         Args:
             robots: Their numbers, 1 to N.
-            proofs: Earlier proofs; None to use and keep none, as in an emulated lab.
             warn: Shows a message to the user.
         """
         self._checks = {robot: MotionCheck() for robot in robots}
-        self._proofs = proofs
-        self._proving = Proving(robots, proofs.proved() if proofs else ())
+        self._proving = Proving(robots)
         self._warn = warn
         self._troubles: dict[int, tuple[str, float]] = {}
+        self._uneven = ''
         self._announced: set[int] = set()
         self._stepped: float | None = None
+        self._paused_since: float | None = None
+        self._places: dict[int, Pose] = {}  # of robots that rest during a pause
 
     def see(
         self,
@@ -54,25 +64,25 @@ class MotionWatch:
                 check.note_wheels(*rolls)
             if track.pose is None:
                 continue
+            if self.is_proved(robot) and self._may_be_another(robot, track.pose, track, now):
+                self._proving.end(robot)
+                self._announced.discard(robot)
             # The track judges poses that are rejected or repeated.
             seen = -math.inf if track.fault or track.repeats else track.received
             crawls = robot in self._proving.left
             deviation = check.step(track.pose, seen, crawls, now)
             if deviation and robot not in self._troubles:
                 self._doubt(robot, deviation, now)
-            elif self._proving.went(robot, check.advanced):
+            elif self._proving.went(robot, check.advanced, check.turned):
                 proved.append(robot)
         if proved:
-            self._keep(proved)
+            self._warn(f'{robots_in_words(proved, "are")} proved by motion: full speed')
+        self._uneven = _unevenness([tracks[robot] for robot in self._checks])
         self._troubles = {
             robot: (why, since)
             for robot, (why, since) in self._troubles.items()
             if now - since < _LASTS_S
         }
-
-    def keep_nothing(self) -> None:
-        """Keep no proofs: the robots are emulated, and only their names are those of real ones."""
-        self._proofs = None
 
     def is_proved(self, robot: int) -> bool:
         """Return whether motion has proved which body is this robot."""
@@ -80,7 +90,7 @@ class MotionWatch:
 
     def trouble(self, robot: int) -> str:
         """Return how a robot's motion deviates, and what to check; empty if it does not."""
-        return self._troubles.get(robot, ('', 0.0))[0]
+        return self._troubles.get(robot, (self._uneven, 0.0))[0]
 
     def allowed(self, robot: int, V: float, omega: float) -> tuple[float, float]:
         """Return the part of the wanted speeds (m/s, rad/s) that a robot may drive."""
@@ -91,7 +101,11 @@ class MotionWatch:
         step = 0.0 if self._stepped is None else now - self._stepped
         self._stepped = now if commands else None
         self._proving.go_on(step)
-        if not commands:
+        if commands:
+            self._paused_since = None
+            self._places.clear()
+        else:
+            self._paused_since = now if self._paused_since is None else self._paused_since
             self._troubles.clear()
             for check in self._checks.values():
                 check.forget()
@@ -99,15 +113,24 @@ class MotionWatch:
         for robot, check in self._checks.items():
             check.command(*commands.get(robot, (0.0, 0.0)), now)
 
+    def _may_be_another(self, robot: int, pose: Pose, track: PoseTrack, now: float) -> bool:
+        """Return whether another body may have got a robot's name."""
+        if track.age(now) > _OUT_OF_SIGHT_S:
+            return True
+        if self._paused_since is None or now - self._paused_since < _RESTS_AFTER_S:
+            return False
+        x, y, theta = self._places.setdefault(robot, pose)
+        turned = abs(float(wrap_angle(pose[2] - theta)))
+        return math.hypot(pose[0] - x, pose[1] - y) > _CARRIED_M or turned > _CARRIED_RAD
+
     def _doubt(self, robot: int, deviation: Deviation, now: float) -> None:
         proved = self.is_proved(robot)
         why = '' if proved else self._mistaken(robot)
-        self._troubles[robot] = why or deviation.text(proved), now
+        axes_proved = proved and robot not in self._proving.left_to_turn
+        self._troubles[robot] = why or deviation.text(axes_proved), now
         self._checks[robot].forget()
         self._proving.doubt(robot)
         self._announced.discard(robot)
-        if self._proofs:
-            self._stored(lambda proofs: proofs.drop(robot))
 
     def _mistaken(self, robot: int) -> str:
         """Return which other robot's commands explain the motion; empty if none."""
@@ -129,14 +152,13 @@ class MotionWatch:
             f'{"; others wait" if self._proving.others_wait else ""}'
         )
 
-    def _keep(self, robots: list[int]) -> None:
-        self._warn(f'{robots_in_words(robots, "are")} proved by motion: full speed')
-        if self._proofs:
-            self._stored(lambda proofs: proofs.add(robots))
 
-    def _stored(self, change: Callable[[Proofs], None]) -> None:
-        assert self._proofs
-        try:
-            change(self._proofs)
-        except OSError as error:
-            self._warn(f'cannot keep the proofs for the next run: {error}')
+def _unevenness(tracks: Collection[PoseTrack]) -> str:
+    """Return why robots cannot all be on one floor; empty if they can."""
+    heights = [track.height for track in tracks if track.height is not None]
+    if not heights or max(heights) - min(heights) < _UNEVEN_M:
+        return ''
+    return (
+        f'bodies are at heights from {min(heights):.2f} to {max(heights):.2f} m: is y_up wrong '
+        'in the lab file?'
+    )

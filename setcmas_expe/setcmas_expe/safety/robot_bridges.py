@@ -12,12 +12,12 @@ from sensor_msgs.msg import BatteryState
 
 from setcmas_expe.guard.guard_watch import GuardWatch
 from setcmas_expe.guard.motor_power import MotorPower
+from setcmas_expe.guard.obedience import IGNORES_ZERO, Obedience
 from setcmas_expe.lab.lab import Battery, Lab, LabRobot
 from setcmas_expe.mocap.pose_track import PoseTrack
 from setcmas_expe.mocap.sample import Sample
 from setcmas_expe.mocap.velocity_filter import VelocityFilter
-from setcmas_expe.safety.obedience import Obedience
-from setcmas_expe.safety.safety_decision import Decision
+from setcmas_expe.safety.safety_decision import Decision, State
 from setcmas_simu.fleet import topics
 from setcmas_simu.fleet.planar_pose import quaternion_of_yaw
 from setcmas_simu.ros import cmd_vel_topics, messages, qos
@@ -93,6 +93,7 @@ class CmdVelBridge(FleetNode):
         rival: Who else may move the robot, or move in its place; empty if none.
         fault: Why the robot is not reliable: guard, wheels; empty if it is.
         is_heard: Whether the robot listens to its commands.
+        ignores_zero: Whether it moved although commanded zero, since the last pause.
         guard: The watch over its guard.
         wheels: Forward speed by its odometry in m/s, and time of arrival in s; None before.
         battery: Charge in percent; None if unknown.
@@ -106,6 +107,7 @@ class CmdVelBridge(FleetNode):
         self.V = self.omega = 0.0
         self.rival = self.fault = ''
         self.is_heard = True
+        self.ignores_zero = False
         self.guard = GuardWatch(self, robot.namespace)
         self._motors = MotorPower(self, robot.topic(topics.MOTOR_POWER))
         self.wheels: tuple[float, float] | None = None
@@ -140,16 +142,27 @@ class CmdVelBridge(FleetNode):
         self._commands.take()
         self._wheels.take()
         self.guard.take(now)
-        if self.guard.has_ended:  # its base keeps its last velocity
+        disobeys = self._obedience.update(*self._sent, now)
+        if disobeys == IGNORES_ZERO:
+            self.cut_motors()
+        elif self.guard.has_ended:  # its base keeps its last velocity
             self._motors.cut()
-        else:
-            self._motors.leave()
         self._motors.step(now)
         self.fault = (
             self.guard.trouble(self._demands_guard)
             or ('' if self.is_heard else f'nothing listens to {self.topic}; is it switched on?')
-            or self._obedience.update(*self._sent, now)
+            or disobeys
+            or (IGNORES_ZERO if self.ignores_zero else '')
         )
+
+    def cut_motors(self) -> None:
+        """Switch the motors off until the next start: the robot moves although commanded zero."""
+        if not self._motors.is_cut:
+            off = 'its motors are off until the next start'
+            way = off if self._motors.can_switch else 'it has no motor_power: switch it off'
+            self.get_logger().error(f'robot {self.robot} does not obey zero: {way}')
+        self._motors.cut()
+        self.ignores_zero = True
 
     def age(self, now: float) -> float:
         """Return the age of the controller's last command in s; inf before the first."""
@@ -177,7 +190,12 @@ class CmdVelBridge(FleetNode):
         self.rival = rival or self._impostor or several or posed
 
     def send(self, decision: Decision) -> None:
-        """Command the robot."""
+        """Command the robot; it gets its motors back when it may move again."""
+        if decision.state is State.PAUSED:
+            self.ignores_zero = False
+            self._motors.leave()
+        elif self._motors.is_cut and not (decision.lasting or self.guard.has_ended):
+            self._motors.give()
         self._sent = decision.V, decision.omega
         self.cmd_vel.publish(*self._sent)
 

@@ -183,8 +183,9 @@ def test_an_emergency_stop_of_any_node_is_released_by_the_node_that_held_it_and_
     peer.wait_for_new(robot.heard, 5)
     robot.stopped = False
     robot.wait_for(State.HELD, STOP)
-    peer.wait_for(lambda: robot.motors[-1] is True)
+    assert True not in robot.motors[1:]  # not before the next start
     robot.start()
+    peer.wait_for(lambda: robot.motors[-1] is True)
 
 
 def test_a_base_that_begins_to_listen_to_others_is_stopped(start, peer):

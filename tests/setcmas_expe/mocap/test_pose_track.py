@@ -3,7 +3,15 @@ import math
 import numpy as np
 import pytest
 
-from setcmas_expe.mocap.pose_track import FROZEN, JUMPED, SLOW, Arrivals, PoseTrack, mark_swapped
+from setcmas_expe.mocap.pose_track import (
+    FROZEN,
+    JUMPED,
+    SLOW,
+    STAMPS,
+    Arrivals,
+    PoseTrack,
+    mark_swapped,
+)
 from setcmas_expe.mocap.sample import NOT_FINITE, Sample
 from setcmas_simu.fleet.planar_pose import quaternion_of_yaw
 from setcmas_simu.robots.arena import Arena
@@ -45,6 +53,7 @@ class Tracker:
         self.latency = 0.0
         self.z = 0.1
         self.clock = 5e8  # of the sender, which has nothing to do with ours
+        self.stamp = None  # the only one, if there is one
 
     def feed(self, seconds, x=0.0, y=0.0, yaw=0.0, speed=0.0, noise=NOISE):
         """Feed poses; returns how many of them were good."""
@@ -54,7 +63,7 @@ class Tracker:
             self.track.note_command(self.moving, self.paused, self.now)
             dx, dy = self.rng.normal(0, noise, 2) if noise else (0.0, 0.0)
             place = (x + step / RATE * speed + dx, y + dy, self.z)
-            stamp = self.clock + self.now - self.latency
+            stamp = self.stamp or self.clock + self.now - self.latency
             sample = Sample(place, (0.0, 0.0, *quaternion_of_yaw(yaw)), stamp)
             good += self.track.take(sample, self.now)
         return good
@@ -289,3 +298,16 @@ def test_a_body_that_glides_faster_than_the_robot_jumps_in_the_end(tracker):
     good = tracker.feed(0.5, x=0.21, speed=0.5)  # 1 cm from frame to frame
     assert good < 20
     assert tracker.track.fault == JUMPED
+
+
+@pytest.mark.parametrize('speed', [0.0, 0.2])
+def test_constant_stamps_are_reported_as_that(tracker, speed):
+    tracker.feed(1.0)
+    tracker.stamp = 1e9
+    tracker.feed(0.5, speed=speed)
+
+    assert tracker.track.fault == STAMPS
+    assert 'its stamps do not change' in tracker.track.trouble
+    tracker.stamp = None
+    tracker.feed(0.5)
+    assert tracker.track.fault == ''

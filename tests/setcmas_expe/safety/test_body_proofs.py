@@ -1,11 +1,14 @@
 import itertools
-from dataclasses import replace
 
 import pytest
 
-from setcmas_expe.lab.lab_file import DEFAULT_FILE, load_lab
-from setcmas_expe.safety import body_proofs as proofs
-from setcmas_expe.safety.body_proofs import CRAWL_M_S, PROOF_M, Proofs, Proving
+from setcmas_expe.safety.body_proofs import (
+    CRAWL_M_S,
+    PROOF_M,
+    PROOF_RAD,
+    SLOW_TURN_RAD_S,
+    Proving,
+)
 
 
 def turns(nb_robots, seconds=12.0, step=0.05):
@@ -33,57 +36,37 @@ def test_one_robot_crawls_without_a_break_until_it_is_proved():
     proving = Proving([1])
 
     assert proving.allowed(1, 0.2, 0.4) == pytest.approx((CRAWL_M_S, 0.1))
-    assert not proving.went(1, 0.06)
-    assert not proving.went(1, -0.03)
-    assert proving.went(1, 0.08)
+    assert not proving.went(1, 0.06, PROOF_RAD)
+    assert not proving.went(1, -0.03, 0.0)
+    assert proving.went(1, 0.08, 0.0)
     assert proving.allowed(1, 0.2, 0.4) == (0.2, 0.4)
     proving.doubt(1)
     assert proving.allowed(1, 0.2, 0.0) == (CRAWL_M_S, 0.0)
 
 
+def test_a_robot_turns_slowly_on_its_curve_until_its_turning_is_proved_and_drives_straight_fast():
+    proving = Proving([1])
+    assert proving.went(1, PROOF_M, 0.0)
+    assert proving.allowed(1, 0.2, 0.0) == (0.2, 0.0)
+    assert proving.allowed(1, 0.2, -SLOW_TURN_RAD_S) == (0.2, -SLOW_TURN_RAD_S)
+    assert proving.allowed(1, 0.2, 1.5) == pytest.approx((0.2 * SLOW_TURN_RAD_S / 1.5, 0.3))
+    proving.went(1, 0.5, 0.9 * PROOF_RAD)
+    proving.went(1, 0.5, -0.3 * PROOF_RAD)
+    assert proving.allowed(1, 0.0, 2.0)[1] == pytest.approx(SLOW_TURN_RAD_S)
+    proving.went(1, 0.0, 0.4 * PROOF_RAD)
+    assert proving.allowed(1, 0.2, 1.5) == (0.2, 1.5)
+    proving.end(1)
+    assert proving.allowed(1, 0.0, 1.5) == pytest.approx((0.0, SLOW_TURN_RAD_S))
+
+
 def test_others_wait_while_a_robot_that_is_doubted_wants_to_prove_itself():
-    proving = Proving([1, 2], proved=[1, 2])
+    proving = Proving([1, 2])
+    for robot in (1, 2):
+        proving.went(robot, PROOF_M, PROOF_RAD)
     proving.doubt(1)
     assert proving.allowed(1, 0.0, 0.0) == (0.0, 0.0)
     assert proving.allowed(2, 0.2, 0.0) == (0.2, 0.0)  # it has arrived, and shows nothing
     proving.allowed(1, 0.2, 0.0)
     assert proving.allowed(2, 0.2, 0.1) == (0.0, 0.0)
-    assert proving.went(1, PROOF_M)
+    assert proving.went(1, PROOF_M, 0.0)
     assert proving.allowed(2, 0.2, 0.0) == (0.2, 0.0)
-
-
-def test_robots_that_are_proved_need_no_proof():
-    proving = Proving([1, 2], proved=[2])
-
-    assert proving.left.keys() == {1}
-    assert proving.allowed(2, 0.2, 0.0) == (0.2, 0.0)
-
-
-LAB = load_lab(DEFAULT_FILE, 2)
-
-
-@pytest.fixture
-def file(tmp_path):
-    return tmp_path / 'setcmas' / 'proved.yaml'
-
-
-def test_proofs_last_for_the_same_bodies_only(file):
-    assert Proofs(LAB, file).proved() == []
-    Proofs(LAB, file).add([1, 2])
-
-    assert Proofs(LAB, file).proved() == [1, 2]
-    turned = replace(LAB, mocap=replace(LAB.mocap, y_up=True))
-    assert Proofs(turned, file).proved() == []
-    renamed = replace(LAB.robots[0], mocap_name='other')
-    assert Proofs(replace(LAB, robots=(renamed, LAB.robots[1])), file).proved() == [2]
-    Proofs(LAB, file).drop(1)
-    assert Proofs(LAB, file).proved() == [2]
-
-
-def test_old_proofs_and_broken_files_prove_nothing(file, monkeypatch):
-    Proofs(LAB, file).add([1])
-    monkeypatch.setattr(proofs, 'LASTING_S', 0.0)
-    assert Proofs(LAB, file).proved() == []
-    for text in ('[1, 2]', 'robot: [', 'robot 1: x'):
-        file.write_text(text)
-        assert Proofs(LAB, file).proved() == []

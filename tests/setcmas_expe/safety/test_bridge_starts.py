@@ -14,6 +14,7 @@ from nav_msgs.msg import Odometry
 from rclpy.node import Node
 from ros_peer import Peer
 from std_msgs.msg import Bool
+from std_srvs.srv import SetBool
 
 from setcmas_ctrl.driving.fleet_pause import SURE_AFTER_S
 
@@ -195,3 +196,44 @@ def test_the_end_of_a_second_experiment_starts_nothing(lab):
     lab.peer.node.destroy_publisher(second)
 
     see_it_stand(lab, 'several pause nodes')
+
+
+def test_a_paused_robot_that_is_pushed_needs_no_more_than_the_start(start, peer):
+    lab = LabPeer(peer, ('tb3_1',))
+    motors, wheels = [], Odometry()
+
+    def switch(request, response):
+        motors.append(request.data)
+        response.success = True
+        return response
+
+    peer.node.create_service(SetBool, '/tb3_1/motor_power', switch)
+    odometry = peer.node.create_publisher(Odometry, '/tb3_1/odom', 10)
+    peer.node.create_timer(0.05, lambda: odometry.publish(wheels))
+    bridges = start(*BRIDGES)
+    lab.poses[1], lab.wanted[1], lab.paused = (-1.0, 0.0, 0.5), GO, True
+    peer.wait_for(lambda: lab.status(1)[0].message == 'paused')
+    assert motors == []
+
+    wheels.twist.twist.linear.x = 0.1
+    peer.wait_for(lambda: False in motors)
+    bridges.wait_for_output('robot 1 does not obey zero: its motors are off until the next start')
+    wheels.twist.twist.linear.x = 0.0
+    peer.wait_for(lambda: lab.status(1)[0].message == 'paused')
+    assert True not in motors
+    lab.let_go({1: GO})
+    wheels.twist.twist.linear.x = 0.1
+    peer.wait_for(lambda: motors[-1] is True)
+
+
+def test_a_robot_without_motor_power_is_to_be_switched_off(start, peer):
+    lab = LabPeer(peer, ('tb3_1',))
+    wheels = Odometry()
+    wheels.twist.twist.linear.x = 0.1
+    odometry = peer.node.create_publisher(Odometry, '/tb3_1/odom', 10)
+    peer.node.create_timer(0.05, lambda: odometry.publish(wheels))
+    bridges = start(*BRIDGES)
+    lab.poses[1], lab.paused = (-1.0, 0.0, 0.5), True
+
+    told = 'robot 1 does not obey zero: it has no motor_power: switch it off'
+    peer.wait_for(lambda: told in bridges.output())

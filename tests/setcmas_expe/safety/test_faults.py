@@ -5,6 +5,9 @@ benchmarks/faults.py takes the time.
 They go at 0.1 m/s here, so that a busy machine has twice the time for the same way.
 """
 
+import itertools
+import sys
+
 import pytest
 from processes import TIMEOUT_S
 
@@ -13,7 +16,8 @@ pytest.importorskip('rclpy')
 from rehearsal import BRIDGES, Rehearsal
 
 WAY = 0.16  # m
-SLOW = ('--vnom', '0.1', '--resume')
+LATCHED = ('--vnom', '0.1')
+SLOW = (*LATCHED, '--resume')
 GOES = 0.07  # m/s: what 0.1 m/s is, cut to hundredths, and a little less in curves
 
 
@@ -66,3 +70,75 @@ def test_the_terminal_is_closed(experiment):
 
     assert max(experiment.wait_for_stop(fault, robot).metres for robot in (1, 2)) < WAY
     experiment.process.wait(TIMEOUT_S)
+
+
+def test_no_stop_of_a_deaf_robot_is_weaker_than_the_emergency_stop(peer, tmp_path):
+    def rolls():
+        return experiment.truth[1][-1].V > GOES
+
+    with Rehearsal(peer, tmp_path, *LATCHED, '--without-motion-check') as experiment:
+        experiment.let_go(GOES)
+        experiment.fault('deaf 1 600')
+        for stop in (
+            lambda: experiment.press(' '),
+            lambda: experiment.fault('dropout 2 1'),
+            lambda: experiment.press('\x1b'),
+        ):
+            experiment.press_until(rolls)
+            assert experiment.wait_for_stop(stop()).metres < WAY
+        assert 'robot 1 does not obey zero: its motors are off' in experiment.output()
+
+        peer.wait_for(lambda: 'EMERGENCY STOP by Esc' in experiment.output())
+        experiment.press('R')
+        peer.spin(1.5)
+        experiment.press('R')
+        peer.wait_for(lambda: 'the emergency stop is released' in experiment.output())
+        seen = len(experiment.truth[1])
+        peer.spin(1.0)
+        assert all(truth.rolls == 0.0 for truth in experiment.truth[1][seen:])
+
+        experiment.press_until(rolls)
+        assert experiment.wait_for_stop(experiment.kill(BRIDGES)).metres < WAY
+
+
+def path(truths):
+    """Return how far (m) wheels rolled."""
+    pairs = itertools.pairwise(truths)
+    return sum(after.rolls * (after.stamp - before.stamp) for before, after in pairs)
+
+
+def test_bodies_that_are_exchanged_out_of_sight_crawl_and_are_found(peer, tmp_path):
+    with Rehearsal(peer, tmp_path, *LATCHED) as experiment:
+        experiment.let_go(GOES)
+        peer.wait_for(lambda: experiment.output().count('proved by motion') == 2, 60)
+        experiment.press(' ')
+        peer.wait_for(lambda: 'paused: by space bar' in experiment.output())
+        experiment.fault('dropout 1 4')
+        experiment.fault('dropout 2 8')
+        peer.spin(2.0)
+        experiment.fault('swap 1 600')
+        begin = {robot: len(truths) for robot, truths in experiment.truth.items()}
+        experiment.press_until(lambda: 'names exchanged' in experiment.output())
+    assert max(path(truths[begin[robot] :]) for robot, truths in experiment.truth.items()) < WAY
+
+
+def test_a_y_up_system_that_is_taken_for_a_z_up_one_lets_no_robot_turn_fast(peer, start, tmp_path):
+    lab = tmp_path / 'y_up.yaml'
+    lab.write_text('mocap: {y_up: true}\n')
+    module = 'setcmas_expe.emulation.emulated_lab'
+    start(sys.executable, '-m', module, '--lab', str(lab), '--pose', '1:-1,0,0')
+    law = tmp_path / 'corner.py'
+    law.write_text(
+        'def control(robotNo, nbRobots, poses, t):\n'
+        '    return (0.2, 0.0) if poses[0, 0] < -0.8 else (0.0, 0.2)\n'
+    )
+    with Rehearsal(peer, tmp_path, '--algo', str(law), nb_robots=1, lab=()) as experiment:
+        experiment.let_go()
+        peer.wait_for(lambda: 'y_up wrong' in experiment.output())
+        truths = experiment.truth[1]
+        peer.wait_for(lambda: truths[-1].rolls == 0.0)
+    turns = [truth for truth in truths if abs(truth.omega) > 0.0]
+
+    assert max(truth.V for truth in truths) > 0.15  # straight ahead it is not slowed down
+    assert path(turns) < WAY
+    assert max(abs(truth.omega) for truth in turns) <= 0.3

@@ -57,7 +57,8 @@ FAULTS = [
     (circle, drifting(0.3), 'does motion capture drift'),
     (straight, drifting(2.0), 'does motion capture drift'),
     (straight, ACROSS, 'deg off its heading: are the axes of its body'),
-    (circle, BACKWARDS, 'are the axes of its body'),
+    (circle, BACKWARDS, 'is its body turned by 180 deg'),
+    (straight, BACKWARDS, 'is its body turned by 180 deg'),
     (circle, mirrored, 'axes mirrored'),
 ]
 
@@ -123,3 +124,21 @@ def test_half_an_hour_and_more_goes_by_without_a_false_alarm():
     cases = itertools.product(LAWS, (100.0, 50.0, 20.0, 10.0))
 
     assert [found for case in cases for found in alarms(*case, 60.0, range(10, 13))] == []
+
+
+@pytest.mark.parametrize('proved', [False, True])
+def test_a_crawling_robot_whose_body_is_turned_by_180_degrees_is_reported_as_that(proved):
+    robot = DrivenRobot()
+    robot.crawls = True
+    turned(180)(robot)
+    assert robot.run(2.0, lambda _: (0.05, 0.0))
+
+    assert 'is its body turned by 180 deg' in robot.found.text(proved)
+
+
+def test_a_robot_under_a_y_up_system_that_is_said_to_be_z_up_cannot_prove_its_turning():
+    robot = DrivenRobot()
+    robot.spoil = lambda place, _: (place, 0.0)  # until it has turned by 90 degrees
+    assert robot.run(3.0, lambda _: (0.0, 0.3))
+
+    assert 'is y_up wrong in the lab file' in robot.found.text(proved=False)

@@ -5,7 +5,6 @@ import pytest
 from setcmas_expe.lab.lab_file import DEFAULT_FILE, load_lab
 from setcmas_expe.mocap.pose_track import PoseTrack
 from setcmas_expe.mocap.sample import Sample
-from setcmas_expe.safety.body_proofs import Proofs
 from setcmas_expe.safety.motion_watch import MotionWatch
 from setcmas_simu.fleet.planar_pose import quaternion_of_yaw
 
@@ -16,25 +15,42 @@ STEP_S = 0.05
 class Fleet:
     """Two robots that want to go ahead side by side, and the watch over them."""
 
-    def __init__(self, file, bodies=(1, 2)):
+    def __init__(self, bodies=(1, 2)):
         self.told = []
-        self.proofs = Proofs(LAB, file)
         self.tracks = {robot: PoseTrack(LAB.arena, LAB.limits) for robot in (1, 2)}
-        self.watch = MotionWatch((1, 2), self.proofs, self.told.append)
+        self.watch = MotionWatch((1, 2), self.told.append)
         self.now = 10.0
         self.x = {1: -1.0, 2: -1.0}
         self.bodies = bodies  # what motion capture takes each robot for
         self.fastest = 0.0
         self.slip = 0.0  # share of the way that wheels lose
+        self.hidden = False
+        self.heights = {1: 0.1, 2: 0.1}
+
+    @property
+    def proved(self):
+        return [robot for robot in (1, 2) if self.watch.is_proved(robot)]
+
+    def pause(self, seconds):
+        for _ in range(round(seconds / STEP_S)):
+            self.look()
+            self.watch.commanded({}, self.now)
+            for track in self.tracks.values():
+                track.note_command(False, True, self.now)
+
+    def look(self):
+        self.now += STEP_S
+        for robot, body in zip((1, 2), self.bodies, strict=True):
+            height = self.heights[robot]
+            place = (self.x[robot], 1.0 * robot + 1e-5 * math.sin(self.now), height)
+            sample = Sample(place, (0.0, 0.0, *quaternion_of_yaw(0.0)))
+            if not self.hidden:
+                self.tracks[body].take(sample, self.now)
+        self.watch.see(self.tracks, {1: None, 2: None}, self.now)
 
     def drive(self, seconds, V=0.2):
         for _ in range(round(seconds / STEP_S)):
-            self.now += STEP_S
-            for robot, body in zip((1, 2), self.bodies, strict=True):
-                place = (self.x[robot], 1.0 * robot + 1e-5 * math.sin(self.now), 0.1)
-                sample = Sample(place, (0.0, 0.0, *quaternion_of_yaw(0.0)))
-                self.tracks[body].take(sample, self.now)
-            self.watch.see(self.tracks, {1: None, 2: None}, self.now)
+            self.look()
             if any(map(self.watch.trouble, (1, 2))):
                 return
             commands = {robot: self.watch.allowed(robot, V, 0.0) for robot in (1, 2)}
@@ -44,13 +60,8 @@ class Fleet:
                 self.fastest = max(self.fastest, speed)
 
 
-@pytest.fixture
-def file(tmp_path):
-    return tmp_path / 'proved.yaml'
-
-
-def test_robots_crawl_until_they_are_proved_and_the_next_time_they_do_not(file):
-    fleet = Fleet(file)
+def test_robots_crawl_until_they_are_proved_and_not_after_a_pause():
+    fleet = Fleet()
     fleet.drive(1.9)
     assert fleet.fastest == pytest.approx(0.05)
     fleet.drive(3.0)
@@ -58,24 +69,82 @@ def test_robots_crawl_until_they_are_proved_and_the_next_time_they_do_not(file):
     assert fleet.fastest == pytest.approx(0.2)
     assert fleet.told[0].startswith('robots 1-2 crawl at 0.05 m/s for 10 cm, in turns')
     assert sorted(fleet.told[1:]) == [f'robot {i} is proved by motion: full speed' for i in (1, 2)]
-    again = Fleet(file)
-    again.drive(0.2)
-    assert again.fastest == pytest.approx(0.2)
-    assert again.told == []
+    fleet.pause(5.0)
+    fleet.x[1] += 0.05  # a person pushes it a little
+    fleet.pause(1.0)
+    assert fleet.proved == [1, 2]
 
 
-def test_commands_without_seen_motion_prove_nothing(file):
-    fleet = Fleet(file)
+def carry(fleet):
+    fleet.x[1] += 0.3
+
+
+def push_slowly(fleet):
+    for _ in range(30):
+        fleet.x[1] += 0.01
+        fleet.pause(STEP_S)
+
+
+def hide(fleet):
+    fleet.hidden = True
+    fleet.pause(1.2)
+    fleet.hidden = False
+
+
+@pytest.mark.parametrize(('change', 'proved'), [(carry, [2]), (push_slowly, [2]), (hide, [])])
+def test_a_proof_ends_when_another_body_may_have_got_the_name(change, proved):
+    fleet = Fleet()
+    fleet.drive(6.0)
+    fleet.pause(1.5)
+    assert fleet.proved == [1, 2]
+    change(fleet)
+    fleet.pause(1.5)
+    assert fleet.proved == proved
+    fleet.fastest = 0.0
+    assert fleet.watch.allowed(1, 0.2, 0.0)[0] <= 0.05
+
+    fleet.drive(6.0)
+    assert fleet.proved == [1, 2]
+
+
+def test_bodies_that_are_exchanged_during_a_pause_are_found_by_the_next_crawl():
+    fleet = Fleet()
+    fleet.drive(6.0)
+    fleet.pause(1.5)
+    fleet.hidden = True
+    fleet.pause(2.0)
+    fleet.hidden, fleet.bodies = False, (2, 1)
+    fleet.tracks = {robot: PoseTrack(LAB.arena, LAB.limits) for robot in (1, 2)}  # as settled
+    fleet.pause(1.5)
+    begin = dict(fleet.x)
+    fleet.drive(5.0)
+
+    troubles = {fleet.watch.trouble(robot) for robot in (1, 2)}
+    assert any('are their names exchanged?' in trouble for trouble in troubles)
+    assert max(fleet.x[robot] - begin[robot] for robot in (1, 2)) < 0.04
+
+
+def test_bodies_at_very_different_heights_are_not_on_one_floor():
+    fleet = Fleet()
+    fleet.heights[2] = -1.4  # y, where y_up is wrong
+    fleet.look()
+
+    for robot in (1, 2):
+        assert 'heights from -1.40 to 0.10 m: is y_up wrong' in fleet.watch.trouble(robot)
+
+
+def test_commands_without_seen_motion_prove_nothing():
+    fleet = Fleet()
     fleet.slip = 0.3  # which is not enough to doubt it
     fleet.drive(4.6)
 
     assert max(fleet.x.values()) > -1.0 + 0.07
-    assert fleet.proofs.proved() == []
+    assert fleet.proved == []
     assert not any(map(fleet.watch.trouble, (1, 2)))
 
 
-def test_exchanged_names_are_reported_before_robots_have_gone_far(file):
-    fleet = Fleet(file, bodies=(2, 1))
+def test_exchanged_names_are_reported_before_robots_have_gone_far():
+    fleet = Fleet(bodies=(2, 1))
     fleet.drive(5.0)
 
     troubles = {fleet.watch.trouble(robot) for robot in (1, 2)} - {''}
@@ -84,10 +153,10 @@ def test_exchanged_names_are_reported_before_robots_have_gone_far(file):
     assert max(fleet.x.values()) < -1.0 + 0.04
 
 
-def test_a_robot_that_deviates_is_proved_no_more(file):
-    fleet = Fleet(file)
+def test_a_robot_that_deviates_is_proved_no_more():
+    fleet = Fleet()
     fleet.drive(6.0)
-    assert fleet.proofs.proved() == [1, 2]
+    assert fleet.proved == [1, 2]
     begin, stuck = fleet.now, fleet.x[1]
     while not fleet.watch.trouble(1):
         fleet.x[1] = stuck
@@ -95,7 +164,7 @@ def test_a_robot_that_deviates_is_proved_no_more(file):
         assert fleet.now < begin + 0.7
 
     assert 'does not move as commanded' in fleet.watch.trouble(1)
-    assert fleet.proofs.proved() == [2]
+    assert fleet.proved == [2]
     fleet.watch.commanded({}, fleet.now)  # somebody has paused
     assert fleet.watch.trouble(1) == ''
     assert fleet.watch.allowed(1, 0.2, 0.0)[0] <= 0.05

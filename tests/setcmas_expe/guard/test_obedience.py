@@ -1,6 +1,6 @@
 import pytest
 
-from setcmas_expe.safety.obedience import RUNS_AWAY_AFTER_S, Obedience, Runaways
+from setcmas_expe.guard.obedience import RUNS_AWAY_AFTER_S, Obedience, Runaways
 from setcmas_simu.robots.model import IDEAL
 
 
@@ -28,7 +28,7 @@ def judged(commanded, wheels, seconds=1.0, silent_from=9.9):
         ((0.0, 0.0), (-0.1, 0.0), 1.0, 'wheels turn'),
         ((0.0, 0.0), (0.0, 0.5), 1.0, 'wheels turn'),
         ((0.0, 0.0), (0.0, 0.3), 1.0, ''),
-        ((0.0, 0.0), (0.1, 0.0), 0.6, ''),
+        ((0.0, 0.0), (0.1, 0.0), 0.4, ''),
     ],
 )
 def test_wheels_do_what_they_are_commanded(commanded, wheels, seconds, told):
@@ -47,6 +47,18 @@ def test_a_robot_that_is_switched_off_while_it_drives_does_not_turn_its_wheels()
     obedience.measure(0.2, 0.0, 0.0)
     assert not obedience.update(0.0, 0.0, 0.0)
     assert not obedience.update(0.0, 0.0, 0.9)
+
+
+def test_wheels_that_slow_down_have_more_time():
+    obedience = Obedience(IDEAL)
+    speeds = [0.2, 0.2, 0.15, *[0.1] * 30]
+    verdicts = []
+    for step, speed in enumerate(speeds):
+        obedience.measure(speed, 0.0, step / 20)
+        verdicts.append(obedience.update(0.0, 0.0, step / 20))
+
+    assert not any(verdicts[: round(20 * RUNS_AWAY_AFTER_S)])
+    assert verdicts[-1]
 
 
 def test_a_robot_that_does_not_stop_is_noticed_once():

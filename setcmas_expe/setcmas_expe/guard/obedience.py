@@ -4,8 +4,13 @@ from __future__ import annotations
 
 from setcmas_simu.robots.model import VelocityLimits
 
-DISOBEYS_AFTER_S = 0.7
-"""Time in s that the wheels may take to follow."""
+IGNORES_ZERO = 'its wheels turn although it is commanded zero'
+
+FOLLOWS_WITHIN_S = 0.7
+"""Longest time in s until the wheels begin to turn."""
+
+SLOWS_WITHIN_S = 0.5
+"""Longest time in s until the wheels slow down once zero is commanded."""
 
 RUNS_AWAY_AFTER_S = 1.0
 """Longest time in s to come to rest, with motion capture's delay."""
@@ -13,6 +18,7 @@ RUNS_AWAY_AFTER_S = 1.0
 MOVES_M_S = 0.03
 """Speed in m/s above which a robot moves; motion capture shows less for one at rest."""
 
+_SLOWER = 0.8  # share of the speed before
 _COMMANDED_M_S = 0.05
 _STANDS_M_S = 0.01
 _SILENT_AFTER_S = 1.0
@@ -28,6 +34,7 @@ class Obedience:
         self._wheels = 0.0
         self._measured: float | None = None
         self._follows = self._stops = 0.0  # when it last did as commanded
+        self._before = 0.0  # their fastest speed since then
 
     def measure(self, V: float, omega: float, now: float) -> None:
         """Note the forward speed (m/s) and the turn rate (rad/s) of the wheels."""
@@ -45,12 +52,13 @@ class Obedience:
         if self._wheels > _STANDS_M_S or self._limits.faster_wheel(V, omega) <= _COMMANDED_M_S:
             self._follows = now
         if V or omega or self._wheels <= MOVES_M_S or now - self._measured > _OLD_S:
-            self._stops = now
-        if now - self._follows > DISOBEYS_AFTER_S:
+            self._stops, self._before = now, 0.0
+        self._before = max(self._before, self._wheels)
+        if now - self._follows > FOLLOWS_WITHIN_S:
             return 'its wheels do not turn as commanded: are its motors on?'
-        if now - self._stops > DISOBEYS_AFTER_S:
-            return 'its wheels turn although it is commanded zero'
-        return ''
+        has_slowed = self._wheels < _SLOWER * self._before
+        patience = RUNS_AWAY_AFTER_S if has_slowed else SLOWS_WITHIN_S
+        return IGNORES_ZERO if now - self._stops > patience else ''
 
 
 class Runaways:
