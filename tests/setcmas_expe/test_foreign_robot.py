@@ -1,5 +1,6 @@
 """A robot that shares no code with this project, nor its DDS, plays the TurtleBot3."""
 
+import shutil
 import sys
 from pathlib import Path
 
@@ -11,7 +12,7 @@ from terminals import Terminal
 pytest.importorskip('rclpy')
 pytest.importorskip('cyclonedds')
 
-from rogue_rehearsal import STANDS_M, ways_past_a_rogue
+from rogue_rehearsal import STANDS_M, ways_behind_a_firewall, ways_past_a_rogue
 
 ROBOT = Path(__file__).parent / 'scripts' / 'foreign_robot.py'
 EXPE = ['expe', '--algo', 'nav_wp', '--mocap', 'vrpn', '--no-joystick', '--without-guard']
@@ -50,3 +51,17 @@ def test_only_the_bridge_moves_a_robot_whose_base_listens_to_its_guard_alone(dom
     assert beside < STANDS_M
     assert alone > 0.05
     assert again < 0.16
+
+
+@NIGHTLY
+@pytest.mark.skipif(not shutil.which('nft'), reason='no nftables')
+def test_a_firewall_keeps_a_rogue_out(domain, tmp_path):
+    try:
+        driven, paused, said = in_a_process(ways_behind_a_firewall, domain, tmp_path)
+    except NoNetworkError as error:
+        pytest.skip(str(error))
+
+    assert driven > 0.1  # there is no motor_power: nothing on the network stops it
+    assert 'SWITCH THE ROBOT OFF' in said
+    assert 'EMERGENCY STOP by Esc: SWITCH tb3_1 OFF' in said
+    assert paused < STANDS_M

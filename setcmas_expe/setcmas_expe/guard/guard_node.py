@@ -28,6 +28,7 @@ from setcmas_ctrl.driving.fleet_pause import EmergencyWatch, PauseWatch
 from setcmas_expe.guard.guard_commands import SILENCE_S, Commands, StopOnSilence, ramped
 from setcmas_expe.guard.guard_decision import Situation, Source, StartLatch, State
 from setcmas_expe.guard.guard_watch import GuardReport, Power
+from setcmas_expe.guard.machine_load import prefer_this_process
 from setcmas_expe.guard.motor_power import MotorPower
 from setcmas_expe.guard.obedience import IGNORES_ZERO, Obedience
 from setcmas_expe.guard.surroundings import Base, Surroundings
@@ -283,6 +284,7 @@ def main(argv: list[str] | None = None) -> int:
     """Guard until a signal arrives; return the exit status."""
     parser = argparse.ArgumentParser(prog='cmd_vel_guard', description=__doc__)
     GuardOptions.add_to(parser)
+    prefer_this_process()
     return node_main(parser, _guard, argv)
 
 

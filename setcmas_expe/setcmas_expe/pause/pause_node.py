@@ -6,6 +6,7 @@ Run as `ros2 run setcmas_expe pause`; `setcmas expe` does it for you.
 from __future__ import annotations
 
 import argparse
+import re
 import sys
 import time
 
@@ -13,6 +14,7 @@ from rclpy.clock import Clock, ClockType
 from std_msgs.msg import Bool
 
 from setcmas_ctrl.driving.fleet_pause import STOPPED
+from setcmas_expe.guard.machine_load import OVERLOADED, ProcessorLoad, prefer_this_process
 from setcmas_expe.lab.lab import Lab
 from setcmas_expe.lab.lab_options import LabOptions
 from setcmas_expe.pause.bridge_watch import BridgeWatch
@@ -36,6 +38,11 @@ RATE_HZ = 10.0
 """Rate in Hz at which the pause state is sent."""
 
 _TICKS_PER_MESSAGE = 2  # keys are looked at twice as often as the state is sent
+_LATE_TICK_S = 0.15
+_DELAYS = re.compile(
+    'silent|stalled|disappeared|no command|no good pose|does not answer|late|ended'
+)
+"""Reasons of stops that an overloaded computer may cause."""
 _QUIET_S = 1.5  # `ros2 topic pub` without --once repeats once a second
 
 
@@ -68,6 +75,9 @@ class Pause(FleetNode):
         self._hold = hold
         self._held = HeldStart()
         self._ticks = 0
+        self._ticked = time.monotonic()
+        self._was_late = False
+        self._load = ProcessorLoad()
         self._stalls = StallDetector(lab.timeouts.pause_s, time_since_boot())
         self._requests = StartRequests()
         self._emergency = Emergency()
@@ -87,6 +97,8 @@ class Pause(FleetNode):
             now = time.monotonic()
             self._requests.note_pause(by_itself, now)
             self._held.note_pause(now)
+            if by_itself and self._load.is_overload and _DELAYS.search(why):
+                self.get_logger().warning(OVERLOADED)
         if (paused, why) != (self.paused, self.why) and not self._emergency.why:
             self.get_logger().info(f'paused: {why}' if paused else f'started: {why}')
         self.paused, self.why = paused, why
@@ -190,13 +202,17 @@ class Pause(FleetNode):
 
     def _tick(self) -> None:
         now = time.monotonic()
+        self._load.look(now)
         if self._keys:
             self._serve_terminal(self._keys, now)
         if self._stalls.tick(time_since_boot()) and not self.paused:
             self.set(True, 'the pause node stalled', by_itself=True)
-        if self._joystick.disappeared() and not self.paused:
+        # After a delay of this process, messages wait: they are taken before the next tick.
+        late = now - self._ticked > _LATE_TICK_S and not self._was_late
+        self._ticked, self._was_late = now, late
+        if not late and self._joystick.disappeared() and not self.paused:
             self.set(True, 'the joystick has disappeared', by_itself=True)
-        if self._hold and not self.paused and self._held.released(now):
+        if not late and self._hold and not self.paused and self._held.released(now):
             self.set(True, 'key or button released')
         self._follow_bridge(now)
         self._ticks += 1
@@ -263,6 +279,7 @@ def main(argv: list[str] | None = None) -> int:
     parser.add_argument(
         '--joystick', action='store_true', help='there is a joystick, which may start robots'
     )
+    prefer_this_process()
     return node_main(parser, _serve, argv)
 
 

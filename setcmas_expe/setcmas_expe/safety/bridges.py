@@ -22,6 +22,7 @@ from setcmas_ctrl.driving.fleet_pause import (
     EmergencyWatch,
     PauseWatch,
 )
+from setcmas_expe.guard.machine_load import OVERLOADED, ProcessorLoad, prefer_this_process
 from setcmas_expe.guard.obedience import Runaways
 from setcmas_expe.lab.lab import Lab
 from setcmas_expe.lab.lab_options import LabOptions
@@ -120,6 +121,7 @@ class SafetyStepper:
         self._warn = node.get_logger().warning
         self._reports = BridgeReports(self._warn, self._robots, lab.resumes)
         self._stalls = StallDetector(lab.timeouts.pause_s, time_since_boot())
+        self._load = ProcessorLoad()
         self._runaways = Runaways()
         robots = [mocap.robot for mocap in mocaps] if lab.checks_motion else []
         self._motion = MotionWatch(robots, self._warn)
@@ -146,6 +148,9 @@ class SafetyStepper:
             # Messages that waited look new, and a person may have come near a robot.
             self._pause.forget()
             self._warn(f'the bridge process stalled for {stalled_for:.1f} s: robots stay paused')
+            if self._load.is_overload:
+                self._warn(OVERLOADED)
+        self._load.look(now)
         if self._steps % _LOOK_AROUND_EVERY == 0:
             self._look_around()
         paused = self._paused()
@@ -254,6 +259,7 @@ def main(argv: list[str] | None = None) -> int:
     """Bridge until a signal arrives; return the exit status."""
     parser = argparse.ArgumentParser(prog='bridges', description=__doc__)
     LabOptions.add_to(parser)
+    prefer_this_process()
     return node_main(parser, _bridge, argv)
 
 

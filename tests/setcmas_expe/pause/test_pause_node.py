@@ -214,20 +214,14 @@ def test_robots_move_only_while_a_button_is_held(operate, peer, bridge):
     peer.wait_for_new(paused, 5)
     assert is_paused(paused)
 
-    for _ in range(5):  # on a busy machine the messages of a joystick come late: released
-        buttons[7] = 1
-        peer.wait_for(lambda: goes(paused))
-        seen = len(paused)
-        peer.wait_for_new(paused, 10)
-        if not any(message.data for message in paused[seen:]):
-            break
-        buttons[7] = 0
-        peer.wait_for_new(paused, 10)
-    assert goes(paused)
+    def hold():
+        for buttons[7] in (0, 1):
+            peer.spin(0.2)
+
+    operator.press_until(hold, lambda: goes(paused))
     buttons[7] = 0
     operator.wait_for('key or button released')
-    buttons[7] = 1
-    peer.wait_for(lambda: goes(paused))
+    operator.press_until(hold, lambda: goes(paused))
     bridge.obeys, bridge.held = False, 'paused: robot 1: no command for 0.5 s'
     peer.wait_for(lambda: is_paused(paused))
     bridge.obeys, bridge.held = True, 'paused'

@@ -32,6 +32,11 @@ def test_only_a_key_that_is_held_starts_and_only_until_it_is_released():
     assert not held.pressed(1.0)
     assert held.pressed(1.0 + 0.9 * REPEATS_WITHIN_S)
     assert held.pressed(1.8)
+    for step in range(1, 100):
+        assert not held.released(1.8 + 0.1 * step)
+        assert held.pressed(1.8 + 0.1 * step)
+    held = HeldStart()
+    assert [held.pressed(at) for at in (1.0, 1.7, 1.8)] == [False, True, True]
     assert not held.released(1.8 + 0.9 * RELEASED_AFTER_S)
     assert held.released(1.8 + 1.1 * RELEASED_AFTER_S)
     assert not held.pressed(1.9 + REPEATS_WITHIN_S)

@@ -1,6 +1,7 @@
 """A rogue by another maker: Cyclone DDS, without ROS. It tries all ways to drive robot 1.
 
-Argument: ROS domain. Publishes 50 times a second until it is ended.
+Arguments: ROS domain; `guarded` to drive it past its guard, too. Publishes 50 times a second
+until it is ended.
 """
 
 import sys
@@ -84,6 +85,9 @@ def main():
         (writer('paused', Bool), lambda _: Bool(False)),
         (writer('emergency_stopped', Bool), lambda _: Bool(False)),
     ]
+    if 'guarded' in sys.argv:
+        past = writer('tb3_1/cmd_vel_guarded', TwistStamped)
+        drives.append((past, lambda header: TwistStamped(header, ahead)))
     print('drives', flush=True)
     while True:
         now = time.time()
