@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable
 
 from diagnostic_msgs.msg import DiagnosticStatus
@@ -27,6 +28,13 @@ def _false_release(r: Rehearsal) -> float:
     return stop
 
 
+def _latched(r: Rehearsal) -> float:
+    """Let motion capture lose the other robot; return when that pauses both."""
+    r.fault('dropout 2 2')
+    r.peer.wait_for(lambda: 'paused: robot 2' in r.output())
+    return time.time()
+
+
 def _deaf(stop: Callable[[Rehearsal], float], line: str = 'does not obey zero') -> Kind:
     """Return a stop of a robot whose base keeps its last command."""
 
@@ -41,7 +49,7 @@ def _deaf(stop: Callable[[Rehearsal], float], line: str = 'does not obey zero') 
 KINDS = {
     'deaf base, space bar': _deaf(lambda r: r.press(' ')),
     'deaf base, Esc': _deaf(lambda r: r.press('\x1b'), '(?i)emergency'),
-    'deaf base, mocap dropout of the other': _deaf(lambda r: r.fault('dropout 2 2')),
+    'deaf base, latched stop': _deaf(_latched),
     'deaf base, bridge killed (-9)': _deaf(lambda r: r.kill(BRIDGES), 'bridge process has died'),
     'guard hung': Kind(lambda r: r.fault('unguarded 1 4'), 'cmd_vel_guard is silent'),
     'robot off and on': Kind(lambda r: r.fault('off 1 4'), 'paused: robot'),

@@ -163,9 +163,7 @@ class LabWatch(FleetNode):
     def rival(self, robot: LabRobot, experiment: bool = False) -> str:
         """Return which other process may move a robot, or moves in its place; empty if none.
 
-        Args:
-            robot: The robot.
-            experiment: Whether an experiment is allowed to.
+        With `experiment`, an experiment may.
         """
         topic = robot.topic(topics.CMD_VEL)
         guard = self.robot_guards[robot.number]

@@ -61,14 +61,9 @@ RIGHT = Phase(0.0, -TURN_RATE, 1.0)
 
 
 def missing_room(robot: int, poses: Mapping[int, Pose], lab: Lab) -> str:
-    """Return why a robot has no room for a nudge; empty if it has.
+    """Return why a robot has no room for a nudge among all poses (m, rad); empty if it has.
 
     Its heading is not proved yet, so it needs room on all sides.
-
-    Args:
-        robot: The robot.
-        poses: Poses of all robots (m, rad), by number.
-        lab: Arena and smallest separation.
     """
     x, y, _ = poses[robot]
     way = CRAWL_M_S * FORWARD.duration + _ROOM_M

@@ -38,7 +38,7 @@ class MotorPower:
         self._wanted, self._next, self.power = Power.ON, -math.inf, Power.UNKNOWN
 
     def leave(self) -> None:
-        """Stop asking to switch them on: a stop has come in between."""
+        """Stop asking to switch them on: a stop came first."""
         if self._wanted is Power.ON:
             self._wanted = None
 

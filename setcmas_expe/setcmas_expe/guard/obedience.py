@@ -18,6 +18,7 @@ RUNS_AWAY_AFTER_S = 1.0
 MOVES_M_S = 0.03
 """Speed in m/s above which a robot moves; motion capture shows less for one at rest."""
 
+_MEASUREMENTS = 6  # of wheels that go on: the robot's computer may be late
 _SLOWER = 0.8  # share of the speed before
 _COMMANDED_M_S = 0.05
 _STANDS_M_S = 0.01
@@ -35,12 +36,14 @@ class Obedience:
         self._measured: float | None = None
         self._follows = self._stops = 0.0  # when it last did as commanded
         self._before = 0.0  # their fastest speed since then
+        self._nb_measured = 0  # since then
 
     def measure(self, V: float, omega: float, now: float) -> None:
         """Note the forward speed (m/s) and the turn rate (rad/s) of the wheels."""
         if self._measured is None:
             self._follows = self._stops = now
         self._wheels, self._measured = self._limits.faster_wheel(V, omega), now
+        self._nb_measured += 1
 
     def update(self, V: float, omega: float, now: float) -> str:
         """Note the last command (m/s, rad/s); return what is wrong, empty if nothing."""
@@ -52,13 +55,14 @@ class Obedience:
         if self._wheels > _STANDS_M_S or self._limits.faster_wheel(V, omega) <= _COMMANDED_M_S:
             self._follows = now
         if V or omega or self._wheels <= MOVES_M_S or now - self._measured > _OLD_S:
-            self._stops, self._before = now, 0.0
+            self._stops, self._before, self._nb_measured = now, 0.0, 0
         self._before = max(self._before, self._wheels)
         if now - self._follows > FOLLOWS_WITHIN_S:
             return 'its wheels do not turn as commanded: are its motors on?'
         has_slowed = self._wheels < _SLOWER * self._before
         patience = RUNS_AWAY_AFTER_S if has_slowed else SLOWS_WITHIN_S
-        return IGNORES_ZERO if now - self._stops > patience else ''
+        ignores = now - self._stops > patience and self._nb_measured >= _MEASUREMENTS
+        return IGNORES_ZERO if ignores else ''
 
 
 class Runaways:

@@ -16,6 +16,7 @@ from setcmas_expe.mocap.sources import (
     SILENCE,
     ZEROS,
     MocapSource,
+    Read,
     per_body,
     sample_of,
 )
@@ -41,32 +42,28 @@ VICON = replace(
 )
 
 
-def read_rigid_bodies(message: Any) -> Iterator[tuple[str, Sample]]:
-    """Read a mocap4r2_msgs/RigidBodies, with the header of the whole frame."""
-    for body in message.rigidbodies:
-        pose = body.pose
-        yield body.rigid_body_name, sample_of(message.header, pose.position, pose.orientation)
+def _read_all(bodies: str, name: str) -> Read:
+    """Return a reader of messages with a list of named poses and one header for all."""
+
+    def read(message: Any) -> Iterator[tuple[str, Sample]]:
+        for body in getattr(message, bodies):
+            pose = body.pose
+            yield getattr(body, name), sample_of(message.header, pose.position, pose.orientation)
+
+    return read
 
 
 MOCAP4R2 = MocapSource(
     '/rigid_bodies',
     'mocap4r2_msgs/msg/RigidBodies',
-    read_rigid_bodies,
+    _read_all('rigidbodies', 'rigid_body_name'),
     (SILENCE, REPEATED, ZEROS),
     driver='mocap4ros2_optitrack, _qualisys, _nokov (mocap4r2_msgs)',
 )
-
-
-def read_named_poses(message: Any) -> Iterator[tuple[str, Sample]]:
-    """Read a motion_capture_tracking_interfaces/NamedPoseArray."""
-    for body in message.poses:
-        yield body.name, sample_of(message.header, body.pose.position, body.pose.orientation)
-
-
 MOTION_CAPTURE_TRACKING = MocapSource(
     '/poses',
     'motion_capture_tracking_interfaces/msg/NamedPoseArray',
-    read_named_poses,
+    _read_all('poses', 'name'),
     (SILENCE, REPEATED, NOT_A_NUMBER),
     driver='motion_capture_tracking 1.0.9',
 )

@@ -59,13 +59,13 @@ class OperatorRequest(Message, frozen=True):
     """A message of the terminal.
 
     Attributes:
-        by: How the operator made it, such as 'by space bar'.
-        made: When, in s since boot, on the clock of this machine.
+        by: Key or button, such as 'by space bar'.
+        pressed_at: Time in s since boot, on the clock of this machine.
     """
 
     action: Action
     by: str = ''
-    made: float = msgspec.field(default_factory=time_since_boot)
+    pressed_at: float = msgspec.field(default_factory=time_since_boot)
 
 
 class RobotStatus(msgspec.Struct, frozen=True):
@@ -152,7 +152,7 @@ class ConsoleReader:
                 if now - self._received > SILENT_AFTER_S:
                     late_until = now + _CATCHES_UP_S
                 self._received = now
-                old = now < late_until or time_since_boot() - request.made > OLD_AFTER_S
+                old = now < late_until or time_since_boot() - request.pressed_at > OLD_AFTER_S
                 if old and request.action in _NEVER_LATE:
                     self._late.put(request.action)
                 else:

@@ -63,8 +63,8 @@ class Pause(FleetNode):
             lab: The robots and the joystick's start button.
             keys: Requests from the terminal; None without one.
             launcher: Shows the state in the terminal.
-            hold: Whether robots move only while a key or a button is held.
-            joystick: Whether `setcmas expe` reads a joystick; else joysticks can only stop robots.
+            hold: Whether robots move only while a key or button is held.
+            joystick: Whether `setcmas expe` reads a joystick; else joysticks only stop robots.
         """
         super().__init__(topics.PAUSE_NODE)
         self.paused = True

@@ -72,9 +72,9 @@ class Proving:
             return V, omega
         if robot in self.left and not self._has_turn(robot):
             return 0.0, 0.0
-        crawls = robot in self.left
-        fastest = CRAWL_M_S if crawls else math.inf
-        fastest_turn = _CRAWL_RAD_S if crawls else math.inf
+        fastest, fastest_turn = math.inf, math.inf
+        if robot in self.left:
+            fastest, fastest_turn = CRAWL_M_S, _CRAWL_RAD_S
         if robot in self.left_to_turn:
             fastest_turn = SLOW_TURN_RAD_S
         excess = max(1.0, abs(V) / fastest, abs(omega) / fastest_turn)
@@ -83,10 +83,7 @@ class Proving:
     def went(self, robot: int, metres: float, radians: float) -> bool:
         """Note how far a robot went and turned as commanded; return whether it is proved now.
 
-        Args:
-            robot: Its number.
-            metres: Distance in the commanded direction in m, negative against it.
-            radians: Angle likewise, in rad.
+        Distance and angle are negative against the command.
         """
         if robot in self.left_to_turn:
             self.left_to_turn[robot] -= radians

@@ -65,13 +65,7 @@ class BridgeReports:
         robots: list[tuple[MocapBridge, CmdVelBridge]],
         resumes: bool,
     ) -> None:
-        """Prepare.
-
-        Args:
-            warn: Shows a message to the user.
-            robots: The bridges of each robot.
-            resumes: Whether stopped robots resume by themselves; else the pause node reports.
-        """
+        """Report through `warn`; stops only if robots resume: else the pause node does that."""
         self._warn = warn
         self._robots = robots
         self._resumes = resumes
@@ -209,7 +203,7 @@ class RobotDiagnostics:
 
         Args:
             robots: The bridges of each robot.
-            decisions: The decision for each robot.
+            decisions: What each robot may do.
             runaways: Robots that do not stop.
             held: Why the bridge itself pauses all robots; empty if it does not.
             now: Time in s on a steady clock.

@@ -98,13 +98,9 @@ class SafetyStepper:
         mocaps: list[MocapBridge],
         bridges: list[CmdVelBridge],
     ) -> None:
-        """Prepare; nothing is sent before the first step.
+        """Take the bridges of each robot, in the same order; `node` is for the whole fleet.
 
-        Args:
-            node: The node for all topics of the whole fleet.
-            lab: The lab.
-            mocaps: The mocap bridge of each robot.
-            bridges: The cmd_vel bridge of each robot, in the same order.
+        Nothing is sent before the first step.
 
         Raises:
             SetcmasError: The package of the messages of motion capture is not installed.

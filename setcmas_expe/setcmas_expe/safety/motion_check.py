@@ -114,6 +114,7 @@ WINDOWS_S = (0.5, 2.0)
 _MARGIN_M = 0.03
 _CRAWL_MARGIN_M = 0.02
 _MARGIN_RAD = 0.3
+_CRAWL_MARGIN_RAD = 0.15
 _SHARE = 0.2  # of the commanded way: slip, wheels' radii, whole hundredths
 _OFF_AXLE_M = 0.06  # per rad turned, up to 1: the body's middle is not above the axle
 _IN_A_ROW = 2
@@ -195,7 +196,7 @@ class MotionCheck:
         Args:
             pose: The newest good pose (m, rad).
             seen: When it was measured, in s.
-            crawls: Whether the robot is still to be proved: the check is stricter then.
+            crawls: Whether way or turning are still to be proved: the check is stricter then.
             now: Time in s.
 
         Returns:
@@ -221,7 +222,8 @@ class MotionCheck:
         self._rows.append(newest)
         while self._rows[0].time < seen - WINDOWS_S[-1]:
             self._rows.popleft()
-        found = self._deviation(newest, _CRAWL_MARGIN_M if crawls else _MARGIN_M)
+        margins = (_CRAWL_MARGIN_M, _CRAWL_MARGIN_RAD) if crawls else (_MARGIN_M, _MARGIN_RAD)
+        found = self._deviation(newest, *margins)
         self._in_a_row = self._in_a_row + 1 if found else 0
         return found if self._in_a_row >= _IN_A_ROW else None
 
@@ -252,10 +254,11 @@ class MotionCheck:
                 return V, omega
         return 0.0, 0.0
 
-    def _deviation(self, newest: _Row, margin: float) -> Deviation | None:
+    def _deviation(self, newest: _Row, metres: float, radians: float) -> Deviation | None:
         """Return how the measured motion differs from the commands at any delay."""
         for window in WINDOWS_S:
-            if self._excess(self._row(newest.time - window), newest, margin) > 1.0:
+            old = self._row(newest.time - window)
+            if self._excess(old, newest, metres, radians) > 1.0:
                 # Describe the second half: the motion may have been right before.
                 deviation = self._between(self._row(newest.time - 0.5 * window), newest)
                 if not deviation.is_none:
@@ -265,16 +268,16 @@ class MotionCheck:
     def _row(self, since: float) -> _Row:
         return next(row for row in self._rows if row.time >= since)
 
-    def _excess(self, old: _Row, new: _Row, margin: float) -> float:
+    def _excess(self, old: _Row, new: _Row, metres: float, radians: float) -> float:
         """Return the difference as a multiple of its tolerance, for the delay that fits best."""
         moved, turned = new.place - old.place, new.heading - old.heading
-        places = margin + _OFF_AXLE_M * min(1.0, abs(turned))
+        places = metres + _OFF_AXLE_M * min(1.0, abs(turned))
         return min(
             max(
                 abs(moved - new.ways[i] + old.ways[i])
                 / (places + _SHARE * (new.driven[i] - old.driven[i])),
                 abs(turned - new.turns[i] + old.turns[i])
-                / (_MARGIN_RAD + _SHARE * abs(new.turns[i] - old.turns[i])),
+                / (radians + _SHARE * abs(new.turns[i] - old.turns[i])),
             )
             for i in range(len(DELAYS_S))
         )

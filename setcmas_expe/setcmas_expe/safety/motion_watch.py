@@ -28,12 +28,7 @@ class MotionWatch:
     """
 
     def __init__(self, robots: Collection[int], warn: Callable[[str], None]) -> None:
-        """Start with robots at rest.
-
-        Args:
-            robots: Their numbers, 1 to N.
-            warn: Shows a message to the user.
-        """
+        """Start with robots at rest (numbers 1 to N); `warn` shows a message to the user."""
         self._checks = {robot: MotionCheck() for robot in robots}
         self._proving = Proving(robots)
         self._warn = warn
@@ -50,13 +45,7 @@ class MotionWatch:
         wheels: Mapping[int, tuple[float, float] | None],
         now: float,
     ) -> None:
-        """Judge the newest poses.
-
-        Args:
-            tracks: The track of each robot.
-            wheels: Forward speed by its odometry in m/s and the time of arrival; None before.
-            now: Time in s.
-        """
+        """Judge the newest poses; wheels give forward speed (m/s) and time of arrival."""
         proved = []
         for robot, check in self._checks.items():
             track, rolls = tracks[robot], wheels[robot]
@@ -69,7 +58,7 @@ class MotionWatch:
                 self._announced.discard(robot)
             # The track judges poses that are rejected or repeated.
             seen = -math.inf if track.fault or track.repeats else track.received
-            crawls = robot in self._proving.left
+            crawls = robot in self._proving.left or robot in self._proving.left_to_turn
             deviation = check.step(track.pose, seen, crawls, now)
             if deviation and robot not in self._troubles:
                 self._doubt(robot, deviation, now)

@@ -350,7 +350,7 @@ def test_a_terminal_that_hangs_is_missed_and_what_it_sends_late_starts_nothing(
 
     def refused():
         peer.spin(2 * REACTION_S)  # it says the same again after 1.5 s only
-        operator.tell('start', made=time_since_boot() - 2 * OLD_AFTER_S)
+        operator.tell('start', pressed_at=time_since_boot() - 2 * OLD_AFTER_S)
         peer.spin(REACTION_S)
         return late in operator.warnings()
 
