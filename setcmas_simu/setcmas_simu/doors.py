@@ -36,10 +36,7 @@ class UnusableError(SetcmasError):
     def __init__(self, kind: str, offer: Offer, reason: str) -> None:
         """Name the plugin, its package and the reason."""
         self.reason = ' '.join(reason.split())
-        super().__init__(
-            f"{kind} '{offer.name}' of package {offer.package} {offer.version} "
-            f'cannot be used: {self.reason}'
-        )
+        super().__init__(f'{kind} {offer.title} cannot be used: {self.reason}')
 
 
 class MisfitError(Exception):
@@ -64,6 +61,11 @@ class Offer:
     # importlib_metadata, once imported, makes entry points that cannot be compared with these.
     entry: EntryPoint = field(compare=False)
     hidden: tuple[str, ...] = ()
+
+    @property
+    def title(self) -> str:
+        """Its name and package for messages."""
+        return f"'{self.name}' of package {self.package} {self.version}"
 
     @property
     def shipped(self) -> bool:
@@ -211,6 +213,24 @@ def _offers(group: str) -> dict[str, Offer]:
             offers[offer.name] = replace(first, hidden=(*first.hidden, offer.package))
     ours = {name: offer for name, offer in offers.items() if offer.shipped}
     return ours | {name: offers[name] for name in sorted(offers.keys() - ours.keys())}
+
+
+def door_groups() -> list[str]:
+    """Return the groups of entry points that setcmas reads; each has objects that ship."""
+    return [group for group in _groups() if any(o.shipped for o in _offers(group).values())]
+
+
+def unknown_groups() -> dict[str, list[str]]:
+    """Return the packages with entry points in groups 'setcmas.*' that setcmas does not read."""
+    others = {group: _offers(group) for group in _groups() if group not in door_groups()}
+    return {
+        group: sorted({offer.package for offer in offers.values()})
+        for group, offers in others.items()
+    }
+
+
+def _groups() -> list[str]:
+    return sorted(group for group in _entries().groups if group.startswith('setcmas.'))
 
 
 def _offer(entry: EntryPoint) -> Offer | None:

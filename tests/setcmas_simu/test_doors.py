@@ -155,6 +155,15 @@ def test_a_check_of_ones_own_says_why_a_thing_does_not_fit(install):
         Door(GROUP, 'thing', check).get('one')
 
 
+def test_groups_that_are_no_door_are_found(install):
+    install('pack_g', '', group='setcmas.metric', one=':ONE')
+
+    assert doors.unknown_groups() == {'setcmas.metric': ['pack_g']}
+    assert {'setcmas.metrics', 'setcmas.algorithms', 'setcmas.robot_models'} < set(
+        doors.door_groups()
+    )
+
+
 def test_help_looks_no_door_up():
     code = (
         'import sys\nfrom launch_scripts.cli import main\n'

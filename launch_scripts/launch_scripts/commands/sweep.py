@@ -44,15 +44,17 @@ def main(args: argparse.Namespace) -> int:
     # Imported late: help texts and completion need not wait for numpy and joblib.
     from setcmas_tools.study.plan import check_names, make_plan
     from setcmas_tools.study.study import runs_in_words
+    from setcmas_tools.study.study_columns import metric_in
     from setcmas_tools.study.success import check_columns
     from setcmas_tools.study.sweep import carry_out
 
     scenario, options = scenario_of(args), SweepOptions.of(args)
     varied = list(map(_named, options.vary))
     check_names([name for name, _ in varied], seeds=1)
-    plan = make_plan(scenario, dict(varied), options.cases, options.seeds, options.success)
+    own = {Path(name).stem: metric_in(Path(name)) for name in options.metric if _is_file(name)}
+    plan = make_plan(scenario, dict(varied), options.cases, options.seeds, options.success, own)
     for metric in options.metric:
-        check_columns(metric, [], '--metric')
+        check_columns(Path(metric).stem, [], own, '--metric')
     if options.dry_run:
         print(runs_in_words(len(plan.cases)))
         return 0
@@ -76,12 +78,17 @@ def _named(text: str) -> tuple[str, str]:
     return name.strip(), values.strip()
 
 
+def _is_file(metric: str) -> bool:
+    return metric.endswith('.py')
+
+
 def _plots(study: Any, folder: Path, args: argparse.Namespace) -> list[Path]:
     from setcmas_tools.plots.look import PlotLook
     from setcmas_tools.study.study_plots import plot
 
     look = PlotLook(tuple(args.format or ('png',)), args.palette)
-    return plot(study, folder / 'plots', args.metric, look)
+    metrics = [Path(name).stem for name in args.metric]
+    return plot(study, folder / 'plots', metrics, look)
 
 
 def _failures(study: Any) -> int:

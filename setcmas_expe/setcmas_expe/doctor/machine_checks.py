@@ -13,7 +13,8 @@ from collections.abc import Mapping
 from importlib import metadata
 
 from setcmas_expe.doctor.findings import NOTE, OK, PROBLEM, Finding
-from setcmas_simu.errors import install_command
+from setcmas_simu.doors import door_groups, unknown_groups
+from setcmas_simu.errors import did_you_mean, install_command
 
 _GROUP = '239.255.0.1'  # that of DDS discovery
 _SIOCGIFADDR = 0x8915
@@ -88,7 +89,22 @@ def environment_findings() -> list[Finding]:
     findings += [domain_finding(variables), discovery_finding(variables)]
     if sys.platform == 'linux':
         findings.append(multicast_finding())
-    return findings
+    return findings + plugin_findings()
+
+
+def plugin_findings() -> list[Finding]:
+    """Return the groups of entry points that setcmas does not know: typing mistakes of plugins."""
+    known = door_groups()
+    return [
+        Finding(
+            PROBLEM,
+            'plugins',
+            f'{", ".join(packages)} has entry points in the unknown group {group}',
+            f'setcmas ignores them; the group must be one of {", ".join(known)}'
+            f'{did_you_mean(group, known)}',
+        )
+        for group, packages in sorted(unknown_groups().items())
+    ]
 
 
 def ros_is_there() -> bool:

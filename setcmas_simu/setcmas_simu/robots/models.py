@@ -17,6 +17,7 @@ from setcmas_simu.fleet.fleet import format_robots
 from setcmas_simu.fleet.per_robot import check_in_fleet, is_per_robot, parse_per_robot
 from setcmas_simu.robots.identified_robot import ENDINGS, ModelFile, read_model_file
 from setcmas_simu.robots.model import Motion, RobotModel, Shape, limits_named
+from setcmas_simu.robots.plugin_model import PluginModel
 from setcmas_simu.robots.unicycle import Unicycle
 
 _SYMBOL_SIDE = 1.587
@@ -230,6 +231,7 @@ def robot_models(
     """
     unicycle, files = Unicycle(limits_named(limits)), _files(names)
     models: list[RobotModel] = []
+    plugins: dict[str, RobotModel] = {}
     for name, robot in zip(names, robots, strict=True):
         if name == UNICYCLE:
             models.append(unicycle)
@@ -238,7 +240,8 @@ def robot_models(
         elif name in files:
             models.append(files[name].robot(robot))
         else:
-            models.append(MODELS.get(name))
+            plugins.setdefault(name, _model(name, warn))
+            models.append(plugins[name])
     return models
 
 
@@ -246,6 +249,11 @@ def seed_scripts(names: Sequence[str], seed: int) -> None:
     """Seed the random numbers that the robot scripts among some models draw."""
     if any(map(is_script, names)):
         SCRIPT_LOADERS.get('python').seed(seed)
+
+
+def _model(name: str, warn: Callable[[str], None]) -> RobotModel:
+    model, offer = MODELS.get(name), MODELS.offer(name)
+    return model if offer.shipped else PluginModel(model, offer, warn)
 
 
 def _files(names: Sequence[str]) -> dict[str, ModelFile]:

@@ -4,7 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import asdict, dataclass
+from numbers import Real
 from typing import TYPE_CHECKING, Any, ClassVar
+
+import numpy as np
 
 from setcmas_simu.doors import Door, MisfitError
 
@@ -74,8 +77,47 @@ class Value(Measured):
         return {'value': value, 'unit': self.unit}
 
 
-Metric = Callable[['Run'], Measured | None]
+Metric = Callable[['Run'], Measured | float | None]
 """Measures a run; returns None if it does not apply."""
+
+
+def measured(name: str, result: object) -> Measured | None:
+    """Return what a metric has returned as a measurement; a number becomes a `Value`.
+
+    Raises:
+        MisfitError: It is something else, or has fields that metrics.yaml cannot hold.
+    """
+    if isinstance(result, Real) and not isinstance(result, bool):
+        result = Value(name, float(result))
+    if result is None:
+        return None
+    if not isinstance(result, Measured):
+        raise MisfitError(
+            f'returned {_kind(result)}; it must return a number, a Value of a number or of '
+            'numbers by robot, or None'
+        )
+    for form, values in result.columns().values():
+        ''.join(format(value, form) for value in values.values() if value is not None)
+    result.lines(None)
+    for field, value in result.as_dict().items():
+        if not _is_plain(value):
+            raise MisfitError(
+                f'returned {_kind(value)} as {field}; it must be a number, a text, or a list or '
+                'dictionary of these'
+            )
+    return result
+
+
+def _kind(thing: object) -> str:
+    return f'a value of type {type(thing).__name__}'
+
+
+def _is_plain(value: object) -> bool:
+    if isinstance(value, Mapping):
+        return all(map(_is_plain, [*value, *value.values()]))
+    if isinstance(value, (list, tuple)):
+        return all(map(_is_plain, value))
+    return value is None or isinstance(value, (str, Real, np.bool_))
 
 
 def _metric(thing: object) -> Metric:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -10,12 +11,14 @@ from typing import Any
 import numpy as np
 import yaml
 
+from setcmas_ctrl.control.references import TASKS
+from setcmas_simu.doors import MisfitError
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet.topics import robot_name
 from setcmas_simu.table import Table
-from setcmas_tools.measures.metric import METRICS, Columns, Measured
+from setcmas_tools.measures.metric import METRICS, Columns, Measured, Metric, measured
 from setcmas_tools.measures.motion_metrics import largest_speed
-from setcmas_tools.measures.task import task_of
+from setcmas_tools.measures.task import Task, task_of
 from setcmas_tools.run.run import Run
 
 MOST_ROBOTS_IN_ROWS = 50
@@ -113,12 +116,15 @@ class Metrics(Mapping[str, Any]):
         return '\n'.join(table_lines(self.parts, self.task))
 
 
-def measure(run: Run, warn: Callable[[str], None] = print) -> Metrics:
+def measure(
+    run: Run, warn: Callable[[str], None] = print, own: Mapping[str, Metric] | None = None
+) -> Metrics:
     """Return the metrics of a run.
 
     Args:
         run: The run; its rows at t >= 0 count.
         warn: Shows the error of a failing metric; the others continue.
+        own: Further metrics by name.
 
     Raises:
         SetcmasError: No row has t >= 0, or vnom is not a speed.
@@ -127,11 +133,10 @@ def measure(run: Run, warn: Callable[[str], None] = print) -> Metrics:
         raise SetcmasError('no row has t >= 0: the robots were never commanded')
     triggered = bool(run.record and run.record.is_event_triggered)
     task = task_of(run, warn)
-    found = _found(run, warn)
+    found = _found(run, warn, own or {})
     parts = {name: found.pop(name) for name in _FIRST if name in found}
     if task:
-        own, references = task
-        parts |= own.metrics(run, references)
+        parts |= _of_task(run, *task, warn)
     return Metrics(
         run.references.task if task and run.references else None,
         float(run.counted.t[-1] - run.counted.t[0]),
@@ -141,17 +146,42 @@ def measure(run: Run, warn: Callable[[str], None] = print) -> Metrics:
     )
 
 
-def _found(run: Run, warn: Callable[[str], None]) -> dict[str, Measured | None]:
-    found = {}
-    for name, metric in METRICS.usable(warn).items():
-        try:
-            found[name] = metric(run)
-        except SetcmasError:
-            raise
-        except Exception as error:  # a plugin may raise anything
-            reason = ' '.join(f'{type(error).__name__}: {error}'.split())
-            warn(f"metric '{name}' failed: {reason}")
+def _found(
+    run: Run, warn: Callable[[str], None], own: Mapping[str, Metric]
+) -> dict[str, Measured | None]:
+    found: dict[str, Measured | None] = {}
+    for name, metric in {**METRICS.usable(warn), **own}.items():
+        title = f"'{name}'" if name in own else METRICS.offer(name).title
+        with _failures(f'metric {title}', warn):
+            found[name] = measured(name, metric(run))
     return found
+
+
+def _of_task(
+    run: Run, task: Task, references: Mapping[str, Any], warn: Callable[[str], None]
+) -> dict[str, Measured | None]:
+    assert run.references
+    title = f'task {TASKS.offer(run.references.task).title}'
+    found: dict[str, Measured | None] = {}
+    with _failures(title, warn):
+        for name, result in task.metrics(run, references).items():
+            with _failures(f'{title}, its metric {name},', warn):
+                found[name] = measured(name, result)
+    return found
+
+
+@contextmanager
+def _failures(title: str, warn: Callable[[str], None]) -> Iterator[None]:
+    """Report the failure of a metric in one line."""
+    try:
+        yield
+    except SetcmasError:
+        raise
+    except MisfitError as error:
+        warn(f'{title} {error}')
+    except Exception as error:  # a plugin may raise anything
+        reason = ' '.join(f'{type(error).__name__}: {error}'.split())
+        warn(f'{title} failed: {reason}')
 
 
 FILE_NAME = 'metrics.yaml'
@@ -199,6 +229,8 @@ def _rounded(value: Any) -> Any:
         return {key: _rounded(item) for key, item in value.items()}
     if isinstance(value, (list, tuple)):
         return [_rounded(item) for item in value]
+    if isinstance(value, np.generic):
+        value = value.item()
     if isinstance(value, float):
         return float(f'{value:.{_DIGITS}g}') + 0.0  # + 0.0: no minus before zero
     return value

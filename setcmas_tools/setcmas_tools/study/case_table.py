@@ -18,7 +18,9 @@ SEED = 'seed'
 
 @dataclass(frozen=True)
 class CaseTable:
-    """The runs of a study, numbered from 1: seeds vary fastest, then the last axis.
+    """The runs of a study, numbered from 1: the last axis varies fastest, seeds vary slowest.
+
+    So more seeds add runs at the end, and the others keep their numbers.
 
     Attributes:
         axes: Names that vary together, and their values, a tuple per case.
@@ -34,7 +36,12 @@ class CaseTable:
 
     def __len__(self) -> int:
         """Return the number of runs."""
-        return math.prod((len(values) for _, values in self.axes), start=self.seeds)
+        return self.nb_cases * self.seeds
+
+    @property
+    def nb_cases(self) -> int:
+        """Number of runs with each seed."""
+        return math.prod(len(values) for _, values in self.axes)
 
     @property
     def names(self) -> list[str]:
@@ -50,7 +57,7 @@ class CaseTable:
         """
         if not 1 <= run <= len(self):
             raise SetcmasError(f'unknown run {run}; must be from 1 to {len(self)}')
-        rest, seed = divmod(run - 1, self.seeds)
+        seed, rest = divmod(run - 1, self.nb_cases)
         found: dict[str, Any] = {}
         for names, values in reversed(self.axes):
             rest, index = divmod(rest, len(values))
@@ -89,7 +96,7 @@ def read_cases(path: Path) -> tuple[list[str], dict[int, list[str]]]:
 
 
 @contextmanager
-def told_at(path: Path | None, line: int | None) -> Iterator[None]:
+def located_at(path: Path | None, line: int | None) -> Iterator[None]:
     """Add file and line of a case to errors; without a line, change nothing.
 
     Raises:

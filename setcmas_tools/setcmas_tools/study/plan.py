@@ -11,11 +11,12 @@ import numpy as np
 
 from setcmas_ctrl.control.control_options import LawOptions
 from setcmas_simu.errors import SetcmasError
+from setcmas_tools.measures.metric import Metric
 from setcmas_tools.offline.simulation import Simulation
 from setcmas_tools.scenario.scenario import Scenario, name_of
 from setcmas_tools.scenario.scenario_files import OF_FILES, ScenarioFolder
-from setcmas_tools.study.case_table import SEED, CaseTable, read_cases, told_at
-from setcmas_tools.study.study_columns import COLUMNS
+from setcmas_tools.study.case_table import SEED, CaseTable, located_at, read_cases
+from setcmas_tools.study.study_columns import COLUMNS, check_metrics, digest_of
 from setcmas_tools.study.study_files import FILE_NAME, KeptFiles, StudyInfo, read_info
 from setcmas_tools.study.study_row import kept
 from setcmas_tools.study.success import check_columns
@@ -51,9 +52,9 @@ def check_names(names: Sequence[str], seeds: int) -> None:
         raise SetcmasError(f'both --vary {SEED} and --seeds vary the seed; remove one')
 
 
-def telling_runs(table: CaseTable) -> Iterator[int]:
+def covering_runs(table: CaseTable) -> Iterator[int]:
     """Yield runs that together cover each value of each axis."""
-    stride = table.seeds
+    stride = 1
     for _, values in reversed(table.axes):
         yield from (1 + index * stride for index in range(len(values)))
         stride *= len(values)
@@ -83,6 +84,7 @@ class Plan:
         cases: Its runs.
         files: Files named by its options.
         objects: Functions, which cannot be written, by option and label.
+        metrics: Its own metrics by name.
     """
 
     info: StudyInfo
@@ -90,6 +92,7 @@ class Plan:
     cases: CaseTable
     files: KeptFiles
     objects: Mapping[str, Mapping[Any, Any]] = field(default_factory=dict)
+    metrics: Mapping[str, Metric] = field(default_factory=dict)
 
     def scenario(self, run: int, folder: Path | None = None) -> Scenario:
         """Return what a run is.
@@ -128,6 +131,7 @@ def make_plan(
     cases: Path | None = None,
     seeds: int = 1,
     success: str | None = None,
+    metrics: Mapping[str, Metric] | None = None,
 ) -> Plan:
     """Return the plan of a study.
 
@@ -137,6 +141,7 @@ def make_plan(
         cases: A CSV file of names and values that vary together.
         seeds: Number of seeds.
         success: Condition for a successful run.
+        metrics: Further metrics by name.
 
     Raises:
         SetcmasError: A name, value or file is unknown, or values contradict each other.
@@ -147,9 +152,10 @@ def make_plan(
             objects.setdefault(plain(name), {}).update(values)
     names = _script_names(base.law, vary, objects)
     heads, rows = read_cases(cases) if cases else ([], {})
-    with told_at(cases, 1):
+    with located_at(cases, 1):
         heads = [checked_name(name, names) for name in heads]
-    check_names([*(checked_name(name, names) for name in vary), *heads], seeds)
+    own = check_metrics(metrics or {})
+    check_names([*(checked_name(name, names) for name in vary), *heads, *own], seeds)
     varied = {checked_name(name, names): values for name, values in vary.items()}
     known: dict[str, Any] = {}
     for name, values in varied.items():
@@ -157,20 +163,21 @@ def make_plan(
     table = case_table(known, heads, rows, seeds, base.seed, cases)
     files = _kept_files(base, table, (cases, heads, list(rows)), objects)
     info = StudyInfo(
-        base.record(), _recorded(known), heads, seeds, success, files.texts, files.digests
-    )
-    plan = Plan(info, base, table, files, objects)
+        base.record(), _recorded(known), heads, seeds, success, files.texts, files.digests,
+        {name: digest_of(metric) for name, metric in own.items()},
+    )  # fmt: skip
+    plan = Plan(info, base, table, files, objects, own)
     if success:
-        check_columns(success, [*known, *heads, SEED])
-    for run in telling_runs(table):
-        with told_at(cases, _line(run, table, list(rows))):
+        check_columns(success, [*known, *heads, SEED], own)
+    for run in covering_runs(table):
+        with located_at(cases, _line(run, table, list(rows))):
             check_scenario(plan.original(run))
     return plan
 
 
 def _line(run: int, table: CaseTable, lines: Sequence[int]) -> int | None:
     """Return the line in the file of cases of a run that differs from run 1 only by its case."""
-    index = (run - 1) * len(lines) // len(table)
+    index = (run - 1) % table.nb_cases * len(lines) // table.nb_cases
     return lines[index] if lines and (index or len(table.axes) == 1) else None
 
 
@@ -193,7 +200,7 @@ def case_table(
     """
     typed = []
     for line, row in rows.items():
-        with told_at(path, line):
+        with located_at(path, line):
             typed.append(tuple(map(value_of, heads, row)))
     axes = [(tuple(heads), typed)] if heads else []
     draws = {name: values for name, values in vary.items() if isinstance(values, Draw)}
@@ -265,7 +272,7 @@ def _kept_files(
         for index, value in enumerate(varied.get(option, [own[option]])):
             value = str(value) if isinstance(value, Path) else value
             if isinstance(value, str) and value not in objects.get(option, ()):
-                with told_at(cases, lines[index] if of_case else None):
+                with located_at(cases, lines[index] if of_case else None):
                     files.add(option, value, base.law.exercise)
     if cases:
         files.add('cases', str(cases))

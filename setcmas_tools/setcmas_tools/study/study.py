@@ -260,7 +260,7 @@ def _check_name(kind: str, name: str, names: list[str]) -> None:
         raise SetcmasError(f"unknown {kind} '{name}'; must be one of {', '.join(names)}")
 
 
-_MOST_GROUPS = 40
+_MOST_GROUPS = 200
 _FIRST = ('disagreement', 'settling_time', 'least_separation', 'communications')
 
 

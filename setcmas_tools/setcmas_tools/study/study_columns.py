@@ -1,14 +1,19 @@
-"""Columns of a study's table: short names for the metrics of a run."""
+"""Columns of a study's table: short names for the metrics of a run, and metrics of one's own."""
 
 from __future__ import annotations
 
+import hashlib
+import inspect
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from numbers import Real
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from setcmas_simu.errors import SetcmasError
+from setcmas_tools.measures.metric import METRICS, Metric
 from setcmas_tools.measures.metrics import Metrics
 
 _DIGITS = 9
@@ -136,3 +141,49 @@ def _rounded(number: float | None) -> float | None:
     if number is None or not np.isfinite(number):
         return None
     return float(f'{number:.{_DIGITS}g}') + 0.0  # + 0.0: no minus before zero
+
+
+def check_metrics(metrics: Mapping[str, Metric]) -> dict[str, Metric]:
+    """Return metrics whose names can be columns.
+
+    Raises:
+        SetcmasError: A name is taken or no name, or a metric is no function.
+    """
+    for name, metric in metrics.items():
+        if not name.isidentifier():
+            raise SetcmasError(f"metric '{name}' must have letters, digits and _ in its name")
+        if name in METRICS or name in COLUMNS:
+            raise SetcmasError(f"metric '{name}' exists already; choose another name")
+        if not callable(metric):
+            raise SetcmasError(
+                f"metric '{name}' is a {type(metric).__name__}; it must be a function of a run"
+            )
+    return dict(metrics)
+
+
+def metric_in(path: Path) -> Metric:
+    """Return the metric in a file: its function with the name of the file.
+
+    Raises:
+        SetcmasError: The file cannot be read, fails, or has no such function.
+    """
+    known: dict[str, Any] = {'__name__': f'metric {path.stem}', '__file__': str(path)}
+    try:
+        exec(compile(path.read_bytes(), path, 'exec'), known)
+    except OSError as error:
+        raise SetcmasError(f"metric '{path}' cannot be read: {error.strerror}") from error
+    except Exception as error:
+        reason = ' '.join(f'{type(error).__name__}: {error}'.split())
+        raise SetcmasError(f"metric '{path}' does not load: {reason}") from error
+    if not callable(metric := known.get(path.stem)):
+        raise SetcmasError(f"metric '{path}' must define a function {path.stem}(run)")
+    return metric  # type: ignore[no-any-return]
+
+
+def digest_of(metric: Metric) -> str:
+    """Return the SHA-256 of the source of a metric; of its name if there is no source."""
+    try:
+        source = inspect.getsource(metric)
+    except (OSError, TypeError):
+        source = getattr(metric, '__qualname__', '')
+    return hashlib.sha256(source.encode()).hexdigest()

@@ -33,6 +33,7 @@ class StudyInfo:
         success: What makes a run a success.
         files: Where the folder keeps the files that options name, by option and name.
         digests: SHA-256 of these files, by their places.
+        metrics: SHA-256 of the source of its own metrics, by name.
         origin: What it was made with; None if it is not recorded yet.
     """
 
@@ -43,6 +44,7 @@ class StudyInfo:
     success: str | None = None
     files: dict[str, dict[str, str]] = field(default_factory=dict)
     digests: dict[str, str] = field(default_factory=dict)
+    metrics: dict[str, str] = field(default_factory=dict)
     origin: Origin | None = None
 
 

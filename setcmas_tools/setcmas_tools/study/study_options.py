@@ -65,8 +65,9 @@ class SweepOptions(Options):
         default=None,
     )
     metric: tuple[str, ...] = option(
-        Kind(metavar='COLUMN'),
-        'metric to plot, such as disagreement (see setcmas list); may be repeated',
+        Kind(metavar='COLUMN|FILE.py'),
+        'metric to plot, such as disagreement (see setcmas list); FILE.py adds a metric, its '
+        'function FILE(run); may be repeated',
         form=Form.REPEATED,
         default=(),
         complete=_columns,

@@ -11,6 +11,7 @@ from pathlib import Path
 import msgspec
 
 from setcmas_simu.fleet.fleet import format_robots
+from setcmas_tools.measures.metric import Metric
 from setcmas_tools.measures.metrics import measure
 from setcmas_tools.offline.engine import simulate
 from setcmas_tools.offline.script_call import only_here
@@ -29,7 +30,7 @@ class Job:
 
     Attributes:
         run: Its number.
-        pickled: Options of the run by name; settings of the script under 'set'.
+        pickled: Its scenario, and further metrics by name.
         timeout: How long it may take in s.
         memory: How much it may take in bytes.
         files: Contents of the files that the options name, by path; None if they are on this
@@ -51,16 +52,17 @@ class Job:
         Raises:
             SetcmasError: The script cannot be loaded, or an option makes no sense.
         """
-        return row_of(self.run, self._scenario(folder), only_here())
+        scenario, metrics = self._work(folder)
+        return row_of(self.run, scenario, only_here(), metrics)
 
     def scripts(self, folder: Path) -> set[Path]:
         """Return the folders of the scripts that the options name."""
-        scenario = self._scenario(folder)
+        scenario, _ = self._work(folder)
         return {Path(text).resolve().parent for name in OF_FILES for text in scenario.named(name)}
 
-    def _scenario(self, folder: Path) -> Scenario:
-        scenario: Scenario = pickle.loads(self.pickled)
-        return scenario.located(kept(lambda name: str(folder / name)))
+    def _work(self, folder: Path) -> tuple[Scenario, dict[str, Metric]]:
+        scenario, metrics = pickle.loads(self.pickled)
+        return scenario.located(kept(lambda name: str(folder / name))), metrics
 
 
 class Row(msgspec.Struct, frozen=True, kw_only=True):
@@ -82,7 +84,10 @@ class Row(msgspec.Struct, frozen=True, kw_only=True):
 
 
 def row_of(
-    number: int, scenario: Scenario, progress: Callable[[float], object] | None = None
+    number: int,
+    scenario: Scenario,
+    progress: Callable[[float], object] | None = None,
+    metrics: Mapping[str, Metric] | None = None,
 ) -> Row:
     """Make a run and return its row.
 
@@ -90,6 +95,7 @@ def row_of(
         number: That of the run.
         scenario: What is run.
         progress: As for `simulate`.
+        metrics: Further metrics by name.
 
     Raises:
         SetcmasError: A script cannot be loaded, or values make no sense.
@@ -98,12 +104,13 @@ def row_of(
     run = simulate(scenario, warn=messages.append, progress=progress)
     failed = list(run.outcome.failed_laws.values())
     failed += run.outcome.failed_conditions.values()
+    numbers = numbers_of(measure(run, messages.append, metrics))
     return Row(
         run=number,
         state=run.outcome.state,
         robots=format_robots(sorted({robot for robots in failed for robot in robots})),
         message=one_line(messages[0]) if messages else '',
-        numbers=numbers_of(measure(run, messages.append)),
+        numbers=numbers,
     )
 
 

@@ -13,6 +13,7 @@ from typing import IO, Any
 import msgspec
 
 from setcmas_simu.errors import SetcmasError
+from setcmas_tools.run.run_info import State
 from setcmas_tools.study.case_table import CaseTable
 from setcmas_tools.study.study_columns import COLUMNS
 from setcmas_tools.study.study_row import Row
@@ -110,6 +111,32 @@ class PartialTable:
         for line in self._file:
             yield place, line
             place += len(line)
+
+
+def reopen(folder: Path) -> None:
+    """Turn the table of a finished study into rows of an unfinished one.
+
+    Raises:
+        SetcmasError: The table is damaged.
+        OSError: A file cannot be written.
+    """
+    path = folder / FILE_NAME
+    if not path.is_file():
+        return
+    table = read_table(path)
+    metrics = list(table)[list(table).index(OUTCOME[-1]) + 1 :]
+    part = folder / f'.{PART}'
+    with part.open('wb') as file:
+        for index, run in enumerate(table['run']):
+            state, robots, message = (table[name][index] for name in OUTCOME)
+            numbers = {name: table[name][index] for name in metrics}
+            row = Row(
+                run=int(run), state=State(state), robots=robots, message=message, numbers=numbers
+            )
+            file.write(msgspec.json.encode(row) + b'\n')
+    part.replace(folder / PART)
+    path.unlink()
+    (folder / PARQUET).unlink(missing_ok=True)
 
 
 def _lock(file: IO[bytes], folder: Path) -> None:

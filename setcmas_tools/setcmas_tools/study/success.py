@@ -61,25 +61,27 @@ class Success:
             raise SetcmasError(f"{self._option} '{self.expression}': {error}") from error
 
 
-def check_columns(expression: str, names: Collection[str], option: str = 'success') -> None:
+def check_columns(
+    expression: str,
+    names: Collection[str],
+    metrics: Collection[str] = (),
+    option: str = 'success',
+) -> None:
     """Check that an expression is valid, and only has columns that the study may have.
 
     Args:
         expression: The expression.
         names: Varied names.
+        metrics: Names of further metrics.
         option: Name of the option in messages.
 
     Raises:
         SetcmasError: The expression is invalid.
     """
-    Success(expression, [*names, *COLUMNS, *_of_plugins(expression)], option)
-
-
-def _of_plugins(expression: str) -> list[str]:
-    """Return the names in an expression that may be columns of a plugin's metric."""
-    own = [name for name in METRICS.offers() if name not in SHIPPED]
+    known = [name for name in METRICS.offers() if name not in SHIPPED]
     words = re.findall(r'\w+', expression)
-    return [word for word in words if any(word.startswith(name) for name in own)]
+    others = [word for word in words if word.startswith((*known, *metrics))]
+    Success(expression, [*names, *COLUMNS, *others], option)
 
 
 def _unknown(where: str, name: str, names: Collection[str]) -> str:

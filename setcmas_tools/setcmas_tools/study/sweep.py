@@ -15,6 +15,7 @@ from tqdm import tqdm
 
 from setcmas_ctrl.control.control_options import Algo
 from setcmas_simu.errors import needs
+from setcmas_tools.measures.metric import Metric
 from setcmas_tools.scenario.scenario import Scenario
 from setcmas_tools.study.plan import Plan, Variation, make_plan
 from setcmas_tools.study.study import Study
@@ -32,6 +33,7 @@ def sweep(
     *,
     vary: Mapping[str, Variation] | None = None,
     seeds: int = 1,
+    metrics: Mapping[str, Metric] | None = None,
     output: str | Path | None = None,
     **options: Any,
 ) -> Study:
@@ -51,8 +53,9 @@ def sweep(
             sequence, a text as for `--vary`, or a dictionary from what a value is called to the
             value, for functions and matrices. All combinations are run.
         seeds: Number of seeds for each of them.
-        output: Folder of the study; one that holds the same study already goes on. None keeps
-            the study as long as it is used.
+        metrics: Further metrics by name: functions of a run, which become columns.
+        output: Folder of the study. If it holds the same study, perhaps with fewer seeds, only
+            the missing runs are made. None keeps the study as long as it is used.
         options: `success`, `cases`, `jobs`, `cluster`, `timeout`, as on the command line;
                 all other arguments of `simulate`.
 
@@ -67,7 +70,7 @@ def sweep(
         base = scenario.replace(**options)
     else:
         base = Scenario.of(scenario, **options)
-    plan = make_plan(base, vary or {}, chosen.cases, seeds, chosen.success)
+    plan = make_plan(base, vary or {}, chosen.cases, seeds, chosen.success, metrics)
     return carry_out(plan, Path(output) if output else None, chosen)
 
 
@@ -110,7 +113,8 @@ def jobs_of(plan: Plan, runs: Iterable[int], options: SweepOptions) -> Iterator[
     remote = options.cluster is not None
     memory = memory_of_each(os.cpu_count() or 1 if remote else options.jobs)
     for run in runs:
-        pickled = cloudpickle.dumps(plan.scenario(run) if remote else plan.original(run))
+        scenario = plan.scenario(run) if remote else plan.original(run)
+        pickled = cloudpickle.dumps((scenario, dict(plan.metrics)))
         files = plan.files.contents if remote else None
         yield Job(run, pickled, options.timeout, memory, files)
 

@@ -1,5 +1,6 @@
 import pytest
 
+from setcmas_expe.doctor import machine_checks
 from setcmas_expe.doctor.findings import OK, PROBLEM
 from setcmas_expe.doctor.machine_checks import (
     discovery_finding,
@@ -42,3 +43,13 @@ def test_discovery(variables, level, told):
 
 def test_multicast_fails_through_an_address_that_this_machine_does_not_have():
     assert not multicast_works('203.0.113.1')
+
+
+def test_a_plugin_in_an_unknown_group_is_a_finding(monkeypatch):
+    monkeypatch.setattr(machine_checks, 'unknown_groups', lambda: {'setcmas.metric': ['my-lab']})
+
+    (finding,) = machine_checks.plugin_findings()
+
+    assert finding.level == PROBLEM
+    assert finding.found == 'my-lab has entry points in the unknown group setcmas.metric'
+    assert finding.advice.endswith('did you mean setcmas.metrics?')

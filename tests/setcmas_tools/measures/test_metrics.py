@@ -1,15 +1,20 @@
 import math
+from dataclasses import dataclass
 
 import numpy as np
 import pytest
 import yaml
 from metrics_runs import T, compute, numbers, table, write_run
-from runs import measure
+from plugins import offer
+from runs import measure, run_of
 
 from launch_scripts.cli import main
-from setcmas_ctrl.control.references import References
+from setcmas_ctrl.control.references import TASKS, References
 from setcmas_simu.errors import SetcmasError
-from setcmas_tools.measures.metrics import MOST_ROBOTS_IN_ROWS, as_dict
+from setcmas_tools.measures import metrics as metrics_module
+from setcmas_tools.measures.metric import METRICS, Measured, Value
+from setcmas_tools.measures.metrics import MOST_ROBOTS_IN_ROWS, as_dict, write_yaml
+from setcmas_tools.measures.task import Task
 from setcmas_tools.run.communication_record import Counts, record_of
 from setcmas_tools.run.run_info import RunInfo, write_info
 from setcmas_tools.run.run_tables import write_communication
@@ -147,3 +152,67 @@ def test_a_bag_is_measured_as_its_csv_files_are(tmp_path, make, write_bag, capsy
 def test_a_bag_without_robots(tmp_path, write_bag, points, capsys):
     assert main(['metrics', str(write_bag(tmp_path / 'bag', points))]) == 2
     assert 'holds no odometry of robots' in capsys.readouterr().err
+
+
+@pytest.mark.parametrize('number', [2, 2.0, np.float64(2), np.float32(2), np.int64(2)])
+def test_a_metric_may_return_a_number(monkeypatch, number):
+    offer(monkeypatch, METRICS, height=lambda _: number)
+
+    metrics = measure(table((T, 0, 0)))
+
+    assert 'height: 2.00' in str(metrics).splitlines()
+    assert as_dict(metrics)['height'] == {'value': 2.0, 'unit': ''}
+
+
+@dataclass(frozen=True)
+class Odd(Measured):
+    values: object
+
+
+WRONG = {
+    'dict': ({'a': 1}, 'returned a value of type dict; it must return a number'),
+    'text': ('2 m', 'returned a value of type str; it must return a number'),
+    'array': (np.zeros(3), 'returned a value of type ndarray; it must return a number'),
+    'truth': (True, 'returned a value of type bool; it must return a number'),
+    'value of text': (Value('height', '2 m'), 'failed: ValueError'),
+    'values of text': (Value('height', {1: '2 m'}), 'failed: ValueError'),
+    'field': (Odd(np.zeros(3)), 'returned a value of type ndarray as values; it must be'),
+}
+
+
+@pytest.mark.parametrize('name', WRONG)
+def test_what_is_no_metric_is_reported_in_one_line_with_its_package(tmp_path, monkeypatch, name):
+    result, reason = WRONG[name]
+    offer(monkeypatch, METRICS, height=lambda _: result)
+    messages = []
+
+    metrics = metrics_module.measure(run_of(table((T, 0, 0))), messages.append)
+
+    assert 'height' not in metrics
+    (message,) = messages
+    assert message.startswith(f"metric 'height' of package my-lab 1.0 {reason}")
+    assert '\n' not in message
+    write_yaml(metrics, tmp_path / 'metrics.yaml')
+
+
+def test_metrics_of_a_task_are_checked_alike(monkeypatch):
+    class Height(Task):
+        def metrics(self, *_):
+            return {'height': 2, 'wrong': {'a': 1}, 'none': None}
+
+    class Broken(Task):
+        def metrics(self, *_):
+            return {'height': 1 / 0}
+
+    offer(monkeypatch, TASKS, height=Height({}), broken=Broken({}))
+    messages = []
+
+    runs = [run_of(table((T, 0, 0)), None, References(task, {})) for task in ('height', 'broken')]
+    metrics, _ = (metrics_module.measure(run, messages.append) for run in runs)
+
+    assert metrics['height'].value == 2.0
+    first, second = messages
+    assert first.startswith(
+        "task 'height' of package my-lab 1.0, its metric wrong, returned a val"
+    )
+    assert second.startswith("task 'broken' of package my-lab 1.0 failed: ZeroDivisionError")

@@ -40,7 +40,7 @@ EXPECTED = {
     'forks': ('complete', '', ''),
     'moves': ('complete', '', ''),
     'starts': ('complete', '', ''),
-    'patches': ('died', '', 'the script broke the simulation'),
+    'patches': ('failed', '2', 'scripts cannot replace math.atan2'),
     'closes': ('died', '', 'exit status 1'),
     'prints': ('complete', '', ''),
     'ends': ('complete', '', ''),

@@ -8,6 +8,7 @@ import pytest
 
 from setcmas_simu.errors import SetcmasError
 from setcmas_tools import Study, simulate, sweep
+from setcmas_tools.study import study_workers
 from setcmas_tools.study.study_plots import plot
 from setcmas_tools.study.study_table import PART
 from setcmas_tools.study.success import wilson
@@ -45,19 +46,19 @@ def study(law, tmp_path_factory):
 
 def test_a_row_is_the_run_of_its_parameters(study, law):
     assert study.table['run'] == list(range(1, 13))
-    assert study['K'].tolist() == [0.5] * 4 + [1.0] * 4 + [2.0] * 4
-    assert study['state'].tolist() == ['complete'] * 8 + ['failed'] * 4
-    assert study['robots'].tolist() == [''] * 8 + ['2'] * 4
+    assert study['K'].tolist() == [0.5, 0.5, 1.0, 1.0, 2.0, 2.0] * 2
+    assert study['state'].tolist() == (['complete'] * 4 + ['failed'] * 2) * 2
+    assert study['robots'].tolist() == ([''] * 4 + ['2'] * 2) * 2
     assert 'law.py, line 7: ValueError: too fast' in study['message'][-1]
 
     run = simulate(law, 3, 8, set={'K': 1.0}, loss=0.3, seed=1, random_poses='auto')
-    assert study.table['loss'][7] == 0.3
+    assert study.table['loss'][9] == 0.3
     for name, value in (
         ('disagreement', run.metrics()['consensus'].disagreement_at_end_m),
         ('least_separation', run.metrics()['separation'].least_separation_m),
         ('lost', run.metrics()['messages'].lost),
     ):
-        assert study[name][7] == pytest.approx(value, rel=1e-8)
+        assert study[name][9] == pytest.approx(value, rel=1e-8)
 
 
 def test_the_folder_keeps_what_repeats_a_run(study, law):
@@ -109,17 +110,18 @@ def test_shares_medians_and_plots(study):
         state == 'complete' and value < 1.5
         for state, value in zip(study['state'], study['disagreement'], strict=True)
     ]
-    assert np.isinf(settled[:8][np.isnan(study['settling_time'][:8])]).all()
-    assert np.isnan(study.numbers('disagreement')[8:]).all()  # a law that failed is no data
+    good = study['K'] < 2
+    assert np.isinf(settled[good & np.isnan(study['settling_time'])]).all()
+    assert np.isnan(study.numbers('disagreement')[~good]).all()  # a law that failed is no data
     assert [line.split()[2:4] for line in study.summary.splitlines()[-2:]] == [['2', '2']] * 2
     axes = study.plot('disagreement', by='K').axes[0]
     drawn = axes.get_lines()[0].get_ydata()
-    assert drawn[0] == pytest.approx(np.median(study['disagreement'][:2]))
+    assert drawn[0] == pytest.approx(np.median(study['disagreement'][[0, 6]]))
     assert np.isnan(drawn[2])
     assert '4 broken runs left out' in axes.texts[-1].get_text()
     share = study.plot('success', by='K').axes[0]
     bounds = share.collections[0].get_paths()[0].vertices[:, 1]
-    assert bounds.max() == pytest.approx(wilson(sum(successes[4:6]), 2)[1])
+    assert bounds.max() == pytest.approx(wilson(successes[2] + successes[8], 2)[1])
     assert study.plot('disagreement', by=('K', 'loss')).axes[0].get_xlabel() == 'K'
     for metric, by in (('agreement', 'K'), ('disagreement', 'gain')):
         with pytest.raises(SetcmasError, match='must be'):
@@ -197,3 +199,64 @@ def test_mistakes_are_reported_before_anything_starts(law, tmp_path, given, told
     with pytest.raises(SetcmasError, match=told):
         sweep(law, 3, 8, output=tmp_path / 'study', **given)
     assert not (tmp_path / 'study').exists()
+
+
+def seeded(law, folder, seeds, **changes):
+    return sweep(law, 3, 2, vary={'K': [0.5, 1.0]}, seeds=seeds, output=folder, jobs=1, **changes)
+
+
+def test_more_seeds_continue_a_study(law, tmp_path, monkeypatch):
+    first = seeded(law, tmp_path / 'grown', 2)
+    made, make_row = [], study_workers.make_row
+    monkeypatch.setattr(
+        study_workers, 'make_row', lambda job: made.append(job.run) or make_row(job)
+    )
+    grown = seeded(law, tmp_path / 'grown', 3)
+    assert made == [5, 6]
+
+    whole = seeded(law, tmp_path / 'whole', 3)
+
+    assert (grown.folder / 'runs.csv').read_bytes() == (whole.folder / 'runs.csv').read_bytes()
+    assert first.table['run'] == [1, 2, 3, 4]
+    assert Study.load(grown.folder).plan.info.seeds == 3
+    with pytest.raises(SetcmasError, match='holds another study'):
+        seeded(law, tmp_path / 'grown', 2)
+
+
+def test_50_cases_get_50_rows():
+    study = sweep('consensus', 2, 1, vary={'K': '0.1:5:50'})
+
+    assert len(study.summary.splitlines()[-50:][0].split()) > 2
+    assert study.summary.splitlines()[-1].split()[0] == '5'
+    assert study.summary.splitlines()[-50].split()[0] == '0.1'
+
+
+def test_metrics_of_ones_own_are_columns(law, tmp_path):
+    def spread(run):
+        return run.poses[:, 0].max()  # a numpy scalar
+
+    own = {'spread': spread, 'wrong': lambda _: {'a': 1}}
+    study = seeded(law, tmp_path / 'study', 1, metrics=own, success='spread > 1')
+
+    run = study.run(1)
+    assert study['spread'][0] == pytest.approx(spread(run))
+    assert study.successes() == [True, True]
+    assert study['state'].tolist() == ['complete', 'complete']
+    assert "metric 'wrong' returned a value of type dict; it must" in study['message'][0]
+    with pytest.raises(SetcmasError, match='metrics differs'):
+        seeded(law, tmp_path / 'study', 1, metrics={'spread': spread})
+    for metrics, told in (
+        ({'disagreement': spread}, 'exists already'),
+        ({'a b': spread}, 'letters, digits'),
+        ({'spread': 3}, 'must be a function'),
+    ):
+        with pytest.raises(SetcmasError, match=told):
+            seeded(law, tmp_path / 'other', 1, metrics=metrics)
+
+
+def test_start_poses_are_read_from_a_file(tmp_path):
+    (tmp_path / 'poses.yaml').write_text('1: [1, 2, 0]\n2: [3, 4, 0]\n')
+
+    run = simulate('consensus', 2, 1, poses=str(tmp_path / 'poses.yaml'))
+
+    assert run.poses[0].T.tolist() == [[1, 2, 0], [3, 4, 0]]
