@@ -21,13 +21,13 @@ _PLACES = {CONTROL: 'algo', CTC: 'ctc'}
 
 @dataclass(frozen=True)
 class MarkedScenario:
-    """A scenario that is run with a submission, and what the run is marked by.
+    """A scenario to run with a submission, and the criteria for its run.
 
     Attributes:
-        name: What it is called, unique in its rubric.
-        criteria: What its run is marked by.
-        base: What is run, without the submission.
-        hidden: Whether students see nothing of it but its points.
+        name: Its name, unique in the rubric.
+        criteria: Criteria for its run.
+        base: The scenario without the submission.
+        hidden: Whether students only see its points.
     """
 
     name: str
@@ -36,7 +36,7 @@ class MarkedScenario:
     hidden: bool = False
 
     def of(self, submission: Any, function: str = CONTROL) -> Scenario:
-        """Return the scenario with a submission in its place.
+        """Return the scenario with a submission as its law or condition.
 
         Args:
             submission: A script, a function, or a function for each robot, {1: ..., 2: ...}.
@@ -46,11 +46,11 @@ class MarkedScenario:
 
     @property
     def seconds(self) -> float:
-        """How long its run lasts, in s of its own time."""
+        """Duration of its run in s."""
         return self.base.time.duration
 
     def shown(self) -> MarkedScenario:
-        """Return the same without criteria that are hidden."""
+        """Return the scenario without hidden criteria."""
         criteria = [one for one in self.criteria if not one.hidden]
         names = {one.name for one in criteria}
         return replace(

@@ -1,10 +1,9 @@
-"""Submissions of a class: folders and archives, students, and scripts."""
+"""Submissions of a class: folders and archives, and their scripts."""
 
 from __future__ import annotations
 
 import ast
 import os
-import re
 import stat
 import zipfile
 from collections import defaultdict
@@ -17,54 +16,8 @@ from typing import IO, Any
 
 from setcmas_ctrl.scripts.script_errors import safe_text
 from setcmas_simu.errors import SetcmasError
-from setcmas_tools.grade.marks import Student
+from setcmas_tools.grade.marks import Identity, Student, identity_of
 from setcmas_tools.grade.rubric import Rubric
-
-_MOODLE = re.compile(r'(?P<name>.+?)_(?P<id>\d+)_assignsubmission_[a-z]+_?(?P<file>.*)')
-_CANVAS = re.compile(r'(?P<name>[^_]+)_(LATE_)?(?P<id>\d+)_(?P<number>\d+)_(?P<file>.+)')
-_AGAIN = re.compile(r'-\d+(?=\.\w+$)')
-"""Suffix that Canvas adds to the name of a file that is submitted again."""
-
-
-@dataclass(frozen=True)
-class Identity:
-    """The student and the origin of a file or folder.
-
-    Attributes:
-        student: The student.
-        group: Equal for all files of a submission; '' if the file is a submission by itself.
-        number: Of several files with one name, the largest number counts.
-        file: The student's own name of the file; '' if unknown.
-    """
-
-    student: Student
-    group: str = ''
-    number: int = 0
-    file: str = ''
-
-
-def identity_of(name: str, stem: str) -> Identity:
-    """Return the identity of a file or folder.
-
-    Moodle uses 'Ada Lovelace_12345_assignsubmission_file_', followed by the file name if it makes
-    no folders; Canvas uses 'lovelaceada_LATE_123_4567_law-1.py'. Other names are used as they are.
-
-    Args:
-        name: The name.
-        stem: The same without a file's suffix.
-    """
-    if found := _MOODLE.fullmatch(name):
-        return Identity(_student(found['name'], found['id']), found['id'], file=found['file'])
-    if found := _CANVAS.fullmatch(name):
-        file = _AGAIN.sub('', found['file'])
-        group = f'{found["name"]}_{found["id"]}'
-        return Identity(_student(found['name'], found['id']), group, int(found['number']), file)
-    return Identity(_student(stem.replace('_', ' '), stem if '@' in stem else ''))
-
-
-def _student(name: str, number: str) -> Student:
-    return Student(name, number, number if '@' in number else '')
-
 
 _LARGEST = 1 << 20  # bytes of a file
 _MOST_NESTED = 3  # zip files in each other

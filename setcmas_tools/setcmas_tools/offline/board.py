@@ -1,7 +1,6 @@
-"""Board on which an offline run records how far it is, for the process that watches it.
+"""Board: states and current call of an offline run, in memory that another process reads.
 
-It survives the process, however a script ends it: the states so far, and the current call of a
-script.
+It survives the process of the run, however a script ends it.
 """
 
 from __future__ import annotations
@@ -31,7 +30,7 @@ class Board(CurrentCall):
 
     @property
     def done(self) -> int:
-        """How many states are complete."""
+        """Number of complete states."""
         return self._run[_DONE]
 
     @done.setter
@@ -45,7 +44,7 @@ class Board(CurrentCall):
         return self._array(shape)
 
     def states(self) -> Floats:
-        """Return the states that are complete."""
+        """Return the complete states."""
         shape = (self._run[_STATES], self._run[_ROWS], self._run[_ROBOTS])
         return self._array(shape)[: self.done]
 
@@ -64,4 +63,4 @@ def _mapped(path: Path, size: int) -> mmap.mmap:
 
 
 current = Board()
-"""The board of the run that this process makes."""
+"""The board of the run in this process."""

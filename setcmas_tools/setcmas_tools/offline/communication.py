@@ -18,10 +18,10 @@ from setcmas_tools.run.communication_record import CommunicationRecord, Counts, 
 
 
 class OfflineCommunication:
-    """What the robots of a simulated fleet send each other.
+    """Messages between the robots of a simulated fleet.
 
     Attributes:
-        reports: Takes the errors of triggering conditions.
+        reports: Errors of triggering conditions.
     """
 
     def __init__(
@@ -30,7 +30,7 @@ class OfflineCommunication:
         """Prepare.
 
         Args:
-            communication: How the fleet communicates.
+            communication: Settings of the communication.
             nb_robots: Size of the fleet.
             warn: Shows messages about failing triggering conditions.
 
@@ -49,14 +49,14 @@ class OfflineCommunication:
             else []
         )
         self._nb_robots = nb_robots
-        self._everybody = np.arange(nb_robots)
+        self._all = np.arange(nb_robots)
         self._times: list[float] = []
         self._triggered: list[NDArray[np.bool_]] = []
         self._changes = GraphChanges(nb_robots)
         self._begun = False
 
     def measure(self, poses: Floats, V: Floats, t: float) -> None:
-        """Let robots send what they measure at time t (s).
+        """Send the states of the robots whose conditions trigger at time t (s).
 
         Args:
             poses: Rows x, y in m and theta in rad, shape (3, N).
@@ -65,19 +65,19 @@ class OfflineCommunication:
         """
         self._times.append(t)
         if not self._event_triggered:
-            self._links.send(self._everybody, poses, t)
+            self._links.send(self._all, poses, t)
             return
         if self._broadcasts:
-            triggered = self._asked(poses, V, t)
-        else:  # as each of them would be, all at once
+            triggered = self._triggered_by_scripts(poses, V, t)
+        else:
             triggered = have_gone_far(poses, self._links.last_sent, self._threshold)
         self._triggered.append(triggered)
         senders = triggered.nonzero()[0]
         if len(senders):
             self._links.send(senders, poses[:, senders], t)
 
-    def _asked(self, poses: Floats, V: Floats, t: float) -> NDArray[np.bool_]:
-        """Return for which robots the condition of a script triggers."""
+    def _triggered_by_scripts(self, poses: Floats, V: Floats, t: float) -> NDArray[np.bool_]:
+        """Return whether the condition of each robot triggers."""
         states = zip(self._broadcasts, poses.T.tolist(), V.tolist(), strict=True)
         notes = board.current
         notes.enter(Function.CONDITION)
@@ -89,7 +89,7 @@ class OfflineCommunication:
         return np.array(results)
 
     def known_poses(self, poses: Floats, t: float) -> tuple[Floats, Floats]:
-        """Return what each robot knows at time t (s), and the adjacency matrix.
+        """Return the poses that each robot knows at time t (s), and the adjacency matrix.
 
         Args:
             poses: The poses of all robots, shape (3, N).
@@ -108,7 +108,7 @@ class OfflineCommunication:
         return self._links.known_poses(poses, t), adjacency
 
     def record(self) -> CommunicationRecord:
-        """Return what went over the links."""
+        """Return the record of all messages."""
         counts = self._links.counts
         intervals = counts.mean_interval
         was_up = counts.sent > 0

@@ -48,9 +48,9 @@ def simulate(
         run.poses[-1]                    # where the robots end: rows x, y, theta
         plt.plot(run.t, run.poses[:, 0]) # x of every robot over time
 
-    As over ROS, robots have a new state at each multiple of 1/robot_rate, which the last command
-    before it has led to; the laws are called at t = 0, 1/rate, 2/rate, ... with the states of that
-    moment or, between two, with the older ones. Headings go through a quaternion, as messages
+    As over ROS, robots have a new state at each multiple of 1/robot_rate, from the last command
+    before it; the laws are called at t = 0, 1/rate, 2/rate, ... with the states of that
+    time or, between two, with the older ones. Headings go through a quaternion, as messages
     carry them, and are in (-pi, pi]. Equal arguments give equal results.
 
     Args:
@@ -68,7 +68,7 @@ def simulate(
             has all.
 
     Raises:
-        SetcmasError: A script cannot be loaded, or an argument makes no sense.
+        SetcmasError: A script cannot be loaded, or an argument is invalid.
     """
     sizes = {'nb_robots': nb_robots, 'duration': duration}
     changes |= {name: value for name, value in sizes.items() if value is not None}
@@ -105,12 +105,12 @@ def _warning_of_functions(one: Simulation) -> Callable[[], object]:
 
 
 def _run(one: Simulation, radio: OfflineCommunication | None, drawings: DrawingRecord) -> Run:
-    """Make a run whose scripts are loaded.
+    """Simulate a run whose scripts are loaded.
 
     Args:
-        one: The run.
-        radio: How its robots communicate; None if each knows the poses of all.
-        drawings: Takes what its scripts draw.
+        one: The simulation.
+        radio: Its communication; None if each robot knows the poses of all.
+        drawings: Record of the drawings of its scripts.
     """
     nb_robots = one.nb_robots
     fleet = VirtualFleet(one.start, fleet_model(one.models))
@@ -119,7 +119,7 @@ def _run(one: Simulation, radio: OfflineCommunication | None, drawings: DrawingR
     commander = Commander(law, safety, robots, nb_robots, one.warn)
     commander.use(one.models)
     controllers = FleetLaws(one.laws, commander, one.warn)
-    t, states, control_t, velocities = _moved(fleet, controllers, radio, one, drawings)
+    t, states, control_t, velocities = _integrate(fleet, controllers, radio, one, drawings)
     tables = RunTables(
         offline_tables.motion(t, states[:, :3], states[:, 3], states[:, 5]),
         offline_tables.commands(control_t, velocities),
@@ -131,14 +131,14 @@ def _run(one: Simulation, radio: OfflineCommunication | None, drawings: DrawingR
     return one.run(tables, call_time, controllers.reports, conditions)
 
 
-def _moved(
+def _integrate(
     fleet: VirtualFleet,
     controllers: FleetLaws,
     radio: OfflineCommunication | None,
     given: Simulation,
     drawings: DrawingRecord,
 ) -> tuple[Floats, Floats, Floats, Floats]:
-    """Return times and states of the robots, and what `history.commands` takes."""
+    """Simulate the robots; return times and states, and the arguments of `commands`."""
     nb_steps, progress, scenario = given.nb_steps, given.progress, given.scenario
     robot_rate = scenario.robots.robot_rate
     nb_robots = fleet.poses.shape[1]

@@ -55,11 +55,11 @@ def _text(algo: Algo, functions: Collection[int]) -> str:
 
 
 class FleetLaws:
-    """The control laws of a fleet, from the poses to the robots' commands.
+    """The control laws of a fleet, from poses to commands.
 
     Attributes:
-        reports: Takes their errors.
-        call_time: For how long each of them was called, in s in all.
+        reports: Their errors.
+        call_time: Total time of the calls of each law in s.
     """
 
     def __init__(
@@ -72,7 +72,7 @@ class FleetLaws:
 
         Args:
             laws: The laws of robots 1 to N.
-            commander: Turns what they want into commands.
+            commander: Turns wanted velocities into commands.
             warn: Shows messages about failing laws.
         """
         self._laws = laws
@@ -88,13 +88,13 @@ class FleetLaws:
         received: Iterable[Floats] | None = None,
         adjacency: Floats | None = None,
     ) -> Commanded:
-        """Return what the laws want and what the robots are commanded.
+        """Return the wanted velocities and the commands.
 
         Args:
             poses: Rows x, y in m and theta in rad, shape (3, N).
             t: Time in s.
-            received: The poses that each law is given instead; None is the same for all.
-            adjacency: Who hears whom; None is complete.
+            received: Poses for each law instead; None is the same for all.
+            adjacency: Adjacency matrix; None is the complete graph.
         """
         wanted: list[float] = []
         durations = []

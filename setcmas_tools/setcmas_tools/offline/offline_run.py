@@ -37,15 +37,15 @@ _output = ExitStack()
 
 @dataclass(frozen=True)
 class BrokenRun:
-    """What is left of a run that a script has ended.
+    """A run that a script has ended.
 
     Attributes:
-        states: As `Board.states`, as far as they came.
-        robot: Number of the robot whose script ended it; 0 if that is not known.
-        reason: How, with script and line.
-        function: What of the script was called.
-        file: Name of the file that it was in; empty if that is not known.
-        line: The line there; 0 if it is not known.
+        states: Its states so far, as from `Board.states`.
+        robot: Number of the robot whose script ended it; 0 if unknown.
+        reason: The cause, with script and line.
+        function: The function that was called.
+        file: Name of the file where it was; empty if unknown.
+        line: The line there; 0 if unknown.
     """
 
     states: Floats
@@ -56,22 +56,22 @@ class BrokenRun:
     line: int = 0
 
     def __str__(self) -> str:
-        """Return what ended it, with the robot's name."""
+        """Return the cause, with the robot's name."""
         return f'{robot_name(self.robot)}: {self.reason}' if self.robot else self.reason
 
 
 class OfflineRun:
-    """A run in a process; use as a context manager, which leaves nothing of it behind.
+    """A run in a process of its own; use as a context manager, which ends the process.
 
     Attributes:
-        elapsed: How long the run has taken in s, without the start of the process; 0 if it broke.
+        elapsed: Duration of the simulation in s, without the start of the process; 0 if it broke.
     """
 
     def __init__(self, scenario: Scenario) -> None:
         """Start it.
 
         Args:
-            scenario: What is simulated, as `Scenario.found` returns it.
+            scenario: The scenario, as from `Scenario.found`.
         """
         self._scripts = scenario.law.scripts()
         names = {*scenario.named('model'), *scenario.named('ctc')}
@@ -102,7 +102,7 @@ class OfflineRun:
         return self
 
     def __exit__(self, *exc_info: object) -> None:
-        """End the process, and what scripts have started in it."""
+        """End the process, and all that scripts have started in it."""
         self._host.close()
         for reader in self._readers:
             reader.join(_ANSWER_S)
@@ -110,7 +110,7 @@ class OfflineRun:
     def result(
         self, call_timeout: float, warn: Callable[[str], None], on_state: Callable[[int], None]
     ) -> Run | BrokenRun:
-        """Wait for the end; returns the run, or a `BrokenRun`.
+        """Wait for the end; return the run, or a `BrokenRun`.
 
         Args:
             call_timeout: Time in s after which a call that does not return ends the run.
@@ -118,7 +118,7 @@ class OfflineRun:
             on_state: Called now and then with the number of complete states.
 
         Raises:
-            SetcmasError: The user's mistake that the process has found.
+            SetcmasError: The scenario or a script is invalid.
         """
         try:
             message = self._message(call_timeout, warn, on_state)
@@ -127,7 +127,7 @@ class OfflineRun:
         on_state(self._board.done)
         kind, result = result_of(message)
         if kind is Kind.RESULT:
-            self.__exit__()  # with all that it has printed
+            self.__exit__()  # all that it has printed is shown
             run: Run
             run, self.elapsed = result
             return run
@@ -140,7 +140,7 @@ class OfflineRun:
         return np.array(self._board.states())
 
     def place(self) -> str:
-        """Return where in the script the process is now, or was last; empty if that is unknown."""
+        """Return the current or last place in the script as text; empty if unknown."""
         return self._described(self._child.places(self._folders), ' in ')
 
     def _message(
@@ -176,7 +176,7 @@ class OfflineRun:
         return BrokenRun(states, board.robot, reason, board.function, file.name, line)
 
     def _described(self, places: list[tuple[Path, int]], before: str) -> str:
-        """Return the place in the script with its line; empty if it is not known."""
+        """Return the place in the script with its line; empty if unknown."""
         if found := script_of(places, self._folders):
             file, line = found
             script = next(path for path in self._paths if path.parent == file.parent)
@@ -186,7 +186,7 @@ class OfflineRun:
 
 
 def _simulated(scenario: Scenario, _: Path) -> tuple[Run, float]:
-    """Make a run in this process; returns it, and how long it has taken in s."""
+    """Simulate in this process; return the run, and the time that it took in s."""
     _output.enter_context(named_output())
     begin = time.perf_counter()
     run = simulate(scenario, warn=_warn, progress=only_here())

@@ -1,4 +1,4 @@
-"""What an offline run leaves, as tables of a run."""
+"""Tables of an offline run."""
 
 from __future__ import annotations
 
@@ -37,8 +37,8 @@ def commands(t: Floats, velocities: Floats) -> Commands:
 
     Args:
         t: Times in s at which the laws were called, shape (C,).
-        velocities: What they asked for, after saturation: rows vx, vy in m/s, shape (C, 2, N);
-            with a filter also what it let through and its verdicts, shape (C, 5, N).
+        velocities: Wanted velocities after saturation: rows vx, vy in m/s, shape (C, 2, N); with
+            a filter also the allowed velocities and its verdicts, shape (C, 5, N).
     """
     times, robots = _rows(t, velocities.shape[2])
     carried = velocities.astype(np.float32).astype(float)
@@ -47,12 +47,12 @@ def commands(t: Floats, velocities: Floats) -> Commands:
 
 
 def remains(states: Floats, robot_rate: float, outcome: Outcome) -> Run:
-    """Return the run that was ended by a script.
+    """Return a run that a script has ended.
 
     Args:
-        states: Rows x, y, theta, V, ... of the robots as far as they came, shape (K, rows, N).
+        states: Rows x, y, theta, V, ... of the robots so far, shape (K, rows, N).
         robot_rate: Rate of the states in Hz.
-        outcome: How it ended.
+        outcome: Its outcome.
     """
     if not states.size:  # it ended before the first
         states = np.empty((0, 6, 0))
@@ -63,7 +63,7 @@ def remains(states: Floats, robot_rate: float, outcome: Outcome) -> Run:
 
 @contextmanager
 def recorded_drawings() -> Iterator[DrawingRecord]:
-    """Let scripts draw on a record meanwhile."""
+    """Record the drawings of scripts meanwhile."""
     before = drawing.canvas
     drawing.canvas = record = DrawingRecord()
     try:

@@ -14,7 +14,7 @@ _PR_SET_CHILD_SUBREAPER = 36
 
 
 def end_with_parent() -> None:
-    """Let the kernel end this process when the one that started it is gone (Linux)."""
+    """Let the kernel end this process when its parent has ended (Linux)."""
     if sys.platform == 'linux':
         parent = os.getppid()
         ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, signal.SIGKILL)

@@ -65,7 +65,7 @@ class ScriptCall:
 
 
 def result_of(message: bytes) -> tuple[Kind, Any]:
-    """Return how a call ended, and its result or a message, from what the child has sent."""
+    """Return the kind of an answer, and its result or message."""
     try:
         kind, result = pickle.loads(message)
         return Kind(kind), result
@@ -85,5 +85,5 @@ def only_here() -> Callable[[float], None]:
 
 
 def import_engine() -> None:
-    """Import what simulated runs need."""
+    """Import the modules for simulated runs."""
     import setcmas_tools.offline.engine  # noqa: F401

@@ -1,4 +1,4 @@
-"""One simulated run: its scenario, what it needs on the way, and what it leaves."""
+"""Simulation: a checked scenario with its models and laws."""
 
 from __future__ import annotations
 
@@ -29,19 +29,19 @@ _BYTES_A_STATE = 500  # measured: 150 to 220, and once more while the run change
 
 
 class Simulation:
-    """A run to be simulated: its scenario, and what follows from it.
+    """A scenario that can be simulated.
 
     Attributes:
-        scenario: What is simulated.
+        scenario: The scenario.
         nb_robots: Size of the fleet.
-        seed: That of all random numbers.
+        seed: Seed of all random numbers.
         warn: Shows messages.
-        progress: Called with the time that the run has reached; may be None.
+        progress: Called with the time of the run so far in s; may be None.
         start: Start poses, shape (3, nb_robots).
-        nb_steps: How many steps the robots make.
-        communication: How the robots communicate.
-        models: How each robot moves; there are none before `load`, nor laws.
-        laws: That of each robot.
+        nb_steps: Number of steps of the robots.
+        communication: Settings of the communication.
+        models: Model of each robot, from `load` on.
+        laws: Law of each robot, from `load` on.
     """
 
     models: list[RobotModel]
@@ -57,7 +57,7 @@ class Simulation:
         """Check that the scenario can be simulated, before a script is loaded.
 
         Raises:
-            SetcmasError: It cannot.
+            SetcmasError: It cannot be simulated.
         """
         self.scenario = scenario
         self.nb_robots = scenario.nb_robots
@@ -79,7 +79,7 @@ class Simulation:
         """Load the scripts of laws and robots.
 
         Raises:
-            SetcmasError: One cannot be loaded.
+            SetcmasError: A script cannot be loaded.
         """
         robots = range(1, self.nb_robots + 1)
         self.models = robot_models(self._models, robots, self.scenario.robots.limits, self.warn)
@@ -94,13 +94,13 @@ class Simulation:
         laws: ErrorReports,
         conditions: ErrorReports | None,
     ) -> Run:
-        """Return the run that was made.
+        """Return the finished run.
 
         Args:
-            tables: What happened, but for references.
-            call_time: How long a call of each law takes in s.
-            laws: When they failed.
-            conditions: When triggering conditions failed, if there are any.
+            tables: Its tables, without references.
+            call_time: Mean time of a call of each law in s.
+            laws: Failures of laws.
+            conditions: Failures of triggering conditions, if there are any.
         """
         failed_models = [robot for robot, one in enumerate(self.models, 1) if one.failed]
         condition = Path(name_of(self._found.communication.ctc) or 'by default').name
@@ -132,7 +132,7 @@ def _check_size(nb_steps: int, nb_robots: int) -> None:
 
 
 def _by_script(names: Sequence[str], robots: Sequence[int]) -> dict[str, list[int]]:
-    """Return those of some robots that each script is of; the first name is that of robot 1."""
+    """Return some robots by the name of their script; `names` begins with that of robot 1."""
     failed: dict[str, list[int]] = {}
     for robot in robots:
         failed.setdefault(Path(names[robot - 1]).name, []).append(robot)

@@ -80,7 +80,7 @@ class Plan:
 
     Attributes:
         info: What its folder records.
-        base: What all runs have in common.
+        base: The common scenario of all runs.
         cases: Its runs.
         files: Files named by its options.
         objects: Functions, which cannot be written, by option and label.
@@ -95,11 +95,11 @@ class Plan:
     metrics: Mapping[str, Metric] = field(default_factory=dict)
 
     def scenario(self, run: int, folder: Path | None = None) -> Scenario:
-        """Return what a run is.
+        """Return the scenario of a run.
 
         Args:
             run: Its number.
-            folder: That of the study, whose files are named; None names these 'inputs/...'.
+            folder: Folder of the study, for the paths of its files; None keeps 'inputs/...'.
 
         Raises:
             SetcmasError: There is no such run, or a file is missing.
@@ -108,11 +108,11 @@ class Plan:
         return found.located(ScenarioFolder(folder).place_of) if folder else found
 
     def original(self, run: int) -> Scenario:
-        """Return what a run is, its files where they were found."""
+        """Return the scenario of a run, with the original paths of its files."""
         return self.scenario(run).located(kept(lambda name: str(self.files.originals[name])))
 
     def _filled_in(self, varied: Mapping[str, Any]) -> dict[str, Any]:
-        """Return varied values with files and functions in place of what they are called."""
+        """Return varied values with labels replaced by files and functions."""
         values = self.base.values()
         found = dict(varied)
         for stand_ins in (self.files.texts, self.objects):
@@ -136,8 +136,8 @@ def make_plan(
     """Return the plan of a study.
 
     Args:
-        base: What all runs have in common.
-        vary: What is varied, by name.
+        base: The common scenario of all runs.
+        vary: Values to vary, by name.
         cases: A CSV file of names and values that vary together.
         seeds: Number of seeds.
         success: Condition for a successful run.
@@ -249,7 +249,7 @@ def _recorded(vary: Mapping[str, Any]) -> dict[str, Any]:
 def _script_names(
     law: LawOptions, vary: Mapping[str, Variation], objects: Mapping[str, Any]
 ) -> set[str]:
-    """Return what the control scripts assign."""
+    """Return the variables that the control scripts assign."""
     laws = vary.get('algo', [law.algo])
     read: Any = parse_variation('algo', laws, 0) if isinstance(laws, str) else laws
     texts = [one for one in read if isinstance(one, str) and one not in objects.get('algo', ())]

@@ -235,7 +235,7 @@ class Study:
 
     @property
     def title(self) -> str:
-        """What the study is called in plots, such as 'consensus, 600 runs'."""
+        """Title in plots, such as 'consensus, 600 runs'."""
         algo = Path(str(self.plan.info.scenario['algo'])).stem
         runs = runs_in_words(len(self))
         return f'{algo}, {runs}' if 'algo' not in self.names else runs

@@ -1,4 +1,4 @@
-"""Columns of a study's table: short names for the metrics of a run, and metrics of one's own."""
+"""Columns of a study's table: short names for metrics, and the study's own metrics."""
 
 from __future__ import annotations
 

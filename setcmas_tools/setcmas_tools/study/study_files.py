@@ -26,15 +26,15 @@ class StudyInfo:
     """Content of study.yaml.
 
     Attributes:
-        scenario: What all its runs have in common, as `Scenario.record` gives it.
-        vary: The values of each name that is varied, or the draw of each run as a text.
-        cases: The names in its file of cases.
+        scenario: The common scenario of its runs, as from `Scenario.record`.
+        vary: Values of each varied name, or a random distribution as text.
+        cases: Names in its file of cases.
         seeds: Number of seeds; the first one is the scenario's.
-        success: What makes a run a success.
-        files: Where the folder keeps the files that options name, by option and name.
-        digests: SHA-256 of these files, by their places.
+        success: Condition for a success.
+        files: Paths of stored files in the folder, by option and original text.
+        digests: SHA-256 of these files, by path.
         metrics: SHA-256 of the source of its own metrics, by name.
-        origin: What it was made with; None if it is not recorded yet.
+        origin: Versions that made it; None if not recorded yet.
     """
 
     scenario: dict[str, Any]

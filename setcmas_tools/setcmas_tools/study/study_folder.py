@@ -29,7 +29,7 @@ _PARTS = (
 
 @contextmanager
 def written(folder: Path) -> Iterator[None]:
-    """Turn file errors of a study's folder into one line.
+    """Report errors of files in a study's folder in one line.
 
     Raises:
         SetcmasError: A file cannot be written.

@@ -197,7 +197,7 @@ def _label(metric: str) -> str:
 def _note(
     axes: Axes, study: Study, metric: str, band: str = 'median and 90 % of the runs'
 ) -> None:
-    """Say what the band is, and how many runs are missing in it."""
+    """Describe the band, and count the runs that it leaves out."""
     words = [] if metric == SUCCESS else [band]
     broken = int(np.sum(~study.measured))
     if broken and metric != SUCCESS:
@@ -257,9 +257,9 @@ def plot(
 
     Args:
         study: The study.
-        folder: Where they go.
-        metrics: What is drawn; by default those of the task.
-        look: How they look.
+        folder: Their folder.
+        metrics: Metrics to plot; by default those of the task.
+        look: Formats and style.
 
     Returns:
         The files.

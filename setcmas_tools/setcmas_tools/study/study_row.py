@@ -1,4 +1,4 @@
-"""Row of a study: a run as it is sent to a process, and its outcome and metrics."""
+"""Row of a study: the outcome and metrics of a run, and the job that makes it."""
 
 from __future__ import annotations
 
@@ -26,15 +26,14 @@ _LEAST_MEMORY = 2 * 1024**3  # bytes; Python, numpy and a run of ten million sta
 
 @dataclass(frozen=True)
 class Job:
-    """A run of a study, as it is sent to the process that makes it.
+    """A run of a study, for the process that makes it.
 
     Attributes:
         run: Its number.
         pickled: Its scenario, and further metrics by name.
-        timeout: How long it may take in s.
-        memory: How much it may take in bytes.
-        files: Contents of the files that the options name, by path; None if they are on this
-            machine.
+        timeout: Its time limit in s.
+        memory: Its memory limit in bytes.
+        files: Contents of its files by path; None if they are on this machine.
     """
 
     run: int
@@ -44,13 +43,13 @@ class Job:
     files: Mapping[str, bytes] | None = None
 
     def row(self, folder: Path) -> Row:
-        """Make the run in this process; returns its row.
+        """Make the run in this process, and return its row.
 
         Args:
-            folder: Holds the files.
+            folder: Folder of the files.
 
         Raises:
-            SetcmasError: The script cannot be loaded, or an option makes no sense.
+            SetcmasError: The script cannot be loaded, or an option is invalid.
         """
         scenario, metrics = self._work(folder)
         return row_of(self.run, scenario, only_here(), metrics)
@@ -92,13 +91,13 @@ def row_of(
     """Make a run and return its row.
 
     Args:
-        number: That of the run.
-        scenario: What is run.
+        number: Its number.
+        scenario: Its scenario.
         progress: As for `simulate`.
         metrics: Further metrics by name.
 
     Raises:
-        SetcmasError: A script cannot be loaded, or values make no sense.
+        SetcmasError: A script cannot be loaded, or a value is invalid.
     """
     messages: list[str] = []
     run = simulate(scenario, warn=messages.append, progress=progress)
@@ -121,7 +120,7 @@ def one_line(message: str) -> str:
 
 
 def kept(place: Callable[[str], str]) -> Callable[[str], Place]:
-    """Return what `Scenario.located` takes to find files that a study keeps as 'inputs/...'.
+    """Return a function for `Scenario.located` that finds files stored as 'inputs/...'.
 
     Args:
         place: Returns the path of such a file.
@@ -130,7 +129,7 @@ def kept(place: Callable[[str], str]) -> Callable[[str], Place]:
 
 
 def memory_of_each(jobs: int) -> int:
-    """Return the share of the memory of this machine that each of some runs may take, in bytes."""
+    """Return the memory limit of each of several simultaneous runs, in bytes."""
     if not hasattr(os, 'sysconf'):
         return _LEAST_MEMORY
     physical = os.sysconf('SC_PAGE_SIZE') * os.sysconf('SC_PHYS_PAGES')
@@ -138,6 +137,6 @@ def memory_of_each(jobs: int) -> int:
 
 
 def warm_up() -> None:
-    """Import modules and fill caches for runs, by a short run of our own law."""
+    """Import modules and fill caches by a short run of a built-in law."""
     links = {'graph': 'ring', 'loss': 0.1, 'event_triggered': True}
     row_of(0, Scenario.of('consensus', nb_robots=3, duration=1.0, **links))

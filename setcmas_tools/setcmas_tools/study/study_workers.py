@@ -112,7 +112,7 @@ def _release() -> str:
 
 
 def make_row(job: Job) -> Row:
-    """Make a run by the host of this thread, and return its row, whatever its scripts do."""
+    """Make a run in a child of this thread's host; return its row, whatever its scripts do."""
     host: Host | None = getattr(_of_thread, 'host', None)
     if host not in _hosts:
         path = os.pathsep.join(place or str(Path.cwd()) for place in sys.path)  # of functions

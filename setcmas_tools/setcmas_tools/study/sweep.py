@@ -1,4 +1,4 @@
-"""Sweep: makes the missing runs of a plan and adds them to its study."""
+"""Sweep: makes the missing runs of a study."""
 
 from __future__ import annotations
 
@@ -49,9 +49,9 @@ def sweep(
         scenario: As for `simulate`.
         nb_robots: Number of robots.
         duration: Length of each run in s.
-        vary: What is varied: values of the scenario, and names of the script. Values are a
-            sequence, a text as for `--vary`, or a dictionary from what a value is called to the
-            value, for functions and matrices. All combinations are run.
+        vary: Values of options and of variables of the script, by name: a sequence, a text as
+            for `--vary`, or a dictionary by label, for functions and matrices. All
+            combinations are run.
         seeds: Number of seeds for each of them.
         metrics: Further metrics by name: functions of a run, which become columns.
         output: Folder of the study. If it holds the same study, perhaps with fewer seeds, only

@@ -113,10 +113,10 @@ def _truth(name: str, value: Any) -> bool:
 
 
 def with_values(base: Scenario, values: Mapping[str, Any]) -> Scenario:
-    """Return a scenario with the varied values in place of its own.
+    """Return a scenario with varied values.
 
     Raises:
-        SetcmasError: They do not go together.
+        SetcmasError: The values contradict each other.
     """
     changes = {plain(name): value for name, value in values.items() if not is_setting(name)}
     settings = {plain(name): value for name, value in values.items() if is_setting(name)}

@@ -1,4 +1,6 @@
-from setcmas_tools.grade.marks import Failure
+import pytest
+
+from setcmas_tools.grade.marks import Failure, identity_of
 
 
 def test_lines_around_a_failure_are_counted_as_python_does_and_none_is_too_long():
@@ -7,3 +9,22 @@ def test_lines_around_a_failure_are_counted_as_python_does_and_none_is_too_long(
 
     assert failure.first == 1
     assert failure.around == ('a\x0cb', 'c', 'd' * 200, 'e', 'f')
+
+
+@pytest.mark.parametrize(
+    ('name', 'student', 'number', 'file'),
+    [
+        ('Ada King Lovelace_12345_assignsubmission_file_', 'Ada King Lovelace', '12345', ''),
+        ('Ada_Lovelace_12345_assignsubmission_file_law.py', 'Ada_Lovelace', '12345', 'law.py'),
+        ('lovelaceada_123_4567_law.py', 'lovelaceada', '123', 'law.py'),
+        ('lovelaceada_LATE_123_4567_my_law-2.py', 'lovelaceada', '123', 'my_law.py'),
+        ('ada_lovelace.py', 'ada lovelace', '', ''),
+        ('ada@example.org.py', 'ada@example.org', 'ada@example.org', ''),
+        ('consensus_2_final.py', 'consensus 2 final', '', ''),
+    ],
+)
+def test_a_file_name_gives_the_student(name, student, number, file):
+    identity = identity_of(name, name.removesuffix('.py'))
+
+    assert (identity.student.name, identity.student.id) == (student, number)
+    assert identity.file == file

@@ -7,7 +7,7 @@ import pytest
 from setcmas_simu.errors import SetcmasError
 from setcmas_tools.grade import submissions
 from setcmas_tools.grade.rubric import rubric_of_exercise
-from setcmas_tools.grade.submissions import find_submissions, has_function, identity_of
+from setcmas_tools.grade.submissions import find_submissions, has_function
 
 LAW = b'import numpy\ndef control(i, n, poses, t):\n    return 0, 0\n'
 IMPORTING = b'from maths import f\n' + LAW
@@ -198,25 +198,6 @@ def test_a_folder_without_submissions_says_what_it_must_be(tmp_path):
         found(tmp_path, {'readme.txt': b''})
     with pytest.raises(SetcmasError, match='neither a folder nor a zip file'):
         find_submissions(tmp_path / 'class/readme.txt', rubric_of_exercise('ctc'))
-
-
-@pytest.mark.parametrize(
-    ('name', 'student', 'number', 'file'),
-    [
-        ('Ada King Lovelace_12345_assignsubmission_file_', 'Ada King Lovelace', '12345', ''),
-        ('Ada_Lovelace_12345_assignsubmission_file_law.py', 'Ada_Lovelace', '12345', 'law.py'),
-        ('lovelaceada_123_4567_law.py', 'lovelaceada', '123', 'law.py'),
-        ('lovelaceada_LATE_123_4567_my_law-2.py', 'lovelaceada', '123', 'my_law.py'),
-        ('ada_lovelace.py', 'ada lovelace', '', ''),
-        ('ada@example.org.py', 'ada@example.org', 'ada@example.org', ''),
-        ('consensus_2_final.py', 'consensus 2 final', '', ''),
-    ],
-)
-def test_a_file_name_gives_the_student(name, student, number, file):
-    identity = identity_of(name, name.removesuffix('.py'))
-
-    assert (identity.student.name, identity.student.id) == (student, number)
-    assert identity.file == file
 
 
 LAW_of_law_file = b'def control(i, n, poses, t):\n    return 0, 0\n'
