@@ -143,7 +143,7 @@ def test_its_consensus_is_the_built_in_law():
 def test_the_page_has_the_numbers_that_the_simulator_uses():
     assert MODEL
     for number in [
-        '1e-9',
+        '10^{-9}',
         *(
             f'{value:g}'
             for value in (*BURGER[:3], *WAFFLE, 0.33, 0.4189, 0.1, 0.01, 0.5, 1.5, 5, 10)

@@ -247,7 +247,7 @@ class Child:
         if call:
             self.calls.note(call)
         by = f'closed in {call}' if call else 'the process closed them'
-        message = f'{self.name} (process {self.process.pid}) has no descriptors any more: {by}'
+        message = f'{self.name} (process {self.process.pid}) has lost its file descriptors: {by}'
         return ChildDiedError(message, 1, self)
 
 
