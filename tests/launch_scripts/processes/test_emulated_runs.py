@@ -69,7 +69,7 @@ def kept_run(scenario, folder):
     inputs = inputs_of(found)
     folder.mkdir()
     for one in inputs:
-        one.write_to(folder)
+        one.write_to(folder / one.folder)
     write_info(RunInfo(scenario=kept_record(found, inputs)), folder)
     return Scenario.load(folder / 'run.yaml')
 
