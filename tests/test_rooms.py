@@ -69,7 +69,6 @@ MAY_IMPORT_ROS = [
     'setcmas_tools.bags.player',
     'setcmas_tools.bags.recorded_topic',
     'setcmas_tools.bags.recorder',
-    'setcmas_tools.page.commands',
     'setcmas_tools.page.live_topics',
 ]
 

@@ -10,6 +10,7 @@ import sys
 import threading
 import time
 import webbrowser
+from typing import TYPE_CHECKING
 
 from setcmas_simu.fleet.fleet import palette
 from setcmas_simu.ros.process import FleetNode, RosProcess, node_main
@@ -19,14 +20,15 @@ from setcmas_tools.page.browser import (
     Opener,
     may_open_windows,
 )
-from setcmas_tools.page.commands import FleetCommands, LawName
-from setcmas_tools.page.facts import Pair
+from setcmas_tools.page.document import commands, document, element, stage
 from setcmas_tools.page.feed import Feed
 from setcmas_tools.page.live import LiveRun, live_content
-from setcmas_tools.page.live_topics import LiveTopics
+from setcmas_tools.page.live_topics import FleetCommands, LawName, LiveTopics
 from setcmas_tools.page.looks import page_content
-from setcmas_tools.page.report_file import commands, document, element, report_page, stage
 from setcmas_tools.page.server import PageServer, announce
+
+if TYPE_CHECKING:
+    from setcmas_tools.page.facts import Pair
 
 
 def show_runs(pair: Pair, browser: BrowserOptions, options: FinishedRunOptions) -> None:
@@ -40,6 +42,8 @@ def show_runs(pair: Pair, browser: BrowserOptions, options: FinishedRunOptions) 
     Raises:
         SetcmasError: The page cannot be served.
     """
+    from setcmas_tools.page.report_file import report_page  # a live page needs no matplotlib
+
     stop = threading.Event()
     before = {
         number: signal.signal(number, lambda *_: stop.set())
