@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -144,12 +144,6 @@ _HEADS = (
 )  # fmt: skip
 
 
-def verdict_table(found: Mapping[int, Verdict]) -> Table:
-    """Return a table with a row for each robot; - stands for an unknown value."""
-    rows = [[robot_name(robot), *_cells(one)] for robot, one in found.items()]
-    return Table(rows, _HEADS, 'lr')
-
-
 def _cells(one: Verdict) -> list[str]:
     return [
         'never' if one.parted is None else f'{one.parted:.1f}',
@@ -166,17 +160,13 @@ def _share(one: Reached | None) -> str:
     return f'{one.had:.2f} of {one.asked:.2f}' if one else _UNKNOWN
 
 
-def verdict_sentences(found: Mapping[int, Verdict]) -> Iterator[str]:
-    """Yield the verdict on each robot in a sentence."""
-    for robot, one in found.items():
-        name = robot_name(robot)
-        if one.parted is None:
-            first = f'{name} stays with the simulation, {one.rms:.2g} m apart (RMS)'
-        else:
-            first = (
-                f'{name} is more than {PART_M:g} m off the simulation from {one.parted:.1f} s on'
-            )
-        yield '; '.join([first, *_reasons(one)])
+def _sentence(name: str, one: Verdict) -> str:
+    """Return the verdict on a robot as text."""
+    if one.parted is None:
+        first = f'{name} stays with the simulation, {one.rms:.2g} m apart (RMS)'
+    else:
+        first = f'{name} is more than {PART_M:g} m off the simulation from {one.parted:.1f} s on'
+    return '; '.join([first, *_reasons(one)])
 
 
 def _reasons(one: Verdict) -> Iterator[str]:
@@ -193,14 +183,14 @@ def _reasons(one: Verdict) -> Iterator[str]:
         yield f'{one.lost} of its messages were lost'
 
 
-def missing_facts(found: Mapping[int, Verdict]) -> Iterator[str]:
+def _missing(found: Collection[Verdict]) -> Iterator[str]:
     """Yield the reasons for - in the table, a line each."""
-    if any(one.speed is None for one in found.values()):
-        yield 'top speeds: the commands (cmd_vel) of the experiment were not recorded'
-    if any(one.delay is None for one in found.values()):
-        yield 'later by: speeds are not alike enough, or do not change'
-    if any(one.lost is None for one in found.values()):
-        yield 'messages lost: all robots knew all poses; there were no links'
+    if any(one.speed is None for one in found):
+        yield '- in top speeds: the commands (cmd_vel) of the experiment were not recorded'
+    if any(one.delay is None for one in found):
+        yield '- in later by: speeds are not alike enough, or do not change'
+    if any(one.lost is None for one in found):
+        yield '- in messages lost: all robots knew all poses; there were no links'
 
 
 @dataclass(frozen=True)
@@ -218,17 +208,15 @@ class ExperimentVerdict:
     hint: str = ''
 
     def table(self) -> Table:
-        """Return a table with a row for each robot."""
-        return verdict_table(self.found)
+        """Return a table with a row for each robot; - stands for an unknown value."""
+        rows = [[robot_name(robot), *_cells(one)] for robot, one in self.found.items()]
+        return Table(rows, _HEADS, 'lr')
 
     @property
     def lines(self) -> list[str]:
         """The table in sentences, and the reasons for gaps."""
-        lines = [
-            *verdict_sentences(self.found),
-            *(f'- in {line}' for line in missing_facts(self.found)),
-        ]
-        return [*lines, self.hint] if self.hint else lines
+        sentences = [_sentence(robot_name(robot), one) for robot, one in self.found.items()]
+        return [*sentences, *_missing(self.found.values()), *filter(None, [self.hint])]
 
 
 def experiment_verdict(

@@ -82,23 +82,31 @@ def formation(grid: FleetGrid, places: Floats) -> FormationMetrics | None:
     return FormationMetrics(final, late, rms(list(late.values()))) if late else None
 
 
-class _Formation(Task):
+class _LedTask(Task):
+    """A formation whose leader may visit waypoints."""
+
     def metrics(self, run: Run, references: Mapping[str, Any]) -> Mapping[str, Measured | None]:
-        parts: dict[str, Measured | None] = {
-            'formation': formation(run.counted_grid, np.array(references['PLACES']))
-        }
-        if 'WPL' in references and LEADER in run.counted.robots:
-            parts['waypoints'] = waypoints(run.counted.of(LEADER), references)
-        return parts
+        if 'WPL' not in references or LEADER not in run.counted.robots:
+            return {}
+        return {'waypoints': waypoints(run.counted.of(LEADER), references)}
+
+    def draw(self, plot: str, axes: Axes, run: Run, references: Mapping[str, Any]) -> list[Line2D]:
+        del run
+        in_plane = plot in ('trajectories', 'film') and 'WPL' in references
+        return draw_waypoints(axes, references) if in_plane else []
+
+
+class _Formation(_LedTask):
+    def metrics(self, run: Run, references: Mapping[str, Any]) -> Mapping[str, Measured | None]:
+        found = formation(run.counted_grid, np.array(references['PLACES']))
+        return {'formation': found, **super().metrics(run, references)}
 
     def errors(self, run: Run, references: Mapping[str, Any]) -> Errors | None:
         values = place_errors(run.counted_grid, np.array(references['PLACES']))
         return Errors('Formation error', 'distance to the place (m)', values) if values else None
 
     def draw(self, plot: str, axes: Axes, run: Run, references: Mapping[str, Any]) -> list[Line2D]:
-        if plot not in ('trajectories', 'film'):
-            return []
-        handles = draw_waypoints(axes, references) if 'WPL' in references else []
+        handles = super().draw(plot, axes, run, references)
         if plot == 'trajectories':  # in a film they would have to move along with the leader
             handles += _draw_places(axes, run, np.array(references['PLACES']))
         return handles
@@ -191,14 +199,10 @@ def distance_errors(grid: FleetGrid, wanted: float) -> dict[int, Floats]:
     return errors
 
 
-class _Distances(Task):
+class _Distances(_LedTask):
     def metrics(self, run: Run, references: Mapping[str, Any]) -> Mapping[str, Measured | None]:
-        parts: dict[str, Measured | None] = {
-            'distances': distances(run.counted_grid, references['D'])
-        }
-        if 'WPL' in references and LEADER in run.counted.robots:
-            parts['waypoints'] = waypoints(run.counted.of(LEADER), references)
-        return parts
+        found = distances(run.counted_grid, references['D'])
+        return {'distances': found, **super().metrics(run, references)}
 
     def errors(self, run: Run, references: Mapping[str, Any]) -> Errors | None:
         if len(run.counted.robots) < 2:
@@ -207,12 +211,11 @@ class _Distances(Task):
         return Errors('Distance error', 'RMS error of the distances (m)', values)
 
     def draw(self, plot: str, axes: Axes, run: Run, references: Mapping[str, Any]) -> list[Line2D]:
-        del run
-        if plot == 'distances':
-            label = f'reference, {references["D"]:g} m'
-            look: dict[str, Any] = {'color': '0.15', 'linestyle': ':', 'zorder': 2.6}
-            return [axes.axhline(references['D'], label=label, **look)]
-        return draw_waypoints(axes, references) if 'WPL' in references else []
+        if plot != 'distances':
+            return super().draw(plot, axes, run, references)
+        label = f'reference, {references["D"]:g} m'
+        look: dict[str, Any] = {'color': '0.15', 'linestyle': ':', 'zorder': 2.6}
+        return [axes.axhline(references['D'], label=label, **look)]
 
 
 DISTANCES = _Distances(
