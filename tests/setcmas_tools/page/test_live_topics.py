@@ -1,3 +1,6 @@
+import subprocess
+import sys
+
 import pytest
 
 pytest.importorskip('rclpy')
@@ -45,3 +48,10 @@ def test_a_robot_with_another_number_may_be_the_only_one_that_is_commanded(peer,
     publisher.publish(Point32())
 
     begins(peer, viewed, state)
+
+
+def test_the_process_of_a_live_page_needs_no_matplotlib():
+    """It took 27 MB of the 70 that the process has."""
+    code = 'import sys, setcmas_tools.page.viewer; print("matplotlib" in sys.modules)'
+    found = subprocess.run([sys.executable, '-c', code], capture_output=True, text=True)
+    assert found.stdout == 'False\n'

@@ -10,15 +10,12 @@ from report_pages import HOSTILE, Page
 
 from setcmas_simu.errors import SetcmasError
 from setcmas_tools.offline.engine import simulate
+from setcmas_tools.page.document import _MODULES, document, element, page_script
 from setcmas_tools.page.facts import Pair
 from setcmas_tools.page.looks import page_content
 from setcmas_tools.page.report_file import (
-    _MODULES,
     check_page,
-    document,
-    element,
     page_named_after,
-    page_script,
     report_page,
     write_report,
 )
