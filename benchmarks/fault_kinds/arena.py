@@ -61,6 +61,6 @@ KINDS = {
         _push, 'outside the arena', stops=_stops_outwards, lets_go=True
     ),
     'collision course': Kind(
-        _collide, 'nearer than', stops=_stops_apart, lets_go=True, options=('--filter', 'none')
+        _collide, 'closer than', stops=_stops_apart, lets_go=True, options=('--filter', 'none')
     ),
 }

@@ -18,14 +18,14 @@ from setcmas_simu.errors import SetcmasError, did_you_mean
 VERBS = {
     'run': 'simulate, control, record, convert and plot with one command',
     'offline': 'simulate and control without ROS, much faster than real time',
-    'sweep': 'run offline many times over varied parameters, into one table',
+    'sweep': 'run offline many times with varied parameters, and collect the results in one table',
     'simu': 'simulate robots',
     'ctrl': 'run a control law on the robots',
     'view': 'show running robots or a finished run on a page in the browser',
     'expe': 'drive real robots under motion capture, or an emulated lab',
     'doctor': 'check this machine, and a lab before an experiment',
     'fault': 'inject a fault into an emulated lab',
-    'record': 'record all topics into a bag',
+    'record': 'record topics into a bag',
     'play': 'play a recording: all topics except commands',
     'bag_to_csv': 'convert a bag to CSV files',
     'csv_to_plot': 'plot the CSV files of a run',
@@ -36,7 +36,7 @@ VERBS = {
     'list': 'list laws, robot models, mocap sources, metrics and plots',
     'check': 'check your law against its exercise',
     'grade': 'grade the submissions of a class, each in a sandbox',
-    'new': 'write a control script, a robot script or a lab file to start from',
+    'new': 'write a starter control script, robot script or lab file',
 }
 """The verbs and their purposes; each is a module in `commands`."""
 

@@ -1,7 +1,7 @@
 """Convert a bag to a CSV file per topic, and fleet.csv for the whole fleet.
 
 Reads rosbag2 folders (mcap or sqlite3), single .mcap and .db3 files, and ROS 1 .bag files, with
-any message types. From a truncated bag it converts all complete messages.
+messages of any type. From a truncated bag it converts all complete messages.
 
 Examples:
   setcmas bag_to_csv out/bag

@@ -32,7 +32,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         '--rubric',
         '-R',
         metavar='EXERCISE|FILE.yaml',
-        help='exercise or rubric file to check against (default: as the script says)',
+        help='exercise or rubric file to check against (default: the one named in the script)',
     )
     parser.add_argument(
         '--output', '-o', type=Path, metavar='FILE.png', help='picture (default: LAW_check.png)'

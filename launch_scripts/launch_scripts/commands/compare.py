@@ -1,8 +1,9 @@
-"""Compare runs: paths, distances after the best time shift, metrics, and parameters.
+"""Compare runs: paths, distances, metrics, parameters, scripts and versions.
 
-The first run is the reference. Two plots, of the paths and of the distances over time, go to a
-folder, all else to the terminal. For a simulation and an experiment, it also shows when each
-robot departs from its simulation, and how well it followed its commands.
+The first run is the reference; distances are those after the best time shift if one is an
+experiment. Two plots, of the paths and of the distances over time, are saved in a folder;
+everything else is printed. For a simulation and an experiment, it also shows when each robot
+departs from its simulation, and how well it followed its commands.
 
 Examples:
   setcmas compare out_gain_1 out_gain_2

@@ -5,8 +5,8 @@ Examples:
   csv_to_plot lab.mcap                           a single bag; plots go to lab_plots
   csv_to_plot out/csv -o figures --format pdf svg
   csv_to_plot out --palette ros1 --show          the colours of the ROS 1 stack
-  csv_to_plot out --paper                        as PDF, 3.5 in wide with 8 pt text
-  csv_to_plot out --animate --speed 4            also a film, four times as fast
+  csv_to_plot out --paper                        as PDF, 3.5 inches wide with 8 pt text
+  csv_to_plot out --animate --speed 4            also a video, four times as fast
   csv_to_plot out --animate mp4 --size 1920x1080 --dpi 200
 """
 
@@ -46,7 +46,7 @@ def main(args: argparse.Namespace) -> int:
     folder = args.output or find_run(args.run).plots
     run = Run.load(args.run, _warn)
     look = PlotLook(style.formats, style.palette, style.paper, args.show)
-    # A film takes time and may fail, so report the plots first.
+    # A video takes time and may fail, so report the plots first.
     print('\n'.join(map(str, evaluate(run, folder, look, warn=_warn).plots)), flush=True)
     if film.animate:
         from setcmas_tools.plots.film import animate

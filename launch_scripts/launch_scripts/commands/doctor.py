@@ -1,8 +1,8 @@
 """Check this machine, and with --lab a lab: motion capture, robots, batteries, network.
 
-No robot moves unless you agree to the nudge: 5 cm forward and back and a small turn, which verify
-that each body of motion capture is the right robot with the right heading. Exit status: 0 all
-well, 1 problems.
+No robot moves unless you agree to the nudge: 5 cm forward and back and a small turn, which
+verifies that each motion-capture body belongs to the right robot and has the right heading. Exit
+status: 0 if all is well, 1 if there are problems.
 
 Examples:
   setcmas doctor

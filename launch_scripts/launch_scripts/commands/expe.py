@@ -1,7 +1,7 @@
 """Drive real TurtleBot3s under motion capture with a control law, until q or Ctrl-C.
 
 The experiment starts paused: s starts it, the space bar pauses it, Esc or e is an emergency stop.
-If poses, commands or the operator's pause node are missing, it pauses until you restart it.
+If poses, commands or the operator's pause node are missing, it pauses until you press s again.
 
 Examples:
   setcmas expe square.yaml --emulate

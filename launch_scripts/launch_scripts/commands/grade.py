@@ -1,8 +1,8 @@
 """Grade the submissions of a class by a rubric, each in a sandbox.
 
 Writes a page for the class, a page per student, and tables for learning platforms. Submissions
-cannot reach the computation of their marks. To continue a stopped grading, run the same command
-in the same folder; it only regrades what has changed.
+cannot interfere with how marks are computed. To resume an interrupted grading run, run the same
+command in the same folder; it only regrades what has changed.
 
 Examples:
   setcmas grade submissions --rubric consensus -o grades        a folder or a downloaded zip

@@ -1,4 +1,6 @@
-"""List control laws, robot models, mocap sources, metrics, plots and more, with their packages.
+"""List laws, exercises, robot models, mocap sources, tasks, metrics, plots and grade formats.
+
+Each has its package. Also lists the columns of studies and the comparisons for rubrics.
 
 Examples:
   setcmas list

@@ -41,7 +41,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         '--exercise',
         action='store_true',
-        help='copy the exercise of that name (without --from: the exercise NAME)',
+        help='copy the exercise, with blanks, instead of the finished law (without --from: the '
+        'exercise NAME)',
     )
     parser.add_argument('--robot', action='store_true', help='a robot script, for --model')
     parser.add_argument(

@@ -1,8 +1,8 @@
 """Play a recording: publish its messages in real time for the page, RViz and recorders.
 
 Commands are never played (cmd_vel, pause, reset, joysticks): no robot moves because of a
-recording. It refuses to start while one of the recorded robots is running, and ends when one
-starts. Space pauses and resumes, q quits.
+recording. Playback does not start while one of the recorded robots is running, and stops when
+one starts. Space pauses and resumes, q quits.
 
 Examples:
   setcmas play out

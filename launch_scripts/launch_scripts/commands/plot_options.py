@@ -24,7 +24,7 @@ def add_run_argument(parser: argparse.ArgumentParser) -> None:
         'run',
         type=Path,
         metavar='DIR',
-        help='folder of a run, of its CSV files, a fleet.csv, or a bag',
+        help="a run's folder, a folder of CSV files, a fleet.csv, or a bag",
     )
 
 
@@ -109,7 +109,7 @@ class StyleOptions(Options):
     palette: str = palette_option()
     paper: str | None = option(
         _OneOfBeforeFolder(tuple(PAPERS)),
-        'for print, as PDF: 3.5 in wide (column, the default) or 7.16 in (page)',
+        'for print, as PDF: 3.5 inches wide (column, the default) or 7.16 inches (page)',
         default=None,
         alone='column',
     )
@@ -126,7 +126,7 @@ class FilmOptions(Options):
 
     animate: str | None = option(
         _OneOfBeforeFolder((BEST, *FILMS)),
-        'also write a film: mp4 (needs ffmpeg) or gif',
+        'also write a video: mp4 (needs ffmpeg) or gif',
         default=None,
         default_text='mp4 if possible',
         alone=BEST,
@@ -139,7 +139,7 @@ class FilmOptions(Options):
     )
     size: tuple[int, int] | None = option(
         _Pixels(metavar='WIDTHxHEIGHT'),
-        'size of the film in pixels',
+        'size of the video in pixels',
         default=None,
         default_text='640x540',
     )
@@ -158,4 +158,4 @@ class FilmOptions(Options):
     def check(self) -> None:
         """Check that options of films come with --animate."""
         if (given := self.look()) and not self.animate:
-            raise ClashError('{} is for films; add {}', next(iter(given)), 'animate')
+            raise ClashError('{} is for videos; add {}', next(iter(given)), 'animate')

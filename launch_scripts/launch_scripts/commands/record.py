@@ -1,10 +1,10 @@
 """Record topics into a rosbag2 bag until Ctrl-C.
 
-By default it records every topic, including new ones. The bag stays readable even if the recorder
-is killed. A layout for Foxglove and Lichtblick is written next to the bag.
+By default it records every topic, including those that appear later. The bag stays readable even
+if the recorder is killed. A layout for Foxglove and Lichtblick is written next to the bag.
 
 Examples:
-  setcmas record                                 to bag_<date and time>
+  setcmas record                                 writes to bag_<date and time>
   setcmas record -o out/bag
   setcmas record --topics /tb3_1/odom /tb3_1/cmd_vel
 """

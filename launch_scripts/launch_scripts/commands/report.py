@@ -1,6 +1,6 @@
 """Write a run as one page to hand in: replay, charts, plots, metrics and the script.
 
-The page opens in any browser, from a mail too, without a server and without a network, and it
+The page opens in any browser, even from an e-mail, without a server and without a network, and it
 prints well. A second run, such as the simulation of an experiment, is drawn over the first one,
 and the page lists the differences.
 

@@ -2,7 +2,7 @@
 
 Writes runs.csv with a row per run, plots, and study.yaml, from which the study can be repeated. To
 continue a stopped study, run the same command in the same folder. A run whose law fails, hangs or
-dies gets a row, too. Repeat a single run with --from FOLDER/NUMBER of setcmas offline or run.
+dies still gets a row. Repeat a single run with --from FOLDER/NUMBER of setcmas offline or run.
 
 Examples:
   setcmas sweep square.yaml --vary K=0.5,1,2
@@ -27,13 +27,12 @@ from launch_scripts.commands.scenario_options import (
 from launch_scripts.terminal.terminal_output import warn
 from setcmas_ctrl.control.control_options import SCRIPT_FAILED
 from setcmas_simu.errors import SetcmasError
-from setcmas_tools.run.run_folder import RunOptions
-from setcmas_tools.study.study_options import SweepOptions
+from setcmas_tools.study.study_options import StudyFolderOptions, SweepOptions
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the options of the verb."""
-    RunOptions.add_to(parser)
+    StudyFolderOptions.add_to(parser)
     FormatOptions.add_to(parser)
     SweepOptions.add_to(parser)
     add_scenario_arguments(parser, without=('cmd_timeout', 'lockstep', 'rtf'))

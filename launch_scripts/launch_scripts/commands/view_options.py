@@ -33,7 +33,7 @@ class ViewOptions(Options):
     view: str = option(
         OneOf((AUTO, BROWSER, NONE)),
         'show the robots on a page in the browser (--view alone means this) or not at all; auto: '
-        'RViz 2 if installed, otherwise the page, and neither where no person reads the output',
+        'RViz 2 if installed, otherwise the page, and nothing if the output is not a terminal',
         default=AUTO,
         alone=BROWSER,
     )

@@ -36,7 +36,10 @@ class RvizFileOptions(Options):
         PathTo(), 'write an RViz 2 configuration for a fleet, and show nothing', default=None
     )
     robots: tuple[int, ...] | None = option(
-        Robots(), 'its robots', default=None, default_text=f'1-{_ROBOTS_IF_UNKNOWN}'
+        Robots(),
+        'robots in the configuration',
+        default=None,
+        default_text=f'1-{_ROBOTS_IF_UNKNOWN}',
     )
     experiment: bool = flag('for real robots: poses from motion capture, arena')
 

@@ -88,7 +88,9 @@ class CommunicationOptions(Options):
         default=COMPLETE,
         complete=names_and_files(lambda: PRESETS, ('yaml', 'yml')),
     )
-    range: float | None = option(Number(above=0, unit='m'), 'range of the links', default=None)
+    range: float | None = option(
+        Number(above=0, unit='m'), 'robots farther apart than this have no link', default=None
+    )
     delay: float = option(
         Number(least=0, unit='s', finite=True), 'delay of each message', default=0.0
     )
@@ -97,7 +99,7 @@ class CommunicationOptions(Options):
     )
     noise: float = option(
         Number(least=0, unit='m', finite=True),
-        'standard deviation of received positions',
+        'standard deviation of the noise added to received positions',
         default=0.0,
     )
 

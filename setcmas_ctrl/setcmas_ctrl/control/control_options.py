@@ -124,7 +124,7 @@ class LawOptions(GainOptions):
         "one per robot: '1:leader.py,2-8:follower.py'",
         complete=names_and_files(ALGORITHMS.offers, ('py',)),
     )
-    exercise: bool = flag('run the exercise NAME of --algo, not the law of that name')
+    exercise: bool = flag('run the exercise version of --algo instead of the law')
     set: Mapping[str, Any] = option(
         _Settings(metavar='NAME=VALUE'),
         'set a module-level variable of the script, such as kp=1.2; values computed from it '
@@ -180,7 +180,7 @@ class WatchOptions(Options):
     TITLE: ClassVar[str] = 'control law'
 
     watch: bool = flag(
-        'reload the script on every save; its state and t restart, the robots stay (in '
+        'reload the script whenever you save it; its state and t restart, the robots stay (in '
         'experiments only while paused)'
     )
 

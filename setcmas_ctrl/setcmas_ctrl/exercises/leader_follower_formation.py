@@ -1,8 +1,9 @@
 """Exercise: leader-follower formation. Robots keep their places around a leader.
 
 Goal
-    Robot 1, the leader, visits waypoints; its law is given. Follower i reaches its place d_i,
-    relative to the leader, and keeps it while the leader moves.
+    Robot 1, the leader, visits waypoints; its velocity v_leader is given, but robot 1 does not
+    move before TODO 1. Follower i reaches its place d_i, relative to the leader, and keeps it
+    while the leader moves.
 
 Formula to implement
     v_i = -KF ((p_i - p_1) - d_i) + v_1

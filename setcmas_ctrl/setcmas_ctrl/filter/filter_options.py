@@ -33,7 +33,7 @@ class FilterOptions(Options):
         OneOf(FILTERS),
         'keep robots apart, in the arena and off obstacles',
         default=None,
-        default_text=f"{NONE}; in experiments the lab file's",
+        default_text=NONE,
     )
     deadlock: str = option(
         OneOf((NONE, TURN)), 'what robots do when they block each other', default=NONE
@@ -42,11 +42,11 @@ class FilterOptions(Options):
         LENGTH,
         'minimum distance between the centres of two robots',
         default=None,
-        default_text=f"{SEPARATION_M:g} m; in experiments the lab file's",
+        default_text=f'{SEPARATION_M:g} m',
     )
     gamma: float = option(
         Number(above=0, unit='1/s', finite=True),
-        'how fast robots may use up the remaining distance',
+        'barrier gain: larger lets robots approach faster',
         default=GAMMA,
     )
     lookahead: float = option(
@@ -58,9 +58,11 @@ class FilterOptions(Options):
         Borders(), 'region that robots must not leave (m)', default=None
     )
     obstacles: str | None = option(
-        ObstaclesKind(), 'obstacles to avoid; plots and films show them', default=None
+        ObstaclesKind(), 'obstacles to avoid; plots and videos show them', default=None
     )
-    accel: float | None = option(ACCELERATION, 'largest acceleration of a robot', default=None)
+    accel: float | None = option(
+        ACCELERATION, 'largest acceleration (braking is not limited)', default=None
+    )
 
     @property
     def is_on(self) -> bool:

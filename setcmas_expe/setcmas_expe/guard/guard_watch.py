@@ -143,7 +143,7 @@ class GuardWatch:
         if len(found) > 1:
             self.doubt = f'{len(found)} nodes report as its guard'
         elif reporters - guards:
-            self.doubt = f'{found[0].full_name} reports as its guard, but is none'
+            self.doubt = f'{found[0].full_name} reports as its guard, but is not one'
         known = reporters if reporters and not self.doubt else guards
         past = cmd_vel_topics.strangers(node, self._guarded, known)
         intruder = f'{past[0]} {PAST_GUARD}' if past else ''

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from setcmas_simu.robots.model import VelocityLimits
 
-IGNORES_ZERO = 'its wheels turn although it is commanded zero'
+IGNORES_ZERO = 'its wheels turn despite zero commands'
 
 FOLLOWS_WITHIN_S = 0.7
 """Longest time in s until the wheels begin to turn."""

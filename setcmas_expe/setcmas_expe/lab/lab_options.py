@@ -26,7 +26,10 @@ class LabChoice(Options):
     TITLE: ClassVar[str] = 'lab'
 
     lab: Path | None = option(
-        PathTo(), 'lab file', default=None, default_text='the lab file of the package'
+        PathTo(),
+        'lab file, with the default fleet, arena and safety filter of the experiment',
+        default=None,
+        default_text='the lab file of the package',
     )
     mocap: str | None = option(
         Kind(metavar='NAME'),
@@ -36,7 +39,7 @@ class LabChoice(Options):
     )
     resume: bool = flag('let robots resume by themselves when the reason for a stop is gone')
     without_guard: bool = flag(
-        'allow robots without a cmd_vel_guard, which keep moving if this machine or the network '
+        'allow robots without a cmd_vel_guard; they keep moving if this machine or the network '
         'dies'
     )
     without_motion_check: bool = flag(
@@ -51,7 +54,8 @@ class ExperimentOptions(LabChoice):
     TITLE: ClassVar[str] = 'lab'
 
     emulate: bool = flag(
-        'an experiment in an emulated lab on this machine, with all its safety and no hardware'
+        'an experiment in an emulated lab on this machine, with all safety functions and no '
+        'hardware'
     )
 
 

@@ -225,8 +225,8 @@ class SafetyStepper:
         is_driven = bool(bridge.rival) or rolls is not None
         if self._runaways.update(bridge.robot, not moving, speed, is_driven, now):
             self._warn(
-                f'robot {bridge.robot} still moves ({speed:.2f} m/s) although it is commanded '
-                'zero: switch it off'
+                f'robot {bridge.robot} still moves ({speed:.2f} m/s) despite zero commands: '
+                'switch it off'
             )
         if bridge.robot in self._runaways.robots:
             bridge.cut_motors()

@@ -105,7 +105,7 @@ def decide(situation: Situation, lab: Lab) -> Decision:
     near = robots_nearer(situation.pose, situation.others, lab.min_separation)
     if near:
         reasons.append(
-            f'nearer than {lab.min_separation:g} m to {robots_in_words(near)}; '
+            f'closer than {lab.min_separation:g} m to {robots_in_words(near)}; '
             'it may only move away'
         )
         towards = [_direction(situation.pose, situation.others[other]) for other in near]

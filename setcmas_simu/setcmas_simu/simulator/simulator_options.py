@@ -161,7 +161,7 @@ class StartPoseOptions(Options):
 class ClockOptions(Options):
     """How simulated time goes by."""
 
-    TITLE: ClassVar[str] = 'simulated robots'
+    TITLE: ClassVar[str] = 'robots'
 
     lockstep: bool = flag(
         'advance time only after every controller has answered; the run is as fast as possible, '
@@ -169,7 +169,7 @@ class ClockOptions(Options):
     )
     rtf: float = option(
         Number(above=0, most=100, metavar='FACTOR'),
-        'real time factor: simulated seconds per second',
+        'real-time factor: simulated seconds per second',
         default=1.0,
     )
 
@@ -187,18 +187,18 @@ class ClockOptions(Options):
 class RobotOptions(StartPoseOptions):
     """Which robots there are, where they start, and how they move."""
 
-    TITLE: ClassVar[str] = 'simulated robots'
+    TITLE: ClassVar[str] = 'robots'
 
     nb_robots: int | None = option(
         NB_ROBOTS,
         'size of the fleet',
         default=None,
-        default_text="1; in experiments the lab file's",
+        default_text='1',
     )
     model: str | None = option(
         NameOrFile(metavar='MODEL'),
         'robot model: a name (see setcmas list), a script such as my_robot.py, a file '
-        "of setcmas identify, or per robot: '1:burger,2-4:my_robot.py'",
+        "written by setcmas identify, or per robot: '1:burger,2-4:my_robot.py'",
         default=None,
         default_text=UNICYCLE,
         complete=names_and_files(ROBOT_MODELS.offers, ('py', 'yaml')),
@@ -214,7 +214,9 @@ class RobotOptions(StartPoseOptions):
         default=math.inf,
         default_text='never',
     )
-    robot_rate: float = option(RATE, 'rate of robot steps and odometry', default=RATE_HZ)
+    robot_rate: float = option(
+        RATE, 'rate at which robots move and publish odometry', default=RATE_HZ
+    )
 
     def nb_steps(self, duration: float) -> int:
         """Return how many steps the robots do in a run of `duration` s."""
@@ -230,7 +232,7 @@ class RobotOptions(StartPoseOptions):
 class SimulationOptions(RobotOptions, ClockOptions):
     """What a simulator simulates: all robots of a fleet, or some."""
 
-    TITLE: ClassVar[str] = 'simulated robots'
+    TITLE: ClassVar[str] = 'robots'
 
     robots: tuple[int, ...] | None = option(
         Robots(), "simulate only these robots of the fleet, such as '1-4'", default=None

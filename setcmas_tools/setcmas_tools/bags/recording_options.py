@@ -32,7 +32,7 @@ class PlayerOptions(Options):
     rate: float = option(Number(above=0, finite=True), 'playback speed', default=1.0)
     start: float = option(
         Number(least=0, unit='s', finite=True),
-        'start this far into the bag',
+        'skip the first S seconds',
         default=0.0,
     )
     loop: bool = flag('repeat until Ctrl-C')

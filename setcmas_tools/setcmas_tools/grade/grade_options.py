@@ -17,7 +17,7 @@ class GradeOptions(Options):
     TITLE: ClassVar[str] = 'grading'
 
     jobs: int = option(
-        Whole(1), 'simultaneous submissions', default=cores(), default_text='the number of cores'
+        Whole(1), 'submissions graded at once', default=cores(), default_text='the number of cores'
     )
     trust: bool = flag(
         'run submissions without sandbox, where they can do whatever you can; necessary on '
@@ -31,7 +31,7 @@ class GradeOptions(Options):
         'run submissions in the emulated lab, in real time, and also measure safety; they run '
         'outside the sandbox, so add --trust'
     )
-    overwrite: bool = flag('also regrade graded submissions')
+    overwrite: bool = flag('grade again those already graded')
 
     def check(self) -> None:
         """Check that nothing runs submissions without sandbox by mistake."""

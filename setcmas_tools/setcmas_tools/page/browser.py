@@ -68,7 +68,7 @@ class FinishedRunOptions(Options):
 
     at: float | None = option(
         Number(unit='s', finite=True),
-        'time of the run to open at',
+        'time at which to open the run',
         default=None,
         default_text='its beginning',
     )

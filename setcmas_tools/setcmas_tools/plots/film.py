@@ -225,7 +225,7 @@ class Film:
     def _repr_html_(self) -> str:
         data = base64.b64encode(self.content).decode('ascii')
         if self.kind == 'gif':
-            return f'<img src="data:image/gif;base64,{data}" alt="film of the run">'
+            return f'<img src="data:image/gif;base64,{data}" alt="video of the run">'
         return f'<video controls loop autoplay muted src="data:video/mp4;base64,{data}"></video>'
 
 
@@ -272,7 +272,7 @@ def animate(
         try:
             path.parent.mkdir(parents=True, exist_ok=True)
             film_writers.write(
-                kind, path, tqdm(frames, desc='film', unit='frame', leave=False, disable=hidden)
+                kind, path, tqdm(frames, desc='video', unit='frame', leave=False, disable=hidden)
             )
         except OSError as error:
             raise SetcmasError(f"'{path}' cannot be written: {error.strerror}") from error

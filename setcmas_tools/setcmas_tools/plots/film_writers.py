@@ -35,7 +35,7 @@ def best_kind(wanted: str | None) -> str:
     if wanted is None:
         return 'mp4' if has_ffmpeg else 'gif'
     if wanted not in FILMS:
-        raise SetcmasError(f"unknown film '{wanted}'; must be {', '.join(FILMS)}")
+        raise SetcmasError(f"unknown video '{wanted}'; must be {', '.join(FILMS)}")
     if wanted == 'mp4' and not has_ffmpeg:
         raise SetcmasError(
             'mp4 needs ffmpeg, which is not installed; use apt-get install ffmpeg, or gif'
@@ -57,7 +57,7 @@ def check_length(kind: str, nb_frames: int) -> None:
     if kind == 'gif' and nb_frames > _MOST_GIF_FRAMES:
         seconds = nb_frames / GIF_RATE_HZ
         raise SetcmasError(
-            f'a film of {seconds:.0f} s is too long for a GIF (at most '
+            f'a video of {seconds:.0f} s is too long for a GIF (at most '
             f'{_MOST_GIF_FRAMES / GIF_RATE_HZ:g} s): use --speed '
             f'{seconds * GIF_RATE_HZ / _MOST_GIF_FRAMES:.0f} or more, or write mp4'
         )
@@ -137,4 +137,4 @@ def _write_mp4(path: Path, frames: Iterator[Image.Image]) -> None:
             raise
         text = ffmpeg.stderr.read().decode(errors='replace')
     if ffmpeg.returncode:
-        raise SetcmasError(f'ffmpeg cannot write the film: {" ".join(text.split())}')
+        raise SetcmasError(f'ffmpeg cannot write the video: {" ".join(text.split())}')

@@ -25,9 +25,9 @@ class RunOptions(Options):
     """Output of a run."""
 
     output: Path | None = option(
-        PathTo(metavar='DIR'), 'folder of the results, to be created', default=None, short='-o'
+        PathTo(metavar='DIR'), 'folder for the results', default=None, short='-o'
     )
-    plots: bool = flag('draw the plots', default=True)
+    plots: bool = flag('draw the plots, or skip them (default: draw them)', default=True)
     overwrite: bool = flag('replace an earlier run in that folder')
 
 
@@ -37,7 +37,7 @@ class OfflineOptions(Options):
 
     call_timeout: float = option(
         Number(above=0, unit='s'),
-        'end the run if a call of a script takes longer',
+        'end the run if one call of the script takes longer than this',
         default=10.0,
     )
 

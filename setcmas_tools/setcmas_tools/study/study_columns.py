@@ -83,7 +83,7 @@ COLUMNS = {
         'm/s', 'largest of all robots', 'robots', 'largest_speed_m_s', 'largest'
     ),
     'saturation': Column(
-        's', 'time at the largest speed, mean over the robots', 'robots',
+        's', 'time at the speed limit, mean over the robots', 'robots',
         'time_in_saturation_s', 'mean',
     ),
     'dead_band': Column(

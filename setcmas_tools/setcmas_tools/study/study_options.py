@@ -13,6 +13,7 @@ from setcmas_simu.errors import SetcmasError
 from setcmas_simu.options.group import Options, flag, option
 from setcmas_simu.options.kinds import DURATION, Kind, PathTo, Whole
 from setcmas_simu.options.option import Form
+from setcmas_tools.run.run_folder import RunOptions
 
 
 def _names(parsed_args: Any, **_: Any) -> Iterable[str]:
@@ -38,6 +39,19 @@ def cores() -> int:
 
 
 @dataclass(frozen=True, kw_only=True)
+class StudyFolderOptions(RunOptions):
+    """Where the results of a study go."""
+
+    output: Path | None = option(
+        PathTo(metavar='DIR'),
+        'folder of the study; continues the same study if it exists',
+        default=None,
+        short='-o',
+    )
+    overwrite: bool = flag('delete the study in that folder and start again')
+
+
+@dataclass(frozen=True, kw_only=True)
 class SweepOptions(Options):
     """What is varied, and how the runs are made."""
 
@@ -55,7 +69,7 @@ class SweepOptions(Options):
     )
     cases: Path | None = option(
         PathTo(metavar='FILE.csv'),
-        'vary names together: a CSV file with a line of names, then a line per case',
+        'vary several names together: a CSV file with a line of names, then a line per case',
         default=None,
     )
     seeds: int = option(Whole(1), 'seeds per case, starting at --seed', default=1)

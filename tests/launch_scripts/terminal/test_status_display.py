@@ -7,7 +7,7 @@ from launch_scripts.terminal.status_display import StatusDisplay, picture
 from setcmas_expe.pause.console import RobotStatus, Status
 from setcmas_expe.safety.safety_decision import State
 
-REASON = 'nearer than 0.35 m to robots 2-4; only motion apart is let through'
+REASON = 'closer than 0.35 m to robots 2-4; only motion apart is let through'
 
 
 def status(paused=False, emergency=False, state=State.MOVING):

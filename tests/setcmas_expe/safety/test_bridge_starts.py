@@ -127,7 +127,7 @@ def test_a_robot_that_moves_against_a_commanded_zero_is_reported(lab, bridges, V
 
     lab.peer.wait_for(pushed)
     bridges.wait_for_output('robot 1 still moves (0.')
-    assert ' although it is commanded zero: switch it off' in bridges.output()
+    assert ' despite zero commands: switch it off' in bridges.output()
 
 
 def test_a_robot_starts_only_with_a_guard_and_stops_without(start, peer):

@@ -200,7 +200,7 @@ def test_too_near_says_to_whom_and_counts_the_edge_as_far_enough():
     edge = decision(others={2: (LAB.min_separation, 0.0, 0.0)})
 
     assert near.state == State.STOPPED
-    assert 'nearer than 0.35 m to robots 2-3; it may only move away' in near.reason
+    assert 'closer than 0.35 m to robots 2-3; it may only move away' in near.reason
     assert edge.state == State.MOVING
 
 

@@ -149,7 +149,7 @@ def test_data_with_gaps(run):
 
 def test_mistakes_get_one_line(run, tmp_path, no_ffmpeg):
     folder = run(1)
-    with pytest.raises(SetcmasError, match="unknown film 'avi'; must be mp4, gif"):
+    with pytest.raises(SetcmasError, match="unknown video 'avi'; must be mp4, gif"):
         animate(folder, kind='avi')
     with pytest.raises(SetcmasError, match='mp4 needs ffmpeg, which is not installed'):
         animate(folder, kind='mp4')
@@ -175,5 +175,5 @@ def test_an_unfinished_film_is_removed(tmp_path, ffmpeg, kind):
 def test_complaints_of_ffmpeg_are_reported(tmp_path, ffmpeg):
     odd = [Image.new('RGB', (63, 48)) for _ in range(3)]
 
-    with pytest.raises(SetcmasError, match=r'ffmpeg cannot write the film: .*not divisible by 2'):
+    with pytest.raises(SetcmasError, match=r'ffmpeg cannot write the video: .*not divisible by 2'):
         film_writers.write('mp4', Path(tmp_path / 'film'), odd)
