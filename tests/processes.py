@@ -1,6 +1,7 @@
 """Processes under test: started for real, their output kept, waited for by condition."""
 
 import contextlib
+import ctypes
 import os
 import signal
 import subprocess
@@ -16,8 +17,15 @@ SETCMAS = [str(Path(sys.executable).parent / 'setcmas')]
 SIMU = [sys.executable, '-m', 'setcmas_simu.simulator.simulator']
 CTRL = [sys.executable, '-m', 'setcmas_ctrl.controller.controller']
 TIMEOUT_S = 120.0  # a machine may be busy with other things than these tests
+_LIBC = ctypes.CDLL(None) if sys.platform == 'linux' else None
 NO_WINDOWS = {'CI': 'true'}
 """Environment of commands that would open a browser on a developer's desktop."""
+
+
+def die_with_parent() -> None:
+    """Have the kernel kill this process, even a stopped one, when the tests are killed."""
+    if _LIBC:
+        _LIBC.prctl(1, signal.SIGKILL)  # PR_SET_PDEATHSIG
 
 
 class Process:
@@ -34,6 +42,7 @@ class Process:
                 stdout=file,
                 stderr=subprocess.STDOUT,
                 start_new_session=True,
+                preexec_fn=die_with_parent if _LIBC else None,
             )
 
     @property

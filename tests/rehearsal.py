@@ -12,7 +12,7 @@ from pathlib import Path
 
 import psutil
 from nav_msgs.msg import Odometry
-from processes import SETCMAS, TIMEOUT_S
+from processes import SETCMAS, TIMEOUT_S, die_with_parent
 from ros_peer import Peer
 from std_msgs.msg import String
 
@@ -240,6 +240,7 @@ class Rehearsal:
 
 
 def _take_terminal():
+    die_with_parent()
     import fcntl
     import termios
 

@@ -32,6 +32,7 @@ from setcmas_expe.emulation.emulation_options import (
 )
 from setcmas_expe.emulation.faults import parse_fault
 from setcmas_expe.guard.guard_node import RATE_HZ, CmdVelGuard, GuardOptions
+from setcmas_expe.guard.machine_load import prefer_this_process
 from setcmas_expe.lab.lab import Lab, LabRobot
 from setcmas_expe.lab.lab_options import LabOptions
 from setcmas_simu.errors import SetcmasError
@@ -280,6 +281,7 @@ def main(argv: list[str] | None = None) -> int:
     parser = argparse.ArgumentParser(prog='emulated_lab', description=__doc__)
     LabOptions.add_to(parser)
     EmulationOptions.add_to(parser)
+    prefer_this_process()  # it holds the guards
     return node_main(parser, _emulate, argv)
 
 
