@@ -7,6 +7,7 @@ import argparse
 import importlib
 import os
 import sys
+from contextvars import copy_context
 from pathlib import Path
 from typing import Any, NoReturn
 
@@ -129,7 +130,7 @@ def main(arguments: list[str] | None = None) -> int:
         _check_current_folder()
         args = _parsed(arguments)
         with kept_terminal():
-            return int(args.main(args))
+            return int(copy_context().run(args.main, args))  # a palette is of this command only
     except SetcmasError as error:
         print(f'setcmas {arguments[0]}: {error}', file=sys.stderr)
         return 2

@@ -25,7 +25,7 @@ def test_robots_have_their_numbers_and_colours():
 
     assert [one.text for one in picture.findall("text[@class='robot']")] == ['1', '2', '7']
     own = [line.get('stroke') for line in picture.findall("polyline[@class='own']")]
-    assert own == ['#ff0000', '#00ff00', '#ff7d5e']
+    assert own == ['#0072b2', '#d55e00', '#000000']
 
 
 def test_nothing_to_draw_is_no_picture():
