@@ -12,6 +12,7 @@ NB_ROBOTS = 2
 
 
 @pytest.mark.parametrize('way', [PEERS, pytest.param(SERVER, marks=pytest.mark.nightly)])
+@pytest.mark.nightly
 def test_robots_over_a_network_whose_plug_is_pulled(way, domain, tmp_path):
     try:
         ways = in_a_process(roll_after_the_laptop_is_cut_off, way, NB_ROBOTS, domain, tmp_path)

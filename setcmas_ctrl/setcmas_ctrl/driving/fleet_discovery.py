@@ -108,7 +108,7 @@ class _Fleet:
         self._node = node
         self._announced = listener
         self._robots: set[int] = set()
-        self._heard: set[int] = set()
+        self._found: set[int] = set()
         self._changed = time.monotonic()
         self._nb_announcements = 0
         self._subscriptions: dict[int, Subscription] = {}
@@ -127,7 +127,7 @@ class _Fleet:
 
     def remind(self) -> None:
         """Log what is missing."""
-        if silent := sorted(self._robots - self._heard):
+        if silent := sorted(self._robots - self._found):
             message = (
                 f'{robots_in_words(sorted(self._robots), "are")} there, but '
                 f'{topics.odometry_topic(silent[0])} is silent; does their simulator hang?'
@@ -151,7 +151,7 @@ class _Fleet:
         self._robots = robots
         for robot in robots - set(self._subscriptions):
             self._listen(robot)
-        if robots and robots <= self._heard and self._settled():
+        if robots and robots <= self._found and self._settled():
             self.nb_robots = max(robots)
             self._node.get_logger().warning(
                 f'no announcement on {topics.FLEET}: '
@@ -170,7 +170,7 @@ class _Fleet:
         self._subscriptions[robot] = self._node.create_subscription(
             Odometry,
             topics.odometry_topic(robot),
-            lambda _: self._heard.add(robot),
+            lambda _: self._found.add(robot),
             qos.STATE,
         )
 

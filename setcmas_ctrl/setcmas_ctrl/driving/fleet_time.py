@@ -32,8 +32,8 @@ class FleetTime:
         self._zero: float | None = None  # when t would have been 0 without pauses
         self._stepped = 0.0
         self._held = False
-        self._heard_zero = 0.0
-        self._heard_at = -float('inf')
+        self._received_zero = 0.0
+        self._received_at = -float('inf')
         self._is_clocks = False
 
     def at(self, now: float) -> float:
@@ -45,7 +45,7 @@ class FleetTime:
     def step(self, now: float, held: bool) -> float:
         """Advance t to this step, unless it is held; return t."""
         if self._zero is None:
-            self._zero = self._heard_zero if self.is_shared(now) else now
+            self._zero = self._received_zero if self.is_shared(now) else now
         elif held:
             self._zero += now - self._stepped
         self._stepped, self._held = now, held
@@ -55,7 +55,7 @@ class FleetTime:
         """Adopt t of another process if it is later."""
         if self._is_clocks:
             return
-        self._heard_zero, self._heard_at = now - t, now
+        self._received_zero, self._received_at = now - t, now
         if self._zero is not None and (lead := t - self.at(now)) > _SAME_S:
             self._zero -= lead
 
@@ -65,7 +65,7 @@ class FleetTime:
 
     def is_shared(self, now: float) -> bool:
         """Return whether another process has sent its t recently."""
-        return now - self._heard_at < _RECENT_S
+        return now - self._received_at < _RECENT_S
 
     def begin_anew(self) -> None:
         """Start t again at the next step: at 0, or at the t of the other processes."""

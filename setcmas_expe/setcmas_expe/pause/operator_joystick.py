@@ -28,11 +28,11 @@ class Joystick:
         """Start without a joystick."""
         self.held: frozenset[int] = frozenset()
         self._down: frozenset[int] | None = None
-        self._heard = -math.inf
+        self._last_message = -math.inf
 
     def pressed(self, buttons: Sequence[int], now: float) -> frozenset[int]:
         """Take a message at a time (s); return the buttons that went down since the last one."""
-        self._heard = now
+        self._last_message = now
         down = frozenset(button for button, state in enumerate(buttons) if state)
         new = down - (down if self._down is None else self._down)
         self._down, self.held = down, (self.held & down) | new
@@ -40,7 +40,7 @@ class Joystick:
 
     def disappeared(self, now: float) -> bool:
         """Return, once, whether the joystick has gone silent."""
-        if self._down is None or now - self._heard <= SILENT_AFTER_S:
+        if self._down is None or now - self._last_message <= SILENT_AFTER_S:
             return False
         self._down, self.held = None, frozenset()
         return True

@@ -72,9 +72,9 @@ class BridgeReports:
         self._stops = StopReports(warn)
         self._first: float | None = None
         self._next_rejected = self._next_graph = 0.0
-        self._unheard: list[int] | None = None
+        self._silent: list[int] | None = None
         self._reported: set[tuple[str, int]] = set()
-        self._pause_was_heard = False
+        self._pause_was_received = False
         self._pause_is_silent = False
         self._was_paused = True
 
@@ -100,8 +100,8 @@ class BridgeReports:
             self._check_graph(now - self._first)
 
     def _report_silence(self, silent: bool) -> None:
-        self._pause_was_heard = self._pause_was_heard or not silent
-        if self._pause_was_heard and silent != self._pause_is_silent:
+        self._pause_was_received = self._pause_was_received or not silent
+        if self._pause_was_received and silent != self._pause_is_silent:
             self._pause_is_silent = silent
             self._warn(
                 'all robots stopped: the pause node is silent'
@@ -121,7 +121,7 @@ class BridgeReports:
         if running_s < _SILENT_AFTER_S:  # discovery takes time
             return
         unheard = [bridge.robot for _, bridge in self._robots if not bridge.is_heard]
-        if unheard != self._unheard:
+        if unheard != self._silent:
             self._report_unheard(unheard)
         bridges = [bridge for _, bridge in self._robots]
         silent = [one for one in bridges if not one.guard.is_there() and not one.guard.doubt]
@@ -166,9 +166,9 @@ class BridgeReports:
                 f'nothing listens to the commands of {robots_in_words(unheard)} '
                 f'({robot.topic}): is the bringup running, in this ROS domain and namespace?'
             )
-        elif self._unheard:
+        elif self._silent:
             self._warn('all robots listen now')
-        self._unheard = unheard
+        self._silent = unheard
 
     def _once(self, topic: str, robots: list[int], message: str) -> None:
         new = [robot for robot in robots if (topic, robot) not in self._reported]

@@ -17,31 +17,37 @@ NEEDS_CHROMIUM = pytest.mark.skipif(not shutil.which('chromium'), reason='chromi
 
 
 @pytest.fixture(scope='session')
-def folder(tmp_path_factory):
-    """A folder with a run of a law that fails, one that does not, and a report of both."""
+def runs(tmp_path_factory):
+    """A folder with a run of a law that fails and one of a law that does not."""
     folder = tmp_path_factory.mktemp('report')
     (folder / 'law.py').write_text(LAW)
     for algo, name in ((folder / 'law.py', 'failed'), ('consensus', 'well')):
         simulate(algo, 3, 5.0, delay=0.3, warn=lambda _: None).save(folder / name)
-    paths = [str(folder / name) for name in ('failed', 'well', 'failed.html')]
-    assert main(['report', *paths[:2], '-o', paths[2]]) == 0
     return folder
 
 
-def test_the_page_is_named_after_its_run_and_not_overwritten(folder, monkeypatch, capsys):
-    monkeypatch.chdir(folder)
+@pytest.fixture(scope='session')
+def folder(runs):
+    """The folder of the runs, with a report of both."""
+    paths = [str(runs / name) for name in ('failed', 'well', 'failed.html')]
+    assert main(['report', *paths[:2], '-o', paths[2]]) == 0
+    return runs
+
+
+def test_the_page_is_named_after_its_run_and_not_overwritten(runs, monkeypatch, capsys):
+    monkeypatch.chdir(runs)
 
     assert main(['report', 'well']) == 0
     assert capsys.readouterr().out == 'well.html\n'
-    assert '<title>consensus, 3 robots</title>' in (folder / 'well.html').read_text()
+    assert '<title>consensus, 3 robots</title>' in (runs / 'well.html').read_text()
     assert main(['report', 'well']) == 2
     assert capsys.readouterr().err.endswith("'well.html' exists; --overwrite replaces it\n")
 
 
 @pytest.mark.parametrize(('palette', 'colour'), [('ros1', '#ff0000'), ('okabe-ito', '#0072b2')])
-def test_the_palette_is_that_of_the_plane_and_of_the_plots(folder, tmp_path, palette, colour):
+def test_the_palette_is_that_of_the_plane_and_of_the_plots(runs, tmp_path, palette, colour):
     page = tmp_path / 'page.html'
-    assert main(['report', str(folder / 'well'), '-o', str(page), '--palette', palette]) == 0
+    assert main(['report', str(runs / 'well'), '-o', str(page), '--palette', palette]) == 0
 
     text = page.read_text()
     assert f'"colour":"{colour}"' in text
@@ -60,8 +66,8 @@ def test_the_palette_is_that_of_the_plane_and_of_the_plots(folder, tmp_path, pal
         (['.'], "there is no fleet.csv in '.'"),
     ],
 )
-def test_mistakes_are_reported_in_one_line(folder, monkeypatch, capsys, arguments, message):
-    monkeypatch.chdir(folder)
+def test_mistakes_are_reported_in_one_line(runs, monkeypatch, capsys, arguments, message):
+    monkeypatch.chdir(runs)
 
     assert main(['report', *arguments]) == 2
     told = capsys.readouterr().err

@@ -22,6 +22,7 @@ def test_this_machine(start):
     assert 'none in sight' in output
 
 
+@pytest.mark.nightly
 def test_an_emulated_lab_that_is_well_is_nudged(start):
     doctor = start(*DOCTOR, '--emulate', '--nb-robots', '2', '--mocap', 'optitrack', '--nudge')
     output = doctor.wait_for_output('all well')

@@ -36,6 +36,7 @@ def experiment(peer, tmp_path):
         yield running
 
 
+@pytest.mark.nightly
 def test_motion_capture_and_scripts_fail_one_after_the_other(checked):
     for kind in ('dropout', 'zero', 'nan', 'frozen', 'jump'):
         stop = checked.wait_for_stop(checked.fault(f'{kind} 1 1.2'))
@@ -72,6 +73,7 @@ def test_the_terminal_is_closed(experiment):
     experiment.process.wait(TIMEOUT_S)
 
 
+@pytest.mark.nightly
 def test_no_stop_of_a_deaf_robot_is_weaker_than_the_emergency_stop(peer, tmp_path):
     def rolls():
         return experiment.truth[1][-1].V > GOES
@@ -107,6 +109,7 @@ def path(truths):
     return sum(after.rolls * (after.stamp - before.stamp) for before, after in pairs)
 
 
+@pytest.mark.nightly
 def test_bodies_that_are_exchanged_out_of_sight_crawl_and_are_found(peer, tmp_path):
     with Rehearsal(peer, tmp_path, *LATCHED) as experiment:
         experiment.let_go(GOES)
@@ -123,6 +126,7 @@ def test_bodies_that_are_exchanged_out_of_sight_crawl_and_are_found(peer, tmp_pa
     assert max(truth.rolls for truth in since) < 0.06  # both crawled
 
 
+@pytest.mark.nightly
 def test_a_y_up_system_that_is_taken_for_a_z_up_one_lets_no_robot_turn_fast(peer, start, tmp_path):
     lab = tmp_path / 'y_up.yaml'
     lab.write_text('mocap: {y_up: true}\n')

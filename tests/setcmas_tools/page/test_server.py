@@ -189,6 +189,7 @@ def test_junk_and_slow_requests_do_not_keep_others_from_the_page(live):
         assert get(live)[0] == 200
 
 
+@pytest.mark.nightly
 def test_fifty_pages_of_which_half_read_nothing_delay_no_message(live):
     with contextlib.ExitStack() as stack:
         pages = [stack.enter_context(talk(live)) for _ in range(50)]

@@ -74,7 +74,7 @@ def test_a_gif_shows_robots_that_leave_trails(run, nb_robots, no_ffmpeg):
         first, last = frame(film, 0), frame(film, 60)
         assert tuple(first[0, 0]) == (255, 255, 255)
         for robot in (1, 2):
-            colour = np.multiply(255, plot_colour(robot))
+            colour = np.multiply(255, plot_colour(robot, nb_robots))
             assert 0 < count(first, colour) < count(last, colour)
 
 
