@@ -215,7 +215,10 @@ class _Entries:
         entry = Entry(self._path, line, name, node.value)
         if node.tag == 'tag:yaml.org,2002:int' and len(node.value) > _LONGEST_NUMBER:
             raise entry.error(f'a number has more than {_LONGEST_NUMBER} digits')
-        return replace(entry, value=self._loader.construct_object(node))
+        try:
+            return replace(entry, value=self._loader.construct_object(node))
+        except (ValueError, LookupError, AttributeError):  # such as !!int with a text
+            raise entry.error(f"'{node.value}' does not suit its tag {node.tag}") from None
 
     def _mapping(self, node: yaml.MappingNode, name: str, depth: int) -> dict[str, Entry]:
         entries: dict[str, Entry] = {}

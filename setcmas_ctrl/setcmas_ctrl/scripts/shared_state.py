@@ -92,6 +92,7 @@ def _seed_generator(generator: random.Random, a: Any = None, version: int = 2) -
 
 _MODULES = (builtins, math, np, np.linalg, np.random)
 _MISSING = object()
+_USUAL_RECURSION = 1000  # Python's default; notebooks have more
 
 
 class _SharedModule(types.ModuleType):
@@ -99,6 +100,8 @@ class _SharedModule(types.ModuleType):
 
     def __setattr__(self, name: str, value: Any) -> None:
         if vars(self).get(name, value) is not value:
+            if isinstance(value, type) and value is vars(builtins).get(name):
+                return  # np.bool = bool, for code of earlier versions
             self._refuse_scripts(name)
         super().__setattr__(name, value)
 
@@ -132,13 +135,16 @@ class _State:
         self._names = [(vars(module), vars(module).copy()) for module in _MODULES]
         self._modules = sys.modules.copy()
         self.limit = sys.getrecursionlimit()
+        self.least = min(self.limit, _USUAL_RECURSION)
         self._tracing = sys.gettrace(), sys.getprofile()
 
     def restore(self) -> list[str]:
         """Restore it; return what scripts had changed."""
         tracing = sys.gettrace(), sys.getprofile()
-        sys.settrace(self._tracing[0])
-        sys.setprofile(self._tracing[1])
+        if tracing[0] is not self._tracing[0]:  # before Python 3.12 a profiler cannot be set again
+            sys.settrace(self._tracing[0])
+        if tracing[1] is not self._tracing[1]:
+            sys.setprofile(self._tracing[1])
         now = [names.copy() for names, _ in self._names]
         for names, before in self._names:  # builtins first
             names.update(before)
@@ -151,7 +157,7 @@ class _State:
         ]
         if tracing != self._tracing:
             changed.append('the trace function')
-        if sys.getrecursionlimit() < self.limit:
+        if sys.getrecursionlimit() < self.least:
             changed.append('the recursion limit')
         sys.setrecursionlimit(self.limit)
         return changed
@@ -174,7 +180,7 @@ def kept_state(on_unseeded: Callable[[], object] = bool) -> Iterator[None]:
     state = _State()
     error: Exception | None = None
     with contextlib.ExitStack() as stack:
-        for owner, name, value in _replacements(state.limit, on_unseeded):
+        for owner, name, value in _replacements(state.least, on_unseeded):
             stack.callback(setattr, owner, name, getattr(owner, name))
             setattr(owner, name, value)
         try:
@@ -193,11 +199,11 @@ def kept_state(on_unseeded: Callable[[], object] = bool) -> Iterator[None]:
 
 
 def _replacements(
-    limit: int, on_unseeded: Callable[[], object]
+    least: int, on_unseeded: Callable[[], object]
 ) -> Iterator[tuple[object, str, object]]:
     """Yield objects with a name and what replaces its value."""
-    lower = f'lower the recursion limit below {limit}'
-    yield sys, 'setrecursionlimit', _refusing('setrecursionlimit', lambda n: n < limit, lower)
+    lower = f'lower the recursion limit below {least}'
+    yield sys, 'setrecursionlimit', _refusing('setrecursionlimit', lambda n: n < least, lower)
     for name in ('settrace', 'setprofile'):
         yield sys, name, _refusing(name, callable, f'call sys.{name}')
     yield sys.modules[__name__], '_on_unseeded', on_unseeded

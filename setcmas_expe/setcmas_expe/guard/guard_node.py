@@ -14,6 +14,7 @@ import contextlib
 import math
 import os
 import socket
+import struct
 import sys
 import time
 from dataclasses import dataclass
@@ -235,6 +236,8 @@ class CmdVelGuard(FleetNode):
             self._power.cut()
         elif state is State.FOLLOWING and before is not state:
             self._power.give()
+        elif state is not State.FOLLOWING:
+            self._power.leave()
 
     def _command(self, state: State, now: float) -> None:
         if self._base.is_open:
@@ -266,8 +269,10 @@ class CmdVelGuard(FleetNode):
         self._reports.publish(report.message(name, self._surroundings.cmd_vel))
 
     def _on_wheels(self, message: bytes) -> None:
-        odometry = messages.read_odometry(message)
-        self._obedience.measure(odometry.V, odometry.omega, self._now)
+        with contextlib.suppress(struct.error):  # cut short by another process
+            odometry = messages.read_odometry(message)
+            if math.isfinite(odometry.V) and math.isfinite(odometry.omega):
+                self._obedience.measure(odometry.V, odometry.omega, self._now)
 
     def _on_cmd_vel(self, message: Twist | TwistStamped) -> None:
         V, omega = velocities(message)

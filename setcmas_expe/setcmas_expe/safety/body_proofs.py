@@ -86,7 +86,8 @@ class Proving:
         Distance and angle are negative against the command.
         """
         if robot in self.left_to_turn:
-            self.left_to_turn[robot] -= radians
+            left = self.left_to_turn[robot] - radians
+            self.left_to_turn[robot] = min(left, PROOF_RAD)  # swinging leaves no debt
             if self.left_to_turn[robot] <= 0.0:
                 del self.left_to_turn[robot]
         if robot not in self.left:

@@ -53,7 +53,7 @@ class MotionWatch:
                 check.note_wheels(*rolls)
             if track.pose is None:
                 continue
-            if self.is_proved(robot) and self._may_be_another(robot, track.pose, track, now):
+            if self._may_be_another(robot, track.pose, track, now):
                 self._proving.end(robot)
                 self._announced.discard(robot)
             # The track judges poses that are rejected or repeated.

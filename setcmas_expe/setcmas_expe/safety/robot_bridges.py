@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import contextlib
 import math
+import struct
 import time
 
 from geometry_msgs.msg import TwistStamped
@@ -204,10 +206,12 @@ class CmdVelBridge(FleetNode):
         self._received = self._oldest
 
     def _on_wheels(self, message: bytes) -> None:
-        odometry = messages.read_odometry(message)
-        self._rolls = odometry.V, odometry.omega
-        self.wheels = odometry.V, self._now
-        self._obedience.measure(*self._rolls, self._now)
+        with contextlib.suppress(struct.error):  # cut short by another process
+            odometry = messages.read_odometry(message)
+            if math.isfinite(odometry.V) and math.isfinite(odometry.omega):
+                self._rolls = odometry.V, odometry.omega
+                self.wheels = odometry.V, self._now
+                self._obedience.measure(*self._rolls, self._now)
 
     def _on_battery(self, message: BatteryState) -> None:
         self.battery = self._scale.percent(message.percentage)

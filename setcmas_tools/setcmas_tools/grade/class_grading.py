@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import hashlib
 import multiprocessing
 import os
@@ -96,9 +97,16 @@ def graded(submission: Submission) -> Marks:
     try:
         return grader.marks(submission, lambda _: run)
     except (OSError, ValueError) as error:  # such as conflicting file names
+        if getattr(error, 'errno', None) in _EXHAUSTED:  # not the student's fault: go on later
+            raise
         failure = Failure(f'it cannot be graded: {summarise(error)}')
         return unmarked(grader.rubric, submission.name, submission.student, failure)
 
+
+_EXHAUSTED = {
+    getattr(errno, name) for name in ('ENOSPC', 'EDQUOT', 'EMFILE', 'ENFILE', 'EAGAIN', 'ENOMEM')
+}
+"""Errors of a machine that has too little of something: the command ends, to be resumed."""
 
 KEPT = 'marks'
 """Folder with the marks of submissions."""

@@ -22,6 +22,7 @@ from setcmas_tools.grade.rubric import Rubric
 _LARGEST = 1 << 20  # bytes of a file
 _MOST_NESTED = 3  # zip files in each other
 _MOST_OF_STUDENT = 1000, 1 << 24  # files and bytes
+_LARGEST_ZIP = 1 << 28  # bytes of a submission that is a zip file; its content counts
 _MOST_OF_CLASS = 100_000, 1 << 29
 _LONGEST_NAME = 255  # bytes, of most file systems
 _IGNORED = ('__MACOSX', '__pycache__')
@@ -182,8 +183,11 @@ def _opened(
         limit.take(0)
         yield path, b'larger than 1 MB: left out\n'
         return
-    content = entry.read(limit.size + 1 if is_zip else _LARGEST + 1)
-    limit.take(len(content))
+    largest = (limit.size if nested else _LARGEST_ZIP) if is_zip else _LARGEST
+    content = entry.read(largest + 1)
+    if len(content) > _LARGEST_ZIP:
+        raise _TooMuchError
+    limit.take(0 if is_zip and not nested else len(content))
     if not is_zip or isinstance(content, Unread):
         yield path, content
         return
@@ -204,7 +208,7 @@ def _is_wanted(path: PurePosixPath) -> bool:
     return bool(path.parts) and not any(
         part in _IGNORED
         or part.startswith('.')
-        or part == '/'
+        or part.startswith('/')  # also '//'
         or len(part.encode(errors='replace')) > _LONGEST_NAME
         for part in path.parts
     )

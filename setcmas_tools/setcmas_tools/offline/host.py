@@ -126,7 +126,12 @@ class Host:
         except (OSError, struct.error):  # a script that is not confined has stopped the process
             self._stop()
             self._start()
-            own, process = self._forked()
+            try:
+                own, process = self._forked()
+            except (OSError, struct.error):
+                raise SetcmasError(
+                    'no process can be started for a script; are there too many of them?'
+                ) from None
         child = Child(self, process, folder)
         most = _MOST_ANSWERED if self.is_isolated else sys.maxsize
         child.connect(Channel(own, most, child.look))

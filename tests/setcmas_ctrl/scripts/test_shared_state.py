@@ -4,6 +4,7 @@ The attacks of scripts are in bad; see test_bad_scripts.py.
 """
 
 import builtins
+import cProfile
 import math
 import random
 import sys
@@ -100,6 +101,23 @@ def test_everything_is_as_it_was_afterwards():
     with kept_state():
         assert state() != before
     assert state() == before
+
+
+def test_a_run_under_a_profiler_with_more_recursion_as_in_a_notebook(tmp_path):
+    path = tmp_path / 'law.py'
+    path.write_text(
+        'import sys\nimport numpy as np\nnp.bool = bool\nsys.setrecursionlimit(2000)\n'
+        'def control(robotNo, nbRobots, poses, t):\n    return 0.1, 0.1\n'
+    )
+    limit = sys.getrecursionlimit()
+    sys.setrecursionlimit(3000)
+    try:
+        run = cProfile.Profile().runcall(simulate, path, nb_robots=2, duration=2)
+    finally:
+        sys.setrecursionlimit(limit)
+
+    assert run.poses[-1, 0, 0] != run.poses[0, 0, 0]
+    assert np.bool is not bool
 
 
 BREAKS = {

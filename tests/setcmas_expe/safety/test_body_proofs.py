@@ -50,6 +50,7 @@ def test_a_robot_turns_slowly_on_its_curve_until_its_turning_is_proved_and_drive
     assert proving.allowed(1, 0.2, 0.0) == (0.2, 0.0)
     assert proving.allowed(1, 0.2, -SLOW_TURN_RAD_S) == (0.2, -SLOW_TURN_RAD_S)
     assert proving.allowed(1, 0.2, 1.5) == pytest.approx((0.2 * SLOW_TURN_RAD_S / 1.5, 0.3))
+    proving.went(1, 0.5, -2 * PROOF_RAD)  # no debt
     proving.went(1, 0.5, 0.9 * PROOF_RAD)
     proving.went(1, 0.5, -0.3 * PROOF_RAD)
     assert proving.allowed(1, 0.0, 2.0)[1] == pytest.approx(SLOW_TURN_RAD_S)

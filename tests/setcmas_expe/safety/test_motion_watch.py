@@ -107,6 +107,17 @@ def test_a_proof_ends_when_another_body_may_have_got_the_name(change, proved):
     assert fleet.proved == [1, 2]
 
 
+def test_half_a_proof_ends_too():
+    fleet = Fleet()
+    fleet.drive(4.0)  # robot 2 is proved, robot 1 has 2 cm left
+    fleet.pause(1.5)
+    carry(fleet)
+    fleet.pause(1.5)
+    fleet.drive(1.0)
+
+    assert fleet.proved == [2]
+
+
 def test_bodies_that_are_exchanged_during_a_pause_are_found_by_the_next_crawl():
     fleet = Fleet()
     fleet.drive(6.0)

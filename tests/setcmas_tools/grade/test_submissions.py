@@ -178,6 +178,21 @@ def test_an_archive_that_unpacks_to_too_much_costs_its_student_alone(tmp_path, n
     assert problem in submissions['bob.zip'].problem
 
 
+def test_a_video_in_an_archive_is_left_out_and_the_law_is_read(tmp_path):
+    video = os.urandom(20 << 20)
+
+    ada = found(tmp_path, {'ada.zip': archive({'law.py': LAW, 'video.mp4': video})})['ada.zip']
+
+    assert ada.problem == ''
+    assert ada.script == 'law.py'
+
+
+def test_an_entry_with_an_absolute_path_stays_away_from_other_students(tmp_path):
+    files = {'ada.py': LAW, 'bob.py': LAW, 'mal.zip': archive({'law.py': LAW, '//x/y.txt': b'x'})}
+
+    assert list(found(tmp_path, files)) == ['ada.py', 'bob.py', 'mal.zip']
+
+
 def test_a_class_has_a_limit_too(tmp_path, monkeypatch):
     monkeypatch.setattr(submissions, '_MOST_OF_CLASS', (5, 1 << 20))
 

@@ -138,6 +138,9 @@ def test_numbers_that_no_robot_has_are_unknown_poses(tmp_path):
         ('a: 0x' + 'f' * 5000, 'more than 100 digits'),
         ('k' * 800 + ': 1', 'more than 500 letters'),
         ('# ' + 'x' * 2_000_000, 'at most 1,000,000 bytes'),
+        ('a: !!bool x\n', "line 1: 'x' does not suit its tag"),
+        ('a: !!int ""\n', 'does not suit its tag'),
+        ('a: !!timestamp x\n', 'does not suit its tag'),
     ],
 )  # fmt: skip
 def test_yaml_beyond_the_limits(tmp_path, text, words):
