@@ -23,10 +23,10 @@ these that rest on a single import. Lower them where the tests print that fewer 
 MAY_IMPORT_ROS = [
     'setcmas_ctrl.controller.event_triggered_comm',
     'setcmas_ctrl.controller.graph_watch',
+    'setcmas_ctrl.controller.law_loader',
     'setcmas_ctrl.controller.lockstep_controller',
     'setcmas_ctrl.controller.markers',
     'setcmas_ctrl.controller.network_links',
-    'setcmas_ctrl.controller.script_reload',
     'setcmas_ctrl.controller.stepper',
     'setcmas_ctrl.driving.driven_robot',
     'setcmas_ctrl.driving.fleet_discovery',

@@ -37,7 +37,7 @@ from launch_scripts.terminal.keyboard import ESC, Keyboard, StartKey, single_key
 from launch_scripts.terminal.status_display import KEYS, StatusDisplay
 from launch_scripts.terminal.terminal_output import warn
 from setcmas_ctrl.control.control_options import WatchOptions
-from setcmas_ctrl.filter.clearance import check_starts
+from setcmas_ctrl.filter.barrier_constraints import check_starts
 from setcmas_expe.emulation.emulation_options import (
     EmulationOptions,
     check_emulated_mocap,

@@ -40,7 +40,7 @@ from launch_scripts.processes.supervisor import StoppedError, Supervisor
 from launch_scripts.terminal.keyboard import Keyboard
 from launch_scripts.terminal.terminal_output import warn
 from setcmas_ctrl.control.control_options import WatchOptions
-from setcmas_ctrl.filter.clearance import check_starts
+from setcmas_ctrl.filter.barrier_constraints import check_starts
 from setcmas_expe.emulation.emulation_options import EmulationOptions, emulated_start_poses
 from setcmas_expe.lab.lab import Lab
 from setcmas_expe.lab.lab_options import ExperimentOptions

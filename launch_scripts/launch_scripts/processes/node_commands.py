@@ -12,7 +12,7 @@ from setcmas_simu.reports.reports import Started
 
 SIMULATOR = 'setcmas_simu.simulator.simulator'
 CONTROLLER = 'setcmas_ctrl.controller.controller'
-STAND_IN = 'setcmas_ctrl.driving.stand_in'
+ZERO_COMMANDER = 'setcmas_ctrl.driving.zero_commander'
 EMULATED_LAB = 'setcmas_expe.emulation.emulated_lab'
 BRIDGES = 'setcmas_expe.safety.bridges'
 PAUSE = 'setcmas_expe.pause.pause_node'
@@ -64,4 +64,4 @@ def stop_robots_of(supervisor: Supervisor, ctrl: Child) -> None:
     started = ctrl.reported(Started)
     if started:
         robots = ','.join(map(str, started.robots))
-        supervisor.run_aside(node_command(STAND_IN, ['--robots', robots]))
+        supervisor.run_aside(node_command(ZERO_COMMANDER, ['--robots', robots]))

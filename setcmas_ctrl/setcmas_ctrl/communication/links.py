@@ -1,21 +1,134 @@
-"""Imperfect links: messages in transit, and the last state that each robot has received."""
+"""Links: delay, lose and disturb messages, and hold the last state that each robot received."""
 
 from __future__ import annotations
 
 from collections import deque
 from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from setcmas_ctrl.communication import draws
 from setcmas_ctrl.communication.channel import Channel
-from setcmas_ctrl.communication.routes import Choice, Indices, LinkCounts, Routes
+from setcmas_ctrl.communication.message_randomness import (
+    Words,
+    happens,
+    normal,
+    streams_of,
+    thresholds,
+    word,
+)
 from setcmas_simu.arrays import Floats
 
+
+@dataclass
+class LinkCounts:
+    """Counts of messages on links; rows are receivers, columns are senders.
+
+    Attributes:
+        sent: Messages sent while the link was up.
+        received: Messages that arrived.
+        lost: Messages that were lost.
+        first: Time of the first arrival in s; NaN if none.
+        last: Time of the last arrival in s; NaN if none.
+    """
+
+    sent: NDArray[np.int64]
+    received: NDArray[np.int64]
+    lost: NDArray[np.int64]
+    first: Floats
+    last: Floats
+
+    @classmethod
+    def zero(cls, nb_receivers: int, nb_senders: int) -> LinkCounts:
+        """Return counts before the first message."""
+        shape = (nb_receivers, nb_senders)
+        sent, received, lost = np.zeros((3, *shape), dtype=np.int64)
+        first, last = np.full((2, *shape), np.nan)
+        return cls(sent, received, lost, first, last)
+
+    @property
+    def mean_interval(self) -> Floats:
+        """Mean time between arrivals in s; NaN for fewer than two."""
+        intervals = np.where(self.received > 1, self.received - 1, np.nan)
+        result: Floats = (self.last - self.first) / intervals
+        return result
+
+
+Indices = NDArray[np.intp]
+Choice = slice | Indices | NDArray[np.bool_]
+
+
+@dataclass(frozen=True, slots=True)
+class Routes:
+    """Links from N senders to R receivers, sorted by sender.
+
+    Attributes:
+        senders: Columns of the senders, shape (n,).
+        cells: Places of the links in a flattened matrix (R, N), shape (n,).
+        held: Places of x, y, theta in a flattened array (R, 3, N), shape (3, n).
+        delay: In s, shape (n,).
+        loss: Thresholds of `happens`, shape (n,).
+        noise: Standard deviations in m, shape (n,).
+        streams: Streams of random words, shape (n,).
+    """
+
+    senders: Indices
+    cells: Indices
+    held: Indices
+    delay: Floats
+    loss: Words
+    noise: Floats
+    streams: Words
+
+    @classmethod
+    def of(cls, up: NDArray[np.bool_], channel: Channel, streams: Words) -> Routes:
+        """Return the links that a matrix names.
+
+        Args:
+            up: Which they are, shape (R, N).
+            channel: What happens on each link, matrices (R, N).
+            streams: The streams of each link, shape (R, N).
+        """
+        senders, rows = np.nonzero(up.T)
+        nb_robots = up.shape[1]
+        return cls(
+            senders,
+            rows * nb_robots + senders,
+            (3 * rows + np.arange(3)[:, None]) * nb_robots + senders,
+            channel.delay[rows, senders],
+            thresholds(channel.loss[rows, senders]),
+            channel.noise[rows, senders],
+            streams[rows, senders],
+        )
+
+    def __getitem__(self, which: Choice) -> Routes:
+        """Return a selection of the links."""
+        return Routes(
+            self.senders[which],
+            self.cells[which],
+            self.held[:, which],
+            self.delay[which],
+            self.loss[which],
+            self.noise[which],
+            self.streams[which],
+        )
+
+    def sent_by(self, senders: Indices, nb_senders: int) -> Routes:
+        """Return the links from some of the senders, which are sorted."""
+        if len(senders) == nb_senders:
+            return self
+        if len(senders) == 1:
+            begin, end = np.searchsorted(self.senders, [senders[0], senders[0] + 1]).tolist()
+            return self[begin:end]
+        sending = np.zeros(nb_senders, dtype=bool)
+        sending[senders] = True
+        return self[np.flatnonzero(sending[self.senders])]
+
+
 _SAME_TIME_S = 1e-9
-_DRAWS = 3  # random words for each message: loss, and two for noise
+_WORDS = 3  # random words for each message: loss, and two for noise
 _OF_NOISE = np.array([[1], [2]])
 
 
@@ -46,7 +159,7 @@ class Links:
         self._channel = Channel(channel.delay[rows], channel.loss[rows], channel.noise[rows])
         self._is_lossy = bool(self._channel.loss.any())
         self._is_noisy = bool(self._channel.noise.any())
-        self._streams = draws.streams(seed, rows[:, None], np.arange(nb_robots))
+        self._streams = streams_of(seed, rows[:, None], np.arange(nb_robots))
         shape = (len(rows), nb_robots)
         self._up = np.zeros(shape, dtype=bool)
         self._adjacency: Floats | None = None
@@ -91,7 +204,7 @@ class Links:
         new = wanted & ~self._up & (self._numbers >= 0)
         self._times_up[new] += 1
         self._wire(adjacency, wanted)
-        streams = draws.streams(self._streams, self._times_up)
+        streams = streams_of(self._streams, self._times_up)
         self._carry(self._routes_of(new, streams), now)
 
     def send(self, senders: Sequence[int] | Indices, poses: Floats, now: float) -> None:
@@ -130,7 +243,7 @@ class Links:
         self._routes = self._routes_of(up, self._streams)
         self._all_received = False
 
-    def _routes_of(self, up: NDArray[np.bool_], streams: draws.Words) -> Routes:
+    def _routes_of(self, up: NDArray[np.bool_], streams: Words) -> Routes:
         return Routes.of(up, self._channel, streams)
 
     def _deliver(self, now: float) -> None:
@@ -143,8 +256,8 @@ class Links:
         self._flat.sent[routes.cells] += 1
         lost = None
         if self._is_lossy:
-            words = draws.word(routes.streams, self._numbers[routes.senders] * _DRAWS)
-            lost = draws.happens(words, routes.loss)
+            words = word(routes.streams, self._numbers[routes.senders] * _WORDS)
+            lost = happens(words, routes.loss)
             self._flat.lost[routes.cells] += lost
         poses = self._with_noise(routes)
         for delay, queue in self._on_the_way.items():
@@ -166,8 +279,8 @@ class Links:
     def _with_noise(self, routes: Routes) -> Floats:
         poses = self._last_sent[:, routes.senders]
         if self._is_noisy:
-            words = draws.word(routes.streams, self._numbers[routes.senders] * _DRAWS + _OF_NOISE)
-            poses[:2] += routes.noise * draws.normal(words)
+            words = word(routes.streams, self._numbers[routes.senders] * _WORDS + _OF_NOISE)
+            poses[:2] += routes.noise * normal(words)
         return poses
 
     def _arrive(self, messages: Messages) -> None:

@@ -72,9 +72,9 @@ class Commander:
         self._last: Floats = np.zeros((3, len(robots)))
         self._filter = None
         if options.is_on:  # loads the solver only if needed
-            from setcmas_ctrl.filter.barrier import BarrierFilter
+            from setcmas_ctrl.filter.safety_filter import SafetyFilter
 
-            self._filter = BarrierFilter(options, robots, nb_robots)
+            self._filter = SafetyFilter(options, robots, nb_robots)
             if options.gamma > gains.rate:
                 raise SetcmasError(
                     f'gamma is {options.gamma:g}; it must be at most the control rate, '

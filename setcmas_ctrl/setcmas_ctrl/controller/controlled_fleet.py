@@ -17,11 +17,11 @@ from setcmas_ctrl.control.control_options import ControllerOptions, LawOptions
 from setcmas_ctrl.control.law_scripts import LawScripts
 from setcmas_ctrl.controller.event_triggered_comm import EventTriggeredComm, broadcasters
 from setcmas_ctrl.controller.graph_watch import GraphWatch
+from setcmas_ctrl.controller.law_loader import LawLoader, ScriptReloader
 from setcmas_ctrl.controller.lockstep_controller import LockstepLoop
 from setcmas_ctrl.controller.markers import MarkerCanvas, TaskTopic, publish_obstacles
 from setcmas_ctrl.controller.network_links import FleetCommunication
 from setcmas_ctrl.controller.script_outcomes import ScriptOutcomes, end_stuck_script
-from setcmas_ctrl.controller.script_reload import LawLoader, ScriptReloader
 from setcmas_ctrl.controller.stepper import ControlStepper
 from setcmas_ctrl.driving.driven_robot import Controller, DrivenModels, SiToUni
 from setcmas_ctrl.driving.fleet_discovery import (

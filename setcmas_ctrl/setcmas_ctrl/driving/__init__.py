@@ -1,1 +1,1 @@
-"""Nodes that drive one robot each, with its model and its pause; and their stand-in."""
+"""Nodes that drive robots: poses, commands, models, pause, and zero for dead controllers."""

@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from setcmas_ctrl.filter.clearance import NOBODY, Indices, Rows
+from setcmas_ctrl.filter.barrier_constraints import NO_POINT, Constraints, Indices
 from setcmas_simu.arrays import Floats
 
 BLOCKED_S = 1.0
@@ -56,37 +56,39 @@ class DeadlockWatch:
     """Finds blocked robots, and who blocks them.
 
     Attributes:
-        standing_s: How long each robot has been stopped although it wants to move, in s, shape
+        stopped_s: How long each robot has been stopped although it wants to move, in s, shape
             (N,).
     """
 
     def __init__(self, nb_robots: int) -> None:
         """Start with free robots."""
-        self.standing_s: Floats = np.zeros(nb_robots)
+        self.stopped_s: Floats = np.zeros(nb_robots)
         self._groups: dict[tuple[int, ...], float] = {}
         self._reported: list[set[int]] = []
 
     @property
     def blocked(self) -> NDArray[np.bool_]:
         """Mask of the blocked robots, shape (N,)."""
-        return self.standing_s > BLOCKED_S
+        return self.stopped_s > BLOCKED_S
 
-    def look(self, wanted: Floats, allowed: Floats, rows: Rows, now: Now) -> list[Block]:
+    def look(
+        self, wanted: Floats, allowed: Floats, constraints: Constraints, now: Now
+    ) -> list[Block]:
         """Update with wanted and allowed velocities; return new blocks, each once.
 
         Args:
             wanted: Rows vx, vy in m/s, shape (2, N).
             allowed: The same for the control points.
-            rows: The constraints.
+            constraints: The constraints.
             now: Time and period.
         """
         speeds = np.hypot(wanted[0], wanted[1])
-        stands = (speeds > _SLOWEST) & (np.hypot(allowed[0], allowed[1]) < _STOPPED * speeds)
-        self.standing_s = np.where(stands, self.standing_s + now.period, 0.0)
+        stopped = (speeds > _SLOWEST) & (np.hypot(allowed[0], allowed[1]) < _STOPPED * speeds)
+        self.stopped_s = np.where(stopped, self.stopped_s + now.period, 0.0)
         if not self.blocked.any():
             self._groups = {}
             return []
-        touching = rows.chosen(rows.excess(allowed) > -_TOUCHES)
+        touching = constraints.selected(constraints.excess(allowed) > -_TOUCHES)
         groups = self._linked(touching)
         self._groups = {group: self._groups.get(group, now.t) for group in groups}
         new = [
@@ -98,14 +100,14 @@ class DeadlockWatch:
         self._reported += map(set, new)
         end = now.t + now.period
         return [
-            Block(one, max(0.0, end - float(self.standing_s[np.array(one) - 1].min())))
+            Block(one, max(0.0, end - float(self.stopped_s[np.array(one) - 1].min())))
             for one in new
         ]
 
-    def _linked(self, touching: Rows) -> list[tuple[int, ...]]:
+    def _linked(self, touching: Constraints) -> list[tuple[int, ...]]:
         """Return the numbers of the blocked robots in groups linked by constraints."""
         blocked = self.blocked
-        linked = (touching.j != NOBODY) & blocked[touching.i] & blocked[touching.j]
+        linked = (touching.j != NO_POINT) & blocked[touching.i] & blocked[touching.j]
         i, j = touching.i[linked], touching.j[linked]
         label, before = np.arange(len(blocked)), np.zeros(0)
         while not np.array_equal(label, before):
@@ -133,13 +135,14 @@ class Detour:
         vx, vy = wanted
         return np.stack([cos * vx + sin * vy, cos * vy - sin * vx])
 
-    def look(self, wanted: Floats, standing_s: Floats, rows: Rows, now: Now) -> None:
+    def look(self, wanted: Floats, stopped_s: Floats, constraints: Constraints, now: Now) -> None:
         """Update with wanted velocities and times stopped, as in `DeadlockWatch`."""
-        towards = rows.a[0] * wanted[0, rows.i] + rows.a[1] * wanted[1, rows.i]
-        back = -rows.a[0] * wanted[0, rows.j] - rows.a[1] * wanted[1, rows.j]
-        hindered = np.zeros(len(standing_s), dtype=bool)
-        hindered[rows.i[towards > rows.b]] = True
-        hindered[rows.j[(rows.j != NOBODY) & (back > rows.b)]] = True
-        self._free_s = np.where(hindered, 0.0, self._free_s + now.period)
-        self._turns |= standing_s > _TURNS_S
+        a, b, i, j = constraints.a, constraints.b, constraints.i, constraints.j
+        towards = a[0] * wanted[0, i] + a[1] * wanted[1, i]
+        back = -a[0] * wanted[0, j] - a[1] * wanted[1, j]
+        way_blocked = np.zeros(len(stopped_s), dtype=bool)
+        way_blocked[i[towards > b]] = True
+        way_blocked[j[(j != NO_POINT) & (back > b)]] = True
+        self._free_s = np.where(way_blocked, 0.0, self._free_s + now.period)
+        self._turns |= stopped_s > _TURNS_S
         self._turns &= self._free_s < _STRAIGHT_S

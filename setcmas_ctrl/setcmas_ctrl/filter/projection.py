@@ -1,11 +1,11 @@
-"""Projection of velocities onto the allowed set: the smallest change, by a quadratic program."""
+"""Projection of velocities onto the constraints: the smallest change, by a quadratic program."""
 
 from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
 
-from setcmas_ctrl.filter.clearance import Indices, Rows
+from setcmas_ctrl.filter.barrier_constraints import Constraints, Indices
 from setcmas_simu.arrays import Floats
 from setcmas_simu.errors import needs
 
@@ -38,29 +38,29 @@ class Projection:
         self._others = np.zeros(0, dtype=bool)
 
     def __call__(
-        self, wanted: Floats, rows: Rows, fastest: Floats, near: Indices
+        self, wanted: Floats, constraints: Constraints, fastest: Floats, near: Indices
     ) -> Floats | None:
         """Return the velocities, shape (2, N); None if the constraints are infeasible.
 
         Args:
             wanted: Rows vx, vy in m/s, shape (2, N).
-            rows: The constraints: first those of pairs, then others, always in the same order.
+            constraints: Those of pairs, then others, always in the same order.
             fastest: Speed limits in m/s, at least the wanted speeds, shape (N,).
             near: Sorted indices of the pairs that have a constraint.
         """
-        nb_rows = len(rows.b)
+        nb_rows = len(constraints.b)
         active = self._guess(near, nb_rows - len(near))
         velocities: Floats = wanted.copy()
         used = active.copy()
         for _ in range(_MOST_ROUNDS):
-            rows, broken = _broken(velocities, rows, fastest)
+            constraints, broken = _broken(velocities, constraints, fastest)
             if not broken.any():
                 self._pairs = near[active[: len(near)]]
                 self._others = active[len(near) : nb_rows]
                 return velocities
             used, active = (_lengthened(mask, len(broken)) for mask in (used, active))
             used |= broken
-            solved = _solved(wanted, rows.chosen(used), active[used])
+            solved = _solved(wanted, constraints.selected(used), active[used])
             if solved is None:
                 return None
             velocities, active = solved[0], np.zeros(len(used), dtype=bool)
@@ -74,44 +74,48 @@ class Projection:
         return np.concatenate([np.isin(near, self._pairs, assume_unique=True), others])
 
 
-def _broken(velocities: Floats, rows: Rows, fastest: Floats) -> tuple[Rows, Mask]:
+def _broken(
+    velocities: Floats, constraints: Constraints, fastest: Floats
+) -> tuple[Constraints, Mask]:
     """Return the constraints, with tangents for points that are too fast, and a violation mask."""
-    broken = rows.excess(velocities) > _TOLERANCE
+    broken = constraints.excess(velocities) > _TOLERANCE
     speeds = np.hypot(velocities[0], velocities[1])
     fast = np.flatnonzero(speeds > fastest * _ALMOST)
     if not len(fast):
-        return rows, broken
-    tangents = Rows.of_one(fast, velocities[:, fast] / speeds[fast], fastest[fast])
-    return Rows.joined([rows, tangents]), np.append(broken, np.ones(len(fast), dtype=bool))
+        return constraints, broken
+    tangents = Constraints.of_single(fast, velocities[:, fast] / speeds[fast], fastest[fast])
+    return Constraints.stacked([constraints, tangents]), np.append(
+        broken, np.ones(len(fast), dtype=bool)
+    )
 
 
 def _lengthened(mask: Mask, length: int) -> Mask:
     return np.append(mask, np.zeros(length - len(mask), dtype=bool))
 
 
-def _solved(wanted: Floats, rows: Rows, active: Mask) -> tuple[Floats, Mask] | None:
+def _solved(wanted: Floats, constraints: Constraints, active: Mask) -> tuple[Floats, Mask] | None:
     """Return the velocities of all points, and the active constraints; None if infeasible.
 
     Args:
         wanted: As for `Projection`.
-        rows: Constraints of some points.
+        constraints: Constraints of some points.
         active: Guess of the active constraints.
     """
     import daqp
 
-    points = np.flatnonzero(rows.has(wanted.shape[1]))
+    points = np.flatnonzero(constraints.has_constraint(wanted.shape[1]))
     places = np.zeros(points[-1] + 1, dtype=np.intp)
     places[points] = np.arange(len(points))
-    matrix = rows.matrix(places, len(points))
+    matrix = constraints.matrix(places, len(points))
     own = wanted[:, points]
-    none = np.zeros(len(rows.b), dtype=np.intc)
+    none = np.zeros(len(constraints.b), dtype=np.intc)
     for sense in (active.astype(np.intc), none) if active.any() else (none,):
         solution, _, status, info = daqp.solve(
             np.eye(2 * len(points)),
             -own.T.ravel(),
             matrix,
-            rows.b,
-            np.full(len(rows.b), -np.inf),
+            constraints.b,
+            np.full(len(constraints.b), -np.inf),
             sense,
         )
         if status == _SOLVED:

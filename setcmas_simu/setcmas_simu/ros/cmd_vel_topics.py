@@ -136,7 +136,7 @@ def commanders(node: Node, topic: str) -> list[str]:
     return [
         endpoint.full_name
         for endpoint in publishers(node, topic)
-        if endpoint.is_known and endpoint.node != topics.STAND_IN_NODE
+        if endpoint.is_known and endpoint.node != topics.ZERO_COMMANDER_NODE
     ]
 
 

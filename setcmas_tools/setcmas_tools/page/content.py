@@ -11,7 +11,7 @@ from matplotlib.colors import to_hex
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from setcmas_ctrl.filter.barrier import Verdict
+from setcmas_ctrl.filter.safety_filter import Verdict
 from setcmas_simu.arrays import Floats
 from setcmas_simu.fleet.topics import robot_name
 from setcmas_tools.page.facts import first_line

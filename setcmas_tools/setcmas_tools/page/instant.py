@@ -16,7 +16,7 @@ from setcmas_ctrl.communication.communication_settings import (
     chosen_communication,
 )
 from setcmas_ctrl.communication.links import Links
-from setcmas_ctrl.filter.barrier import Verdict
+from setcmas_ctrl.filter.safety_filter import Verdict
 from setcmas_simu.arrays import Floats
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.reports.script_calls import Function, ScriptFailure

@@ -15,7 +15,7 @@ from setcmas_ctrl.communication.communication_settings import (
 )
 from setcmas_ctrl.control.control_options import Algo, LawOptions
 from setcmas_ctrl.control.law_scripts import LawScripts
-from setcmas_ctrl.filter.clearance import check_starts
+from setcmas_ctrl.filter.barrier_constraints import check_starts
 from setcmas_ctrl.filter.filter_options import FilterOptions
 from setcmas_expe.lab.lab_options import ExperimentOptions
 from setcmas_simu.arrays import Floats

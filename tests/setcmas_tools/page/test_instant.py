@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 from runs import run_of
 
-from setcmas_ctrl.filter.barrier import Verdict
+from setcmas_ctrl.filter.safety_filter import Verdict
 from setcmas_tools.measures.consensus_metrics import fleet_consensus
 from setcmas_tools.measures.safety_metrics import fleet_separation
 from setcmas_tools.offline.engine import simulate

@@ -1,4 +1,4 @@
-"""Points that the filter moves: a robot's position, or a point ahead of a unicycle's axle."""
+"""Control points of the safety filter: a robot's centre, or a point ahead of a unicycle's axle."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from setcmas_ctrl.filter.clearance import Rows
+from setcmas_ctrl.filter.barrier_constraints import Constraints
 from setcmas_simu.arrays import Floats
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet.fleet import robots_in_words
@@ -98,7 +98,7 @@ def check_motions(robots: Sequence[int], models: Sequence[RobotModel]) -> None:
         )
 
 
-class Movers:
+class ControlPoints:
     """Control points of the R robots that a process commands, in a fleet of N.
 
     Attributes:
@@ -183,7 +183,9 @@ class Movers:
         )
         return commands
 
-    def limits(self, velocities: Floats, commands: Floats, poses: Floats, Ts: float) -> Rows:
+    def limits(
+        self, velocities: Floats, commands: Floats, poses: Floats, Ts: float
+    ) -> Constraints:
         """Return the limits of turn rates and wheels; wanted velocities satisfy them."""
         forward, left = along(poses[2, self._unicycles]), across(poses[2, self._unicycles])
         wanted = velocities[:, self._unicycles]
@@ -198,14 +200,14 @@ class Movers:
                 for way in (1, -1)
                 for side in (1, -1)
             ]
-        return Rows.joined(
+        return Constraints.stacked(
             [
-                Rows.of_one(self._unicycles, a, np.maximum(b, (a * wanted).sum(axis=0)))
+                Constraints.of_single(self._unicycles, a, np.maximum(b, (a * wanted).sum(axis=0)))
                 for a, b in parts
             ]
         )
 
-    def rises(self, velocities: Floats, before: Floats, poses: Floats, most: float) -> Rows:
+    def rises(self, velocities: Floats, before: Floats, poses: Floats, most: float) -> Constraints:
         """Return constraints on accelerations; slowing down has none.
 
         Args:
@@ -226,8 +228,8 @@ class Movers:
                 a = (side * axis)[:, which]
                 b = (np.maximum(0.0, side * last) + share)[which]
                 wanted = (a * velocities[:, self._own[which]]).sum(axis=0)
-                parts.append(Rows.of_one(self._own[which], a, np.maximum(b, wanted)))
-        return Rows.joined(parts)
+                parts.append(Constraints.of_single(self._own[which], a, np.maximum(b, wanted)))
+        return Constraints.stacked(parts)
 
     @property
     def _lookahead(self) -> Floats:

@@ -5,9 +5,9 @@ import pytest
 
 from setcmas_ctrl.control.commander import Commander
 from setcmas_ctrl.control.control_options import GainOptions
-from setcmas_ctrl.filter.barrier import Verdict
-from setcmas_ctrl.filter.clearance import check_starts
+from setcmas_ctrl.filter.barrier_constraints import check_starts
 from setcmas_ctrl.filter.filter_options import FilterOptions
+from setcmas_ctrl.filter.safety_filter import Verdict
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.robots.arena import Obstacles
 from setcmas_simu.robots.car import CAR

@@ -1,4 +1,4 @@
-"""Safety filter: changes the commands of robots as little as keeps them safe."""
+"""Safety filter: changes commands as little as possible so that robots stay safe."""
 
 from __future__ import annotations
 
@@ -9,10 +9,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from setcmas_ctrl.filter.clearance import Clearance, Indices, Rows
+from setcmas_ctrl.filter.barrier_constraints import BarrierConstraints, Constraints, Indices
+from setcmas_ctrl.filter.control_points import ControlPoints, check_motions
 from setcmas_ctrl.filter.deadlock import Block, DeadlockWatch, Detour, Now
 from setcmas_ctrl.filter.filter_options import SEPARATION_M, TURN, FilterOptions
-from setcmas_ctrl.filter.movers import Movers, check_motions
 from setcmas_ctrl.filter.projection import Projection
 from setcmas_simu.arrays import Floats
 from setcmas_simu.errors import SetcmasError
@@ -22,7 +22,7 @@ from setcmas_simu.robots.model import RobotModel
 
 
 class Verdict(enum.IntEnum):
-    """What the safety filter did to a wanted velocity."""
+    """What the safety filter did with a wanted velocity."""
 
     KEPT = 0
     CHANGED = 1
@@ -52,7 +52,7 @@ class Allowed:
     blocks: Sequence[Block]
 
 
-class BarrierFilter:
+class SafetyFilter:
     """Keeps robots apart, in their arena and off obstacles."""
 
     def __init__(self, options: FilterOptions, robots: Sequence[int], nb_robots: int) -> None:
@@ -72,8 +72,8 @@ class BarrierFilter:
         self._project = Projection()
         self._watch = DeadlockWatch(nb_robots)
         self._detour = Detour(nb_robots) if options.deadlock == TURN else None
-        self._movers: Movers | None = None
-        self._clearance: Clearance | None = None
+        self._points: ControlPoints  # `use` sets both
+        self._barriers: BarrierConstraints
         self._started = False
 
     def use(self, models: Sequence[RobotModel]) -> None:
@@ -86,13 +86,15 @@ class BarrierFilter:
         check_motions(self._robots, models)
         options = self._options
         separation = options.min_separation or SEPARATION_M
-        self._movers = Movers(self._own, len(self._is_own), models, options.lookahead)
-        if self._movers.ahead[self._own].max(initial=0.0) >= 0.5 * separation:
+        self._points = ControlPoints(self._own, len(self._is_own), models, options.lookahead)
+        if self._points.ahead[self._own].max(initial=0.0) >= 0.5 * separation:
             raise SetcmasError(
                 f'lookahead is {options.lookahead:g}; it must be less than half of '
                 f'min_separation, which is {separation:g} m'
             )
-        self._clearance = Clearance(separation, options.gamma, self._movers.ahead, self._is_own)
+        self._barriers = BarrierConstraints(
+            separation, options.gamma, self._points.ahead, self._is_own
+        )
 
     def doubt(self, poses: Floats) -> str:
         """Return a warning about robots that start too close for the guarantee, once; '' if none.
@@ -100,16 +102,14 @@ class BarrierFilter:
         Args:
             poses: Rows x, y in m and theta in rad of the fleet, shape (3, N).
         """
-        assert self._movers
-        assert self._clearance
         if self._started or not np.isfinite(poses).all():
             return ''
         self._started = True
-        near = self._clearance.too_near(self._movers.points(poses), poses[:2])
+        near = self._barriers.too_near(self._points.points(poses), poses[:2])
         if not len(near):
             return ''
-        separation = self._clearance.separation
-        far = separation + 4.0 * self._movers.ahead.max()
+        separation = self._barriers.separation
+        far = separation + 4.0 * self._points.ahead.max()
         return (
             f'{robots_in_words([int(robot) + 1 for robot in near])} start too close to others: '
             f'the safety filter guarantees {separation:g} m only if they start {far:g} m apart'
@@ -134,37 +134,39 @@ class BarrierFilter:
             before: The previous commands, shape (3, R).
             now: Time and period.
         """
-        movers, clearance, own = self._movers, self._clearance, self._own
-        assert movers
-        assert clearance
+        control_points, own = self._points, self._own
         directed = self._detour.turned(wanted, own) if self._detour else wanted
-        commands = movers.within_limits(follow(directed))
-        driven = movers.driven(commands, poses) if self._options.accel else directed
-        moved = movers.velocities(driven, commands, poses, now.period)
+        commands = control_points.within_limits(follow(directed))
+        driven = control_points.driven(commands, poses) if self._options.accel else directed
+        moved = control_points.velocities(driven, commands, poses, now.period)
         speeds = np.hypot(moved[0], moved[1])
-        most = np.maximum(np.minimum(fastest, movers.V_max), speeds)
-        points = movers.points(poses)
+        most = np.maximum(np.minimum(fastest, control_points.V_max), speeds)
+        points = control_points.points(poses)
         reach = np.fmax.reduce(speeds, initial=fastest) + _TOLERATED
-        near = clearance.near(points, reach)
-        rows = self._rows(points, poses[:2], near)
-        hindered = rows.chosen(rows.excess(moved) > 0.0).has(len(most))
+        near = self._barriers.near(points, reach)
+        constraints = self._constraints(points, poses[:2], near)
+        constrained = constraints.selected(constraints.excess(moved) > 0.0).has_constraint(
+            len(most)
+        )
         found: Floats | None = moved
-        if hindered.any():
+        if constrained.any():
             aim = moved.copy()  # a blocking robot goes as its law wants if possible
-            aim[:, own] = np.where(hindered[own], directed, moved[:, own])
-            limits = movers.limits(moved, commands, poses, now.period)
+            aim[:, own] = np.where(constrained[own], directed, moved[:, own])
+            limits = control_points.limits(moved, commands, poses, now.period)
             rises = self._rises(moved, before, poses, now.period)
-            found = self._projected(aim, moved, Rows.joined([rows, limits]), rises, most, near)
+            found = self._projected(
+                aim, moved, Constraints.stacked([constraints, limits]), rises, most, near
+            )
         allowed = np.zeros(moved.shape) if found is None else found
         changed = (allowed != moved).any(axis=0)[own]
         velocities = np.where(changed, allowed[:, own], directed)
-        blocks = self._look(wanted, velocities, rows, now)
+        blocks = self._look(wanted, velocities, constraints, now)
         verdicts = np.where((velocities != wanted).any(axis=0), Verdict.CHANGED, Verdict.KEPT)
         verdicts[self._watch.blocked[own] & changed] = Verdict.BLOCKED
         if found is None:
             verdicts[:] = Verdict.NO_SOLUTION
         if changed.any():
-            safe = movers.commands(allowed, poses, now.period)
+            safe = control_points.commands(allowed, poses, now.period)
             known = np.isfinite(safe).all(axis=0)  # a robot without a pose stops
             commands = np.where(changed, np.where(known, safe, 0.0), commands)
         return Allowed(commands, velocities, verdicts, blocks)
@@ -173,38 +175,38 @@ class BarrierFilter:
         self,
         aim: Floats,
         moved: Floats,
-        rows: Rows,
-        rises: list[Rows],
+        constraints: Constraints,
+        rises: list[Constraints],
         most: Floats,
         near: Indices,
     ) -> Floats | None:
         """Return the velocities closest to the aim; safety may exceed the acceleration limit."""
-        found = self._project(aim, Rows.joined([rows, *rises]), most, near)
+        found = self._project(aim, Constraints.stacked([constraints, *rises]), most, near)
         if found is None and rises:
-            found = self._project(moved, rows, most, near)
+            found = self._project(moved, constraints, most, near)
         return found
 
-    def _rises(self, moved: Floats, before: Floats, poses: Floats, Ts: float) -> list[Rows]:
+    def _rises(self, moved: Floats, before: Floats, poses: Floats, Ts: float) -> list[Constraints]:
         if not self._options.accel:
             return []
-        assert self._movers
-        return [self._movers.rises(moved, before, poses, self._options.accel * Ts)]
+        return [self._points.rises(moved, before, poses, self._options.accel * Ts)]
 
-    def _look(self, wanted: Floats, velocities: Floats, rows: Rows, now: Now) -> list[Block]:
+    def _look(
+        self, wanted: Floats, velocities: Floats, constraints: Constraints, now: Now
+    ) -> list[Block]:
         """Find blocked robots, and start their detours; velocities are (2, R)."""
         fleet = np.zeros((2, 2, len(self._is_own)))
         fleet[:, :, self._own] = wanted, velocities
-        blocks = self._watch.look(fleet[0], fleet[1], rows, now)
+        blocks = self._watch.look(fleet[0], fleet[1], constraints, now)
         if self._detour:
-            self._detour.look(fleet[0], self._watch.standing_s, rows, now)
+            self._detour.look(fleet[0], self._watch.stopped_s, constraints, now)
         return blocks
 
-    def _rows(self, points: Floats, centres: Floats, near: Indices) -> Rows:
-        clearance = self._clearance
-        assert clearance
-        parts = [clearance.of_pairs(points, centres, near)]
+    def _constraints(self, points: Floats, centres: Floats, near: Indices) -> Constraints:
+        barriers = self._barriers
+        parts = [barriers.of_pairs(points, centres, near)]
         if self._options.arena:
-            parts.append(clearance.of_arena(points, Arena(*self._options.arena)))
+            parts.append(barriers.of_arena(points, Arena(*self._options.arena)))
         if self._options.obstacles:
-            parts.append(clearance.of_obstacles(points, self._obstacles))
-        return Rows.joined(parts)
+            parts.append(barriers.of_obstacles(points, self._obstacles))
+        return Constraints.stacked(parts)

@@ -1,6 +1,6 @@
-"""Stand-in for a controller that hangs or has died: commands zero velocity once.
+"""Zero commander: commands zero velocity once, in place of a controller that hangs or has died.
 
-The launcher starts it as `ros2 run setcmas_ctrl stand_in --robots 1-8`.
+The launcher starts it as `ros2 run setcmas_ctrl zero_commander --robots 1-8`.
 """
 
 from __future__ import annotations
@@ -18,13 +18,13 @@ _LISTENERS_WAIT_S = 2.0
 
 def main(argv: list[str] | None = None) -> int:
     """Command zero velocity; return the exit status."""
-    parser = argparse.ArgumentParser(prog='stand_in', description=__doc__)
+    parser = argparse.ArgumentParser(prog='zero_commander', description=__doc__)
     parser.add_argument('--robots', required=True, metavar='LIST', help='such as 1-4')
     return node_main(parser, _stop_robots, argv)
 
 
 def _stop_robots(process: RosProcess, args: argparse.Namespace) -> None:
-    node = FleetNode(topics.STAND_IN_NODE)
+    node = FleetNode(topics.ZERO_COMMANDER_NODE)
     process.add(node)
     cmd_vels = [
         CmdVelPublisher(

@@ -1,4 +1,4 @@
-"""Loading of control laws, and loading again on every save (`--watch`)."""
+"""Loader of a process's control laws, and their reload on every save (`--watch`)."""
 
 from __future__ import annotations
 

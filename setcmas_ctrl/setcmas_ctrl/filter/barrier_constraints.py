@@ -1,4 +1,4 @@
-"""Barrier certificates: constraints that keep points apart, inside the arena and off obstacles."""
+"""Barrier constraints: keep control points apart, inside the arena and off obstacles."""
 
 from __future__ import annotations
 
@@ -14,15 +14,15 @@ from setcmas_simu.arrays import Floats
 from setcmas_simu.errors import SetcmasError, needs
 from setcmas_simu.robots.arena import Arena, Obstacles
 
-NOBODY = -1
+NO_POINT = -1
 """Index in place of the second point in constraints of one point."""
 
 Indices = NDArray[np.intp]
 
 
 @dataclass(frozen=True)
-class Rows:
-    """Constraints a (u_i - u_j) <= b on velocities u in m/s; without u_j where j is NOBODY.
+class Constraints:
+    """Constraints a (u_i - u_j) <= b on velocities u in m/s; without u_j where j is NO_POINT.
 
     Attributes:
         i: First points, shape (R,).
@@ -37,12 +37,12 @@ class Rows:
     b: Floats
 
     @classmethod
-    def of_one(cls, i: Indices, a: Floats, b: Floats) -> Rows:
+    def of_single(cls, i: Indices, a: Floats, b: Floats) -> Constraints:
         """Return constraints of single points."""
-        return cls(i, np.full(len(i), NOBODY), a, b)
+        return cls(i, np.full(len(i), NO_POINT), a, b)
 
     @classmethod
-    def joined(cls, parts: Sequence[Rows]) -> Rows:
+    def stacked(cls, parts: Sequence[Constraints]) -> Constraints:
         """Return the constraints of all parts."""
         return cls(
             np.concatenate([part.i for part in parts]),
@@ -53,20 +53,20 @@ class Rows:
 
     def excess(self, velocities: Floats) -> Floats:
         """Return how much velocities (2, N) violate each constraint, in m/s, shape (R,)."""
-        known = np.hstack([velocities, np.zeros((2, 1))])  # the last column is NOBODY's
+        known = np.hstack([velocities, np.zeros((2, 1))])  # the last column is NO_POINT's
         relative = known[:, self.i] - known[:, self.j]
         excess: Floats = self.a[0] * relative[0] + self.a[1] * relative[1] - self.b
         return excess
 
-    def chosen(self, which: NDArray[np.bool_]) -> Rows:
+    def selected(self, which: NDArray[np.bool_]) -> Constraints:
         """Return the constraints in a mask, shape (R,)."""
-        return Rows(self.i[which], self.j[which], self.a[:, which], self.b[which])
+        return Constraints(self.i[which], self.j[which], self.a[:, which], self.b[which])
 
-    def has(self, nb_points: int) -> NDArray[np.bool_]:
+    def has_constraint(self, nb_points: int) -> NDArray[np.bool_]:
         """Return a mask of the N points that have a constraint, shape (N,)."""
-        has = np.zeros(nb_points + 1, dtype=bool)  # the last entry is NOBODY's
-        has[self.i] = has[self.j] = True
-        return has[:-1]
+        mask = np.zeros(nb_points + 1, dtype=bool)  # the last entry is NO_POINT's
+        mask[self.i] = mask[self.j] = True
+        return mask[:-1]
 
     def matrix(self, places: Indices, nb_points: int) -> Floats:
         """Return the constraints as a matrix on vx, vy of some points, shape (R, 2 nb_points).
@@ -77,7 +77,7 @@ class Rows:
         """
         matrix = np.zeros((len(self.i), 2 * nb_points))
         rows = np.arange(len(self.i))
-        paired = self.j != NOBODY
+        paired = self.j != NO_POINT
         for axis in (0, 1):
             matrix[rows, 2 * places[self.i] + axis] = self.a[axis]
             second = 2 * places[self.j[paired]] + axis
@@ -93,7 +93,7 @@ _MARGIN_M = 1e-5
 
 
 @dataclass(frozen=True)
-class Clearance:
+class BarrierConstraints:
     """Distances to keep around robots.
 
     Attributes:
@@ -129,7 +129,7 @@ class Clearance:
         x, y = points
         return np.flatnonzero((x[j] - x[i]) ** 2 + (y[j] - y[i]) ** 2 < far * far)
 
-    def of_pairs(self, points: Floats, centres: Floats, which: Indices) -> Rows:
+    def of_pairs(self, points: Floats, centres: Floats, which: Indices) -> Constraints:
         """Return the constraints of some pairs of points (2, N), by their indices.
 
         An own robot and one of another process each take half of the constraint. Points that have
@@ -139,7 +139,9 @@ class Clearance:
         normal, distance = _apart(points, centres, i, j)
         bound = self._bound(distance - self.separation - self.ahead[i] - self.ahead[j])
         alone = ~self.own[j]
-        return Rows(i, np.where(alone, NOBODY, j), normal, np.where(alone, 0.5 * bound, bound))
+        return Constraints(
+            i, np.where(alone, NO_POINT, j), normal, np.where(alone, 0.5 * bound, bound)
+        )
 
     def too_near(self, points: Floats, centres: Floats) -> Indices:
         """Return the robots whose control points are too close for their centres to stay apart."""
@@ -148,7 +150,7 @@ class Clearance:
         near = distance < self.separation + self.ahead[i] + self.ahead[j] - _MARGIN_M
         return np.union1d(i[near], j[near])
 
-    def of_arena(self, points: Floats, arena: Arena) -> Rows:
+    def of_arena(self, points: Floats, arena: Arena) -> Constraints:
         """Return the constraints of points (2, N) in an arena."""
         own = np.flatnonzero(self.own)
         x, y = points[:, own]
@@ -158,9 +160,9 @@ class Clearance:
             ((0.0, 1.0), arena.ymax - y),
             ((0.0, -1.0), y - arena.ymin),
         )
-        return Rows.joined(
+        return Constraints.stacked(
             [
-                Rows.of_one(
+                Constraints.of_single(
                     own,
                     np.tile(np.array([normal]).T, len(own)),
                     self._bound(left - self.ahead[own]),
@@ -169,7 +171,7 @@ class Clearance:
             ]
         )
 
-    def of_obstacles(self, points: Floats, obstacles: Obstacles) -> Rows:
+    def of_obstacles(self, points: Floats, obstacles: Obstacles) -> Constraints:
         """Return the constraints of points (2, N) among obstacles: one per disc, one per side."""
         own = np.flatnonzero(self.own)
         parts = []
@@ -179,13 +181,13 @@ class Clearance:
             for start, end in polygon.sides:
                 nearest = nearest_points(points[:, own], np.array(start), np.array(end))
                 parts.append(self._off(own, points, nearest, 0.0))
-        return Rows.joined(parts)
+        return Constraints.stacked(parts)
 
-    def _off(self, own: Indices, points: Floats, nearest: Floats, radius: float) -> Rows:
+    def _off(self, own: Indices, points: Floats, nearest: Floats, radius: float) -> Constraints:
         offset = nearest - points[:, own]
         distance = np.maximum(np.hypot(*offset), 1e-9)
         left = distance - radius - 0.5 * self.separation - self.ahead[own]
-        return Rows.of_one(own, offset / distance, self._bound(left))
+        return Constraints.of_single(own, offset / distance, self._bound(left))
 
     def _bound(self, left: Floats) -> Floats:
         return np.maximum(self.gamma * (left - _MARGIN_M), -_RECOVERY)

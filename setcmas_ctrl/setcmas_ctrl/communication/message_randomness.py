@@ -16,7 +16,7 @@ _FIRST = np.ones(1, dtype=np.uint64)
 _BITS = 53  # of a float's significand
 
 
-def streams(*parts: ArrayLike) -> Words:
+def streams_of(*parts: ArrayLike) -> Words:
     """Return a stream of random words for each combination of whole numbers, such as a link.
 
     Args:
@@ -35,7 +35,7 @@ def word(stream: Words, index: NDArray[Any]) -> Words:
     pseudorandom number generators, OOPSLA 2014; the finaliser is Stafford's variant 13).
 
     Args:
-        stream: Streams from `streams`, shape (n,).
+        stream: Streams from `streams_of`, shape (n,).
         index: Whole numbers from 0, of a shape that broadcasts to (n,) or (k, n).
     """
     words: Words = index.astype(np.uint64) * _GAMMA + stream

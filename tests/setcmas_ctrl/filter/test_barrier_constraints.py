@@ -1,6 +1,6 @@
 import numpy as np
 
-from setcmas_ctrl.filter.clearance import Clearance
+from setcmas_ctrl.filter.barrier_constraints import BarrierConstraints
 
 NB_ROBOTS = 30
 SPEED = 0.5
@@ -10,7 +10,7 @@ def test_omitted_pairs_could_not_hinder_points_of_the_given_speed():
     rng = np.random.default_rng(1)
     points = rng.uniform(-4.0, 4.0, (2, NB_ROBOTS))
     own = np.arange(NB_ROBOTS) < 20
-    clearance = Clearance(0.35, 1.5, np.where(own, 0.05, 0.0), own)
+    clearance = BarrierConstraints(0.35, 1.5, np.where(own, 0.05, 0.0), own)
     every = clearance.near(points, np.inf)
 
     near = clearance.near(points, SPEED)
