@@ -22,9 +22,10 @@ from setcmas_simu.arrays import Floats
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet.topics import robot_name
 from setcmas_simu.reports.script_calls import Function
+from setcmas_tools.offline.board import Board
 from setcmas_tools.offline.engine import simulate
 from setcmas_tools.offline.host import Host
-from setcmas_tools.offline.host_child import EndedError, script_of
+from setcmas_tools.offline.host_child import Child, EndedError, script_of
 from setcmas_tools.offline.script_call import Kind, ScriptCall, only_here, result_of
 from setcmas_tools.run.run import Run
 from setcmas_tools.scenario.scenario import Scenario
@@ -63,16 +64,19 @@ class BrokenRun:
 class OfflineRun:
     """A run in a process of its own; use as a context manager, which ends the process.
 
+    It begins with `result`, so that Ctrl-C meets no run that has begun elsewhere.
+
     Attributes:
         elapsed: Duration of the simulation in s, without the start of the process; 0 if it broke.
     """
 
     def __init__(self, scenario: Scenario) -> None:
-        """Start it.
+        """Prepare it.
 
         Args:
             scenario: The scenario, as from `Scenario.found`.
         """
+        self._scenario = scenario
         self._scripts = scenario.law.scripts()
         names = {*scenario.named('model'), *scenario.named('ctc')}
         others = [Path(name).resolve() for name in names if name.endswith('.py')]
@@ -84,18 +88,9 @@ class OfflineRun:
             environment={'PYTHONUNBUFFERED': '1'},
             output=subprocess.PIPE,
         )
-        call = ScriptCall(partial(_simulated, scenario))
-        self._child, self._board = call.begin(self._host)
-        process = self._host.process
-        assert process
-        assert process.stdout
-        assert process.stderr
-        self._readers = [
-            threading.Thread(target=_copy, args=(source, target), daemon=True)
-            for source, target in ((process.stdout, sys.stdout), (process.stderr, sys.stderr))
-        ]
-        for reader in self._readers:
-            reader.start()
+        self._child: Child | None = None
+        self._board = Board()
+        self._readers: list[threading.Thread] = []
 
     def __enter__(self) -> OfflineRun:
         """Return the run."""
@@ -120,8 +115,9 @@ class OfflineRun:
         Raises:
             SetcmasError: The scenario or a script is invalid.
         """
+        child = self._begin()
         try:
-            message = self._message(call_timeout, warn, on_state)
+            message = self._message(child, call_timeout, warn, on_state)
         except EndedError as error:
             return self._broken(str(error), error.places)
         on_state(self._board.done)
@@ -141,24 +137,41 @@ class OfflineRun:
 
     def place(self) -> str:
         """Return the current or last place in the script as text; empty if unknown."""
-        return self._described(self._child.places(self._folders), ' in ')
+        return self._described(self._child.places(self._folders), ' in ') if self._child else ''
+
+    def _begin(self) -> Child:
+        call = ScriptCall(partial(_simulated, self._scenario))
+        self._child, self._board = call.begin(self._host)
+        process = self._host.process
+        assert process
+        assert process.stdout
+        assert process.stderr
+        for source, target in ((process.stdout, sys.stdout), (process.stderr, sys.stderr)):
+            reader = threading.Thread(target=_copy, args=(source, target), daemon=True)
+            reader.start()
+            self._readers.append(reader)
+        return self._child
 
     def _message(
-        self, call_timeout: float, warn: Callable[[str], None], on_state: Callable[[int], None]
+        self,
+        child: Child,
+        call_timeout: float,
+        warn: Callable[[str], None],
+        on_state: Callable[[int], None],
     ) -> bytes:
         calls, since, warned = -1, time.monotonic(), False
-        while (message := self._child.poll(_LOOK_S)) is None:
+        while (message := child.poll(_LOOK_S)) is None:
             on_state(self._board.done)
             now = time.monotonic()
             if self._board.calls != calls or not self._board.robot:
                 calls, since, warned = self._board.calls, now, False
             elif now - since > call_timeout:
-                places = self._child.places(self._folders)
+                places = child.places(self._folders)
                 late = f'{self._late(call_timeout)} (--call-timeout)'
-                raise EndedError(late, self._child.end(), places)
+                raise EndedError(late, child.end(), places)
             elif now - since > STUCK_S and not warned:
                 warned = True
-                place = self._described(self._child.places(self._folders), '; it is at ')
+                place = self._described(child.places(self._folders), '; it is at ')
                 warn(f'{robot_name(self._board.robot)}: {self._late(STUCK_S)}{place}')
         return message
 

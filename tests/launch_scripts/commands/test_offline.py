@@ -1,4 +1,5 @@
 import signal
+import threading
 
 import pytest
 import yaml
@@ -149,6 +150,18 @@ def test_ctrl_c_keeps_what_was_simulated(start, tmp_path):
     record = yaml.safe_load((tmp_path / 'out' / 'run.yaml').read_text())
     assert record['outcome'] == {'state': 'stopped'}
     assert read_fleet(tmp_path / 'out' / 'csv' / 'fleet.csv').t[-1] == 2.0
+
+
+def test_ctrl_c_while_the_run_begins(tmp_path, monkeypatch):
+    def interrupted(thread, start=threading.Thread.start):
+        start(thread)
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(threading.Thread, 'start', interrupted)
+    result = run_here('offline', '--algo', 'consensus', cwd=tmp_path)
+
+    assert result.returncode == 130
+    assert 'stopped by the user' in result.stderr
 
 
 def test_an_earlier_run_is_kept_unless_it_is_to_be_replaced(tmp_path):

@@ -2,7 +2,7 @@
 
 import pytest
 import yaml
-from processes import NO_WINDOWS, SETCMAS, SIMU, run_setcmas
+from processes import NO_WINDOWS, PATIENT_LAB, SETCMAS, SIMU, run_setcmas
 
 pytest.importorskip('rclpy')
 
@@ -34,7 +34,7 @@ def test_a_second_run_commands_nothing(start, peer, tmp_path):
 
 def test_an_emulated_run_that_cannot_be_restarted_ends_and_says_so(start, peer, tmp_path):
     (tmp_path / 'law.py').write_text(LAW)
-    run = ('run', '--emulate', '--algo', 'law.py', '--nb-robots', '1', '--duration', '600')
+    run = ('run', *PATIENT_LAB, '--algo', 'law.py', '--nb-robots', '1', '--duration', '600')
     process = start(*SETCMAS, *run, '--no-plots', '-o', 'out', cwd=tmp_path, env=NO_WINDOWS)
     process.wait_for_output('started: by command')
     peer.publisher(Bool, '/pause').publish(Bool(data=True))
@@ -49,7 +49,7 @@ def test_an_emulated_run_that_cannot_be_restarted_ends_and_says_so(start, peer, 
 @pytest.mark.nightly
 def test_a_second_emulated_run_pauses_no_robot(start, peer, tmp_path):
     (tmp_path / 'law.py').write_text(LAW)
-    run = ('run', '--emulate', '--algo', 'law.py', '--nb-robots', '1')
+    run = ('run', *PATIENT_LAB, '--algo', 'law.py', '--nb-robots', '1')
     first = start(*SETCMAS, *run, '--duration', '600', cwd=tmp_path, env=NO_WINDOWS)
     commands, paused = peer.listen(TwistStamped, '/tb3_1/cmd_vel'), peer.listen(Bool, '/paused')
     peer.wait_for(lambda: commands and commands[-1].twist.linear.x > 0.0)

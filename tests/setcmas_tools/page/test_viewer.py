@@ -4,7 +4,7 @@ import re
 import shutil
 
 import pytest
-from processes import CTRL, NO_WINDOWS, SETCMAS, SIMU
+from processes import CTRL, NO_WINDOWS, PATIENT_LAB, SETCMAS, SIMU
 from terminals import Terminal
 
 pytest.importorskip('rclpy')
@@ -150,7 +150,7 @@ def test_markers_links_broadcasts_and_lost_robots(start, peer):
 def test_a_page_stops_an_experiment_and_never_starts_it(domain):
     from browser import open_browser, wait_for
 
-    terminal = Terminal('expe', '--emulate', '--algo', 'nav_wp', '--no-joystick', '--view')
+    terminal = Terminal('expe', *PATIENT_LAB, '--algo', 'nav_wp', '--no-joystick', '--view')
     try:
         address = terminal.wait_for(ADDRESS).group(1)
         with open_browser(1000, 640) as browser:
@@ -159,8 +159,7 @@ def test_a_page_stops_an_experiment_and_never_starts_it(domain):
             wait_for(lambda: browser.find_element('id', 'stop').is_displayed())
             assert not browser.find_element('id', 'pause').is_enabled()
             assert not browser.find_element('id', 'reset').is_displayed()
-            terminal.start_robots()
-            wait_for(lambda: text(browser, 'state') == 'running')
+            terminal.start_robots(lambda: text(browser, 'state') == 'running')
             click(browser, 'stop')
             terminal.wait_for('EMERGENCY STOP by /emergency_stop')
             wait_for(lambda: text(browser, 'state') == 'EMERGENCY STOP')
