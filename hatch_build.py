@@ -1,4 +1,4 @@
-"""Entry points of the wheel: the doors that the setup.cfg of each package declares."""
+"""Entry points of the wheel: the plugins in the setup.cfg of each package."""
 
 from __future__ import annotations
 
@@ -9,12 +9,12 @@ from typing import Any
 from hatchling.metadata.plugin.interface import MetadataHookInterface
 
 
-class Doors(MetadataHookInterface):
-    """Takes the groups `setcmas.*` over, so that they are written once for pip and colcon."""
+class EntryPoints(MetadataHookInterface):
+    """Copies the groups `setcmas.*`, so that they are written once for pip and colcon."""
 
     def update(self, metadata: dict[str, Any]) -> None:
         """Add the entry points to the metadata of the wheel."""
-        doors: dict[str, dict[str, str]] = {}
+        groups: dict[str, dict[str, str]] = {}
         for path in sorted(Path(self.root).glob('*/setup.cfg')):
             config = ConfigParser(delimiters='=')
             config.read(path)
@@ -22,5 +22,5 @@ class Doors(MetadataHookInterface):
                 if group.startswith('setcmas.'):
                     pairs = (line.split('=') for line in lines.split('\n') if line)
                     found = {name.strip(): target.strip() for name, target in pairs}
-                    doors.setdefault(group, {}).update(found)
-        metadata['entry-points'] = doors
+                    groups.setdefault(group, {}).update(found)
+        metadata['entry-points'] = groups

@@ -1,18 +1,20 @@
-"""Things of a package of somebody else's, without its installation."""
+"""Plugins of another package, without installing it."""
 
 from types import SimpleNamespace
 
-from setcmas_simu import doors
-from setcmas_simu.doors import Offer
+from setcmas_simu import plugins
+from setcmas_simu.plugins import Plugin
 
 
-def offer(monkeypatch, door, **things):
-    """Let the package my-lab 1.0 offer things by name at a door."""
-    offers = doors._offers
+def add_plugins(monkeypatch, group, **things):
+    """Add objects of the package my-lab 1.0 to a group, by name."""
+    installed = plugins._plugins
     own = {
-        name: Offer(name, 'my-lab', '1.0', SimpleNamespace(load=lambda thing=thing: thing))
+        name: Plugin(name, 'my-lab', '1.0', SimpleNamespace(load=lambda thing=thing: thing))
         for name, thing in things.items()
     }
     monkeypatch.setattr(
-        doors, '_offers', lambda group: offers(group) | (own if group == door.group else {})
+        plugins,
+        '_plugins',
+        lambda name: installed(name) | (own if name == group.name else {}),
     )

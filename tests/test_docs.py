@@ -94,7 +94,7 @@ def test_without_entry_points_no_table_is_emptied(monkeypatch):
     import mocap_page
 
     monkeypatch.setattr(generate, 'generated_files', mocap_page.text)
-    monkeypatch.setattr('setcmas_simu.doors._offers', lambda _: {})
+    monkeypatch.setattr('setcmas_simu.plugins._plugins', lambda _: {})
 
     with pytest.raises(SystemExit, match='is installed; install setcmas again'):
         generate.main()

@@ -4,7 +4,7 @@ import subprocess
 import sys
 from importlib.metadata import packages_distributions
 
-DOORS = 'from setcmas_tools import check, simulate\nimport setcmas_tools.page.report_file\n'
+IMPORTS = 'from setcmas_tools import check, simulate\nimport setcmas_tools.page.report_file\n'
 LIBRARIES = {
     'numpy', 'yaml', 'matplotlib', 'mpl_toolkits',
     'PIL', 'contourpy', 'cycler', 'dateutil', 'fontTools', 'kiwisolver', 'packaging', 'pyparsing',
@@ -20,7 +20,7 @@ OTHERS = {
 LIST = f"""
 import sys
 before = set(sys.modules)
-{DOORS}
+{IMPORTS}
 tops = {{name.partition('.')[0] for name in sys.modules.keys() - before}}
 print(*tops)
 """
@@ -33,7 +33,7 @@ class Refuse:
             raise ModuleNotFoundError(name=name)
 
 sys.meta_path.insert(0, Refuse())
-{DOORS}
+{IMPORTS}
 from setcmas_ctrl.scripts.loader import ALGORITHMS
 from setcmas_tools.page.facts import Pair
 

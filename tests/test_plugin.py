@@ -174,7 +174,7 @@ def test_a_shipped_name_is_not_taken_over_and_the_plugin_is_reported(setcmas, tm
     result = setcmas('new', 'mine', '--from', 'consensus', cwd=tmp_path)
 
     assert (tmp_path / 'mine.py').read_text() == ALGORITHMS.file('consensus').read_text()
-    told = "package example-lab also offers control law 'consensus'; using that of setcmas"
+    told = "package example-lab also has a control law 'consensus'; using that of setcmas"
     assert told in result.stderr
 
 
@@ -182,10 +182,10 @@ def test_a_shipped_name_is_not_taken_over_and_the_plugin_is_reported(setcmas, tm
 def test_the_pages_show_the_files_of_this_package(page):
     text = page.read_text()
     files = re.findall(r'`example_lab/(\w+)\.py`:\n\n```python\n(.*?)```', text, re.DOTALL)
-    (door,) = re.findall(r'```toml\n(.*?)```', text, re.DOTALL)
+    (entry_point,) = re.findall(r'```toml\n(.*?)```', text, re.DOTALL)
 
     assert files
     for name, code in files:
         assert code == (PLUGIN / 'example_lab' / f'{name}.py').read_text()
-    header, line = door.splitlines()
+    header, line = entry_point.splitlines()
     assert line in (PLUGIN / 'pyproject.toml').read_text().partition(header)[2].split('\n\n')[0]

@@ -29,7 +29,7 @@ def test_its_moving_picture_is_small():
 
 
 def test_every_built_in_law_is_named():
-    for path in sorted({ALGORITHMS.file(name) for name in ALGORITHMS.offers()}):
+    for path in sorted({ALGORITHMS.file(name) for name in ALGORITHMS.plugins()}):
         assert f'`{path.stem}`' in README
 
 

@@ -18,15 +18,15 @@ def text() -> str:
     """
     config = ConfigParser(delimiters='=')
     config.read(_DECLARED)
-    for line in config['options.entry_points'][MOCAP_SOURCES.group].split('\n'):
+    for line in config['options.entry_points'][MOCAP_SOURCES.name].split('\n'):
         if line:
-            MOCAP_SOURCES.offer(line.partition('=')[0].strip())
+            MOCAP_SOURCES.plugin(line.partition('=')[0].strip())
     lines = [
         '| `mocap.preset` | topic | type | a lost body looks like | read from |',
         '|---|---|---|---|---|',
     ]
-    for name, offer in MOCAP_SOURCES.offers().items():
-        if offer.shipped:
+    for name, plugin in MOCAP_SOURCES.plugins().items():
+        if plugin.built_in:
             source = MOCAP_SOURCES.get(name)
             kind = source.message_type.rpartition('/')[2]
             lost = ', or '.join(source.lost_looks_like)

@@ -17,7 +17,7 @@ from setcmas_simu import __version__
 
 ROOT = Path(__file__).parents[2]
 HELP = 'setcmas --help'
-DOORS = (
+PLUGINS = (
     'python3 -c "from importlib.metadata import distribution;'
     "print(distribution('setcmas_ctrl').entry_points.groups)\""
 )
@@ -43,19 +43,19 @@ def test_every_executable_exists(package):
         assert f'def {function}(' in path.read_text(), path
 
 
-def test_pip_installs_the_doors_that_the_packages_declare():
-    doors = {}
+def test_pip_installs_the_plugins_that_the_packages_declare():
+    groups = {}
     for package in PACKAGES:
         for group, targets in declared(package).items():
             if group.startswith('setcmas.'):
-                doors.setdefault(group, {}).update(targets)
+                groups.setdefault(group, {}).update(targets)
     installed = {}
     for entry in distribution('setcmas').entry_points:
         if entry.group.startswith('setcmas.'):
             installed.setdefault(entry.group, {})[entry.name] = entry.value
 
-    assert installed == doors, 'pip install --no-deps -e . installs them anew'
-    assert doors
+    assert installed == groups, 'pip install --no-deps -e . installs them anew'
+    assert groups
 
 
 def declared(package):
@@ -103,7 +103,7 @@ def test_colcon_builds_the_five_packages(start, domain, tmp_path, option):
         assert int(next(results.iter('testsuite')).get('tests')) > 200
 
     sourced = subprocess.run(
-        ['bash', '-c', f'source install/setup.bash && command -v setcmas && {HELP} && {DOORS}'],
+        ['bash', '-c', f'source install/setup.bash && command -v setcmas && {HELP} && {PLUGINS}'],
         cwd=tmp_path,
         env=environment,
         capture_output=True,

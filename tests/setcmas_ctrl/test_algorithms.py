@@ -9,7 +9,7 @@ from setcmas_simu.fleet.fleet import start_poses
 from setcmas_tools import simulate
 from setcmas_tools.run.run_tables import read_fleet
 
-LAWS = sorted({ALGORITHMS.file(name) for name in ALGORITHMS.offers()})
+LAWS = sorted({ALGORITHMS.file(name) for name in ALGORITHMS.plugins()})
 
 
 def poses_of(algo, poses, duration):

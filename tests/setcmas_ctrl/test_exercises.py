@@ -8,7 +8,7 @@ from setcmas_ctrl.scripts.loader import ALGORITHMS, EXERCISES, find_script, load
 from setcmas_simu.errors import SetcmasError
 from setcmas_tools import simulate
 
-FILES = sorted({EXERCISES.file(name) for name in EXERCISES.offers()})
+FILES = sorted({EXERCISES.file(name) for name in EXERCISES.plugins()})
 LAWS = [path for path in FILES if path.stem != 'ctc']
 PARTS = ('Goal', 'Formula', 'What to observe', 'Commands')
 

@@ -73,7 +73,7 @@ def main(args: argparse.Namespace) -> int:
         raise SetcmasError('FOLDER is missing; name the folder of the submissions')
     formats = args.format or CLASS_FORMATS
     for name in formats:
-        GRADE_FORMATS.offer(name)  # report a mistake before grading
+        GRADE_FORMATS.plugin(name)  # report a mistake before grading
     folder = args.output or Path('grades')
     _check_place(folder, args.folder)
     try:

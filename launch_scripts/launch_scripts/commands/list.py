@@ -20,7 +20,7 @@ from typing import Any
 from setcmas_ctrl.control.references import TASKS, TaskNames
 from setcmas_ctrl.scripts.loader import ALGORITHMS, EXERCISES, scripts_in
 from setcmas_expe.mocap.sources import MOCAP_SOURCES, MocapSource
-from setcmas_simu.doors import Door, Offer, ScriptDoor, UnusableError
+from setcmas_simu.plugins import Plugin, PluginError, PluginGroup, ScriptGroup
 from setcmas_simu.robots.models import MODELS
 from setcmas_simu.table import Table
 from setcmas_tools.grade.criteria import COMPARED
@@ -39,7 +39,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def main(args: argparse.Namespace) -> int:
-    """Print a table per door; return the exit status."""
+    """Print a table per group of plugins; return the exit status."""
     del args
     _print('control laws, for --algo', _scripts(ALGORITHMS))
     _print('exercises, for --algo with --exercise', _scripts(EXERCISES))
@@ -77,12 +77,14 @@ def _own_scripts(folder: Path) -> Iterable[tuple[str, ...]]:
             yield path.stem, summary
 
 
-def _scripts(door: ScriptDoor) -> Iterable[tuple[str, ...]]:
-    return _rows(door, lambda name: summary_of(door.file(name)) or f'(must define {FUNCTIONS[0]})')
+def _scripts(group: ScriptGroup) -> Iterable[tuple[str, ...]]:
+    return _rows(
+        group, lambda name: summary_of(group.file(name)) or f'(must define {FUNCTIONS[0]})'
+    )
 
 
-def _things(door: Door[Any], describe: Callable[[Any], str]) -> Iterable[tuple[str, ...]]:
-    return _rows(door, lambda name: describe(door.get(name)))
+def _things(group: PluginGroup[Any], describe: Callable[[Any], str]) -> Iterable[tuple[str, ...]]:
+    return _rows(group, lambda name: describe(group.get(name)))
 
 
 def _purpose(thing: object) -> str:
@@ -93,13 +95,13 @@ def _purpose(thing: object) -> str:
 
 def _plot_purpose(name: str) -> str:
     """Return the purpose of a plot; read ours from the source, to avoid importing matplotlib."""
-    offer = PLOTS.offer(name)
-    spec = importlib.util.find_spec(offer.entry.module) if offer.shipped else None
+    plugin = PLOTS.plugin(name)
+    spec = importlib.util.find_spec(plugin.entry.module) if plugin.built_in else None
     if not (spec and spec.origin):
         return _purpose(PLOTS.get(name))
     tree = ast.parse(Path(spec.origin).read_bytes())
     functions = [node for node in tree.body if isinstance(node, ast.FunctionDef)]
-    [own] = [node for node in functions if node.name == offer.entry.attr]
+    [own] = [node for node in functions if node.name == plugin.entry.attr]
     return (ast.get_docstring(own) or '').partition('\n')[0]
 
 
@@ -116,19 +118,19 @@ def _format(format_: GradeFormat) -> str:
 
 
 def _rows(
-    door: Door[Any] | ScriptDoor, summary: Callable[[str], str]
+    group: PluginGroup[Any] | ScriptGroup, summary: Callable[[str], str]
 ) -> Iterable[tuple[str, ...]]:
     """Yield names, package and summary; names of the same object share a row."""
-    same: dict[str, list[Offer]] = {}
-    for offer in door.offers().values():
-        same.setdefault(offer.entry.value, []).append(offer)
-    for offers in same.values():
+    same: dict[str, list[Plugin]] = {}
+    for plugin in group.plugins().values():
+        same.setdefault(plugin.entry.value, []).append(plugin)
+    for same_object in same.values():
         try:
-            described = summary(offers[0].name)
-        except UnusableError as error:
+            described = summary(same_object[0].name)
+        except PluginError as error:
             described = f'(cannot be used: {error.reason})'
-        names = ', '.join(offer.name for offer in offers)
-        yield names, f'{offers[0].package} {offers[0].version}', described
+        names = ', '.join(plugin.name for plugin in same_object)
+        yield names, f'{same_object[0].package} {same_object[0].version}', described
 
 
 def _print(title: str, rows: Iterable[tuple[str, ...]]) -> None:

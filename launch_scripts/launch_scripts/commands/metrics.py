@@ -34,7 +34,7 @@ class MetricsOptions(Options):
         'task of the robots',
         default=None,
         default_text='as declared by the law',
-        complete=lambda **_: list(TASKS.offers()),
+        complete=lambda **_: list(TASKS.plugins()),
     )
     algo: str | None = option(
         Kind(metavar='NAME'),
@@ -74,6 +74,6 @@ def main(args: argparse.Namespace) -> int:
     evaluation = evaluate(run, metrics_file=target, warn=_warn)
     print(evaluation)
     if run.references is None:
-        print(f'unknown task: give --task {{{",".join(TASKS.offers())}}} and --algo')
+        print(f'unknown task: give --task {{{",".join(TASKS.plugins())}}} and --algo')
     print(target)
     return 0

@@ -122,7 +122,7 @@ class LawOptions(GainOptions):
         _LawName(metavar='NAME'),
         'control law: a path, NAME.py in this folder, or a built-in law (see setcmas list); or '
         "one per robot: '1:leader.py,2-8:follower.py'",
-        complete=names_and_files(ALGORITHMS.offers, ('py',)),
+        complete=names_and_files(ALGORITHMS.plugins, ('py',)),
     )
     exercise: bool = flag('run the exercise version of --algo instead of the law')
     set: Mapping[str, Any] = option(

@@ -11,8 +11,8 @@ from typing import Any
 import numpy as np
 
 from setcmas_ctrl.scripts.script_errors import AbandonCall, StopCall, describe_failure, safe_text
-from setcmas_simu.doors import Door, instance_of
 from setcmas_simu.errors import SetcmasError
+from setcmas_simu.plugins import PluginGroup, instance_of
 
 Kind = Callable[[Any], Any]
 """Converts a reference to numbers and lists; raises ValueError with what it must be."""
@@ -31,7 +31,7 @@ class TaskNames:
     defaults: Mapping[str, Any] = field(default_factory=dict)
 
 
-TASKS = Door('setcmas.tasks', 'task', instance_of(TaskNames))
+TASKS = PluginGroup('setcmas.tasks', 'task', instance_of(TaskNames))
 """Installed tasks; each is imported when a law names it."""
 
 

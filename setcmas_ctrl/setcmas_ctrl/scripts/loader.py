@@ -25,12 +25,12 @@ from setcmas_ctrl.scripts.script_settings import (
     converted,
     plain_names,
 )
-from setcmas_simu.doors import ScriptDoor
 from setcmas_simu.errors import SetcmasError, did_you_mean
 from setcmas_simu.fleet.topics import robot_name
+from setcmas_simu.plugins import ScriptGroup
 
-ALGORITHMS = ScriptDoor('setcmas.algorithms', 'control law')
-EXERCISES = ScriptDoor('setcmas.exercises', 'exercise')
+ALGORITHMS = ScriptGroup('setcmas.algorithms', 'control law')
+EXERCISES = ScriptGroup('setcmas.exercises', 'exercise')
 """Scripts whose maths students fill in."""
 
 _MOST_NAMES = 10
@@ -52,13 +52,13 @@ def find_script(name: str, exercise: bool = False) -> Path:
         with contextlib.suppress(OSError):  # such as a name that is too long
             if path.is_file():
                 return _no_notebook(path.resolve())
-    doors = {'exercises': EXERCISES} if exercise else {}
-    doors['control laws'] = ALGORITHMS
-    for door in doors.values():
-        if name in door:
-            return door.file(name)
+    groups = {'exercises': EXERCISES} if exercise else {}
+    groups['control laws'] = ALGORITHMS
+    for group in groups.values():
+        if name in group:
+            return group.file(name)
     _refuse_other_kinds(Path(name))
-    names = {title: list(door.offers()) for title, door in doors.items()}
+    names = {title: list(group.plugins()) for title, group in groups.items()}
     names['in this folder'] = [path.stem for path in scripts_in(Path.cwd()) if _may_be_law(path)]
     known = list(dict.fromkeys(stem for stems in names.values() for stem in stems))
     lists = '; '.join(f'{title}: {_first(stems)}' for title, stems in names.items())

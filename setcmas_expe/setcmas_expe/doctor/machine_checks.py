@@ -13,8 +13,8 @@ from collections.abc import Mapping
 from importlib import metadata
 
 from setcmas_expe.doctor.findings import NOTE, OK, PROBLEM, Finding
-from setcmas_simu.doors import door_groups, unknown_groups
 from setcmas_simu.errors import did_you_mean, install_command
+from setcmas_simu.plugins import known_groups, unknown_groups
 
 _GROUP = '239.255.0.1'  # that of DDS discovery
 _SIOCGIFADDR = 0x8915
@@ -94,7 +94,7 @@ def environment_findings() -> list[Finding]:
 
 def plugin_findings() -> list[Finding]:
     """Return the groups of entry points that setcmas does not know: typing mistakes of plugins."""
-    known = door_groups()
+    known = known_groups()
     return [
         Finding(
             PROBLEM,

@@ -41,7 +41,7 @@ from setcmas_simu.robots.model import ROBOT_MODELS
 from setcmas_simu.ros import qos
 from setcmas_simu.ros.process import FleetNode, RosProcess, node_main
 from setcmas_simu.ros.step_loop import StepLoop
-from setcmas_simu.simulator.simulator_guard import RobotLocks
+from setcmas_simu.simulator.duplicate_simulators import RobotLocks
 
 
 class Schedule:

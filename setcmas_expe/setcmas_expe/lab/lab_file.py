@@ -21,10 +21,10 @@ from setcmas_expe.mocap.sources import (
     check_topic,
     per_body,
 )
-from setcmas_simu.doors import UnusableError
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet.topics import AUTO, CMD_VEL_TYPES, robot_name
 from setcmas_simu.options.kinds import Number, OneOf, Whole
+from setcmas_simu.plugins import PluginError
 from setcmas_simu.robots.arena import Arena, Obstacles
 from setcmas_simu.robots.model import ROBOT_MODELS, VelocityLimits
 from setcmas_simu.yaml_entries import Entry, read_entries
@@ -168,10 +168,10 @@ def _refuse_same(entry: Entry, robot: LabRobot, other: LabRobot) -> None:
 
 
 def _mocap(fields: dict[str, Entry]) -> Mocap:
-    name = OneOf((*MOCAP_SOURCES.offers(), CUSTOM)).of(fields['preset'])
+    name = OneOf((*MOCAP_SOURCES.plugins(), CUSTOM)).of(fields['preset'])
     try:
         source = _custom(fields) if name == CUSTOM else MOCAP_SOURCES.get(name)
-    except UnusableError as error:
+    except PluginError as error:
         raise fields['preset'].error(str(error)) from error
     if 'topic' in fields:
         try:
@@ -191,7 +191,7 @@ def _custom(fields: dict[str, Entry]) -> MocapSource:
     """Return a source without topic and type, which the lab file gives."""
     missing = [key for key in ('topic', 'type') if key not in fields]
     if missing:
-        known = ', '.join(MOCAP_SOURCES.offers())
+        known = ', '.join(MOCAP_SOURCES.plugins())
         raise fields['preset'].mistake(
             f'a preset ({known}), or custom together with mocap.{missing[0]}'
         )

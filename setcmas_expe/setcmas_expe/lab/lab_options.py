@@ -35,7 +35,7 @@ class LabChoice(Options):
         Kind(metavar='NAME'),
         'motion capture driver (see setcmas list)',
         default=None,
-        complete=names_and_files(MOCAP_SOURCES.offers),
+        complete=names_and_files(MOCAP_SOURCES.plugins),
     )
     resume: bool = flag('let robots resume by themselves when the reason for a stop is gone')
     without_guard: bool = flag(

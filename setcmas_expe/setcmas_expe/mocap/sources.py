@@ -8,8 +8,8 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from setcmas_expe.mocap.sample import Sample
-from setcmas_simu.doors import Door, MisfitError
 from setcmas_simu.errors import SetcmasError
+from setcmas_simu.plugins import InvalidPluginError, PluginGroup
 from setcmas_simu.ros.message_class import NoPythonTypeError, message_class
 
 Read = Callable[[Any], Iterator[tuple[str, Sample]]]
@@ -160,18 +160,20 @@ def checked_source(thing: object) -> MocapSource:
     """Return a plugin as a source.
 
     Raises:
-        MisfitError: It is not a source.
+        InvalidPluginError: It is not a source.
     """
     if not isinstance(thing, MocapSource):
-        raise MisfitError(f'it is a {type(thing).__name__}; it must be a MocapSource')
+        raise InvalidPluginError(f'it is a {type(thing).__name__}; it must be a MocapSource')
     try:
         check_topic(thing.topic, thing.per_body)
     except SetcmasError as error:
-        raise MisfitError(str(error)) from None
+        raise InvalidPluginError(str(error)) from None
     if not re.fullmatch(r'\w+/msg/\w+', thing.message_type):
-        raise MisfitError(f"type '{thing.message_type}' must be like geometry_msgs/msg/Pose")
+        raise InvalidPluginError(
+            f"type '{thing.message_type}' must be like geometry_msgs/msg/Pose"
+        )
     return thing
 
 
-MOCAP_SOURCES = Door('setcmas.mocap_sources', 'mocap source', checked_source)
+MOCAP_SOURCES = PluginGroup('setcmas.mocap_sources', 'mocap source', checked_source)
 """The drivers that a lab file may name, except `custom`."""

@@ -11,10 +11,10 @@ from typing import Any, Protocol
 import numpy as np
 
 from setcmas_simu.arrays import Floats
-from setcmas_simu.doors import Door, MisfitError
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet.fleet import format_robots
 from setcmas_simu.fleet.per_robot import check_in_fleet, is_per_robot, parse_per_robot
+from setcmas_simu.plugins import InvalidPluginError, PluginGroup
 from setcmas_simu.robots.identified_robot import ENDINGS, ModelFile, read_model_file
 from setcmas_simu.robots.model import Motion, RobotModel, Shape, limits_named
 from setcmas_simu.robots.plugin_model import PluginModel
@@ -86,21 +86,21 @@ class ScriptLoader(Protocol):
 
 def _checked(thing: Any) -> RobotModel:
     if isinstance(thing, type):
-        raise MisfitError(f'it is a class; it must be an instance, such as {thing.__name__}()')
+        raise InvalidPluginError(f'it is a class; it must be an instance, as {thing.__name__}()')
     if not isinstance(thing, RobotModel):
-        raise MisfitError(f'it is a {type(thing).__name__}; it must be a RobotModel')
+        raise InvalidPluginError(f'it is a {type(thing).__name__}; it must be a RobotModel')
     return thing
 
 
 def _callable(thing: Any) -> ScriptLoader:
     if not callable(thing):
-        raise MisfitError(f'it is a {type(thing).__name__}; it must be a function')
+        raise InvalidPluginError(f'it is a {type(thing).__name__}; it must be a function')
     load: ScriptLoader = thing
     return load
 
 
-MODELS = Door('setcmas.robot_models', 'robot model', _checked)
-SCRIPT_LOADERS = Door('setcmas.robot_scripts', 'loader of robot scripts', _callable)
+MODELS = PluginGroup('setcmas.robot_models', 'robot model', _checked)
+SCRIPT_LOADERS = PluginGroup('setcmas.robot_scripts', 'loader of robot scripts', _callable)
 """Loaders of robot scripts. They ship with the control scripts, whose loader they use."""
 
 
@@ -196,7 +196,7 @@ def check_models(names: Sequence[str], limits: str, robots: Sequence[int] | None
         elif name in files:
             files[name].robot(robot)
         elif name != UNICYCLE:
-            MODELS.offer(name)
+            MODELS.plugin(name)
     others = {robot: name for robot, name in zip(numbers, names, strict=True) if name != UNICYCLE}
     if others and limits != NO_LIMITS:
         whom = f'robot{"s" * (len(others) > 1)} {format_robots(list(others))}'
@@ -252,8 +252,8 @@ def seed_scripts(names: Sequence[str], seed: int) -> None:
 
 
 def _model(name: str, warn: Callable[[str], None]) -> RobotModel:
-    model, offer = MODELS.get(name), MODELS.offer(name)
-    return model if offer.shipped else PluginModel(model, offer, warn)
+    model, plugin = MODELS.get(name), MODELS.plugin(name)
+    return model if plugin.built_in else PluginModel(model, plugin, warn)
 
 
 def _files(names: Sequence[str]) -> dict[str, ModelFile]:

@@ -11,27 +11,27 @@ from typing import Any
 import numpy as np
 
 from setcmas_simu.arrays import Floats
-from setcmas_simu.doors import Offer
 from setcmas_simu.errors import SetcmasError
+from setcmas_simu.plugins import Plugin
 from setcmas_simu.robots.model import TWIST, RobotModel
 
 
 class PluginModel(RobotModel):
     """A model of a plugin, whose results are checked."""
 
-    def __init__(self, model: RobotModel, offer: Offer, warn: Callable[[str], None]) -> None:
+    def __init__(self, model: RobotModel, plugin: Plugin, warn: Callable[[str], None]) -> None:
         """Take the model.
 
         Args:
             model: The model.
-            offer: Its name and package.
+            plugin: Its name and package.
             warn: Shows a message about its first failure.
         """
         self.shape, self.V_max = model.shape, model.V_max
         self.motion, self.limits = model.motion, model.limits
         self.failed = False
         self._model = model
-        self._name = f'robot model {offer.title}'
+        self._name = f'robot model {plugin.title}'
         self._warn = warn
 
     def start(self, poses: Floats) -> Floats:

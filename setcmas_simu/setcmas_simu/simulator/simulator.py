@@ -21,10 +21,10 @@ from setcmas_simu.ros.fleet_topic import FleetAnnouncer
 from setcmas_simu.ros.parameters import ProcessParameters, fixed_in_lockstep
 from setcmas_simu.ros.process import FleetNode, RosProcess, node_main
 from setcmas_simu.ros.step_loop import ScaledClock, StepLoop
+from setcmas_simu.simulator.duplicate_simulators import DuplicateSimulators
 from setcmas_simu.simulator.fleet_stepper import FleetStepper
 from setcmas_simu.simulator.lockstep_simulator import LockstepLoop
 from setcmas_simu.simulator.lockstep_topics import ClockTopic
-from setcmas_simu.simulator.simulator_guard import SimulatorGuard
 from setcmas_simu.simulator.simulator_options import (
     SimulatedRobots,
     SimulationOptions,
@@ -68,7 +68,7 @@ def _simulate(process: RosProcess, args: argparse.Namespace) -> None:
     parameters = ProcessParameters(node, options, PARAMETERS)
     options = parameters.options
     announcer = FleetAnnouncer(node, Kind.SIMULATOR)
-    guard = SimulatorGuard(node, simulated.robots)
+    guard = DuplicateSimulators(node, simulated.robots)
     seed_scripts(simulated.models, options.seed)
     profile = qos.LOCKSTEP_STATE if options.lockstep else qos.STATE
     nodes = _virtual_robots(simulated, options, profile)

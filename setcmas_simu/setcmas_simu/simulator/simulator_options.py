@@ -201,7 +201,7 @@ class RobotOptions(StartPoseOptions):
         "written by setcmas identify, or per robot: '1:burger,2-4:my_robot.py'",
         default=None,
         default_text=UNICYCLE,
-        complete=names_and_files(ROBOT_MODELS.offers, ('py', 'yaml')),
+        complete=names_and_files(ROBOT_MODELS.plugins, ('py', 'yaml')),
     )
     limits: str = option(
         OneOf(tuple(MODELS)),

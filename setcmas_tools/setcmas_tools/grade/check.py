@@ -195,13 +195,13 @@ def chosen_rubric(script: Path | None, rubric: str | Path | None) -> Rubric:
     if rubric is not None and str(rubric) in EXERCISES:
         return rubric_of_exercise(str(rubric))
     if rubric is not None:
-        near = did_you_mean(rubric, EXERCISES.offers())
+        near = did_you_mean(rubric, EXERCISES.plugins())
         if near and not Path(rubric).exists():
             raise SetcmasError(f"there is no rubric '{rubric}'{near}")
         return read_rubric(Path(rubric))
     if script and (exercise := exercise_of(script)):
         return rubric_of_exercise(exercise)
-    known = ', '.join(EXERCISES.offers())
+    known = ', '.join(EXERCISES.plugins())
     what = f'{script.name} names no exercise' if script else 'a function names no exercise'
     raise SetcmasError(
         f'{what}; give a rubric, or one of {known} (in a script, name it in a line such '

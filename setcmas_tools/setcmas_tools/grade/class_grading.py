@@ -299,7 +299,7 @@ def _prints(
     if rubric.exercise:
         given = fingerprint([EXERCISES.file(rubric.exercise).read_bytes()])
     own = {one.name: fingerprint(_sources(one), given) for one in submissions}
-    shipped = (name for name, offer in ALGORITHMS.offers().items() if offer.shipped)
+    shipped = (name for name, plugin in ALGORITHMS.plugins().items() if plugin.built_in)
     laws = {ALGORITHMS.file(name): f'the built-in law {name}' for name in shipped}
     if rubric.solution:
         laws = {rubric.solution: 'the solution', **laws}

@@ -60,7 +60,7 @@ FIGURES = {
 
 def is_plugins(name: str) -> bool:
     """Return whether a name may be a column of a plugin's metric."""
-    own = METRICS.offers().keys() - SHIPPED - {'safety'}
+    own = METRICS.plugins().keys() - SHIPPED - {'safety'}
     return any(name.startswith(one) for one in own)
 
 

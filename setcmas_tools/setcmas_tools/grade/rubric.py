@@ -146,7 +146,7 @@ def read_rubric(path: Path) -> Rubric:
         raise SetcmasError(f"rubric '{path}' is empty; it must have a list of scenarios")
     fields = content.fields(_KEYS)
     exercise = (
-        OneOf(tuple(EXERCISES.offers())).of(fields['exercise']) if 'exercise' in fields else ''
+        OneOf(tuple(EXERCISES.plugins())).of(fields['exercise']) if 'exercise' in fields else ''
     )
     function = CONTROL
     if 'function' in fields:

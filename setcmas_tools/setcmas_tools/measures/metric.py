@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
-from setcmas_simu.doors import Door, MisfitError
+from setcmas_simu.plugins import InvalidPluginError, PluginGroup
 
 if TYPE_CHECKING:
     from setcmas_tools.run.run import Run
@@ -85,14 +85,14 @@ def measured(name: str, result: object) -> Measured | None:
     """Return what a metric has returned as a measurement; a number becomes a `Value`.
 
     Raises:
-        MisfitError: It is something else, or has fields that metrics.yaml cannot hold.
+        InvalidPluginError: It is something else, or has fields that metrics.yaml cannot hold.
     """
     if isinstance(result, Real) and not isinstance(result, bool):
         result = Value(name, float(result))
     if result is None:
         return None
     if not isinstance(result, Measured):
-        raise MisfitError(
+        raise InvalidPluginError(
             f'returned {_kind(result)}; it must return a number, a Value of a number or of '
             'numbers by robot, or None'
         )
@@ -101,7 +101,7 @@ def measured(name: str, result: object) -> Measured | None:
     result.lines(None)
     for field, value in result.as_dict().items():
         if not _is_plain(value):
-            raise MisfitError(
+            raise InvalidPluginError(
                 f'returned {_kind(value)} as {field}; it must be a number, a text, or a list or '
                 'dictionary of these'
             )
@@ -122,9 +122,9 @@ def _is_plain(value: object) -> bool:
 
 def _metric(thing: object) -> Metric:
     if not callable(thing):
-        raise MisfitError(f'it is a {type(thing).__name__}; it must be a function of a run')
+        raise InvalidPluginError(f'it is a {type(thing).__name__}; it must be a function of a run')
     return thing
 
 
-METRICS = Door('setcmas.metrics', 'metric', _metric)
+METRICS = PluginGroup('setcmas.metrics', 'metric', _metric)
 """Installed metrics."""

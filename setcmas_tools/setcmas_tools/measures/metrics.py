@@ -12,9 +12,9 @@ import numpy as np
 import yaml
 
 from setcmas_ctrl.control.references import TASKS
-from setcmas_simu.doors import MisfitError
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet.topics import robot_name
+from setcmas_simu.plugins import InvalidPluginError
 from setcmas_simu.table import Table
 from setcmas_tools.measures.metric import METRICS, Columns, Measured, Metric, measured
 from setcmas_tools.measures.motion_metrics import largest_speed
@@ -151,7 +151,7 @@ def _found(
 ) -> dict[str, Measured | None]:
     found: dict[str, Measured | None] = {}
     for name, metric in {**METRICS.usable(warn), **own}.items():
-        title = f"'{name}'" if name in own else METRICS.offer(name).title
+        title = f"'{name}'" if name in own else METRICS.plugin(name).title
         with _failures(f'metric {title}', warn):
             found[name] = measured(name, metric(run))
     return found
@@ -161,7 +161,7 @@ def _of_task(
     run: Run, task: Task, references: Mapping[str, Any], warn: Callable[[str], None]
 ) -> dict[str, Measured | None]:
     assert run.references
-    title = f'task {TASKS.offer(run.references.task).title}'
+    title = f'task {TASKS.plugin(run.references.task).title}'
     found: dict[str, Measured | None] = {}
     with _failures(title, warn):
         for name, result in task.metrics(run, references).items():
@@ -177,7 +177,7 @@ def _failures(title: str, warn: Callable[[str], None]) -> Iterator[None]:
         yield
     except SetcmasError:
         raise
-    except MisfitError as error:
+    except InvalidPluginError as error:
         warn(f'{title} {error}')
     except Exception as error:  # a plugin may raise anything
         reason = ' '.join(f'{type(error).__name__}: {error}'.split())

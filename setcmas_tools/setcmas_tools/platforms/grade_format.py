@@ -10,8 +10,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from setcmas_simu.doors import Door, instance_of
 from setcmas_simu.errors import SetcmasError
+from setcmas_simu.plugins import PluginGroup, instance_of
 from setcmas_tools.grade.check import student_view
 from setcmas_tools.grade.mark_pages import failure_line, file_names, points_text
 from setcmas_tools.grade.marks import CriterionMark, Failure, Marks, ScenarioMark
@@ -111,7 +111,7 @@ class GradeFormat:
     bundle: Callable[[Kit], Files] | None = None
 
 
-GRADE_FORMATS: Door[GradeFormat] = Door(
+GRADE_FORMATS: PluginGroup[GradeFormat] = PluginGroup(
     'setcmas.grade_formats', 'grade format', instance_of(GradeFormat)
 )
 """Installed formats."""
@@ -174,7 +174,7 @@ def make_bundle(name: str, rubric: Rubric, options: str = '') -> bytes:
     bundle = GRADE_FORMATS.get(name).bundle
     if bundle is None:
         known = ', '.join(
-            known for known in GRADE_FORMATS.offers() if GRADE_FORMATS.get(known).bundle
+            known for known in GRADE_FORMATS.plugins() if GRADE_FORMATS.get(known).bundle
         )
         raise SetcmasError(f"format '{name}' has no bundle; --make must be one of {known}")
     wheel, content = own_wheel()

@@ -9,9 +9,9 @@ from typing import Any
 
 from matplotlib.figure import Figure
 
-from setcmas_simu.doors import Door, MisfitError
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet.fleet import PALETTES
+from setcmas_simu.plugins import InvalidPluginError, PluginGroup
 from setcmas_tools.plots.look import PlotLook, check_style
 from setcmas_tools.plots.style import finish, plot_style, save_in
 from setcmas_tools.run.run import Run
@@ -40,11 +40,11 @@ def suits(plot: Plot, run: Run) -> bool:
 
 def _plot(thing: object) -> Plot:
     if not callable(thing):
-        raise MisfitError(f'it is a {type(thing).__name__}; it must be draw(figure, run)')
+        raise InvalidPluginError(f'it is a {type(thing).__name__}; it must be draw(figure, run)')
     return thing
 
 
-PLOTS = Door('setcmas.plots', 'plot', _plot)
+PLOTS = PluginGroup('setcmas.plots', 'plot', _plot)
 """Installed plots."""
 
 

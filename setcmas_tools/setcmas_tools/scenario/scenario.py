@@ -32,8 +32,8 @@ from setcmas_tools.scenario.scenario_files import (
     OF_FILES,
     Place,
     ScenarioFolder,
+    built_in_name,
     robots_by_text,
-    shipped_name,
 )
 
 VERSION = 1
@@ -284,7 +284,7 @@ class Scenario:
     def scripts(self) -> list[Path]:
         """Return the scripts that it names by paths, except shipped laws."""
         found = [Path(text) for name in ('algo', 'ctc', 'model') for text in self.named(name)]
-        return [path for path in found if path.suffix == '.py' and not shipped_name(path)]
+        return [path for path in found if path.suffix == '.py' and not built_in_name(path)]
 
     def located(self, place_of: Callable[[str], Place]) -> Scenario:
         """Return the same with the paths of the files that it names.

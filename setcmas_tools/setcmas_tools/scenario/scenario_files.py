@@ -100,8 +100,8 @@ class ScenarioFolder:
 
     def _named(self, text: str, name: str) -> str:
         path = Path(text)
-        if shipped := shipped_name(path):
-            return shipped
+        if built_in := built_in_name(path):
+            return built_in
         if not path.is_file():
             return text
         if not path.resolve().is_relative_to(self._folder):
@@ -115,10 +115,10 @@ def _is_path(text: str) -> bool:
     return text.endswith('.py') or '/' in text or '\\' in text
 
 
-def shipped_name(path: Path) -> str:
-    """Return the name of a law or exercise of setcmas or a plug-in; empty for other paths."""
-    for door in (ALGORITHMS, EXERCISES):
-        if path.is_absolute() and path.stem in door and door.file(path.stem) == path:
+def built_in_name(path: Path) -> str:
+    """Return the name of a law or exercise of setcmas or a plugin; empty for other paths."""
+    for group in (ALGORITHMS, EXERCISES):
+        if path.is_absolute() and path.stem in group and group.file(path.stem) == path:
             return path.stem
     return ''
 

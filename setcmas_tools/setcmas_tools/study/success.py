@@ -78,7 +78,7 @@ def check_columns(
     Raises:
         SetcmasError: The expression is invalid.
     """
-    known = [name for name in METRICS.offers() if name not in SHIPPED]
+    known = [name for name in METRICS.plugins() if name not in SHIPPED]
     words = re.findall(r'\w+', expression)
     others = [word for word in words if word.startswith((*known, *metrics))]
     Success(expression, [*names, *COLUMNS, *others], option)

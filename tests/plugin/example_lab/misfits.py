@@ -1,4 +1,4 @@
-"""Plugins that do not fit their doors."""
+"""Plugins of the wrong type."""
 
 from setcmas_expe.mocap.sources import MocapSource
 

@@ -25,7 +25,7 @@ CONTROL = 'def control(robotNo, nbRobots, poses, t):\n    return 0, 0\n'
 
 
 def test_the_five_built_in_laws_are_found_by_name(folder):
-    paths = {find_script(name) for name, offer in ALGORITHMS.offers().items() if offer.shipped}
+    paths = {find_script(name) for name, plugin in ALGORITHMS.plugins().items() if plugin.built_in}
 
     assert sorted(path.stem for path in paths) == [
         'consensus',

@@ -7,13 +7,13 @@ from setcmas_expe.mocap.sources import (
     check_topic,
     checked_source,
 )
-from setcmas_simu.doors import MisfitError
 from setcmas_simu.errors import SetcmasError
+from setcmas_simu.plugins import InvalidPluginError
 
 FOR_ALL = ('motion_capture_tracking', 'mocap4r2', 'tf')
 
 
-@pytest.mark.parametrize('name', MOCAP_SOURCES.offers())
+@pytest.mark.parametrize('name', MOCAP_SOURCES.plugins())
 def test_sources_make_sense(name):
     source = MOCAP_SOURCES.get(name)
 
@@ -52,7 +52,7 @@ def test_topics_of_all_bodies_that_are_none_are_refused(topic):
     ],
 )
 def test_what_is_no_source_does_not_fit(thing, reason):
-    with pytest.raises(MisfitError, match=reason):
+    with pytest.raises(InvalidPluginError, match=reason):
         checked_source(thing)
 
 

@@ -24,7 +24,7 @@ def moved(model, pose, command, steps=1):
 
 
 def test_these_models_ship():
-    assert {name for name, offer in MODELS.offers().items() if offer.shipped} == {*SHIPPED}
+    assert {name for name, plugin in MODELS.plugins().items() if plugin.built_in} == {*SHIPPED}
 
 
 @pytest.mark.parametrize('name', SHIPPED)

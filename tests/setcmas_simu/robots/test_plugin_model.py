@@ -1,6 +1,6 @@
 import numpy as np
 import pytest
-from plugins import offer
+from plugins import add_plugins
 
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.robots.model import RobotModel
@@ -42,7 +42,7 @@ FAULTS = {
 @pytest.mark.parametrize('name', FAULTS)
 def test_a_model_of_a_package_that_fails_is_named_and_its_robots_stop(monkeypatch, name):
     fault, reason = FAULTS[name]
-    offer(monkeypatch, MODELS, hovercraft=Hovercraft(fault))
+    add_plugins(monkeypatch, MODELS, hovercraft=Hovercraft(fault))
     messages = []
 
     run = simulate('consensus', 2, 2, model='hovercraft', warn=messages.append)
@@ -60,14 +60,14 @@ def test_a_model_of_a_package_that_fails_is_named_and_its_robots_stop(monkeypatc
 def test_a_model_that_fails_at_its_start_ends_the_run(monkeypatch):
     hovercraft = Hovercraft()
     hovercraft.start = lambda poses: poses
-    offer(monkeypatch, MODELS, hovercraft=hovercraft)
+    add_plugins(monkeypatch, MODELS, hovercraft=hovercraft)
 
     with pytest.raises(SetcmasError, match=r'my-lab 1.0: start returned an array \(3, 2\)'):
         simulate('consensus', 2, 2, model='hovercraft')
 
 
 def test_a_model_of_a_package_moves_as_it_says(monkeypatch):
-    offer(monkeypatch, MODELS, hovercraft=Hovercraft())
+    add_plugins(monkeypatch, MODELS, hovercraft=Hovercraft())
 
     run = simulate('consensus', 2, 2, model='1:hovercraft')
 

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 import yaml
 from metrics_runs import T, compute, numbers, table, write_run
-from plugins import offer
+from plugins import add_plugins
 from runs import measure, run_of
 
 from launch_scripts.cli import main
@@ -156,7 +156,7 @@ def test_a_bag_without_robots(tmp_path, write_bag, points, capsys):
 
 @pytest.mark.parametrize('number', [2, 2.0, np.float64(2), np.float32(2), np.int64(2)])
 def test_a_metric_may_return_a_number(monkeypatch, number):
-    offer(monkeypatch, METRICS, height=lambda _: number)
+    add_plugins(monkeypatch, METRICS, height=lambda _: number)
 
     metrics = measure(table((T, 0, 0)))
 
@@ -183,7 +183,7 @@ WRONG = {
 @pytest.mark.parametrize('name', WRONG)
 def test_what_is_no_metric_is_reported_in_one_line_with_its_package(tmp_path, monkeypatch, name):
     result, reason = WRONG[name]
-    offer(monkeypatch, METRICS, height=lambda _: result)
+    add_plugins(monkeypatch, METRICS, height=lambda _: result)
     messages = []
 
     metrics = metrics_module.measure(run_of(table((T, 0, 0))), messages.append)
@@ -204,7 +204,7 @@ def test_metrics_of_a_task_are_checked_alike(monkeypatch):
         def metrics(self, *_):
             return {'height': 1 / 0}
 
-    offer(monkeypatch, TASKS, height=Height({}), broken=Broken({}))
+    add_plugins(monkeypatch, TASKS, height=Height({}), broken=Broken({}))
     messages = []
 
     runs = [run_of(table((T, 0, 0)), None, References(task, {})) for task in ('height', 'broken')]

@@ -200,7 +200,7 @@ def test_files_are_the_same_twice_whatever_a_student_is_called(tmp_path):
     written = []
     for folder in (tmp_path / 'a', tmp_path / 'b'):
         folder.mkdir()
-        write_formats(list(GRADE_FORMATS.offers()), marks, folder)
+        write_formats(list(GRADE_FORMATS.plugins()), marks, folder)
         write_pages(marks, folder)
         files = (path for path in folder.rglob('*') if path.is_file())
         written.append({path.relative_to(folder): path.read_bytes() for path in files})

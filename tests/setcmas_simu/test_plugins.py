@@ -1,23 +1,23 @@
-"""Doors, with packages that are really installed: folders with metadata on the path."""
+"""Plugins of packages that are really installed: folders with metadata on the path."""
 
 import subprocess
 import sys
 
 import pytest
 
-from setcmas_simu import doors
-from setcmas_simu.doors import Door, MisfitError, ScriptDoor, instance_of
+from setcmas_simu import plugins
 from setcmas_simu.errors import SetcmasError
+from setcmas_simu.plugins import InvalidPluginError, PluginGroup, ScriptGroup, instance_of
 
 GROUP = 'setcmas.test_things'
-THINGS = Door(GROUP, 'thing', instance_of(int))
-LAWS = ScriptDoor('setcmas.algorithms', 'control law')
+THINGS = PluginGroup(GROUP, 'thing', instance_of(int))
+LAWS = ScriptGroup('setcmas.algorithms', 'control law')
 
 
 def forget():
-    """Look all doors up anew, as a process that starts does."""
-    doors._entries.cache_clear()
-    doors._offers.cache_clear()
+    """Look all plugins up again, as a new process does."""
+    plugins._entries.cache_clear()
+    plugins._plugins.cache_clear()
 
 
 @pytest.fixture
@@ -43,9 +43,9 @@ def install(tmp_path, monkeypatch):
 def test_a_thing_of_a_package_is_found_by_name(install):
     install('pack_a', 'ONE = 1\nTWO = 2\n', one=':ONE', two=':TWO')
 
-    assert list(THINGS.offers()) == ['one', 'two']
-    assert (THINGS.offer('two').package, THINGS.offer('two').version) == ('pack_a', '1.2')
-    assert not THINGS.offer('two').shipped
+    assert list(THINGS.plugins()) == ['one', 'two']
+    assert (THINGS.plugin('two').package, THINGS.plugin('two').version) == ('pack_a', '1.2')
+    assert not THINGS.plugin('two').built_in
     assert THINGS.get('two') == 2
 
 
@@ -53,7 +53,7 @@ def test_packages_with_plugins_are_named_with_their_versions(install):
     install('pack_a', 'ONE = 1\n', one=':ONE')
     install('pack_c', '', group='other.things', one=':ONE')
 
-    versions = doors.plugin_versions()
+    versions = plugins.plugin_versions()
 
     assert versions['pack_a'] == '1.2'
     assert not {'pack_c', 'setcmas'} & versions.keys()
@@ -62,7 +62,7 @@ def test_packages_with_plugins_are_named_with_their_versions(install):
 def test_nothing_is_imported_before_it_is_asked_for(install):
     install('pack_b', 'raise RuntimeError("too early")\n', one=':ONE')
 
-    assert list(THINGS.offers()) == ['one']
+    assert list(THINGS.plugins()) == ['one']
     assert 'pack_b' not in sys.modules
 
 
@@ -87,7 +87,7 @@ def test_a_plugin_that_cannot_be_used_is_reported_in_one_line_and_the_others_go_
     package = f'pack_{request.node.callspec.id}'
     install(package, code, one=':ONE')
     install(f'good_{package}', 'TWO = 2', two=':TWO')
-    told = []
+    warnings = []
 
     with pytest.raises(
         SetcmasError, match=f"thing 'one' of package {package} 1.2 .*{reason}"
@@ -95,8 +95,8 @@ def test_a_plugin_that_cannot_be_used_is_reported_in_one_line_and_the_others_go_
         THINGS.get('one')
 
     assert '\n' not in str(e.value)
-    assert THINGS.usable(told.append) == {'two': 2}
-    assert told == [str(e.value)]
+    assert THINGS.usable(warnings.append) == {'two': 2}
+    assert warnings == [str(e.value)]
 
 
 def test_an_unknown_name_is_reported_with_the_known_ones(install):
@@ -108,7 +108,7 @@ def test_an_unknown_name_is_reported_with_the_known_ones(install):
         THINGS.get('frst')
 
 
-def test_a_door_without_anything_says_that_the_installation_is_incomplete(install):
+def test_a_group_without_plugins_says_that_the_installation_is_incomplete(install):
     with pytest.raises(SetcmasError, match='no thing is installed; install setcmas again'):
         THINGS.get('one')
 
@@ -116,15 +116,15 @@ def test_a_door_without_anything_says_that_the_installation_is_incomplete(instal
 def test_a_shipped_name_hides_a_plugin_with_a_warning(install, capsys):
     install('pack_d', '', group='setcmas.algorithms', consensus='', own='')
 
-    assert LAWS.offer('consensus').package == 'setcmas'
-    assert LAWS.offer('consensus').hidden == ('pack_d',)
+    assert LAWS.plugin('consensus').package == 'setcmas'
+    assert LAWS.plugin('consensus').hidden == ('pack_d',)
     assert LAWS.file('consensus').parent.name == 'algorithms'
-    assert capsys.readouterr().err.count("pack_d also offers control law 'consensus'") == 1
-    assert list(LAWS.offers())[-1] == 'own'
+    assert capsys.readouterr().err.count("pack_d also has a control law 'consensus'") == 1
+    assert list(LAWS.plugins())[-1] == 'own'
 
 
 def test_a_script_is_found_as_a_file_and_not_run(install, tmp_path):
-    install('pack_e', '', group=LAWS.group, own='.law')
+    install('pack_e', '', group=LAWS.name, own='.law')
 
     assert LAWS.file('own') == tmp_path / 'pack_e' / 'law.py'
 
@@ -139,7 +139,7 @@ def test_a_script_is_found_as_a_file_and_not_run(install, tmp_path):
 )
 def test_a_script_that_cannot_be_found_is_reported_with_its_package(install, code, target, reason):
     package = f'pack_of{target[1:]}_{len(code)}'
-    install(package, code, group=LAWS.group, own=target)
+    install(package, code, group=LAWS.name, own=target)
 
     with pytest.raises(SetcmasError, match=f"'own' of package {package} .*{reason}"):
         LAWS.file('own')
@@ -147,24 +147,24 @@ def test_a_script_that_cannot_be_found_is_reported_with_its_package(install, cod
 
 def test_a_check_of_ones_own_says_why_a_thing_does_not_fit(install):
     def check(thing):
-        raise MisfitError('it must have wheels')
+        raise InvalidPluginError('it must have wheels')
 
     install('pack_f', 'ONE = 1', one=':ONE')
 
     with pytest.raises(SetcmasError, match=r'cannot be used: it must have wheels$'):
-        Door(GROUP, 'thing', check).get('one')
+        PluginGroup(GROUP, 'thing', check).get('one')
 
 
-def test_groups_that_are_no_door_are_found(install):
+def test_unknown_groups_are_found(install):
     install('pack_g', '', group='setcmas.metric', one=':ONE')
 
-    assert doors.unknown_groups() == {'setcmas.metric': ['pack_g']}
+    assert plugins.unknown_groups() == {'setcmas.metric': ['pack_g']}
     assert {'setcmas.metrics', 'setcmas.algorithms', 'setcmas.robot_models'} < set(
-        doors.door_groups()
+        plugins.known_groups()
     )
 
 
-def test_help_looks_no_door_up():
+def test_help_looks_no_plugin_up():
     code = (
         'import sys\nfrom launch_scripts.cli import main\n'
         'try:\n    main(["--help"])\nexcept SystemExit:\n    pass\n'

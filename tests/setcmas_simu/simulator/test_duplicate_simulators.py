@@ -6,12 +6,12 @@ from pathlib import Path
 import pytest
 
 from setcmas_simu.errors import SetcmasError
-from setcmas_simu.simulator import simulator_guard
-from setcmas_simu.simulator.simulator_guard import RobotLocks
+from setcmas_simu.simulator import duplicate_simulators
+from setcmas_simu.simulator.duplicate_simulators import RobotLocks
 
 HOLDER = """
 import sys
-from setcmas_simu.simulator.simulator_guard import RobotLocks
+from setcmas_simu.simulator.duplicate_simulators import RobotLocks
 locks = RobotLocks([1, 2], 'test')
 print('held', flush=True)
 sys.stdin.read()
@@ -62,7 +62,7 @@ def test_what_another_user_puts_in_the_place_of_the_locks_stops_no_simulator(
     tmp_path, monkeypatch, obstruct
 ):
     monkeypatch.setattr('tempfile.tempdir', str(tmp_path))
-    obstruct(simulator_guard._path('test'))
+    obstruct(duplicate_simulators._path('test'))
 
     RobotLocks([1, 2], 'test').release()
 

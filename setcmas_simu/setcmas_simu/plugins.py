@@ -1,6 +1,6 @@
-"""Doors for plugins: objects that installed packages offer by name, through entry points.
+"""Plugins: objects of installed packages, found by name through entry points.
 
-The objects that ship with setcmas are declared in the same way, in the setup.cfg of each package.
+The built-in objects are found in the same way: the setup.cfg of each package lists them.
 Nothing is imported before it is needed.
 """
 
@@ -22,37 +22,37 @@ if TYPE_CHECKING:
 
 T = TypeVar('T')
 
-_SHIPPED = ('setcmas', 'setcmas_simu', 'setcmas_ctrl', 'setcmas_expe', 'setcmas_tools')
-"""Our packages: the one that pip installs, and those that colcon builds."""
+_OUR_PACKAGES = ('setcmas', 'setcmas_simu', 'setcmas_ctrl', 'setcmas_expe', 'setcmas_tools')
+"""The package that pip installs, and those that colcon builds."""
 
 
-class UnusableError(SetcmasError):
+class PluginError(SetcmasError):
     """A plugin cannot be used.
 
     Attributes:
         reason: Why, in one line.
     """
 
-    def __init__(self, kind: str, offer: Offer, reason: str) -> None:
+    def __init__(self, kind: str, plugin: Plugin, reason: str) -> None:
         """Name the plugin, its package and the reason."""
         self.reason = ' '.join(reason.split())
-        super().__init__(f'{kind} {offer.title} cannot be used: {self.reason}')
+        super().__init__(f'{kind} {plugin.title} cannot be used: {self.reason}')
 
 
-class MisfitError(Exception):
-    """The plugin's object does not suit its door; the message says why."""
+class InvalidPluginError(Exception):
+    """The object has the wrong type for its group; the message says why."""
 
 
 @dataclass(frozen=True)
-class Offer:
-    """An object that a package offers by name.
+class Plugin:
+    """An object of an installed package, as yet to be imported.
 
     Attributes:
         name: The name that users type.
         package: Name of the package.
         version: Version of that package.
-        entry: Its entry point.
-        hidden: Packages that offer another object under this name; setcmas ignores these.
+        entry: Entry point that imports it.
+        hidden: Packages whose object of this name setcmas ignores.
     """
 
     name: str
@@ -68,57 +68,57 @@ class Offer:
         return f"'{self.name}' of package {self.package} {self.version}"
 
     @property
-    def shipped(self) -> bool:
+    def built_in(self) -> bool:
         """Whether it comes with setcmas."""
-        return self.package.replace('-', '_') in _SHIPPED
+        return self.package.replace('-', '_') in _OUR_PACKAGES
 
 
 @dataclass(frozen=True)
-class _Names:
-    """The names behind a door.
+class _Group:
+    """The plugins of one kind.
 
     Attributes:
-        group: Group of entry points, such as 'setcmas.metrics'.
+        name: Group of entry points, such as 'setcmas.metrics'.
         kind: Noun for one object in messages, such as 'metric'.
     """
 
-    group: str
+    name: str
     kind: str
 
-    def offers(self) -> dict[str, Offer]:
-        """Return all offers by name: first those of setcmas, then plugins by name."""
-        return _offers(self.group)
+    def plugins(self) -> dict[str, Plugin]:
+        """Return all plugins by name: the built-in ones first, the others sorted."""
+        return _plugins(self.name)
 
     def __contains__(self, name: str) -> bool:
-        return self._spelled(name) in self.offers()
+        return self._spelled(name) in self.plugins()
 
-    def offer(self, name: str) -> Offer:
-        """Return the offer with this name; warn once if it hides that of another package.
+    def plugin(self, name: str) -> Plugin:
+        """Return the plugin with this name; warn once if it hides another.
 
         Raises:
             SetcmasError: The name is unknown; the message lists all names.
         """
-        offers = self.offers()
-        if not offers:
+        plugins = self.plugins()
+        if not plugins:
             raise SetcmasError(f'no {self.kind} is installed; install setcmas again with pip')
         if name not in self:
-            known = f'{", ".join(offers)}{did_you_mean(name, offers)}'
+            known = f'{", ".join(plugins)}{did_you_mean(name, plugins)}'
             raise SetcmasError(f"unknown {self.kind} '{name}'; must be one of {known}")
-        offer = offers[self._spelled(name)]
-        _warn_of_hidden(self.kind, offer)
-        return offer
+        plugin = plugins[self._spelled(name)]
+        _warn_of_hidden(self.kind, plugin)
+        return plugin
 
     def _spelled(self, name: str) -> str:
         """Return a name as its package spells it: users may type - for _."""
-        return name if name in self.offers() else name.replace('-', '_')
+        return name if name in self.plugins() else name.replace('-', '_')
 
 
 @dataclass(frozen=True)
-class Door(_Names, Generic[T]):
-    """Objects of one kind, found by name.
+class PluginGroup(_Group, Generic[T]):
+    """Plugins that are Python objects.
 
     Attributes:
-        check: Returns an object of the right type, or raises MisfitError.
+        check: Returns an object of the right type, or raises InvalidPluginError.
     """
 
     check: Callable[[object], T]
@@ -128,49 +128,49 @@ class Door(_Names, Generic[T]):
 
         Raises:
             SetcmasError: The name is unknown.
-            UnusableError: Its import fails, or it does not suit this door.
+            PluginError: Its import fails, or it has the wrong type.
         """
-        offer = self.offer(name)
+        plugin = self.plugin(name)
         try:
-            return self.check(offer.entry.load())
+            return self.check(plugin.entry.load())
         except KeyboardInterrupt:
             raise
         except BaseException as error:  # a plugin may even call sys.exit during its import
-            raise UnusableError(self.kind, offer, _reason(error)) from error
+            raise PluginError(self.kind, plugin, _reason(error)) from error
 
     def usable(self, warn: Callable[[str], None]) -> dict[str, T]:
         """Return all usable objects by name, and warn of the others."""
         found = {}
-        for name in self.offers():
+        for name in self.plugins():
             try:
                 found[name] = self.get(name)
-            except UnusableError as error:
+            except PluginError as error:
                 warn(str(error))
         return found
 
 
 @dataclass(frozen=True)
-class ScriptDoor(_Names):
-    """Scripts, found by name as files: each robot runs its script in a fresh module."""
+class ScriptGroup(_Group):
+    """Plugins that are scripts, found as files: each robot runs its script in a fresh module."""
 
     def file(self, name: str) -> Path:
         """Return the file of the script with this name, without running it.
 
         Raises:
             SetcmasError: The name is unknown.
-            UnusableError: The package has no such file, or the module belongs to no package.
+            PluginError: The package has no such file, or the module belongs to no package.
         """
-        offer = self.offer(name)
-        module = offer.entry.module
+        plugin = self.plugin(name)
+        module = plugin.entry.module
         if '.' not in module:  # else site-packages would be the script's folder
             hint = f'its module {module} must be in a package, such as my_{module}.{module}'
-            raise UnusableError(self.kind, offer, hint)
+            raise PluginError(self.kind, plugin, hint)
         try:
             spec = importlib.util.find_spec(module)
         except Exception as error:  # raised by the parent package, which is imported
-            raise UnusableError(self.kind, offer, _reason(error)) from error
+            raise PluginError(self.kind, plugin, _reason(error)) from error
         if spec is None or not spec.origin or not Path(spec.origin).is_file():
-            raise UnusableError(self.kind, offer, f'its module {module} was not found')
+            raise PluginError(self.kind, plugin, f'its module {module} was not found')
         return Path(spec.origin)
 
 
@@ -179,7 +179,9 @@ def instance_of(kind: type[T]) -> Callable[[object], T]:
 
     def check(thing: object) -> T:
         if not isinstance(thing, kind):
-            raise MisfitError(f'it is a {type(thing).__name__}; it must be a {kind.__name__}')
+            raise InvalidPluginError(
+                f'it is a {type(thing).__name__}; it must be a {kind.__name__}'
+            )
         return thing
 
     return check
@@ -198,34 +200,35 @@ def _entries() -> SelectableGroups:
 
 def plugin_versions() -> dict[str, str]:
     """Return the versions of installed packages with plugins, by name."""
-    groups = sorted(group for group in _entries().groups if group.startswith('setcmas.'))
-    offers = [_offer(entry) for group in groups for entry in _entries().select(group=group)]
-    return {one.package: one.version for one in offers if one and not one.shipped}
+    plugins = [_plugin(entry) for group in _groups() for entry in _entries().select(group=group)]
+    return {plugin.package: plugin.version for plugin in plugins if plugin and not plugin.built_in}
 
 
 @functools.cache
-def _offers(group: str) -> dict[str, Offer]:
-    offers: dict[str, Offer] = {}
-    found = [offer for entry in _entries().select(group=group) if (offer := _offer(entry))]
-    for offer in sorted(found, key=lambda offer: (not offer.shipped, offer.package)):
-        first = offers.setdefault(offer.name, offer)
-        if first.entry.value != offer.entry.value:
-            offers[offer.name] = replace(first, hidden=(*first.hidden, offer.package))
-    ours = {name: offer for name, offer in offers.items() if offer.shipped}
-    return ours | {name: offers[name] for name in sorted(offers.keys() - ours.keys())}
+def _plugins(group: str) -> dict[str, Plugin]:
+    plugins: dict[str, Plugin] = {}
+    found = [plugin for entry in _entries().select(group=group) if (plugin := _plugin(entry))]
+    for plugin in sorted(found, key=lambda plugin: (not plugin.built_in, plugin.package)):
+        first = plugins.setdefault(plugin.name, plugin)
+        if first.entry.value != plugin.entry.value:
+            plugins[plugin.name] = replace(first, hidden=(*first.hidden, plugin.package))
+    ours = {name: plugin for name, plugin in plugins.items() if plugin.built_in}
+    return ours | {name: plugins[name] for name in sorted(plugins.keys() - ours.keys())}
 
 
-def door_groups() -> list[str]:
-    """Return the groups of entry points that setcmas reads; each has objects that ship."""
-    return [group for group in _groups() if any(o.shipped for o in _offers(group).values())]
+def known_groups() -> list[str]:
+    """Return the groups of entry points that setcmas reads; each has built-in objects."""
+    return [
+        group for group in _groups() if any(plugin.built_in for plugin in _plugins(group).values())
+    ]
 
 
 def unknown_groups() -> dict[str, list[str]]:
     """Return the packages with entry points in groups 'setcmas.*' that setcmas does not read."""
-    others = {group: _offers(group) for group in _groups() if group not in door_groups()}
+    others = {group: _plugins(group) for group in _groups() if group not in known_groups()}
     return {
-        group: sorted({offer.package for offer in offers.values()})
-        for group, offers in others.items()
+        group: sorted({plugin.package for plugin in plugins.values()})
+        for group, plugins in others.items()
     }
 
 
@@ -233,25 +236,25 @@ def _groups() -> list[str]:
     return sorted(group for group in _entries().groups if group.startswith('setcmas.'))
 
 
-def _offer(entry: EntryPoint) -> Offer | None:
+def _plugin(entry: EntryPoint) -> Plugin | None:
     if entry.dist is None:
         return None
-    return Offer(entry.name, entry.dist.metadata['Name'], entry.dist.version, entry)
+    return Plugin(entry.name, entry.dist.metadata['Name'], entry.dist.version, entry)
 
 
 @functools.cache
-def _warn_of_hidden(kind: str, offer: Offer) -> None:
-    for package in offer.hidden:
+def _warn_of_hidden(kind: str, plugin: Plugin) -> None:
+    for package in plugin.hidden:
         print(
-            f"warning: package {package} also offers {kind} '{offer.name}'; using that of "
-            f'{offer.package}',
+            f"warning: package {package} also has a {kind} '{plugin.name}'; using that of "
+            f'{plugin.package}',
             file=sys.stderr,
         )
 
 
 def _reason(error: BaseException) -> str:
     """Return the error and its place in the plugin's code."""
-    if isinstance(error, MisfitError):
+    if isinstance(error, InvalidPluginError):
         return str(error)
     frames = [
         frame

@@ -93,7 +93,7 @@ _LOOKS = 50  # robots checked per call
 _FORGOTTEN_AFTER_S = 6.0  # one second more than the lease in config/fastdds_network.xml
 
 
-class SimulatorGuard:
+class DuplicateSimulators:
     """Watches the graph for other publishers of these robots' odometry."""
 
     def __init__(self, node: Node, robots: list[int]) -> None:
