@@ -75,7 +75,7 @@ class DrivenRobot:
         x, y, heading, seen = self.measured
         if self.wheels:
             self.check.note_wheels(0.0 if self.blocked == 'stand' else self._speeds[0], self.now)
-        self.found = self.check.step((x, y, heading), seen, self.crawls, self.now)
+        self.found = self.check.step((x, y, heading), seen, self.now, *2 * [self.crawls])
         self.V, self.omega = BURGER.scaled_down(self.V, self.omega)
         self.check.command(self.V, self.omega, self.now)
 

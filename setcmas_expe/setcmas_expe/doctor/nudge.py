@@ -20,7 +20,7 @@ from setcmas_expe.doctor.findings import OK, PROBLEM, Finding
 from setcmas_expe.doctor.lab_watch import LabWatch
 from setcmas_expe.lab.lab import Lab, LabRobot
 from setcmas_expe.mocap.sample import Pose
-from setcmas_expe.safety.body_proofs import CRAWL_M_S, PROOF_M
+from setcmas_expe.safety.body_identity import CRAWL_M_S, PROOF_M
 from setcmas_expe.safety.motion_watch import MotionWatch
 from setcmas_expe.safety.robot_bridges import robot_commands
 from setcmas_simu.fleet import topics

@@ -69,13 +69,14 @@ class StopOnSilence:
         """Start at a time, with a robot that may be moving without a commander."""
         self._silence_s = silence_s
         self._moving = True
+        self._newest = (math.inf, 0.0)  # unknown
         self._received = now
         self._zero_until = -math.inf
 
     @property
-    def moving(self) -> bool:
-        """Whether the last command was to move, and the guard has not stopped the robot since."""
-        return self._moving
+    def commanded(self) -> Velocities:
+        """The last command (m/s, rad/s); zero once the guard has stopped the robot."""
+        return self._newest if self._moving else (0.0, 0.0)
 
     def receive(self, V: float, omega: float, now: float) -> None:
         """Take a command; one that is not finite may start a robot, but never keeps it going."""
@@ -83,6 +84,7 @@ class StopOnSilence:
             self._moving = False
         elif not self._moving or (math.isfinite(V) and math.isfinite(omega)):
             self._moving = True
+            self._newest = V, omega
             self._zero_until = -math.inf
             self._received = now
 

@@ -227,8 +227,7 @@ class CmdVelGuard(FleetNode):
     def _switch(self, situation: Situation, before: State, state: State) -> None:
         """Switch the motors: off where zeros do not or may not help, on only by a start."""
         open_rival = situation.conflict and self._base.is_open
-        disobeys = self._obedience.update(*self._sent, self._now) == IGNORES_ZERO
-        disobeys &= not self._base.is_open  # others may have commanded it
+        disobeys = self._disobeys()
         if disobeys and not self._power.is_cut:
             name = self.get_namespace().strip('/')
             self.get_logger().warning(f'{name} does not obey zero: its motors are switched off')
@@ -238,6 +237,14 @@ class CmdVelGuard(FleetNode):
             self._power.give()
         elif state is not State.FOLLOWING:
             self._power.leave()
+
+    def _disobeys(self) -> bool:
+        """Return whether the base goes on despite zero, whoever commands it."""
+        is_open = self._base.is_open
+        commanded = self._silence.commanded if is_open else self._sent
+        ignores = self._obedience.update(*commanded, self._now) == IGNORES_ZERO
+        # Between experiments a person may push an open base, and then drive it without a start.
+        return ignores and not (is_open and self._obedience.came_to_rest)
 
     def _command(self, state: State, now: float) -> None:
         if self._base.is_open:

@@ -103,6 +103,21 @@ class GuardReport:
         return cls(state, reason, private, power, values.get('source', ''))
 
 
+class TwiceSeen:
+    """Filters what a look at the ROS graph finds: a process that starts or ends is half there."""
+
+    def __init__(self) -> None:
+        """Start without a look."""
+        self._last = self._confirmed = ''
+
+    def new(self, found: str) -> str:
+        """Return what this look and the one before found, once; else empty."""
+        confirmed = found if found == self._last else ''
+        is_new = confirmed != self._confirmed
+        self._last, self._confirmed = found, confirmed
+        return confirmed if is_new else ''
+
+
 class GuardWatch:
     """Watches the guard of a robot by its reports.
 
@@ -120,6 +135,7 @@ class GuardWatch:
         self._cmd_vel = f'/{namespace}/{topics.CMD_VEL}'
         self._guarded = f'/{namespace}/{topics.CMD_VEL_GUARDED}'
         self.intruder = self.doubt = ''
+        self._intruders = TwiceSeen()
         self._received = self._now = -math.inf
         self._nb_senders = 0
         self._messages = PolledTopic(
@@ -146,11 +162,10 @@ class GuardWatch:
             self.doubt = f'{found[0].full_name} reports as its guard, but is not one'
         known = reporters if reporters and not self.doubt else guards
         past = cmd_vel_topics.strangers(node, self._guarded, known)
-        intruder = f'{past[0]} {PAST_GUARD}' if past else ''
-        if intruder and intruder != self.intruder:  # also while robots are paused
+        self.intruder = f'{past[0]} {PAST_GUARD}' if past else ''
+        if intruder := self._intruders.new(self.intruder):  # also while robots are paused
             name = self._topic.split('/')[1]
             self._node.get_logger().error(f'{name}: {intruder}: SWITCH THE ROBOT OFF')
-        self.intruder = intruder
         return reporters if self.is_open and not self.doubt else set()
 
     @property

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 from setcmas_simu.robots.model import VelocityLimits
 
 IGNORES_ZERO = 'its wheels turn despite zero commands'
@@ -12,37 +14,66 @@ FOLLOWS_WITHIN_S = 0.7
 SLOWS_WITHIN_S = 0.5
 """Longest time in s until the wheels slow down once zero is commanded."""
 
+SLOWS_WITHIN_OVER_RADIO_S = 0.7
+"""The same where odometry comes over a radio link, up to 0.5 s late."""
+
 RUNS_AWAY_AFTER_S = 1.0
 """Longest time in s to come to rest, with motion capture's delay."""
 
 MOVES_M_S = 0.03
 """Speed in m/s above which a robot moves; motion capture shows less for one at rest."""
 
+CREEPS_M_S, CREEPS_RAD_S = 0.005, 0.1
+"""Forward speed (m/s) and turn rate (rad/s) above which wheels turn. A TurtleBot3 counts 4096
+steps of 0.05 mm a turn, 20 times a second: at rest it shows 0.001 m/s at most, and its slowest
+command is 0.01 m/s. Its turn rate is the gyroscope's, whose offset is below 5 deg/s (MPU-9250)."""
+
+STOPS_CREEPING_WITHIN_S = 2.0
+"""Longest time in s until wheels that turn slowly come to rest."""
+
+_RESTS_FOR_S = 0.5  # a failed reading repeats the last position, as if wheels stood
 _MEASUREMENTS = 6  # of wheels that go on: the robot's computer may be late
 _SLOWER = 0.8  # share of the speed before
 _COMMANDED_M_S = 0.05
-_STANDS_M_S = 0.01
 _SILENT_AFTER_S = 1.0
 _OLD_S = 0.3  # largest age of wheels that turn
 
+Velocities = tuple[float, float]
+
+
+def wheels_turn(V: float, omega: float) -> bool:
+    """Return whether odometry (m/s, rad/s) is of wheels that turn, not the noise of a rest."""
+    return abs(V) > CREEPS_M_S or abs(omega) > CREEPS_RAD_S
+
 
 class Obedience:
-    """Compares commands with the speed of the wheels; all times in s on a steady clock."""
+    """Compares commands with the speed of the wheels; all times in s on a steady clock.
 
-    def __init__(self, limits: VelocityLimits) -> None:
-        """Start without a measurement of the wheels."""
+    Attributes:
+        came_to_rest: Whether the wheels have stood since the last command to move.
+    """
+
+    def __init__(self, limits: VelocityLimits, slows_within: float = SLOWS_WITHIN_S) -> None:
+        """Start without a measurement of wheels, which slow down within a time (s)."""
+        self.came_to_rest = False
         self._limits = limits
+        self._slows_within = slows_within
         self._wheels = 0.0
+        self._turning = False
+        self._stand_since = math.inf
         self._measured: float | None = None
         self._follows = self._stops = 0.0  # when it last did as commanded
+        self._zero_since = 0.0
         self._before = 0.0  # their fastest speed since then
         self._nb_measured = 0  # since then
 
     def measure(self, V: float, omega: float, now: float) -> None:
         """Note the forward speed (m/s) and the turn rate (rad/s) of the wheels."""
         if self._measured is None:
-            self._follows = self._stops = now
+            self._follows = self._stops = self._zero_since = now
         self._wheels, self._measured = self._limits.faster_wheel(V, omega), now
+        self._turning = wheels_turn(V, omega)
+        self._stand_since = math.inf if self._turning else min(self._stand_since, now)
         self._nb_measured += 1
 
     def update(self, V: float, omega: float, now: float) -> str:
@@ -50,19 +81,32 @@ class Obedience:
         if self._measured is None:
             return ''
         if now - self._measured > _SILENT_AFTER_S:
-            self._follows = self._stops = now
+            self._follows = self._stops = self._zero_since = now
+            self.came_to_rest = False
             return 'its wheel odometry is silent; is it switched off?'
-        if self._wheels > _STANDS_M_S or self._limits.faster_wheel(V, omega) <= _COMMANDED_M_S:
+        if self._turning or self._limits.faster_wheel(V, omega) <= _COMMANDED_M_S:
             self._follows = now
-        if V or omega or self._wheels <= MOVES_M_S or now - self._measured > _OLD_S:
-            self._stops, self._before, self._nb_measured = now, 0.0, 0
-        self._before = max(self._before, self._wheels)
+        ignores_zero = self._ignores_zero(V, omega, now, self._measured)
         if now - self._follows > FOLLOWS_WITHIN_S:
             return 'its wheels do not turn as commanded: are its motors on?'
+        return IGNORES_ZERO if ignores_zero else ''
+
+    def _ignores_zero(self, V: float, omega: float, now: float, measured: float) -> bool:
+        moves = V != 0.0 or omega != 0.0
+        is_judged = not moves and now - measured <= _OLD_S
+        if not is_judged:
+            self._zero_since = now
+        if not is_judged or self._wheels <= MOVES_M_S:
+            self._stops, self._before, self._nb_measured = now, 0.0, 0
+        self._before = max(self._before, self._wheels)
+        stands = measured - max(self._stand_since, self._zero_since) >= _RESTS_FOR_S
+        self.came_to_rest = not moves and (self.came_to_rest or stands)
+        # A robot that came to rest has obeyed: a person may turn it slowly.
+        if not self.came_to_rest and now - self._zero_since > STOPS_CREEPING_WITHIN_S:
+            return True
         has_slowed = self._wheels < _SLOWER * self._before
-        patience = RUNS_AWAY_AFTER_S if has_slowed else SLOWS_WITHIN_S
-        ignores = now - self._stops > patience and self._nb_measured >= _MEASUREMENTS
-        return IGNORES_ZERO if ignores else ''
+        patience = RUNS_AWAY_AFTER_S if has_slowed else self._slows_within
+        return now - self._stops > patience and self._nb_measured >= _MEASUREMENTS
 
 
 class Runaways:
@@ -75,33 +119,47 @@ class Runaways:
         robots: Speed in m/s of each robot that does not stop.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, limits: VelocityLimits) -> None:
         """Start with robots at rest."""
         self.robots: dict[int, float] = {}
+        self._limits = limits
         self._stops_since: dict[int, float] = {}  # until a robot has come to rest
 
-    def update(self, robot: int, is_zero: bool, speed: float, is_driven: bool, now: float) -> bool:
+    def update(
+        self,
+        robot: int,
+        is_zero: bool,
+        seen: Velocities,
+        wheels: Velocities | None,
+        has_rival: bool,
+        now: float,
+    ) -> bool:
         """Note a robot's command and speed; return whether it is a new runaway.
 
         Args:
             robot: Number of the robot.
             is_zero: Whether it is commanded zero.
-            speed: Measured speed of its faster wheel in m/s: it may spin on the spot.
-            is_driven: Whether it cannot be carried: its wheels turn, or it has another commander.
+            seen: V (m/s) and omega (rad/s) by motion capture; zero if unknown.
+            wheels: The same by its odometry; None if unknown.
+            has_rival: Whether another process may command it.
             now: Time in s on a steady clock.
         """
+        is_carried = wheels is not None and not wheels_turn(*wheels)
+        speed = self._limits.faster_wheel(*(wheels or seen))
+        if not is_carried:  # it may spin on the spot, or glide
+            speed = max(speed, self._limits.faster_wheel(*seen))
         if not is_zero:
             self._stops_since[robot] = now
-        elif abs(speed) <= MOVES_M_S:
+        elif speed <= MOVES_M_S:
             self._stops_since.pop(robot, None)
-        if is_driven and abs(speed) <= MOVES_M_S:
-            self._stops_since[robot] = now
-        elif is_driven:
+        if has_rival or wheels is not None:  # it cannot be carried
+            if speed <= MOVES_M_S:
+                self._stops_since[robot] = now
             self._stops_since.setdefault(robot, now)
         since = self._stops_since.get(robot, now)
-        if abs(speed) <= MOVES_M_S or now - since < RUNS_AWAY_AFTER_S:
+        if speed <= MOVES_M_S or now - since < RUNS_AWAY_AFTER_S:
             self.robots.pop(robot, None)
             return False
         is_new = robot not in self.robots
-        self.robots[robot] = abs(speed)
+        self.robots[robot] = speed
         return is_new

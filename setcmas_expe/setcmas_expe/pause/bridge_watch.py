@@ -11,8 +11,8 @@ from setcmas_ctrl.driving.fleet_pause import PAUSED
 from setcmas_expe.guard.guard_watch import PAST_GUARD, diagnostic_values
 from setcmas_expe.lab.lab import Lab
 from setcmas_expe.pause.console import RobotStatus
+from setcmas_expe.safety.bridge_decision import State
 from setcmas_expe.safety.robot_bridges import robot_commands
-from setcmas_expe.safety.safety_decision import State
 from setcmas_simu.fleet import topics
 from setcmas_simu.ros import cmd_vel_topics, qos
 

@@ -12,7 +12,7 @@ from collections.abc import Callable, Iterator
 
 import msgspec
 
-from setcmas_expe.safety.safety_decision import State
+from setcmas_expe.safety.bridge_decision import State
 from setcmas_expe.safety.stalls import time_since_boot
 from setcmas_simu.reports.reports import LineDecoder, Message
 

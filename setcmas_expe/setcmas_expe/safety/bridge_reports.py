@@ -11,8 +11,8 @@ from rclpy.node import Node
 from setcmas_expe.guard.guard_watch import diagnostic_status
 from setcmas_expe.lab.lab import LOW_PERCENT
 from setcmas_expe.mocap.pose_track import SLOWEST_HZ
+from setcmas_expe.safety.bridge_decision import Decision, State
 from setcmas_expe.safety.robot_bridges import CmdVelBridge, MocapBridge
-from setcmas_expe.safety.safety_decision import Decision, State
 from setcmas_simu.fleet import topics
 from setcmas_simu.fleet.fleet import robots_in_words
 from setcmas_simu.ros import qos

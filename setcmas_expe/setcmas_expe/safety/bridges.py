@@ -28,10 +28,10 @@ from setcmas_expe.lab.lab import Lab
 from setcmas_expe.lab.lab_options import LabOptions
 from setcmas_expe.mocap.pose_track import mark_swapped
 from setcmas_expe.mocap.receiver import MocapReceiver
+from setcmas_expe.safety.bridge_decision import RATE_HZ, Decision, Situation, State, decide
 from setcmas_expe.safety.bridge_reports import BridgeReports, RobotDiagnostics
 from setcmas_expe.safety.motion_watch import MotionWatch
 from setcmas_expe.safety.robot_bridges import CmdVelBridge, MocapBridge
-from setcmas_expe.safety.safety_decision import RATE_HZ, Decision, Situation, State, decide
 from setcmas_expe.safety.stalls import StallDetector, time_since_boot
 from setcmas_simu.fleet import topics
 from setcmas_simu.fleet.announcement import Kind
@@ -118,7 +118,7 @@ class SafetyStepper:
         self._reports = BridgeReports(self._warn, self._robots, lab.resumes)
         self._stalls = StallDetector(lab.timeouts.pause_s, time_since_boot())
         self._load = ProcessorLoad()
-        self._runaways = Runaways()
+        self._runaways = Runaways(lab.limits)
         robots = [mocap.robot for mocap in mocaps] if lab.checks_motion else []
         self._motion = MotionWatch(robots, self._warn)
         if not lab.checks_motion:
@@ -143,6 +143,7 @@ class SafetyStepper:
         if stalled_for := self._stalls.tick(time_since_boot()):
             # Messages that waited look new, and a person may have come near a robot.
             self._pause.forget()
+            self._motion.end_proofs()
             self._warn(f'the bridge process stalled for {stalled_for:.1f} s: robots stay paused')
             if self._load.is_overload:
                 self._warn(OVERLOADED)
@@ -219,16 +220,13 @@ class SafetyStepper:
         # After a stall the last speed is too old to count.
         unknown = track.fault or track.age(now) > self._lab.timeouts.pose_s
         seen = (0.0, 0.0) if unknown else (mocap.speed, mocap.turn_rate)
-        rolls = bridge.rolls(now)
-        measured = [seen] if rolls is None else [seen, rolls] if any(rolls) else [rolls]
-        speed = max(self._lab.limits.faster_wheel(*one) for one in measured)
-        is_driven = bool(bridge.rival) or rolls is not None
-        if self._runaways.update(bridge.robot, not moving, speed, is_driven, now):
+        wheels, robots = bridge.rolls(now), self._runaways.robots
+        if self._runaways.update(bridge.robot, not moving, seen, wheels, bool(bridge.rival), now):
             self._warn(
-                f'robot {bridge.robot} still moves ({speed:.2f} m/s) despite zero commands: '
-                'switch it off'
+                f'robot {bridge.robot} still moves ({robots[bridge.robot]:.2f} m/s) despite zero '
+                'commands: switch it off'
             )
-        if bridge.robot in self._runaways.robots:
+        if bridge.robot in robots:
             bridge.cut_motors()
 
     def _latch(self, decisions: dict[int, Decision]) -> None:

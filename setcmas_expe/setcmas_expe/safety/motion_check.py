@@ -114,7 +114,7 @@ WINDOWS_S = (0.5, 2.0)
 _MARGIN_M = 0.03
 _CRAWL_MARGIN_M = 0.02
 _MARGIN_RAD = 0.3
-_CRAWL_MARGIN_RAD = 0.15
+_SLOW_MARGIN_RAD = 0.15
 _SHARE = 0.2  # of the commanded way: slip, wheels' radii, whole hundredths
 _OFF_AXLE_M = 0.06  # per rad turned, up to 1: the body's middle is not above the axle
 _IN_A_ROW = 2
@@ -190,14 +190,17 @@ class MotionCheck:
         self._wheels_turned = self._wheels_turned or V != 0.0
         self._wheels = V, now
 
-    def step(self, pose: Pose, seen: float, crawls: bool, now: float) -> Deviation | None:
+    def step(
+        self, pose: Pose, seen: float, now: float, crawls: bool, turns_slowly: bool
+    ) -> Deviation | None:
         """Add up until now, and judge the newest pose.
 
         Args:
             pose: The newest good pose (m, rad).
             seen: When it was measured, in s.
-            crawls: Whether way or turning are still to be proved: the check is stricter then.
             now: Time in s.
+            crawls: Whether the robot must still prove its way: the check of that is stricter.
+            turns_slowly: Whether it must still prove its turning, likewise.
 
         Returns:
             The deviation; None if there is none, or no new pose.
@@ -222,8 +225,9 @@ class MotionCheck:
         self._rows.append(newest)
         while self._rows[0].time < seen - WINDOWS_S[-1]:
             self._rows.popleft()
-        margins = (_CRAWL_MARGIN_M, _CRAWL_MARGIN_RAD) if crawls else (_MARGIN_M, _MARGIN_RAD)
-        found = self._deviation(newest, *margins)
+        metres = _CRAWL_MARGIN_M if crawls else _MARGIN_M
+        radians = _SLOW_MARGIN_RAD if turns_slowly else _MARGIN_RAD
+        found = self._deviation(newest, metres, radians)
         self._in_a_row = self._in_a_row + 1 if found else 0
         return found if self._in_a_row >= _IN_A_ROW else None
 

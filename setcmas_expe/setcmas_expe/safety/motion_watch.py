@@ -7,13 +7,13 @@ from collections.abc import Callable, Collection, Mapping
 
 from setcmas_expe.mocap.pose_track import PoseTrack
 from setcmas_expe.mocap.sample import Pose
-from setcmas_expe.safety.body_proofs import CRAWL_M_S, PROOF_M, Proving
+from setcmas_expe.safety.body_identity import CRAWL_M_S, PROOF_M, Proving
 from setcmas_expe.safety.motion_check import Deviation, MotionCheck
 from setcmas_simu.fleet.fleet import robots_in_words
 from setcmas_simu.fleet.planar_pose import wrap_angle
 
 _LASTS_S = 2.0
-_OUT_OF_SIGHT_S = 1.0
+_OUT_OF_SIGHT_S = 0.8  # sooner than a carried body counts as settled
 _CARRIED_M = 0.1
 _CARRIED_RAD = 0.5
 _RESTS_AFTER_S = 1.0  # of a pause
@@ -54,12 +54,12 @@ class MotionWatch:
             if track.pose is None:
                 continue
             if self._may_be_another(robot, track.pose, track, now):
-                self._proving.end(robot)
-                self._announced.discard(robot)
+                self._end_proof(robot)
             # The track judges poses that are rejected or repeated.
             seen = -math.inf if track.fault or track.repeats else track.received
-            crawls = robot in self._proving.left or robot in self._proving.left_to_turn
-            deviation = check.step(track.pose, seen, crawls, now)
+            crawls = robot in self._proving.left
+            turns_slowly = robot in self._proving.left_to_turn
+            deviation = check.step(track.pose, seen, now, crawls, turns_slowly)
             if deviation and robot not in self._troubles:
                 self._doubt(robot, deviation, now)
             elif self._proving.went(robot, check.advanced, check.turned):
@@ -101,6 +101,15 @@ class MotionWatch:
         self._announce_crawl([robot for robot, (V, _) in commands.items() if V])
         for robot, check in self._checks.items():
             check.command(*commands.get(robot, (0.0, 0.0)), now)
+
+    def end_proofs(self) -> None:
+        """End all proofs: this process was stopped, or asleep with the laptop."""
+        for robot in self._checks:
+            self._end_proof(robot)
+
+    def _end_proof(self, robot: int) -> None:
+        self._proving.end(robot)
+        self._announced.discard(robot)
 
     def _may_be_another(self, robot: int, pose: Pose, track: PoseTrack, now: float) -> bool:
         """Return whether another body may have got a robot's name."""

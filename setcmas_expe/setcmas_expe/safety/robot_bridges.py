@@ -14,12 +14,12 @@ from sensor_msgs.msg import BatteryState
 
 from setcmas_expe.guard.guard_watch import GuardWatch
 from setcmas_expe.guard.motor_power import MotorPower
-from setcmas_expe.guard.obedience import IGNORES_ZERO, Obedience
+from setcmas_expe.guard.obedience import IGNORES_ZERO, SLOWS_WITHIN_OVER_RADIO_S, Obedience
 from setcmas_expe.lab.lab import Battery, Lab, LabRobot
 from setcmas_expe.mocap.pose_track import PoseTrack
 from setcmas_expe.mocap.sample import Sample
 from setcmas_expe.mocap.velocity_filter import VelocityFilter
-from setcmas_expe.safety.safety_decision import Decision, State
+from setcmas_expe.safety.bridge_decision import Decision, State
 from setcmas_simu.fleet import topics
 from setcmas_simu.fleet.planar_pose import quaternion_of_yaw
 from setcmas_simu.ros import cmd_vel_topics, messages, qos
@@ -109,14 +109,14 @@ class CmdVelBridge(FleetNode):
         self.V = self.omega = 0.0
         self.rival = self.fault = ''
         self.is_heard = True
-        self.ignores_zero = False
+        self.ignores_zero = self._was_paused = False
         self.guard = GuardWatch(self, robot.namespace)
         self._motors = MotorPower(self, robot.topic(topics.MOTOR_POWER))
         self.wheels: tuple[float, float] | None = None
         self.battery: float | None = None
         self._scale = Battery()
         self._received = self._oldest = -math.inf
-        self._obedience = Obedience(lab.limits)
+        self._obedience = Obedience(lab.limits, SLOWS_WITHIN_OVER_RADIO_S)
         self._sent = self._rolls = (0.0, 0.0)
         self._own = cmd_vel_topics.own_participant(self)
         odometry, battery = robot.topic(topics.ODOM), robot.topic(topics.BATTERY)
@@ -192,12 +192,14 @@ class CmdVelBridge(FleetNode):
         self.rival = rival or self._impostor or several or posed
 
     def send(self, decision: Decision) -> None:
-        """Command the robot; it gets its motors back when it may move again."""
+        """Command the robot; each start switches its motors on: who cut them may have ended."""
         if decision.state is State.PAUSED:
-            self.ignores_zero = False
+            self.ignores_zero, self._was_paused = False, True
             self._motors.leave()
-        elif self._motors.is_cut and not (decision.lasting or self.guard.has_ended):
-            self._motors.give()
+        elif not (decision.lasting or self.guard.has_ended):
+            if self._motors.is_cut or self._was_paused:
+                self._motors.give()
+            self._was_paused = False
         self._sent = decision.V, decision.omega
         self.cmd_vel.publish(*self._sent)
 

@@ -47,8 +47,9 @@ def test_silence_after_a_command_to_move_stops_the_robot_for_a_while():
     guard.receive(0.1, 0.0, 10.0)
 
     assert not guard.must_stop(10.0 + SILENCE_S - 0.01)
+    assert guard.commanded == (0.1, 0.0)
     assert guard.must_stop(10.31)
-    assert not guard.moving
+    assert guard.commanded == (0.0, 0.0)
     guard.receive(0.0, 0.0, 10.32)  # its own zero
     assert guard.must_stop(10.5)
     assert not guard.must_stop(10.4 + REPEAT_S)

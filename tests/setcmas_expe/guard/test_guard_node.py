@@ -46,10 +46,11 @@ class Robot:
         self.peer = peer
         self.wanted = self.paused = self.stopped = None
         self.motors = []
+        self.wheels = Odometry()
         self.heard = peer.listen(kind, f'/tb3_1/{topic}')
         self.reports = peer.listen(DiagnosticStatus, '/tb3_1/guard_state')
         node = peer.node
-        node.create_publisher(Odometry, '/tb3_1/odom', 1)
+        self._odometry = node.create_publisher(Odometry, '/tb3_1/odom', 1)
         node.create_service(SetBool, '/tb3_1/motor_power', self._switch)
         self._bool = {name: node.create_publisher(Bool, f'/{name}', profile) for name, profile in
                       (('paused', qos.STATE), ('emergency_stopped', qos.LATCHED))}  # fmt: skip
@@ -58,6 +59,7 @@ class Robot:
         node.create_timer(0.05, self._publish)
 
     def _publish(self):
+        self._odometry.publish(self.wheels)
         if self.paused is not None:
             self._bool['paused'].publish(Bool(data=self.paused))
         if self.stopped is not None:
@@ -204,8 +206,17 @@ def test_a_base_that_listens_to_others_is_stopped_by_zeros_and_by_its_motors(sta
     assert not robot.report.private
     robot.wanted = None
     robot.wait_for(State.SILENT, STOP)
+    assert False not in robot.motors
 
     robot.start()
+    robot.wheels.twist.twist.linear.x = 0.1
+    peer.wait_for(lambda: robot.motors[-1] is True)
+    robot.wanted = None  # the bridge has died, and the base is deaf
+    peer.wait_for(lambda: robot.motors[-1] is False)
+    robot.wheels.twist.twist.linear.x = 0.0
+
+    robot.start()
+    peer.wait_for(lambda: robot.motors[-1] is True)
     other.node.create_publisher(Twist, '/tb3_1/cmd_vel', 1)
     robot.wait_for(State.RIVAL)
     peer.wait_for(lambda: robot.motors[-1] is False)

@@ -5,7 +5,7 @@ pytest.importorskip('rclpy')
 from diagnostic_msgs.msg import DiagnosticStatus
 
 from setcmas_expe.guard.guard_decision import State
-from setcmas_expe.guard.guard_watch import GuardReport, Power
+from setcmas_expe.guard.guard_watch import GuardReport, Power, TwiceSeen
 
 
 def test_a_message_says_all_that_a_report_does():
@@ -18,3 +18,11 @@ def test_a_message_says_all_that_a_report_does():
 
 def test_a_message_that_is_not_understood_is_one_of_a_robot_that_is_held():
     assert GuardReport.of(DiagnosticStatus()).stops
+
+
+def test_what_a_single_look_finds_is_no_alarm():
+    alarm = TwiceSeen()
+    looks = ['', 'rogue', '', 'rogue', 'other', 'other', 'other', '', '', 'other', 'other']
+
+    alarms = [alarm.new(found) for found in looks]
+    assert [look for look, found in enumerate(alarms) if found] == [5, 10]

@@ -214,6 +214,11 @@ def test_a_paused_robot_that_is_pushed_needs_no_more_than_the_start(start, peer)
     lab.poses[1], lab.wanted[1], lab.paused = (-1.0, 0.0, 0.5), GO, True
     peer.wait_for(lambda: lab.status(1)[0].message == 'paused')
     assert motors == []
+    lab.let_go({1: GO})
+    peer.wait_for(lambda: motors == [True])  # an earlier experiment may have cut them
+    motors.clear()
+    lab.paused = True
+    peer.wait_for(lambda: lab.status(1)[0].message == 'paused')
 
     wheels.twist.twist.linear.x = 0.1
     peer.wait_for(lambda: False in motors)

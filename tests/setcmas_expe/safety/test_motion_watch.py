@@ -40,13 +40,16 @@ class Fleet:
 
     def look(self):
         self.now += STEP_S
+        self._capture()
+        self.watch.see(self.tracks, {1: None, 2: None}, self.now)
+
+    def _capture(self):
         for robot, body in zip((1, 2), self.bodies, strict=True):
             height = self.heights[robot]
             place = (self.x[robot], 1.0 * robot + 1e-5 * math.sin(self.now), height)
             sample = Sample(place, (0.0, 0.0, *quaternion_of_yaw(0.0)))
             if not self.hidden:
                 self.tracks[body].take(sample, self.now)
-        self.watch.see(self.tracks, {1: None, 2: None}, self.now)
 
     def drive(self, seconds, V=0.2):
         for _ in range(round(seconds / STEP_S)):
@@ -105,6 +108,38 @@ def test_a_proof_ends_when_another_body_may_have_got_the_name(change, proved):
 
     fleet.drive(6.0)
     assert fleet.proved == [1, 2]
+
+
+def test_a_stop_of_this_process_ends_all_proofs_though_its_clock_stood_still():
+    fleet = Fleet()
+    fleet.drive(6.0)
+    fleet.pause(0.1)
+    fleet.watch.end_proofs()  # asleep with the laptop, while bodies were exchanged
+    fleet.pause(3.0)
+    assert fleet.proved == []
+    fleet.drive(0.5)
+    assert len([line for line in fleet.told if 'crawl' in line]) == 2
+
+
+def test_a_body_that_settles_elsewhere_is_proved_again():
+    fleet = Fleet()
+    fleet.drive(6.0)
+    fleet.now += 0.02
+    fleet._capture()  # between two looks
+    carry(fleet)  # before the place where it rests was noted
+    fleet.now -= 0.02
+    fleet.pause(1.5)
+
+    assert fleet.proved == [2]
+
+
+def test_a_robot_that_has_proved_its_way_is_not_judged_as_one_that_crawls():
+    fleet = Fleet()
+    fleet.drive(6.0)
+    fleet.drive(1.0, V=0.0)
+    fleet.x[1] += 0.025
+    fleet.drive(1.0, V=0.0)
+    assert not fleet.watch.trouble(1)
 
 
 def test_half_a_proof_ends_too():

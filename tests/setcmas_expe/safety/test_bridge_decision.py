@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from setcmas_expe.lab.lab_file import DEFAULT_FILE, load_lab
-from setcmas_expe.safety.safety_decision import HOLD_S, Situation, State, decide
+from setcmas_expe.safety.bridge_decision import HOLD_S, Situation, State, decide
 from setcmas_simu.robots.arena import Arena, Obstacles
 
 LAB = replace(load_lab(DEFAULT_FILE, 3), arena=Arena(-2.0, 2.0, -1.0, 1.0))
