@@ -22,7 +22,6 @@ from numpy.typing import NDArray
 
 from setcmas_ctrl.scripts.loader import load_script
 from setcmas_ctrl.scripts.script_errors import (
-    AbandonCall,
     ControlError,
     ErrorReports,
     StopCall,
@@ -153,7 +152,7 @@ class Broadcast:
             arguments = [_position(state), _velocity(state), _position(last), _velocity(last)]
         try:
             answer = checked_answer(self._condition(*arguments, t), self.path)
-        except (StopCall, AbandonCall, KeyboardInterrupt):
+        except (StopCall, KeyboardInterrupt):
             raise
         except ControlError as error:
             self._failing = True

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-import warnings
 from collections.abc import Callable, Mapping
 from math import isfinite
 from pathlib import Path
@@ -16,7 +15,6 @@ from setcmas_ctrl.scripts.function import checked_function
 from setcmas_ctrl.scripts.imports import helper_files
 from setcmas_ctrl.scripts.loader import load_script
 from setcmas_ctrl.scripts.script_errors import (
-    AbandonCall,
     ControlError,
     StopCall,
     failure_of,
@@ -30,7 +28,6 @@ from setcmas_simu.arrays import Floats
 
 Velocity = tuple[float, float]
 _FLOATS = (float, np.float64)
-_PLAIN = (np.ndarray, float, int, bool)
 _asarray = np.asarray  # a script may replace numpy's
 _RAISED_BY_NAN = (ValueError, FloatingPointError)  # by int, round, numpy.linalg, scipy
 _EXPECTED = 'it must return two finite numbers: return vx, vy'
@@ -104,7 +101,7 @@ class ControlLaw:
         network.begin_call(self.robot, self._nb_robots, adjacency)
         try:
             result = self._control(self.robot, self._nb_robots, poses.copy(), t)
-        except (StopCall, AbandonCall, ControlError):  # ControlError: from another law
+        except (StopCall, ControlError):  # ControlError: from another law
             raise
         except BaseException as error:  # whatever a script raises, the other robots continue
             if isinstance(error, KeyboardInterrupt) and not scripts_own(error):
@@ -152,37 +149,17 @@ def checked_velocity(result: Any) -> Velocity:
     if result is None:
         raise ValueError('control returned None: is a return missing?')
     try:
-        array = _asarray(result) if _is_plain(result) else _as_masked(result)
-    except (StopCall, AbandonCall):
+        array = _asarray(result)
+    except StopCall:
         raise
     except BaseException:  # it may be an object of the script's own
         raise ValueError(f'control returned values of unequal shapes: {_short(result)}') from None
-    if type(array) is not np.ndarray and np.ma.is_masked(array):
-        raise ValueError(f'control returned a masked value: {_short(result)}')
     if array.dtype.kind not in 'iufb':
         raise ValueError(f'control returned a {type(result).__name__}: {_short(result)}')
     if array.size != 2:
         values = 'value' if array.size == 1 else 'values'
         raise ValueError(f'control returned {array.size} {values}: {_short(result)}')
-    vx, vy = _asarray(array).ravel().tolist()  # a matrix has two dimensions always
-    return _finite(float(vx), float(vy), result)
-
-
-def _is_plain(result: Any) -> bool:
-    """Return whether nothing in a result can be masked: numpy.ma takes 30 times as long."""
-    if type(result) is np.ndarray:
-        return True
-    values = result if type(result) in (tuple, list) else (result,)
-    return all(type(value) in _PLAIN or isinstance(value, np.generic) for value in values)
-
-
-def _as_masked(result: Any) -> Any:
-    with warnings.catch_warnings():
-        warnings.simplefilter('ignore')  # numpy's, of masked values: they are refused
-        return np.ma.asarray(result)
-
-
-def _finite(vx: float, vy: float, result: Any) -> Velocity:
+    vx, vy = map(float, array.ravel().tolist())
     if not (isfinite(vx) and isfinite(vy)):
         raise ValueError(f'control returned a value that is not finite: {_short(result)}')
     return vx, vy

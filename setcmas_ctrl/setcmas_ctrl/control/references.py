@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from setcmas_ctrl.scripts.script_errors import AbandonCall, StopCall, describe_failure, safe_text
+from setcmas_ctrl.scripts.script_errors import StopCall, describe_failure, safe_text
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.plugins import PluginGroup, instance_of
 
@@ -124,7 +124,7 @@ def _own_references(given: Any, nb_robots: int, path: Path) -> Mapping[str, Any]
     if callable(given):
         try:
             given = given(nb_robots)
-        except (KeyboardInterrupt, StopCall, AbandonCall):
+        except (KeyboardInterrupt, StopCall):
             raise
         except BaseException as error:  # a user's function may raise anything
             raise SetcmasError(describe_failure(error, path)) from error

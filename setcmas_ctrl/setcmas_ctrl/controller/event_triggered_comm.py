@@ -1,14 +1,7 @@
-"""Event-triggered broadcast: sends a robot's state when a condition triggers.
-
-With --event-triggered, a controller process holds such a node for each of its robots. To start it
-alone: `ros2 run setcmas_ctrl event_triggered_comm --robots 1-2 --ctc my_condition`.
-"""
+"""Nodes that broadcast a robot's state when its condition triggers (`--event-triggered`)."""
 
 from __future__ import annotations
 
-import argparse
-import contextlib
-import time
 from collections.abc import Callable
 from pathlib import Path
 
@@ -17,26 +10,16 @@ from std_msgs.msg import UInt16
 
 from setcmas_ctrl.communication.communication_settings import (
     Communication,
-    CommunicationOptions,
-    chosen_communication,
 )
-from setcmas_ctrl.communication.triggering import CONSEQUENCE, CTC, Broadcast
-from setcmas_ctrl.control.control_options import SCRIPT_FAILED
-from setcmas_ctrl.controller.script_outcomes import end_process, end_stuck_script
+from setcmas_ctrl.communication.triggering import CTC, Broadcast
 from setcmas_ctrl.driving.odometry import FleetOdometry, Pose, State
 from setcmas_ctrl.scripts.call_watch import CallWatch
-from setcmas_ctrl.scripts.output import named_output
-from setcmas_ctrl.scripts.script_errors import AbandonCall, ErrorReports, StopCall
+from setcmas_ctrl.scripts.script_errors import ErrorReports
 from setcmas_simu.fleet import topics
-from setcmas_simu.fleet.fleet import parse_robots, robots_in_words
 from setcmas_simu.reports.script_calls import Function
-from setcmas_simu.robots.unicycle import RATE_HZ as ROBOT_RATE_HZ
 from setcmas_simu.ros import qos
 from setcmas_simu.ros.messages import NO_STAMP, read_stamp
-from setcmas_simu.ros.process import FleetNode, RosProcess, node_main
-from setcmas_simu.ros.step_loop import StepLoop
-
-_LOOK_EVERY_S = 0.01
+from setcmas_simu.ros.process import FleetNode
 
 
 class EventTriggeredComm(FleetNode):
@@ -78,15 +61,12 @@ class EventTriggeredComm(FleetNode):
             self._states.publish(state.odometry)
 
     def _is_triggered(self, pose: Pose, V: float) -> bool:
-        t = self._now()
-        one = self._broadcast
+        t, broadcast = self._now(), self._broadcast
         try:
-            with self._watch.call(one.robot, one.path, Function.CONDITION):
-                return one.is_triggered(pose, V, t)
-        except AbandonCall:  # a new control law was saved; the condition stays
-            return True
+            with self._watch.call(self.robot, broadcast.path, Function.CONDITION):
+                return broadcast.is_triggered(pose, V, t)
         except KeyboardInterrupt as error:  # signals raise StopCall, so the script raised this
-            return one.failed(error, t)
+            return broadcast.failed(error, t)
 
 
 def broadcasters(
@@ -112,58 +92,3 @@ def broadcasters(
         odometry.listen(robot, node.take)
         nodes.append(node)
     return nodes
-
-
-def main(argv: list[str] | None = None) -> int:
-    """Broadcast until a signal arrives; return the exit status."""
-    parser = argparse.ArgumentParser(prog='event_triggered_comm', description=__doc__)
-    parser.add_argument('--robots', default='1', metavar='LIST', help='such as 1-4 (default: 1)')
-    parser.add_argument('--ctc', metavar='FILE', help='script with ctc(pos, last_pos, t)')
-    parser.add_argument(
-        '--odometry-topic',
-        default=f'/{{name}}/{topics.ODOM}',
-        metavar='TOPIC',
-        help='topic of the states; {name} is the robot (default: %(default)s)',
-    )
-    return node_main(parser, _serve, argv)
-
-
-def _serve(process: RosProcess, args: argparse.Namespace) -> int:
-    with named_output():
-        node = FleetNode('broadcasters')
-        reports = ErrorReports(node.get_logger().warning, CONSEQUENCE)
-        with contextlib.suppress(StopCall):  # a signal ended a stuck call
-            _broadcast(args, process, node, reports)
-    return SCRIPT_FAILED if reports.failed_robots else 0
-
-
-def _broadcast(
-    args: argparse.Namespace, process: RosProcess, node: FleetNode, reports: ErrorReports
-) -> None:
-    robots = parse_robots(args.robots)
-    chosen = chosen_communication(
-        robots[-1], CommunicationOptions(event_triggered=True, ctc=args.ctc)
-    )
-    odometry = FleetOdometry(
-        node,
-        robots[-1],
-        lambda robot: args.odometry_topic.replace('{name}', topics.robot_name(robot)),
-        robots,
-    )
-    watch = CallWatch(1 / ROBOT_RATE_HZ, node.get_logger().warning, process.launcher)
-    end_stuck_script(process, watch)
-    begin = time.monotonic()
-    broadcasters(robots, chosen, odometry, reports, lambda: time.monotonic() - begin, watch)
-    process.take_signals()  # scripts may have changed the handlers while loading
-    process.add(node)
-    node.get_logger().info(f'broadcasting for {robots_in_words(robots)}; Ctrl-C stops')
-    StepLoop(process, _LOOK_EVERY_S, odometry.take).run()
-
-
-def run() -> None:
-    """Run `main` and end the process."""
-    end_process(main())
-
-
-if __name__ == '__main__':
-    run()

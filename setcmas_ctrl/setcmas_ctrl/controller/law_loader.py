@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import math
-import signal
-import threading
 import time
 from collections.abc import Sequence
 from pathlib import Path
@@ -20,7 +18,6 @@ from setcmas_ctrl.controller.markers import TaskTopic
 from setcmas_ctrl.controller.stepper import ControlStepper
 from setcmas_ctrl.scripts.call_watch import CallWatch
 from setcmas_ctrl.scripts.file_watch import FileWatch
-from setcmas_ctrl.scripts.script_errors import AbandonCall
 from setcmas_ctrl.scripts.shared_state import seed_scripts
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet import topics
@@ -77,7 +74,6 @@ class LawLoader:
 
 
 _POLL_EVERY_S = 0.1
-_ATTEMPTS = 8  # to end a stuck call, several per second
 
 
 class ScriptReloader:
@@ -111,14 +107,10 @@ class ScriptReloader:
         self._scripts = list(dict.fromkeys(law.path for law in laws))
         self._files = FileWatch(self._scripts)
         self._is_new = self._asked_to_pause = False
-        self._attempts = 0
         self._last_moving = -math.inf
         clock = Clock(clock_type=ClockType.STEADY_TIME)
         node.create_timer(_POLL_EVERY_S, self._poll, clock=clock)
         node.create_subscription(Bool, topics.PAUSED, self._on_paused, 1)
-        self._thread = threading.get_ident()
-        signal.signal(signal.SIGUSR1, self._abandon_stuck_call)
-        loader.watch.while_stuck = self._poll_while_stuck
 
     def _poll(self) -> None:
         # Without laws, poll too: a missing module may appear.
@@ -130,7 +122,6 @@ class ScriptReloader:
             self._ask_to_pause()
             return
         self._is_new = self._asked_to_pause = False
-        self._attempts = 0
         self._reload()
 
     def _watched_files(self) -> set[Path]:
@@ -148,8 +139,6 @@ class ScriptReloader:
     def _reload(self) -> None:
         try:
             self._laws = self._loader.load()
-        except AbandonCall:  # loading was stuck, and a newer version exists
-            self._laws = []
         except SetcmasError as error:
             self._laws = []
             self._node.get_logger().warning(
@@ -165,22 +154,6 @@ class ScriptReloader:
         self._launcher.report(Reloaded(self._laws != []))
         self._files.watch(self._watched_files())
         self._stepper.use(self._laws)
-
-    def _poll_while_stuck(self) -> None:
-        # Runs on the watch's thread, because the usual thread is stuck.
-        self._is_new = self._files.poll(time.monotonic()) or self._is_new
-        if self._is_new:
-            self._attempts += 1
-            signal.pthread_kill(self._thread, signal.SIGUSR1)
-        if self._attempts == _ATTEMPTS:
-            self._node.get_logger().warning(
-                f'{self._saved()} was saved, but its earlier version does not end: does it '
-                'have a bare except? Press Ctrl-C and restart'
-            )
-
-    def _abandon_stuck_call(self, *_: object) -> None:
-        if self._loader.watch.is_stuck():
-            raise AbandonCall
 
     def _is_moving(self) -> bool:
         return time.monotonic() - self._last_moving < self._pause_timeout_s

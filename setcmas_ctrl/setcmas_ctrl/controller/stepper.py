@@ -21,7 +21,7 @@ from setcmas_ctrl.driving.fleet_discovery import LostRobots, wait_until
 from setcmas_ctrl.driving.fleet_pause import PauseWatch
 from setcmas_ctrl.driving.fleet_time import FleetTime, FleetTimeTopic
 from setcmas_ctrl.driving.odometry import POSE_TIMEOUT_S, FleetOdometry
-from setcmas_ctrl.scripts.script_errors import AbandonCall, ControlError, StopCall
+from setcmas_ctrl.scripts.script_errors import ControlError, StopCall
 from setcmas_simu.arrays import Floats
 from setcmas_simu.fleet.fleet import robots_in_words
 from setcmas_simu.fleet.topics import TRIG_ODOM, robot_topic
@@ -258,8 +258,6 @@ class ControlStepper:
                     self.outcomes.laws.succeeded(controller.robot, t)
                 except ControlError as error:
                     self.outcomes.laws.failed(controller.robot, t, error)
-                except AbandonCall:
-                    self._has_laws = False
             velocities.append(velocity or (0.0, 0.0))
             if velocity is None:
                 idle.add(controller.robot)

@@ -1,19 +1,16 @@
-"""Discovery of the robots of a fleet by their odometry, and their loss."""
+"""Discovery of a fleet: waits for its announcement and odometry, and reports lost robots."""
 
 from __future__ import annotations
 
 import time
 from collections.abc import Callable, Container, Sequence
 
-from nav_msgs.msg import Odometry
 from rclpy.node import Node
-from rclpy.subscription import Subscription
 
 from setcmas_ctrl.driving.odometry import FleetOdometry
 from setcmas_simu.fleet import topics
 from setcmas_simu.fleet.announcement import Kind, own_source
 from setcmas_simu.fleet.fleet import robots_in_words
-from setcmas_simu.ros import qos
 from setcmas_simu.ros.fleet_topic import FleetListener
 from setcmas_simu.ros.process import RosProcess
 
@@ -55,15 +52,28 @@ def wait_until(
 
 
 def wait_for_fleet(process: RosProcess, node: Node, listener: FleetListener) -> int:
-    """Wait for the announced fleet size; guess it, with a warning, if there is no announcer.
+    """Wait until all processes with robots have announced them.
 
     Returns:
         Size of the fleet; 0 if the process must stop.
     """
-    fleet = _Fleet(node, listener)
-    found = wait_until(process, fleet.is_known, fleet.remind)
-    fleet.close()
-    return fleet.nb_robots if found else 0
+    changed, nb_announcements = time.monotonic(), 0
+
+    def is_known() -> bool:
+        nonlocal changed, nb_announcements
+        announcements = listener.take()
+        if len(announcements) != nb_announcements:
+            changed, nb_announcements = time.monotonic(), len(announcements)
+        # A killed process stays in the graph for a while and will not announce anything.
+        is_settled = time.monotonic() - changed >= _SETTLED_S
+        return nb_announcements > 0 and (listener.announced_by_all or is_settled)
+
+    text = (
+        f'waiting for a fleet: no announcement on {topics.FLEET}; is setcmas simu running in '
+        'the same ROS domain? Robots of other simulators need --nb-robots'
+    )
+    warn = node.get_logger().warning
+    return listener.nb_robots if wait_until(process, is_known, lambda: warn(text)) else 0
 
 
 def wait_for_source(process: RosProcess, node: Node, listener: FleetListener, pid: int) -> bool:
@@ -98,81 +108,6 @@ def wait_for_announcement(
     )
     warn = node.get_logger().warning
     return wait_until(process, is_known, lambda: warn(text))
-
-
-class _Fleet:
-    """The announced robots, or else the robots with odometry."""
-
-    def __init__(self, node: Node, listener: FleetListener) -> None:
-        self.nb_robots = 0
-        self._node = node
-        self._announced = listener
-        self._robots: set[int] = set()
-        self._found: set[int] = set()
-        self._changed = time.monotonic()
-        self._nb_announcements = 0
-        self._subscriptions: dict[int, Subscription] = {}
-
-    def is_known(self) -> bool:
-        """Check announcements and the graph; return whether the fleet is known."""
-        if self._announced.take():
-            self._note_change(len(self._announced.by_source) != self._nb_announcements)
-            self._nb_announcements = len(self._announced.by_source)
-            # A killed process stays in the graph for a while and will not announce anything.
-            if self._announced.announced_by_all or self._settled():
-                self.nb_robots = self._announced.nb_robots
-        elif self._announced.announced_by_all:  # so there is no announcer
-            self._guess()
-        return self.nb_robots > 0
-
-    def remind(self) -> None:
-        """Log what is missing."""
-        if silent := sorted(self._robots - self._found):
-            message = (
-                f'{robots_in_words(sorted(self._robots), "are")} there, but '
-                f'{topics.odometry_topic(silent[0])} is silent; does their simulator hang?'
-            )
-        else:
-            message = (
-                f'waiting for a fleet: no announcement on {topics.FLEET}, and no '
-                f'publisher of {topics.odometry_topic(1)}; '
-                'is setcmas simu running in the same ROS domain?'
-            )
-        self._node.get_logger().warning(message)
-
-    def close(self) -> None:
-        """Unsubscribe from odometry."""
-        for subscription in self._subscriptions.values():
-            self._node.destroy_subscription(subscription)
-
-    def _guess(self) -> None:
-        robots = set(robots_with_odometry(self._node))
-        self._note_change(robots != self._robots)
-        self._robots = robots
-        for robot in robots - set(self._subscriptions):
-            self._listen(robot)
-        if robots and robots <= self._found and self._settled():
-            self.nb_robots = max(robots)
-            self._node.get_logger().warning(
-                f'no announcement on {topics.FLEET}: '
-                f'assuming that the fleet is {robots_in_words(sorted(robots))}, because only they '
-                'have odometry; to set its size, use --nb-robots'
-            )
-
-    def _note_change(self, changed: bool) -> None:
-        if changed:
-            self._changed = time.monotonic()
-
-    def _settled(self) -> bool:
-        return time.monotonic() - self._changed >= _SETTLED_S
-
-    def _listen(self, robot: int) -> None:
-        self._subscriptions[robot] = self._node.create_subscription(
-            Odometry,
-            topics.odometry_topic(robot),
-            lambda _: self._found.add(robot),
-            qos.STATE,
-        )
 
 
 class LostRobots:

@@ -102,8 +102,6 @@ class CallWatch:
         """
         self._warn = warn
         self._stuck_s = stuck_s
-        self.while_stuck: Callable[[], None] | None = None
-        """Called now and then, from the monitor's thread, while a call is stuck."""
         self.have_been_stuck: list[ScriptCall] = []
         """Calls that have been stuck at some time."""
         self._launcher = launcher
@@ -159,10 +157,6 @@ class CallWatch:
         self._closed.set()
         self._thread.join()
 
-    def is_stuck(self) -> bool:
-        """Return whether the current call is stuck."""
-        return self.running_s > self._stuck_s
-
     def _end_fork(self, call: _Call) -> NoReturn:
         """End this process, which a script has forked, so that it does not control robots too."""
         text = f'{call.path.name} called os.fork; the child process was ended'
@@ -173,13 +167,9 @@ class CallWatch:
     def _watch(self) -> None:
         while not self._closed.wait(min(0.25, self._stuck_s / 4)):
             call = self._call
-            if not call or not self.is_stuck():
-                continue
-            if call != self._stuck:
+            if call and call != self._stuck and self.running_s > self._stuck_s:
                 self._stuck = call
                 self._report(call)
-            if self.while_stuck:
-                self.while_stuck()
 
     def _report(self, call: _Call) -> None:
         described = call.described()

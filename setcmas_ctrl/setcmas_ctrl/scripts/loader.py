@@ -5,7 +5,6 @@ from __future__ import annotations
 import ast
 import contextlib
 import linecache
-import stat
 import sys
 import tokenize
 import types
@@ -17,7 +16,7 @@ from typing import Any
 
 from setcmas_ctrl.scripts.function import CONTROL, check_defines
 from setcmas_ctrl.scripts.imports import ScriptImports
-from setcmas_ctrl.scripts.script_errors import AbandonCall, StopCall, describe_failure, scripts_own
+from setcmas_ctrl.scripts.script_errors import StopCall, describe_failure, scripts_own
 from setcmas_ctrl.scripts.script_settings import (
     CALL,
     Settings,
@@ -57,7 +56,6 @@ def find_script(name: str, exercise: bool = False) -> Path:
     for group in groups.values():
         if name in group:
             return group.file(name)
-    _refuse_other_kinds(Path(name))
     names = {title: list(group.plugins()) for title, group in groups.items()}
     names['in this folder'] = [path.stem for path in scripts_in(Path.cwd()) if _may_be_law(path)]
     known = list(dict.fromkeys(stem for stems in names.values() for stem in stems))
@@ -94,18 +92,6 @@ def _no_notebook(path: Path) -> Path:
             f'use --algo {path.stem}.py'
         )
     return path
-
-
-def _refuse_other_kinds(path: Path) -> None:
-    """Refuse a folder or another path that is not a file."""
-    try:
-        mode = path.stat().st_mode
-    except PermissionError as error:
-        raise SetcmasError(f"control script '{path}' cannot be read: {error.strerror}") from error
-    except (OSError, ValueError):
-        return
-    kind = 'a folder' if stat.S_ISDIR(mode) else 'not a regular file'
-    raise SetcmasError(f"control script '{path}' is {kind}; it must be a .py file")
 
 
 def names_to_set(path: Path) -> list[str]:
@@ -198,7 +184,7 @@ def load_script(
     module = _fresh_module(path, robot, settings)
     try:
         exec(code, module.__dict__)
-    except (StopCall, AbandonCall, SetcmasError):
+    except (StopCall, SetcmasError):
         raise
     except BaseException as error:
         if isinstance(error, KeyboardInterrupt) and not scripts_own(error):

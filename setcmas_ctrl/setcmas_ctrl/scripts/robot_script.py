@@ -24,7 +24,6 @@ import numpy as np
 from setcmas_ctrl.scripts.function import checked_function
 from setcmas_ctrl.scripts.loader import load_script
 from setcmas_ctrl.scripts.script_errors import (
-    AbandonCall,
     ControlError,
     ErrorReports,
     StopCall,
@@ -99,7 +98,7 @@ class ScriptRobot(RobotModel):
             own = _numbers(self._own['start'](*poses[:, 0].tolist()), range(3, 1000), 'start')
         except ControlError as error:
             raise SetcmasError(f'{self._path.name}: {error}') from error
-        except (StopCall, AbandonCall, KeyboardInterrupt):
+        except (StopCall, KeyboardInterrupt):
             raise
         except BaseException as error:
             raise SetcmasError(describe_failure(error, self._path)) from error
@@ -134,7 +133,7 @@ class ScriptRobot(RobotModel):
         on_call(self._robot)
         try:
             result = _numbers(function(*arguments), sizes, function.__name__)
-        except (StopCall, AbandonCall, KeyboardInterrupt):
+        except (StopCall, KeyboardInterrupt):
             raise
         except ControlError as error:
             self._fail(ControlError(f'{self._path.name}: {error}', error.key))

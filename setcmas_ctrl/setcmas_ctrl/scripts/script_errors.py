@@ -25,10 +25,6 @@ class StopCall(BaseException):
     """Raised in a running call by the signal that ends the process."""
 
 
-class AbandonCall(BaseException):
-    """Raised in a stuck call when a new version of the script was saved."""
-
-
 def scripts_own(_: KeyboardInterrupt) -> bool:
     """Return whether a script raised a KeyboardInterrupt itself; Ctrl-C is handled elsewhere."""
     return signal.getsignal(signal.SIGINT) is not signal.default_int_handler
@@ -67,7 +63,7 @@ def describe_failure(error: BaseException, path: Path) -> str:
     """Return a message on an error of a script: script, line, type, and the line quoted."""
     try:
         return _described(error, path)
-    except (StopCall, AbandonCall):
+    except StopCall:
         raise
     except BaseException:  # a script's own exception class may do anything
         return f'{path.name}: {type(error).__name__}'
@@ -132,7 +128,7 @@ def safe_text(describe: Callable[[Any], str], value: Any) -> str:
     """
     try:
         text = str.encode(describe(value), 'utf-8', 'backslashreplace').decode()
-    except (StopCall, AbandonCall):
+    except StopCall:
         raise
     except BaseException:
         return f'a {type(value).__name__}'

@@ -122,16 +122,6 @@ def test_it_says_that_it_waits_for_a_fleet_and_goes_on_when_there_is_one(start):
     process.wait_for_output('controlling robots 1-2')
 
 
-def test_it_waits_for_a_simulator_that_is_still_creating_its_robots(start, peer):
-    process = start(*CTRL, '--algo', 'consensus')
-    robots = [peer.node.create_publisher(Odometry, '/tb3_1/odom', 10)]
-    peer.wait_for(lambda: '/tb3_1/odom is silent' in process.output())
-    robots.append(peer.node.create_publisher(Odometry, '/tb3_2/odom', 10))
-    peer.node.create_timer(0.1, lambda: [robot.publish(Odometry()) for robot in robots])
-
-    peer.wait_for(lambda: 'controlling robots 1-2' in process.output())
-
-
 def test_time_stands_still_while_a_simulation_is_paused(start, peer, script):
     law = script('def control(i, n, p, t):\n    print(f"t = {t:.2f}")\n    return 0.1, 0\n')
     start(*SIMU, '--nb-robots', '1').wait_for_output('simulating')

@@ -52,16 +52,6 @@ def test_an_announced_fleet_is_controlled_whole_however_slowly_it_is_discovered(
 
     peer.wait_for(lambda: 'controlling' in process.output())
     assert 'controlling robots 1-5' in process.output()
-    assert 'assuming that the fleet is' not in process.output()
-
-
-def test_without_an_announcement_robots_are_guessed_with_a_warning(start, peer, script):
-    SlowFleet(peer, 2)
-    process = start(*CTRL, '--algo', script(STAND))
-
-    peer.wait_for(lambda: 'controlling' in process.output())
-    assert 'no announcement on /fleet: assuming that the fleet is robots 1-2' in process.output()
-    assert 'controlling robots 1-2' in process.output()
 
 
 def test_parts_of_a_fleet_are_announced_by_several_processes(start, script):

@@ -202,8 +202,8 @@ def test_a_keyboard_interrupt_of_the_script_is_a_failure_where_ctrl_c_is_handled
 @pytest.mark.parametrize(
     ('name', 'message'),
     [
-        ('folder', 'is a folder'),
-        ('pipe', 'is not a regular file'),
+        ('folder', 'not found'),
+        ('pipe', 'not found'),
         ('law.ipynb', r'is a notebook; start its cell with `%%writefile law\.py`'),
     ],
 )
