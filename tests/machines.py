@@ -8,6 +8,7 @@ import sys
 import time
 from pathlib import Path
 
+from nav_msgs.msg import Odometry
 from network_namespaces import Network
 from processes import CTRL, SIMU, TIMEOUT_S, Process, run_setcmas
 from ros_peer import Peer, position
@@ -105,15 +106,17 @@ class ThreeMachines:
         robots = {robot: (len(got), moves(got)) for robot, got in self.odometry.items()}
         return '\n--\n'.join([str(robots), *(one.output() for one in self._processes)])
 
-    def forget(self) -> None:
-        """Forget the messages received so far."""
-        for messages in self.peer.messages.values():
-            messages.clear()
+    def sent_since(self, moment: float, robot: int) -> list[Odometry]:
+        """Return the odometry that a robot sent after a moment (s since 1970).
+
+        By its stamps: after a stall of this process, older messages are still to be taken.
+        """
+        return [message for message in self.odometry[robot] if stamp(message) > moment]
 
     def wait_until_all_go(self) -> None:
         """Wait until every robot moves, by messages from now on, and t is the same everywhere."""
-        self.forget()
-        self.peer.wait_for(lambda: all(moves(self.odometry[robot]) for robot in FLEET))
+        now = time.time()
+        self.peer.wait_for(lambda: all(moves(self.sent_since(now, robot)) for robot in FLEET))
         self.peer.wait_for(lambda: abs(self.t(LEFT) - self.t(RIGHT)) < SAME_T_S)
 
     def __enter__(self):
@@ -189,20 +192,19 @@ def recover(way: str, domain: int, folder: Path) -> None:
 
 
 def recover_from_a_cut_link(machines: ThreeMachines) -> None:
-    before = {robot: position(machines.odometry[robot][-1]) for robot in LEFT}
     t = machines.t(LEFT)
     machines.network.cut('left')
-    machines.peer.spin(0.5)  # what was on its way
-    machines.forget()
+    cut = time.time()
     machines.peer.spin(1.5 * LEASE_S)
-    assert all(moves(machines.odometry[robot]) for robot in RIGHT)
-    assert not any(machines.odometry[robot] for robot in LEFT)
-    restored = time.monotonic()
+    assert all(moves(machines.sent_since(cut, robot)) for robot in RIGHT)
+    assert not any(machines.sent_since(cut, robot) for robot in LEFT)
+    before = {robot: position(machines.odometry[robot][-1]) for robot in LEFT}
+    restored = time.time()
     machines.network.restore('left')
-    machines.peer.wait_for(lambda: all(machines.odometry[robot] for robot in LEFT))
-    going = COMMAND_TIMEOUT_S + 1 + time.monotonic() - restored  # it may be commanded before that
+    machines.peer.wait_for(lambda: all(machines.sent_since(restored, robot) for robot in LEFT))
+    going = COMMAND_TIMEOUT_S + 1 + time.time() - restored  # it may be commanded before that
     for robot, place in before.items():
-        rolled = math.dist(place, position(machines.odometry[robot][0]))
+        rolled = math.dist(place, position(machines.sent_since(restored, robot)[0]))
         assert rolled < SPEED * going, f'tb3_{robot} rolled {rolled} m'
     machines.wait_until_all_go()
     assert machines.t(LEFT) > t + LEASE_S
@@ -210,15 +212,13 @@ def recover_from_a_cut_link(machines: ThreeMachines) -> None:
 
 def recover_from_a_killed_simulator(machines: ThreeMachines, simulator: Process) -> None:
     simulator.end(signal.SIGKILL)
-    machines.peer.spin(0.5)  # what was on its way
     t = machines.t(RIGHT)
-    machines.forget()
-    begin = time.monotonic()
+    begin = time.time()
     machines.simulate('right', RIGHT)
-    machines.peer.wait_for(lambda: all(machines.odometry[robot] for robot in RIGHT))
-    farthest = SPEED * (time.monotonic() - begin) + 0.1
+    machines.peer.wait_for(lambda: all(machines.sent_since(begin, robot) for robot in RIGHT))
+    farthest = SPEED * (time.time() - begin) + 0.1
     for robot, start in zip(RIGHT, start_poses(len(FLEET)).T[4:], strict=True):
-        way = math.dist(start[:2], position(machines.odometry[robot][0]))
+        way = math.dist(start[:2], position(machines.sent_since(begin, robot)[0]))
         assert way < farthest, f'tb3_{robot} is {way} m from its start'
     machines.wait_until_all_go()
     assert machines.t(RIGHT) > t

@@ -1,5 +1,6 @@
 """An experiment in an emulated lab, its faults, and what the wheels of its robots really do."""
 
+import itertools
 import math
 import os
 import pty
@@ -17,7 +18,7 @@ from ros_peer import Peer
 from std_msgs.msg import String
 
 from setcmas_expe.pause.presses import REACTION_S
-from setcmas_simu.fleet.planar_pose import yaw_of_quaternion
+from setcmas_simu.fleet.planar_pose import wrap_angle, yaw_of_quaternion
 from setcmas_simu.fleet.topics import truth_topic
 
 LAW = Path(__file__).parent / 'setcmas_expe' / 'scripts' / 'rehearsal_law.py'
@@ -52,6 +53,11 @@ class Truth:
         """Speed of the wheels that must become zero."""
         return max(abs(self.V), 0.08 * abs(self.omega))
 
+    def way_from(self, before: 'Truth') -> float:
+        """How far the wheels can have rolled since; nowhere while the emulated lab stalled."""
+        turn = abs(wrap_angle(self.theta - before.theta))
+        return math.dist((self.x, self.y), (before.x, before.y)) + 0.08 * turn
+
     def rolls_towards(self, angle: float) -> float:
         """Speed of the wheels in a direction of the world that is forbidden."""
         return max(0.0, self.V * math.cos(angle - self.theta))
@@ -67,17 +73,18 @@ class Stop:
 
 def stop_of(samples, fault, rolls=lambda truth: truth.rolls):
     """Return the stop after a fault (s since 1970); None if there is none in the samples."""
-    later = [truth for truth in samples if truth.stamp >= fault]
-    metres, since, at, previous = 0.0, None, None, fault
-    for truth in later:
+    metres, since, at = 0.0, None, None
+    for before, truth in itertools.pairwise(samples):
+        if truth.stamp < fault:
+            continue
         if rolls(truth) > 1e-6:
-            metres += rolls(truth) * (truth.stamp - previous)
+            seconds = truth.stamp - max(fault, before.stamp)
+            metres += min(rolls(truth) * seconds, truth.way_from(before))
             since = None
         elif since is None:
             since, at = truth.stamp, metres
         if since is not None and truth.stamp - since >= STANDS_S:
             return Stop(since - fault, at)
-        previous = truth.stamp
     return None
 
 

@@ -62,7 +62,7 @@ def main(args: argparse.Namespace) -> int:
             return death.exit_status
         status = run_to_end(command, environment)
         if not lab_process.running():
-            supervisor.warn(f'setcmas doctor: {lab_process.obituary()}')
+            supervisor.warn(f'setcmas doctor: {lab_process.unexpected_end()}')
             return 1
         return status
 

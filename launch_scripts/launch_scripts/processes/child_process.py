@@ -19,21 +19,18 @@ from setcmas_simu.reports.reports import Ended, Failed, Message, Mistake, Report
 from setcmas_simu.reports.script_calls import Function, ScriptCall, ScriptFailure
 
 SILENT_S = 3.0
-"""Duration in s after which a call counts as hanging if the process itself reports nothing.
-
-A loop in C, or a suspended process, cannot report.
-"""
+"""Time in s after which a call hangs if the process reports nothing: a loop in C cannot."""
 
 
 class ScriptCalls:
-    """Follows the script calls of one process, by its reports and shared memory.
+    """Script calls of one process, by its reports and memory that it shares.
 
     Attributes:
         failures: Periods of failed calls, as the process reports at its end.
     """
 
     def __init__(self, memory: int) -> None:
-        """Share a file's memory with the process."""
+        """Map a file that the process maps too, by its descriptor."""
         self._current = CurrentCall.shared(memory)
         self._failed: dict[ScriptCall, None] = {}
         self._reported_since = 0.0
@@ -56,7 +53,7 @@ class ScriptCalls:
             self.note(report.call)
 
     def silently_hanging(self) -> ScriptCall | None:
-        """Return a call that hangs without a report of the process; each call once."""
+        """Return a call that hangs although the process does not report it; each call once."""
         if self.running_s <= SILENT_S or self._current.since == self._reported_since:
             return None
         self._reported_since = self._current.since
@@ -70,7 +67,7 @@ class ScriptCalls:
         return call
 
     def described(self) -> str:
-        """Return the call in which, or after which, the process ended; '' if there was none."""
+        """Return in or after which call the process ended; '' if there was none."""
         if call := self.running():
             return f' in {call}'
         return f' after {self.last()}' if self.last() else ''
@@ -115,31 +112,25 @@ _ENDS_WITHIN_S = 1.0  # after it has closed the pipe of its reports
 
 
 class ChildDiedError(Exception):
-    """A process ended unexpectedly.
+    """A process ended unexpectedly; `exit_status` is for the command."""
 
-    Attributes:
-        exit_status: Exit status for the command.
-        child: The process.
-    """
-
-    def __init__(self, message: str, exit_status: int, child: Child) -> None:
-        """Store the message, the exit status and the process."""
+    def __init__(self, message: str, exit_status: int) -> None:
+        """Store message and exit status."""
         super().__init__(message)
         self.exit_status = exit_status
-        self.child = child
 
 
 class Child:
     """A running process in its own process group.
 
     Attributes:
-        spoke: Whether it has written anything; before that it may not handle signals yet.
+        has_output: Whether it has written anything; before, it may not handle signals yet.
         shown: Whether its output is shown.
         needed: Whether the other processes need it.
         reports: Pipe of its reports.
         calls: Its script calls.
         on_hang: Called when a script call does not return.
-        killed: Whether it had to be killed because it did not end.
+        killed: Whether it had to be killed.
         on_report: Called with its reports.
     """
 
@@ -152,10 +143,10 @@ class Child:
         listens: bool,
         mistake: str,
     ) -> None:
-        """Start the process; `mistake` is the prefix of its error messages."""
+        """Start the process; its error messages begin with `mistake`."""
         self.name = name
         self.needed = needed
-        self.spoke = False
+        self.has_output = False
         self.shown = True
         self.on_report: Callable[[ChildReport], None] = lambda _: None
         self._reported: dict[type[Message], Message] = {}
@@ -184,7 +175,7 @@ class Child:
         return self.process.poll() is None
 
     def send(self, message: Message) -> None:
-        """Send a message to the standard input of a listening process; never block."""
+        """Send a message to the standard input of the process, without waiting."""
         assert self.process.stdin is not None
         os.set_blocking(self.process.stdin.fileno(), False)
         with suppress(BlockingIOError, BrokenPipeError):  # it hangs or has ended
@@ -192,7 +183,7 @@ class Child:
 
     def take(self, report: ChildReport) -> None:
         """Take a report of the process."""
-        self.spoke = True
+        self.has_output = True
         self._reported[type(report)] = report
         self.calls.take(report)
         self.on_report(report)
@@ -200,7 +191,7 @@ class Child:
             self.on_hang()
 
     def note_end_of_reports(self) -> None:
-        """Note that its report pipe is closed: it is ending, or a script closed the pipe."""
+        """Note that its report pipe is closed: it is ending, or a script has closed the pipe."""
         self._disconnected = time.monotonic()
         self._disconnected_in = self.calls.last()
 
@@ -227,11 +218,11 @@ class Child:
         with suppress(ProcessLookupError, PermissionError):
             os.killpg(self.process.pid, signum)
 
-    def obituary(self) -> ChildDiedError:
+    def unexpected_end(self) -> ChildDiedError:
         """Return why the process ended, as an exception."""
         status = self.process.returncode
         if status == 2 and self.reported(Mistake):
-            return ChildDiedError('', 2, self)
+            return ChildDiedError('', 2)
         if status < 0:
             reason = f'was killed by {signal.Signals(-status).name}'
             reason += ' (out of memory?)' if -status == KILL else ''
@@ -239,16 +230,16 @@ class Child:
         else:
             reason = f'ended unexpectedly with exit status {status}'
         message = f'{self.name} (process {self.process.pid}) {reason}{self.calls.described()}'
-        return ChildDiedError(message, 1 if self.calls.running() else status or 1, self)
+        return ChildDiedError(message, 1 if self.calls.running() else status or 1)
 
     def disconnection(self) -> ChildDiedError:
-        """Return an exception for a process that has lost its descriptors."""
+        """Return an exception for a process whose report pipe a script has closed."""
         call = self._disconnected_in
         if call:
             self.calls.note(call)
         by = f'closed in {call}' if call else 'the process closed them'
         message = f'{self.name} (process {self.process.pid}) has lost its file descriptors: {by}'
-        return ChildDiedError(message, 1, self)
+        return ChildDiedError(message, 1)
 
 
 def prepare_child() -> Callable[[], None]:

@@ -7,6 +7,7 @@ import subprocess
 import time
 from collections.abc import Callable, Mapping
 from dataclasses import asdict, replace
+from functools import partial
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
@@ -32,7 +33,7 @@ from setcmas_tools.run.run import Run
 from setcmas_tools.run.run_info import State
 from setcmas_tools.scenario.scenario import Scenario
 
-_COMES_TO_REST_S = 2.0
+_STOPPING_S = 2.0
 
 
 def lab_options(scenario: Scenario, **others: Any) -> LabOptions:
@@ -51,11 +52,11 @@ def lab_options(scenario: Scenario, **others: Any) -> LabOptions:
 def bounded_lab_options(
     scenario: Scenario, typed: Mapping[str, Any], from_file: bool, **others: Any
 ) -> LabOptions:
-    """Return the options of a lab; a file may tighten what lab file and typed options set.
+    """Return the options of a lab; a scenario file may tighten the others, never loosen them.
 
     Args:
         scenario: The experiment.
-        typed: Values on the command line, by name: the operator's, which go before the lab file.
+        typed: Values on the command line, by name; they override the lab file.
         from_file: Whether the scenario is from a file.
         others: As for `lab_options`.
 
@@ -65,8 +66,8 @@ def bounded_lab_options(
     options = lab_options(scenario, **others)
     if not from_file:
         return options
-    sure = {'algo': '', 'lab': scenario.lab.lab, 'nb_robots': scenario.robots.nb_robots, **typed}
-    bounds = lab_options(Scenario.of(**sure), **others).chosen()
+    which = {'algo': '', 'lab': scenario.lab.lab, 'nb_robots': scenario.robots.nb_robots}
+    bounds = lab_options(Scenario.of(**{**which, **typed}), **others).chosen()
     own = scenario.safety.obstacles
     if own and 'obstacles' not in typed:
         both = dict.fromkeys(filter(None, (str(bounds.obstacles), own)))
@@ -76,7 +77,7 @@ def bounded_lab_options(
 
 
 def in_lab(scenario: Scenario, lab: Lab) -> Scenario:
-    """Return a scenario with the values that its emulated lab sets."""
+    """Return a scenario with the values of its emulated lab."""
     known = (name for name, limits in ROBOT_MODELS.items() if limits == lab.limits)
     return scenario.replace(
         lab=scenario.lab.lab or DEFAULT_FILE,
@@ -98,7 +99,7 @@ def decided(lab: Lab) -> dict[str, Any]:
 
 
 class EmulatedRun(RecordedRun):
-    """Recorder, emulated lab, bridge, pause node and controllers; presses start itself.
+    """Recorder, emulated lab, bridge, pause node and controllers; starts the robots itself.
 
     Attributes:
         started: Whether the robots are controlled and not paused.
@@ -106,12 +107,7 @@ class EmulatedRun(RecordedRun):
     """
 
     def __init__(
-        self,
-        supervisor: Supervisor,
-        scenario: Scenario,
-        bag: Path,
-        lab: Lab,
-        watch: bool,
+        self, supervisor: Supervisor, scenario: Scenario, bag: Path, lab: Lab, watch: bool
     ) -> None:
         """Start the processes."""
         self.started = False
@@ -141,26 +137,26 @@ class EmulatedRun(RecordedRun):
 
     @property
     def missing(self) -> str:
-        """What the start of the run waits for."""
+        """Why the run has not started yet."""
         if not self._experiment.controlled:
             return self._experiment.missing
-        return self._unready or 'the bridge process is silent'
+        return self._unready or 'the bridge sends no status'
 
     @property
     def trouble(self) -> str:
-        """Why robots were paused, or which robots did not stop; '' if all went well."""
+        """Which robots did not stop, or why robots were paused; '' if all went well."""
         if runaways := ', '.join(sorted(self._experiment.runaways)):
             return f'{runaways} did not stop when commanded zero'
         return self._paused + '; nothing can start them again' * self.is_stuck
 
     @property
     def is_stuck(self) -> bool:
-        """Whether robots stay paused, at rest by now: this command never starts them again."""
-        at_rest = time.monotonic() - self._changed > _COMES_TO_REST_S
+        """Whether robots stay paused for good: this command starts them only once."""
+        at_rest = time.monotonic() - self._changed > _STOPPING_S
         return self.started and self.paused and at_rest
 
     def tick(self) -> None:
-        """Send the pause process a sign of life, ten times a second."""
+        """Show the pause node that this command is running."""
         self._experiment.request(Action.ALIVE)
 
     def finish(self) -> None:
@@ -177,8 +173,10 @@ class EmulatedRun(RecordedRun):
 
 
 _RUN = ('run', '--emulate', '--no-plots')
-_MISTAKEN = 2
+_INVALID_INPUT = 2
 _TO_THE_END = (State.COMPLETE, State.FAILED)
+
+Show = Callable[[str], None]
 
 
 def runners_in_lab(rubric: Rubric, verb: str) -> Callable[[Path], LawRunner]:
@@ -194,66 +192,50 @@ def runners_in_lab(rubric: Rubric, verb: str) -> Callable[[Path], LawRunner]:
     require_ros('without --emulate you need no ROS; ')
     show = warner(verb)
     _run_solution(rubric, show)
-    return lambda script: _runs_emulated(script, rubric, show)
+    return lambda script: partial(_run_marked, script, rubric, show)
 
 
-def _runs_emulated(script: Path | None, rubric: Rubric, show: Callable[[str], None]) -> LawRunner:
-    """Return a runner of scenarios in the emulated lab, without sandbox.
-
-    Without script it runs the default condition.
-    """
-
-    def run(scenario: MarkedScenario) -> ScenarioRun:
-        name = script.name if script else 'the solution'
-        show(f'{name}, {scenario.name}: {scenario.seconds:g} s in the emulated lab')
-        chosen = scenario.of(str(script) if script else None, rubric.function)
-        done = _in_lab(chosen, script)
-        if done.failure and done.run and done.run.outcome.state is State.COMPLETE:
-            # Something else than the script has stopped the robots, such as a machine too busy.
-            show(f'{done.failure.message}; once more')
-            done = _in_lab(chosen, script)
-        return done
-
-    return run
+def _run_solution(rubric: Rubric, show: Show) -> None:
+    """Run the model solution in all scenarios, for the reference paths."""
+    if rubric.solution is None and rubric.function == CONTROL:
+        return
+    for scenario in rubric.scenarios:
+        done = _run_marked(rubric.solution, rubric, show, scenario)
+        if not done.run or done.failure:
+            reason = done.failure.message if done.failure else 'it did not start'
+            raise SetcmasError(
+                f"the solution fails in scenario '{scenario.name}' of {rubric.file}: {reason}"
+            )
+        rubric.keep_solution(scenario, done.run)
 
 
-def _in_lab(scenario: Scenario, script: Path | None) -> ScenarioRun:
+def _run_marked(
+    script: Path | None, rubric: Rubric, show: Show, scenario: MarkedScenario
+) -> ScenarioRun:
+    """Run a scenario in the emulated lab, without sandbox; no script is the default condition."""
+    name = script.name if script else 'the solution'
+    show(f'{name}, {scenario.name}: {scenario.seconds:g} s in the emulated lab')
+    chosen = scenario.of(str(script) if script else None, rubric.function)
+    done = _run_in_lab(chosen, script)
+    if done.failure and done.run and done.run.outcome.state is State.COMPLETE:
+        # Not the script, but something else stopped the robots, such as an overloaded machine.
+        show(f'{done.failure.message}; once more')
+        done = _run_in_lab(chosen, script)
+    return done
+
+
+def _run_in_lab(scenario: Scenario, script: Path | None) -> ScenarioRun:
     with TemporaryDirectory(prefix='setcmas_') as folder:
         place = Path(folder, 'run')
         options = [*_RUN, '--output', str(place), *passed_on(scenario)]
         command = node_command('launch_scripts.cli', options)
         done = subprocess.run(command, capture_output=True, text=True, errors='replace')
-        if done.returncode == _MISTAKEN or not (place / 'csv').is_dir():
+        if done.returncode == _INVALID_INPUT or not (place / 'csv').is_dir():
             return _not_run(done.stderr, script)
-        made = Run.load(place, lambda _: None)
-    is_whole = made.outcome.state in _TO_THE_END
-    is_well = made.outcome.state is State.COMPLETE and not made.outcome.detail
-    return ScenarioRun(made, None if is_well else Failure(str(made.outcome)), is_whole)
-
-
-def _run_solution(rubric: Rubric, show: Callable[[str], None]) -> None:
-    """Run the model solution of a rubric in the emulated lab, for the reference paths."""
-    if rubric.solution is None and rubric.function == CONTROL:
-        return
-    run = _runs_emulated(rubric.solution, rubric, show)
-    for scenario in rubric.scenarios:
-        made = run(scenario)
-        if not made.run or made.failure:
-            reason = made.failure.message if made.failure else 'it did not start'
-            raise SetcmasError(
-                f"the solution fails in scenario '{scenario.name}' of {rubric.file}: {reason}"
-            )
-        rubric.keep_solution(scenario, made.run)
-
-
-def passed_on(scenario: Scenario) -> list[str]:
-    """Return the arguments of `setcmas run` for a scenario; it starts where it does offline."""
-    robots = scenario.robots
-    if robots.poses or robots.pose or robots.random_poses:
-        poses = dict(enumerate(robots.start_poses(scenario.nb_robots).T.tolist(), 1))
-        scenario = scenario.replace(poses=poses, pose=(), random_poses=None)
-    parts = (scenario.communication, scenario.safety, scenario.robots, scenario.time)
-    return scenario.law.arguments(*parts)
+        run = Run.load(place, lambda _: None)
+    is_whole = run.outcome.state in _TO_THE_END
+    is_well = run.outcome.state is State.COMPLETE and not run.outcome.detail
+    return ScenarioRun(run, None if is_well else Failure(str(run.outcome)), is_whole)
 
 
 def _not_run(messages: str, script: Path | None) -> ScenarioRun:
@@ -267,3 +249,13 @@ def _not_run(messages: str, script: Path | None) -> ScenarioRun:
     if script is None or script.name not in messages:
         raise SetcmasError(f'the emulated lab: {message}')
     return ScenarioRun(None, Failure(message), is_complete=False)
+
+
+def passed_on(scenario: Scenario) -> list[str]:
+    """Return the arguments of `setcmas run` for a scenario; it starts where it does offline."""
+    robots = scenario.robots
+    if robots.poses or robots.pose or robots.random_poses:
+        poses = dict(enumerate(robots.start_poses(scenario.nb_robots).T.tolist(), 1))
+        scenario = scenario.replace(poses=poses, pose=(), random_poses=None)
+    parts = (scenario.communication, scenario.safety, scenario.robots, scenario.time)
+    return scenario.law.arguments(*parts)

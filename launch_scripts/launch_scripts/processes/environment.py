@@ -16,8 +16,8 @@ from setcmas_simu.errors import SetcmasError, install_command
 def clean_environment() -> None:
     """Remove variables that break this process or its children from the environment.
 
-    PYTHONWARNINGS=error turns warnings of other packages, such as ROS, into errors; notebooks set
-    MPLBACKEND to a backend that only exists in their kernel.
+    PYTHONWARNINGS=error turns warnings of ROS into errors; notebooks set MPLBACKEND to a backend
+    that exists in their kernel only.
     """
     os.environ.pop('PYTHONWARNINGS', None)
     if sys.warnoptions:
@@ -31,14 +31,14 @@ _ROS_PACKAGES = ('rclpy', 'geometry_msgs', 'nav_msgs', 'std_msgs', 'visualizatio
 _MIDDLEWARE = 'rmw_fastrtps_cpp'
 _LARGEST_DOMAIN = 101  # above, ports collide with those that systems assign
 _DISCOVERY_RANGE = 'ROS_AUTOMATIC_DISCOVERY_RANGE'
-_WAYS_OUT = (
+_LEAVING = (
     'ROS_STATIC_PEERS',
     'ROS_DISCOVERY_SERVER',
     'ROS_SUPER_CLIENT',
     'FASTRTPS_DEFAULT_PROFILES_FILE',
     'FASTDDS_DEFAULT_PROFILES_FILE',
 )
-"""Variables by which topics may reach other machines despite the discovery range."""
+"""Variables through which topics may leave this machine despite the discovery range."""
 
 
 def missing_ros() -> str:
@@ -76,51 +76,44 @@ def require_ros(without: str = '') -> None:
 
 
 def local_environment() -> dict[str, str]:
-    """Return the environment of processes whose topics stay on this machine.
+    """Return an environment in which topics stay on this machine: students see only their robots.
 
-    In a classroom students then only see their own robots; ROS_AUTOMATIC_DISCOVERY_RANGE
-    overrides it.
+    ROS_AUTOMATIC_DISCOVERY_RANGE overrides it.
     """
     return _environment('LOCALHOST')
 
 
 def closed_environment() -> dict[str, str]:
-    """Return the environment of processes whose topics always stay on this machine.
+    """Return an environment in which topics stay on this machine, whatever the user has set.
 
-    Emulated robots have the names of real robots, which must not receive their commands.
+    Emulated robots have the names of real ones, which must not receive their commands.
     """
     environment = _environment('LOCALHOST') | {_DISCOVERY_RANGE: 'LOCALHOST'}
-    return {name: value for name, value in environment.items() if name not in _WAYS_OUT}
+    return {name: value for name, value in environment.items() if name not in _LEAVING}
 
 
 def lab_environment(static_peers: Sequence[str], discovery_server: str) -> dict[str, str]:
-    """Return the environment of processes that communicate with other machines.
-
-    The user's own settings take precedence.
+    """Return an environment in which topics reach other machines; the user's settings win.
 
     Args:
         static_peers: Addresses of the other machines, for networks without multicast.
         discovery_server: Its address:port; '' without one.
 
     Raises:
-        SetcmasError: A static peer has an unknown name, with which ROS would not start.
+        SetcmasError: A static peer has an unknown name: ROS would not start.
     """
     environment = _environment('SUBNET', discovery_server)
     if static_peers:
         environment.setdefault('ROS_STATIC_PEERS', ';'.join(static_peers))
     for peer in filter(None, environment.get('ROS_STATIC_PEERS', '').split(';')):
-        _check_name(peer)
+        try:
+            socket.getaddrinfo(peer, None)
+        except (OSError, UnicodeError) as error:
+            raise SetcmasError(
+                f"unknown static peer '{peer}'; must be an address, such as 192.168.1.21, or the "
+                'name of a machine on this network'
+            ) from error
     return environment
-
-
-def _check_name(peer: str) -> None:
-    try:
-        socket.getaddrinfo(peer, None)
-    except (OSError, UnicodeError) as error:
-        raise SetcmasError(
-            f"unknown static peer '{peer}'; must be an address, such as "
-            '192.168.1.21, or the name of a machine on this network'
-        ) from error
 
 
 def _environment(discovery_range: str, discovery_server: str = '') -> dict[str, str]:
@@ -129,7 +122,7 @@ def _environment(discovery_range: str, discovery_server: str = '') -> dict[str, 
     if discovery_server:
         environment.setdefault('ROS_DISCOVERY_SERVER', discovery_server)
     if environment.get('ROS_DISCOVERY_SERVER'):
-        # Recorder and bridge look at the whole graph: all publishers and listeners.
+        # Recorder and bridge need the whole graph: all publishers and subscribers.
         environment.setdefault('ROS_SUPER_CLIENT', 'TRUE')
     environment.setdefault('RCUTILS_CONSOLE_OUTPUT_FORMAT', LOG_FORMAT)
     environment.setdefault('RCUTILS_COLORIZED_OUTPUT', '0')

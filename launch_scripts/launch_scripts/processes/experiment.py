@@ -29,7 +29,7 @@ from setcmas_simu.reports.reports import Started
 from setcmas_simu.reports.script_calls import ScriptCall, ScriptFailure
 from setcmas_tools.scenario.scenario import Scenario
 
-_TAKE_OVER_S = 0.5
+_TAKE_OVER_S = 0.5  # until the pause node stops the robots of a dead bridge
 
 
 def experiment_environment(lab: Lab, emulated: bool) -> dict[str, str]:
@@ -62,10 +62,10 @@ class Experiment:
         """Start the processes.
 
         Args:
-            supervisor: Starts and monitors them.
+            supervisor: Starts them.
             lab: The lab.
             scenario: The experiment's scenario.
-            lab_options: The lab, as the processes get it.
+            lab_options: Options that give the processes the same lab.
             recorded: Whether the controllers wait for a recorder.
             hold: Whether robots move only while a key or a button is held.
             watch: Whether scripts are reloaded on every save.
@@ -84,10 +84,10 @@ class Experiment:
         if scenario.lab.emulate:
             emulation = EmulationOptions.among(scenario.values())
             self._emulated = [start_emulated_lab(supervisor, lab_options.arguments(emulation))]
-        bridges = node_command(BRIDGES, lab_options.arguments())
-        self._bridges = supervisor.start('bridge', bridges)
-        ways = ['--console', *(['--hold'] if hold else []), *(['--joystick'] if joystick else [])]
-        pause = node_command(PAUSE, [*lab_options.arguments(), *ways])
+        of_lab = lab_options.arguments()
+        self._bridges = supervisor.start('bridge', node_command(BRIDGES, of_lab))
+        flags = ['--console', *['--hold'] * hold, *['--joystick'] * bool(joystick)]
+        pause = node_command(PAUSE, [*of_lab, *flags])
         self._pause = supervisor.start('pause', pause, listens=True)
         self._pause.on_report = self._on_report
         if joystick:
@@ -126,14 +126,11 @@ class Experiment:
         return self._ctrl.calls.failures
 
     def request(self, action: Action, by: str = '') -> None:
-        """Send an operator's request to the pause node; `by` says from where: 'by space bar'."""
+        """Send an operator's request to the pause node; `by` is its source: 'by space bar'."""
         self._pause.send(OperatorRequest(action, by))
 
     def stop(self) -> int:
-        """Stop the robots, then all processes; return the exit status of the controllers.
-
-        Further calls do nothing.
-        """
+        """Stop the robots, then all processes, once; return the exit status of the controllers."""
         if self._stopped:
             return self._ctrl.exit_status
         self._stopped = True
@@ -157,11 +154,7 @@ class Experiment:
 
 
 def joystick_command(topic: str) -> list[str] | None:
-    """Return the command of the joystick reader: joy_node if ROS's joy package is installed.
-
-    Returns:
-        The command; None if neither joy nor pygame is installed.
-    """
+    """Return the command of ROS's joy_node, else of our reader; None without joy and pygame."""
     remap = ['--ros-args', '-r', f'joy:={topic}']
     for prefix in os.environ.get('AMENT_PREFIX_PATH', '').split(os.pathsep):
         executable = Path(prefix) / 'lib' / 'joy' / 'joy_node'

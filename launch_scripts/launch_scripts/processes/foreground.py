@@ -1,4 +1,4 @@
-"""Foreground run of one node process until its end or Ctrl-C."""
+"""A node process that runs in the foreground, until it ends or Ctrl-C."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ def run_in_foreground(
     command: Sequence[str],
     companions: Sequence[tuple[str, Sequence[str]]] = (),
 ) -> int:
-    """Run a process until Ctrl-C, with optional companions; return the exit status."""
+    """Run a process, with others beside it if wanted, until Ctrl-C; return the exit status."""
     with Supervisor(local_environment(), prefix=bool(companions)) as supervisor:
         child = supervisor.start(name, command)
         child.on_hang = partial(stop_robots_of, supervisor, child)
@@ -39,9 +39,7 @@ def run_in_foreground(
 
 
 def start_emulated_lab(supervisor: Supervisor, arguments: Sequence[str]) -> Child:
-    """Start an emulated lab, and return it once it works.
-
-    Robots get no commands before, because a second lab of the same robots refuses to start.
+    """Start an emulated lab; return it once it has made sure that it is the only one.
 
     Raises:
         ChildDiedError: The lab ended.

@@ -33,7 +33,7 @@ _RUN_MODULE = (
 
 
 def add_ros_arguments(parser: argparse.ArgumentParser) -> None:
-    """Add `--ros-args`, the last option: all words after it go to the node process."""
+    """Add `--ros-args`, the last option: all arguments after it go to the node process."""
     parser.add_argument(
         '--ros-args',
         nargs=argparse.REMAINDER,
@@ -50,18 +50,14 @@ def ros_arguments(args: argparse.Namespace) -> list[str]:
 
 def node_command(module: str, arguments: Sequence[str] = ()) -> list[str]:
     """Return the command line that runs a module of nodes."""
-    # The current folder stays out of the search path: a file such as random.py in a student's
-    # folder would hide Python's own. Python 3.10 has no option for that.
+    # Without the current folder in the search path: a student's random.py would hide Python's.
+    # Python 3.10 has no option for that.
     run_module = ['-P', '-m'] if sys.version_info >= (3, 11) else ['-c', _RUN_MODULE]
     return [sys.executable, *run_module, module, *arguments]
 
 
 def stop_robots_of(supervisor: Supervisor, ctrl: Child) -> None:
-    """Stop the robots of a controller process that hangs or has died, if it commanded any.
-
-    In experiments the bridge stops them, and faster.
-    """
-    started = ctrl.reported(Started)
-    if started:
+    """Stop the robots of a controller process that hangs or has died; bridges do that sooner."""
+    if started := ctrl.reported(Started):
         robots = ','.join(map(str, started.robots))
-        supervisor.run_aside(node_command(ZERO_COMMANDER, ['--robots', robots]))
+        supervisor.start_helper(node_command(ZERO_COMMANDER, ['--robots', robots]))

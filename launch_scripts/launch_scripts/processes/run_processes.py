@@ -33,8 +33,8 @@ class RecordedRun:
     Attributes:
         recorder: Process that writes the bag.
         status: Exit status of the controllers, after `finish`.
-        failed: Script calls that failed or hung at some time, after `finish`.
-        failures: Periods of failures of laws and conditions, after `finish`.
+        failed: Script calls that failed or hung, after `finish`.
+        failures: Periods in which laws and conditions failed, after `finish`.
         on_reload: Called when a script was reloaded, with the time in s since the first call of
             the laws, and whether the new version works.
     """
@@ -66,8 +66,8 @@ class SimulatedRun(RecordedRun):
     """Recorder, simulator and controllers.
 
     Attributes:
-        trouble: Problem with the robots although all processes run; never in simulation.
-        is_stuck: Whether paused robots cannot be started again; never in simulation.
+        trouble: Problem with the robots while all processes run; none in simulation.
+        is_stuck: Whether robots stay paused for good; never in simulation.
     """
 
     trouble = ''
@@ -113,7 +113,7 @@ class SimulatedRun(RecordedRun):
 
     @property
     def missing(self) -> str:
-        """What the start of the run waits for."""
+        """Why the run has not started yet."""
         if not self._simulator.reported(Ready):
             return 'the simulator is not ready'
         if not self.recorder.reported(Recording):
@@ -121,7 +121,7 @@ class SimulatedRun(RecordedRun):
         return self._ctrl.calls.missing
 
     def tick(self) -> None:
-        """Do nothing (called ten times a second)."""
+        """Do nothing."""
 
     def finish(self) -> None:
         """Stop the controllers."""

@@ -1,4 +1,4 @@
-"""Run of the robots of `setcmas run`, from start to end of their processes."""
+"""The robots of `setcmas run`, from start to end of their processes."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from setcmas_tools.scenario.scenario import Scenario
 STOPPED = 130
 """Exit status after Ctrl-C, as in shells."""
 
-_START_TIMEOUT_S = 60.0  # a busy machine starts fifty robots in half of it
+_START_TIMEOUT_S = 60.0  # fifty robots take half of it on a busy machine
 _PAGE_TIMEOUT_S = 15.0
 _ROUNDING_S = 1e-9
 
@@ -49,7 +49,7 @@ def run_robots(
         watch: Whether scripts are reloaded on every save.
 
     Returns:
-        The exit status so far, and the outcome; None if the run has not begun.
+        The exit status, and the outcome; None if the run has not begun.
     """
     folder.create(info)  # not earlier: Ctrl-C would leave it behind
 
@@ -110,7 +110,7 @@ def run_robots(
 
 
 def _wait_for(pages: Sequence[Child], supervisor: Supervisor) -> None:
-    """Wait for pages, up to a time-out, so that they show the run from its start."""
+    """Wait until pages can show the run from its start, with a time-out."""
     deadline = time.monotonic() + _PAGE_TIMEOUT_S
     supervisor.run(
         lambda: (

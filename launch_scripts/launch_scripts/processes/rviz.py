@@ -23,7 +23,7 @@ _RVIZ = 'rviz2'
 _ROBOTS_IF_UNKNOWN = 8
 
 Companion = tuple[str, list[str]]
-"""Name and command line of an optional process."""
+"""Name and command of an optional process."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -53,10 +53,7 @@ def shown_robots(robots: Sequence[int] | None, nb_robots: int | None = None) -> 
 def rviz_beside(
     wanted: bool, robots: list[int], experiment: bool = False
 ) -> Iterator[list[Companion]]:
-    """Yield RViz 2 as a companion of the robots' process, if requested and available.
-
-    If it is unavailable, a message suggests an alternative.
-    """
+    """Yield RViz 2 if it is wanted; if it is not available, warn and suggest the page."""
     missing = why_no_rviz() if wanted else ''
     if missing:
         warn(f'--rviz: {missing}; to see the robots in a browser, run setcmas view')
@@ -79,7 +76,7 @@ def why_no_rviz() -> str:
 
 
 def write_config(path: Path, robots: list[int], experiment: bool = False) -> None:
-    """Write the configuration of RViz 2 for a fleet.
+    """Write an RViz 2 configuration for a fleet.
 
     Raises:
         SetcmasError: The file cannot be written.

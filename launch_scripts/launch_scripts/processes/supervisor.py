@@ -35,10 +35,10 @@ from setcmas_tools.offline.process_tree import adopt_orphans, children, end_orph
 STOP_SIGNALS = known_signals('SIGINT', 'SIGTERM', 'SIGHUP', 'SIGTSTP')
 _ENDS_S = 5.0
 _ESCALATION = ((signal.SIGTERM, 3.0), (KILL, 5.0))
-_TICK_S = 0.05  # delay until Esc is seen
-_HANGS_S = 1.0  # a script call that runs longer keeps its process from ending
+_TICK_S = 0.05  # longest delay before a key press is noticed
+_HANGS_S = 1.0  # a longer script call keeps its process from ending
 _HANGING_ENDS_S = 0.7
-_ASIDE_ENDS_S = 5.0
+_HELPER_ENDS_S = 5.0
 
 
 class StoppedError(Exception):
@@ -54,7 +54,7 @@ class Supervisor:
     def __init__(self, environment: dict[str, str], prefix: bool = False) -> None:
         """Prepare; with `prefix`, lines of output start with the name of their process."""
         self.children: list[Child] = []
-        self._aside: list[subprocess.Popen[bytes]] = []
+        self._helpers: list[subprocess.Popen[bytes]] = []
         self.write: Callable[[str, Stream], None] = write_line
         self._output = OutputQueue()
         self.stdout = QueuedStream(self._output, sys.stdout)
@@ -63,22 +63,22 @@ class Supervisor:
         self._prefix = prefix
         self._selector = selectors.DefaultSelector()
         self._stop_signals = 0
-        self._strangers: set[int] = set()
+        self._earlier_children: set[int] = set()
         self._previous_handlers: dict[signal.Signals, Any] = {}
 
     def __enter__(self) -> Supervisor:
         """Take over the stop signals."""
         self._previous_handlers = _handled(dict.fromkeys(STOP_SIGNALS, self._on_signal))
         adopt_orphans()
-        self._strangers = children()
+        self._earlier_children = children()
         return self
 
     def __exit__(self, *exc_info: object) -> None:
         """Stop all processes."""
         self.stop(*reversed(self.children))
-        for process in self._aside:
+        for process in self._helpers:
             _end(process)
-        end_orphans(self._strangers)
+        end_orphans(self._earlier_children)
         for key in list(self._selector.get_map().values()):
             cast(IO[bytes], key.fileobj).close()
         self._selector.close()
@@ -87,7 +87,7 @@ class Supervisor:
 
     @contextmanager
     def signals_handed_back(self) -> Iterator[None]:
-        """Restore the previous signal handlers inside: the command works by itself."""
+        """Restore the previous signal handlers inside, for work of the command itself."""
         own = _handled(self._previous_handlers)
         try:
             yield
@@ -102,15 +102,15 @@ class Supervisor:
         Args:
             name: Name of the process in messages.
             command: Program and arguments.
-            needed: Whether its end ends `run`.
-            listens: Whether it reads messages of `Child.send`.
+            needed: Whether `run` ends when it ends.
+            listens: Whether it reads what `Child.send` sends.
         """
         mistake = 'error' if self._prefix else f'setcmas {name}'
         child = Child(name, command, self._environment, needed, listens, mistake)
         self.children.append(child)
-        self._watch(child.process.stdout, self._shows(child, self.stdout))
-        self._watch(child.process.stderr, self._shows(child, self.stderr))
-        self._watch(child.reports, _reports_of(child))
+        self._watch(child.process.stdout, self._printer(child, self.stdout))
+        self._watch(child.process.stderr, self._printer(child, self.stderr))
+        self._watch(child.reports, _report_reader(child))
         return child
 
     def run(
@@ -134,26 +134,25 @@ class Supervisor:
             for child in [child for child in self.children if not child.running()]:
                 self._show_output(0)
                 if child.needed:
-                    raise child.obituary()
-                self.warn(f'{child.name} has ended; all else continues')
+                    raise child.unexpected_end()
+                self.warn(f'{child.name} has ended; everything else continues')
                 self.stop(child)
 
     def _examine(self, child: Child) -> None:
         if child.disconnected:
-            death = child.disconnection()
             child.signal_group(KILL)
-            raise death
+            raise child.disconnection()
         if call := child.calls.silently_hanging():
             self.warn(
                 f'{child.name} does not answer: {call} has not returned for {SILENT_S:g} s '
-                '(a loop in C, or a suspended process); the robots of this process get no '
-                'commands meanwhile; Ctrl-C stops'
+                '(a loop in C, or a suspended process); its robots get no commands until it '
+                'returns; Ctrl-C stops'
             )
             child.on_hang()
 
-    def run_aside(self, command: Sequence[str]) -> None:
-        """Run a short process without output."""
-        self._aside.append(
+    def start_helper(self, command: Sequence[str]) -> None:
+        """Start a short process without output."""
+        self._helpers.append(
             subprocess.Popen(
                 command,
                 stdin=subprocess.DEVNULL,
@@ -165,7 +164,7 @@ class Supervisor:
         )
 
     def wait(self, seconds: float) -> None:
-        """Show output for a while, in any case."""
+        """Show output for some seconds, whatever happens."""
         deadline = time.monotonic() + seconds
         while time.monotonic() < deadline:
             self._show_output(0.02)
@@ -175,12 +174,12 @@ class Supervisor:
         self.write(message, self.stderr)
 
     def stop(self, *children: Child) -> None:
-        """Stop running processes one by one, gently at first."""
+        """Stop processes one after the other: by SIGINT, then SIGTERM, then SIGKILL."""
         for child in [child for child in children if child in self.children]:
             # Before a program has its own handler, Python answers SIGINT with a traceback.
-            records = child.reported(Recording) is not None
-            gently = ((signal.SIGINT, WRITES_S if records else _ENDS_S),) if child.spoke else ()
-            for signum, wait_s in (*gently, *_ESCALATION):
+            ends_s = WRITES_S if child.reported(Recording) else _ENDS_S
+            first = ((signal.SIGINT, ends_s),) if child.has_output else ()
+            for signum, wait_s in (*first, *_ESCALATION):
                 if not child.running():
                     break
                 if signum == KILL:
@@ -189,16 +188,15 @@ class Supervisor:
                 self._await_end(child, wait_s)
             child.signal_group(KILL)  # left-over children of the process
             child.process.wait()
-            child.calls.running()  # a call that a signal interrupted has failed, too
+            child.calls.running()  # notes that an interrupted call has failed
             if child.process.stdin:
                 child.process.stdin.close()
             self._show_output(0)
             self.children.remove(child)
 
     def _await_end(self, child: Child, seconds: float) -> None:
-        """Wait until a process ends; shorter if it hangs or the user insists."""
-        begin = time.monotonic()
-        signals = self._stop_signals
+        """Wait until a process ends; less if it hangs or the user presses Ctrl-C again."""
+        begin, signals = time.monotonic(), self._stop_signals
         while child.running() and self._stop_signals == signals:
             self._show_output(0.02)
             hangs = child.calls.running_s > _HANGS_S
@@ -209,19 +207,19 @@ class Supervisor:
         child.killed = True
         call = child.calls.running()
         during = f' in {call}' if call else ''
-        self.warn(f'{child.name} did not end on request, and was killed{during}')
+        self.warn(f'{child.name} did not stop when asked, so it was killed{during}')
 
     def _watch(self, pipe: IO[bytes] | None, take: Callable[[bytes], None]) -> None:
         assert pipe is not None
         os.set_blocking(pipe.fileno(), False)
         self._selector.register(pipe, selectors.EVENT_READ, take)
 
-    def _shows(self, child: Child, stream: Stream) -> Callable[[bytes], None]:
+    def _printer(self, child: Child, stream: Stream) -> Callable[[bytes], None]:
         lines = LineBuffer(f'[{child.name}] ' if self._prefix else '', stream)
 
         def show(data: bytes) -> None:
             for line in lines.feed(data):
-                child.spoke = True
+                child.has_output = True
                 if child.shown:
                     self.write(line, stream)
 
@@ -249,13 +247,13 @@ def _handled(handlers: Mapping[signal.Signals, Any]) -> dict[signal.Signals, Any
 
 def _end(process: subprocess.Popen[bytes]) -> None:
     try:
-        process.wait(_ASIDE_ENDS_S)
+        process.wait(_HELPER_ENDS_S)
     except subprocess.TimeoutExpired:
         process.kill()
         process.wait()
 
 
-def _reports_of(child: Child) -> Callable[[bytes], None]:
+def _report_reader(child: Child) -> Callable[[bytes], None]:
     decoder: LineDecoder[ChildReport] = LineDecoder(ChildReport)
 
     def take(data: bytes) -> None:
@@ -274,13 +272,12 @@ def run_to_end(command: Sequence[str], environment: Mapping[str, str]) -> int:
     """
     process = subprocess.Popen(command, env=environment)
 
-    def hand_on(signum: int, _frame: FrameType | None) -> None:
+    def pass_on(signum: int, _frame: FrameType | None) -> None:
         process.send_signal(signum)
 
-    previous = {signum: signal.signal(signum, hand_on) for signum in STOP_SIGNALS}
+    previous = _handled(dict.fromkeys(STOP_SIGNALS, pass_on))
     try:
         status = process.wait()
     finally:
-        for signum, handler in previous.items():
-            signal.signal(signum, handler)
+        _handled(previous)
     return status if status >= 0 else 128 - status  # as shells report it

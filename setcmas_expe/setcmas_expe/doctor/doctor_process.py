@@ -18,6 +18,11 @@ from setcmas_simu.errors import SetcmasError
 from setcmas_simu.options.group import Options, flag, take_values
 from setcmas_simu.table import Table
 
+if TYPE_CHECKING:
+    from setcmas_simu.ros.process import RosProcess
+
+_QUESTION = 'Nudge each robot 5 cm forward and back? People and obstacles clear? [y/N] '
+
 
 @dataclass(frozen=True, kw_only=True)
 class DoctorOptions(Options):
@@ -29,44 +34,32 @@ class DoctorOptions(Options):
     )
 
 
-if TYPE_CHECKING:
-    from setcmas_simu.ros.process import RosProcess
-
-_WATCH_S = 3.0
-_SIGHT_S = 2.0
-_QUESTION = 'Nudge each robot 5 cm forward and back? People and obstacles clear? [y/N] '
-
-
-def look_around(ros_arguments: list[str]) -> list[Finding]:
-    """Return the other fleets in sight."""
-    from setcmas_expe.doctor.lab_examination import fleets_finding
-    from setcmas_simu.ros.fleet_topic import FleetListener
-    from setcmas_simu.ros.process import FleetNode, ros_process
-
-    with ros_process(ros_arguments) as process:
-        node = FleetNode('doctor')
-        announced = FleetListener(node)
-        process.add(node)
-        process.spin_until(lambda: False, _SIGHT_S)
-        return [fleets_finding(node, announced)]
-
-
-def examine_lab(lab: Lab, name: str, nudge: bool, ros_arguments: list[str]) -> list[Finding]:
-    """Print the table of a lab's robots, nudge them if wanted, and return the findings."""
+def _other_fleets(ros_arguments: list[str]) -> Finding:
     # Imported late: the checks of this machine need no ROS.
-    from setcmas_expe.doctor.lab_examination import LabExamination
+    from setcmas_expe.doctor.lab_examination import other_fleets
     from setcmas_simu.ros.process import ros_process
 
     with ros_process(ros_arguments) as process:
-        examination = LabExamination(process, lab)
-        examination.watch(_WATCH_S)
-        columns, rows, findings = examination.result()
+        return other_fleets(process)
+
+
+def _examine_lab(lab: Lab, name: str, nudge: bool, ros_arguments: list[str]) -> list[Finding]:
+    """Print the table of a lab's robots, nudge them if wanted, and return the findings."""
+    from setcmas_expe.doctor.lab_checks import COLUMNS
+    from setcmas_expe.doctor.lab_examination import examine, watched_lab
+    from setcmas_expe.doctor.nudge import Nudger
+    from setcmas_simu.ros.process import ros_process
+
+    with ros_process(ros_arguments) as process:
+        watch = watched_lab(process, lab)
+        rows, findings = examine(watch)
         print(f'\nrobots of {name}')
-        print(Table(rows, columns), flush=True)
+        print(Table(rows, COLUMNS), flush=True)
         if findings:
             print(f'\n{table(findings)}', flush=True)
         if not process.stopping and (nudge or _confirmed(process)):
-            nudges = examination.nudge()
+            process.spin_until(lambda: False, 0.2)  # messages that came during the question
+            nudges = list(Nudger(process, watch).findings())
             print(f'\nnudges\n{table(nudges)}', flush=True)
             findings += nudges
     return findings
@@ -94,33 +87,31 @@ def main(argv: list[str] | None = None) -> int:
     """Check everything; return the exit status: 0 all well, 1 problems, 2 invalid input."""
     argv = sys.argv[1:] if argv is None else argv
     cut = argv.index('--ros-args') if '--ros-args' in argv else len(argv)
-    argv, ros_arguments = argv[:cut], argv[cut:]
     parser = argparse.ArgumentParser(prog='doctor', description=__doc__)
     LabOptions.add_to(parser)
     DoctorOptions.add_to(parser)
     take_values(parser)
-    args = parser.parse_args(argv)
+    args = parser.parse_args(argv[:cut])
     try:
-        return _examine(args, ros_arguments)
+        return _examine(LabOptions.of(args), DoctorOptions.of(args).nudge, argv[cut:])
     except SetcmasError as error:
         print(f'setcmas doctor: {error}', file=sys.stderr)
         return 2
 
 
-def _examine(args: argparse.Namespace, ros_arguments: list[str]) -> int:
-    options, nudge = LabOptions.of(args), DoctorOptions.of(args).nudge
+def _examine(options: LabOptions, nudge: bool, ros_arguments: list[str]) -> int:
     lab = options.chosen() if nudge or options.changed() else None
-    if lab and ros_is_there():
+    has_ros = ros_is_there()
+    if lab and has_ros:
         lab.mocap.source.message_class()
     findings = environment_findings()
-    if ros_is_there() and lab is None:
-        findings += look_around(ros_arguments)
+    if has_ros and not lab:
+        findings.append(_other_fleets(ros_arguments))
     print(f'this machine\n{table(findings)}', flush=True)
-    if lab and ros_is_there():
+    if lab and has_ros:
         name = str(options.lab or 'the default lab')
-        findings += examine_lab(lab, name, nudge, ros_arguments)
-    advice = advice_lines(findings)
-    if advice:
+        findings += _examine_lab(lab, name, nudge, ros_arguments)
+    if advice := advice_lines(findings):
         print('\nwhat to do\n' + '\n'.join(advice))
     print(f'\n{verdict(findings)}')
     return exit_status(findings)

@@ -6,7 +6,7 @@ import itertools
 import math
 import re
 import statistics
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 
 from setcmas_expe.doctor.findings import NOTE, PROBLEM, Finding
@@ -18,6 +18,7 @@ from setcmas_expe.mocap.sources import MOCAP_SOURCES, NAME, MocapSource
 from setcmas_simu.fleet.topics import CMD_VEL, CMD_VEL_GUARDED, CMD_VEL_TYPES, robot_name
 
 _PLAUSIBLE_AGE_S = (-0.005, 2.0)  # outside, the clocks of the two machines differ
+_NEARLY_LOW_PERCENT = 30.0
 
 
 @dataclass(frozen=True)
@@ -41,7 +42,7 @@ class ArrivalStatistics:
 def arrival_statistics(
     arrivals: list[float], stamps: list[float], begin: float, end: float
 ) -> ArrivalStatistics:
-    """Return the regularity of messages over a while.
+    """Return the regularity of messages from `begin` to `end`.
 
     Args:
         arrivals: Times of arrival in s.
@@ -52,43 +53,42 @@ def arrival_statistics(
     times = [begin, *arrivals, end]
     largest = max(later - earlier for earlier, later in itertools.pairwise(times))
     gaps = [later - earlier for earlier, later in itertools.pairwise(arrivals)]
-    rate = len(gaps) / sum(gaps) if gaps and sum(gaps) > 0 else 0.0
+    rate = len(gaps) / sum(gaps) if sum(gaps) > 0 else 0.0
     jitter = statistics.pstdev(gaps) if gaps else 0.0
     ages = [arrival - stamp for arrival, stamp in zip(arrivals, stamps, strict=True) if stamp]
-    age = statistics.median(ages) if ages else None
-    if age is not None and not _PLAUSIBLE_AGE_S[0] <= age <= _PLAUSIBLE_AGE_S[1]:
-        age = None
-    return ArrivalStatistics(rate, jitter, largest, age)
+    age = statistics.median(ages) if ages else math.nan
+    least, most = _PLAUSIBLE_AGE_S
+    return ArrivalStatistics(rate, jitter, largest, age if least <= age <= most else None)
 
 
 Graph = Iterable[tuple[str, list[str]]]
 
 
 def other_presets(graph: Graph, preset: str) -> list[Finding]:
-    """Return the other presets that fit existing topics, with their bodies.
+    """Return the other presets that would receive bodies, with the names of these.
 
     Args:
         graph: Each topic with its types.
         preset: The preset of the lab file.
     """
     graph = list(graph)
-    listening: dict[str, list[str]] = {}
+    presets: dict[str, list[str]] = {}
     for name, source in MOCAP_SOURCES.usable(lambda _: None).items():
-        if name != preset and (found := heard_by(source, graph)):
-            listening.setdefault(found, []).append(name)
+        if name != preset and (received := received_by(source, graph)):
+            presets.setdefault(received, []).append(name)
     return [
         Finding(
             NOTE,
             'motion capture',
-            f'{" or ".join(names)} would receive {found}',
+            f'{" or ".join(names)} would receive {received}',
             'set mocap.preset in the lab file, or --mocap',
         )
-        for found, names in listening.items()
+        for received, names in presets.items()
     ]
 
 
-def heard_by(source: MocapSource, graph: Graph) -> str:
-    """Return what a source would receive, in words; empty if nothing."""
+def received_by(source: MocapSource, graph: Graph) -> str:
+    """Return the names of the bodies that a source would receive; empty if none."""
     topics = [topic for topic, types in graph if source.message_type in types]
     if not source.per_body:
         return f'{source.topic}, with all bodies' if source.topic in topics else ''
@@ -99,21 +99,10 @@ def heard_by(source: MocapSource, graph: Graph) -> str:
     return ', '.join(sorted(match[1] for match in found if match))
 
 
-_LOW_PERCENT = 30.0
-_SLOW_ROUND_TRIP_S = 0.1
+COLUMNS = ('robot', 'mocap', 'jitter', 'gap', 'age', 'place', 'cmd_vel', 'guard', 'battery')
 
-COLUMNS = (
-    'robot',
-    'mocap',
-    'jitter',
-    'gap',
-    'age',
-    'place',
-    'cmd_vel',
-    'guard',
-    'battery',
-    'ping',
-)
+_Remark = tuple[str, str, str, str]
+"""Level, part of the robot, result and advice."""
 
 
 @dataclass(frozen=True)
@@ -129,7 +118,6 @@ class RobotCheck:
         rival: Who else may move it, or move in its place; empty if none.
         guard: Last report of its cmd_vel_guard; None if there is none.
         battery: Charge in percent; None if unknown.
-        round_trip: Time of a service call in s; None without an answer.
     """
 
     robot: LabRobot
@@ -140,12 +128,10 @@ class RobotCheck:
     rival: str
     guard: GuardReport | None
     battery: float | None
-    round_trip: float | None
 
     def row(self) -> list[str]:
         """Return the robot's line in the table of COLUMNS."""
-        mocap = self.mocap
-        pose = self.pose
+        mocap, pose = self.mocap, self.pose
         seen = mocap.rate > 0
         return [
             robot_name(self.robot.number),
@@ -155,119 +141,97 @@ class RobotCheck:
             _ms(mocap.age),
             f'{pose[0]:.2f}, {pose[1]:.2f}, {round(math.degrees(pose[2]))} deg' if pose else '-',
             ', '.join(dict.fromkeys(self.kinds)) or 'no node',
-            self._guard_word(),
+            self._guard_state(),
             '-' if self.battery is None else f'{self.battery:.0f} %',
-            _ms(self.round_trip),
         ]
 
-    def findings(self, lab: Lab, bodies: list[str]) -> list[Finding]:
-        """Return all problems and remarks.
-
-        Args:
-            lab: The lab.
-            bodies: Names of the bodies that motion capture sends.
-        """
-        return [
-            *self._of_mocap(lab, bodies),
-            *self._of_commands(lab),
-            *self._of_guard(),
-            *self._of_robot(),
-        ]
-
-    def _finding(self, level: str, part: str, found: str, advice: str) -> Finding:
-        return Finding(level, f'{part} of {robot_name(self.robot.number)}', found, advice)
-
-    def _of_mocap(self, lab: Lab, bodies: list[str]) -> list[Finding]:
-        topic = lab.mocap.topic_of(self.robot)
-        if not self.mocap.rate:
-            seen = f'it sends {", ".join(bodies)}' if bodies else 'it sends no body'
-            advice = (
-                f'on {lab.mocap.source.topic} {seen}: is its driver running, the robot in view, '
-                'and are preset and mocap_name in the lab file right?'
-            )
-            return [self._finding(PROBLEM, 'mocap', f'nothing on {topic}', advice)]
-        findings = []
-        if self.fault:
-            advice = 'look at the body in the motion capture system'
-            findings.append(self._finding(PROBLEM, 'mocap', self.fault, advice))
-        elif self.pose and lab.arena.distance(*self.pose[:2]) > 0:
-            advice = 'put it inside, or widen the arena in the lab file'
-            findings.append(self._finding(PROBLEM, 'place', 'outside the arena', advice))
-        if self.mocap.largest_gap > lab.timeouts.pose_s:
-            found = f'silent for {self.mocap.largest_gap:.1f} s'
-            advice = 'the robot would stop: keep it in view, and check the network'
-            findings.append(self._finding(PROBLEM, 'mocap', found, advice))
-        elif self.mocap.rate < SLOWEST_HZ:
-            advice = f'let motion capture send at {SLOWEST_HZ:g} Hz at least, better 50'
-            findings.append(self._finding(NOTE, 'mocap', f'only {self.mocap.rate:.1f} Hz', advice))
-        return findings
-
-    def _of_commands(self, lab: Lab) -> list[Finding]:
-        topic = self.robot.topic(CMD_VEL)
-        if not self.kinds:
-            advice = (
-                'start the robot (ros2 launch turtlebot3_bringup robot.launch.py namespace:=... '
-                'as in the lab file) with the same ROS_DOMAIN_ID; without multicast, name it as a '
-                'static peer in the lab file'
-            )
-            found = f'nothing listens to {topic}'
-            return [self._finding(PROBLEM, 'cmd_vel', found, advice)]
-        findings = []
-        strange = [kind for kind in self.kinds if kind not in CMD_VEL_TYPES]
-        others = [kind for kind in self.kinds if kind != lab.cmd_vel_type]
-        if strange:
-            advice = 'it must be geometry_msgs TwistStamped or Twist'
-            findings.append(self._finding(PROBLEM, 'cmd_vel', f'type {strange[0]}', advice))
-        elif lab.cmd_vel_type in CMD_VEL_TYPES and others:
-            found = f'it takes {others[0]}, the lab file says {lab.cmd_vel_type}'
-            advice = 'set cmd_vel_type: auto in the lab file'
-            findings.append(self._finding(PROBLEM, 'cmd_vel', found, advice))
-        if self.rival:
-            advice = (
-                'stop the other commander, and give each robot its own namespace (a restarted '
-                'robot appears twice for up to 20 s)'
-            )
-            findings.append(self._finding(PROBLEM, 'cmd_vel', self.rival, advice))
-        return findings
-
-    def _guard_word(self) -> str:
+    def _guard_state(self) -> str:
         if self.guard is None:
             return 'no'
         if self.guard.stops:
             return self.guard.state.value
         return 'yes' if self.guard.private else 'open'
 
-    def _of_guard(self) -> list[Finding]:
+    def findings(self, lab: Lab, bodies: list[str]) -> list[Finding]:
+        """Return all problems and notes; `bodies` are the names that motion capture sends."""
+        name = robot_name(self.robot.number)
+        remarks = itertools.chain(
+            self._of_mocap(lab, bodies), self._of_commands(lab), self._of_guard(), self._of_power()
+        )
+        return [
+            Finding(level, f'{part} of {name}', found, advice)
+            for level, part, found, advice in remarks
+        ]
+
+    def _of_mocap(self, lab: Lab, bodies: list[str]) -> Iterator[_Remark]:
+        if not self.mocap.rate:
+            received = ', '.join(bodies) or 'no bodies'
+            advice = (
+                f'motion capture sends {received} on {lab.mocap.source.topic}: check that its '
+                'driver is running, that cameras see the robot, and preset and mocap_name in the '
+                'lab file'
+            )
+            yield PROBLEM, 'mocap', f'nothing on {lab.mocap.topic_of(self.robot)}', advice
+            return
+        if self.fault:
+            advice = 'look at the body in the motion capture system'
+            yield PROBLEM, 'mocap', self.fault, advice
+        elif self.pose and lab.arena.distance(*self.pose[:2]) > 0:
+            advice = 'put it inside, or widen the arena in the lab file'
+            yield PROBLEM, 'place', 'outside the arena', advice
+        if self.mocap.largest_gap > lab.timeouts.pose_s:
+            advice = 'the robot would stop: keep it in view, and check the network'
+            yield PROBLEM, 'mocap', f'silent for {self.mocap.largest_gap:.1f} s', advice
+        elif self.mocap.rate < SLOWEST_HZ:
+            advice = f'let motion capture send at {SLOWEST_HZ:g} Hz at least, better 50'
+            yield NOTE, 'mocap', f'only {self.mocap.rate:.1f} Hz', advice
+
+    def _of_commands(self, lab: Lab) -> Iterator[_Remark]:
+        if not self.kinds:
+            advice = (
+                'start the robot (ros2 launch turtlebot3_bringup robot.launch.py namespace:=... '
+                'as in the lab file) with the same ROS_DOMAIN_ID; without multicast, add its '
+                'address to network.static_peers in the lab file'
+            )
+            yield PROBLEM, 'cmd_vel', f'nothing listens to {self.robot.topic(CMD_VEL)}', advice
+            return
+        unknown = [kind for kind in self.kinds if kind not in CMD_VEL_TYPES]
+        others = [kind for kind in self.kinds if kind != lab.cmd_vel_type]
+        if unknown:
+            advice = 'it must be geometry_msgs TwistStamped or Twist'
+            yield PROBLEM, 'cmd_vel', f'type {unknown[0]}', advice
+        elif lab.cmd_vel_type in CMD_VEL_TYPES and others:
+            found = f'it takes {others[0]}, the lab file says {lab.cmd_vel_type}'
+            yield PROBLEM, 'cmd_vel', found, 'set cmd_vel_type: auto in the lab file'
+        if self.rival:
+            advice = (
+                'stop the other commander, and give each robot its own namespace (a restarted '
+                'robot appears twice for up to 20 s)'
+            )
+            yield PROBLEM, 'cmd_vel', self.rival, advice
+
+    def _of_guard(self) -> Iterator[_Remark]:
         if self.guard is None:
             advice = (
                 'a robot keeps its last velocity when this machine or the network dies; install '
                 'cmd_vel_guard on the robots (docs/lab_setup.md), or start with --without-guard'
             )
-            return [self._finding(PROBLEM, 'guard', 'not there', advice)]
-        findings = []
+            yield PROBLEM, 'guard', 'not there', advice
+            return
         if self.guard.stops:
-            advice = 'repair it; in an experiment, R twice releases an emergency stop'
-            findings.append(self._finding(NOTE, 'guard', self.guard.reason, advice))
+            advice = 'remove the cause; in an experiment, R twice releases an emergency stop'
+            yield NOTE, 'guard', self.guard.reason, advice
         if not self.guard.private:
             advice = (
                 f'let its base listen to {CMD_VEL_GUARDED} alone (docs/lab_setup.md): now every '
                 'machine on the network can move it'
             )
-            found = f'the base listens to {CMD_VEL} directly'
-            findings.append(self._finding(NOTE, 'guard', found, advice))
-        return findings
+            yield NOTE, 'guard', f'the base listens to {CMD_VEL} directly', advice
 
-    def _of_robot(self) -> list[Finding]:
-        findings = []
-        if self.battery is not None and self.battery < _LOW_PERCENT:
+    def _of_power(self) -> Iterator[_Remark]:
+        if self.battery is not None and self.battery < _NEARLY_LOW_PERCENT:
             level = PROBLEM if self.battery < LOW_PERCENT else NOTE
-            found = f'{self.battery:.0f} %'
-            findings.append(self._finding(level, 'battery', found, 'charge it'))
-        if self.round_trip is not None and self.round_trip > _SLOW_ROUND_TRIP_S:
-            found = f'{1e3 * self.round_trip:.0f} ms'
-            advice = 'the network is slow: use 5 GHz, one access point near the robots'
-            findings.append(self._finding(NOTE, 'round trip', found, advice))
-        return findings
+            yield level, 'battery', f'{self.battery:.0f} %', 'charge it'
 
 
 def _ms(seconds: float | None) -> str:

@@ -1,14 +1,12 @@
-"""Watch over a lab: poses, batteries, who receives commands, and how soon robots answer."""
+"""Watch over a lab: poses, batteries, guards, and who receives and sends commands."""
 
 from __future__ import annotations
 
-import statistics
 import time
 from dataclasses import dataclass, field
 from functools import partial
 
 from nav_msgs.msg import Odometry
-from rcl_interfaces.srv import GetParameters
 from rclpy.qos import QoSProfile, ReliabilityPolicy
 from sensor_msgs.msg import BatteryState
 
@@ -21,31 +19,7 @@ from setcmas_expe.mocap.sample import Pose, Sample, fault_of
 from setcmas_simu.fleet import topics
 from setcmas_simu.ros import cmd_vel_topics
 from setcmas_simu.ros.cmd_vel_topics import Endpoint
-from setcmas_simu.ros.process import FleetNode, RosProcess
-
-# turtlebot3_node answers for its parameters, as every node of rclcpp does.
-_SERVICE = 'turtlebot3_node/get_parameters'
-_QUESTIONS = 10
-_TIMEOUT_S = 1.0
-
-
-def round_trip(process: RosProcess, node: FleetNode, robot: LabRobot) -> float | None:
-    """Return the median time of a service call to a robot in s; None if it does not answer."""
-    client = node.create_client(GetParameters, robot.topic(_SERVICE))
-    try:
-        if not process.spin_until(client.service_is_ready, _TIMEOUT_S):
-            return None
-        times = []
-        for _ in range(_QUESTIONS):
-            begin = time.monotonic()
-            answer = client.call_async(GetParameters.Request(names=['use_sim_time']))
-            if not process.spin_until(answer.done, _TIMEOUT_S):
-                return None
-            times.append(time.monotonic() - begin)
-        return statistics.median(times)
-    finally:
-        node.destroy_client(client)
-
+from setcmas_simu.ros.process import FleetNode
 
 _BURST = QoSProfile(depth=50, reliability=ReliabilityPolicy.BEST_EFFORT)
 

@@ -21,10 +21,9 @@ LOW_PERCENT = 15.0
 
 
 class Battery:
-    """Reads sensor_msgs/BatteryState.percentage.
+    """Reads sensor_msgs/BatteryState.percentage, 0 to 1 by its definition.
 
-    The message is defined as 0 to 1; turtlebot3_node sends 0 to 100. A value above 1 proves
-    percent; before that, 0.04 means 4 %.
+    turtlebot3_node sends 0 to 100: after a value above 1, all values are percentages.
     """
 
     def __init__(self) -> None:
@@ -40,9 +39,9 @@ class Battery:
 
 
 FILTER_MARGIN_M = 0.05
-"""Extra distance that the filter keeps between robots, beyond that at which they stop, in m."""
+"""Distance in m that the filter keeps between robots beyond that at which they stop."""
 
-_PLACES = 40  # along each side of the arena
+_GRID = 40  # points along each side of the arena
 
 
 @dataclass(frozen=True)
@@ -61,7 +60,7 @@ class LabRobot:
 
     @classmethod
     def numbered(cls, number: int) -> LabRobot:
-        """Return the robot named tb3_<number> everywhere."""
+        """Return a robot that is called tb3_<number> everywhere."""
         return cls(number, robot_name(number), robot_name(number))
 
     def topic(self, name: str) -> str:
@@ -90,7 +89,7 @@ class Mocap:
 
 @dataclass(frozen=True)
 class Timeouts:
-    """Largest ages in s of what a robot depends on."""
+    """Largest ages in s of poses, commands and the pause state."""
 
     pose_s: float
     command_s: float
@@ -109,12 +108,12 @@ class Lab:
         obstacles: Obstacles for the robots.
         filter: The safety filter between control laws and robots: 'barrier' or 'none'.
         limits: Speed limits of the robots.
-        accel: Largest rise of their forward speed, in m/s^2; inf is no limit.
-        timeouts: Largest ages of poses, commands and the pause state.
+        accel: Largest increase of their forward speed, in m/s^2; inf is no limit.
+        timeouts: When robots stop for lack of messages.
         checks_motion: Whether robots must be seen to move as commanded.
-        resumes: Whether robots resume by themselves when the reason of a stop is gone.
+        resumes: Whether robots resume by themselves when the cause of a stop is gone.
         guarded: Whether every robot must have a cmd_vel_guard.
-        cmd_vel_type: 'twist_stamped', 'twist', or 'auto' for what each robot listens to.
+        cmd_vel_type: 'twist_stamped', 'twist', or 'auto': as each robot subscribes.
         joystick_button: Index of the button that starts and pauses, from 0.
         joystick_topic: Topic of the joystick.
         static_peers: Addresses of the other machines, for networks without multicast.
@@ -145,7 +144,7 @@ class Lab:
         return len(self.robots)
 
     def safety(self, others: FilterOptions) -> FilterOptions:
-        """Return the options of the safety filter in this lab, and the others as given.
+        """Return options with those of the safety filter set as in this lab.
 
         Raises:
             ClashError: They contradict each other.
@@ -166,19 +165,19 @@ class Lab:
             SetcmasError: They cover it.
         """
         xmin, xmax, ymin, ymax = self.arena
-        share = (np.arange(_PLACES) + 0.5) / _PLACES
-        places = product(xmin + share * (xmax - xmin), ymin + share * (ymax - ymin))
-        if all(self.obstacles.contain(x, y) for x, y in places):
+        share = (np.arange(_GRID) + 0.5) / _GRID
+        points = product(xmin + share * (xmax - xmin), ymin + share * (ymax - ymin))
+        if all(self.obstacles.contain(x, y) for x, y in points):
             raise SetcmasError(
                 f'the obstacles cover the arena, {xmin:g} to {xmax:g} by {ymin:g} to {ymax:g} m; '
-                'they must leave robots a place'
+                'leave room for the robots'
             )
 
     def check_tightens(self, bounds: Lab) -> None:
-        """Check that this lab allows nothing that another one forbids.
+        """Check that this lab allows nothing that another lab forbids.
 
         Raises:
-            SetcmasError: It does; the message names what.
+            SetcmasError: It does; the message names it.
         """
         (xmin, xmax, ymin, ymax), outer = self.arena, bounds.arena
         inside = outer.distance(xmin, ymin) == outer.distance(xmax, ymax) == 0
@@ -191,7 +190,7 @@ class Lab:
                 f'at least {bounds.min_separation:g} m',
             ),
             'filter': (self.filter == bounds.filter or bounds.filter == NONE, bounds.filter),
-            'limits': (slower, f'at most {bounds.limits.V_max:g} m/s and as slow in turns'),
+            'limits': (slower, f'at most {bounds.limits.V_max:g} m/s, and no faster in turns'),
             'accel': (self.accel <= bounds.accel, f'at most {bounds.accel:g} m/s^2'),
             'resume': (bounds.resumes or not self.resumes, 'false'),
             'without_guard': (self.guarded or not bounds.guarded, 'false'),

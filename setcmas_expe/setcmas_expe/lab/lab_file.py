@@ -32,21 +32,6 @@ from setcmas_simu.yaml_entries import Entry, read_entries
 DEFAULT_FILE = Path(str(resources.files('setcmas_expe') / 'config' / 'lab.yaml'))
 """The lab file with all defaults and a comment on each."""
 
-_KEYS = (
-    'robots',
-    'mocap',
-    'arena',
-    'min_separation',
-    'obstacles',
-    'filter',
-    'limits',
-    'accel',
-    'timeouts',
-    'safety',
-    'cmd_vel_type',
-    'joystick',
-    'network',
-)
 _GROUPS = {
     'mocap': ('preset', 'topic', 'type', 'y_up'),
     'arena': ('x', 'y'),
@@ -55,13 +40,14 @@ _GROUPS = {
     'joystick': ('button', 'topic'),
     'network': ('static_peers', 'discovery_server'),
 }
+_VALUES = ('robots', 'min_separation', 'obstacles', 'filter', 'limits', 'accel', 'cmd_vel_type')
+_KEYS = (*_GROUPS, *_VALUES)
+_ROBOT = ('number', 'mocap_name', 'namespace')
 _LIMITS = {'forward': 3.0, 'turn': 20.0, 'wheel': 3.0, 'wheel_separation': 2.0}
-"""Limits that describe another robot, and the largest plausible values indoors."""
+"""Keys of limits, and the largest plausible values indoors (m/s, rad/s, m/s, m)."""
 _TIMEOUT = Number(least=0.3, most=2.0, unit='s')  # commands come every 0.2 s
-"""Timeouts: more than the time between two commands, and still safe."""
 _POSITIVE = Number(above=0, finite=True)
 _RESUMES = ('operator', 'automatic')
-_LARGEST_PORT = 65535
 _NAMESPACE = re.compile(r'[A-Za-z][A-Za-z0-9_]*(/[A-Za-z][A-Za-z0-9_]*)*')
 _ADDRESS = re.compile(r'[A-Za-z0-9_.:-]+')
 
@@ -92,7 +78,9 @@ def load_lab(path: Path, nb_robots: int | None = None) -> Lab:
         filter=OneOf(FILTERS).of(chosen['filter']),
         limits=_limits(chosen['limits']),
         accel=_POSITIVE.of(given['accel']) if 'accel' in given else math.inf,
-        timeouts=Timeouts(*(_timeout(groups['timeouts'][key]) for key in _GROUPS['timeouts'])),
+        timeouts=Timeouts(
+            *(float(_TIMEOUT.of(groups['timeouts'][key])) for key in _GROUPS['timeouts'])
+        ),
         checks_motion=groups['safety']['motion_check'].flag(),
         resumes=OneOf(_RESUMES).of(groups['safety']['resume']) == _RESUMES[1],
         guarded=True,
@@ -142,15 +130,15 @@ def _robots(
 
 
 def _robot(entry: Entry, source: MocapSource) -> LabRobot:
-    fields = entry.fields(('number', 'mocap_name', 'namespace'))
+    fields = entry.fields(_ROBOT)
     if 'number' not in fields:
         raise entry.mistake('a robot with a number, such as {number: 1, mocap_name: tb3_1}')
     number = Whole(1).of(fields['number'])
     names = {'mocap_name': robot_name(number), 'namespace': robot_name(number)}
-    of_letters = f'a name of letters, digits and _, such as {robot_name(number)}'
+    letters = f'a name of letters, digits and _, such as {robot_name(number)}'
     for key, accepts, expected in (
         ('mocap_name', source.may_name, source.body_must_be),
-        ('namespace', _NAMESPACE.fullmatch, of_letters),
+        ('namespace', _NAMESPACE.fullmatch, letters),
     ):
         if key in fields:
             names[key] = _checked(fields[key], accepts, expected)
@@ -158,7 +146,7 @@ def _robot(entry: Entry, source: MocapSource) -> LabRobot:
 
 
 def _refuse_same(entry: Entry, robot: LabRobot, other: LabRobot) -> None:
-    for key in ('number', 'mocap_name', 'namespace'):
+    for key in _ROBOT:
         value = getattr(robot, key)
         if value == getattr(other, key):
             raise SetcmasError(
@@ -188,7 +176,7 @@ def _mocap(fields: dict[str, Entry]) -> Mocap:
 
 
 def _custom(fields: dict[str, Entry]) -> MocapSource:
-    """Return a source without topic and type, which the lab file gives."""
+    """Return a source whose topic and type the lab file sets."""
     missing = [key for key in ('topic', 'type') if key not in fields]
     if missing:
         known = ', '.join(MOCAP_SOURCES.plugins())
@@ -226,13 +214,9 @@ def _limits(entry: Entry) -> VelocityLimits:
     return VelocityLimits(*(Number(above=0, most=_LIMITS[key]).of(fields[key]) for key in _LIMITS))
 
 
-def _timeout(entry: Entry) -> float:
-    return float(_TIMEOUT.of(entry))
-
-
 def _is_server(text: str) -> bool:
     found = re.fullmatch(r'[A-Za-z0-9_.-]+:([0-9]+)', text)
-    return not text or (found is not None and 0 < int(found[1]) <= _LARGEST_PORT)
+    return not text or (found is not None and 0 < int(found[1]) < 2**16)
 
 
 def _is_topic(text: str) -> bool:

@@ -21,7 +21,7 @@ from setcmas_simu.robots.model import ROBOT_MODELS
 
 @dataclass(frozen=True, kw_only=True)
 class LabChoice(Options):
-    """Which lab it is, and what it leaves out."""
+    """Which lab it is, and which of its checks are off."""
 
     TITLE: ClassVar[str] = 'lab'
 
@@ -51,8 +51,6 @@ class LabChoice(Options):
 class ExperimentOptions(LabChoice):
     """The lab of a scenario."""
 
-    TITLE: ClassVar[str] = 'lab'
-
     emulate: bool = flag(
         'an experiment in an emulated lab on this machine, with all safety functions and no '
         'hardware'
@@ -62,8 +60,6 @@ class ExperimentOptions(LabChoice):
 @dataclass(frozen=True, kw_only=True)
 class LabOptions(LabChoice):
     """Which lab it is; options override the lab file."""
-
-    TITLE: ClassVar[str] = 'lab'
 
     nb_robots: int | None = option(
         NB_ROBOTS, 'size of the fleet', default=None, default_text="the lab file's, or 1"
@@ -95,17 +91,18 @@ class LabOptions(LabChoice):
                 obstacles leave no room.
         """
         lab = load_lab(self.lab or DEFAULT_FILE, self.nb_robots)
-        if self.mocap:
-            lab = replace(lab, mocap=_mocap(self.mocap, lab))
-        if self.limits:
-            lab = replace(lab, limits=ROBOT_MODELS[self.limits])
-        lab = replace(lab, resumes=lab.resumes or self.resume, guarded=not self.without_guard)
-        lab = replace(lab, checks_motion=lab.checks_motion and not self.without_motion_check)
-        if self.obstacles:
-            lab = replace(lab, obstacles=Obstacles.of(self.obstacles))
         names = ('arena', 'min_separation', 'filter', 'accel', 'cmd_vel_type', 'joystick_button')
         given = {name: getattr(self, name) for name in names}
-        lab = replace(lab, **{name: value for name, value in given.items() if value is not None})
+        given['mocap'] = _mocap(self.mocap, lab) if self.mocap else None
+        given['limits'] = ROBOT_MODELS[self.limits] if self.limits else None
+        given['obstacles'] = Obstacles.of(self.obstacles) if self.obstacles else None
+        lab = replace(
+            lab,
+            resumes=lab.resumes or self.resume,
+            guarded=not self.without_guard,
+            checks_motion=lab.checks_motion and not self.without_motion_check,
+            **{name: value for name, value in given.items() if value is not None},
+        )
         lab.check_room()
         return lab
 

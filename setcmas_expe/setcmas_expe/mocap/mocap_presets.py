@@ -43,7 +43,7 @@ VICON = replace(
 
 
 def _read_all(bodies: str, name: str) -> Read:
-    """Return a reader of messages with a list of named poses and one header for all."""
+    """Return a reader of messages with one header and a list of named poses."""
 
     def read(message: Any) -> Iterator[tuple[str, Sample]]:
         for body in getattr(message, bodies):
@@ -72,9 +72,8 @@ MOTION_CAPTURE_TRACKING = MocapSource(
 def read_transforms(message: Any) -> Iterator[tuple[str, Sample]]:
     """Read a tf2_msgs/TFMessage; bodies are child frames, whatever the parents."""
     for one in message.transforms:
-        transform = one.transform
-        sample = sample_of(one.header, transform.translation, transform.rotation)
-        yield one.child_frame_id, sample
+        pose = one.transform
+        yield one.child_frame_id, sample_of(one.header, pose.translation, pose.rotation)
 
 
 TRANSFORMS = MocapSource(

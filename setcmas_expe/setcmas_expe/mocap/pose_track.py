@@ -1,4 +1,4 @@
-"""Pose track of one robot: which measurements of motion capture to believe."""
+"""Pose track of one robot: which measurements of motion capture to trust."""
 
 from __future__ import annotations
 
@@ -17,10 +17,10 @@ _DRIFT = 1e-3
 
 
 class StampClock:
-    """Compares stamps of another machine's clock with times of arrival.
+    """Estimates delays from stamps of another machine's clock.
 
-    The smallest difference so far counts as no delay; what exceeds it is lateness. Stamps that go
-    backwards mean that the clock was set: delay alone cannot reverse them.
+    The smallest difference between arrival and stamp so far counts as no delay. Stamps that go
+    backwards mean that the clock was set: delay cannot reverse their order.
     """
 
     def __init__(self) -> None:
@@ -31,10 +31,10 @@ class StampClock:
         """Number of measurements with the stamp of the one before, in a row."""
 
     def lateness(self, stamp: float, now: float) -> float:
-        """Return how much later than the promptest ones a measurement is, in s.
+        """Return the delay of a measurement in s, compared with the smallest so far.
 
         Args:
-            stamp: On the sender's clock in s; 0 if not given, which counts as prompt.
+            stamp: On the sender's clock in s; 0 if not set: no delay then.
             now: Time of arrival on a steady clock in s.
         """
         self.repeats = self.repeats + 1 if stamp == self._stamp != 0.0 else 0
@@ -52,7 +52,7 @@ SLOWEST_HZ = 10.0
 """Rate of measurements below which users are warned, in Hz."""
 
 LONGEST_GAP_S = 0.25
-"""Longest time in s between measurements; two longer gaps in a row are too slow to steer."""
+"""Longest gap in s between measurements; two longer gaps in a row are too slow to steer."""
 
 _REMEMBERED = 20
 
@@ -65,20 +65,20 @@ class Arrivals:
         self._times: deque[float] = deque(maxlen=_REMEMBERED)
 
     def add(self, now: float) -> float:
-        """Note a measurement; return the time in s since the previous one, 0 at first."""
+        """Note a measurement; return the gap before it in s, 0 at first."""
         gap = now - self._times[-1] if self._times else 0.0
         self._times.append(now)
         return gap
 
     @property
     def rate(self) -> float:
-        """Measurements per second, by the median gap; inf before there are some."""
+        """Measurements per second, by the median gap; inf before there are three."""
         gaps = self._gaps()
         return 1.0 / max(statistics.median(gaps), 1e-6) if len(gaps) > 2 else math.inf
 
     @property
     def gap(self) -> float:
-        """The shorter of the last two gaps in s (one may be the network's); 0 before."""
+        """The shorter of the last two gaps in s (the network may cause one); 0 before."""
         gaps = self._gaps()[-2:]
         return min(gaps) if len(gaps) == 2 else 0.0
 
@@ -92,22 +92,22 @@ class Arrivals:
 
 
 NOISE_M = 0.03
-"""Largest difference between poses of a robot at rest, in m: noise, and a loose body."""
+"""Largest distance in m between poses of a robot at rest: noise, and loose markers."""
 
 BLIND_S = 0.8
 """Time in s after which an unseen robot has stopped."""
 
 _NOISE_RAD = 0.25
 _LATE_S = 0.1  # largest lateness of one pose compared with another
-_FASTER = 1.1  # wheels' radii
+_FASTER = 1.1  # than its limits: the radii of wheels vary
 _WINDOW_S = 0.5
 
 
 class Reach:
     """How far from its recent poses a robot can be; all times in s on one steady clock.
 
-    A pose must be in reach of the last one, and of that half a second ago: small steps from frame
-    to frame may add up to an impossible speed.
+    A pose must be in reach of the last pose and of that half a second ago: steps from frame to
+    frame that are possible may add up to an impossible speed.
     """
 
     def __init__(self, limits: VelocityLimits) -> None:
@@ -116,18 +116,18 @@ class Reach:
         self._poses: deque[tuple[float, Pose]] = deque()
 
     def of(self, seconds: float) -> float:
-        """Return how far in m the robot may be from where it was seen some time ago."""
+        """Return how far in m the robot can have moved in a time."""
         step = min(max(0.0, seconds), BLIND_S) + _LATE_S
         return _FASTER * self._limits.V_max * step + NOISE_M
 
     def add(self, pose: Pose, measured: float) -> None:
-        """Note a good pose and its time."""
+        """Note a good pose."""
         self._poses.append((measured, pose))
         while self._poses[0][0] < measured - _WINDOW_S:
             self._poses.popleft()
 
     def start(self, pose: Pose, measured: float) -> None:
-        """Restart with a pose to which the robot was carried."""
+        """Restart at the place to which the robot was carried."""
         self._poses.clear()
         self.add(pose, measured)
 
@@ -158,13 +158,13 @@ STAMPS = 'constant stamps'
 _JUMPED_TROUBLE = 'it jumped (if you carried it: pause for a second, then start)'
 
 FROZEN_S = 0.4
-"""Time in s after which equal poses of a robot commanded to move mean that it is not seen."""
+"""Time in s after which equal poses of a robot that should move mean that it is lost."""
 
 LIFTED_M = 0.05
 """Difference in m from the usual height at which a robot is off the floor."""
 
 _FROZEN_FRAMES = 4
-_FLOOR_S = 10.0  # time constant of the usual height: floors and calibrations slope
+_FLOOR_S = 10.0  # time constant of the usual height: floors slope, calibrations too
 _BAD_FOR_S = 0.1  # single bad frames are ignored
 _STEADY_S = 1.0
 _STEADY_M = 0.03
@@ -177,11 +177,11 @@ class PoseTrack:
     Attributes:
         pose: The last good pose (x, y in m, heading in rad); None before the first.
         received: When it arrived; -inf before the first.
-        fault: Why poses are rejected at present; empty if they are not.
+        fault: Why poses are rejected now; empty if they are not.
         rejected: Number of rejected measurements by reason, until a reader clears it.
         jumped_to: Newest measurement if it is too far from the last good pose; None if not.
         arrivals: Times of all measurements, good and bad.
-        swapped_with: The robot whose place this one seems to have taken; None if none.
+        swapped_with: Number of the robot whose place this robot seems to have taken, if any.
     """
 
     def __init__(self, arena: Arena, limits: VelocityLimits) -> None:
@@ -210,7 +210,7 @@ class PoseTrack:
 
     @property
     def trouble(self) -> str:
-        """Why poses are rejected at present, for people; empty if they are not."""
+        """Why poses are rejected now, for messages; empty if they are not."""
         if self.swapped_with is not None:
             return f'it seems to have swapped places with robot {self.swapped_with}'
         if self.fault == LIFTED:
@@ -235,7 +235,7 @@ class PoseTrack:
 
     @property
     def height(self) -> float | None:
-        """Height of its last good pose in m, smoothed; None before the first."""
+        """Height of its body in m, smoothed; None before the first good pose."""
         return self._height
 
     def age(self, now: float) -> float:
@@ -254,7 +254,7 @@ class PoseTrack:
         gap = self.arrivals.add(now)
         fault = fault_of(sample, self._arena) or self._fault_in_time(sample, pose, now, lateness)
         if fault in (JUMPED, LIFTED) and self._has_settled(pose, now):
-            # The floor does not rise, but the first pose may be of a robot in a person's hand.
+            # The floor does not rise; but a person may have held the robot at its first pose.
             self._z = sample.position[2]
             self._height = min(self._z, self._height or self._z)
             self._reach.start(pose, now - lateness)
@@ -274,7 +274,7 @@ class PoseTrack:
         self.rejected[fault] += 1
         self.jumped_to = pose if fault == JUMPED else None
         self._bad_since = min(self._bad_since, now)
-        # A frozen pose was observed for a while already.
+        # A pose counts as frozen only after a while.
         if now - self._bad_since >= _BAD_FOR_S or fault == FROZEN:
             self.fault = fault
         if self.swapped_with is not None and fault != JUMPED:
@@ -308,15 +308,15 @@ class PoseTrack:
             self._last, self._same_since, self._same_frames = sample, now, 0
             self._frozen = False
         self._same_frames += 1
-        if self._paused:  # try again after a person has looked
+        if self._paused:  # the operator has looked
             self._frozen = False
         since = max(self._same_since, self._moving_since)
         if now - since >= FROZEN_S and self._same_frames >= _FROZEN_FRAMES:
-            self._frozen = True  # as long as poses are equal: the robot stands from now on
+            self._frozen = True  # as long as poses are equal, although the robot now stops
         return self._frozen
 
     def _has_settled(self, pose: Pose, now: float) -> bool:
-        """Return whether a carried robot stands still at its new place."""
+        """Return whether a carried robot is at rest at its new place."""
         if not self._paused or self.swapped_with is not None:
             self._candidate = None
             return False
@@ -331,7 +331,7 @@ def _near(one: Pose, other: Pose) -> bool:
 
 
 def mark_swapped(tracks: dict[int, PoseTrack]) -> list[int]:
-    """Mark robots that jumped to each other's places, two or more in a circle; return new ones."""
+    """Mark robots that jumped to each other's places, in a circle; return those newly marked."""
     jumped = {number: track for number, track in tracks.items() if track.jumped_to}
     taken = {
         one: other
@@ -346,7 +346,7 @@ def mark_swapped(tracks: dict[int, PoseTrack]) -> list[int]:
 
 
 def _in_circle(one: int, taken: dict[int, int]) -> bool:
-    """Return whether following the taken places leads back to the first robot."""
+    """Return whether the places taken lead back to the first robot."""
     current: int | None = one
     for _ in taken:
         current = taken.get(current) if current is not None else None

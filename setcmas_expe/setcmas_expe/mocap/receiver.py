@@ -1,4 +1,4 @@
-"""Receiver of motion capture: passes each measurement to the callback of its rigid body."""
+"""Receiver of motion capture: passes each measurement on to the owner of its rigid body."""
 
 from __future__ import annotations
 
@@ -20,12 +20,10 @@ Take = Callable[[Sample], None]
 
 @dataclass
 class _Topic:
-    """The last message on a topic, and its senders.
+    """The bodies in the last message on a topic, those that are in it twice, and conflicts.
 
     Attributes:
-        names: The bodies in the message.
-        twice: Bodies that are in it twice.
-        unreadable: Why it could not be read; empty if it could.
+        unreadable: Why the message could not be read; empty if it could.
         rivals: Who else sends on the topic; empty if none.
     """
 
@@ -72,14 +70,14 @@ class MocapReceiver:
                 node.create_subscription(message_class, name, callback, profile)
 
     def look_around(self) -> None:
-        """Check who sends the poses: a second sender may be an emulated lab or a played bag."""
+        """Check for a second sender of poses, such as an emulated lab or a played bag."""
         for name, topic in self._topics.items():
             senders = self._node.count_publishers(name)
             several = senders > 1 and not self._source.shared
             topic.rivals = f'{senders} nodes send it on {name}' if several else ''
 
     def trouble(self, body: str) -> str:
-        """Return why no pose of a body can be trusted; empty if they can."""
+        """Return why poses of a body cannot be trusted; empty if they can."""
         name = self._source.topic_of(body)
         topic = self._topics[name]
         if topic.unreadable:
@@ -89,7 +87,7 @@ class MocapReceiver:
         return topic.rivals
 
     def bodies(self) -> list[str]:
-        """Return the names of the bodies that motion capture sends at present, sorted."""
+        """Return the names of the bodies that motion capture sends now, sorted."""
         if not self._source.per_body:
             return sorted(name for topic in self._topics.values() for name in topic.names)
         before, _, after = self._source.topic.partition(NAME)
@@ -103,7 +101,7 @@ class MocapReceiver:
     def _on_message(self, topic: _Topic, body: str, message: Any) -> None:
         try:
             samples = self._source.samples(message, body)
-        except Exception as error:  # of a plugin; other topics go on
+        except Exception as error:  # in a plugin; other topics continue
             topic.unreadable = ' '.join(f'{type(error).__name__}: {error}'.split())
             return
         times = Counter(name for name, _ in samples)

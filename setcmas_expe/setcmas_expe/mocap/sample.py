@@ -1,4 +1,4 @@
-"""Sample of motion capture: one measurement, turned Z-up and checked by itself."""
+"""One measurement of motion capture: turned Z-up, and checked on its own."""
 
 from __future__ import annotations
 
@@ -32,9 +32,8 @@ class Sample:
     Attributes:
         position: x, y, z in m.
         orientation: Quaternion x, y, z, w.
-        stamp: Time of the measurement on the driver's clock in s; 0 if it is not given.
-        twist: Linear velocity x, y, z (m/s) and turn rates about x, y, z (rad/s); None if not
-            given.
+        stamp: Time of the measurement on the driver's clock in s; 0 if not set.
+        twist: Linear velocity x, y, z (m/s) and turn rates about x, y, z (rad/s), if any.
     """
 
     position: tuple[float, float, float]
@@ -43,10 +42,9 @@ class Sample:
     twist: tuple[float, float, float, float, float, float] | None = None
 
     def z_up(self) -> Sample:
-        """Return a measurement in Y-up axes (of world and body) in Z-up ones.
+        """Return a measurement in Y-up axes (of world and body) in Z-up axes.
 
-        A quarter turn about x takes (x, y, z) to (x, -z, y), and the vector part of a quaternion
-        likewise.
+        A quarter turn about x takes (x, y, z), and the vector part of a quaternion, to (x, -z, y).
         """
         x, y, z = self.position
         qx, qy, qz, qw = self.orientation
@@ -66,7 +64,7 @@ class Sample:
 
 
 def fault_of(sample: Sample, arena: Arena) -> str | None:
-    """Return what is wrong with a measurement by itself; None if nothing."""
+    """Return what is wrong with one measurement; None if nothing."""
     x, y, _ = sample.position
     if not all(map(math.isfinite, (*sample.position, *sample.orientation))):
         return NOT_FINITE

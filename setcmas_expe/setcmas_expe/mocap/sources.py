@@ -1,4 +1,4 @@
-"""Sources of poses: what a motion capture driver sends, where, and how it is read."""
+"""Sources of poses: the topics and messages of motion capture drivers, and their readers."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from setcmas_simu.plugins import InvalidPluginError, PluginGroup
 from setcmas_simu.ros.message_class import NoPythonTypeError, message_class
 
 Read = Callable[[Any], Iterator[tuple[str, Sample]]]
-"""Yields the name of each rigid body in a message, and what was measured of it."""
+"""Yields name and measurement of each rigid body in a message."""
 
 POSE_STAMPED = 'PoseStamped'
 ODOMETRY = 'Odometry'
@@ -39,7 +39,7 @@ def read_transform_stamped(message: Any) -> Iterator[tuple[str, Sample]]:
 
 
 def read_odometry(message: Any) -> Iterator[tuple[str, Sample]]:
-    """Read a nav_msgs/Odometry; all velocities zero means that the driver gives none."""
+    """Read a nav_msgs/Odometry; drivers without velocities send zeros."""
     pose, twist = message.pose.pose, message.twist.twist
     linear, angular = twist.linear, twist.angular
     velocities = (linear.x, linear.y, linear.z, angular.x, angular.y, angular.z)
@@ -54,12 +54,11 @@ STANDARD: dict[str, tuple[str, Read]] = {
 }
 """Types that a lab file may name, and their readers."""
 
-
 NAME = '{name}'
 """Placeholder for the name of a rigid body in a topic."""
 
 CUSTOM = 'custom'
-"""The preset of a driver without a plugin: the lab file gives topic and type."""
+"""The preset of any other driver: the lab file sets topic and type."""
 
 SILENCE = 'silence'
 REPEATED = 'the last pose, repeated'
@@ -76,14 +75,14 @@ class MocapSource:
     """A motion capture driver: the topics and messages in which it sends rigid bodies.
 
     Attributes:
-        topic: Full name of the topic. With {name}, each body has a topic of its own; without it,
-            one topic serves all bodies.
+        topic: Full name of the topic: with {name}, each body has its own; without, one topic
+            serves all bodies.
         message_type: Type of the messages, such as 'geometry_msgs/msg/PoseStamped'.
-        read: Yields the name and the measurement of each body in a message, in the driver's axes;
-            the name is empty where each body has its topic.
+        read: Yields name and measurement of each body in a message, in the driver's axes; the
+            name is empty where each body has its topic.
+        lost_looks_like: Data that may arrive for a lost body: SILENCE and the like.
         shared: Whether other nodes may send on the topic, which hides a second driver.
         driver: Name and version of the driver; empty if unknown.
-        lost_looks_like: Data that may arrive for a lost body: SILENCE and the like.
     """
 
     topic: str
@@ -103,7 +102,7 @@ class MocapSource:
         return self.topic.replace(NAME, body)
 
     def samples(self, message: Any, body: str) -> list[tuple[str, Sample]]:
-        """Return the bodies and measurements in a message on the topic of a body."""
+        """Return bodies and measurements of a message that came on the topic of `body`."""
         return [(body if self.per_body else name, sample) for name, sample in self.read(message)]
 
     def message_class(self) -> Any:
@@ -123,7 +122,7 @@ class MocapSource:
 
     @property
     def body_must_be(self) -> str:
-        """Rule for the name of a body, for messages."""
+        """The rule that `may_name` applies, for messages."""
         if not self.per_body:
             return 'a name'
         return (
@@ -140,7 +139,7 @@ def check_topic(topic: str, per_body: bool) -> str:
     """Return the topic of a source.
 
     Raises:
-        SetcmasError: It is no full name of a topic, or has or lacks {name} wrongly.
+        SetcmasError: It is not the full name of a topic, or {name} is missing or not wanted.
     """
     if (NAME in topic) != per_body or not _TOPIC.fullmatch(topic.replace(NAME, 'a')):
         wanted = f'with {NAME} for the rigid body, such as /vrpn_mocap/{NAME}/pose'
@@ -152,7 +151,7 @@ def check_topic(topic: str, per_body: bool) -> str:
 
 
 def per_body(topic: str, kind: str, *lost_looks_like: str) -> MocapSource:
-    """Return a source with a topic per body, of a standard type such as 'PoseStamped'."""
+    """Return a source with a topic per body; `kind` is a standard type such as PoseStamped."""
     return MocapSource(topic, *STANDARD[kind], lost_looks_like)
 
 

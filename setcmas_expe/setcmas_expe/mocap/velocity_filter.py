@@ -1,4 +1,4 @@
-"""Velocity filter: differences of poses, smoothed against the noise of motion capture."""
+"""Velocity filter: differences of poses, smoothed."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ class VelocityFilter:
         self._V = self._omega = 0.0
 
     def update(self, sample: Sample, now: float) -> tuple[float, float]:
-        """Return forward speed (m/s) and turn rate (rad/s), by the driver if it gives them.
+        """Return forward speed (m/s) and turn rate (rad/s); those of the driver if it sends them.
 
         Args:
             sample: The measurement, Z-up.
@@ -51,10 +51,10 @@ class VelocityFilter:
         self._last = time, pose
 
     def _forward(self, sample: Sample) -> float:
-        """Return the forward speed of the driver's twist.
+        """Return the forward speed in the driver's twist.
 
-        Some drivers give it in the body's axes, as ROS wants, others in the world's; the reading
-        closer to the differences is right.
+        Some drivers send it in the body's axes, as ROS demands, others in the world's: the reading
+        that is closer to the differences is right.
         """
         assert sample.twist is not None
         vx, vy = sample.twist[:2]

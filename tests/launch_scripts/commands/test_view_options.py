@@ -63,7 +63,7 @@ def test_the_page_of_a_simulation_ends_with_it_and_not_the_other_way_round(start
     )
 
     page.terminate()
-    process.wait_for_output('view has ended; all else continues')
+    process.wait_for_output('view has ended; everything else continues')
     assert process.end() == 0
     psutil.wait_procs(nodes, timeout=TIMEOUT_S)
     assert not any(node.is_running() for node in nodes)

@@ -110,7 +110,7 @@ def test_a_closed_window_leaves_the_robots_alone(start, tmp_path):
     environment = {'PATH': f'{tmp_path}:{os.environ["PATH"]}', 'DISPLAY': ':0'}
 
     simu = start(*SETCMAS, 'simu', '--nb-robots', '3', '--rviz', env=environment)
-    simu.wait_for_output('rviz has ended; all else continues')
+    simu.wait_for_output('rviz has ended; everything else continues')
     simu.wait_for_output('[simu] simulating robots 1-3')
 
     assert '[rviz] shows 3 robots' in simu.output()

@@ -89,7 +89,6 @@ GOOD = RobotCheck(
     rival='',
     guard=GUARDED,
     battery=80.0,
-    round_trip=0.004,
 )
 SILENT = ArrivalStatistics(0.0, 0.0, 3.0, None)
 
@@ -116,7 +115,6 @@ def test_a_robot_that_is_well():
         ({'guard': replace(GUARDED, state=State.EMERGENCY)}, NOTE, 'R twice'),
         ({'battery': 20.0}, NOTE, '20 %'),
         ({'battery': 5.0}, PROBLEM, '5 %'),
-        ({'round_trip': 0.3}, NOTE, '300 ms'),
     ],
 )
 def test_problems_are_reported(changes, level, told):
