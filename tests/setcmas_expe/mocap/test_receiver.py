@@ -93,7 +93,8 @@ def test_the_doctor_shows_bodies_rates_and_missing_poses(see, tmp_path, peer):
     assert '-1.00, 0.50' in one
     assert 'silent' in two
     assert f'nothing on /{topic}' in result.stdout
-    assert f'motion capture sends {", ".join(sorted(("Blue", names[0])))}' in ' '.join(result.stdout.split())
+    sent = f'motion capture sends {", ".join(sorted(("Blue", names[0])))}'
+    assert sent in ' '.join(result.stdout.split())
     assert result.returncode == 1
 
 
