@@ -18,7 +18,6 @@ PAGE = (ROOT / 'docs' / 'control_scripts.md').read_text()
         'a value that is not finite',
         ' has not returned',
         'it is at ',
-        ' occurred ',
         'works again after ',
     ],
 )

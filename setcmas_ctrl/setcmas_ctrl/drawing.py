@@ -1,4 +1,4 @@
-"""Canvas of control scripts' drawing functions; a process that shows drawings sets one."""
+"""Drawing by control scripts: checks arguments, and passes spheres to the process's canvas."""
 
 from __future__ import annotations
 

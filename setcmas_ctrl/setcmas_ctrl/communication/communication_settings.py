@@ -35,33 +35,19 @@ Condition = str | Path | Callable[..., Any] | Mapping[int, Callable[..., Any]] |
 
 @dataclass(frozen=True)
 class _Condition(NameOrFile):
-    """A script; in Python also a function, or one for each robot."""
-
-    def value(self, given: Any) -> Any:
-        """Return a path as a text."""
-        return str(given) if isinstance(given, Path) else given
+    """A script; in Python also a function, or a function for each robot."""
 
     def accepts(self, value: Any) -> bool:
-        """Return True: errors of a condition are raised where it is loaded."""
-        return value is not None
+        return value is not None  # what it must be is checked where it is loaded
 
 
 @dataclass(frozen=True)
-class _Graph(NameOrFile):
+class _Graph(_Condition):
     """A name or a file; in Python also a matrix."""
 
-    def value(self, given: Any) -> Any:
-        """Return a path as a text."""
-        return str(given) if isinstance(given, Path) else given
-
     def located(self, value: Any, place: Callable[[str], str]) -> Any:
-        """Return a file in its place."""
         names_file = isinstance(value, str) and ('.' in value or '/' in value)
         return place(value) if names_file else value
-
-    def accepts(self, value: Any) -> bool:
-        """Return True: errors of a graph are raised where it is read."""
-        return value is not None
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -153,7 +139,7 @@ class Communication:
     """Communication of a fleet.
 
     Attributes:
-        graph: Who hears whom.
+        graph: Which robots receive from which.
         channel: Delay, loss and noise of the links.
         event_triggered: Whether robots send their state only when a condition triggers.
         seed: Seed of the links' random numbers.

@@ -1,4 +1,4 @@
-"""Communication graph of a fleet: its presets, its matrices, and its changes over time."""
+"""Communication graph of a fleet: presets, adjacency and Laplacian, changes over time."""
 
 from __future__ import annotations
 
@@ -87,11 +87,9 @@ def checked_adjacency(matrix: ArrayLike, nb_robots: int) -> Floats:
 
 
 def with_known_rows(weights: Floats, adjacency: Floats) -> Floats:
-    """Update an adjacency matrix with the rows that a controller process has published.
+    """Update an adjacency matrix (N, N) with weights that a controller process has published.
 
-    Args:
-        weights: The published matrix, shape (N, N); NaN in rows of other processes.
-        adjacency: The matrix before, shape (N, N).
+    Weights are NaN in the rows of other processes' robots.
     """
     result: Floats = np.where(np.isnan(weights), adjacency, weights)
     return result
@@ -129,13 +127,7 @@ class CommunicationGraph:
     def __init__(
         self, segments: Sequence[Segment], repeat: bool = False, reach: float = math.inf
     ) -> None:
-        """Prepare.
-
-        Args:
-            segments: Consecutive segments from t = 0; the last one stays.
-            repeat: Whether the segments repeat instead.
-            reach: Range of the links in m.
-        """
+        """Set the segments from t = 0; the last one stays, or all repeat. The reach is in m."""
         self._segments = segments
         self._reach = reach
         ends = np.cumsum([segment.duration for segment in segments])
@@ -145,8 +137,8 @@ class CommunicationGraph:
     @property
     def is_complete(self) -> bool:
         """Whether the graph is complete, with weights 1, at all times."""
-        everybody = complete(len(self._segments[0].adjacency))
-        same = all(np.array_equal(part.adjacency, everybody) for part in self._segments)
+        matrix = complete(len(self._segments[0].adjacency))
+        same = all(np.array_equal(part.adjacency, matrix) for part in self._segments)
         return same and not self.needs_places
 
     @property
@@ -195,7 +187,6 @@ class GraphChanges:
     """
 
     def __init__(self, nb_robots: int) -> None:
-        """Start without links."""
         self.rows: list[Change] = []
         self._last: Floats = np.zeros((nb_robots, nb_robots))
 

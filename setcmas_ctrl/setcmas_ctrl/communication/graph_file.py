@@ -91,7 +91,9 @@ class _Parser:
             for key in _GRAPH_KEYS:
                 if key in keys:
                     raise keys[key].error(f"'{key}' belongs in the segments")
-            segments = [self._segment(entry, k) for k, entry in self._numbered(keys['segments'])]
+            segments = [
+                self._segment(entry, k) for k, entry in enumerate(_items(keys['segments']), 1)
+            ]
         else:
             if 'repeat' in keys:
                 raise keys['repeat'].error("'repeat' needs 'segments'")
@@ -103,10 +105,6 @@ class _Parser:
         links = _items(keys['links']) if 'links' in keys else []
         channels = [channel for entry in links for channel in self._channels(entry)]
         return GraphDescription(repeat, channels, segments, self._largest, self._largest_robot)
-
-    @staticmethod
-    def _numbered(entry: Entry) -> list[tuple[int, Entry]]:
-        return list(enumerate(_items(entry), start=1))
 
     def _segment(self, entry: Entry, number: int) -> tuple[str, float, Build]:
         keys = entry.fields(('name', 'duration', *_GRAPH_KEYS))

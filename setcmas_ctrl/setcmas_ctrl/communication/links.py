@@ -84,13 +84,7 @@ class Routes:
 
     @classmethod
     def of(cls, up: NDArray[np.bool_], channel: Channel, streams: Words) -> Routes:
-        """Return the links that a matrix names.
-
-        Args:
-            up: Which they are, shape (R, N).
-            channel: What happens on each link, matrices (R, N).
-            streams: The streams of each link, shape (R, N).
-        """
+        """Return the links in a mask; mask, channel and streams have the shape (R, N)."""
         senders, rows = np.nonzero(up.T)
         nb_robots = up.shape[1]
         return cls(
@@ -104,7 +98,6 @@ class Routes:
         )
 
     def __getitem__(self, which: Choice) -> Routes:
-        """Return a selection of the links."""
         return Routes(
             self.senders[which],
             self.cells[which],
@@ -141,17 +134,14 @@ class Links:
 
     Attributes:
         counts: Counts of messages since `begin`.
+        last_sent: Last state sent by each robot: rows x, y, theta, shape (3, N); NaN for none yet.
     """
 
     def __init__(self, receivers: Sequence[int], channel: Channel, seed: int) -> None:
-        """Prepare links that are all down.
+        """Prepare links to some robots, by their sorted numbers; all links are down.
 
-        Args:
-            receivers: Numbers of the robots that receive, sorted.
-            channel: Delay, loss and noise of the links.
-            seed: Seed of the random numbers; those of a message also depend on receiver, sender,
-                how many messages the sender sent before, and, for a state that is sent once more,
-                how often the link came up.
+        The random numbers of a message depend on seed, receiver and sender, on how many messages
+        the sender sent before, and, for a state sent once more, on how often the link came up.
         """
         nb_robots = len(channel.delay)
         rows: Indices = np.array(receivers, dtype=np.intp) - 1
@@ -163,12 +153,12 @@ class Links:
         shape = (len(rows), nb_robots)
         self._up = np.zeros(shape, dtype=bool)
         self._adjacency: Floats | None = None
-        self._routes = self._routes_of(self._up, self._streams)
+        self._routes = Routes.of(self._up, self._channel, self._streams)
         self._held = np.full((len(rows), 3, nb_robots), np.nan)
         self._flat_held = self._held.reshape(-1)
         own = 3 * np.arange(len(rows)) + np.arange(3)[:, None]
         self._own: Indices = own * nb_robots + rows
-        self._last_sent = np.full((3, nb_robots), np.nan)
+        self.last_sent = np.full((3, nb_robots), np.nan)
         self._numbers = np.full(nb_robots, -1)
         self._times_up = np.zeros(shape, dtype=int)
         # A queue per delay: with equal delays, messages arrive in the order of sending.
@@ -178,11 +168,6 @@ class Links:
         self.counts = LinkCounts.zero(*shape)
         self._flat = LinkCounts(*(count.reshape(-1) for count in vars(self.counts).values()))
         self._all_received = False  # whether each link that is up has delivered a message
-
-    @property
-    def last_sent(self) -> Floats:
-        """Last state sent by each robot: rows x, y, theta, shape (3, N); NaN for none yet."""
-        return self._last_sent
 
     def begin(self, adjacency: Floats) -> None:
         """Bring up the links of a graph at the start of the run."""
@@ -205,28 +190,22 @@ class Links:
         self._times_up[new] += 1
         self._wire(adjacency, wanted)
         streams = streams_of(self._streams, self._times_up)
-        self._carry(self._routes_of(new, streams), now)
+        self._carry(Routes.of(new, self._channel, streams), now)
 
     def send(self, senders: Sequence[int] | Indices, poses: Floats, now: float) -> None:
-        """Send messages that robots broadcast.
-
-        Args:
-            senders: Columns of the sending robots, sorted.
-            poses: Their poses: rows x, y in m and theta in rad, shape (3, number of senders).
-            now: Time in s.
-        """
+        """Send the poses (3, n) of n robots at a time in s; `senders` are their sorted columns."""
         self._deliver(now)
         columns: Indices = np.asarray(senders, dtype=np.intp)
         self._numbers[columns] += 1
-        self._last_sent[:, columns] = poses
+        self.last_sent[:, columns] = poses
         self._carry(self._routes.sent_by(columns, len(self._numbers)), now)
 
     def known_poses(self, own_poses: Floats, now: float) -> Floats:
-        """Return the poses that each receiver knows at a time, with its own pose exact.
+        """Return the poses that each receiver knows at a time in s, with its own pose exact.
 
         Args:
             own_poses: Poses of the receivers, shape (3, R).
-            now: Time in s, not before that of earlier calls.
+            now: Not before the time of earlier calls.
 
         Returns:
             Shape (R, 3, N), NaN for unknown robots; valid until the next call.
@@ -240,11 +219,8 @@ class Links:
 
     def _wire(self, adjacency: Floats, up: NDArray[np.bool_]) -> None:
         self._adjacency, self._up = adjacency, up
-        self._routes = self._routes_of(up, self._streams)
+        self._routes = Routes.of(up, self._channel, self._streams)
         self._all_received = False
-
-    def _routes_of(self, up: NDArray[np.bool_], streams: Words) -> Routes:
-        return Routes.of(up, self._channel, streams)
 
     def _deliver(self, now: float) -> None:
         for queue in self._on_the_way.values():
@@ -277,7 +253,7 @@ class Links:
         return late if lost is None else late & ~lost
 
     def _with_noise(self, routes: Routes) -> Floats:
-        poses = self._last_sent[:, routes.senders]
+        poses = self.last_sent[:, routes.senders]
         if self._is_noisy:
             words = word(routes.streams, self._numbers[routes.senders] * _WORDS + _OF_NOISE)
             poses[:2] += routes.noise * normal(words)

@@ -26,7 +26,8 @@ from setcmas_ctrl.scripts.script_errors import (
     ErrorReports,
     StopCall,
     failure_of,
-    safe_text,
+    scripts_own,
+    short_repr,
 )
 from setcmas_simu.arrays import Floats
 from setcmas_simu.errors import SetcmasError
@@ -61,12 +62,10 @@ def further_than(threshold: float) -> Condition:
 
 
 def have_gone_far(positions: Floats, sent: Floats, threshold: float) -> NDArray[np.bool_]:
-    """Return where the condition of the ROS 1 stack triggers, for a whole fleet.
+    """Return where the condition of the ROS 1 stack triggers, for a robot or a fleet.
 
-    Args:
-        positions: Rows x, y in m; further rows are ignored; shape (2 or more, ...).
-        sent: The same in the last states sent; NaN where nothing was sent yet.
-        threshold: Distance in m.
+    Positions now and in the last states sent have the rows x, y in m; further rows are ignored.
+    NaN means that nothing was sent yet. The threshold is in m.
     """
     dx, dy = positions[:2] - sent[:2]
     stay: NDArray[np.bool_] = np.sqrt(dx * dx + dy * dy) <= threshold
@@ -128,38 +127,30 @@ class Broadcast:
     def is_triggered(self, pose: tuple[float, float, float], V: float, t: float) -> bool:
         """Return whether the robot sends its state now; True if the condition fails.
 
-        Args:
-            pose: x, y in m and theta in rad.
-            V: Forward speed in m/s.
-            t: Time since the run started, in s.
+        The pose is x, y in m and theta in rad; the forward speed V is in m/s, t in s.
         """
         state = pose, V
-        triggered = self._last is None or self._asked(state, self._last, t)
+        triggered = self._last is None or self._evaluate(state, self._last, t)
         if triggered:
             self._last = state
         return triggered
 
-    def failed(self, error: BaseException, t: float) -> bool:
-        """Report an exception from the condition at time t (s); return True, to send the state."""
-        self._failing = True
-        self._reports.failed(self.robot, t, failure_of(error, self.path))
-        return True
-
-    def _asked(self, state: State, last: State, t: float) -> bool:
+    def _evaluate(self, state: State, last: State, t: float) -> bool:
         # New arrays each time, so that a script cannot change the stored state.
         arguments = [_position(state), _position(last)]
         if self._with_velocities:
             arguments = [_position(state), _velocity(state), _position(last), _velocity(last)]
         try:
             answer = checked_answer(self._condition(*arguments, t), self.path)
-        except (StopCall, KeyboardInterrupt):
+        except StopCall:
             raise
-        except ControlError as error:
-            self._failing = True
-            self._reports.failed(self.robot, t, error)
-            return True
         except BaseException as error:  # whatever a script raises, the robots continue
-            return self.failed(error, t)
+            if isinstance(error, KeyboardInterrupt) and not scripts_own(error):
+                raise
+            failure = error if isinstance(error, ControlError) else failure_of(error, self.path)
+            self._failing = True
+            self._reports.failed(self.robot, t, failure)
+            return True
         if self._failing:
             self._failing = False
             self._reports.succeeded(self.robot, t)
@@ -177,9 +168,8 @@ def checked_answer(result: Any, path: Path) -> bool:
     array = np.asarray(result)
     if array.size == 1 and array.dtype.kind in 'biuf' and np.isfinite(array).all():
         return bool(array.ravel()[0])
-    text = ' '.join(safe_text(repr, result).split())[:60]
     raise ControlError(
-        f'{path.name}: ctc returned {text}; it must be True or False',
+        f'{path.name}: ctc returned {short_repr(result)}; it must be True or False',
         ('result', 'ctc', type(result).__name__),
         place=(path, None),
     )

@@ -53,12 +53,7 @@ class Commander:
     ) -> None:
         """Prepare to command R robots of a fleet of N; `use` sets their models.
 
-        Args:
-            gains: How robots follow their laws.
-            options: The safety filter.
-            robots: Numbers of the R robots.
-            nb_robots: Size of the fleet, N.
-            report: Called with a message when robots block each other.
+        `report` is called with a message when robots block each other.
 
         Raises:
             SetcmasError: The filter cannot guarantee safety at this rate.

@@ -19,8 +19,8 @@ from setcmas_ctrl.scripts.script_errors import (
     StopCall,
     failure_of,
     quoted_line,
-    safe_text,
     scripts_own,
+    short_repr,
     unknown_robots_note,
 )
 from setcmas_ctrl.scripts.script_settings import Settings
@@ -106,7 +106,7 @@ class ControlLaw:
         except BaseException as error:  # whatever a script raises, the other robots continue
             if isinstance(error, KeyboardInterrupt) and not scripts_own(error):
                 raise
-            failure = self.failure(error)
+            failure = failure_of(error, self.path)
             if isinstance(error, _RAISED_BY_NAN):
                 text = f'{failure}{unknown_robots_note(self.robot, poses)}'
                 failure = ControlError(text, failure.key, place=failure.place)
@@ -132,10 +132,6 @@ class ControlLaw:
     def _first_line(self) -> int | None:
         code = getattr(self._control, '__code__', None)
         return code.co_firstlineno if code else None
-
-    def failure(self, error: BaseException) -> ControlError:
-        """Return the ControlError for an exception from the script."""
-        return failure_of(error, self.path)
 
 
 def checked_velocity(result: Any) -> Velocity:
@@ -166,6 +162,4 @@ def checked_velocity(result: Any) -> Velocity:
 
 
 def _short(value: Any) -> str:
-    text = ' '.join(safe_text(repr, value).split())
-    text = re.sub(r'np\.\w+\(([^()]*)\)', r'\1', text)  # nan instead of np.float64(nan)
-    return text if len(text) <= 60 else f'{text[:57]}...'
+    return re.sub(r'np\.\w+\(([^()]*)\)', r'\1', short_repr(value))  # nan, not np.float64(nan)

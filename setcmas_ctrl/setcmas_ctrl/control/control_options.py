@@ -69,15 +69,9 @@ class _LawName(NameOrFile):
 
     @property
     def must_be(self) -> str:
-        """What names a law."""
         return 'a control law by name, a script, or in Python a function'
 
-    def value(self, given: Any) -> Any:
-        """Return a path as a text."""
-        return str(given) if isinstance(given, Path) else given
-
     def accepts(self, value: Any) -> bool:
-        """Return whether a value may be a law, or laws by robot."""
         return isinstance(value, (str, Mapping)) or callable(value)
 
 
@@ -87,30 +81,24 @@ class _Settings(Kind):
 
     @property
     def must_be(self) -> str:
-        """The form."""
         return 'a mapping from names of the script to values, such as {K: 1.2}'
 
     def parse(self, text: str) -> tuple[str, Any]:
-        """Return a name and its value."""
         return parse_setting(text)
 
     def value(self, given: Any) -> Any:
-        """Return a mapping, or a name and its value."""
         return dict(given) if isinstance(given, Mapping) else given
 
     def gathered(self, values: Iterable[Any]) -> Any:
-        """Return values by name; a later value replaces an earlier one."""
         pairs = list(values)
         return dict(pairs) if all(map(self.accepts, pairs)) else pairs
 
     def spread(self, value: Any) -> Iterable[Any]:
-        """Return names with their values."""
         if isinstance(value, (Mapping, list)):
             return value.items() if isinstance(value, Mapping) else value
         return [value]
 
     def accepts(self, value: Any) -> bool:
-        """Return whether a value is a name with its value."""
         return isinstance(value, tuple) and len(value) == 2 and str(value[0]).isidentifier()
 
 
@@ -231,11 +219,9 @@ class _Limits(Kind):
 
     @property
     def must_be(self) -> str:
-        """The form."""
         return 'four numbers: forward, turn and wheel speed, and distance of the wheels'
 
     def value(self, given: Any) -> Any:
-        """Return the limits of four numbers, or of a text with them."""
         try:
             return VelocityLimits(
                 *map(float, given.split(',') if isinstance(given, str) else given)
@@ -244,11 +230,9 @@ class _Limits(Kind):
             return given
 
     def parse(self, text: str) -> Any:
-        """Return the limits in a text."""
         return self.value(text)
 
     def accepts(self, value: Any) -> bool:
-        """Return whether a value is limits."""
         return isinstance(value, VelocityLimits)
 
 

@@ -1,4 +1,4 @@
-"""References of a task: waypoints, a reference point, places in a formation."""
+"""References of a task: waypoints, a reference point, places in a formation; read from a law."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from setcmas_ctrl.scripts.script_errors import StopCall, describe_failure, safe_text
+from setcmas_ctrl.scripts.script_errors import StopCall, describe_failure, short_repr
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.plugins import PluginGroup, instance_of
 
@@ -77,7 +77,9 @@ def references_of(names: Mapping[str, Any], script: Path, nb_robots: int) -> Ref
     if task is None:
         return None
     if not isinstance(task, str):
-        raise SetcmasError(f'{script.name}: task is {_short(task)}; it must be the name of a task')
+        raise SetcmasError(
+            f'{script.name}: task is {short_repr(task)}; it must be the name of a task'
+        )
     own = _own_references(names.get('references'), nb_robots, script)
     return checked_references(task, {**names, **own}, script.name)
 
@@ -140,12 +142,7 @@ def _checked(kind: Callable[[Any], Any], name: str, value: Any, script: str) -> 
     try:
         return kind(value)
     except (TypeError, ValueError) as error:
-        raise SetcmasError(f'{script}: {name} is {_short(value)}; {error}') from error
-
-
-def _short(value: Any) -> str:
-    text = ' '.join(safe_text(repr, value).split())
-    return text if len(text) <= 60 else f'{text[:57]}...'
+        raise SetcmasError(f'{script}: {name} is {short_repr(value)}; {error}') from error
 
 
 def number(value: Any) -> float:

@@ -1,4 +1,4 @@
-"""Bounds on the velocity that a control law returns, and on its acceleration."""
+"""Saturation of velocities and of their rise; dead band for slow ones."""
 
 from __future__ import annotations
 

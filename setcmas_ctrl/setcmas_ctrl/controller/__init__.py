@@ -1,1 +1,1 @@
-"""The process of controllers."""
+"""The controller process: start, step, and what it publishes."""

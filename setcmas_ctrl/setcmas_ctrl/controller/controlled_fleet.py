@@ -1,4 +1,4 @@
-"""The robots that a process controls: found, given their laws, and stepped by one loop."""
+"""Controlled fleet: finds the robots of a process, loads their laws, creates nodes and loop."""
 
 from __future__ import annotations
 
@@ -41,7 +41,6 @@ from setcmas_simu.robots.arena import Arena, Obstacles
 from setcmas_simu.robots.models import model_names
 from setcmas_simu.ros import qos
 from setcmas_simu.ros.fleet_topic import FleetListener
-from setcmas_simu.ros.polling import MOST_WITH_SERVICES
 from setcmas_simu.ros.process import FleetNode, RosProcess
 from setcmas_simu.ros.step_loop import ScaledClock, SteadyClock, StepClock, StepLoop
 
@@ -187,28 +186,18 @@ class ControlledFleet:
         return followers
 
     def _commander(self, followers: list[SiToUni]) -> Commander:
-        """Return the commander of the robots.
-
-        Raises:
-            SetcmasError: Some move in a way that cannot be filtered.
-        """
         commander = Commander(self._law, self._safety, self._robots, self._nb_robots, self._warn)
         commander.limits = self._options.limits
         commander.use([follower.model for follower in followers])
         return commander
 
     def _pause(self, followers: list[SiToUni]) -> PauseWatch | None:
-        """Let the fleet be paused, and each robot of a small one; return an experiment's pause."""
-        pause = None
+        """Let the fleet be paused; return the monitor of an experiment's pause node."""
         if self._options.experiment:
-            pause = PauseWatch(self._node, self._options.pause_timeout)
-        else:
-            in_lockstep = isinstance(self._time, Lockstep)
-            FleetPause(self._node, followers, self._process.launcher, in_lockstep)
-        if len(followers) <= MOST_WITH_SERVICES:
-            for follower in followers:
-                follower.offer_services()
-        return pause
+            return PauseWatch(self._node, self._options.pause_timeout)
+        in_lockstep = isinstance(self._time, Lockstep)
+        FleetPause(self._node, followers, self._process.launcher, in_lockstep)
+        return None
 
     def _connect(self) -> list[EventTriggeredComm]:
         """Let the robots communicate; return the nodes that send states when triggered."""

@@ -37,7 +37,7 @@ class EventTriggeredComm(FleetNode):
         watch: CallWatch,
         lockstep: bool = False,
     ) -> None:
-        """Create the node in the robot's namespace; `clock` returns the time t of the run in s.
+        """Create the node; `clock` returns the time t of the run in s.
 
         In lockstep, late recorders still get everything.
         """
@@ -61,12 +61,8 @@ class EventTriggeredComm(FleetNode):
             self._states.publish(state.odometry)
 
     def _is_triggered(self, pose: Pose, V: float) -> bool:
-        t, broadcast = self._now(), self._broadcast
-        try:
-            with self._watch.call(self.robot, broadcast.path, Function.CONDITION):
-                return broadcast.is_triggered(pose, V, t)
-        except KeyboardInterrupt as error:  # signals raise StopCall, so the script raised this
-            return broadcast.failed(error, t)
+        with self._watch.call(self.robot, self._broadcast.path, Function.CONDITION):
+            return self._broadcast.is_triggered(pose, V, self._now())
 
 
 def broadcasters(

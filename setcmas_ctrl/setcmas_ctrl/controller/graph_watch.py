@@ -1,4 +1,4 @@
-"""Monitor of the ROS graph around a controller's robots: listeners, rivals, latecomers."""
+"""Monitor of the ROS graph: robots that do not listen, other controllers, new robots."""
 
 from __future__ import annotations
 
@@ -33,7 +33,6 @@ class GraphWatch:
         followers: list[SiToUni],
         warn: Callable[[str], None],
     ) -> None:
-        """Watch through a node; `warn` shows a message to the user."""
         self._node = node
         self._odometry = odometry
         self._announced = announced
@@ -56,35 +55,28 @@ class GraphWatch:
         """Return a check whether all robots listen, which also adapts the type of cmd_vel."""
         return self._all(lambda follower: follower.cmd_vel.follow_listeners())
 
-    def all_recorded(self) -> Callable[[], bool]:
-        """Return a function that checks whether a recorder listens to all commands and poses.
+    def all_recorded(self, required: bool) -> Callable[[], bool]:
+        """Return a check whether a recorder listens to all commands and poses, if required.
 
         A recorder discovers the processes of a fleet one by one: it may know this process before
-        it knows the robots.
+        it knows the robots. If it is not required, the check also passes without a recorder.
         """
-        return self._all(
-            lambda follower: all(
-                map(
-                    self._recorder_listens,
-                    (follower.cmd_vel.topic, self._odometry.topic_of(follower.robot)),
-                )
+        recorded = self._all(
+            lambda follower: (
+                self._recorder_listens(follower.cmd_vel.topic)
+                and self._recorder_listens(self._odometry.topic_of(follower.robot))
             )
         )
+        return lambda: (not required and not self._has_recorder()) or recorded()
 
-    def recorder_connected(self) -> Callable[[], bool]:
-        """Return the same check, or True without a recorder."""
-        recorded = self.all_recorded()
-        return lambda: not self.has_recorder() or recorded()
-
-    def has_recorder(self) -> bool:
-        """Return whether there is a recorder."""
+    def _has_recorder(self) -> bool:
         return bool(set(RECORDER_NODES) & set(self._node.get_node_names()))
 
     def are_recorded(self, publishers: Iterable[Publisher]) -> bool:
         """Return whether a recorder receives everything from some publishers, or none exists."""
-        return not self.has_recorder() or all(
-            self._recorder_listens(one.topic_name, one.qos_profile.durability)
-            for one in publishers
+        return not self._has_recorder() or all(
+            self._recorder_listens(publisher.topic_name, publisher.qos_profile.durability)
+            for publisher in publishers
         )
 
     def _all(self, holds: Callable[[SiToUni], bool]) -> Callable[[], bool]:

@@ -42,7 +42,6 @@ class LawLoader:
         watch: CallWatch,
         task: TaskTopic,
     ) -> None:
-        """Prepare for some robots of a fleet; `seed` is that of their scripts' random numbers."""
         self.watch = watch
         self._scripts = scripts
         self._seed = seed
@@ -94,10 +93,7 @@ class ScriptReloader:
         pause_timeout_s: float,
         launcher: Launcher,
     ) -> None:
-        """Watch the scripts of the laws, and the helper modules that they have imported.
-
-        `pause_timeout_s` is the longest silence of the pause node before robots stop, in s.
-        """
+        """Watch the scripts of the laws, and the helper modules that they have imported."""
         self._node = node
         self._stepper = stepper
         self._laws = laws

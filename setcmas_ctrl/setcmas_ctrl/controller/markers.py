@@ -6,7 +6,6 @@ import itertools
 from collections import defaultdict
 from collections.abc import Sequence
 
-from builtin_interfaces.msg import Duration
 from geometry_msgs.msg import Point
 from rclpy.node import Node
 from rclpy.publisher import Publisher
@@ -26,7 +25,6 @@ class TaskTopic:
     """Publishes the task and its references as latched JSON."""
 
     def __init__(self, node: Node, nb_robots: int) -> None:
-        """Create the publisher on a node, for a fleet of nb_robots."""
         self._nb_robots = nb_robots
         self._warn = node.get_logger().warning
         self._publisher = node.create_publisher(String, topics.TASK, qos.LATCHED)
@@ -52,7 +50,6 @@ class MarkerCanvas:
     """
 
     def __init__(self, node: Node) -> None:
-        """Draw through a node."""
         self.profile = qos.LATCHED
         self._node = node
         self._publishers: dict[tuple[int, str, type], Publisher] = {}
@@ -91,12 +88,11 @@ class MarkerCanvas:
         marker.header.frame_id = topics.WORLD_FRAME
         marker.header.stamp = messages.stamp()
         marker.type, marker.action = Marker.SPHERE, Marker.ADD
-        marker.lifetime = Duration()  # for ever
         position = marker.pose.position
-        position.x, position.y, position.z = map(float, (sphere.x, sphere.y, sphere.z))
-        marker.scale.x = marker.scale.y = marker.scale.z = float(sphere.diameter)
-        marker.color.r, marker.color.g, marker.color.b = map(float, sphere.colour[:3])
-        marker.color.a = float(sphere.alpha)
+        position.x, position.y, position.z = sphere.x, sphere.y, sphere.z
+        marker.scale.x = marker.scale.y = marker.scale.z = sphere.diameter
+        marker.color.r, marker.color.g, marker.color.b = sphere.colour
+        marker.color.a = sphere.alpha
         return marker
 
 

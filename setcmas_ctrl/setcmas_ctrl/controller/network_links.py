@@ -1,4 +1,4 @@
-"""Communication of a controller process: what its robots receive over graph and links."""
+"""Links of a controller process: which states its robots receive, over topics and channels."""
 
 from __future__ import annotations
 

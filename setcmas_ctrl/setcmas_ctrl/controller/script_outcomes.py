@@ -1,4 +1,4 @@
-"""Outcome of a process's scripts: those that failed, and those that hung."""
+"""Outcomes of scripts: which ones failed or hung, for the launcher and the exit status."""
 
 from __future__ import annotations
 
@@ -86,15 +86,17 @@ class ScriptOutcomes:
         return tuple(dict.fromkeys(failed))
 
     def begin_anew(self, loaded: bool) -> None:
-        """Restart the counts of errors for a new version, which may have failed to load."""
-        self._unloaded = [] if loaded else self._loadings()
-        self._show_counts(self.laws)
+        """Start anew for a new version of the script, which may have failed to load."""
+        self._unloaded = []
+        if not loaded:
+            self._unloaded = [
+                ScriptCall(robot, path.name, Function.LOADING)
+                for robot, path in self._laws.items()
+            ]
         self.laws = self._reports_of_laws()
 
     def end(self) -> None:
-        """Show the counts, and report the outcome to the launcher."""
-        self._show_counts(self.laws)
-        self._show_counts(self.conditions)
+        """Report the outcome to the launcher."""
         failures = sorted(
             (one for reports in self._first for one in reports.failures), key=attrgetter('t')
         )
@@ -103,18 +105,9 @@ class ScriptOutcomes:
     def _reports_of_laws(self) -> ErrorReports:
         return ErrorReports(self._warn, STOPPED, partial(self._note, self._laws, Function.CONTROL))
 
-    def _loadings(self) -> list[ScriptCall]:
-        return [
-            ScriptCall(robot, path.name, Function.LOADING) for robot, path in self._laws.items()
-        ]
-
     def _note(
         self, scripts: Mapping[int, Path], function: Function, robot: int, text: str
     ) -> None:
         call = ScriptCall(robot, scripts[robot].name, function)
         self._failed.append(call)
         self._launcher.report(Failed(call, text))
-
-    def _show_counts(self, reports: ErrorReports) -> None:
-        for line in reports.summary():
-            self._warn(line)

@@ -1,4 +1,4 @@
-"""Stepper of a controller process: evaluates the laws of all its robots in one step."""
+"""Stepper of a controller process: calls the laws of all its robots, and commands them."""
 
 from __future__ import annotations
 
@@ -97,10 +97,8 @@ class ControlStepper:
             self._await(process, 'states', self.communication.missing, state_of, sends)
         # The robots, and a recorder if there is one, must get the very first command.
         process.spin_until(self._graph.all_connected(), _LISTENERS_WAIT_S)
-        if recorded:
-            process.spin_until(self._graph.all_recorded(), _RECORDER_WAIT_S)
-        else:
-            process.spin_until(self._graph.recorder_connected(), _LISTENERS_WAIT_S)
+        wait_s = _RECORDER_WAIT_S if recorded else _LISTENERS_WAIT_S
+        process.spin_until(self._graph.all_recorded(recorded), wait_s)
         if self._time_topic and not lockstep:
             self._time_topic.wait_for_others(process)
         if process.stopping:

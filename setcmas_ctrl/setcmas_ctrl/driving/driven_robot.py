@@ -1,4 +1,4 @@
-"""Nodes that drive a robot: the velocity that its law wants, and its commands (si_to_uni)."""
+"""Nodes of a driven robot: one publishes its law's velocity, one its commands (si_to_uni)."""
 
 from __future__ import annotations
 
@@ -8,7 +8,6 @@ from geometry_msgs.msg import Point32
 from rclpy.publisher import Publisher
 from rclpy.qos import QoSProfile
 from std_msgs.msg import Bool
-from std_srvs.srv import SetBool
 
 from setcmas_ctrl.control.control_law import ControlLaw
 from setcmas_simu.errors import SetcmasError
@@ -21,7 +20,7 @@ from setcmas_simu.robots.unicycle import UNICYCLE
 from setcmas_simu.ros import qos
 from setcmas_simu.ros.cmd_vel_topics import CmdVelPublisher
 from setcmas_simu.ros.fleet_topic import FleetListener
-from setcmas_simu.ros.polling import PolledService, PolledTopic
+from setcmas_simu.ros.polling import PolledTopic
 from setcmas_simu.ros.process import FleetNode
 
 
@@ -29,7 +28,6 @@ class Controller(FleetNode):
     """Publishes the velocity of one robot's control law."""
 
     def __init__(self, law: ControlLaw, profile: QoSProfile = qos.COMMAND) -> None:
-        """Create the node in the robot's namespace."""
         super().__init__('controller', namespace=topics.robot_name(law.robot))
         self.law = law
         self.robot = law.robot
@@ -92,32 +90,16 @@ class SiToUni(FleetNode):
         self._pauses = PolledTopic(
             self, Bool, topics.PAUSE, lambda message: self.pause(message.data), qos.EVENT
         )
-        self._offered: list[PolledService] = []
-
-    def offer_services(self) -> None:
-        """Offer the service `~/pause`, the same as the topic but with a response."""
-        self._offered.append(PolledService(self, SetBool, '~/pause', self._answer_pause))
 
     def take(self) -> None:
         """Take pending pause requests."""
         self._pauses.take()
-        for service in self._offered:
-            service.take()
 
     def pause(self, paused: bool) -> None:
         """Pause or resume the robot."""
         self.paused = paused or self.stopped
         if self.paused:
-            self.cmd_vel.publish(0.0, 0.0)
-
-    def _answer_pause(
-        self, request: SetBool.Request, response: SetBool.Response
-    ) -> SetBool.Response:
-        self.pause(request.data)
-        name = topics.robot_name(self.robot)
-        response.success = True
-        response.message = f'{name} is paused' if request.data else f'{name} is not paused itself'
-        return response
+            self.stop()
 
     def stop(self) -> None:
         """Command zero."""
@@ -135,7 +117,6 @@ class DrivenModels:
     """Sets the robot models of the nodes that command robots."""
 
     def __init__(self, followers: Sequence[SiToUni], warn: Callable[[str], None]) -> None:
-        """Start with unicycles; `warn` shows a message to the user."""
         self._followers = {follower.robot: follower for follower in followers}
         self._warn = warn
         self._reported: set[str] = set()
@@ -147,9 +128,7 @@ class DrivenModels:
             SetcmasError: A model is unknown, or a script does not load.
         """
         robots = list(self._followers)
-        models = robot_models([names[robot - 1] for robot in robots], robots, warn=self._warn)
-        for robot, model in zip(robots, models, strict=True):
-            self._followers[robot].model = model
+        self._set(robots, [names[robot - 1] for robot in robots])
 
     def follow(self, announced: FleetListener) -> None:
         """Use the announced models, now and after each new announcement."""
@@ -162,12 +141,14 @@ class DrivenModels:
             try:
                 if is_script(name):
                     raise SetcmasError(f'if {name} defines command(), add --model {name}')
-                for robot, model in zip(
-                    robots, robot_models([name] * len(robots), robots), strict=True
-                ):
-                    self._followers[robot].model = model
+                self._set(robots, [name] * len(robots))
             except SetcmasError as error:
                 self._report(name, robots, error)
+
+    def _set(self, robots: list[int], names: list[str]) -> None:
+        models = robot_models(names, robots, warn=self._warn)
+        for robot, model in zip(robots, models, strict=True):
+            self._followers[robot].model = model
 
     def _report(self, name: str, robots: list[int], error: SetcmasError) -> None:
         if robots and name not in self._reported:

@@ -116,14 +116,12 @@ class LostRobots:
     def __init__(
         self, robots: Sequence[int], odometry: FleetOdometry, warn: Callable[[str], None]
     ) -> None:
-        """Start without lost robots; `warn` shows a message to the user."""
         self._robots = robots
         self._odometry = odometry
         self._warn = warn
         self._lost: set[int] = set()
 
     def __contains__(self, robot: int) -> bool:
-        """Return whether a robot is lost."""
         return robot in self._lost
 
     def look(self, timeout_s: float) -> None:

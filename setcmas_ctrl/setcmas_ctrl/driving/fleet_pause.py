@@ -1,4 +1,4 @@
-"""Pause and emergency stop, as a controller process follows them."""
+"""Pause and emergency stop of a controller process: who asks for them, and who ends them."""
 
 from __future__ import annotations
 
@@ -94,7 +94,7 @@ class PauseWatch:
         """Subscribe through a node.
 
         Args:
-            node: The node.
+            node: Creates the subscription.
             timeout_s: Longest silence of the pause node before robots stop.
             latches: Whether go counts only after pause, at first and after each silence or
                 contradiction: robots must not start by themselves when messages come back, or
@@ -169,7 +169,6 @@ class EmergencyWatch:
     """
 
     def __init__(self, node: Node) -> None:
-        """Subscribe through a node."""
         self._node = node
         self.stopped = False
         self._holder: bytes | None = None

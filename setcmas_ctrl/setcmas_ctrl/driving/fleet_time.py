@@ -28,7 +28,6 @@ class FleetTime:
     """
 
     def __init__(self) -> None:
-        """Start without a time; t begins with the first step."""
         self._zero: float | None = None  # when t would have been 0 without pauses
         self._stepped = 0.0
         self._held = False

@@ -24,13 +24,7 @@ Pose = tuple[float, float, float]
 
 
 class State(NamedTuple):
-    """State of a robot from its odometry.
-
-    Attributes:
-        pose: x, y in m and theta in rad.
-        V: Forward speed in m/s.
-        odometry: The encoded message.
-    """
+    """State of a robot: pose, forward speed V in m/s, and the encoded odometry."""
 
     pose: Pose
     V: float
@@ -60,17 +54,13 @@ class FleetOdometry:
         robots: Iterable[int] | None = None,
         profile: QoSProfile = qos.STATE,
     ) -> None:
-        """Subscribe to the odometry of some robots of a fleet, by default all.
-
-        `take` takes new messages; `topic_of` returns the odometry topic of a robot.
-        """
+        """Subscribe to the odometry of some robots of a fleet, by default all."""
         self.topic_of = topic_of
         self.poses: Floats = np.full((3, nb_robots), np.nan)
         self.now = 0.0
         self.stamps = np.full(nb_robots, NO_STAMP)
         self._received = np.full(nb_robots, -np.inf)
         self._followed = list(robots or range(1, nb_robots + 1))
-        self._complete = False
         self._listeners: list[list[Listener]] = [[] for _ in range(nb_robots)]
         self.topics = [
             PolledTopic(
@@ -96,11 +86,7 @@ class FleetOdometry:
 
     def missing(self) -> list[int]:
         """Return the followed robots without a pose yet."""
-        if self._complete:
-            return []
-        missing = [robot for robot in self._followed if np.isinf(self._received[robot - 1])]
-        self._complete = not missing
-        return missing
+        return [robot for robot in self._followed if np.isinf(self._received[robot - 1])]
 
     def age(self, robot: int) -> float:
         """Return the age in s of a robot's pose at the last `take`."""

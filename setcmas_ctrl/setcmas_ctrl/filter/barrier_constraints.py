@@ -71,9 +71,7 @@ class Constraints:
     def matrix(self, places: Indices, nb_points: int) -> Floats:
         """Return the constraints as a matrix on vx, vy of some points, shape (R, 2 nb_points).
 
-        Args:
-            places: Index of each point among these, shape (N,).
-            nb_points: Number of these points.
+        `places` are the indices of the N points among these.
         """
         matrix = np.zeros((len(self.i), 2 * nb_points))
         rows = np.arange(len(self.i))
@@ -204,16 +202,7 @@ def _apart(points: Floats, centres: Floats, i: Indices, j: Indices) -> tuple[Flo
 
 
 def nearest_points(points: Floats, start: Floats, end: Floats) -> Floats:
-    """Return the points of a segment from start (2,) to end (2,) closest to given points.
-
-    Args:
-        points: The given points, shape (2, N).
-        start: One end.
-        end: The other.
-
-    Returns:
-        Rows x, y, shape (2, N).
-    """
+    """Return the points (2, N) of a segment between two ends (2,) closest to points (2, N)."""
     along = end - start
     share = along @ (points - start[:, None]) / (along @ along)
     nearest: Floats = start[:, None] + along[:, None] * np.clip(share, 0.0, 1.0)
@@ -224,11 +213,7 @@ _ROUNDING_M = 1e-6
 
 
 def check_starts(options: FilterOptions, poses: Floats) -> None:
-    """Check, if the filter is on, that it is installed, and that all robots start where they may.
-
-    Args:
-        options: Options of the filter.
-        poses: Start poses of the fleet, shape (3, N).
+    """Check, if the filter is on, that it is installed, and the start poses of a fleet, (3, N).
 
     Raises:
         SetcmasError: The solver is missing, or a robot starts outside the arena, inside an

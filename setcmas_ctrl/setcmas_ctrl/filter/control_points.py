@@ -44,12 +44,6 @@ def commands_of_points(velocities: Floats, theta: Floats, ahead: Floats, Ts: flo
     frame, tan(phi/2) = b / (2 l + a). For a short period it becomes the near-identity
     diffeomorphism V = a / Ts, omega = b / (l Ts) (Olfati-Saber, CDC 2002).
 
-    Args:
-        velocities: Rows vx, vy in m/s in the world frame, shape (2, N).
-        theta: Headings in rad, shape (N,).
-        ahead: Distances of the points from the axles in m, above 0, shape (N,).
-        Ts: Period in s.
-
     Returns:
         Forward speeds (m/s), zeros, and turn rates (rad/s), shape (3, N).
     """
@@ -108,14 +102,10 @@ class ControlPoints:
     def __init__(
         self, own: Floats, nb_robots: int, models: Sequence[RobotModel], lookahead: float
     ) -> None:
-        """Choose the control points.
+        """Choose the control points of robots with indices `own` (R,) in the fleet.
 
-        Args:
-            own: Columns of the robots in the fleet, shape (R,).
-            nb_robots: Size of the fleet.
-            models: Models of the R robots.
-            lookahead: Distance from the centre of a unicycle to its control point in m; robots
-                of other processes count as unicycles.
+        The lookahead is the distance from the centre of a unicycle to its control point in m;
+        robots of other processes count as unicycles.
         """
         turns = [model.motion is Motion.UNICYCLE for model in models]
         self._own = own
@@ -125,10 +115,10 @@ class ControlPoints:
         self.ahead = np.full(nb_robots, lookahead)
         self.ahead[own[~self._turns]] = 0.0
         limits = [model.limits for model, turns in zip(models, turns, strict=True) if turns]
-        self._omega_max = np.array([one.omega_max for one in limits])
+        self._omega_max = np.array([limit.omega_max for limit in limits])
         self._turn_max = np.minimum(self._omega_max, _FASTEST_TURN)
-        self._wheel_max = np.array([one.wheel_speed_max for one in limits])
-        self._lever = np.array([0.5 * one.wheel_separation / lookahead for one in limits])
+        self._wheel_max = np.array([limit.wheel_speed_max for limit in limits])
+        self._lever = np.array([0.5 * limit.wheel_separation / lookahead for limit in limits])
         self.V_max = np.full(nb_robots, math.inf)
         self.V_max[own] = [model.V_max for model in models]
 
@@ -161,11 +151,8 @@ class ControlPoints:
     def velocities(self, wanted: Floats, commands: Floats, poses: Floats, Ts: float) -> Floats:
         """Return the velocities of the control points, (2, N); 0 for other processes' robots.
 
-        Args:
-            wanted: Velocities of robots that move in any direction, shape (2, R).
-            commands: Their commands for these velocities, shape (3, R).
-            poses: The poses of the fleet, shape (3, N).
-            Ts: Period in s.
+        Robots that move in any direction have the wanted velocities (2, R), unicycles those of
+        their commands (3, R).
         """
         moved = np.zeros((2, len(self.ahead)))
         moved[:, self._own] = wanted
@@ -208,13 +195,10 @@ class ControlPoints:
         )
 
     def rises(self, velocities: Floats, before: Floats, poses: Floats, most: float) -> Constraints:
-        """Return constraints on accelerations; slowing down has none.
+        """Return the constraints that limit the rise of speeds to `most` (m/s).
 
-        Args:
-            velocities: Wanted velocities of the points, (2, N), within the limits.
-            before: The previous commands, shape (3, R).
-            poses: The poses of the fleet, shape (3, N).
-            most: Largest rise of a speed, in m/s.
+        Wanted velocities (2, N) of the points within the limits satisfy them; slowing down has no
+        limit. `before` are the previous commands (3, R).
         """
         theta = poses[2, self._own]
         every = np.ones_like(self._turns)

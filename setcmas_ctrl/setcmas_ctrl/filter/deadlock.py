@@ -44,7 +44,6 @@ class Block:
     since: float
 
     def __str__(self) -> str:
-        """Return the message for the user."""
         *others, last = map(str, self.robots)
         if not others:
             return f'robot {last} has been blocked since {self.since:.1f} s'
@@ -61,7 +60,6 @@ class DeadlockWatch:
     """
 
     def __init__(self, nb_robots: int) -> None:
-        """Start with free robots."""
         self.stopped_s: Floats = np.zeros(nb_robots)
         self._groups: dict[tuple[int, ...], float] = {}
         self._reported: list[set[int]] = []
@@ -74,13 +72,10 @@ class DeadlockWatch:
     def look(
         self, wanted: Floats, allowed: Floats, constraints: Constraints, now: Now
     ) -> list[Block]:
-        """Update with wanted and allowed velocities; return new blocks, each once.
+        """Update with wanted velocities (2, N) and allowed ones of control points, in m/s.
 
-        Args:
-            wanted: Rows vx, vy in m/s, shape (2, N).
-            allowed: The same for the control points.
-            constraints: The constraints.
-            now: Time and period.
+        Returns:
+            New blocks, each once.
         """
         speeds = np.hypot(wanted[0], wanted[1])
         stopped = (speeds > _SLOWEST) & (np.hypot(allowed[0], allowed[1]) < _STOPPED * speeds)
@@ -124,7 +119,6 @@ class Detour:
     """Turns stopped robots to the right until their way is free, as in a roundabout."""
 
     def __init__(self, nb_robots: int) -> None:
-        """Start with robots that go straight."""
         self._turns = np.zeros(nb_robots, dtype=bool)
         self._free_s: Floats = np.zeros(nb_robots)
 

@@ -94,13 +94,7 @@ def _lengthened(mask: Mask, length: int) -> Mask:
 
 
 def _solved(wanted: Floats, constraints: Constraints, active: Mask) -> tuple[Floats, Mask] | None:
-    """Return the velocities of all points, and the active constraints; None if infeasible.
-
-    Args:
-        wanted: As for `Projection`.
-        constraints: Constraints of some points.
-        active: Guess of the active constraints.
-    """
+    """Return the velocities of all points, and the active constraints; None if infeasible."""
     import daqp
 
     points = np.flatnonzero(constraints.has_constraint(wanted.shape[1]))

@@ -40,8 +40,7 @@ class Allowed:
 
     Attributes:
         commands: Speeds forward and to the left (m/s) and turn rates (rad/s), shape (3, R).
-        velocities: Rows vx, vy in m/s, shape (2, R): the wanted velocity, or the velocity of the
-            robot's control point that replaces it.
+        velocities: In m/s, shape (2, R): the wanted ones, or those of control points instead.
         verdicts: Verdict on each wanted velocity, values of `Verdict`, shape (R,).
         blocks: New groups of robots that block each other.
     """
@@ -56,13 +55,9 @@ class SafetyFilter:
     """Keeps robots apart, in their arena and off obstacles."""
 
     def __init__(self, options: FilterOptions, robots: Sequence[int], nb_robots: int) -> None:
-        """Prepare.
+        """Prepare for R robots that this process commands, in a fleet of N.
 
-        Args:
-            options: Options of the filter.
-            robots: Numbers of the R commanded robots. Only the presence of other processes' robots
-                is known; they are trusted to do their half.
-            nb_robots: Size of the fleet, N.
+        Robots of other processes are trusted to take their half of each constraint.
         """
         self._options = options
         self._robots = robots
@@ -97,11 +92,7 @@ class SafetyFilter:
         )
 
     def doubt(self, poses: Floats) -> str:
-        """Return a warning about robots that start too close for the guarantee, once; '' if none.
-
-        Args:
-            poses: Rows x, y in m and theta in rad of the fleet, shape (3, N).
-        """
+        """Return, once, a warning about robots too close for the guarantee; '' if none."""
         if self._started or not np.isfinite(poses).all():
             return ''
         self._started = True
@@ -127,9 +118,9 @@ class SafetyFilter:
         """Return what robots are allowed for one period.
 
         Args:
-            wanted: Rows vx, vy in m/s, shape (2, R).
-            follow: Returns commands for velocities, (3, R) for (2, R).
-            poses: Rows x, y in m and theta in rad of the fleet, shape (3, N).
+            wanted: Velocities in m/s, shape (2, R).
+            follow: Returns commands (3, R) for velocities (2, R).
+            poses: Poses of the fleet, shape (3, N).
             fastest: Speed limit in m/s.
             before: The previous commands, shape (3, R).
             now: Time and period.

@@ -1,9 +1,8 @@
-"""Watch over calls of scripts: slow ones, and those that never return."""
+"""Monitor of calls of scripts: reports slow calls, and calls that never return."""
 
 from __future__ import annotations
 
 import contextlib
-import os
 import sys
 import threading
 import time
@@ -11,12 +10,12 @@ import traceback
 from collections import Counter, defaultdict
 from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
-from typing import NamedTuple, NoReturn
+from typing import NamedTuple
 
 from setcmas_ctrl.scripts.script_errors import described_place, places_in, quoted_line
 from setcmas_simu.fleet.topics import robot_name
 from setcmas_simu.reports.launcher import Launcher
-from setcmas_simu.reports.reports import Failed, Stuck
+from setcmas_simu.reports.reports import Stuck
 from setcmas_simu.reports.script_calls import Function, ScriptCall
 
 _REPORT_EVERY_S = 5.0
@@ -30,7 +29,6 @@ class SlowCalls:
     """
 
     def __init__(self, period: float, warn: Callable[[str], None]) -> None:
-        """Set the control period in s and the function that shows messages."""
         self.period = period
         self._warn = warn
         self._spent: defaultdict[Path, defaultdict[int, float]] = defaultdict(
@@ -92,20 +90,16 @@ class CallWatch:
         launcher: Launcher,
         stuck_s: float = STUCK_S,
     ) -> None:
-        """Start the monitor.
+        """Start the monitor, which calls `warn` from either thread.
 
-        Args:
-            period: Control period in s, in which the calls for all robots must fit.
-            warn: Shows a message; called from either thread.
-            launcher: Receives the current call, and reports of stuck calls.
-            stuck_s: Duration in s after which a call counts as stuck.
+        The calls for all robots must fit into the period (s); a call counts as stuck after
+        `stuck_s`. The launcher receives the current call, and reports of stuck calls.
         """
         self._warn = warn
         self._stuck_s = stuck_s
         self.have_been_stuck: list[ScriptCall] = []
         """Calls that have been stuck at some time."""
         self._launcher = launcher
-        self._process = os.getpid()
         self._call: _Call | None = None
         self._stuck: _Call | None = None
         self.slow = SlowCalls(period, warn)
@@ -126,8 +120,6 @@ class CallWatch:
         try:
             yield
         finally:
-            if os.getpid() != self._process:
-                self._end_fork(call)
             self._call = None
             self._launcher.current_call.end()
             if function is not Function.LOADING and self._counting:
@@ -156,13 +148,6 @@ class CallWatch:
         """Stop the monitor."""
         self._closed.set()
         self._thread.join()
-
-    def _end_fork(self, call: _Call) -> NoReturn:
-        """End this process, which a script has forked, so that it does not control robots too."""
-        text = f'{call.path.name} called os.fork; the child process was ended'
-        self._launcher.report(Failed(call.described(), text))
-        print(f'{robot_name(call.robot)}: {text}', file=sys.stderr, flush=True)
-        os._exit(1)
 
     def _watch(self) -> None:
         while not self._closed.wait(min(0.25, self._stuck_s / 4)):

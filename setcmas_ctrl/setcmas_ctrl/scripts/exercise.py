@@ -1,4 +1,4 @@
-"""The exercise that a script solves, and whether the student has filled it in."""
+"""Exercise of a script: which one it solves, and whether the student has filled it in."""
 
 from __future__ import annotations
 

@@ -23,7 +23,6 @@ class FileWatch:
     """
 
     def __init__(self, files: Iterable[Path]) -> None:
-        """Start with the files as they are."""
         self.saved: set[Path] = set()
         self._seen: dict[Path, _Signature] = {}
         self._changing: dict[Path, _Signature] = {}

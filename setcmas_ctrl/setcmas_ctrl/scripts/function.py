@@ -1,4 +1,4 @@
-"""The function that a script must define: checked before and after the script runs."""
+"""Required function of a script: checks it before and after the script runs."""
 
 from __future__ import annotations
 
@@ -21,12 +21,7 @@ _COUNTS = {2: 'two', 3: 'three', 4: 'four'}
 
 
 def check_defines(tree: ast.Module, expected: str, path: Path) -> None:
-    """Check that a script defines a function, as far as possible without running it.
-
-    Args:
-        tree: The script.
-        expected: The function with its parameters, such as CONTROL.
-        path: The file of the script.
+    """Check that a script defines the expected function, as far as possible without running it.
 
     Raises:
         SetcmasError: The function is missing.
@@ -41,13 +36,7 @@ def check_defines(tree: ast.Module, expected: str, path: Path) -> None:
 def checked_function(
     function: Any, path: Path, expected: str = CONTROL, result: str = 'vx, vy'
 ) -> Control:
-    """Return a script's function if it takes the expected arguments.
-
-    Args:
-        function: The script's object with this name; None if there is none.
-        path: The script.
-        expected: The function with its parameters.
-        result: Its return value, for messages.
+    """Return a script's function if it takes the expected arguments; `result` is for messages.
 
     Raises:
         SetcmasError: It cannot be called with these arguments.
@@ -84,7 +73,7 @@ def literals(tree: ast.Module) -> Iterator[tuple[str, Any]]:
             targets = node.targets if isinstance(node, ast.Assign) else [node.target]
             with suppress(ValueError, TypeError, RecursionError, MemoryError):
                 value = ast.literal_eval(node.value)
-                yield from ((one.id, value) for one in targets if isinstance(one, ast.Name))
+                yield from ((name.id, value) for name in targets if isinstance(name, ast.Name))
 
 
 def plain_values(script: Path) -> dict[str, Any]:

@@ -58,7 +58,6 @@ class ScriptImports(MetaPathFinder):
     """
 
     def __init__(self, folder: Path, robot: int) -> None:
-        """Import helper modules from the script's folder."""
         self.robot = robot
         self._folder = str(folder)
         self._modules: dict[str, types.ModuleType] = dict(_DRAWING)

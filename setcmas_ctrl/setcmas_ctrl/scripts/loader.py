@@ -1,4 +1,4 @@
-"""Loader of control scripts: a fresh module for every robot."""
+"""Loader of control scripts: finds, compiles and runs them, in a fresh module per robot."""
 
 from __future__ import annotations
 
@@ -102,12 +102,9 @@ def names_to_set(path: Path) -> list[str]:
 def compile_script(
     path: Path, expected: str = CONTROL, settings: Settings | None = None
 ) -> types.CodeType:
-    """Compile a script without running it, and check that it defines its function.
+    """Compile a script without running it, and check that it defines the expected function.
 
-    Args:
-        path: The script.
-        expected: The function that it must define, with its parameters.
-        settings: Values that replace the script's own (`--set`).
+    The settings replace values of the script (`--set`).
 
     Raises:
         SetcmasError: It cannot be read or parsed, or lacks the function or a name of `settings`.

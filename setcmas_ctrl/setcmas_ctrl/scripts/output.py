@@ -1,4 +1,4 @@
-"""Output of control scripts: whose it is, and how much of it."""
+"""Output of scripts: puts the robot's name before each line, and limits floods."""
 
 from __future__ import annotations
 
@@ -6,15 +6,12 @@ import contextlib
 import sys
 import threading
 import time
-import traceback
 import warnings
 from collections import defaultdict
 from collections.abc import Iterable, Iterator
-from pathlib import Path
 from typing import IO, Any, TextIO, cast
 
-from setcmas_ctrl.scripts.imports import calling_robot, robot_of_frame
-from setcmas_ctrl.scripts.script_errors import describe_failure
+from setcmas_ctrl.scripts.imports import calling_robot
 from setcmas_simu.fleet.topics import robot_name
 
 _LONGEST_LINE = 16 * 1024
@@ -41,7 +38,6 @@ class _Flow:
         self._shown = 0
 
     def has_room(self, lines: int) -> bool:
-        """Return whether this many more lines may be shown, and count them."""
         second = int(time.monotonic())
         if second != self._second:
             self._second, self._shown = second, 0
@@ -56,7 +52,6 @@ class ScriptOutput:
     """Replaces sys.stdout or sys.stderr; output that comes from no script passes unchanged."""
 
     def __init__(self, stream: IO[str]) -> None:
-        """Wrap a stream."""
         self._stream = stream
         self._lock = threading.RLock()
         # Unfinished lines of each robot and thread.
@@ -64,7 +59,6 @@ class ScriptOutput:
         self._flow: defaultdict[int, _Flow] = defaultdict(_Flow)
 
     def __getattr__(self, name: str) -> Any:
-        """Pass everything else to the stream."""
         return getattr(self._stream, name)
 
     def write(self, text: str) -> int:
@@ -115,19 +109,6 @@ class ScriptOutput:
             _this_thread.naming = False
 
 
-def _show_thread_failure(failure: threading.ExceptHookArgs) -> None:
-    """Show the failure of a thread in one message, with its robot if it belongs to a script."""
-    error = failure.exc_value
-    frames = [frame for frame, _ in traceback.walk_tb(failure.exc_traceback)]
-    ours = [frame for frame in frames if robot_of_frame(frame) is not None]
-    if error is None or not ours:
-        threading.__excepthook__(failure)
-    elif not isinstance(error, SystemExit):
-        message = describe_failure(error, Path(ours[0].f_code.co_filename))
-        name = robot_name(robot_of_frame(ours[0]) or 0)
-        print(f'{name}: a thread of the script failed: {message}', file=sys.stderr, flush=True)
-
-
 @contextlib.contextmanager
 def _warnings_once() -> Iterator[None]:
     """Show each warning once per line for all robots, although each has its own module."""
@@ -154,8 +135,7 @@ def _warnings_once() -> Iterator[None]:
 
 @contextlib.contextmanager
 def named_output() -> Iterator[None]:
-    """Put the robot's name before output of scripts and failures of their threads, inside."""
-    hook, threading.excepthook = threading.excepthook, _show_thread_failure
+    """Put the robot's name before output of scripts, inside."""
     stdout, stderr = ScriptOutput(sys.stdout), ScriptOutput(sys.stderr)
     with (
         _warnings_once(),
@@ -165,6 +145,5 @@ def named_output() -> Iterator[None]:
         try:
             yield
         finally:
-            threading.excepthook = hook
             stdout.end_lines()
             stderr.end_lines()

@@ -1,4 +1,4 @@
-"""A robot that moves as a user's script says: `--model my_robot.py`.
+"""Robot script: a robot model in a user's script, `--model my_robot.py`.
 
 The script defines a function `step`, and optionally two others:
 
@@ -29,7 +29,7 @@ from setcmas_ctrl.scripts.script_errors import (
     StopCall,
     describe_failure,
     failure_of,
-    safe_text,
+    short_repr,
 )
 from setcmas_ctrl.scripts.shared_state import kept_state, seed_scripts
 from setcmas_simu.arrays import Floats
@@ -42,8 +42,6 @@ STEP = 'step(state, command, Ts)'
 
 _OPTIONAL = {'start': 'start(x, y, theta)', 'command': 'command(velocity, pose)'}
 _STOPS = 'stops; the other robots continue'
-
-
 _process = ExitStack()
 
 on_call: Callable[[int], object] = int
@@ -155,9 +153,10 @@ def _numbers(result: Any, sizes: range | tuple[int, ...], function: str) -> Floa
     except (TypeError, ValueError):
         numbers = np.empty(0)
     if numbers.size not in sizes or not np.isfinite(numbers).all():
-        shown = ' '.join(safe_text(repr, result).split())[:60]
         count = ' or '.join(map(str, sizes)) if isinstance(sizes, tuple) else '3 or more'
-        message = f'{function} returned {shown}; it must return {count} finite numbers'
+        message = (
+            f'{function} returned {short_repr(result)}; it must return {count} finite numbers'
+        )
         raise ControlError(message, ('result', function, ''))
     return numbers
 

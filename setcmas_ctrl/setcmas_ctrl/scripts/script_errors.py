@@ -1,4 +1,4 @@
-"""Errors of control scripts: script, robot, time, the line at fault, and what to do."""
+"""Errors of scripts: messages with file and line, reported once per error and robot."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import linecache
 import signal
 import traceback
 import types
-from collections import Counter, defaultdict
+from collections import Counter
 from collections.abc import Callable, Iterable
 from dataclasses import replace
 from pathlib import Path
@@ -96,12 +96,7 @@ def described_place(file: Path, line: int | None, path: Path) -> str:
 
 
 def unknown_robots_note(robot: int, poses: Floats) -> str:
-    """Return a line break and the robots whose poses a robot does not know; '' if it knows all.
-
-    Args:
-        robot: Number of the robot whose script was called.
-        poses: Poses passed to the script, shape (3, N); NaN for unknown robots.
-    """
+    """Return a line break and the robots with NaN in the poses (3, N) of a robot; '' if none."""
     unknown = (np.flatnonzero(np.isnan(poses).any(axis=0)) + 1).tolist()
     if not unknown:
         return ''
@@ -119,6 +114,12 @@ def summarise(error: BaseException) -> str:
     if isinstance(error, SystemExit):
         text = f'the script called exit({text})'
     return f'{type(error).__name__}: {text}' if text else type(error).__name__
+
+
+def short_repr(value: Any) -> str:
+    """Return the repr of a script's value on one line of at most 60 characters."""
+    text = ' '.join(safe_text(repr, value).split())
+    return text if len(text) <= 60 else f'{text[:57]}...'
 
 
 def safe_text(describe: Callable[[Any], str], value: Any) -> str:
@@ -155,7 +156,6 @@ class ControlError(Exception):
         consequence: str = '',
         place: tuple[Path, int | None] | None = None,
     ) -> None:
-        """Store message, key, consequence and place."""
         super().__init__(message)
         self.key = key
         self.consequence = consequence
@@ -189,13 +189,10 @@ class ErrorReports:
         on_new: Callable[[int, str], None] = lambda *_: None,
         function: Function = Function.CONTROL,
     ) -> None:
-        """Set who receives messages.
+        """Report errors of a function of scripts by `warn`.
 
-        Args:
-            warn: Shows a message to the user.
-            consequence: What happens to a robot whose script fails, after its name.
-            on_new: Called with robot and message for each error that is new to the robot.
-            function: The function of the script.
+        `consequence` says what happens to a robot whose script fails; `on_new` is called with
+        robot and message for each error that is new to the robot.
         """
         self.failures: list[ScriptFailure] = []
         self._function = function
@@ -203,7 +200,7 @@ class ErrorReports:
         self._warn = warn
         self._on_new = on_new
         self._consequence = consequence
-        self._counts: Counter[tuple[int, object]] = Counter()
+        self._reported: set[tuple[int, object]] = set()
         self._failing: Counter[int] = Counter()
         self._first: dict[str, int] = {}  # first robot with each message
 
@@ -211,8 +208,8 @@ class ErrorReports:
         """Record a failed call of a robot's script at time t (s)."""
         self._keep(robot, t, error)
         self._failing[robot] += 1
-        self._counts[robot, error.key] += 1
-        if self._counts[robot, error.key] == 1:
+        if (robot, error.key) not in self._reported:
+            self._reported.add((robot, error.key))
             self._on_new(robot, str(error))
             name = robot_name(robot)
             first = self._first.setdefault(str(error), robot)
@@ -251,25 +248,4 @@ class ErrorReports:
     @property
     def failed_robots(self) -> list[int]:
         """Robots whose script has failed at some time, sorted."""
-        return sorted({robot for robot, _ in self._counts})
-
-    def summary(self) -> list[str]:
-        """Return a line for each error that a robot had more than once."""
-        robots_of: defaultdict[object, list[int]] = defaultdict(list)
-        for (robot, key), count in self._counts.items():
-            if count > 1:
-                robots_of[key].append(robot)
-        return [self._summed_up(key, robots) for key, robots in robots_of.items()]
-
-    def _summed_up(self, key: object, robots: list[int]) -> str:
-        count = sum(self._counts[robot, key] for robot in robots)
-        if len(robots) == 1:
-            return f'{robot_name(robots[0])}: {_name(key)} occurred {count} times'
-        return f'{robots_in_words(sorted(robots))}: {_name(key)} occurred {count} times in all'
-
-
-def _name(key: object) -> str:
-    if isinstance(key, tuple) and key[0] != 'result':
-        kind, file, line = key
-        return f'{kind} in {file.name}, line {line}' if line else str(kind)
-    return 'an invalid result'
+        return sorted({robot for robot, _ in self._reported})

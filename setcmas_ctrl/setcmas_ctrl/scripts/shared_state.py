@@ -1,4 +1,4 @@
-"""State of the process that scripts share with setcmas: random generators, modules, tracing."""
+"""Shared state of the process: seeds scripts' random generators, guards numpy and the builtins."""
 
 from __future__ import annotations
 
@@ -38,9 +38,7 @@ _made: Counter[int] = Counter()  # by robot: generators that its script has made
 def seed_scripts(seed: int, first_robot: int = 1) -> None:
     """Seed `random` and `numpy.random` for scripts, and the generators that they will make.
 
-    Args:
-        seed: The seed of the run.
-        first_robot: First robot of this process; other processes draw other numbers.
+    Processes with another first robot draw other numbers.
     """
     global _seed
     _seed = seed

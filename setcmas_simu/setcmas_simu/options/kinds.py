@@ -275,6 +275,10 @@ class PathTo(Kind):
 class NameOrFile(Kind):
     """Names and files, also some for each robot: '1:burger,2-4:my_robot.py'."""
 
+    def value(self, given: Any) -> Any:
+        """Return a path as a text."""
+        return str(given) if isinstance(given, Path) else given
+
     def located(self, value: Any, place: Callable[[str], str]) -> Any:
         """Return the files in their place."""
         return mapped(value, place, 'it') if isinstance(value, str) else value

@@ -117,14 +117,6 @@ def test_values_that_make_no_sense(arguments, capsys):
 
 
 @pytest.mark.parametrize(
-    'options', [{'loss': 2}, {'delay': -1}, {'noise': float('nan')}, {'range': 0}]
-)
-def test_arguments_that_make_no_sense(options):
-    with pytest.raises(SetcmasError, match=f'{next(iter(options))} is'):
-        CommunicationOptions(**options)
-
-
-@pytest.mark.parametrize(
     ('options', 'needed'),
     [
         ({}, True),

@@ -56,11 +56,10 @@ def test_velocities_are_saturated_and_turned_into_commands(start, peer, script):
 
     assert peer.set_parameter('/controllers', 'vnom', 1) == ''
     peer.wait_for(lambda: wanted[-1].y == pytest.approx(1.0))
-    for service in ('/controllers/pause', '/tb3_1/si_to_uni/pause'):
-        assert peer.call(SetBool, service, data=True).success
-        peer.wait_for(lambda: velocity(command[-1]) == (0.0, 0.0))
-        assert peer.call(SetBool, service, data=False).success
-        peer.wait_for(lambda: velocity(command[-1])[0] == pytest.approx(1.0))
+    assert peer.call(SetBool, '/controllers/pause', data=True).success
+    peer.wait_for(lambda: velocity(command[-1]) == (0.0, 0.0))
+    assert peer.call(SetBool, '/controllers/pause', data=False).success
+    peer.wait_for(lambda: velocity(command[-1])[0] == pytest.approx(1.0))
 
 
 def test_slow_are_calls_that_exceed_the_period_as_it_is_on_the_wall_s_clock(start, script):

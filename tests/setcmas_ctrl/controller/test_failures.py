@@ -129,24 +129,13 @@ def test_a_robot_whose_odometry_ends_is_commanded_zero(start, peer, script):
     peer.wait_for(lambda: velocity(commands[1][-1])[0] == pytest.approx(0.3))
 
 
-@pytest.mark.parametrize(
-    ('text', 'message'),
-    [
-        ('x = 1\n', 'no function control'),
-        ('def control(a, b):\n    return 0, 0\n', 'does not take four arguments'),
-        ('1 / 0\ndef control(a, b, c, d):\n    return 0, 0\n', 'line 1: ZeroDivisionError'),
-        (
-            'import rclpy\nrclpy.shutdown()\ndef control(a, b, c, d):\n    return 0, 0\n',
-            'law.py has shut down ROS while loading',
-        ),
-    ],
-)
-def test_scripts_that_cannot_be_loaded_are_reported(start, script, text, message):
+def test_a_script_that_shuts_ros_down_while_loading_is_reported(start, script):
+    law = 'import rclpy\nrclpy.shutdown()\ndef control(a, b, c, d):\n    return 0, 0\n'
     start(*SIMU, '--nb-robots', '1')
-    process = start(*CTRL, '--algo', script(text))
+    process = start(*CTRL, '--algo', script(law))
 
     assert process.wait() == 2
-    assert message in process.output()
+    assert 'law.py has shut down ROS while loading' in process.output()
     assert 'Traceback' not in process.output()
 
 

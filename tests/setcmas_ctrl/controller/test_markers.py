@@ -40,13 +40,3 @@ def test_one_name_may_serve_a_marker_and_a_trail(start, peer, script):
     trail = peer.listen(MarkerArray, '/tb3_1/ref_markerarray')
 
     peer.wait_for(lambda: marker and trail)
-
-
-def test_the_waypoint_is_drawn(start, peer):
-    start(*SIMU, '--nb-robots', '1')
-    start(*CTRL, '--algo', 'nav_wp')
-    drawn = peer.listen(Marker, '/tb3_1/wp_ref')
-    peer.wait_for(lambda: drawn)
-
-    assert (drawn[0].pose.position.x, drawn[0].pose.position.y) == (2.0, 2.0)
-    assert drawn[0].scale.x == pytest.approx(0.3)

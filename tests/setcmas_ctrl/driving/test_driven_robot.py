@@ -56,9 +56,6 @@ def test_a_script_with_a_command_of_its_own_is_to_be_given_too(start, peer, law,
     peer.wait_for(lambda: is_sent(commands, 0.0, pytest.approx(-0.2)))
 
 
-pytest.importorskip('rclpy')
-
-
 def test_a_robot_that_listens_to_plain_twist_gets_it(start, peer):
     start(*SIMU, '--nb-robots', '1', '--pose', '1:3,3', '--cmd-vel-type', 'twist')
     odometry = peer.odometry(1)

@@ -73,16 +73,6 @@ def slow():
     return SlowCalls(0.2, said.append), said
 
 
-def test_calls_that_fit_into_the_period_together_are_not_worth_a_word(slow):
-    calls, said = slow
-    for step in range(3):
-        calls.add(LAW, 1, 0.09)
-        calls.add(LAW, 2, 0.1)
-        calls.end_period(0.2 * step)
-
-    assert said == []
-
-
 def test_the_calls_for_all_robots_are_added_up_and_the_longest_is_named(slow):
     calls, said = slow
     for robot in (1, 2, 3):

@@ -65,20 +65,10 @@ def test_a_missing_script_is_reported_with_the_nearest_names(folder):
     assert '\n' not in str(e.value)
 
 
-@pytest.mark.parametrize(
-    ('text', 'message'),
-    [
-        ('def control(:\n    pass\n', r'law\.py, line 1: SyntaxError.*\n    1 \| def control\(:'),
-        ('def control(a, b, c, d):\nreturn 0, 0\n', r'law\.py, line 2: IndentationError'),
-        ('x = 1\n', 'no function control'),
-        ('def Control(a, b, c, d):\n    pass\n', 'no function control'),
-        ('def control(a, b, c, d):\n    pass\n\0', r'law\.py.*null bytes'),
-    ],
-)
-def test_faults_are_found_without_running_the_script(folder, text, message):
-    path = script(folder, text)
+def test_faults_are_found_without_running_the_script(folder):
+    path = script(folder, 'raise SystemExit\ndef Control(a, b, c, d):\n    pass\n')
 
-    with pytest.raises(SetcmasError, match=message):
+    with pytest.raises(SetcmasError, match='no function control'):
         compile_script(path)
 
 
@@ -103,26 +93,6 @@ def test_a_script_that_is_no_text_of_a_known_encoding_is_reported(folder, text, 
 
     with pytest.raises(SetcmasError, match=message):
         compile_script(path)
-
-
-@pytest.mark.parametrize(
-    ('text', 'message'),
-    [
-        (
-            'import no_such_module\n' + CONTROL,
-            r'line 1: ModuleNotFoundError.*\n    1 \| import no',
-        ),
-        ('1 / 0\n' + CONTROL, r'line 1: ZeroDivisionError'),
-        ('import sys\nsys.exit(3)\n' + CONTROL, r'line 2: SystemExit.*exit\(3\)'),
-        ('def control(a, b):\n    return 0, 0\n', r'control\(a, b\) does not take four arguments'),
-        ('control = 3\n', 'no function control'),
-    ],
-)
-def test_faults_while_loading_are_reported_with_script_and_line(folder, text, message):
-    path = script(folder, text)
-
-    with pytest.raises(SetcmasError, match=message):
-        load_control(path, 1)
 
 
 @pytest.mark.parametrize(

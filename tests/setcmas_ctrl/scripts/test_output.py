@@ -111,21 +111,6 @@ def test_inside_another_naming_the_name_comes_once(tmp_path, capsys):
     assert capsys.readouterr().out == 'tb3_2: x\n'
 
 
-def test_a_thread_that_fails_is_reported_in_one_message(tmp_path, capsys):
-    body = """
-    threads.append(threading.Thread(target=lambda: 1 / 0))
-    threads[-1].start()
-    threads[-1].join()
-    """
-    with named_output():
-        law(tmp_path, body, top='import threading; threads = []')(2, 2, None, 0.0)
-
-    assert capsys.readouterr().err == (
-        'tb3_2: a thread of the script failed: law.py, line 4: ZeroDivisionError: '
-        'division by zero\n    4 | threads.append(threading.Thread(target=lambda: 1 / 0))\n'
-    )
-
-
 def test_a_script_that_closes_the_output_closes_only_its_own(tmp_path, capsys):
     with named_output():
         law(tmp_path, 'import sys\nsys.stdout.close()\nprint("x")')(2, 2, None, 0.0)

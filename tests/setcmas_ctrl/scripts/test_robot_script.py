@@ -100,10 +100,6 @@ def test_a_script_may_turn_velocities_into_commands_itself(robot):
             'def step(state, command, Ts):\n    pass\n',
             'step returned None; it must return 3 finite',
         ),
-        (
-            'def step(state, command, Ts):\n    return state[:2]\n',
-            'it must return 3 finite numbers',
-        ),
         ('def step(s, c, Ts):\n    return s + float("nan")\n', 'it must return 3 finite numbers'),
         ('def step(s, c, Ts):\n    raise SystemExit(0)\n', 'the script called exit'),
     ],
@@ -132,14 +128,12 @@ def test_a_command_that_fails_is_zero(robot, said):
 @pytest.mark.parametrize(
     ('text', 'message'),
     [
-        ('def step(state', 'my_robot.py, line 1: SyntaxError'),
         ('x = 1', r'has no function step; it must have step\(state, command, Ts\)'),
         ('def control(a, b, c, d): pass', 'its control is for --algo my_robot.py'),
         ('def step(state): pass', 'does not take three arguments'),
         ('step = 1', 'has no function step'),
         ('def step(s, c, t):\n    yield 1', 'has a yield'),
         ('def step(s, c, t): pass\ncommand = 3', 'has no function command'),
-        ('def step(s, c, t): pass\n1 / 0', 'line 2: ZeroDivisionError'),
     ],
 )
 def test_scripts_that_cannot_be_loaded_are_reported(robot, text, message):

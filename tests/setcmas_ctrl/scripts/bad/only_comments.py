@@ -1,1 +1,0 @@
-# load: only_comments.py has no function control; it must have
