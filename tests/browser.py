@@ -13,8 +13,7 @@ _ARGUMENTS = (
     '--headless=new',
     '--no-sandbox',  # it runs as root in containers
     '--disable-dev-shm-usage',
-    '--use-angle=swiftshader',
-    '--enable-unsafe-swiftshader',
+    '--disable-gpu',  # there is none, and imitating one costs twice the time of drawing without
     '--hide-scrollbars',
     # Chromium draws no page that it believes hidden.
     '--disable-backgrounding-occluded-windows',
@@ -22,7 +21,7 @@ _ARGUMENTS = (
     '--disable-background-timer-throttling',
 )
 
-# Without a graphics card a picture takes a core for a fifth of a second: two a second are enough.
+# A picture takes some ms of a core, and tests look at the page seldom: two a second are enough.
 _FEW_PICTURES = """
 const request = window.requestAnimationFrame.bind(window);
 window.requestAnimationFrame = callback => setTimeout(() => request(callback), 500);

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import functools
 import math
 from collections.abc import Collection, Sequence
+from itertools import pairwise
 from typing import Any
 
-import numpy as np
+import msgspec
 
-from setcmas_simu.arrays import Floats
 from setcmas_simu.fleet import topics
 from setcmas_simu.fleet.planar_pose import yaw_of_quaternion
 from setcmas_tools.page.looks import colour_code
@@ -25,11 +26,14 @@ Shape = dict[str, Any]
 """A shape as `plane.js` draws it: kind, robot in whose frame it is (0 for the world), places,
 size in m, colours and alpha; and the text of a label.
 """
+Point = tuple[float, float]
 Key = tuple[str, str, int]
-Change = tuple[str, Shape | None]
+Change = tuple[str, msgspec.Raw | None]
+"""Name of a shape, and the shape as JSON; None if it is gone."""
 
 _KINDS = {SPHERE: 'discs', CYLINDER: 'discs', SPHERE_LIST: 'discs', ARROW: 'arrows', TEXT: 'texts'}
-_SIZED = (ARROW, CUBE, SPHERE, CYLINDER, CUBE_LIST, SPHERE_LIST, POINTS, TEXT)
+_OF_POINTS = (ARROW, LINE_STRIP, LINE_LIST, CUBE_LIST, SPHERE_LIST, POINTS)
+_SIZED = (*_OF_POINTS, CUBE, SPHERE, CYLINDER, TEXT)
 _MOST_POINTS = 5000  # of one marker
 _LONGEST_TEXT = 200
 _FARTHEST_M = 1e6
@@ -42,47 +46,53 @@ def planar_shape(marker: Any) -> Shape | None:
     Args:
         marker: A visualization_msgs/Marker; unknown types are shown as a square.
     """
-    pose, scale = marker.pose, marker.scale
+    pose, size = marker.pose, (marker.scale.x, marker.scale.y)
     q = pose.orientation
-    yaw = yaw_of_quaternion(q.x, q.y, q.z, q.w)
-    origin = np.array([pose.position.x, pose.position.y])
-    points = np.array([(p.x, p.y) for p in marker.points[:_MOST_POINTS]]).reshape(-1, 2)
-    size = [scale.x, scale.y]
-    if not np.isfinite([yaw, *origin, *points.flat, *size]).all():
+    yaw = float(yaw_of_quaternion(q.x, q.y, q.z, q.w))
+    origin, points = (pose.position.x, pose.position.y), marker.points[:_MOST_POINTS]
+    numbers = [part for point in points for part in (point.x, point.y)]
+    if not all(map(math.isfinite, (yaw, *origin, *size, *numbers))):
         return None
-    cos, sin = math.cos(yaw), math.sin(yaw)
-    turned = origin + points @ np.array([[cos, sin], [-sin, cos]])
     kind = _KINDS.get(marker.type, 'boxes')
-    if marker.type in (LINE_STRIP, LINE_LIST):
-        kind, places = 'lines', _segments(turned, marker.type == LINE_STRIP)
-    elif marker.type == ARROW and len(points) >= 2:
-        along = turned[1] - turned[0]
-        size = [float(np.hypot(*along)), scale.y]
-        places = np.array([[*turned[0], math.atan2(along[1], along[0])]])
-    elif marker.type in (CUBE_LIST, SPHERE_LIST, POINTS):
-        places = np.column_stack([turned, np.full(len(turned), yaw)])
-    else:
-        places = np.array([[*origin, yaw]])
-    if marker.type not in _SIZED and kind != 'lines':
-        size = [_FALLBACK_M, _FALLBACK_M]
-    if not len(places):
+    places: list[tuple[float, ...]] = [(*origin, yaw)]
+    if marker.type not in _SIZED:
+        size = (_FALLBACK_M, _FALLBACK_M)
+    if marker.type in _OF_POINTS and (len(points) > 1 or marker.type != ARROW):
+        kind, places, size = _of_points(marker, _moved(origin, yaw, points), size, yaw)
+    if not places:
         return None
     found = {
         'kind': kind,
         'robot': topics.robot_of(f'/{marker.header.frame_id.strip("/")}/') or 0,
-        'places': np.clip(places, -_FARTHEST_M, _FARTHEST_M).round(4).tolist(),
-        'size': [round(min(max(abs(one), _LEAST_M), _FARTHEST_M), 4) for one in size],
+        'places': [
+            [round(min(max(part, -_FARTHEST_M), _FARTHEST_M), 4) for part in place]
+            for place in places
+        ],
+        'size': [round(min(max(abs(side), _LEAST_M), _FARTHEST_M), 4) for side in size],
         **_colours(marker, len(places)),
     }
     return found | ({'text': marker.text[:_LONGEST_TEXT]} if kind == 'texts' else {})
 
 
-def _segments(points: Floats, strip: bool) -> Floats:
-    """Return segments as x, y of both ends, shape (n, 4)."""
-    if strip:
-        return np.column_stack([points[:-1], points[1:]])
-    pairs = len(points) // 2 * 2
-    return np.column_stack([points[:pairs:2], points[1:pairs:2]])
+def _moved(origin: Point, yaw: float, points: Sequence[Any]) -> list[Point]:
+    """Return points of a marker's frame in the frame of its pose."""
+    (x, y), cos, sin = origin, math.cos(yaw), math.sin(yaw)
+    return [(x + p.x * cos - p.y * sin, y + p.x * sin + p.y * cos) for p in points]
+
+
+def _of_points(
+    marker: Any, points: Sequence[Point], size: Point, yaw: float
+) -> tuple[str, list[tuple[float, ...]], Point]:
+    """Return kind, places and size of a marker that consists of points."""
+    if marker.type == LINE_STRIP:
+        return 'lines', [(*a, *b) for a, b in pairwise(points)], size
+    if marker.type == LINE_LIST:
+        return 'lines', [(*a, *b) for a, b in zip(points[::2], points[1::2], strict=False)], size
+    if marker.type == ARROW:
+        (x, y), (tip_x, tip_y) = points[:2]
+        along = tip_x - x, tip_y - y
+        return 'arrows', [(x, y, math.atan2(*along[::-1]))], (math.hypot(*along), size[1])
+    return _KINDS.get(marker.type, 'boxes'), [(*point, yaw) for point in points], size
 
 
 def _colours(marker: Any, count: int) -> Shape:
@@ -92,11 +102,14 @@ def _colours(marker: Any, count: int) -> Shape:
         own = marker.colors[: 2 * count : 2]
     found = [*own] or [marker.color]
     return {
-        'colours': [
-            colour_code([_share(part) for part in (one.r, one.g, one.b)]) for one in found
-        ],
+        'colours': [_code(one.r, one.g, one.b) for one in found],
         'alpha': round(_share(found[0].a), 3),
     }
+
+
+@functools.lru_cache(1000)
+def _code(*parts: float) -> str:
+    return colour_code([_share(part) for part in parts])
 
 
 def _share(part: float) -> float:
@@ -104,13 +117,16 @@ def _share(part: float) -> float:
 
 
 class MarkerStore:
-    """Shapes by topic, namespace and id, and the changes since they were last taken."""
+    """Shapes by topic, namespace and id, and the changes since they were last taken.
+
+    They are kept as JSON: a trail of thousands then takes a fifth of the memory.
+    """
 
     def __init__(self) -> None:
         """Start without markers."""
-        self._shapes: dict[Key, Shape] = {}
+        self._shapes: dict[Key, bytes] = {}
         self._ends: dict[Key, float] = {}
-        self._changes: dict[Key, Shape | None] = {}
+        self._changes: dict[Key, bytes | None] = {}
 
     def __len__(self) -> int:
         """Return the number of markers."""
@@ -139,9 +155,11 @@ class MarkerStore:
         self._ends.pop(key, None)
         if found is None:
             self._drop([key])
-        elif found != self._shapes.get(key):
+            return
+        encoded = msgspec.json.encode(found)
+        if encoded != self._shapes.get(key):
             self._shapes.pop(key, None)  # to the end of the order
-            self._shapes[key] = self._changes[key] = found
+            self._shapes[key] = self._changes[key] = encoded
             if len(self._shapes) > MOST_MARKERS:
                 self._drop([next(iter(self._shapes))])
 
@@ -151,12 +169,16 @@ class MarkerStore:
 
     def drop_topics(self, gone: Collection[str]) -> None:
         """Drop the markers of some topics."""
-        self._drop([key for key in self._shapes if key[0] in gone])
+        if gone:
+            self._drop([key for key in self._shapes if key[0] in gone])
 
     def take_changes(self) -> list[Change]:
-        """Return the changed shapes since the last call by a name; None for one that is gone."""
+        """Return the changed shapes since the last call."""
         changes, self._changes = self._changes, {}
-        return [('\0'.join(map(str, key)), found) for key, found in changes.items()]
+        return [
+            ('\0'.join(map(str, key)), None if found is None else msgspec.Raw(found))
+            for key, found in changes.items()
+        ]
 
     def _drop(self, keys: Sequence[Key]) -> None:
         for key in keys:

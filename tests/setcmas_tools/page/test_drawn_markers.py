@@ -1,5 +1,6 @@
 import math
 
+import msgspec
 import pytest
 
 pytest.importorskip('rclpy')
@@ -96,7 +97,7 @@ def test_markers_are_replaced_deleted_and_expire():
     store.apply('/a', marker(Marker.SPHERE), 0.0)
     store.apply('/a', marker(Marker.CUBE), 0.0)
     [(name, shape)] = store.take_changes()
-    assert (len(store), shape['kind']) == (1, 'boxes')
+    assert (len(store), msgspec.json.decode(shape)['kind']) == (1, 'boxes')
     store.apply('/a', marker(Marker.CUBE), 0.0)
     assert store.take_changes() == []  # nothing is new
 

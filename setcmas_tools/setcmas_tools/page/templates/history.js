@@ -53,7 +53,7 @@ function unpackDrawn(drawn) {
   const [t, x, y] = ['t', 'x', 'y'].map(name => unpacked(drawn[name])), looks = spread(drawn.looks, t.length);
   t.forEach((from, k) => {
     const [size, colour, alpha] = looks[k], to = drawn.marker && k + 1 < t.length ? t[k + 1] : Infinity;
-    shapes.push({kind: 'discs', from, to, places: [[x[k], y[k]]], size: [size, size], colours: [colour], alpha});
+    shapes.push({kind: 'discs', from, to, moves: drawn.marker, places: [[x[k], y[k]]], size: [size, size], colours: [colour], alpha});
   });
 }
 
@@ -71,6 +71,14 @@ export function countUntil(sorted, value) {
   while (low < high) {
     const middle = (low + high) >> 1;
     if (sorted[middle] <= value + TINY) low = middle + 1; else high = middle;
+  }
+  return low;
+}
+export function shapesUntil(t) {  // how many begin at or before a time
+  let low = 0, high = shapes.length;
+  while (low < high) {
+    const middle = (low + high) >> 1;
+    if (shapes[middle].from <= t + TINY) low = middle + 1; else high = middle;
   }
   return low;
 }
@@ -166,14 +174,17 @@ export function addState(number, state) { byNumber.get(number)?.states.push(stat
 export function addSent(number, t) { byNumber.get(number)?.sent.push(t); }
 export function addLinks(changes) { run.plane.links.push(...changes); }
 
-// Shapes that replace those of the same keys; null removes.
+// Shapes that replace those of the same keys; null removes. One that has replaced another will probably be replaced, too.
 const current = new Map();
+let ended = 0;
+export const endedShapes = () => ended;  // how many that seemed to stay
 export function addShape(key, t, shape) {
   const before = current.get(key);
   if (before) before.to = t;
+  if (before && !before.moves) ended++;
   current.delete(key);
   if (!shape) return;
-  const added = {...shape, from: t, to: Infinity};
+  const added = {...shape, from: t, to: Infinity, moves: before !== undefined};
   shapes.push(added);
   current.set(key, added);
 }

@@ -2,9 +2,9 @@
 
 import {aim, camera, px, py} from './camera.js';
 import {EDGE, INK, KINDS, LINE, SOFT, digitsOf, find, roundStep, sized} from './canvas.js';
-import {byNumber, callAt, first, indexAt, lastSent, linksAt, others, poseAt, robots, run, shapes, stateAt} from './history.js';
+import {TINY, byNumber, callAt, endedShapes, first, indexAt, lastSent, linksAt, others, poseAt, robots, run, shapes, shapesUntil, stateAt} from './history.js';
 
-const FLASH_S = 0.5, MOST_NUMBERS = 20, MOST_TRAIL_POINTS = 25_000, ARROW_S = 1.5, GROUND_MS = 200;
+const FLASH_S = 0.5, MOST_NUMBERS = 20, MOST_TRAIL_POINTS = 25_000, ARROW_S = 1.5, GROUND_MS = 200, TAILS_MS = 1000;
 const OBSTACLE = '#d0d7de', BORDER = '#8c959f';
 
 function path(pen, points, close) {
@@ -73,9 +73,13 @@ function inWorld({x, y, theta}, place) {
   const moved = [x + a * cos - b * sin, y + a * sin + b * cos];
   return d === undefined ? [...moved, (c || 0) + theta] : [...moved, x + c * cos - d * sin, y + c * sin + d * cos];
 }
-function drawShapes(pen, now) {
-  for (const shape of shapes) {
-    if (shape.from > now + 1e-6 || shape.to <= now + 1e-6) continue;
+// Shapes that stay where they are belong to the ground, which shows those that began before already.
+const isStill = shape => !shape.moves && !shape.robot;
+function drawShapes(pen, now, still, since = -Infinity) {
+  for (let k = shapesUntil(since); k < shapes.length; k++) {
+    const shape = shapes[k];
+    if (shape.from > now + TINY) break;
+    if (shape.to <= now + TINY || isStill(shape) !== still) continue;
     const pose = shape.robot && byNumber.get(shape.robot)?.pose;
     if (shape.robot && !pose) continue;
     pen.globalAlpha = shape.alpha;
@@ -110,7 +114,7 @@ function drawTrail(pen, robot, from, now, dashed) {
   }
   if (robot.pose && leg === robot.leg[end]) pen.lineTo(px(robot.pose.x), py(robot.pose.y));
   if (dashed) pen.setLineDash([1, 5]);
-  if (robot.bright && !dashed) { pen.strokeStyle = EDGE; pen.lineWidth = 3.2; pen.stroke(); }
+  if (robot.bright && !dashed) { pen.strokeStyle = EDGE; pen.lineWidth = 3.2; pen.lineCap = 'butt'; pen.stroke(); pen.lineCap = 'round'; }
   pen.strokeStyle = robot.colour; pen.lineWidth = 2; pen.stroke();
   pen.setLineDash([]);
 }
@@ -166,16 +170,23 @@ const halfOf = (metres, times) => times ? times * metres * camera.scale : Math.m
 const isShown = id => !find(id) || find(id).checked;
 const drawn = () => [...robots].reverse();  // those with colours of their own on top
 
-// Grid, ground and trails are on a canvas of their own, drawn again when the view changes, and some times a second.
-const ground = {look: '', t: Infinity, at: 0};
+// Grid, trails and what stays in its place are on a canvas of their own, to which a few times a second is added what is new.
+const ground = {look: '', t: Infinity, at: 0, wholeAt: 0, ended: 0, pen: null};
 function drawGround(now, length, often) {
-  const {x, y, scale, width, height} = camera, look = [x, y, scale, width, height, length, isShown('ghosts'), first()].join();
-  if (often && look === ground.look && now >= ground.t && performance.now() - ground.at < GROUND_MS) return;
-  Object.assign(ground, {look, t: now, at: performance.now()});
-  const {pen} = sized(find('ground'));
-  drawGrid(pen, width, height);
-  drawWorld(pen);
-  if (length) drawTrails(pen, now - length, now);
+  const {x, y, scale, width, height} = camera, clock = performance.now();
+  const look = [x, y, scale, width, height, length, isShown('ghosts'), first()].join(), since = ground.t;
+  const isSame = often && look === ground.look && now >= since;
+  if (isSame && clock - ground.at < GROUND_MS) return;
+  const onlyGrows = (length === Infinity || !length) && ground.ended === endedShapes();
+  const adds = isSame && !others.length && (onlyGrows || clock - ground.wholeAt < TAILS_MS);
+  Object.assign(ground, {look, t: now, at: clock});
+  if (!adds) {
+    Object.assign(ground, {pen: sized(find('ground')).pen, wholeAt: clock, ended: endedShapes()});
+    drawGrid(ground.pen, width, height);
+    drawWorld(ground.pen);
+  }
+  if (length) drawTrails(ground.pen, adds ? since : now - length, now);
+  drawShapes(ground.pen, now, true, adds ? since : -Infinity);
 }
 
 export function drawPlane(now, selected, often) {
@@ -185,7 +196,8 @@ export function drawPlane(now, selected, often) {
   const times = +find('size').value, length = +find('trails').value;
   drawGround(now, length, often);
   if (length && ground.t < now) drawTrails(pen, ground.t, now);
-  drawShapes(pen, now);
+  if (ground.t < now) drawShapes(pen, now, true, ground.t);
+  drawShapes(pen, now, false);
   if (run.plane.links && isShown('links')) drawLinks(pen, now);
   if (isShown('ghosts')) drawRobots(pen, others, times, true);
   drawRobots(pen, drawn(), times);
