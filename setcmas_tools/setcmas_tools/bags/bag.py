@@ -19,7 +19,7 @@ from rosbags.rosbag2.storage_mcap import McapReader
 
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.limited_file import read_limited
-from setcmas_tools.bags.bag_limits import McapOutline, decompress_file
+from setcmas_tools.bags.bag_limits import McapOutline, decompress_file, too_large
 from setcmas_tools.bags.bag_sources import (
     BagSource,
     DecompressedSource,
@@ -145,6 +145,8 @@ def _open_whole(file: Path) -> BagSource:
     reader = Ros2Reader if file.suffix == '.db3' else Ros1Reader
     try:
         return IndexedSource(file, reader(file))
+    except SetcmasError:
+        raise
     except Exception as error:  # a damaged file makes any of several libraries fail
         advice = _ADVICE[file.suffix]
         raise SetcmasError(f"bag '{file}' cannot be read ({one_line(error)}); {advice}") from error
@@ -207,6 +209,7 @@ class Bag:
         if not full:
             losses = [notice for source in sources for notice in source.notices]
             raise SetcmasError(losses[0] if losses else f"bag '{path}' holds no messages")
+        self._path = path
         self._sources = sorted(full, key=lambda source: source.extent.start_ns)
         self._left_out: list[str] = []
         self._topics = self._resolve()
@@ -224,10 +227,20 @@ class Bag:
         return self._left_out + [n for source in self._sources for n in source.notices]
 
     def messages(self) -> Iterator[Message]:
-        """Yield topic, receive time (ns) and bytes of each message, file after file."""
+        """Yield topic, receive time (ns) and bytes of each message, file after file.
+
+        Raises:
+            SetcmasError: They take far more bytes than the files.
+        """
+        most = left = sum(source.most_bytes for source in self._sources)
         for source in self._sources:
             topics = {c.id: self._topics.get(_key(c)) for c in source.connections}
             for connection, time_ns, data in source.messages():
+                left -= len(data)
+                if left < 0:
+                    raise too_large(
+                        self._path, 'more bytes of messages than its size allows', most
+                    )
                 if topic := topics[connection.id]:
                     yield topic, time_ns, data
 

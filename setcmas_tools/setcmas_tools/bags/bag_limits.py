@@ -12,6 +12,7 @@ from typing import Any, NamedTuple
 from mcap.stream_reader import lz4, zstandard
 from rosbags.rosbag1.reader import decompressors
 from rosbags.rosbag2.storage_mcap import DECOMPRESSORS, McapReader
+from rosbags.rosbag2.storage_sqlite3 import apsw
 
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.limited_file import open_limited
@@ -21,7 +22,7 @@ LARGEST_RECORD = 2**26
 
 _MOST_BYTES = 2**40
 _SMALL_BAG = 2**25
-_LARGEST_RATIO = 100  # of all chunks together; robots' bags have 10 to 50
+_LARGEST_RATIO = 1000  # of content to file; robots' bags have 10 to 50, constant images more
 _LARGEST_OVERLAP = 2**29  # rosbags holds chunks that overlap in time in memory
 _BYTES_AT_ONCE = 2**20
 _MAGIC = b'\x89MCAP0\r\n'
@@ -29,6 +30,11 @@ _HEAD = struct.Struct('<BQ')
 _CHUNK_HEAD = struct.Struct('<QQQII')
 _FOOTER = struct.Struct('<BQQQI8s')
 _CHUNK, _DATA_END = 0x06, 0x0F
+
+
+def largest_content(path: Path) -> int:
+    """Return the most bytes of messages or chunks that a file may hold."""
+    return _SMALL_BAG + _LARGEST_RATIO * path.stat().st_size
 
 
 def zstd_content(data: bytes, most: int = LARGEST_RECORD) -> bytes:
@@ -52,14 +58,14 @@ def decompress_file(packed: Path, target: Path) -> Path:
         OSError: A file cannot be read or written.
         SetcmasError: It is damaged or too large.
     """
-    most = _SMALL_BAG + _LARGEST_RATIO * packed.stat().st_size
+    most = largest_content(packed)
     with open_limited(packed, _MOST_BYTES) as source, target.open('wb') as file:
         stream = zstandard.ZstdDecompressor().stream_reader(source)
         try:
             while part := stream.read(_BYTES_AT_ONCE):
                 file.write(part)
                 if file.tell() > most:
-                    raise _too_large(packed, f'more than {most:,} bytes', most)
+                    raise too_large(packed, f'more than {most:,} bytes', most)
         except zstandard.ZstdError as error:
             raise SetcmasError(f"bag '{packed}' is damaged ({error}); it must be whole") from error
     return target
@@ -135,7 +141,7 @@ class McapOutline:
         self._size = path.stat().st_size
         for offset, kind, length, head in _records(path):
             if length > LARGEST_RECORD and offset + length <= self._size:
-                raise _too_large(path, f'a record of {length:,} bytes', LARGEST_RECORD)
+                raise too_large(path, f'a record of {length:,} bytes', LARGEST_RECORD)
             if kind == _DATA_END:
                 summary = offset + _HEAD.size + length
             if kind == _CHUNK and len(head) == _CHUNK_HEAD.size:
@@ -143,11 +149,11 @@ class McapOutline:
                 self.chunks.append(Chunk(offset, start, end, size))
         for chunk in self.chunks:
             if chunk.size > LARGEST_RECORD:
-                raise _too_large(path, f'a chunk of {chunk.size:,} bytes', LARGEST_RECORD)
+                raise too_large(path, f'a chunk of {chunk.size:,} bytes', LARGEST_RECORD)
         whole = sum(chunk.size for chunk in self.chunks)
-        most = _SMALL_BAG + _LARGEST_RATIO * self._size
+        most = largest_content(path)
         if whole > most:
-            raise _too_large(path, f'chunks of {whole:,} bytes', most)
+            raise too_large(path, f'chunks of {whole:,} bytes', most)
         self.is_complete = self._is_ordered() and _summary_start(path) in (0, summary)
 
     def has_chunks_of(self, reader: McapReader) -> bool:
@@ -184,7 +190,8 @@ def _summary_start(path: Path) -> int | None:
     return start
 
 
-def _too_large(path: Path, what: str, most: int) -> SetcmasError:
+def too_large(path: Path, what: str, most: int) -> SetcmasError:
+    """Return the error for a bag beyond a limit."""
     return SetcmasError(f"bag '{path}' holds {what}; at most {most:,} are read")
 
 
@@ -201,3 +208,51 @@ def _records(path: Path) -> Iterator[tuple[int, int, int, bytes]]:
             if offset >= 2**63:
                 return
             file.seek(offset)
+
+
+_LEAST_STEPS, _STEPS_PER_BYTE = 10_000_000, 10  # an honest query takes less than one a byte
+_STEPS_AT_ONCE = 100_000
+_MOST_QUERY_BYTES = 2**30
+_STRANGE_TABLES = """
+SELECT name FROM pragma_table_list WHERE schema = 'main' AND type <> 'table' UNION ALL
+SELECT t.name FROM pragma_table_list AS t, pragma_table_xinfo(t.name) AS c WHERE c.hidden
+"""
+
+
+def _limit_database(database: apsw.Connection) -> None:
+    """Limit the steps and the memory of queries; allow tables with stored columns only.
+
+    Views and generated columns run code of the file's author, and pages that refer to each other
+    hold any number of rows.
+
+    Raises:
+        SetcmasError: There is a view, a virtual table or a generated column.
+    """
+    path = Path(database.filename)
+    size = path.stat().st_size
+    database.limit(apsw.SQLITE_LIMIT_LENGTH, min(size, LARGEST_RECORD))
+    for name, value in (('trusted_schema', 0), ('cell_size_check', 1), ('temp_store', 2)):
+        database.pragma(name, value)
+    left = 0
+
+    def start(*_: Any) -> bool:
+        nonlocal left
+        left = (_LEAST_STEPS + _STEPS_PER_BYTE * size) // _STEPS_AT_ONCE
+        return True
+
+    def is_over() -> bool:
+        nonlocal left
+        left -= 1
+        return left < 0
+
+    database.exec_trace = start
+    database.set_progress_handler(is_over, _STEPS_AT_ONCE)
+    if strange := database.execute(_STRANGE_TABLES).fetchone():
+        raise SetcmasError(
+            f"bag '{path}' is not read: {strange[0]} is a view or has generated columns; a bag "
+            'has tables of stored values only'
+        )
+
+
+apsw.hard_heap_limit(_MOST_QUERY_BYTES)
+apsw.connection_hooks.append(_limit_database)  # rosbags opens the connections

@@ -25,7 +25,12 @@ from rosbags.rosbag2 import Reader as Ros2Reader
 from rosbags.rosbag2.metadata import parse_qos
 
 from setcmas_simu.errors import SetcmasError
-from setcmas_tools.bags.bag_limits import LARGEST_RECORD, decompressed, zstd_content
+from setcmas_tools.bags.bag_limits import (
+    LARGEST_RECORD,
+    decompressed,
+    largest_content,
+    zstd_content,
+)
 
 Entry = tuple[Connection, int, bytes]
 """Connection, receive time in ns, and the serialised message."""
@@ -67,11 +72,13 @@ class BagSource(Protocol):
         connections: Topic, type, definition and number of messages of each connection.
         extent: The messages that can be read.
         notices: A line for each loss; complete once `messages` has ended.
+        most_bytes: Limit of the bytes of all messages together.
     """
 
     connections: list[Connection]
     extent: Extent
     notices: list[str]
+    most_bytes: int
 
     def messages(self) -> Iterator[Entry]:
         """Yield all messages."""
@@ -92,6 +99,7 @@ class IndexedSource:
         """
         self._path = path
         self._reader = reader
+        self.most_bytes = largest_content(path)
         reader.open()
         self.connections: list[Connection] = list(reader.connections)
         # Readers put the end a nanosecond after the last message.
@@ -127,6 +135,7 @@ class DecompressedSource:
         self.connections = source.connections
         self.extent = source.extent
         self.notices = source.notices
+        self.most_bytes = source.most_bytes
 
     def messages(self) -> Iterator[Entry]:
         """Yield all messages; a damaged one has no bytes."""
@@ -171,6 +180,7 @@ class McapSalvage:
         self._damaged_chunks = 0
         self._failed = False
         self._was_cut = False
+        self.most_bytes = largest_content(path)
         self.extent = Extent()
         counts: Counter[int] = Counter()
         for message in self._scan():
