@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 from mcap.stream_reader import lz4, zstandard
 from rosbags.rosbag1.reader import decompressors
 from rosbags.rosbag2.storage_mcap import DECOMPRESSORS, McapReader
-from rosbags.rosbag2.storage_sqlite3 import apsw
+from rosbags.rosbag2.storage_sqlite3 import apsw  # type: ignore[attr-defined]
 
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.limited_file import open_limited

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import math
 import os
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 from rosbags.interfaces import (
     Connection,
@@ -27,10 +28,9 @@ from rosbags.typesys import (
 from rosbags.typesys.store import Typestore
 
 from setcmas_tools.bags.bag_sources import one_line
-from setcmas_tools.bags.type_limits import MOST_LETTERS, TooLargeError, TypeLimits
 
-_MOST_LETTERS = 20 * MOST_LETTERS
-_MOST_STORES = 50
+_MOST_LETTERS = 100_000  # of the definition of a type with its parts
+_MOST_TYPES = 500
 _IDL_SEPARATOR = '=' * 80 + '\n'
 
 
@@ -62,9 +62,7 @@ class BagTypes:
 
     def __init__(self) -> None:
         """Start without any type."""
-        # More than one store only if topics disagree on a definition, as in merged bags.
-        self._stores: list[Typestore] = []
-        self._letters = 0
+        # Topics may disagree on a definition, as in merged bags.
         self._resolved: dict[tuple[str, str, bool], MessageType] = {}
 
     def resolve(self, connection: Connection) -> MessageType:
@@ -80,29 +78,25 @@ class BagTypes:
             raise UnresolvedTypeError(f"it is encoded as '{encoding}'; it must be cdr")
         key = (connection.msgtype, connection.msgdef.data, is_ros1)
         if key not in self._resolved:
-            store = self._store_for(connection)
+            letters = sum(len(text) for _, text, _ in self._resolved)
+            if letters > 20 * _MOST_LETTERS or len(self._resolved) > _MOST_TYPES:
+                raise UnresolvedTypeError('the definitions in the bag are too long or too many')
+            store = _store_for(connection)
             decode = _decoder(store, connection.msgtype, is_ros1)
             self._resolved[key] = MessageType(connection.msgtype, store, decode)
         return self._resolved[key]
 
-    def _store_for(self, connection: Connection) -> Typestore:
-        if connection.msgdef.format == MessageDefinitionFormat.NONE:
-            return _store_of_ros(connection.msgtype)
-        self._letters += len(connection.msgdef.data)
-        if self._letters > _MOST_LETTERS or len(self._stores) > _MOST_STORES:
-            raise UnresolvedTypeError('the definitions in the bag are too long or too many')
-        definitions = _parse(connection)
-        fresh = get_typestore(Stores.EMPTY)
-        for store in (*self._stores, fresh):
-            try:
-                store.register(definitions)
-            except (TypesysError, SyntaxError) as error:  # the latter from a damaged name
-                reason = one_line(error)
-                continue
-            if store is fresh:
-                self._stores.append(fresh)
-            return store
-        raise UnresolvedTypeError(f'its definition is damaged ({reason})')
+
+def _store_for(connection: Connection) -> Typestore:
+    if connection.msgdef.format == MessageDefinitionFormat.NONE:
+        return _store_of_ros(connection.msgtype)
+    store = get_typestore(Stores.EMPTY)
+    try:
+        store.register(_parse(connection))
+    # SyntaxError: of a damaged name
+    except (TypesysError, SyntaxError, ValueError, RecursionError) as error:
+        raise UnresolvedTypeError(f'its definition is damaged ({one_line(error)})') from error
+    return store
 
 
 def _store_of_ros(msgtype: str) -> Typestore:
@@ -115,20 +109,17 @@ def _store_of_ros(msgtype: str) -> Typestore:
 
 def _parse(connection: Connection) -> dict[str, Any]:
     text = connection.msgdef.data
-    if len(text) > MOST_LETTERS:
+    if len(text) > _MOST_LETTERS:
         raise UnresolvedTypeError(
-            f'its definition has {len(text):,} letters; at most {MOST_LETTERS:,} are read'
+            f'its definition has {len(text):,} letters; at most {_MOST_LETTERS:,} are read'
         )
-    try:
-        if connection.msgdef.format == MessageDefinitionFormat.MSG:
-            return dict(get_types_from_msg(text, connection.msgtype))
-        definitions: dict[str, Any] = {}
-        for part in text.split(_IDL_SEPARATOR):
-            idl = part.split('\n', 1)[1] if part.startswith('IDL: ') else part
-            if idl.strip():
-                definitions.update(get_types_from_idl(idl))
-    except (TypesysError, ValueError, RecursionError) as error:
-        raise UnresolvedTypeError(f'its definition is damaged ({one_line(error)})') from error
+    if connection.msgdef.format == MessageDefinitionFormat.MSG:
+        return dict(get_types_from_msg(text, connection.msgtype))
+    definitions: dict[str, Any] = {}
+    for part in text.split(_IDL_SEPARATOR):
+        idl = part.split('\n', 1)[1] if part.startswith('IDL: ') else part
+        if idl.strip():
+            definitions.update(get_types_from_idl(idl))
     return definitions
 
 
@@ -150,6 +141,87 @@ def _decoder(store: Typestore, msgtype: str, is_ros1: bool) -> Callable[[bytes],
             raise UndecodableError(one_line(error)) from error
 
     return decode
+
+
+_DEEPEST = 30
+_MOST_COLUMNS = 10_000
+_MOST_ELEMENTS = 2_000_000  # of a message: each is an object of Python
+_BYTES = {'bool': 1, 'byte': 1, 'char': 1, 'int8': 1, 'uint8': 1, 'int16': 2, 'uint16': 2}
+
+
+class TooLargeError(Exception):
+    """A type or a message exceeds a limit; the message says which."""
+
+
+class _Size(NamedTuple):
+    depth: int
+    columns: int
+    bytes: int
+
+
+class TypeLimits:
+    """Sizes of a type's messages, as its definition gives them."""
+
+    def __init__(self, fields: Mapping[str, Any], msgtype: str) -> None:
+        """Go through the parts of a type.
+
+        Args:
+            fields: Definitions by type, as rosbags parses them.
+            msgtype: Name of the type.
+
+        Raises:
+            TooLargeError: It contains itself, is nested too deep, or has too many fields.
+        """
+        self._fields = fields
+        self._sizes: dict[str, _Size | None] = {}
+        self._smallest: float = math.inf
+        self._size(msgtype, 0)
+
+    def check(self, data: bytes) -> None:
+        """Check a message before it is decoded.
+
+        Raises:
+            TooLargeError: It may have too many elements in arrays of texts or of messages.
+        """
+        if len(data) > self._smallest * _MOST_ELEMENTS:
+            raise TooLargeError(f'it may have more than {_MOST_ELEMENTS:,} elements')
+
+    def _size(self, msgtype: str, depth: int) -> _Size:
+        if msgtype not in self._fields:  # this is reported later
+            return _Size(0, 1, 1)
+        known = self._sizes.get(msgtype, _Size(0, 0, 0) if msgtype not in self._sizes else None)
+        if known is None:
+            raise TooLargeError(f'{msgtype} contains itself')
+        if msgtype not in self._sizes:
+            self._sizes[msgtype] = None
+            parts = [self._part(field, depth + 1) for _, field in self._fields[msgtype][1]]
+            known = _Size(
+                1 + max((part.depth for part in parts), default=0),
+                sum(part.columns for part in parts),
+                sum(part.bytes for part in parts),
+            )
+            self._sizes[msgtype] = known
+        if depth + known.depth > _DEEPEST:
+            raise TooLargeError(f'it is nested deeper than {_DEEPEST} levels')
+        if known.columns > _MOST_COLUMNS:
+            raise TooLargeError(f'it has more than {_MOST_COLUMNS:,} fields')
+        return known
+
+    def _part(self, field: tuple[Any, Any], depth: int) -> _Size:
+        if depth > _DEEPEST:
+            raise TooLargeError(f'it is nested deeper than {_DEEPEST} levels')
+        kind, detail = field
+        if kind == Nodetype.NAME:
+            return self._size(detail, depth)
+        if kind == Nodetype.BASE:
+            return _Size(0, 1, _BYTES.get(detail[0], 4))
+        element, length = detail
+        size = self._part(element, depth)
+        times = length if kind == Nodetype.ARRAY else 1
+        if element[0] == Nodetype.NAME or element[1][0] == 'string':
+            self._smallest = min(self._smallest, size.bytes)
+            size = size._replace(columns=times * size.columns)
+        return size._replace(bytes=times * size.bytes if kind == Nodetype.ARRAY else 4)
 
 
 class UnknownDefinitionError(Exception):

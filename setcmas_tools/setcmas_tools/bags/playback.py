@@ -8,9 +8,8 @@ from typing import Any
 
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet import topics
-from setcmas_simu.fleet.topics import CLOCK
 from setcmas_simu.ros.message_class import NoPythonTypeError, message_class
-from setcmas_tools.bags.bag import Bag, BagTopic
+from setcmas_tools.bags.bag import Bag, BagTopic, Message
 
 _NAMES = (topics.PAUSE, topics.RESET, topics.PAUSED.strip('/'), topics.GUARD_STATE)
 _OF_FLEETS = (
@@ -35,8 +34,8 @@ _COMMAND_TYPES = (
 def is_command(name: str, msgtype: str) -> bool:
     """Return whether robots or their controllers may act on a topic.
 
-    No robot may move because of a recording, not even one that is switched on later: so these
-    topics are never played. No program acts on cmd_cart_vel, the velocity that a law returned.
+    These topics are never played: no robot may move because of a recording, not even a robot
+    that is switched on later. No program acts on cmd_cart_vel, the velocity that a law returned.
     """
     last = name.rpartition('/')[2]
     if msgtype in _COMMAND_TYPES or name in _OF_FLEETS or last in _NAMES:
@@ -44,56 +43,51 @@ def is_command(name: str, msgtype: str) -> bool:
     return last.startswith(_BEGIN) and last != topics.CMD_CART_VEL
 
 
-class Choice:
-    """The topics that are played.
+def chosen_topics(
+    bag: Bag, wanted: Sequence[str] | None, own_clock: bool
+) -> tuple[dict[BagTopic, Any], list[str]]:
+    """Return the message class of each topic to play, and a line for each reason to omit topics.
 
-    Attributes:
-        classes: The message class of each.
-        notes: A line for each reason to leave topics out.
+    Args:
+        bag: The bag.
+        wanted: Names of the topics to play; None for all.
+        own_clock: Whether the player publishes /clock.
+
+    Raises:
+        SetcmasError: A wanted topic is not in the bag, or no topic can be played.
     """
-
-    def __init__(self, bag: Bag, wanted: Sequence[str] | None, own_clock: bool) -> None:
-        """Choose.
-
-        Args:
-            bag: The bag.
-            wanted: Names of the topics to play; None for all.
-            own_clock: Whether the player publishes /clock.
-
-        Raises:
-            SetcmasError: A wanted topic is not in the bag or is never played, or nothing is left.
-        """
-        names = {f'/{name.lstrip("/")}' for name in wanted or ()}
-        if missing := names - {topic.name for topic in bag.topics}:
-            raise SetcmasError(
-                f'there is no topic {min(missing)} in the bag; --topics must name topics of it'
-            )
-        self.classes: dict[BagTopic, Any] = {}
-        self._left_out: defaultdict[str, list[str]] = defaultdict(list)
-        for topic in bag.topics:
-            if names and topic.name not in names:
-                continue
-            if reason := self._objection(topic, own_clock):
-                self._left_out[reason].append(topic.name)
-        self.notes = [f'not played: {_listed(n)} ({why})' for why, n in self._left_out.items()]
-        if not self.classes:
-            raise SetcmasError('; '.join(['no topic is left to play', *self.notes]))
-
-    def _objection(self, topic: BagTopic, own_clock: bool) -> str:
-        """Return why a topic is not played; otherwise keep its class and return nothing."""
-        if is_command(topic.name, topic.type.name):
-            return 'no robot moves because of a recording'
-        if topic.name in (topics.PARAMETER_EVENTS, topics.ROSOUT):
-            return 'they are of the programs that were recorded'
-        if own_clock and topic.name == CLOCK:
-            return '--clock takes its place'
-        if any(topic.name == other.name for other in self.classes):
-            return 'recorded with two types'
+    names = {f'/{name.lstrip("/")}' for name in wanted or ()}
+    if missing := names - {topic.name for topic in bag.topics}:
+        raise SetcmasError(
+            f'there is no topic {min(missing)} in the bag; --topics must name topics of it'
+        )
+    classes: dict[BagTopic, Any] = {}
+    left_out: defaultdict[str, list[str]] = defaultdict(list)
+    for topic in bag.topics:
+        if names and topic.name not in names:
+            continue
+        reason = _objection(topic, own_clock)
+        if any(topic.name == other.name for other in classes):
+            reason = reason or 'recorded with two types'
         try:
-            self.classes[topic] = message_class(topic.type.name)
+            classes |= {} if reason else {topic: message_class(topic.type.name)}
         except NoPythonTypeError as error:
-            return str(error)
-        return ''
+            reason = str(error)
+        if reason:
+            left_out[reason].append(topic.name)
+    notes = [f'not played: {_listed(names)} ({why})' for why, names in left_out.items()]
+    if not classes:
+        raise SetcmasError('; '.join(['no topic is left to play', *notes]))
+    return classes, notes
+
+
+def _objection(topic: BagTopic, own_clock: bool) -> str:
+    """Return why a topic is never played; empty if it may be."""
+    if is_command(topic.name, topic.type.name):
+        return 'no robot moves because of a recording'
+    if topic.name in (topics.PARAMETER_EVENTS, topics.ROSOUT):
+        return 'they are of the programs that were recorded'
+    return '--clock takes its place' if own_clock and topic.name == topics.CLOCK else ''
 
 
 def _listed(names: list[str]) -> str:
@@ -128,8 +122,8 @@ class BagCursor:
         self._topics = topics
         self._latched = latched
         self.duration = (bag.end_ns - bag.start_ns) / 1e9
-        self._messages: Iterator[tuple[BagTopic, int, bytes]] = iter(())
-        self._next: tuple[BagTopic, int, bytes] | None = None
+        self._messages: Iterator[Message] = iter(())
+        self._next: Message | None = None
         self.move_to(0.0)
 
     @property
@@ -139,10 +133,8 @@ class BagCursor:
 
     def until(self, at: float) -> Iterator[Played]:
         """Yield the next messages up to a time in s."""
-        while self._next and (self._next[1] - self._bag.start_ns) / 1e9 <= at:
-            topic, _, data = self._next
-            self._next = next(self._messages, None)
-            yield topic, data
+        while self._next and (self.next_s or 0.0) <= at:
+            yield self._taken()
 
     def move_to(self, at: float) -> list[Played]:
         """Go to the first message from a time in s on.
@@ -153,12 +145,17 @@ class BagCursor:
         self._messages = (one for one in self._bag.messages() if one[0] in self._topics)
         self._next = next(self._messages, None)
         kept: dict[BagTopic, deque[bytes]] = {}
-        while self._next and (self._next[1] - self._bag.start_ns) / 1e9 < at:
-            topic, _, data = self._next
+        while self._next and (self.next_s or 0.0) < at:
+            topic, data = self._taken()
             if topic in self._latched:
                 kept.setdefault(topic, deque(maxlen=KEPT)).append(data)
-            self._next = next(self._messages, None)
         return [(topic, data) for topic, messages in kept.items() for data in messages]
+
+    def _taken(self) -> Played:
+        assert self._next
+        topic, _, data = self._next
+        self._next = next(self._messages, None)
+        return topic, data
 
 
 class PlayClock:
@@ -188,11 +185,6 @@ class PlayClock:
     def wait_s(self, at: float, now: float) -> float:
         """Return the time in s until a time in the recording comes, at least 0."""
         return max(0.0, (at - self.at(now)) / self._rate)
-
-    def turn(self, rate: float, now: float) -> None:
-        """Continue at another rate."""
-        self.move_to(self.at(now), now)
-        self._rate = rate
 
     def toggle(self, now: float) -> None:
         """Pause, or resume."""

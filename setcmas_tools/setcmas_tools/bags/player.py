@@ -29,7 +29,7 @@ from setcmas_simu.ros import cmd_vel_topics, qos
 from setcmas_simu.ros.fleet_topic import FleetListener
 from setcmas_simu.ros.process import FleetNode, RosProcess, node_main
 from setcmas_tools.bags.bag import Bag, BagTopic, open_bag
-from setcmas_tools.bags.playback import KEPT, BagCursor, Choice, PlayClock, Played
+from setcmas_tools.bags.playback import KEPT, BagCursor, PlayClock, Played, chosen_topics
 from setcmas_tools.bags.recording_options import PauseToggled, PlayerOptions
 
 _INFINITE_NS = 2**31 * 10**9
@@ -77,7 +77,7 @@ class RobotConflict:
         self._fleet = FleetListener(node)
 
     def before_playing(self) -> str:
-        """Return who uses one of the robots before playing starts; empty if no node does."""
+        """Return which node uses a robot before playing starts; empty if none does."""
         self._fleet.take()
         for source, announced in self._fleet.by_source.items():
             if both := sorted(set(self._robots) & set(announced.robots)):
@@ -85,7 +85,7 @@ class RobotConflict:
         return self._sender(self._names, 0) or self._listener()
 
     def while_playing(self) -> str:
-        """Return who uses one of the robots apart from this player; empty if no node does."""
+        """Return which node but this player uses a robot; empty if none does."""
         return self._sender(filter(topics.is_odometry, self._names), 1) or self._listener()
 
     def _sender(self, names: Iterable[str], own: int) -> str:
@@ -106,12 +106,10 @@ _LONGEST_WAIT_S = 0.025
 
 
 class Player:
-    """Publishes what a cursor hands out.
+    """Publishes the messages of a cursor.
 
     Attributes:
         count: Number of messages that were published.
-        on_tick: Called at least every 25 ms with the time in the recording in s; returns why
-            playing must end, empty if it may go on.
     """
 
     def __init__(
@@ -120,21 +118,24 @@ class Player:
         cursor: BagCursor,
         publishers: Mapping[BagTopic, Publisher],
         rate: float,
+        on_tick: Callable[[float], str],
     ) -> None:
         """Prepare to play from the start of the recording.
 
         Args:
-            process: Says when to stop.
+            process: Asks to stop.
             cursor: Reads the messages.
             publishers: The publisher of each topic.
             rate: Playback speed; 1 is as recorded.
+            on_tick: Called at least every 25 ms with the time in the recording in s; returns
+                why playing must end, empty if it may go on.
         """
         self.count = 0
-        self.on_tick: Callable[[float], str] = lambda _: ''
         self._process = process
         self._cursor = cursor
         self._publishers = publishers
         self._clock = PlayClock(rate, 0.0, time.monotonic())
+        self._on_tick = on_tick
         self._keys: LineDecoder[PauseToggled] = LineDecoder(PauseToggled)
         self._stdin: int | None = sys.stdin.fileno() if sys.stdin else None
 
@@ -149,20 +150,17 @@ class Player:
             now = time.monotonic()
             at = min(self._clock.at(now), self._cursor.duration)
             self._publish(self._cursor.until(at))
-            if reason := self.on_tick(at):
+            if reason := self._on_tick(at):
                 return reason
             if self._cursor.next_s is None and not self._clock.paused:
                 if not loop:
                     break
                 self._move_to(start)
-            self._take_keys(self._wait_s(now))
+            following = self._cursor.next_s
+            due = following is not None and not self._clock.paused
+            wait = self._clock.wait_s(following or 0.0, now) if due else _LONGEST_WAIT_S
+            self._take_keys(min(_LONGEST_WAIT_S, wait))
         return ''
-
-    def _wait_s(self, now: float) -> float:
-        following = self._cursor.next_s
-        if self._clock.paused or following is None:
-            return _LONGEST_WAIT_S
-        return min(_LONGEST_WAIT_S, self._clock.wait_s(following, now))
 
     def _publish(self, messages: Iterable[Played]) -> None:
         for topic, data in messages:
@@ -187,20 +185,17 @@ class Player:
             if not data:  # no terminal
                 self._stdin = None
             for _ in self._keys.feed(data):
-                self._toggle_pause()
-
-    def _toggle_pause(self) -> None:
-        now = time.monotonic()
-        self._clock.toggle(now)
-        state = 'paused' if self._clock.paused else 'playing on'
-        print(f'{state} at {self._clock.at(now):.1f} s', flush=True)
+                now = time.monotonic()
+                self._clock.toggle(now)
+                state = 'paused' if self._clock.paused else 'playing on'
+                print(f'{state} at {self._clock.at(now):.1f} s', flush=True)
 
 
 _DISCOVERY_S = 1.0
 _FORGOTTEN_AFTER_S = 6.0  # a second more than the lease in config/fastdds_network.xml
 _SETTLED_S = 0.5
 _LONGEST_SETTLING_S = 3.0
-_LAST_WORDS_S = 2.0
+_LAST_MESSAGES_S = 2.0
 _LOOK_S = 1.0
 
 
@@ -221,30 +216,31 @@ def _play_bag(process: RosProcess, args: argparse.Namespace) -> int:
 
 
 def _play(process: RosProcess, bag: Bag, options: PlayerOptions) -> int:
-    choice = Choice(bag, options.topics, options.clock)
-    latched = {topic for topic in choice.classes if is_latched(topic.offered_qos)}
-    cursor = BagCursor(bag, choice.classes, latched)
+    classes, notes = chosen_topics(bag, options.topics, options.clock)
+    cursor = BagCursor(bag, classes, {topic for topic in classes if is_latched(topic.offered_qos)})
     if options.start > cursor.duration:
         raise SetcmasError(
             f'--start is {options.start:g} s; it must be at most {cursor.duration:.1f} s, '
             'the length of the bag'
         )
     node = FleetNode(topics.PLAYER_NODE)
-    conflict = RobotConflict(node, [topic.name for topic in choice.classes])
-    for line in [*bag.notices, *choice.notes]:
+    conflict = RobotConflict(node, [topic.name for topic in classes])
+    for line in [*bag.notices, *notes]:
         print(line, file=sys.stderr, flush=True)
     _refuse_robots(process, conflict)
     publishers = {
         topic: node.create_publisher(kind, topic.name, restored_qos(topic.offered_qos))
-        for topic, kind in choice.classes.items()
+        for topic, kind in classes.items()
     }
-    player = Player(process, cursor, publishers, options.rate)
-    player.on_tick = _Housekeeping(node, conflict, bag.start_ns if options.clock else None).tick
+    on_tick = _tick(node, conflict, bag.start_ns if options.clock else None)
+    player = Player(process, cursor, publishers, options.rate, on_tick)
     _settle(process, publishers.values())
     topics_text = 'topic' if len(publishers) == 1 else 'topics'
     print(f'playing {len(publishers)} {topics_text}, {cursor.duration:.1f} s', flush=True)
     reason = player.play(options.start, options.loop)
-    _wait_until_sent(publishers.values())
+    deadline = time.monotonic() + _LAST_MESSAGES_S
+    for publisher in publishers.values():
+        publisher.wait_for_all_acked(Duration(seconds=max(0.0, deadline - time.monotonic())))
     messages_text = 'message' if player.count == 1 else 'messages'
     print(f'played {player.count:,} {messages_text}', flush=True)
     if reason:
@@ -279,35 +275,28 @@ def _settle(process: RosProcess, publishers: Collection[Publisher]) -> None:
         time.sleep(0.02)
 
 
-def _wait_until_sent(publishers: Collection[Publisher]) -> None:
-    deadline = time.monotonic() + _LAST_WORDS_S
-    for publisher in publishers:
-        left = max(0.0, deadline - time.monotonic())
-        publisher.wait_for_all_acked(Duration(seconds=left))
+def _tick(node: Node, conflict: RobotConflict, from_ns: int | None) -> Callable[[float], str]:
+    """Return the function that publishes the clock and looks for robots that appear.
 
+    Args:
+        node: Publishes the clock.
+        conflict: Finds the robots.
+        from_ns: Time of the bag's start in ns; None to publish no clock.
+    """
+    clock = None if from_ns is None else node.create_publisher(Clock, topics.CLOCK, qos.CLOCK)
+    next_look = time.monotonic() + _LOOK_S
 
-class _Housekeeping:
-    """Publishes the clock, and looks for robots that appear."""
-
-    def __init__(self, node: Node, conflict: RobotConflict, clock_from_ns: int | None) -> None:
-        """Prepare; the clock shows the time of the bag from its start in ns, or None."""
-        self._conflict = conflict
-        self._from_ns = clock_from_ns
-        self._clock = None
-        if clock_from_ns is not None:
-            self._clock = node.create_publisher(Clock, topics.CLOCK, qos.CLOCK)
-        self._next_look = time.monotonic() + _LOOK_S
-
-    def tick(self, at: float) -> str:
-        """Publish the clock; return who uses one of the robots, empty if no node does."""
-        if self._clock and self._from_ns is not None:
-            seconds, nanoseconds = divmod(self._from_ns + round(at * 1e9), 10**9)
-            self._clock.publish(Clock(clock=Time(sec=seconds, nanosec=nanoseconds)))
-        now = time.monotonic()
-        if now < self._next_look:
+    def tick(at: float) -> str:
+        nonlocal next_look
+        if clock and from_ns is not None:
+            seconds, nanoseconds = divmod(from_ns + round(at * 1e9), 10**9)
+            clock.publish(Clock(clock=Time(sec=seconds, nanosec=nanoseconds)))
+        if time.monotonic() < next_look:
             return ''
-        self._next_look = now + _LOOK_S
-        return self._conflict.while_playing()
+        next_look = time.monotonic() + _LOOK_S
+        return conflict.while_playing()
+
+    return tick
 
 
 if __name__ == '__main__':

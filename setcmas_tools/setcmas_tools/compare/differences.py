@@ -20,10 +20,10 @@ _SAME_END_S = 1.0
 
 def differences(reference: Run, run: Run) -> list[str]:
     """Return the differences of a run from a reference as lines: robots, end, options, files."""
-    return [*_happened(reference, run), *_given(reference, run)]
+    return [*_robots_and_end(reference, run), *_settings(reference, run)]
 
 
-def _happened(reference: Run, run: Run) -> Iterator[str]:
+def _robots_and_end(reference: Run, run: Run) -> Iterator[str]:
     old, new = reference.robots, run.robots
     if old != new:
         both = sorted({*old} & {*new})
@@ -35,7 +35,7 @@ def _happened(reference: Run, run: Run) -> Iterator[str]:
         yield f'end: {before:.1f} s -> {after:.1f} s; metrics are of each run to its own end'
 
 
-def _given(reference: Run, run: Run) -> Iterator[str]:
+def _settings(reference: Run, run: Run) -> Iterator[str]:
     both = {'the reference': reference, 'this run': run}
     unknown = [name for name, one in both.items() if not one.parameters]
     if unknown:

@@ -14,7 +14,6 @@ import numpy as np
 from setcmas_simu.arrays import Floats
 from setcmas_simu.errors import SetcmasError
 from setcmas_simu.fleet.topics import robot_name
-from setcmas_tools.measures.metrics import Metrics, as_dict, measure
 from setcmas_tools.run.fleet_motion import FleetGrid
 from setcmas_tools.run.run import Run
 
@@ -26,7 +25,7 @@ LARGEST_SHIFT_S = 10.0
 
 _NOTHING_IN_COMMON = 'no robot is in both runs long enough to compare them'
 _LEAST_COMMON = 0.5  # of the shorter run
-_LEAST_LIKENESS = 0.5
+_LEAST_CORRELATION = 0.5
 
 
 @dataclass(frozen=True)
@@ -67,11 +66,11 @@ def is_experiment(run: Run) -> bool:
 
 
 def best_shift(reference: Run, run: Run) -> Shifted:
-    """Return the comparison of a run with a reference at the shift where robots are nearest.
+    """Return a run's distances from a reference at the shift in time where they are least.
 
-    Two simulations start together: they are not shifted. Otherwise it is the multiple of 0.1 s up
-    to `LARGEST_SHIFT_S` with the least RMS distance over all common robots and times; these are
-    at least half of the shorter run.
+    Two simulations start together and are not shifted. Otherwise the shift is the multiple of
+    0.1 s up to `LARGEST_SHIFT_S` with the least RMS distance over all common robots and times,
+    which are at least half of the shorter run.
 
     Raises:
         SetcmasError: No robot is in both runs.
@@ -107,15 +106,15 @@ def delay_of(reference: Floats, run: Floats) -> float | None:
         None if the speeds are not alike, or do not change.
     """
     found = {
-        steps: _likeness(reference[:, mine], run[:, others])
+        steps: _correlation(reference[:, mine], run[:, others])
         for steps, mine, others in shifts(reference.shape[1], run.shape[1])
     }
     best = max(found, key=lambda steps: found[steps], default=0)
-    return best / RATE_HZ if found and found[best] >= _LEAST_LIKENESS else None
+    return best / RATE_HZ if found and found[best] >= _LEAST_CORRELATION else None
 
 
 def shifts(ours: int, theirs: int) -> Iterator[tuple[int, slice, slice]]:
-    """Yield shifts of two runs in samples, the smallest first, and the samples that then meet.
+    """Yield shifts of two runs in samples, the smallest first, and the samples that overlap.
 
     Args:
         ours: Number of samples of the reference, `RATE_HZ` a second.
@@ -129,7 +128,7 @@ def shifts(ours: int, theirs: int) -> Iterator[tuple[int, slice, slice]]:
             yield steps, slice(begin, end), slice(begin + steps, end + steps)
 
 
-def _likeness(one: Floats, other: Floats) -> float:
+def _correlation(one: Floats, other: Floats) -> float:
     """Return the mean correlation coefficient of rows; rows that do not change do not count."""
     known = np.isfinite(one + other).all(axis=0)
     found = [
@@ -153,52 +152,12 @@ def _rms(values: Floats) -> float:
     return float(np.sqrt(np.nanmean(np.square(values))))
 
 
-_LEAST_CHANGE = 0.01
-_LEAST_DIFFERENCE = 1e-3  # 1 mm, 1 mm/s, 1 ms
-_MOST_CHANGES = 6
-
-
-@dataclass(frozen=True)
-class Apart:
-    """The largest distance of a robot in one run to itself in another at the same time.
-
-    Attributes:
-        distance: The distance in m; NaN if no robot is in both runs at the same time.
-        t: Its time in s.
-        robot: Number of the robot.
-    """
-
-    distance: float
-    t: float
-    robot: int
-
-    def __str__(self) -> str:
-        """Return the distance, the robot and the time."""
-        if not np.isfinite(self.distance):
-            return 'no robot is in both runs at the same time'
-        return (
-            f'largest distance {self.distance:.3g} m ({robot_name(self.robot)} at '
-            f't = {self.t:.1f} s)'
-        )
-
-
-def largest_distance(first: Run, second: Run) -> Apart:
-    """Return the largest distance of two runs, at multiples of 0.1 s from the start."""
-    largest = Apart(np.nan, np.nan, 0)
-    t, distances = distances_between(first, second)
-    for robot, values in distances.items():
-        if np.isfinite(values).any() and not np.nanmax(values) <= largest.distance:
-            step = int(np.nanargmax(values))
-            largest = Apart(float(values[step]), float(t[step]), robot)
-    return largest
-
-
 def distances_between(first: Run, second: Run) -> tuple[Floats, dict[int, Floats]]:
-    """Return the distance of each robot in two runs to itself at equal times.
+    """Return the distance of each robot between two runs at equal times.
 
     Returns:
-        K multiples of 0.1 s from the first commands on that are in both; and distances in m by
-        robot, shape (K,), NaN where it is not in both.
+        Times in s that both runs have, multiples of 0.1 s from t = 0 on, shape (K,), and the
+        distances in m by robot, shape (K,), NaN where a run lacks the robot.
     """
     one, other = first.counted_grid, second.counted_grid
     steps, others = (np.round(grid.t * 10).astype(int) for grid in (one, other))
@@ -214,32 +173,17 @@ def comparison_line(folder: Path, earlier: Path) -> str:
     """Return a line that compares the run in a folder with an earlier run.
 
     Raises:
-        SetcmasError: A run cannot be read or measured.
+        SetcmasError: A run cannot be read, or no robot is in both.
     """
     theirs, ours = ({path.name for path in (f / 'csv').glob('*')} for f in (earlier, folder))
     same, _, _ = filecmp.cmpfiles(earlier / 'csv', folder / 'csv', ours | theirs, shallow=False)
     if theirs == ours == set(same):
         return f'identical to {earlier}: all {len(same)} files of its csv have the same bytes'
-    run, other = Run.load(folder), Run.load(earlier)
-    differing = changes(measure(other), measure(run))
-    listed = '; '.join(differing[:_MOST_CHANGES]) or 'none'
-    more = f' and {len(differing) - _MOST_CHANGES} more' if len(differing) > _MOST_CHANGES else ''
+    distance = best_shift(Run.load(earlier), Run.load(folder))
     return (
-        f'compared with {earlier}: {largest_distance(run, other)}; metrics that differ by more '
-        f'than {100 * _LEAST_CHANGE:g} % and {_LEAST_DIFFERENCE:g}: {listed}{more}'
+        f'compared with {earlier}: this run {distance}; '
+        f'setcmas compare {earlier} {folder} shows more'
     )
-
-
-def changes(before: Metrics, after: Metrics) -> list[str]:
-    """Return a text for each number that differs between metrics, the largest change first."""
-    old, new = (flat(as_dict(metrics)) for metrics in (before, after))
-    sizes = {}
-    for name in [*old, *(new.keys() - old.keys())]:
-        was, now = old.get(name), new.get(name)
-        size = _change(was, now)
-        if size > _LEAST_CHANGE:
-            sizes[f'{name} {_text(was)} -> {_text(now)}'] = size
-    return sorted(sizes, key=lambda text: -sizes[text])
 
 
 def flat(value: Any, name: str = '') -> dict[str, Any]:
@@ -254,15 +198,3 @@ def flat(value: Any, name: str = '') -> dict[str, Any]:
     for part, inner in parts:
         found |= flat(inner, f'{name}.{part}' if name else str(part))
     return found
-
-
-def _change(was: Any, now: Any) -> float:
-    """Return the change of a value, relative to the larger one; 1 if it is no number."""
-    if isinstance(was, (int, float)) and isinstance(now, (int, float)):
-        difference = abs(now - was)
-        return difference / max(abs(now), abs(was)) if difference > _LEAST_DIFFERENCE else 0.0
-    return float(was != now)
-
-
-def _text(value: Any) -> str:
-    return 'none' if value is None else f'{value:.4g}' if isinstance(value, float) else str(value)

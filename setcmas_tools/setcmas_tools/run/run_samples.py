@@ -1,9 +1,10 @@
-"""Tables of a run among the messages of a bag."""
+"""Tables of a run, collected from the messages of a bag."""
 
 from __future__ import annotations
 
 from array import array
 from collections.abc import Callable, Iterable
+from contextlib import suppress
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -22,7 +23,6 @@ from setcmas_tools.run.communication_record import CommunicationRecord, Counts, 
 from setcmas_tools.run.fleet_motion import FleetTable, check_extent, fleet_table
 from setcmas_tools.run.law_output import (
     DrawingRecord,
-    SafetyRecord,
     SafetyRow,
     commands,
     safety_record,
@@ -118,12 +118,6 @@ def _robot_of(name: str, topic: str) -> int | None:
     return robot if own else None
 
 
-_MATRIX = 'std_msgs/msg/Float32MultiArray'
-_TABLE = 'std_msgs/msg/Float64MultiArray'
-_EVENT = 'std_msgs/msg/UInt16'
-_NB_COUNTS = 4
-
-
 class CommunicationSamples:
     """Collects triggers, graphs, and the counts of links."""
 
@@ -133,19 +127,22 @@ class CommunicationSamples:
         self._counts: dict[int, Floats] = {}
         self._graphs: list[tuple[int, Floats]] = []
 
-    def collector(self, topic: str, msgtype: str) -> Taker | None:
-        """Return the function that takes the messages of a topic; None if not needed."""
-        if topic == topics.COMMUNICATION_GRAPH and msgtype == _MATRIX:
-            return self._take_graph
-        robot = topics.robot_of(topic)
-        if robot and topic == topics.robot_topic(robot, topics.TRIG_EVENT) and msgtype == _EVENT:
-            events = self._events.setdefault(robot, [])
-            return lambda time_ns, message: events.append((time_ns, int(message.data)))
-        if robot and topic == topics.robot_topic(robot, topics.LINKS) and msgtype == _TABLE:
-            return lambda _, message: self._take_counts(robot, message)
-        return None
+    def take_event(self, robot: int, time_ns: int, message: Any) -> None:
+        """Take an evaluation of a robot's triggering condition."""
+        self._events.setdefault(robot, []).append((time_ns, int(message.data)))
 
-    def record(self, table: FleetTable | None, start_ns: int) -> CommunicationRecord | None:
+    def take_graph(self, time_ns: int, message: Any) -> None:
+        """Take the weights of the communication graph."""
+        size = int(len(message.data) ** 0.5)
+        weights = np.array(message.data[: size * size], dtype=float).reshape(size, size)
+        self._graphs.append((time_ns, weights))
+
+    def take_counts(self, receiver: int, _: int, message: Any) -> None:
+        """Take the counts of all links to a robot; the last ones hold."""
+        data = np.asarray(message.data, dtype=float)
+        self._counts[receiver] = data[: len(data) // 4 * 4].reshape(-1, 4)
+
+    def record(self, table: FleetTable, start_ns: int) -> CommunicationRecord | None:
         """Return the record of the run; None if the bag holds no communication.
 
         Args:
@@ -163,15 +160,16 @@ class CommunicationSamples:
             if row[0] > 0 or (receiver, sender) in was_up
         }
         triggers = [
-            ((time_ns - start_ns) / 1e9, robot, sent)
+            # The first evaluation always triggers; the recorder may have missed that message.
+            ((time_ns - start_ns) / 1e9, robot, sent if i else 1)
             for robot, events in self._events.items()
-            for time_ns, sent in _with_first_state(events)
+            for i, (time_ns, sent) in enumerate(events)
         ]
-        periodic = {i: table.of(i).t[table.of(i).t >= 0] for i in table.robots} if table else {}
+        periodic = {i: table.of(i).t[table.of(i).t >= 0] for i in table.robots}
         return record_of(links, triggers, changes.rows, periodic)
 
     def _changes(self, start_ns: int) -> GraphChanges:
-        nb_robots = max([len(rows) for rows in self._counts.values()], default=0)
+        nb_robots = max(map(len, self._counts.values()), default=0)
         graphs = self._graphs or [(start_ns, complete(nb_robots))]
         changes = GraphChanges(len(graphs[0][1]))
         adjacency = np.zeros_like(graphs[0][1])
@@ -182,42 +180,14 @@ class CommunicationSamples:
                 changes.note(max(0.0, (time_ns - start_ns) / 1e9), adjacency)
         return changes
 
-    def _take_graph(self, time_ns: int, message: Any) -> None:
-        self._graphs.append((time_ns, _square(message.data)))
 
-    def _take_counts(self, receiver: int, message: Any) -> None:
-        data = np.asarray(message.data, dtype=float)
-        self._counts[receiver] = data[: len(data) // _NB_COUNTS * _NB_COUNTS].reshape(
-            -1, _NB_COUNTS
-        )
-
-
-def _square(data: Any) -> Floats:
-    size = int(len(data) ** 0.5)
-    return np.array(data[: size * size], dtype=float).reshape(size, size)
-
-
-def _with_first_state(events: list[tuple[int, int]]) -> list[tuple[int, int]]:
-    """Return events with the first one a transmission, as it always is.
-
-    A robot may have sent it before the recorder listened.
-    """
-    return [(events[0][0], 1), *events[1:]] if events else []
-
-
-_VELOCITY = 'geometry_msgs/msg/Point32'
 _MARKER = 'visualization_msgs/msg/Marker'
-_TRAIL = 'visualization_msgs/msg/MarkerArray'
-_TEXT = 'std_msgs/msg/String'
-_PARAMETER_EVENT = 'rcl_interfaces/msg/ParameterEvent'
+_SPHERE_TYPE = 2
 _VALUES = (
     'bool_value', 'integer_value', 'double_value', 'string_value', 'byte_array_value',
     'bool_array_value', 'integer_array_value', 'double_array_value', 'string_array_value',
 )  # fmt: skip
 """Fields of rcl_interfaces/ParameterValue, in the order of its types from 1."""
-
-_STATUSES = 'diagnostic_msgs/msg/DiagnosticArray'
-_SPHERE_TYPE = 2
 
 
 class RunSamples:
@@ -231,8 +201,7 @@ class RunSamples:
         """
         self._fleet = FleetSamples(bag_topics)
         self._communication = CommunicationSamples()
-        self._commands = array('d')
-        self._allowed = array('d')
+        self._commands, self._allowed = array('d'), array('d')
         self._drawings = DrawingRecord()
         self._references: References | None = None
         self._safety: list[SafetyRow] = []
@@ -240,29 +209,52 @@ class RunSamples:
 
     def collectors(self, topic: str, msgtype: str) -> list[Taker]:
         """Return the functions that take the messages of a topic."""
-        found = [
-            self._fleet.collector(topic),
-            self._communication.collector(topic, msgtype),
-            self._own_collector(topic, msgtype),
-        ]
+        robot = topics.robot_of(topic) or 0
+        name = topic.removeprefix(topics.robot_topic(robot, ''))
+        found = [self._fleet.collector(topic), self._takers(robot).get((name, msgtype))]
+        if robot and name != topics.MARKER and msgtype.removesuffix('Array') == _MARKER:
+            found.append(partial(self._take_markers, robot, name))
         return [collect for collect in found if collect]
+
+    def _takers(self, robot: int) -> dict[tuple[str, str], Taker]:
+        """Return the functions by topic, without the robot's prefix, and message type."""
+        return {
+            (topics.TASK, 'std_msgs/msg/String'): self._take_task,
+            (topics.PARAMETER_EVENTS, 'rcl_interfaces/msg/ParameterEvent'): self._take_parameters,
+            (topics.DIAGNOSTICS, 'diagnostic_msgs/msg/DiagnosticArray'): self._take_statuses,
+            (topics.COMMUNICATION_GRAPH, 'std_msgs/msg/Float32MultiArray'): (
+                self._communication.take_graph
+            ),
+            (topics.TRIG_EVENT, 'std_msgs/msg/UInt16'): (
+                partial(self._communication.take_event, robot)
+            ),
+            (topics.LINKS, 'std_msgs/msg/Float64MultiArray'): (
+                partial(self._communication.take_counts, robot)
+            ),
+            (topics.CMD_CART_VEL, 'geometry_msgs/msg/Point32'): partial(self._take_command, robot),
+            (topics.CMD_CART_VEL_ALLOWED, 'geometry_msgs/msg/Point32'): (
+                partial(self._take_allowed, robot)
+            ),
+        }
 
     def tables(self) -> RunTables | None:
         """Return the tables; None if the bag has no odometry of robots."""
         fleet, start_ns = self._fleet.table(), self._fleet.start_ns
         if fleet is None:
             return None
+        start = start_ns / 1e9
         rows = with_allowed(
             np.array(self._commands).reshape(-1, 4), np.array(self._allowed).reshape(-1, 5)
         )
-        rows[:, 0] -= start_ns / 1e9
+        rows[:, 0] -= start
+        safety = [(t - start, robot, state, over) for t, robot, state, over in self._safety]
         return RunTables(
             fleet,
             commands(rows) if len(rows) else None,
             self._communication.record(fleet, start_ns),
-            self._drawings.drawings(start_ns / 1e9),
+            self._drawings.drawings(start),
             self._references,
-            self._safety_record(start_ns / 1e9),
+            safety_record(safety) if safety else None,
         )
 
     def parameters_set(self) -> list[ParameterChange]:
@@ -270,36 +262,9 @@ class RunSamples:
         start = self._fleet.start_ns / 1e9
         return [replace(one, t=round(one.t - start, 6)) for one in self._changes]
 
-    def _safety_record(self, start: float) -> SafetyRecord | None:
-        rows = [(t - start, robot, state, over) for t, robot, state, over in self._safety]
-        return safety_record(rows) if rows else None
-
-    def _own_collector(self, topic: str, msgtype: str) -> Taker | None:
-        if topic == topics.TASK and msgtype == _TEXT:
-            return self._take_task
-        if topic == topics.PARAMETER_EVENTS and msgtype == _PARAMETER_EVENT:
-            return self._take_parameters
-        if topic == topics.DIAGNOSTICS and msgtype == _STATUSES:
-            return self._take_statuses
-        robot = topics.robot_of(topic)
-        if not robot:
-            return None
-        name = topic.removeprefix(topics.robot_topic(robot, ''))
-        if name == topics.CMD_CART_VEL and msgtype == _VELOCITY:
-            return partial(self._take_command, robot)
-        if name == topics.CMD_CART_VEL_ALLOWED and msgtype == _VELOCITY:
-            return partial(self._take_allowed, robot)
-        if name != topics.MARKER and msgtype == _MARKER:
-            return partial(self._take_marker, robot, name)
-        if msgtype == _TRAIL:
-            return partial(self._take_trail, robot, name)
-        return None
-
     def _take_task(self, _: int, message: Any) -> None:
-        try:
+        with suppress(ValueError):  # a task of another program
             self._references = References.decoded(message.data)
-        except ValueError:
-            return  # of another program
 
     def _take_parameters(self, time_ns: int, message: Any) -> None:
         for parameter in message.changed_parameters:
@@ -322,16 +287,13 @@ class RunSamples:
     def _take_allowed(self, robot: int, time_ns: int, message: Any) -> None:
         self._allowed.extend((time_ns / 1e9, robot, message.x, message.y, message.z))
 
-    def _take_marker(self, robot: int, name: str, time_ns: int, message: Any) -> None:
-        if message.type == _SPHERE_TYPE:
-            self._drawings.t = time_ns / 1e9
-            self._drawings.show(robot, name, _sphere(message))
-
-    def _take_trail(self, robot: int, name: str, time_ns: int, message: Any) -> None:
+    def _take_markers(self, robot: int, name: str, time_ns: int, message: Any) -> None:
+        is_trail = hasattr(message, 'markers')
+        draw = self._drawings.extend_trail if is_trail else self._drawings.show
         self._drawings.t = time_ns / 1e9
-        for marker in message.markers:
+        for marker in message.markers if is_trail else [message]:
             if marker.type == _SPHERE_TYPE:
-                self._drawings.extend_trail(robot, name, _sphere(marker))
+                draw(robot, name, _sphere(marker))
 
 
 def _sphere(marker: Any) -> Sphere:

@@ -27,7 +27,14 @@ from setcmas_tools.run.csv_columns import (
     TRIGGERS,
 )
 from setcmas_tools.run.fleet_motion import FleetTable, check_extent, fleet_table
-from setcmas_tools.run.law_output import Commands, Drawing, SafetyRecord, commands, safety_record
+from setcmas_tools.run.law_output import (
+    Commands,
+    Drawing,
+    SafetyRecord,
+    SafetyRow,
+    commands,
+    safety_record,
+)
 
 TASK_FILE = 'task.json'
 _MOST_TASK_BYTES = 10_000_000
@@ -62,8 +69,11 @@ def write_tables(tables: RunTables, folder: Path) -> None:
         OSError: A file cannot be written.
     """
     write_fleet(tables.fleet, folder / FLEET.name)
-    if tables.commands:
-        write_commands(tables.commands, folder / COMMANDS.name)
+    if given := tables.commands:
+        columns = [given.t, given.robot, given.vx, given.vy]
+        if allowed := given.allowed:
+            columns += [allowed.vx, allowed.vy, allowed.verdict]
+        COMMANDS.write(folder / COMMANDS.name, _rows(*columns), further=allowed is not None)
     if tables.communication:
         write_communication(tables.communication, folder)
     if tables.drawings:
@@ -83,28 +93,29 @@ def read_tables(fleet_csv: Path) -> RunTables:
         SetcmasError: A file cannot be read or is damaged.
     """
     folder = fleet_csv.parent
+    rows = COMMANDS.read(folder / COMMANDS.name)
+    safety = SAFETY.read(folder / SAFETY.name)
     return RunTables(
         read_fleet(fleet_csv),
-        read_commands(folder / COMMANDS.name),
+        None if rows is None else commands(np.column_stack(rows)),
         read_communication(folder),
         [_drawing(*row) for row in _rows(*(DRAWINGS.read(folder / DRAWINGS.name) or ()))],
         _read_references(folder / TASK_FILE),
-        read_safety(folder / SAFETY.name),
+        None if safety is None else safety_record(list(map(_safety_row, *_lists(safety)))),
     )
+
+
+def _lists(columns: Iterable[Any]) -> Iterable[Any]:
+    return (column.tolist() if isinstance(column, np.ndarray) else column for column in columns)
 
 
 def _rows(*columns: Any) -> Iterable[Any]:
     """Return the rows of columns that are arrays or lists."""
-    listed = (c.tolist() if isinstance(c, np.ndarray) else c for c in columns)
-    return zip(*listed, strict=True)
+    return zip(*_lists(columns), strict=True)
 
 
 def write_fleet(table: FleetTable, path: Path) -> None:
-    """Write the motion of a fleet.
-
-    Raises:
-        OSError: The file cannot be written.
-    """
+    """Write the motion of a fleet; an OSError is raised if this fails."""
     FLEET.write(path, _rows(*(getattr(table, column.name) for column in FLEET.columns)))
 
 
@@ -124,38 +135,8 @@ def read_fleet(path: Path) -> FleetTable:
     return table
 
 
-def write_commands(given: Commands, path: Path) -> None:
-    """Write commands, and what a filter allowed.
-
-    Raises:
-        OSError: The file cannot be written.
-    """
-    columns = [given.t, given.robot, given.vx, given.vy]
-    if allowed := given.allowed:
-        columns += [allowed.vx, allowed.vy, allowed.verdict]
-    COMMANDS.write(path, _rows(*columns), further=allowed is not None)
-
-
-def read_commands(path: Path) -> Commands | None:
-    """Read commands; None if there is no such file.
-
-    Raises:
-        SetcmasError: The file cannot be read or is damaged.
-    """
-    columns = COMMANDS.read(path)
-    return None if columns is None else commands(np.column_stack(columns))
-
-
-def read_safety(path: Path) -> SafetyRecord | None:
-    """Read the states of the robots of an experiment; None if there is no such file.
-
-    Raises:
-        SetcmasError: The file cannot be read or is damaged.
-    """
-    columns = SAFETY.read(path)
-    if columns is None:
-        return None
-    return safety_record([(t, int(r), state, bool(over)) for t, r, state, over in _rows(*columns)])
+def _safety_row(t: float, robot: float, state: str, overruled: float) -> SafetyRow:
+    return t, int(robot), state, bool(overruled)
 
 
 def _drawing_row(drawing: Drawing) -> tuple[Any, ...]:
@@ -170,11 +151,7 @@ def _drawing(t: float, robot: float, name: str, kind: str, *numbers: float) -> D
 
 
 def write_communication(record: CommunicationRecord, folder: Path) -> None:
-    """Write the files of a record.
-
-    Raises:
-        OSError: A file cannot be written.
-    """
+    """Write the files of a record; an OSError is raised if this fails."""
     counts = {(robot, ALL): own for robot, own in record.robots.items()} | {
         (sender, receiver): own for (receiver, sender), own in record.links.items()
     }

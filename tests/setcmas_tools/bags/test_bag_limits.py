@@ -16,7 +16,7 @@ from rosbags.rosbag2 import Writer as Ros2Writer
 from setcmas_simu.errors import SetcmasError
 from setcmas_tools.bags import bag_limits
 from setcmas_tools.bags.bag import open_bag
-from setcmas_tools.bags.type_limits import TooLargeError, TypeLimits
+from setcmas_tools.bags.message_types import TooLargeError, TypeLimits
 from setcmas_tools.run.bag_conversion import convert
 
 BOMBS = {

@@ -2,7 +2,7 @@ import pytest
 
 from setcmas_simu.errors import SetcmasError
 from setcmas_tools.bags.bag import open_bag
-from setcmas_tools.bags.playback import BagCursor, Choice, PlayClock, is_command
+from setcmas_tools.bags.playback import BagCursor, PlayClock, chosen_topics, is_command
 
 
 @pytest.fixture(params=['mcap', 'sqlite3'])
@@ -58,10 +58,10 @@ def choosable_bag(tmp_path, write_bag, make):
 
 
 def test_omissions_are_reported(choosable_bag):
-    choice = Choice(choosable_bag, None, own_clock=True)
+    classes, notes = chosen_topics(choosable_bag, None, own_clock=True)
 
-    assert [topic.name for topic in choice.classes] == ['/number', '/twice']
-    assert choice.notes == [
+    assert [topic.name for topic in classes] == ['/number', '/twice']
+    assert notes == [
         'not played: /clock (--clock takes its place)',
         'not played: /lab (no Python package lab_msgs with it is installed)',
         'not played: /tb3_1/reset (no robot moves because of a recording)',
@@ -70,15 +70,15 @@ def test_omissions_are_reported(choosable_bag):
 
 
 @pytest.mark.parametrize(
-    ('wanted', 'told'),
+    ('wanted', 'words'),
     [
         (['number', '/nobody'], 'there is no topic /nobody in the bag'),
         (['/tb3_1/reset'], 'no topic is left to play; not played: /tb3_1/reset'),
     ],
 )
-def test_topics_that_cannot_be_played(choosable_bag, wanted, told):
-    with pytest.raises(SetcmasError, match=told):
-        Choice(choosable_bag, wanted, own_clock=False)
+def test_topics_that_cannot_be_played(choosable_bag, wanted, words):
+    with pytest.raises(SetcmasError, match=words):
+        chosen_topics(choosable_bag, wanted, own_clock=False)
 
 
 STAMPED = 'geometry_msgs/msg/TwistStamped'

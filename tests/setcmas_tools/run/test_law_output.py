@@ -5,7 +5,7 @@ import pytest
 
 from setcmas_tools.run.bag_conversion import convert
 from setcmas_tools.run.law_output import with_allowed
-from setcmas_tools.run.run_tables import read_safety
+from setcmas_tools.run.run_tables import read_tables
 
 WANTED = np.array([[0.0, 1, 0.5, 0.1], [0.0, 2, 0.4, 0.0], [0.2, 1, 0.3, 0.2], [0.2, 2, 0.1, 0.0]])
 
@@ -42,7 +42,7 @@ def test_diagnostics_become_a_table_from_the_start_on(make, write_bag, bag):
         for name, reason, values in (
             ('tb3_2', 'outside the arena', [state(make, 'stopped')]),
             ('tb3_1', '', [state(make, 'moving')]),
-            ('camera', '', []),  # somebody else's
+            ('camera', '', []),  # of another program
         )
     ]
     diagnostics = make('diagnostic_msgs/msg/DiagnosticArray', {'status': statuses})
@@ -55,7 +55,7 @@ def test_diagnostics_become_a_table_from_the_start_on(make, write_bag, bag):
     ]
     write_bag(bag, messages)
 
-    record = read_safety(convert(bag).folder / 'safety.csv')
+    record = read_tables(convert(bag).fleet).safety
 
     np.testing.assert_allclose(record.t, [0.25, 0.25])
     assert record.robot.tolist() == [1, 2]

@@ -17,12 +17,13 @@ from setcmas_tools.run.csv_columns import (
 from setcmas_tools.run.fleet_motion import fleet_table
 from setcmas_tools.run.law_output import commands
 from setcmas_tools.run.run_tables import (
-    read_commands,
+    RunTables,
     read_communication,
     read_fleet,
-    write_commands,
+    read_tables,
     write_communication,
     write_fleet,
+    write_tables,
 )
 
 EVALUATIONS = [(0.1, 2, 1), (0.0, 1, 1), (0.1, 1, 0), (0.4, 1, 1)]
@@ -154,9 +155,9 @@ def test_what_the_files_look_like(tmp_path):
 def test_a_file_keeps_what_was_allowed(tmp_path):
     wanted = np.array([[0.1 * k, 1 + k % 2, 0.5, 0.1 * k] for k in range(4)])
     given = commands(np.column_stack([wanted, wanted[:, 2:], [0, 1, 2, 3]]))
-    write_commands(given, tmp_path / 'commands.csv')
+    write_tables(RunTables(fleet_table([[0.0, 1, 1, 2, 0.5, 0, 0]]), given), tmp_path)
 
-    read = read_commands(tmp_path / 'commands.csv')
+    read = read_tables(tmp_path / 'fleet.csv').commands
 
     assert read.of(2).allowed.verdict.tolist() == [1, 3]
     assert read.allowed.vx.tolist() == given.allowed.vx.tolist()
